@@ -1,0 +1,40 @@
+# Every target works on a fresh machine: the first one that needs it makes the virtual environment.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+READY  := $(VENV)/.ready
+
+.PHONY: demo test test-slow lint bench gallery clean
+
+$(READY): pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	touch $@
+
+demo: $(READY)
+	$(BIN)/python samples/run.py
+
+test: $(READY)
+	$(BIN)/python -m pytest -m "not slow"
+
+test-slow: $(READY)
+	$(BIN)/python -m pytest -m slow
+
+# mypy must see the package as it is installed, not the folders of the repository: stage it.
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	mkdir -p build/typecheck/iccm
+	ln -sfn ../../../cli build/typecheck/iccm/cli
+	ln -sfn ../../../io build/typecheck/iccm/io
+	cd build/typecheck/iccm && find . -maxdepth 1 -name '*.py*' -delete && ln -sf ../../../iccm/*.py* .
+	cd build/typecheck && ../../$(BIN)/mypy --config-file ../../pyproject.toml -p iccm
+
+bench: $(READY)
+	$(BIN)/python -m tests.bench
+
+gallery: $(READY)
+	$(BIN)/python -m tests.bench.gallery
+
+clean:
+	rm -rf $(VENV) build dist out *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,0 +1,168 @@
+"""Curves in the plane: complex vertices, closed (a domain's boundary) or open (a stroke)."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike, NDArray
+from shapely.validation import explain_validity
+
+from .cauchy import Complex
+from .errors import InputError
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A polyline with complex vertices.
+
+    Attributes:
+        z: (n,) complex vertices; a closed curve does not repeat the first one.
+        closed: whether the last vertex joins the first.
+    """
+
+    z: Complex
+    closed: bool = True
+
+    @classmethod
+    def domain(cls, z: ArrayLike, name: str = "shape") -> "Curve":
+        """The boundary of a domain: finite, no repeated neighbours, simple, turned counter-clockwise.
+
+        Raises:
+            InputError: NaN or infinite vertices, fewer than three distinct ones, no area, a self-intersection (with its place).
+        """
+        curve = cls(_distinct(_finite(z, name), closed=True))
+        if curve.z.size < 3:
+            raise InputError(f"{name}: {curve.z.size} distinct vertices; a domain needs at least 3")
+        if abs(curve.area) <= 1e-14 * curve.diagonal**2:
+            raise InputError(f"{name}: the outline encloses no area")
+        polygon = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag]))
+        if not polygon.is_valid:
+            raise InputError(f"{name}: the outline is not simple: {explain_validity(polygon)}; remove the crossing")
+        return curve if curve.area > 0 else curve.reversed()
+
+    @classmethod
+    def stroke(cls, z: ArrayLike, name: str = "stroke") -> "Curve":
+        """An open polyline of at least two distinct vertices.
+
+        Raises:
+            InputError: NaN or infinite vertices, or fewer than two distinct ones.
+        """
+        curve = cls(_distinct(_finite(z, name), closed=False), closed=False)
+        if curve.z.size < 2:
+            raise InputError(f"{name}: a stroke needs at least 2 distinct points")
+        return curve
+
+    @cached_property
+    def edges(self) -> Complex:
+        """(e,) edge vectors; e = n for a closed curve, n - 1 for an open one."""
+        return np.roll(self.z, -1) - self.z if self.closed else np.diff(self.z)
+
+    @cached_property
+    def lengths(self) -> Real:
+        """(e,) edge lengths."""
+        return np.abs(self.edges)
+
+    @cached_property
+    def knots(self) -> Real:
+        """(e + 1,) arclength at the edges' ends, from 0 to the total length."""
+        return np.concatenate([[0.0], np.cumsum(self.lengths)])
+
+    @property
+    def length(self) -> float:
+        """Total arclength."""
+        return float(self.knots[-1])
+
+    @cached_property
+    def area(self) -> float:
+        """Signed area, positive when counter-clockwise."""
+        w = self.z - self.z[0]
+        return 0.5 * float(np.sum((w.conj() * np.roll(w, -1)).imag))
+
+    @cached_property
+    def box(self) -> tuple[complex, complex]:
+        """Lower left and upper right corner of the bounding box."""
+        return complex(self.z.real.min(), self.z.imag.min()), complex(self.z.real.max(), self.z.imag.max())
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the bounding box's diagonal: the unit of every reported length."""
+        return abs(self.box[1] - self.box[0])
+
+    @cached_property
+    def normals(self) -> Complex:
+        """(e,) unit normals of the edges, outward for a counter-clockwise curve."""
+        return -1j * self.edges / self.lengths
+
+    def reversed(self) -> "Curve":
+        """The same curve run through the other way."""
+        return Curve(self.z[::-1].copy(), self.closed)
+
+    def at(self, s: ArrayLike) -> Complex:
+        """The points at arclengths s; cyclic on a closed curve, clamped on an open one."""
+        edge, t = self.locate(s)
+        end = (edge + 1) % self.z.size
+        return self.z[edge] * (1 - t) + self.z[end] * t
+
+    def locate(self, s: ArrayLike) -> tuple[NDArray[np.intp], Real]:
+        """Edge index and position in [0, 1] on that edge of arclengths s."""
+        s = np.asarray(s, dtype=float)
+        s = np.mod(s, self.length) if self.closed else np.clip(s, 0, self.length)
+        edge = np.clip(np.searchsorted(self.knots, s, side="right") - 1, 0, self.edges.size - 1)
+        return edge, np.clip((s - self.knots[edge]) / self.lengths[edge], 0, 1)
+
+    def sample(self, per_edge: int) -> Complex:
+        """(e · per_edge,) points at the middles of `per_edge` equal parts of each edge: never on a vertex."""
+        t = (np.arange(per_edge) + 0.5) / per_edge
+        return (self.z[: self.edges.size, None] + self.edges[:, None] * t).ravel()
+
+    def closest(self, w: Complex) -> Real:
+        """Arclength of the closest point of the curve to each of the points w (p,)."""
+        import igl
+
+        points = np.column_stack([w.real, w.imag])
+        vertices = np.column_stack([self.z.real, self.z.imag])
+        index = np.arange(self.edges.size)
+        segments = np.column_stack([index, (index + 1) % self.z.size])
+        _, edge, foot = igl.point_mesh_squared_distance(points, vertices, segments)
+        along = np.abs(foot[:, 0] + 1j * foot[:, 1] - self.z[edge])
+        return self.knots[edge] + np.minimum(along, self.lengths[edge])
+
+    def resample(self, count: int) -> "Curve":
+        """About `count` vertices with edges about even, keeping every corner sharper than 30 degrees where it is."""
+        return Curve(self.at(resampled_knots(self, count)), self.closed)
+
+
+def resampled_knots(curve: Curve, count: int, corner: float = np.pi / 6) -> Real:
+    """Arclengths of about `count` vertices: the corners, and equal steps between neighbouring corners."""
+    turn = np.abs(np.angle(curve.edges / np.roll(curve.edges, 1)))
+    if not curve.closed:
+        turn[0] = np.pi
+    keep = curve.knots[:-1][turn > corner]
+    if not keep.size:
+        keep = curve.knots[:1]
+    ends = np.append(keep[1:], keep[0] + curve.length) if curve.closed else np.append(keep[1:], curve.length)
+    parts = np.maximum(1, np.round((ends - keep) * count / curve.length)).astype(int)
+    spans = [a + (b - a) * np.arange(k) / k for a, b, k in zip(keep, ends, parts)]
+    if not curve.closed:
+        spans.append(ends[-1:])
+    return np.concatenate(spans)
+
+
+def _finite(z: ArrayLike, name: str) -> Complex:
+    z = np.asarray(z, dtype=np.complex128).ravel()
+    bad = np.flatnonzero(~np.isfinite(z))
+    if bad.size:
+        raise InputError(f"{name}: vertex {bad[0]} is not a finite number")
+    return z
+
+
+def _distinct(z: Complex, *, closed: bool) -> Complex:
+    """z without vertices that repeat their predecessor to within rounding."""
+    if z.size < 2:
+        return z
+    tiny = 1e-12 * max(np.ptp(z.real), np.ptp(z.imag))
+    keep = np.abs(np.diff(z, prepend=z[-1:] if closed else np.inf)) > tiny
+    return z[keep] if keep.any() else z[:1]
