@@ -1,0 +1,154 @@
+"""Files as a whole: inputs that are really there, outputs that appear complete or not at all."""
+
+import errno
+import hashlib
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from ..errors import InputError
+
+_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
+
+
+@contextmanager
+def replacing(path: str | os.PathLike, *, force: bool = False) -> Iterator[Path]:
+    """A temporary sibling of `path`, with its suffix, that takes its place when the block ends well.
+
+    The content is flushed to the disk before the rename, so that a crash or a full disk never leaves a torn
+    file; when the block fails nothing is left behind and an old `path` is untouched.
+
+    Args:
+        path: what to write. A symbolic link is followed: the file that it names is replaced.
+        force: whether an existing file may be replaced.
+
+    Raises:
+        InputError: the folder is missing or not writable, `path` is not a plain file, it exists without
+            `force`, or the disk is full.
+    """
+    path = check_output(path, force=force)
+    temporary = _sibling(path)
+    try:
+        yield temporary
+        if not force and path.exists():
+            raise InputError(f"{path}: the file appeared while it was being made; use --force to replace it")
+        _flush(temporary)
+        os.replace(temporary, path)
+        _flush(path.parent)
+    except OSError as error:
+        if error.errno in _FULL or error.filename in (str(temporary), temporary):
+            raise InputError(f"{path}: cannot be written: {_reason(error)}") from error
+        raise
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
+    """The real path of an output that may be written, checked before any work is done for it.
+
+    Raises:
+        InputError: the folder is missing or not writable, `path` is not a plain file or exists without
+            `force`.
+    """
+    path = Path(path)
+    try:
+        real = Path(os.path.realpath(path))
+        if real.is_dir():
+            raise InputError(f"{path}: is a folder; name a file in it")
+        if not real.parent.is_dir():
+            raise InputError(f"{path}: the folder {real.parent} does not exist; create it first")
+        if real.exists() and not real.is_file():
+            raise InputError(f"{path}: is not a plain file; name another output")
+        if real.exists() and not force:
+            raise InputError(f"{path}: the file exists; use --force to replace it")
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path!s}: cannot be written: {_reason(error)}") from error
+    if not os.access(real.parent, os.W_OK | os.X_OK):
+        raise InputError(f"{path}: the folder {real.parent} is not writable; choose another")
+    return real
+
+
+def open_input(path: str | os.PathLike, *, max_bytes: int | None = None) -> Path:
+    """The path of an input that is there, is a plain file, can be read and is not larger than `max_bytes`.
+
+    Raises:
+        InputError: otherwise.
+    """
+    path = Path(path)
+    try:
+        size = path.stat().st_size
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder; name a file in it")
+        if not path.is_file():
+            raise InputError(f"{path}: is not a plain file")
+        with path.open("rb"):
+            pass
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: no such file") from error
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: cannot be read: {_reason(error)}") from error
+    if max_bytes is not None and size > max_bytes:
+        raise InputError(f"{path}: {size} bytes; at most {max_bytes} are read")
+    return path
+
+
+def read_bytes(path: str | os.PathLike, *, max_bytes: int) -> bytes:
+    """The content of an input, refused when it is larger than `max_bytes`.
+
+    Raises:
+        InputError: as `open_input`, or the file is empty.
+    """
+    path = open_input(path, max_bytes=max_bytes)
+    with path.open("rb") as file:
+        content = file.read(max_bytes + 1)  # the size may have changed, or lie (/proc)
+    if len(content) > max_bytes:
+        raise InputError(f"{path}: more than {max_bytes} bytes; that is the limit")
+    if not content:
+        raise InputError(f"{path}: the file is empty")
+    return content
+
+
+def sha256(path: str | os.PathLike) -> str:
+    """The content's SHA-256 as 64 hexadecimal digits.
+
+    Raises:
+        InputError: the file is missing or cannot be read.
+    """
+    with open_input(path).open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _sibling(path: Path) -> Path:
+    """An empty file beside `path`, because a rename is atomic only within one file system."""
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem[:32]}.", suffix=path.suffix, dir=path.parent)
+        os.close(handle)
+        os.chmod(name, path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {_reason(error)}") from error
+    return Path(name)
+
+
+def _umask() -> int:
+    mask = os.umask(0o077)  # the only portable way to ask
+    os.umask(mask)
+    return mask
+
+
+def _flush(path: Path) -> None:
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _reason(error: Exception) -> str:
+    return str(getattr(error, "strerror", None) or error).replace("\n", " ")

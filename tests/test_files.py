@@ -1,0 +1,130 @@
+"""Outputs are whole or absent; inputs that cannot be read are one line."""
+
+import errno
+import hashlib
+import os
+import stat
+
+import pytest
+
+from iccm import InputError
+from iccm.io import files
+
+
+def only(folder, *names):
+    return sorted(p.name for p in folder.iterdir()) == sorted(names)
+
+
+def test_written_whole_with_the_suffix_kept(tmp_path):
+    out = tmp_path / "picture.png"
+    with files.replacing(out) as temporary:
+        assert temporary.suffix == ".png" and temporary.parent == tmp_path
+        temporary.write_bytes(b"new")
+        assert not out.exists()
+    assert out.read_bytes() == b"new" and only(tmp_path, "picture.png")
+
+
+def test_new_files_have_ordinary_permissions(tmp_path):
+    old = os.umask(0o027)
+    try:
+        with files.replacing(tmp_path / "a") as temporary:
+            temporary.write_text("x")
+    finally:
+        os.umask(old)
+    assert stat.S_IMODE((tmp_path / "a").stat().st_mode) == 0o640
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt, InputError])
+def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path, error):
+    out = tmp_path / "a.obj"
+    out.write_text("old")
+    with pytest.raises(error), files.replacing(out, force=True) as temporary:
+        temporary.write_text("half")
+        raise error("stop")
+    assert out.read_text() == "old" and only(tmp_path, "a.obj")
+
+
+def test_an_existing_file_needs_force(tmp_path):
+    out = tmp_path / "a.txt"
+    out.write_text("old")
+    with pytest.raises(InputError, match="--force"), files.replacing(out):
+        pass
+    with files.replacing(out, force=True) as temporary:
+        temporary.write_text("new")
+    assert out.read_text() == "new"
+
+
+def test_a_file_that_appears_meanwhile_is_not_overwritten(tmp_path):
+    out = tmp_path / "a.txt"
+    with pytest.raises(InputError, match="appeared"), files.replacing(out) as temporary:
+        temporary.write_text("mine")
+        out.write_text("theirs")
+    assert out.read_text() == "theirs" and only(tmp_path, "a.txt")
+
+
+def test_a_link_is_followed(tmp_path):
+    (tmp_path / "real.txt").write_text("old")
+    (tmp_path / "link.txt").symlink_to("real.txt")
+    with files.replacing(tmp_path / "link.txt", force=True) as temporary:
+        temporary.write_text("new")
+    assert (tmp_path / "link.txt").is_symlink() and (tmp_path / "real.txt").read_text() == "new"
+
+
+@pytest.mark.parametrize(
+    "name, message",
+    [("missing/a.png", "does not exist"), (".", "is a folder"), ("a" * 300, "cannot be written")],
+)
+def test_impossible_outputs_are_one_line(tmp_path, name, message):
+    with pytest.raises(InputError, match=message) as caught, files.replacing(tmp_path / name):
+        pytest.fail("the block must not run")
+    assert "\n" not in str(caught.value) and only(tmp_path)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_read_only_folder(tmp_path):
+    tmp_path.chmod(0o500)
+    with pytest.raises(InputError, match="not writable"), files.replacing(tmp_path / "a"):
+        pytest.fail("the block must not run")
+    tmp_path.chmod(0o700)
+
+
+def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path):
+    with pytest.raises(InputError, match="No space left"), files.replacing(tmp_path / "a") as temporary:
+        temporary.write_text("half")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert only(tmp_path)
+
+
+def test_other_errors_of_the_block_pass_through(tmp_path):
+    with pytest.raises(FileNotFoundError), files.replacing(tmp_path / "a"):
+        (tmp_path / "texture.png").read_bytes()
+    assert only(tmp_path)
+
+
+def test_a_writer_that_removes_the_temporary_file_is_told(tmp_path):
+    with pytest.raises(InputError, match="cannot be written"), files.replacing(tmp_path / "a") as temporary:
+        temporary.unlink()
+
+
+def test_inputs(tmp_path):
+    (tmp_path / "a").write_bytes(b"content")
+    (tmp_path / "empty").touch()
+    assert files.open_input(tmp_path / "a") == tmp_path / "a"
+    assert files.read_bytes(tmp_path / "a", max_bytes=7) == b"content"
+    assert files.sha256(tmp_path / "a") == hashlib.sha256(b"content").hexdigest()
+    for call, message in [
+        (lambda: files.open_input(tmp_path / "b"), "b: no such file"),
+        (lambda: files.open_input(tmp_path), "is a folder"),
+        (lambda: files.open_input("a\0b"), "cannot be read"),
+        (lambda: files.read_bytes(tmp_path / "a", max_bytes=6), "7 bytes; at most 6"),
+        (lambda: files.read_bytes(tmp_path / "empty", max_bytes=6), "empty"),
+        (lambda: files.sha256(tmp_path / "b"), "no such file"),
+    ]:
+        with pytest.raises(InputError, match=message):
+            call()
+
+
+def test_a_pipe_does_not_hang(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match="plain file"):
+        files.open_input(tmp_path / "pipe")
