@@ -12,11 +12,12 @@ __version__ = "0.1.0"
 
 _HOME = {
     "Curve": "curve",
-    "Fit": "solve",
+    "Fit": "result",
     "HarmonicMap": "harmonic",
     "IccmError": "errors",
     "InputError": "errors",
-    "Status": "solve",
+    "Status": "result",
+    "deform": "solve",
     "fit": "solve",
 }
 __all__ = sorted(_HOME)

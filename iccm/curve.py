@@ -40,7 +40,9 @@ class Curve:
             raise InputError(f"{name}: the outline encloses no area")
         polygon = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag]))
         if not polygon.is_valid:
-            raise InputError(f"{name}: the outline is not simple: {explain_validity(polygon)}; remove the crossing")
+            raise InputError(
+                f"{name}: the outline is not simple: {explain_validity(polygon)}; remove the crossing"
+            )
         return curve if curve.area > 0 else curve.reversed()
 
     @classmethod
@@ -97,8 +99,14 @@ class Curve:
         return -1j * self.edges / self.lengths
 
     def reversed(self) -> "Curve":
-        """The same curve run through the other way."""
-        return Curve(self.z[::-1].copy(), self.closed)
+        """The same curve run through the other way; a closed one keeps its first vertex."""
+        return Curve(np.roll(self.z[::-1], 1) if self.closed else self.z[::-1].copy(), self.closed)
+
+    def contains(self, w: Complex) -> NDArray[np.bool_]:
+        """(p,) whether points lie inside a closed curve."""
+        polygon = shapely.Polygon(np.column_stack([self.z.real, self.z.imag]))
+        shapely.prepare(polygon)
+        return shapely.contains_xy(polygon, w.real, w.imag)
 
     def at(self, s: ArrayLike) -> Complex:
         """The points at arclengths s; cyclic on a closed curve, clamped on an open one."""

@@ -1,0 +1,111 @@
+"""A certificate that a map is injective (argument principle, Lewy, Darboux-Picard)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from .cauchy import Complex
+from .curve import Curve
+from .harmonic import HarmonicMap
+
+DEPTHS = 10.0 ** -np.arange(5.0, 0.9, -0.5)  # relative to the diagonal of the source
+LARGEST_TURN = np.pi / 3  # of the phase of f_z between neighbouring samples, before samples are added
+MOST_SAMPLES = 40_000
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What was proven of a map f on the source moved inwards by `depth` times its diagonal.
+
+    Attributes:
+        certified: f is injective there.
+        depth: the least of the depths tried at which that holds, else the largest tried.
+        zeros: zeros of f_z inside at that depth.
+        beltrami: max |f_z̄ / f_z| on the boundary of that part.
+        simple: whether the image of that boundary is simple.
+    """
+
+    certified: bool
+    depth: float
+    zeros: int
+    beltrami: float
+    simple: bool
+
+    def report(self) -> dict:
+        """As in the JSON report."""
+        return {
+            "certified": self.certified,
+            "depth": self.depth,
+            "zeros": self.zeros,
+            "max_beltrami": self.beltrami,
+            "simple_image": self.simple,
+        }
+
+
+def certify(f: HarmonicMap, depths: np.ndarray = DEPTHS) -> Certificate:
+    """The least of `depths` at which f is certainly injective.
+
+    A harmonic map with |f_z̄| < |f_z| on the boundary and no zero of f_z inside keeps its orientation inside, because f_z̄ / f_z
+    is holomorphic there; if it also takes the boundary to a simple curve, it is injective (degree theory; for
+    holomorphic f, Darboux-Picard).
+    """
+    found = None
+    for depth in depths:
+        found = at_depth(f, float(depth))
+        if found.certified:
+            return found
+    assert found is not None
+    return found
+
+
+def at_depth(f: HarmonicMap, depth: float) -> Certificate:
+    """What holds on the source moved inwards by `depth` times its diagonal."""
+    curve = Curve(f.polygon)
+    inner = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag])).buffer(
+        -depth * curve.diagonal, join_style="mitre"
+    )
+    rings = [
+        ring for part in shapely.get_parts(inner) if (ring := part.exterior) is not None and part.area > 0
+    ]
+    zeros, beltrami, images = 0, 0.0, []
+    for ring in rings:
+        z = _refined(f, shapely.get_coordinates(ring) @ np.array([1, 1j]))
+        f_z, f_zbar = f.derivatives(z)
+        zeros += abs(_winding(f_z))
+        beltrami = max(beltrami, float(np.max(np.abs(f_zbar) / np.maximum(np.abs(f_z), 1e-300))))
+        images.append(f(z))
+    simple = bool(rings) and _simple(images)
+    return Certificate(simple and zeros == 0 and beltrami < 1, depth, zeros, beltrami, simple)
+
+
+def _refined(f: HarmonicMap, ring: Complex) -> Complex:
+    """A closed ring (first vertex repeated) with samples added until f_z turns by little between neighbours."""
+    ring = ring[::-1] if Curve(ring[:-1]).area < 0 else ring
+    value = f.derivatives(ring)[0]
+    while ring.size < MOST_SAMPLES:
+        turn = np.abs(np.angle(value[1:] / value[:-1]))
+        growth = np.abs(np.log(np.abs(value[1:] / value[:-1])))
+        coarse = np.flatnonzero(~((turn < LARGEST_TURN) & (growth < 1)))
+        coarse = coarse[np.abs(np.diff(ring))[coarse] > 1e-12 * np.abs(ring).max()]
+        if not coarse.size:
+            break
+        middle = 0.5 * (ring[coarse] + ring[coarse + 1])
+        ring = np.insert(ring, coarse + 1, middle)
+        value = np.insert(value, coarse + 1, f.derivatives(middle)[0])
+    return ring
+
+
+def _winding(value: Complex) -> int:
+    """Turns of a closed sequence about zero."""
+    return round(float(np.sum(np.angle(value[1:] / value[:-1]))) / (2 * np.pi))
+
+
+def _simple(images: list[Complex]) -> bool:
+    """Whether the rings are simple, one after the other, and do not meet or nest."""
+    polygons = [shapely.Polygon(np.column_stack([w.real, w.imag])) for w in images]
+    if not all(p.is_valid for p in polygons):
+        return False
+    tree = shapely.STRtree(polygons)
+    a, b = tree.query(polygons, predicate="intersects")
+    return not np.any(a != b)

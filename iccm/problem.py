@@ -1,0 +1,158 @@
+"""What is to be solved, in coordinates where both shapes have radius one about their centroids."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .cauchy import Complex
+from .curve import Curve, Real
+from .errors import InputError
+from .harmonic import HarmonicMap
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to solve. Weights are relative to the closeness of the boundary, lengths to the radius of a shape.
+
+    Attributes:
+        method: "paper" for Algorithm 1 as published, "robust" for the global start and the adaptive boundary.
+        order: 0 for the distance to closest points, 1 for the first-order distance of §3.4.
+        quasi: None for a conformal map, else the weight of E_q.
+        pin_weight: β of §3.1.
+        stroke_weight: γ of §3.3.
+        smoothness: α of §3.3.
+        consistency: μ of the consistency energy.
+        tangential: λ of §3.4, with order 1.
+        vertices: vertices of the source polygon; None chooses.
+        samples_per_edge: boundary samples of each source edge.
+        max_iterations: most local and global steps.
+        decrease: stop when the energy falls by less than this share of itself in one step.
+        threshold: stop when the energy is below this.
+        tolerance: the boundary gap aimed at, relative to the diagonal of the target (robust).
+    """
+
+    method: str = "robust"
+    order: int | None = None
+    quasi: float | None = None
+    pin_weight: float = 1.0
+    stroke_weight: float = 1.0
+    smoothness: float = 0.0
+    consistency: float | None = None
+    tangential: float = 0.1
+    vertices: int | None = None
+    samples_per_edge: int = 4
+    max_iterations: int = 100
+    decrease: float = 1e-4
+    threshold: float = 1e-16
+    tolerance: float = 1e-3
+
+    def __post_init__(self):
+        """Reject values outside their range."""
+        if self.method not in ("paper", "robust"):
+            raise InputError(f"method: {self.method!r} is not one of paper, robust")
+        if self.order not in (None, 0, 1):
+            raise InputError(f"order: {self.order!r} is not 0 or 1")
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if isinstance(value, float | int) and not (np.isfinite(value) and value >= 0):
+                raise InputError(f"{f.name}: {value} is not a finite number of at least 0")
+        if self.vertices is not None and not 3 <= self.vertices <= 4000:
+            raise InputError(f"vertices: {self.vertices} is not between 3 and 4000")
+        if not (self.samples_per_edge >= 1 and self.max_iterations >= 1 and self.tangential > 0):
+            raise InputError("samples_per_edge and max_iterations must be at least 1, tangential above 0")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A similarity to the unit shape: centroid of the boundary to 0, farthest vertex to distance 1. Turns with the shape."""
+
+    centre: complex
+    radius: float
+
+    @classmethod
+    def of(cls, curve: Curve) -> "Frame":
+        """The frame of a curve."""
+        middle = 0.5 * (curve.z[: curve.edges.size] + np.roll(curve.z, -1)[: curve.edges.size])
+        # measured from a vertex, so that a shape far from the origin keeps its digits
+        centre = curve.z[0] + complex(np.average(middle - curve.z[0], weights=curve.lengths))
+        return cls(centre, float(np.abs(curve.z - centre).max()))
+
+    def unit(self, z: ArrayLike) -> Complex:
+        """Points in the frame."""
+        return (np.asarray(z, dtype=np.complex128) - self.centre) / self.radius
+
+    def world(self, z: ArrayLike) -> Complex:
+        """Points of the frame back in the plane."""
+        return np.asarray(z, dtype=np.complex128) * self.radius + self.centre
+
+    def curve(self, curve: Curve) -> Curve:
+        """A curve in the frame."""
+        return Curve(self.unit(curve.z), curve.closed)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Source, target and constraints in their unit frames; `target` is None for a deformation."""
+
+    source: Curve
+    target: Curve | None
+    pins: Complex
+    strokes: list[tuple[Curve, Curve]]
+    source_frame: Frame
+    target_frame: Frame
+
+    @classmethod
+    def of(cls, source, target, pins=None, strokes=None) -> "Problem":
+        """Check and normalise what the user gave (see `iccm.fit`)."""
+        source = as_domain(source, "source")
+        target = None if target is None else as_domain(target, "target")
+        s, t = Frame.of(source), Frame.of(target or source)
+        pins = _pins(pins)
+        _inside(source, pins[:, 0], "pin")
+        pairs = [(_stroke(a, "source stroke"), _stroke(b, "target stroke")) for a, b in strokes or []]
+        for a, _ in pairs:
+            _inside(source, a.z, "source stroke vertex")
+        unit_pins = np.column_stack([s.unit(pins[:, 0]), t.unit(pins[:, 1])])
+        unit_strokes = [(s.curve(a), t.curve(b)) for a, b in pairs]
+        return cls(s.curve(source), target and t.curve(target), unit_pins, unit_strokes, s, t)
+
+    def world(self, polygon: Complex, phi: Complex, psi: Complex) -> HarmonicMap:
+        """The map of unit frames as a map of the user's plane: constants go to φ alone, since Σ C = 1."""
+        s, t = self.source_frame, self.target_frame
+        return HarmonicMap(s.world(polygon), t.world(phi), psi * t.radius)
+
+
+def as_domain(shape: "Curve | ArrayLike", name: str) -> Curve:
+    """A validated domain from a Curve or an array of vertices."""
+    return Curve.domain(shape.z if isinstance(shape, Curve) else shape, name)
+
+
+def _stroke(shape, name: str) -> Curve:
+    return Curve.stroke(shape.z if isinstance(shape, Curve) else shape, name)
+
+
+def _pins(pins: ArrayLike | Sequence | None) -> Complex:
+    array = np.asarray(pins if pins is not None else [], dtype=np.complex128).reshape(-1, 2)
+    if not np.isfinite(array).all():
+        raise InputError("pins: not all coordinates are finite numbers")
+    return array
+
+
+def _inside(source: Curve, z: Complex, what: str) -> None:
+    """Raise unless every point is inside the source or on its boundary."""
+    if not z.size:
+        return
+    gap = np.abs(source.at(source.closest(z)) - z)
+    outside = np.flatnonzero(~source.contains(z) & (gap > 1e-6 * source.diagonal))
+    if outside.size:
+        k = outside[0]
+        raise InputError(
+            f"{what} {k + 1}: ({z[k].real:g}, {z[k].imag:g}) is outside the source shape, by {gap[k]:.3g}; move it inside"
+        )
+
+
+def measure_of(curve: Curve, per_edge: int) -> Real:
+    """(e · per_edge,) share of the curve's length that each sample of `curve.sample(per_edge)` stands for."""
+    return np.repeat(curve.lengths / (per_edge * curve.length), per_edge)

@@ -1,0 +1,159 @@
+"""What solving gives: a map, how the solver ended, and figures that judge it."""
+
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import shapely
+
+from . import harmonic
+from .cauchy import Complex
+from .curve import Curve
+from .harmonic import HarmonicMap
+
+INTERIOR_POINTS = 2000
+
+
+class Status(Enum):
+    """How the solver ended, as a sentence."""
+
+    DECREASE = "The energy no longer decreases by a relevant share of itself."
+    THRESHOLD = "The energy fell below the threshold."
+    REACHED = "The image of the boundary is within the tolerance of the target."
+    LIMIT = "The iteration limit was reached before the energy settled."
+    GAP = "The image of the boundary is not within the tolerance of the target."
+    CROWDED = "Parts of the target are too crowded for double precision: they are not covered."
+
+    @property
+    def ok(self) -> bool:
+        """Whether the solver ended as it should."""
+        return self in (Status.DECREASE, Status.THRESHOLD, Status.REACHED)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The result of `iccm.fit` and `iccm.deform`.
+
+    Attributes:
+        map: the continuous map from source to target.
+        status: how the solver ended.
+        energies: one dict an iteration, term name to value, with "total"; lengths relative to the target's radius.
+        source: the domain of the map.
+        target: the boundary aimed at; None for a deformation.
+        pins: (k, 2) complex, source and target of each pin.
+        strokes: pairs of source and target strokes.
+        notes: sentences on what was decided on the way.
+    """
+
+    map: HarmonicMap
+    status: Status
+    energies: list[dict[str, float]]
+    source: Curve
+    target: Curve | None
+    pins: Complex
+    strokes: list[tuple[Curve, Curve]]
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def iterations(self) -> int:
+        """Local and global steps taken."""
+        return max(0, len(self.energies) - 1)
+
+    def inverse(self, w: Complex) -> Complex:
+        """Points z with map(z) = w; NaN where w has none. Any shape in, the same shape out."""
+        from .inverse import inverse
+
+        return inverse(self.map, w)
+
+    @cached_property
+    def image(self) -> Complex:
+        """The image of the boundary, finely sampled and in order."""
+        return self.map(boundary_samples(self.map.polygon))
+
+    @property
+    def diagonal(self) -> float:
+        """The unit of reported lengths: the diagonal of the target's bounding box, or of the image's where there is no target."""
+        return (self.target or Curve(self.image)).diagonal
+
+    @cached_property
+    def boundary(self) -> dict[str, float]:
+        """`rms` and two-sided `hausdorff` distance between the image of the boundary and the target, relative."""
+        assert self.target is not None
+        image = Curve(self.image)
+        there = np.abs(self.target.at(self.target.closest(image.z)) - image.z)
+        goal = boundary_samples(self.target.z)
+        back = np.abs(image.at(image.closest(goal)) - goal)
+        weights = image.lengths + np.roll(image.lengths, 1)
+        rms = np.sqrt(np.average(there**2, weights=weights))
+        return {
+            "rms": float(rms) / self.diagonal,
+            "hausdorff": float(max(there.max(), back.max())) / self.diagonal,
+        }
+
+    @cached_property
+    def interior(self) -> Complex:
+        """About INTERIOR_POINTS points spread evenly over the inside of the source."""
+        return interior_grid(Curve(self.map.polygon), INTERIOR_POINTS)
+
+    def report(self) -> dict[str, Any]:
+        """The figures of the JSON report that depend on the map alone; lengths relative to `diagonal`."""
+        from .certificate import certify
+
+        f_z, f_zbar = self.map.derivatives(self.interior)
+        dilatation = harmonic.dilatation(f_z, f_zbar)
+        area = np.log10(np.maximum(np.abs(harmonic.area_scale(f_z, f_zbar)), 1e-300))
+        pin_errors = np.abs(self.map(self.pins[:, 0]) - self.pins[:, 1]) / self.diagonal
+        return {
+            "status": self.status.name.lower(),
+            "message": self.status.value,
+            "iterations": self.iterations,
+            "energies": self.energies,
+            "vertices": int(self.map.polygon.size),
+            "boundary": self.boundary if self.target is not None else None,
+            "dilatation": {
+                "median": float(np.median(dilatation)),
+                "p95": _quantile(dilatation, 0.95),
+                "max": float(dilatation.max()),
+            },
+            "log10_area": {
+                name: _quantile(area, q) for name, q in (("p05", 0.05), ("median", 0.5), ("p95", 0.95))
+            },
+            "injective": certify(self.map).report(),
+            "pins": [{"error": float(e)} for e in pin_errors],
+            "strokes": [{"error": self._stroke_error(a, b)} for a, b in self.strokes],
+            "notes": list(self.notes),
+        }
+
+    def _stroke_error(self, source: Curve, target: Curve) -> float:
+        """Root mean square distance of a stroke's image to its target, relative."""
+        image = self.map(source.at(np.linspace(0, source.length, 50)))
+        return float(np.sqrt(np.mean(np.abs(target.at(target.closest(image)) - image) ** 2))) / self.diagonal
+
+
+def boundary_samples(polygon: Complex, per_edge: int = 4) -> Complex:
+    """(n · per_edge,) points of a polygon in order, its vertices among them."""
+    t = np.arange(per_edge) / per_edge
+    return (polygon[:, None] + (np.roll(polygon, -1) - polygon)[:, None] * t).ravel()
+
+
+def interior_grid(curve: Curve, count: int) -> Complex:
+    """About `count` points of a square grid inside a closed curve, none closer to it than a hundredth of the spacing."""
+    step = np.sqrt(abs(curve.area) / count)
+    lo, hi = curve.box
+    x = np.arange(lo.real + step / 2, hi.real, step)
+    y = np.arange(lo.imag + step / 2, hi.imag, step)
+    z = (x[None, :] + 1j * y[:, None]).ravel()
+    ring = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag])).buffer(-0.01 * step)
+    shapely.prepare(ring)
+    inside = z[shapely.contains_xy(ring, z.real, z.imag)]
+    if inside.size:
+        return inside
+    point = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag])).representative_point()
+    return np.array([complex(point.x, point.y)])
+
+
+def _quantile(values: np.ndarray, q: float) -> float:
+    """A quantile that stays well defined when some values are infinite."""
+    return float(np.quantile(values, q, method="inverted_cdf"))
