@@ -1,1 +1,74 @@
-"""The command line."""
+"""The command line: parse, call, show. A command's module is imported when the command is used: help is instant."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import import_module
+
+import click
+
+from .. import __version__
+from . import logs
+from .failures import explain
+
+COMMANDS = {
+    "map": "Map one shape onto another and carry a texture through the map.",
+    "deform": "Deform a shape and its texture by pins and strokes alone.",
+    "apply": "Warp more images through a map that was saved with --stmap.",
+    "flatten": "Flatten a mesh patch into the plane.",
+    "batch": "Run many jobs from a manifest.",
+    "check": "Compare results with stored baselines, for CI.",
+    "info": "Tell what iccm sees in a file.",
+    "doctor": "Tell whether iccm is installed and set up well.",
+}
+
+
+class Commands(click.Group):
+    """A group that knows its commands' names and one-line helps without importing them."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The commands in the order of the table."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        """Import the one command that is used."""
+        if name not in COMMANDS:
+            return None
+        return import_module(f".{name}", __package__).command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The table itself: no import."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="iccm")
+def iccm() -> None:
+    """Texture transfer between planar shapes by (quasi-)conformal maps.
+
+    \b
+    Example:  iccm map rose.svg leaf.svg --texture petals.png -o rose-on-leaf.png
+    Help:     iccm map --help
+    """
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and leave with its exit code."""
+    # Sums in BLAS depend on the number of its threads: one thread makes a result the same bytes on every machine.
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    sys.exit(run(arguments))
+
+
+def run(arguments: list[str] | None = None) -> int:
+    """The exit code of a command line; whatever goes wrong is one line on stderr."""
+    logs.reset()
+    try:
+        with logs.terminable():
+            code = iccm.main(arguments, prog_name="iccm", standalone_mode=False)
+            sys.stdout.flush()
+        return code if isinstance(code, int) else 0
+    except BaseException as error:
+        return explain(error)

@@ -1,0 +1,144 @@
+"""Messages on stderr: how many (`-v`, `-q`), in which form (`--log-format`), and stopping on SIGTERM."""
+
+from __future__ import annotations
+
+import json
+import logging
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import click
+
+log = logging.getLogger("iccm")
+
+
+class Terminated(BaseException):
+    """A signal asked the process to stop; raised so that temporary files are removed on the way out."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.signal = number
+
+
+class _Text(logging.Formatter):
+    """`error: …`, `note: …`; plain text for what is asked for with -v."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """One record, one line."""
+        label = (
+            "error: "
+            if record.levelno >= logging.ERROR
+            else "note: "
+            if record.levelno == logging.WARNING
+            else ""
+        )
+        return label + " ".join(record.getMessage().split("\n"))
+
+
+class _Json(logging.Formatter):
+    """One object a line: level, message, and whatever fields the message came with."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """One record, one line."""
+        fields = getattr(record, "fields", {})
+        return json.dumps(
+            {"level": record.levelname.lower(), "message": record.getMessage(), **fields}, default=str
+        )
+
+
+class _Stderr(logging.StreamHandler):
+    """Writes to whatever sys.stderr is at the time."""
+
+    def __init__(self) -> None:
+        logging.Handler.__init__(self)
+
+    @property
+    def stream(self) -> Any:
+        """The stream of the moment."""
+        return sys.stderr
+
+
+_state = {"debug": False}
+
+
+def reset() -> None:
+    """Messages of level info and above, as text."""
+    _state["debug"] = False
+    configure(0, "text")
+
+
+def configure(verbosity: int, form: str) -> None:
+    """Set what the `iccm` logger shows: -1 errors only, 0 notes and results, 1 and more everything."""
+    handler = _Stderr()
+    handler.setFormatter(_Json() if form == "json" else _Text())
+    log.handlers[:] = [handler]
+    log.propagate = False
+    log.setLevel(logging.ERROR if verbosity < 0 else logging.DEBUG if verbosity > 0 else logging.INFO)
+
+
+def debug() -> bool:
+    """Whether --debug was given."""
+    return _state["debug"]
+
+
+def options(command: Callable) -> Callable:
+    """The options that every command has: -v, -q, --log-format, --debug."""
+    for option in (
+        click.option(
+            "--debug", is_flag=True, expose_value=False, callback=_debug, help="Tracebacks for errors."
+        ),
+        click.option(
+            "--log-format",
+            type=click.Choice(["text", "json"]),
+            default="text",
+            expose_value=False,
+            callback=_apply("form"),
+            help="Messages as text or as one JSON object a line.",
+        ),
+        click.option(
+            "-q", "--quiet", is_flag=True, expose_value=False, callback=_apply("quiet"), help="Errors only."
+        ),
+        click.option(
+            "-v", "--verbose", count=True, expose_value=False, callback=_apply("verbose"), help="Tell more."
+        ),
+    ):
+        command = option(command)
+    return command
+
+
+def _debug(ctx: click.Context, parameter: click.Parameter, value: bool) -> None:
+    _state["debug"] = _state["debug"] or value
+
+
+def _apply(key: str) -> Callable:
+    def callback(ctx: click.Context, parameter: click.Parameter, value: Any) -> None:
+        ctx.meta[f"iccm.{key}"] = value
+        verbosity = -1 if ctx.meta.get("iccm.quiet") else ctx.meta.get("iccm.verbose", 0)
+        configure(verbosity, ctx.meta.get("iccm.form", "text"))
+
+    return callback
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """Turn SIGTERM and SIGHUP into an exception while the block runs (main thread only)."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(number: int, frame: object) -> None:
+        raise Terminated(number)
+
+    names = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {
+        number: signal.signal(number, stop) for number in names if signal.getsignal(number) is signal.SIG_DFL
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

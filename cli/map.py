@@ -1,0 +1,49 @@
+"""`iccm map`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from . import logs, options
+
+
+@click.command()
+@click.argument("source")
+@click.argument("target")
+@options.OUTPUTS
+@options.CONSTRAINTS
+@options.SOLVER
+@options.RASTER
+@logs.options
+def command(**given: Any) -> int:
+    """Map the shape SOURCE onto the shape TARGET and carry a texture through the map.
+
+    SOURCE and TARGET are files (SVG, a picture with a silhouette, OBJ) or file#id, an element of the file.
+    Coordinates are in the files' own units. Without options the picture SOURCE-TARGET.png of a numbered
+    checkerboard is written.
+
+    \b
+    iccm map rose.svg leaf.svg
+    iccm map rose.svg leaf.svg --texture petals.png -o out.png --size 2048 --report out.json
+    iccm map face.svg mask.svg --pin 30,40:28,44 --quasi 0.1 --plot fit.png
+
+    Exit code: 0 done, 1 the result is not good enough, 2 an input is wrong.
+    """
+    return execute(given)
+
+
+def execute(given: dict[str, Any]) -> int:
+    """Run the job of these options, tell about it on stderr, and give the exit code."""
+    from ..io.job import make
+    from ..io.report import summary
+    from ..io.run import run
+
+    outcome = run(make(options.values(given)), tell=logs.log.warning)
+    for line in summary(outcome.report):
+        logs.log.info(line)
+    for name in outcome.written:
+        logs.log.info(f"wrote {name}")
+    (logs.log.info if outcome.ok else logs.log.error)(outcome.message)
+    return 0 if outcome.ok else 1

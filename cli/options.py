@@ -1,0 +1,140 @@
+"""Options that several commands share. Each is a field of `Job`; a test holds the two together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import click
+
+Decorator = Callable[[Callable], Callable]
+
+
+def together(*options: Decorator) -> Decorator:
+    """One decorator that adds the options in the order in which help shows them."""
+
+    def decorate(command: Callable) -> Callable:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return decorate
+
+
+def _choice(*names: str) -> click.Choice:
+    return click.Choice(list(names))
+
+
+OUTPUTS = together(
+    click.option(
+        "--texture", metavar="IMAGE", help="Picture to carry along.  [default: a numbered checkerboard]"
+    ),
+    click.option(
+        "-o",
+        "--output",
+        multiple=True,
+        metavar="FILE",
+        help="What to write, by suffix: a picture (.png .jpg .tif .exr .webp .hdr), a mesh (.obj), artwork (.svg); "
+        "- for a PNG on stdout. May be repeated.  [default: SOURCE-TARGET.png here, when nothing else is written]",
+    ),
+    click.option("--report", metavar="FILE.json", help="Figures of the run as JSON; - for stdout."),
+    click.option("--plot", metavar="FILE.png", help="A figure: grids, energy, distortion (.png .svg .pdf)."),
+    click.option("--force", is_flag=True, help="Replace files that exist."),
+)
+
+RASTER = together(
+    click.option(
+        "--size", metavar="WxH|N", help="Pixels of the picture, or its longer side.  [default: 1024]"
+    ),
+    click.option(
+        "--texture-box",
+        type=_choice("viewbox", "bbox"),
+        default="viewbox",
+        show_default=True,
+        help="What of the source the texture covers: its canvas, or its outline's bounding box.",
+    ),
+    click.option(
+        "--filter",
+        type=_choice("auto", "nearest", "linear", "cubic", "lanczos", "spline"),
+        default="auto",
+        show_default=True,
+        help="Sampling of the texture; nearest for label maps and masks.",
+    ),
+    click.option(
+        "--kind",
+        type=_choice("colour", "normal", "data"),
+        default="colour",
+        show_default=True,
+        help="What the texture's channels are; normals turn with the map.",
+    ),
+    click.option(
+        "--edge",
+        type=_choice("clamp", "transparent"),
+        default="clamp",
+        show_default=True,
+        help="What lies outside the texture.",
+    ),
+    click.option(
+        "--padding", type=int, default=0, show_default=True, help="Pixels to spill past the outline; -1: all."
+    ),
+    click.option(
+        "--max-pixel-error",
+        type=float,
+        default=0.05,
+        show_default=True,
+        help="Error that fast evaluation may make, in texels.",
+    ),
+    click.option(
+        "--max-pixels", type=int, default=1 << 28, show_default=True, help="Refuse larger pictures."
+    ),
+)
+
+CONSTRAINTS = together(
+    click.option(
+        "--pin",
+        multiple=True,
+        metavar="SX,SY:TX,TY",
+        help="A point of the source and where it goes, in the files' units. May be repeated.",
+    ),
+    click.option("--constraints", metavar="FILE.json", help="Pins and strokes from a file."),
+)
+
+SOLVER = together(
+    click.option(
+        "--quasi", type=float, metavar="WEIGHT", help="Quasi-conformal, with this weight against shear."
+    ),
+    click.option(
+        "--method",
+        type=_choice("robust", "paper"),
+        default="robust",
+        show_default=True,
+        help="robust finds its own start and vertices; paper is Algorithm 1 as published.",
+    ),
+    click.option(
+        "--order", type=click.IntRange(0, 1), help="Distance of zeroth or first order.  [default: by method]"
+    ),
+    click.option(
+        "--max-iterations", type=click.IntRange(1), metavar="N", help="Stop after N.  [default: by method]"
+    ),
+    click.option(
+        "--vertices", type=click.IntRange(3), metavar="N", help="Boundary vertices.  [default: by shape]"
+    ),
+    click.option(
+        "--tolerance",
+        type=float,
+        default=1e-3,
+        show_default=True,
+        help="Boundary gap to reach, relative to the target's diagonal.",
+    ),
+    click.option(
+        "--require-injective", is_flag=True, help="Exit code 1 unless the map is certified one-to-one."
+    ),
+)
+
+
+def values(options: dict[str, object]) -> dict[str, object]:
+    """The options that were given, as a Job's fields: unset ones are left to its defaults."""
+    return {key: _plain(value) for key, value in options.items() if value is not None}
+
+
+def _plain(value: object) -> object:
+    return list(value) if isinstance(value, Sequence) and not isinstance(value, str) else value

@@ -1,0 +1,139 @@
+"""One run, described and validated: the command line, a batch and CI all make one of these."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from ..errors import InputError
+
+Pin = tuple[float, float, float, float]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+MAX_SIDE = 1 << 17
+
+
+def _pin(value: Any) -> Any:
+    """`SX,SY:TX,TY` as typed, or four numbers, or two pairs of numbers as JSON gives them."""
+    if isinstance(value, str):
+        number = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
+        match = re.fullmatch(f"{number},{number}:{number},{number}", value)
+        if not match:
+            raise ValueError(f"{value!r} is not SX,SY:TX,TY, four numbers such as 10,20:30,40")
+        return tuple(float(part) for part in match.groups())
+    if (
+        isinstance(value, list | tuple)
+        and len(value) == 2
+        and all(isinstance(v, list | tuple) for v in value)
+    ):
+        return (*value[0], *value[1])
+    return value
+
+
+def _size(value: Any) -> Any:
+    """`WxH`, or one number for the longer side."""
+    if isinstance(value, str):
+        match = re.fullmatch(r"\s*(\d+)(?:\s*[xX×]\s*(\d+))?\s*", value)
+        if not match:
+            raise ValueError(f"{value!r} is not WxH or N, such as 1024x768 or 1024")
+        value = [int(part) for part in match.groups() if part]
+    sides = [value] if isinstance(value, int) else value
+    if isinstance(sides, list | tuple) and any(isinstance(n, int) and not 1 <= n <= MAX_SIDE for n in sides):
+        raise ValueError(f"a side must be from 1 to {MAX_SIDE} pixels")
+    return tuple(sides) if isinstance(sides, list | tuple) else value
+
+
+def _many(value: Any) -> Any:
+    """One value where several may stand."""
+    return () if value is None else (value,) if isinstance(value, str | Path) else value
+
+
+Size = Annotated[tuple[int] | tuple[int, int], BeforeValidator(_size)]
+Names = Annotated[tuple[str, ...], BeforeValidator(_many)]
+Pins = Annotated[tuple[Annotated[Pin, BeforeValidator(_pin)], ...], BeforeValidator(_many)]
+
+
+class Job(BaseModel):
+    """What to map onto what, how, and what to write. Paths are as the user gave them; coordinates in file units.
+
+    `target` None means a deformation of the source by its constraints alone.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    source: str = Field(min_length=1)
+    target: str | None = None
+    texture: str | None = None
+    output: Names = ()
+    size: Size | None = None
+    texture_box: Literal["viewbox", "bbox"] = "viewbox"
+    filter: Literal["auto", "nearest", "linear", "cubic", "lanczos", "spline"] = "auto"
+    kind: Literal["colour", "normal", "data"] = "colour"
+    edge: Literal["clamp", "transparent"] = "clamp"
+    padding: int = Field(0, ge=-1)
+    max_pixel_error: Positive = 0.05
+    max_pixels: int = Field(1 << 28, ge=1)
+    pin: Pins = ()
+    constraints: str | None = None
+    quasi: Positive | None = None
+    method: Literal["robust", "paper"] = "robust"
+    order: Literal[0, 1] | None = None
+    max_iterations: int | None = Field(None, ge=1)
+    vertices: int | None = Field(None, ge=3, le=100_000)
+    tolerance: Positive = 1e-3
+    report: str | None = None
+    plot: str | None = None
+    force: bool = False
+    require_injective: bool = False
+
+    @model_validator(mode="after")
+    def _one_stream(self) -> Job:
+        if [*self.output, self.report].count("-") > 1:
+            raise ValueError("only one output can be `-`: stdout is one stream")
+        return self
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Every file that the job writes, in no particular order; stdout is not a file."""
+        names = [*self.output, self.report, self.plot]
+        return tuple(name for name in names if name and name != "-")
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Every file that the job reads, as a path without its `#id`."""
+        specs = [path_of(self.source), path_of(self.target or ""), self.texture, self.constraints]
+        return tuple(dict.fromkeys(name for name in specs if name))
+
+
+def path_of(spec: str) -> str:
+    """The file of `file#id`; a file whose own name has a # wins."""
+    return spec if "#" not in spec or Path(spec).exists() else spec.rpartition("#")[0]
+
+
+def make(values: dict[str, Any]) -> Job:
+    """A job from the options of the command line.
+
+    Raises:
+        InputError: the first mistake, by the name of its option.
+    """
+    try:
+        return Job(**values)
+    except ValidationError as error:
+        raise InputError(
+            "; ".join(f"--{key.replace('_', '-')}: {text}" for key, text in mistakes(error))
+        ) from None
+
+
+def mistakes(error: ValidationError) -> list[tuple[str, str]]:
+    """(key, what is wrong) for each mistake pydantic found."""
+    found: dict[str, str] = {}
+    for item in error.errors(include_url=False, include_context=False):
+        key = ".".join(str(part) for part in item["loc"] if not str(part).startswith(("tuple[", "function-")))
+        found.setdefault(key.removesuffix(".0") if key.startswith("size") else key, _plain(item["msg"]))
+    return list(found.items())
+
+
+def _plain(message: str) -> str:
+    return message.removeprefix("Value error, ").replace("Extra inputs are not permitted", "unknown key")

@@ -1,0 +1,106 @@
+"""The report of a run: one JSON object, `iccm.report/1`, described in the README."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import __version__
+from . import files
+
+if TYPE_CHECKING:
+    from .run import Run
+
+SCHEMA = "iccm.report/1"
+
+
+def build(run: Run) -> dict[str, Any]:
+    """The report: what the solver found, then time, inputs with their hashes, options and version.
+
+    Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same job then gives the same bytes.
+    """
+    report = {"schema": SCHEMA, "version": __version__, **run.fit.report(), **run.figures}
+    if "SOURCE_DATE_EPOCH" not in os.environ:
+        report["seconds"] = {"solve": 0.0, "resample": 0.0, **run.seconds}
+    report["notes"] = run.notes
+    report["inputs"] = [{"path": name, "sha256": files.sha256(name)} for name in run.job.inputs]
+    report["job"] = run.job.model_dump(mode="json", exclude_defaults=True)
+    return plain(report)
+
+
+def plain(value: Any) -> Any:
+    """Only what JSON can say: numpy becomes lists and numbers, complex numbers pairs, NaN and infinity null."""
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, complex):
+        return [plain(value.real), plain(value.imag)]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def text(report: dict[str, Any]) -> str:
+    """The report as it is written: one key a line, ending in a newline."""
+    return json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def write(report: dict[str, Any], name: str, stack: ExitStack, *, force: bool) -> None:
+    """Write the report to stdout, or to a file that appears when the stack is left."""
+    if name == "-":
+        sys.stdout.write(text(report))
+    else:
+        stack.enter_context(files.replacing(name, force=force)).write_text(text(report), encoding="utf-8")
+
+
+def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
+    """Whether the result is good enough, and a sentence on it."""
+    status = run.fit.status
+    if not status.ok:
+        return False, status.value
+    if run.job.require_injective and not report.get("injective", {}).get("certified", False):
+        return False, "the map is not certified injective (--require-injective)"
+    return True, status.value
+
+
+def summary(report: dict[str, Any]) -> list[str]:
+    """The figures that a person wants to see, a line each."""
+    lines = []
+    boundary, dilatation = report.get("boundary", {}), report.get("dilatation", {})
+    area, injective = report.get("log10_area", {}), report.get("injective", {})
+    if boundary:
+        rms, gap = _short(boundary.get("rms")), _short(boundary.get("hausdorff"))
+        lines.append(f"boundary    rms {rms}, Hausdorff {gap} of the diagonal")
+    if dilatation:
+        lines.append(
+            "dilatation  " + ", ".join(f"{name} {_short(value)}" for name, value in dilatation.items())
+        )
+    if area:
+        lines.append("log10 area  " + ", ".join(f"{name} {_short(value)}" for name, value in area.items()))
+    if injective:
+        lines.append(f"injective   {_injective(injective)}")
+    if report.get("pins"):
+        lines.append(f"pins        largest error {_short(max(pin['error'] for pin in report['pins']))}")
+    if "seconds" in report:
+        parts = {k: v for k, v in report["seconds"].items() if v >= 0.005}
+        lines.append("seconds     " + ", ".join(f"{name} {value:.2f}" for name, value in parts.items()))
+    return lines
+
+
+def _injective(found: dict[str, Any]) -> str:
+    if found.get("certified"):
+        return f"certified from a depth of {_short(found.get('depth'))} of the diagonal"
+    return f"not certified; {found.get('zeros', 'unknown')} folds"
+
+
+def _short(value: Any) -> str:
+    return f"{value:.3g}" if isinstance(value, int | float) else "unknown"
