@@ -96,6 +96,10 @@ CONSTRAINTS = together(
         help="A point of the source and where it goes, in the files' units. May be repeated.",
     ),
     click.option("--constraints", metavar="FILE.json", help="Pins and strokes from a file."),
+    click.option(
+        "--pin-weight", type=float, metavar="W", help="Pull of the pins against the outline's.  [default: 1]"
+    ),
+    click.option("--stroke-weight", type=float, metavar="W", help="Pull of the strokes.  [default: 1]"),
 )
 
 SOLVER = together(
@@ -117,6 +121,9 @@ SOLVER = together(
     ),
     click.option(
         "--vertices", type=click.IntRange(3), metavar="N", help="Boundary vertices.  [default: by shape]"
+    ),
+    click.option(
+        "--smoothness", type=float, metavar="W", help="Resistance to bending.  [default: by command]"
     ),
     click.option(
         "--tolerance",

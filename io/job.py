@@ -81,8 +81,11 @@ class Job(BaseModel):
     method: Literal["robust", "paper"] = "robust"
     order: Literal[0, 1] | None = None
     max_iterations: int | None = Field(None, ge=1)
-    vertices: int | None = Field(None, ge=3, le=100_000)
+    vertices: int | None = Field(None, ge=3, le=4000)
     tolerance: Positive = 1e-3
+    pin_weight: Positive | None = None
+    stroke_weight: Positive | None = None
+    smoothness: float | None = Field(None, ge=0)
     report: str | None = None
     plot: str | None = None
     force: bool = False

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".webp", ".hdr", ".bmp")
 PLOTS = (".png", ".svg", ".pdf")
 LONGER_SIDE = 1024
+SOLVER = (
+    "quasi", "method", "order", "max_iterations", "tolerance", "vertices", "pin_weight", "stroke_weight", "smoothness"
+)  # fmt: skip
 
 
 @dataclass
@@ -39,6 +43,12 @@ class Run:
     threads: int | None = None
     notes: list[str] = field(default_factory=list)
     figures: dict[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def found(self) -> dict[str, Any]:
+        """The solver's own report, made once."""
+        with self.timed("evaluate"):
+            return self.fit.report()
 
     @contextmanager
     def timed(self, part: str) -> Iterator[None]:
@@ -152,11 +162,15 @@ def _solve(job: Job, threads: int | None, tell: Callable[[str], None]) -> Run:
     notes = list(dict.fromkeys(f"{s.spec}: {note}" for s in (source, target) for note in s.notes))
     for note in notes:
         tell(note)
-    names = ("quasi", "method", "order", "max_iterations", "tolerance", "vertices")
-    options = {name: value for name in names if (value := getattr(job, name)) is not None}
+    options = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
     with _timed(seconds, "solve"):
-        fit = iccm.fit(source.curve, target.curve, pins=pins, strokes=strokes, **options)
-    return Run(job, source, target, fit, seconds, threads, notes)
+        if job.target:
+            fit = iccm.fit(source.curve, target.curve, pins=pins, strokes=strokes, **options)
+        else:
+            fit = iccm.deform(source.curve, pins=pins, strokes=strokes, **options)
+    for note in fit.notes:
+        tell(note)
+    return Run(job, source, target, fit, seconds, threads, [*notes, *fit.notes])
 
 
 def constrained(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:

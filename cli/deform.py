@@ -1,0 +1,29 @@
+"""`iccm deform`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from . import logs, options
+from .map import execute
+
+
+@click.command()
+@click.argument("shape")
+@options.OUTPUTS
+@options.CONSTRAINTS
+@options.SOLVER
+@options.RASTER
+@logs.options
+def command(shape: str, **given: Any) -> int:
+    """Move SHAPE, a file or file#id, and its texture by pins and strokes alone: no target.
+
+    \b
+    iccm deform cat.svg --pin 20,30:25,10 --pin 50,50:50,50 --texture fur.png -o cat-up.png
+    iccm deform cat.svg --constraints tail.json --quasi 0.1
+
+    Exit code: 0 done, 1 the result is not good enough, 2 an input is wrong.
+    """
+    return execute({"source": shape, **given})
