@@ -1,0 +1,29 @@
+"""Threads over slices of a fixed size: what a slice computes does not depend on how many threads there are."""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+SLICE = 4096
+
+
+def thread_count(threads: int | None = None) -> int:
+    """The number of threads to use: as asked, or as many as this process may run on."""
+    if threads is not None:
+        return max(1, threads)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def over_slices(
+    work: Callable[[slice], None], count: int, threads: int | None = None, step: int = SLICE
+) -> None:
+    """Calls work(slice) for slices of `step` that cover range(count). The work must release the GIL to gain from it."""
+    parts = [slice(k, min(k + step, count)) for k in range(0, count, step)]
+    workers = min(thread_count(threads), len(parts))
+    if workers <= 1:
+        for part in parts:
+            work(part)
+        return
+    with ThreadPoolExecutor(workers) as pool:
+        for _ in pool.map(work, parts):
+            pass
