@@ -1,0 +1,76 @@
+"""The part of CSS that decides what an SVG shows: declarations, and rules with simple selectors."""
+
+import re
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+_SIMPLE = re.compile(r"(\*|[A-Za-z][\w-]*+)?((?:[.#][\w-]++)*+)")
+_PART = re.compile(r"[.#][\w-]+")
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One selector without combinators, with its declarations and its rank in the cascade."""
+
+    tag: str
+    parts: frozenset[str]
+    style: Mapping[str, str]
+    rank: tuple[int, int, int, int]  # CSS specificity (ids, classes, tags), then the order
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """Rules by one thing that an element must have: an id, a class, a tag or anything."""
+
+    rules: Mapping[str, list[Rule]] = field(default_factory=dict)
+
+    def style(self, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
+        """What the sheet says of an element."""
+        has = {f".{name}" for name in attributes.get("class", "").split()} | {f"#{attributes.get('id', '')}"}
+        near = (rule for key in (*has, tag, "*") for rule in self.rules.get(key, ()))
+        fitting = [rule for rule in near if rule.tag in ("", "*", tag) and rule.parts <= has]
+        found: dict[str, str] = {}
+        for rule in sorted(fitting, key=lambda rule: rule.rank):
+            found |= rule.style
+        return found
+
+
+def declarations(text: str) -> dict[str, str]:
+    """`name: value; …` by name; what cannot be read is left out, as CSS has it."""
+    pairs = (part.partition(":") for part in _uncommented(text).split(";"))
+    return {k.strip().lower(): v.replace("!important", "").strip() for k, colon, v in pairs if colon}
+
+
+def sheet(text: str) -> Sheet:
+    """The rules of a style sheet whose selectors are a tag, classes and an id; others, and @-rules, are left out."""
+    rules = defaultdict(list)
+    for order, (selector, body) in enumerate(_rules(_uncommented(text))):
+        match = _SIMPLE.fullmatch(selector)
+        if match and match[0]:
+            tag, parts = match[1] or "", frozenset(_PART.findall(match[2]))
+            ids = sum(part[0] == "#" for part in parts)
+            rank = ids, len(parts) - ids, int(tag not in ("", "*")), order
+            rules[min(parts, default=tag)].append(Rule(tag, parts, body, rank))
+    return Sheet(dict(rules))
+
+
+def _rules(text: str) -> Iterator[tuple[str, dict[str, str]]]:
+    """Selectors and declarations at the top level, outside every @-rule."""
+    depth = start = 0
+    head = ""
+    for brace in re.finditer("[{}]", text):
+        piece, start = text[start : brace.start()], brace.end()
+        if brace[0] == "{":
+            depth += 1
+            head = piece.strip() if depth == 1 else "@"
+        else:
+            if depth == 1 and not head.startswith("@"):
+                body = declarations(piece)
+                yield from ((selector.strip(), body) for selector in head.split(","))
+            depth = max(depth - 1, 0)
+
+
+def _uncommented(text: str) -> str:
+    pieces = text.replace("<!--", "").replace("-->", "").split("*/")
+    return " ".join(piece.partition("/*")[0] for piece in pieces)

@@ -1,0 +1,308 @@
+"""An SVG document as the list of shapes that it draws: XML read safely, `use` expanded, styles inherited.
+
+Nothing outside the file is ever read: entities are refused, and links to anything but an id of the file are ignored.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from xml.etree.ElementTree import Element, ParseError, TreeBuilder
+
+from defusedxml import DefusedXmlException, EntitiesForbidden
+from defusedxml.ElementTree import XMLParser
+
+from ..errors import InputError
+from . import affine, css
+from .affine import Affine
+from .drawing import Rectangle
+from .svgpath import numbers
+
+SHAPES = frozenset(["path", "rect", "circle", "ellipse", "line", "polyline", "polygon"])
+_GROUPS = frozenset(["g", "a", "switch"])
+_SPACES = ("", "http://www.w3.org/2000/svg")
+_LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
+_LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
+_INHERITED = ("fill", "stroke", "fill-rule", "visibility")
+_UNITS = {
+    "": 1.0,
+    "px": 1.0,
+    "in": 96.0,
+    "cm": 96 / 2.54,
+    "mm": 96 / 25.4,
+    "q": 24 / 25.4,
+    "pt": 96 / 72,
+    "pc": 16.0,
+}
+_UNITS |= {"em": 16.0, "rem": 16.0, "ex": 8.0}  # of the default font: text has no place here
+_LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%|[A-Za-z]*)\s*")
+MAX_DEPTH = 200
+MAX_ELEMENTS = 300_000
+MAX_COPIES = 50_000
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """One shape that the document draws.
+
+    Attributes:
+        tag: one of SHAPES.
+        properties: attributes and styles by name, those of the style sheet and of parents included.
+        affine: from the shape's own coordinates to the root's user units.
+        size: width and height that percentages refer to; None where the document states none.
+        names: its own id and Inkscape label, as far as it has them.
+        groups: ids and labels of everything that it is inside of.
+    """
+
+    tag: str
+    properties: Mapping[str, str]
+    affine: Affine
+    size: tuple[float, float] | None
+    names: tuple[str, ...]
+    groups: tuple[str, ...] = ()
+
+    def length(self, name: str, axis: str, default: float = 0.0) -> float:
+        """A length attribute in user units; `axis` (x, y or r) says what a percentage refers to."""
+        text = self.properties.get(name, "")
+        return length(text, self.size, axis, name) if text.strip() not in ("", "auto") else default
+
+    @property
+    def name(self) -> str:
+        """How messages name the shape."""
+        return f"<{self.tag}> {self.names[0]!r}" if self.names else f"<{self.tag}> without id"
+
+    @property
+    def filled(self) -> bool:
+        """Whether its inside is painted; SVG closes open runs of such a shape."""
+        return self._painted("fill", "black")
+
+    @property
+    def visible(self) -> bool:
+        """Whether anything of it is painted."""
+        return self.filled or self._painted("stroke", "none")
+
+    def _painted(self, kind: str, default: str) -> bool:
+        paint = self.properties.get(kind, default).strip()
+        opacity = self.properties.get(f"{kind}-opacity", "1").strip().rstrip("%")
+        return paint not in ("none", "transparent") and opacity not in ("0", "0.0", ".0")
+
+
+@dataclass(frozen=True, eq=False)
+class Document:
+    """A parsed document: its canvas in user units (None when it states none), and what it draws in order."""
+
+    canvas: Rectangle | None
+    shapes: list[Drawn]
+
+
+def parse(data: bytes) -> Document:
+    """The shapes that an SVG document draws.
+
+    Raises:
+        InputError: not XML, not SVG, entities, too deep or too many elements, a `use` of itself, a malformed transform,
+            length or viewBox.
+    """
+    root = _xml(data)
+    canvas = _canvas(root)
+    sheet = css.sheet("\n".join("".join(e.itertext()) for e in root.iter() if _local(e) == "style"))
+    walk = _Walk({e.get("id", ""): e for e in reversed(list(root.iter()))}, sheet)
+    state = _State(Affine(), canvas[2:] if canvas else None, canvas[:2] if canvas else (0.0, 0.0))
+    return Document(canvas, list(walk.children(root, walk.enter(root, state, root=True))))
+
+
+def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "length") -> float:
+    """A length in user units (px at 96 dpi).
+
+    Raises:
+        InputError: malformed, of an unknown unit, or a percentage of nothing.
+    """
+    match = _LENGTH.fullmatch(text[:100])
+    if not match or (match[2] != "%" and match[2].lower() not in _UNITS) or not abs(float(match[1])) < 1e100:
+        raise InputError(f"{name} {text[:24]!r} is not a length")
+    if match[2] != "%":
+        return float(match[1]) * _UNITS[match[2].lower()]
+    if size is None:
+        raise InputError(f"{name} {text[:24]!r}: a percentage needs a viewBox to refer to")
+    whole = {"x": size[0], "y": size[1], "r": ((size[0] ** 2 + size[1] ** 2) / 2) ** 0.5}[axis]
+    return float(match[1]) / 100 * whole
+
+
+class _Builder(TreeBuilder):
+    """Counts while it builds, so that a bomb of elements ends before the memory does."""
+
+    depth = count = 0
+
+    def start(self, tag, attrs):
+        self.depth += 1
+        self.count += 1
+        if self.depth > MAX_DEPTH:
+            raise InputError(f"elements are nested more than {MAX_DEPTH} deep")
+        if self.count > MAX_ELEMENTS:
+            raise InputError(f"more than {MAX_ELEMENTS} elements")
+        return super().start(tag, attrs)
+
+    def end(self, tag):
+        self.depth -= 1
+        return super().end(tag)
+
+
+def _xml(data: bytes) -> Element:
+    parser = XMLParser(target=_Builder())
+    try:
+        parser.feed(data)
+        root = parser.close()
+    except EntitiesForbidden as error:
+        raise InputError(
+            f"declares the XML entity {error.name!r}; save it as plain SVG without entities"
+        ) from error
+    except DefusedXmlException as error:
+        raise InputError("refers to another file in its XML; save it as plain SVG") from error
+    except ParseError as error:
+        raise InputError(f"not well-formed XML: {error}") from error
+    except (ValueError, LookupError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"not readable as XML: {str(error).splitlines()[0]}") from error
+    if _local(root) != "svg":
+        raise InputError(f"the root element is <{str(root.tag)[:40]}>, not <svg>")
+    return root
+
+
+def _local(element: Element) -> str:
+    """The tag's name when it is SVG's (or has no namespace), otherwise nothing."""
+    space, _, name = str(element.tag).rpartition("}")
+    return name if space.lstrip("{") in _SPACES else ""
+
+
+def _canvas(root: Element) -> Rectangle | None:
+    if "viewBox" in root.attrib:
+        return _view_box(root.attrib)
+    width, height = (root.get(name, "100%").strip() for name in ("width", "height"))
+    if width.endswith("%") or height.endswith("%") or "auto" in (width, height):
+        return None
+    size = length(width, None, "x", "width"), length(height, None, "y", "height")
+    if min(size) <= 0:
+        raise InputError(f"width and height are {size[0]:g} and {size[1]:g}; they must be positive")
+    return 0.0, 0.0, *size
+
+
+def _view_box(attributes: Mapping[str, str]) -> Rectangle:
+    text = attributes["viewBox"]
+    try:
+        x, y, width, height = numbers(text)
+    except ValueError as error:
+        raise InputError(f"viewBox {text[:48]!r} is not four numbers") from error
+    if width <= 0 or height <= 0:
+        raise InputError(f"viewBox {text[:48]!r} has no area")
+    return x, y, width, height
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """What children inherit."""
+
+    affine: Affine
+    size: tuple[float, float] | None
+    origin: tuple[float, float] = (0.0, 0.0)
+    properties: Mapping[str, str] = field(default_factory=dict)
+    groups: tuple[str, ...] = ()
+    used: tuple[int, ...] = ()
+    depth: int = 0
+
+
+class _Walk:
+    """The document in drawing order."""
+
+    def __init__(self, ids: Mapping[str, Element], sheet: css.Sheet):
+        self.ids, self.sheet, self.copies = ids, sheet, 0
+
+    def enter(self, element: Element, state: _State, *, root: bool = False) -> _State | None:
+        """The state inside an element, or None when it is not displayed."""
+        own = {k.rpartition("}")[2]: v for k, v in element.attrib.items() if not k.startswith("{")}
+        own |= self.sheet.style(_local(element), own) | css.declarations(own.get("style", ""))
+        if own.get("display") == "none" or own.get("opacity", "").strip() in ("0", "0%", "0.0"):
+            return None
+        kept = {k: state.properties[k] for k in _INHERITED if k in state.properties}
+        properties = kept | {k: v for k, v in own.items() if v != "inherit"}
+        names = tuple(dict.fromkeys(n for n in (element.get("id"), element.get(_LABEL)) if n))
+        transform = Affine() if root else _transform(properties, state)
+        return replace(
+            state,
+            affine=state.affine @ transform,
+            properties=properties,
+            groups=state.groups if root else state.groups + names,
+            depth=state.depth + 1,
+        )
+
+    def children(self, element: Element, state: _State | None) -> Iterator[Drawn]:
+        if state is not None:
+            for child in element:
+                yield from self.element(child, state)
+
+    def element(self, element: Element, outer: _State) -> Iterator[Drawn]:
+        tag = _local(element)
+        if tag not in SHAPES and tag not in _GROUPS and tag not in ("svg", "use"):
+            return
+        self.copies += bool(outer.used)
+        if self.copies > MAX_COPIES or outer.depth > MAX_DEPTH:
+            raise InputError(f"<use> makes more than {MAX_COPIES} elements, or nests them over {MAX_DEPTH} deep")
+        state = self.enter(element, outer)
+        if state is None:
+            return
+        if tag in _GROUPS:
+            yield from self.children(element, state)
+        elif tag == "svg":
+            yield from self.children(element, _inside_viewport(state, state.properties))
+        elif tag == "use":
+            yield from self.use(element, state)
+        elif state.properties.get("visibility", "visible") == "visible":
+            names = state.groups[len(outer.groups) :]
+            yield Drawn(tag, state.properties, state.affine, state.size, names, outer.groups)
+
+    def use(self, element: Element, state: _State) -> Iterator[Drawn]:
+        link = next(filter(None, map(element.get, _LINKS)), "")
+        target = self.ids.get(link[1:]) if link.startswith("#") else None
+        if target is None:  # elsewhere, or nowhere: SVG draws nothing, and no other file is read
+            return
+        if id(target) in state.used:
+            raise InputError(f"<use> of {link!r} contains itself")
+        shift = affine.translation(
+            *(length(state.properties.get(k) or "0", state.size, k, f"<use> {k}") for k in "xy")
+        )
+        state = replace(state, affine=state.affine @ shift, used=(*state.used, id(target)))
+        if _local(target) not in ("symbol", "svg"):
+            yield from self.element(target, state)
+            return
+        inner = self.enter(target, state)
+        if inner is not None:
+            size = {k: state.properties[k] for k in ("width", "height") if k in state.properties}
+            yield from self.children(target, _inside_viewport(inner, dict(inner.properties) | size))
+
+
+def _transform(properties: Mapping[str, str], state: _State) -> Affine:
+    own = affine.parse(properties.get("transform", ""))
+    if "transform-origin" not in properties:
+        return own
+    words = [*properties["transform-origin"].split(), "50%"][:2]
+    words = [
+        {"left": "0", "top": "0", "center": "50%", "right": "100%", "bottom": "100%"}.get(w, w) for w in words
+    ]
+    at = [length(w, state.size, axis, "transform-origin") for w, axis in zip(words, "xy")]
+    at = [a + o for a, o in zip(at, state.origin)]
+    return affine.translation(*at) @ own @ affine.translation(-at[0], -at[1])
+
+
+def _inside_viewport(state: _State, attributes: Mapping[str, str]) -> _State:
+    """The state inside a nested svg or a symbol, whose rectangle and viewBox `attributes` give."""
+    x, y = (length(attributes.get(k) or "0", state.size, k, k) for k in "xy")
+    whole = "100%" if state.size else None
+    sides = [attributes.get(k, whole) for k in ("width", "height")]
+    sides = [whole if text == "auto" else text for text in sides]
+    if None in sides:
+        return replace(state, affine=state.affine @ affine.translation(x, y), origin=(0.0, 0.0))
+    width, height = (length(t or "", state.size, k, k) for t, k in zip(sides, "xy"))
+    if "viewBox" not in attributes or width <= 0 or height <= 0:
+        shifted = state.affine @ affine.translation(x, y)
+        return replace(state, affine=shifted, size=(width, height), origin=(0.0, 0.0))
+    box = _view_box(attributes)
+    fit = affine.viewport((x, y, width, height), box, attributes.get("preserveAspectRatio", "xMidYMid"))
+    return replace(state, affine=state.affine @ fit, size=box[2:], origin=box[:2])
