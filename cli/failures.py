@@ -27,6 +27,10 @@ def explain(error: BaseException) -> int:
         return _say("interrupted", 130)
     if logs.debug():
         traceback.print_exception(error)
+    for mistake in getattr(error, "mistakes", [])[:-1]:
+        logs.log.error(_one_line(mistake))
+    if getattr(error, "mistakes", []):
+        return _say(_one_line(error.mistakes[-1]), INPUT)  # type: ignore[attr-defined]
     return _say(*sentence(error))
 
 

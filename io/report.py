@@ -27,7 +27,14 @@ def build(run: Run) -> dict[str, Any]:
     """
     report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
     if "SOURCE_DATE_EPOCH" not in os.environ:
-        report["seconds"] = {"solve": 0.0, "resample": 0.0, **run.seconds}
+        parts = {name: value for name, value in run.seconds.items() if name != "total"}
+        report["seconds"] = {
+            "solve": 0.0,
+            "evaluate": 0.0,
+            "resample": 0.0,
+            **parts,
+            "total": run.seconds["total"],
+        }
     report["notes"] = run.notes
     report["inputs"] = [{"path": name, "sha256": files.sha256(name)} for name in run.job.inputs]
     report["job"] = run.job.model_dump(mode="json", exclude_defaults=True)

@@ -175,16 +175,22 @@ def _solve(job: Job, threads: int | None, tell: Callable[[str], None]) -> Run:
 
 def constrained(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
     """The pins (k, 2) and strokes of a job in the core plane: those in the files, then --constraints, then --pin."""
-    from . import constraints
-
-    listed = constraints.read(job.constraints) if job.constraints else None
-    pins, strokes = constraints.pair(source, target, listed)
+    pins, strokes = _drawn(job, source, target)
     typed = [(source.to_core(pin[:2]), target.to_core(pin[2:])) for pin in job.pin]
     if typed:
         pins = np.concatenate(
             [np.reshape(pins, (-1, 2)), np.reshape(np.array(typed, dtype=complex), (-1, 2))]
         )
     return (pins if len(pins) else None), (strokes or None)
+
+
+def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
+    if not (job.constraints or any(shape.pins or shape.strokes for shape in (source, target))):
+        return [], []
+    from . import constraints
+
+    listed = constraints.read(job.constraints) if job.constraints else None
+    return constraints.pair(source, target, listed)
 
 
 def picture(run: Run) -> Image:

@@ -1,0 +1,144 @@
+"""`iccm batch`."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+
+from . import logs
+
+
+@click.command()
+@click.argument("jobs")
+@click.option("--root", metavar="DIR", help="Where outputs go and stay.  [default: the manifest's folder]")
+@click.option("--outside", is_flag=True, help="Let outputs leave the root.")
+@click.option("-j", "--workers", type=click.IntRange(1), help="Processes.  [default: all cores]")
+@click.option(
+    "--threads", type=click.IntRange(1), default=1, show_default=True, help="Threads of each worker."
+)
+@click.option(
+    "--dask", metavar="ADDRESS", help="Use a Dask cluster, such as tcp://host:8786, instead of processes."
+)
+@click.option(
+    "--timeout", type=click.FloatRange(0, min_open=True), metavar="SECONDS", help="Time limit of each job."
+)
+@click.option(
+    "--retries", type=click.IntRange(0), default=1, show_default=True, help="Reruns after a worker died."
+)
+@click.option("--fail-fast", is_flag=True, help="Begin no job after the first that fails.")
+@click.option(
+    "--resume", is_flag=True, help="Skip jobs that an earlier run finished and nothing has changed since."
+)
+@click.option("--force", is_flag=True, help="Replace files that exist.")
+@click.option("--check", "only_check", is_flag=True, help="Check the manifest, run nothing.")
+@logs.options
+def command(jobs: str, root: str | None, only_check: bool, **given: Any) -> int:
+    """Run the jobs of a manifest: TOML, or JSON Lines; - for stdin.
+
+    Each result is one line of JSON on stdout, as its job ends. A job that fails is reported and the rest go on.
+
+    \b
+    iccm batch jobs.toml --root out
+    iccm batch jobs.toml --resume --timeout 60 | jq -r 'select(.status != "done") | .name'
+    iccm batch - < jobs.jsonl
+
+    Exit code: 0 all done, 1 some are not, 2 the manifest is wrong, 130 or 143 stopped by a signal.
+    """
+    from ..io import batch
+    from ..io.journal import Journal
+
+    folder = Path(root if root is not None else os.path.dirname(jobs) or ".")
+    tasks = _tasks(jobs, folder, outside=given["outside"], force=given["force"])
+    book = Journal(folder)
+    if only_check:
+        logs.log.info(f"{len(tasks)} jobs, no mistakes")
+        return 0
+    tasks = batch.prepared(tasks, book, resume=given["resume"])
+    policy = batch.Policy(given["retries"], given["timeout"], given["fail_fast"], given["threads"])
+    start = time.perf_counter()
+    with _signals() as caught, _pool(len(tasks), given) as pool:
+        options = {"resume": given["resume"], "stopping": lambda: bool(caught), "warn": logs.log.warning}
+        counts = _report(batch.execute(tasks, pool, book, policy, **options), len(tasks))
+    _summary(counts, time.perf_counter() - start)
+    if caught:
+        return 128 + caught[0]
+    return 0 if set(counts) <= {"done"} else 1
+
+
+def _tasks(jobs: str, folder: Path, *, outside: bool, force: bool) -> list[Any]:
+    from dataclasses import replace
+
+    from ..io import manifest
+
+    text = sys.stdin.read() if jobs == "-" else manifest.load(jobs)
+    tasks = manifest.read(text, jobs, root=folder, outside=outside)
+    if not force:
+        return tasks
+    return [replace(task, job=task.job.model_copy(update={"force": True})) for task in tasks]
+
+
+@contextmanager
+def _pool(count: int, given: dict[str, Any]) -> Iterator[Any]:
+    from ..io import pools
+
+    if given["dask"]:
+        pool: pools.Pool = pools.Dask(given["dask"])
+    else:
+        pool = pools.Processes(max(1, min(given["workers"] or os.cpu_count() or 1, count)), given["threads"])
+    try:
+        yield pool
+    finally:
+        pool.close()
+
+
+@contextmanager
+def _signals() -> Iterator[list[int]]:
+    """The signals that asked to stop, while the block runs; a second Ctrl-C stops at once."""
+    caught: list[int] = []
+
+    def note(number: int, frame: object) -> None:
+        if caught and number == signal.SIGINT:
+            raise KeyboardInterrupt
+        caught.append(number)
+
+    names = (signal.SIGINT, signal.SIGTERM)
+    before: dict[signal.Signals, Callable | int | None] = {name: signal.signal(name, note) for name in names}
+    try:
+        yield caught
+    finally:
+        for name, handler in before.items():
+            signal.signal(name, handler)
+
+
+def _report(results: Iterator[dict[str, Any]], count: int) -> Counter[str]:
+    """Results to stdout, troubles and progress to stderr; how many ended in which way."""
+    from tqdm import tqdm
+
+    counts: Counter[str] = Counter()
+    level = {"done": logs.log.debug, "poor": logs.log.warning, "cancelled": logs.log.debug}
+    with tqdm(total=count, unit="job", disable=None, file=sys.stderr) as bar:
+        for result in results:
+            sys.stdout.write(json.dumps(result, ensure_ascii=False) + "\n")
+            sys.stdout.flush()
+            counts[result["status"]] += 1
+            tell = level.get(result["status"], logs.log.error)
+            extra = {"fields": {key: result[key] for key in ("job", "name", "status", "seconds")}}
+            tell(f"{result['place']}: {result['name']}: {result['status']}: {result['message']}", extra=extra)
+            bar.update()
+    return counts
+
+
+def _summary(counts: Counter[str], seconds: float) -> None:
+    ways = ", ".join(f"{number} {status}" for status, number in counts.most_common()) or "nothing to do"
+    extra = {"fields": {"counts": dict(counts), "seconds": round(seconds, 3)}}
+    logs.log.info(f"{ways} in {seconds:.1f} s", extra=extra)

@@ -1,0 +1,80 @@
+"""`iccm check`."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import click
+
+from . import logs
+
+SHOWN = 5
+
+
+@click.command()
+@click.argument("run")
+@click.argument("baselines")
+@click.option(
+    "--tolerances", metavar="FILE", help="Limits.  [default: BASELINES/tolerances.toml, if it is there]"
+)
+@click.option("--junit", metavar="FILE.xml", help="A test case a file, for CI.")
+@click.option("--diff", metavar="DIR", help="Pictures of what differs: baseline, run, difference.")
+@click.option("--update", is_flag=True, help="Make the run the baselines.")
+@logs.options
+def command(run: str, baselines: str, update: bool, **given: Any) -> int:
+    """Compare the results in the folder RUN with those in BASELINES, file by file.
+
+    Pictures are compared by their largest and root mean square difference and their structural similarity, sizes and
+    channels exactly; reports figure by figure; other files byte by byte. A missing or additional file is a regression.
+
+    \b
+    iccm batch jobs.toml --root out && iccm check out baselines --junit check.xml --diff diff
+    iccm check out baselines --update
+
+    Exit code: 0 no regression, 1 some, 2 an input is wrong.
+    """
+    if update:
+        return _update(Path(run), Path(baselines))
+    return _check(Path(run), Path(baselines), given)
+
+
+def _update(run: Path, baselines: Path) -> int:
+    from ..io import regression
+
+    new, gone = regression.update(run, baselines)
+    logs.log.info(f"{len(new)} baselines stored in {baselines}, {len(gone)} removed")
+    return 0
+
+
+def _check(run: Path, baselines: Path, given: dict[str, Any]) -> int:
+    from ..io import compare, files, regression
+
+    start = time.perf_counter()
+    usual = baselines / regression.SETTINGS
+    settings = Path(given["tolerances"]) if given["tolerances"] else usual if usual.is_file() else None
+    if given["junit"]:
+        files.check_output(given["junit"], force=True)
+    verdicts = regression.check(run, baselines, compare.tolerances(settings))
+    for verdict in verdicts:
+        _tell(verdict)
+        if given["diff"] and not verdict.ok:
+            path = regression.diff(verdict, run, baselines, Path(given["diff"]))
+            logs.log.debug(f"wrote {path}" if path else f"{verdict.name}: no difference picture")
+    if given["junit"]:
+        with files.replacing(given["junit"], force=True) as path:
+            path.write_bytes(regression.junit(verdicts, time.perf_counter() - start))
+    bad = sum(not verdict.ok for verdict in verdicts)
+    logs.log.info(f"{len(verdicts) - bad} of {len(verdicts)} files as their baselines")
+    return 1 if bad else 0
+
+
+def _tell(verdict: Any) -> None:
+    if verdict.ok:
+        figures = ", ".join(f"{name} {value:.4g}" for name, value in verdict.figures.items())
+        logs.log.debug(f"{verdict.name}: as its baseline" + (f" ({figures})" if figures else ""))
+    for problem in verdict.problems[:SHOWN]:
+        logs.log.error(f"{verdict.name}: {problem}")
+    if len(verdict.problems) > SHOWN:
+        logs.log.error(f"{verdict.name}: and {len(verdict.problems) - SHOWN} more differences")
