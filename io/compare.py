@@ -1,4 +1,4 @@
-"""Compare results with baselines: pictures pixel by pixel, reports figure by figure. Nothing is resized or converted."""
+"""Results against baselines: pictures pixel by pixel, reports figure by figure. Nothing is resized or converted."""
 
 from __future__ import annotations
 

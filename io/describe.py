@@ -1,0 +1,166 @@
+"""What iccm sees in a file: outlines, ids, canvas, pins and strokes; pixels; meshes; constraints; jobs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from . import files, shapes
+from .run import PICTURES
+
+MANIFESTS = (".toml", ".jsonl", ".ndjson")
+MOST = 20
+
+
+def describe(path: Path) -> dict[str, Any]:
+    """Facts about a file by what its suffix says it is; JSON values only.
+
+    Raises:
+        InputError: the file is missing, of a kind that iccm does not read, or wrong.
+    """
+    files.open_input(path)
+    suffix = path.suffix.lower()
+    kinds: list[tuple[bool, Callable[[Path], dict[str, Any]]]] = [
+        (suffix in PICTURES, _picture),
+        (suffix == ".obj", _obj),
+        (suffix == ".json", _constraints),
+        (suffix in MANIFESTS, _manifest),
+        (suffix in shapes.READERS, _shape),
+    ]
+    for fits, facts in kinds:
+        if fits:
+            return {"file": str(path), "bytes": path.stat().st_size, **facts(path)}
+    known = sorted({*PICTURES, *MANIFESTS, *shapes.READERS, ".json", ".obj"})
+    raise InputError(f"{path}: no kind of file that iccm reads; it reads {' '.join(known)}")
+
+
+def _shape(path: Path) -> dict[str, Any]:
+    drawing = shapes.drawn(path)
+    return {
+        "kind": "shapes",
+        "canvas": None if drawing.rectangle is None else [float(value) for value in drawing.rectangle],
+        "outlines": [_outline(number, outline) for number, outline in enumerate(drawing.outlines[:MOST], 1)],
+        "outlines_in_all": len(drawing.outlines),
+        "ids": drawing.ids[:MOST],
+        "pins": {name: [z.real, z.imag] for name, z in drawing.pins.items()},
+        "strokes": {name: int(z.size) for name, z in drawing.strokes.items()},
+        "refused": [str(error) for _, error in drawing.refused[:MOST]],
+        "notes": drawing.notes[:MOST],
+    }
+
+
+def _outline(number: int, outline: Any) -> dict[str, Any]:
+    z = outline.z
+    box = [float(value) for value in (z.real.min(), z.imag.min(), z.real.max(), z.imag.max())]
+    area = float(outline.area)
+    return {
+        "number": number,
+        "name": outline.name,
+        "vertices": int(z.size),
+        "area": area,
+        "holes": int(outline.holes),
+        "box": box,
+    }
+
+
+def _picture(path: Path) -> dict[str, Any]:
+    from . import images
+
+    image = images.read(path)
+    height, width, channels = image.pixels.shape
+    facts = {
+        "kind": "picture",
+        "size": [width, height],
+        "channels": channels,
+        "type": str(image.pixels.dtype),
+        "alpha": None if image.alpha < 0 else "associated" if image.associated else "straight",
+        "colorspace": image.colorspace,
+    }
+    try:
+        silhouette = _shape(path) if path.suffix.lower() in shapes.READERS else {}
+    except InputError as error:
+        return {**facts, "silhouette": str(error)}
+    return {
+        **facts,
+        **{key: value for key, value in silhouette.items() if key in ("outlines", "outlines_in_all")},
+    }
+
+
+def _obj(path: Path) -> dict[str, Any]:
+    from . import obj
+
+    found = obj.read(path)
+    mesh = found.mesh()
+    if not len(mesh.sizes):
+        return _shape(path)
+    sizes, counts = np.unique(mesh.sizes, return_counts=True)
+    return {
+        "kind": "mesh",
+        "vertices": len(mesh.points),
+        "faces": len(mesh.sizes),
+        "sides": {str(size): int(count) for size, count in zip(sizes, counts)},
+        "parts": found.parts[:MOST],
+        **_surface(mesh),
+    }
+
+
+def _surface(mesh: Any) -> dict[str, Any]:
+    """Boundary loops and genus, or why the mesh is no patch."""
+    from ..patch import patch
+
+    try:
+        whole = patch(mesh)
+    except InputError as error:
+        return {"patch": str(error)}
+    return {"boundary_loops": [int(loop.size) for loop in whole.loops], "genus": int(whole.genus)}
+
+
+def _constraints(path: Path) -> dict[str, Any]:
+    from . import constraints
+
+    listed = constraints.read(path)
+    return {
+        "kind": "constraints",
+        **{key: len(value) for key, value in vars(listed).items() if hasattr(value, "__len__")},
+    }
+
+
+def _manifest(path: Path) -> dict[str, Any]:
+    from . import manifest
+
+    tasks = manifest.read(manifest.load(str(path)), str(path), root=path.parent)
+    names = [task.name for task in tasks[:MOST]]
+    return {"kind": "manifest", "jobs": len(tasks), "names": names}
+
+
+def lines(facts: dict[str, Any]) -> list[str]:
+    """The facts as text, one a line."""
+    out = []
+    for key, value in facts.items():
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            out += [f"{key}:", *("  " + _row(item) for item in value)]
+        elif value not in ([], {}, None):
+            out.append(f"{key}: {_plain(value)}")
+    return out
+
+
+def _row(item: dict[str, Any]) -> str:
+    return ", ".join(f"{key} {_plain(value)}" for key, value in item.items())
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list):
+        return (
+            " ".join(map(_plain, value))
+            if all(isinstance(v, int | float) for v in value)
+            else "; ".join(map(str, value))
+        )
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_plain(item)}" for name, item in value.items())
+    return str(value)
