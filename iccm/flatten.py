@@ -15,7 +15,8 @@ from .cauchy import Complex
 from .curve import Curve, Real
 from .errors import InputError
 from .mesh import Index, face_areas
-from .patch import Patch, extended
+from .patch import Patch
+from .seam import extended
 from .topology import Triangles
 
 ROUNDS = 8  # of lengthening the seam of a surface that had to be cut

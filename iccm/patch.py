@@ -1,4 +1,4 @@
-"""A piece of a mesh that can be flattened: one sound, oriented disk, with or without holes; cut open when it is none."""
+"""A piece of a mesh that can be flattened: one sound, oriented disk, with or without holes."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 from .curve import Real
 from .errors import InputError
 from .mesh import Index, Mesh, checked, triangulated
-from .topology import Triangles, walk
-
-Pair = tuple[int, int]
+from .topology import Triangles
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +46,14 @@ class Patch:
 
     def _length(self, loop: Index) -> float:
         return float(np.linalg.norm(self.points[loop] - self.points[np.roll(loop, -1)], axis=1).sum())
+
+    @cached_property
+    def drawn(self) -> NDArray[np.bool_]:
+        """(3m,) which half-edges are edges of the file's polygons, not diagonals: only along these may a cut run."""
+        face = np.searchsorted(self.mesh.starts, self.corner[:, 0], side="right")
+        twin = self.triangles.twin
+        own = np.repeat(face, 3)
+        return (twin < 0) | (own != own[twin])
 
     @property
     def genus(self) -> int:
@@ -118,33 +124,9 @@ def patch(mesh: Mesh, *, cut: bool = False) -> Patch:
             f"{mesh.name}: the surface {what}, so it cannot be flattened whole; "
             "name a part of it (file#group) or open it with --cut"
         )
+    from .seam import opened
+
     return opened(whole)
-
-
-def opened(whole: Patch) -> Patch:
-    """A disk: a closed surface cut along a path between far-apart vertices, handles cut open (libigl's cut_to_disk)."""
-    if whole.genus:
-        import igl
-
-        chains = [np.array(c) for c in igl.cut_to_disk(whole.faces)]
-        ends = np.concatenate([c[:-1] for c in chains]), np.concatenate([c[1:] for c in chains])
-        return whole.cut(whole.triangles.along(ends))
-    far = int(np.argmax(whole.triangles.paths(whole.points, np.array([0]))[0]))
-    reach, before = whole.triangles.paths(whole.points, np.array([far]))
-    way = walk(before, int(np.argmax(reach)))
-    if len(way) == 2:  # one edge alone does not open a surface
-        third = next(v for v in whole.faces[(whole.faces == way[0]).any(axis=1)].ravel() if v not in way)
-        way = [way[0], int(third), way[1]]
-    return whole.cut(whole.triangles.along((np.array(way[:-1]), np.array(way[1:]))))
-
-
-def extended(opening: Patch, to: int) -> Patch:
-    """The patch cut further, along the shortest path from its boundary to one of its inner vertices."""
-    border = np.unique(np.concatenate(opening.loops))
-    way = walk(opening.triangles.paths(opening.points, border)[1], to)
-    if len(way) < 2:
-        return opening
-    return opening.cut(opening.triangles.along((np.array(way[:-1]), np.array(way[1:]))))
 
 
 def _in_one_piece(mesh: Mesh, shape: Triangles, vertex: Index, notes: list[str]) -> tuple[Triangles, Index]:

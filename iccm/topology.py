@@ -1,6 +1,7 @@
 """How the triangles of a mesh hang together: edges, components, orientation, fans, boundary loops, cuts.
 
-Half-edge 3 f + k runs from corner k of triangle f to its next corner. libigl is not asked: it takes a sound mesh for granted.
+Half-edge 3 f + k runs from corner k of triangle f to its next corner. libigl is not asked: it takes sound
+meshes for granted.
 """
 
 from dataclasses import dataclass
@@ -40,7 +41,7 @@ class Triangles:
     @cached_property
     def _sorted_edges(self) -> tuple[Index, Index]:
         """(3m,) half-edges sorted by the edge they lie on, and where each edge's begin."""
-        key = np.minimum(self.tail, self.head) * self.count + np.maximum(self.tail, self.head)
+        key = self._edge_key(self.tail, self.head)
         order = np.argsort(key, kind="stable")
         begins = np.flatnonzero(np.diff(key[order], prepend=-1))
         return order, begins
@@ -102,7 +103,7 @@ class Triangles:
         return _labels(joined, 3 * (other // 3) + (other + 1) % 3, 3 * len(self.faces))
 
     def loops(self) -> list[Index]:
-        """Boundary loops as vertices, each with the surface on its left. Only for oriented triangles with one fan a vertex."""
+        """Boundary loops as vertices, the surface on their left. Only for oriented triangles with one fan a vertex."""
         border = np.flatnonzero(self.twin < 0)
         after = dict(zip(self.tail[border].tolist(), self.head[border].tolist()))
         loops = []
@@ -115,10 +116,12 @@ class Triangles:
             loops.append(np.array(loop))
         return loops
 
-    def paths(self, points: Real, sources: Index) -> tuple[Real, Index]:
-        """(n,) length of the shortest way along edges from the nearest source, and the vertex before each, negative at sources."""
-        order, begins = self._sorted_edges
-        half = order[begins]
+    def paths(self, points: Real, sources: Index, usable: NDArray[np.bool_]) -> tuple[Real, Index]:
+        """(n,) length of the shortest way along usable half-edges (3m,) from the nearest source, and the vertex before each.
+
+        The vertex before a source is negative.
+        """
+        half = np.flatnonzero(usable & ((self.twin < 0) | (self.twin > np.arange(self.twin.size))))
         a, b = self.tail[half], self.head[half]
         length = np.linalg.norm(points[a] - points[b], axis=1)
         graph = coo_matrix((length, (a, b)), shape=(self.count, self.count)).tocsr()
@@ -129,9 +132,10 @@ class Triangles:
 
     def along(self, ends: tuple[Index, Index]) -> NDArray[np.bool_]:
         """(3m,) which half-edges lie on the edges between ends[0] and ends[1]."""
-        wanted = np.minimum(*ends) * self.count + np.maximum(*ends)
-        key = np.minimum(self.tail, self.head) * self.count + np.maximum(self.tail, self.head)
-        return np.isin(key, wanted)
+        return np.isin(self._edge_key(self.tail, self.head), self._edge_key(*ends))
+
+    def _edge_key(self, a: Index, b: Index) -> Index:
+        return np.minimum(a, b) * self.count + np.maximum(a, b)
 
 
 def walk(before: Index, end: int) -> list[int]:

@@ -1,0 +1,308 @@
+"""A texture resampled into a mesh's own UV layout: every texel through its flat position back to the source's texture.
+
+Where the inverse map is all but linear within a triangle (to `max_error` texels of the texture) it is interpolated from the
+corners; elsewhere it is solved at each texel.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from . import colour, sampling
+from .cauchy import Complex
+from .curve import Real
+from .errors import InputError
+from .flatten import Flattening
+from .locate import Locator
+from .mesh import Index
+from .parallel import over_slices
+from .pullback import Pullback, bends
+from .raster import Raster, affine, open_edges, rasterise
+from .resample import Texture
+
+MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file
+ROWS = 256
+
+Texels = tuple[Real, Real]  # (p, 2) places in the texture, (p, 4) their derivatives by the output's x and y
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """Places in a texture that lies flat in the source's plane."""
+
+    texture: Texture
+
+    @property
+    def scale(self) -> complex:
+        """Texels a unit, right and up."""
+        low, high = self.texture.box
+        height, width = self.texture.pixels.shape[:2]
+        return complex(width / (high - low).real, height / (high - low).imag)
+
+    def texels(self, z: Complex, zx: Complex, zy: Complex, threads: int | None = None) -> Texels:
+        """Places of the points z, given their derivatives by the output's x and y."""
+        origin = complex(self.texture.box[0].real, self.texture.box[1].imag)
+        return _placed(z, zx, zy, origin, self.scale)
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Places in the texture of a mesh, whose flattening is the source's plane.
+
+    Attributes:
+        locator: of the flattening.
+        corners: (m, 3, 2) texture coordinates of its triangles in texels, y down.
+    """
+
+    locator: Locator
+    corners: Real
+
+    @property
+    def scale(self) -> complex:
+        """Texels a unit: the square root of the ratio of areas."""
+        at = self.locator.flat[self.locator.faces]
+        flat = _areas(np.stack([at.real, at.imag], axis=-1)).sum()
+        return complex(1, 1) * np.sqrt(_areas(self.corners).sum() / flat)
+
+    def texels(self, z: Complex, zx: Complex, zy: Complex, threads: int | None = None) -> Texels:
+        """Places of the points z, given their derivatives by the output's x and y."""
+        triangle, weights = self.locator(z, threads)
+        place = np.einsum("pk,pkc->pc", weights, self.corners[triangle])
+        at = self.locator.flat[self.locator.faces[triangle]]
+        e1, e2 = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
+        area = (e1.conj() * e2).imag
+        d1, d2 = (self.corners[triangle, k] - self.corners[triangle, 0] for k in (1, 2))
+        turn = np.empty((z.size, 4))
+        for k, step in enumerate((zx, zy)):
+            s, t = (step.conj() * e2).imag / area, (e1.conj() * step).imag / area
+            turn[:, k::2] = s[:, None] * d1 + t[:, None] * d2
+        return place, turn
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """The texel grid of a mesh's UV charts.
+
+    Attributes:
+        corners: (m, 3, 2) texture coordinates of the triangles in texels, y down.
+        raster: who owns which texel.
+        report: charts, mirrored triangles, overlaps and what lies outside 0..1.
+    """
+
+    corners: Real
+    raster: Raster
+    report: dict
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        height, width = self.raster.owner.shape
+        return height, width
+
+
+def layout(name: str, uv: Real, uv_faces: Index, width: int, height: int) -> Layout:
+    """Rasterise UV charts; what lies outside 0..1 comes in on the other side, as renderers repeat textures.
+
+    Args:
+        name: of the mesh, for messages.
+        uv: (t, 2) texture coordinates, v up.
+        uv_faces: (m, 3) coordinate of each triangle's corner.
+        width, height: texels.
+
+    Raises:
+        InputError: a corner without coordinates, or one that is not finite or absurdly far off.
+    """
+    if (uv_faces < 0).any():
+        bad = int(np.flatnonzero((uv_faces < 0).any(axis=1))[0])
+        raise InputError(
+            f"{name}: triangle {bad} has no texture coordinates; leave out --bake to make new ones"
+        )
+    at = uv[uv_faces]
+    span = np.ptp(at, axis=1).max(initial=0.0)
+    if not np.isfinite(span) or span * span > MOST_TILES or np.abs(at).max(initial=0.0) > 1e6:
+        raise InputError(
+            f"{name}: texture coordinates of a triangle are not finite or span {span:.3g} pictures"
+        )
+    corners = np.stack([at[..., 0] * width, (1 - at[..., 1]) * height], axis=-1)
+    outside = ((at < -1e-9) | (at > 1 + 1e-9)).any(axis=(1, 2))
+    raster = rasterise(corners, width, height, border=open_edges(uv_faces), wrap=bool(outside.any()))
+    turn = _turns(corners)
+    report = {
+        "charts": _charts(uv_faces, len(uv)),
+        "mirrored_triangles": int((turn > 0).sum()),  # y is down
+        "flat_triangles": int((turn == 0).sum()),
+        "outside_triangles": int(outside.sum()),
+        "overlapping_texels": raster.overlaps,
+        "covered_texels": int(raster.centre.sum()),
+    }
+    return Layout(corners, raster, report)
+
+
+def bake(
+    target: Flattening,
+    charts: Layout,
+    pull: Pullback,
+    texture: Texture,
+    place: Plane | Surface,
+    *,
+    filter: str = "auto",
+    kind: str = "colour",
+    edge: str = "clamp",
+    padding: int | None = None,
+    max_error: float = 0.05,
+    threads: int | None = None,
+) -> tuple[NDArray, dict]:
+    """The target's UV charts filled from the source's texture.
+
+    Args:
+        target: the flattened patch.
+        charts: its UV layout, triangle for triangle.
+        pull: from the target's plane to the source's.
+        texture: what to carry over; its box does not matter to a `Surface`.
+        place: where points of the source's plane lie in the texture.
+        filter, kind, edge: as in `resample.warp`.
+        padding: texels to spread colours past the charts' seams, -1 for all; a thirty-second of the picture by default,
+            so that mip-maps down to 32 texels do not bleed.
+        max_error: of places in the texture, in texels.
+        threads: as many as there are processors by default.
+
+    Returns:
+        (h, w, c) pixels of the texture's type and channels, zero where nothing reaches, and a report.
+    """
+    name = {"auto": "nearest" if kind == "label" else "cubic"}.get(filter, filter)
+    mixes = kind == "colour" and name != "nearest"
+    srgb = mixes and texture.transfer == "srgb"
+    picture = colour.decode(
+        texture.pixels, texture.alpha, srgb=srgb, associated=texture.associated, premultiply=mixes
+    )
+    rim = sampling.CLAMP if edge == "clamp" else sampling.CLEAR
+    pyramid = sampling.pyramid(picture, rim, 1 if name == "nearest" else 16)
+    source = _Source(target, charts, pull, abs(place.scale) / np.sqrt(2), max_error)
+    out = np.zeros((*charts.shape, texture.pixels.shape[2]), texture.pixels.dtype)
+    for row in range(0, charts.shape[0], ROWS):
+        at, z, zx, zy = source.rows(row, min(row + ROWS, charts.shape[0]))
+        values = np.empty((at.size, out.shape[2]), np.float32)
+
+        def fill(part: slice, values=values, z=z, zx=zx, zy=zy) -> None:
+            xy, turn = place.texels(z[part], zx[part], zy[part], 1)
+            sampling.read_all(pyramid, xy, turn, sampling.FILTERS[name], values[part])
+            if texture.alpha >= 0 and mixes and not texture.associated:
+                _unmultiply(values[part], texture.alpha)
+
+        over_slices(fill, at.size, threads, 1 << 15)
+        out[row : row + ROWS].reshape(-1, out.shape[2])[at] = colour.encode(
+            values[None], out.dtype, texture.alpha, srgb=srgb
+        )[0]
+    reach = max(4, max(charts.shape) // 32) if padding is None else padding
+    report = charts.report | {
+        "exact_triangles": int(source.exact.sum()),
+        "padding": reach,
+        "outside_points": pull.outside,
+        "outside_distance": pull.away / target.boundary.diagonal,
+    }
+    return padded(out, charts.raster.owner >= 0, reach), report
+
+
+class _Source:
+    """Where the texels of a layout come from in the source's plane."""
+
+    def __init__(self, target: Flattening, charts: Layout, pull: Pullback, scale: float, max_error: float):
+        self.owner, self.pull = charts.raster.owner, pull
+        faces = target.patch.faces
+        corner_w = target.flat[faces]
+        self.flat = affine(charts.corners, corner_w)
+        z = pull(target.flat)
+        z_w, z_wbar = pull.slopes(z)
+        self.exact = bends(faces, target.flat, z_w, z_wbar) * scale > max_error
+        self.linear = affine(charts.corners, z[faces])
+        self.corners_w = corner_w
+
+    def rows(self, first: int, last: int) -> tuple[Index, Complex, Complex, Complex]:
+        """(at, z, zx, zy) of the covered texels of rows first .. last - 1; `at` counts from the first row."""
+        owner = self.owner[first:last].ravel()
+        at = np.flatnonzero(owner >= 0)
+        own = owner[at]
+        z, zx, zy = (np.empty(at.size, complex) for _ in range(3))
+        _evaluate(self.linear, own, at, first, self.owner.shape[1], z, zx, zy)
+        hard = np.flatnonzero(self.exact[own])
+        if hard.size:
+            w, wx, wy = (np.empty(hard.size, complex) for _ in range(3))
+            _evaluate(self.flat, own[hard], at[hard], first, self.owner.shape[1], w, wx, wy)
+            z[hard] = self.pull(_into(self.corners_w[own[hard]], w))
+            z_w, z_wbar = self.pull.slopes(z[hard])
+            good = np.isfinite(z_w)
+            zx[hard[good]] = (z_w * wx + z_wbar * wx.conj())[good]
+            zy[hard[good]] = (z_w * wy + z_wbar * wy.conj())[good]
+        return at, z, zx, zy
+
+
+def padded(pixels: NDArray, covered: NDArray[np.bool_], reach: int) -> NDArray:
+    """The picture with colours spread `reach` texels (-1: everywhere) past what is covered, each from the nearest texel."""
+    if reach == 0 or covered.all() or not covered.any():
+        return pixels
+    import cv2
+
+    away, label = cv2.distanceTransformWithLabels(
+        (~covered).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    source = np.zeros(int(label.max()) + 1, np.int64)
+    at = np.flatnonzero(covered)
+    source[label.ravel()[at]] = at
+    fill = np.flatnonzero(~covered & ((away <= reach) | (reach < 0)))
+    flat = pixels.reshape(-1, pixels.shape[2])
+    flat[fill] = flat[source[label.ravel()[fill]]]
+    return pixels
+
+
+@njit(cache=True, nogil=True)
+def _evaluate(coefficients, owner, at, first, width, z, zx, zy):
+    for i in range(owner.size):
+        t = owner[i]
+        x, y = at[i] % width + 0.5, first + at[i] // width + 0.5
+        zx[i], zy[i] = coefficients[t, 1], coefficients[t, 2]
+        z[i] = coefficients[t, 0] + zx[i] * x + zy[i] * y
+
+
+@njit(cache=True, nogil=True)
+def _placed(z, zx, zy, origin, scale):
+    xy, turn = np.empty((z.size, 2)), np.empty((z.size, 4))
+    sx, sy = scale.real, scale.imag
+    for i in range(z.size):
+        xy[i, 0], xy[i, 1] = (z[i].real - origin.real) * sx, (origin.imag - z[i].imag) * sy
+        turn[i, 0], turn[i, 1] = zx[i].real * sx, zy[i].real * sx
+        turn[i, 2], turn[i, 3] = -zx[i].imag * sy, -zy[i].imag * sy
+    return xy, turn
+
+
+def _unmultiply(values: NDArray[np.float32], alpha: int) -> None:
+    colours = [k for k in range(values.shape[1]) if k != alpha]
+    values[:, colours] /= np.where(values[:, alpha] != 0, values[:, alpha], 1)[:, None]
+
+
+def _into(triangle: Complex, w: Complex) -> Complex:
+    """Points (p,) moved into their triangles (p, 3): texels that a chart's border only touches have centres outside."""
+    a, b, c = triangle.T
+    area = ((b - a).conj() * (c - a)).imag
+    weights = np.stack([((q - p).conj() * (w - p)).imag / area for p, q in ((b, c), (c, a), (a, b))], axis=1)
+    weights = np.maximum(weights, 0)
+    return np.einsum("pk,pk->p", weights / weights.sum(axis=1, keepdims=True), triangle)
+
+
+def _turns(corners: Real) -> Real:
+    e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return e1[:, 0] * e2[:, 1] - e1[:, 1] * e2[:, 0]
+
+
+def _areas(corners: Real) -> Real:
+    return 0.5 * np.abs(_turns(corners))
+
+
+def _charts(uv_faces: Index, count: int) -> int:
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    a, b = uv_faces.ravel(), np.roll(uv_faces, -1, axis=1).ravel()
+    graph = coo_matrix((np.ones(a.size, np.int8), (a, b)), shape=(count, count))
+    return int(np.unique(connected_components(graph, directed=False)[1][a]).size)

@@ -1,0 +1,77 @@
+"""Where points of the target come from, those just outside the image of the source included."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cauchy import Complex
+from .curve import Curve, Real
+from .harmonic import HarmonicMap
+from .inverse import Inverse
+
+
+@dataclass(eq=False)
+class Pullback:
+    """The inverse of a map, continued past the image of the boundary by its nearest point.
+
+    A map meets the target's outline only to within a gap, so points on that outline may have no preimage; they take the
+    one of the nearest point of the image's outline. How many there were and how far they lay is kept.
+
+    Attributes:
+        map: source to target.
+        threads: as many as there are processors by default.
+        outside: number of points so far that had no preimage.
+        away: the farthest of them lay this far from the image.
+    """
+
+    map: HarmonicMap
+    threads: int | None = None
+    outside: int = field(default=0, init=False)
+    away: float = field(default=0.0, init=False)
+
+    def __post_init__(self) -> None:
+        self.inverse = Inverse(self.map)
+        self.rim = Curve(self.inverse.outline.w)
+
+    def __call__(self, w: Complex) -> Complex:
+        """(p,) preimages of (p,) points, never NaN for a finite point."""
+        z = self.inverse(w, self.threads)
+        lost = np.flatnonzero(np.isnan(z))
+        if lost.size:
+            z[lost], away = self._from_rim(w[lost])
+            self.outside += lost.size
+            self.away = max(self.away, float(away.max()))
+        return z
+
+    def _from_rim(self, w: Complex) -> tuple[Complex, Real]:
+        edge, t = self.rim.locate(self.rim.closest(w))
+        after = (edge + 1) % self.rim.z.size
+        foot = self.rim.z[edge] * (1 - t) + self.rim.z[after] * t
+        z = self.inverse.outline.z
+        return z[edge] * (1 - t) + z[after] * t, np.abs(w - foot)
+
+    def slopes(self, z: Complex) -> tuple[Complex, Complex]:
+        """z_w and z_w̄ of the inverse at points z of the source; NaN where the map has no derivative or folds."""
+        _, a, b = self.inverse.forward.jet(z, self.threads)
+        jacobian = np.abs(a) ** 2 - np.abs(b) ** 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            z_w, z_wbar = a.conj() / jacobian, -b / jacobian
+        bad = ~(jacobian > 0) | ~np.isfinite(z_w + z_wbar)
+        z_w[bad] = z_wbar[bad] = complex(np.nan, np.nan)
+        return z_w, z_wbar
+
+
+def bends(faces: NDArray, w: Complex, z_w: Complex, z_wbar: Complex) -> Real:
+    """(m,) how far the inverse strays from its linear interpolation in each triangle, estimated from its slopes at the corners.
+
+    Along an edge e a smooth function differs from the chord by about |slope(b) e - slope(a) e| / 8. Unknown slopes give inf.
+    """
+    corner_w = w[faces]
+    worst = np.zeros(len(faces))
+    for k in range(3):
+        a, b = faces[:, k], faces[:, (k + 1) % 3]
+        e = corner_w[:, (k + 1) % 3] - corner_w[:, k]
+        change = (z_w[b] - z_w[a]) * e + (z_wbar[b] - z_wbar[a]) * e.conj()
+        worst = np.maximum(worst, np.where(np.isfinite(change), np.abs(change) / 8, np.inf))
+    return worst

@@ -1,0 +1,174 @@
+"""Which triangle covers which texel: the rasteriser behind baking and behind pictures of surfaces.
+
+A texel belongs to the triangle that holds its centre; a centre exactly on an edge belongs to one of the two triangles (the
+top-left rule), so that charts have neither gaps nor double texels. Edge functions are float64. Texels that a chart's border
+only touches are given to the nearest border triangle afterwards, so that interpolation at the border finds colours there.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from .curve import Real
+from .mesh import Index
+
+NONE = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """Triangles on a grid of texels.
+
+    Attributes:
+        owner: (h, w) int32 triangle of each texel, NONE where there is none.
+        centre: (h, w) whether the texel's centre lies in that triangle, not only a part of its square.
+        overlaps: number of texels whose centre lies in more than one triangle.
+        first_overlap: two triangles that overlap, (NONE, NONE) if there are none.
+    """
+
+    owner: NDArray[np.int32]
+    centre: NDArray[np.bool_]
+    overlaps: int
+    first_overlap: tuple[int, int]
+
+
+def rasterise(
+    corners: Real, width: int, height: int, *, border: NDArray[np.bool_] | None = None, wrap: bool = False
+) -> Raster:
+    """Rasterise triangles, the first one winning where several overlap.
+
+    Args:
+        corners: (m, 3, 2) in texels, x right, y down, texel centres at + 0.5. Either turn; without area: skipped.
+        width, height: of the grid.
+        border: (m,) triangles to let have the uncovered texels that they touch.
+        wrap: whether what lies outside the grid comes in on the other side, as repeated textures do.
+    """
+    owner = np.full((height, width), NONE, np.int32)
+    corners = np.ascontiguousarray(corners, dtype=np.float64)
+    result = _fill(corners, owner, wrap)
+    centre = owner >= 0
+    if border is not None and border.any():
+        nearest = np.full((height, width), np.inf, np.float32)
+        _touch(corners, np.flatnonzero(border), owner, centre, nearest, wrap)
+    return Raster(owner, centre, int(result[0]), (int(result[1]), int(result[2])))
+
+
+def affine(corners: Real, values: NDArray) -> NDArray:
+    """(m, 3) coefficients (c0, cx, cy) of c0 + cx x + cy y taking (m, 3, 2) corners to (m, 3) values; 0 without area."""
+    e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = e1[:, 0] * e2[:, 1] - e1[:, 1] * e2[:, 0]
+    inverse = np.where(area != 0, 1.0 / np.where(area != 0, area, 1.0), 0.0)
+    d1, d2 = values[:, 1] - values[:, 0], values[:, 2] - values[:, 0]
+    cx = (d1 * e2[:, 1] - d2 * e1[:, 1]) * inverse
+    cy = (d2 * e1[:, 0] - d1 * e2[:, 0]) * inverse
+    return np.stack([values[:, 0] - cx * corners[:, 0, 0] - cy * corners[:, 0, 1], cx, cy], axis=1)
+
+
+@njit(cache=True, nogil=True)
+def _edges(tri, sign, a, b, c):
+    """Coefficients of the three edge functions a x + b y + c of a triangle in `sign` turn: positive inside."""
+    for k in range(3):
+        p, q = k, (k + 1) % 3
+        if sign < 0:
+            p, q = q, p
+        a[k] = tri[p, 1] - tri[q, 1]
+        b[k] = tri[q, 0] - tri[p, 0]
+        # anchored on the same end for both triangles of an edge, so that they compute the same number with opposite sign
+        u = p if (tri[p, 0], tri[p, 1]) < (tri[q, 0], tri[q, 1]) else q
+        c[k] = -(a[k] * tri[u, 0] + b[k] * tri[u, 1])
+
+
+@njit(cache=True, nogil=True)
+def _span(tri, axis, size, grow, wrap):
+    """First and last texel whose centre can lie in the triangle along one axis."""
+    low, high = min(tri[0, axis], tri[1, axis], tri[2, axis]), max(tri[0, axis], tri[1, axis], tri[2, axis])
+    first, last = int(np.ceil(low - 0.5 - grow)), int(np.floor(high - 0.5 + grow))
+    if not wrap:
+        first, last = max(first, 0), min(last, size - 1)
+    return first, last
+
+
+@njit(cache=True, nogil=True)
+def _turn(tri):
+    return (tri[1, 0] - tri[0, 0]) * (tri[2, 1] - tri[0, 1]) - (tri[1, 1] - tri[0, 1]) * (
+        tri[2, 0] - tri[0, 0]
+    )
+
+
+@njit(cache=True, nogil=True)
+def _inside(e, a, b):
+    """Whether a point with edge function e is in: on an edge, only if that is a left or a top one."""
+    return e > 0 or (e == 0 and (a > 0 or (a == 0 and b > 0)))
+
+
+@njit(cache=True, nogil=True)
+def _fill(corners, owner, wrap):
+    height, width = owner.shape
+    a, b, c = np.empty(3), np.empty(3), np.empty(3)
+    overlaps, one, two = 0, -1, -1
+    for t in range(corners.shape[0]):
+        tri = corners[t]
+        sign = _turn(tri)
+        if not (sign > 0 or sign < 0):
+            continue
+        _edges(tri, sign, a, b, c)
+        x0, x1 = _span(tri, 0, width, 0.0, wrap)
+        y0, y1 = _span(tri, 1, height, 0.0, wrap)
+        for y in range(y0, y1 + 1):
+            row = y % height
+            for x in range(x0, x1 + 1):
+                px, py = x + 0.5, y + 0.5
+                if (
+                    _inside(a[0] * px + b[0] * py + c[0], a[0], b[0])
+                    and _inside(a[1] * px + b[1] * py + c[1], a[1], b[1])
+                    and _inside(a[2] * px + b[2] * py + c[2], a[2], b[2])
+                ):
+                    column = x % width
+                    if owner[row, column] < 0:
+                        owner[row, column] = t
+                    else:
+                        overlaps += 1
+                        if one < 0:
+                            one, two = owner[row, column], t
+    return overlaps, one, two
+
+
+@njit(cache=True, nogil=True)
+def _touch(corners, chosen, owner, centre, nearest, wrap):
+    """Give texels without a centre in any triangle to the triangle of `chosen` that enters their square the most."""
+    height, width = owner.shape
+    a, b, c = np.empty(3), np.empty(3), np.empty(3)
+    for t in chosen:
+        tri = corners[t]
+        sign = _turn(tri)
+        if not (sign > 0 or sign < 0):
+            continue
+        _edges(tri, sign, a, b, c)
+        x0, x1 = _span(tri, 0, width, 0.5, wrap)
+        y0, y1 = _span(tri, 1, height, 0.5, wrap)
+        for y in range(y0, y1 + 1):
+            row = y % height
+            for x in range(x0, x1 + 1):
+                column = x % width
+                if centre[row, column]:
+                    continue
+                away = 0.0
+                for k in range(3):
+                    e = a[k] * (x + 0.5) + b[k] * (y + 0.5) + c[k]
+                    if e < -0.5 * (abs(a[k]) + abs(b[k])):
+                        away = np.inf
+                        break
+                    away = max(away, -e / np.sqrt(a[k] * a[k] + b[k] * b[k]))
+                if away < nearest[row, column]:
+                    nearest[row, column] = away
+                    owner[row, column] = t
+
+
+def open_edges(uv_corners: Index) -> NDArray[np.bool_]:
+    """(m,) whether a triangle has an edge that no other has, for (m, 3) indices of texture coordinates: a chart's border."""
+    tail, head = uv_corners.ravel(), np.roll(uv_corners, -1, axis=1).ravel()
+    key = np.minimum(tail, head) * (uv_corners.max(initial=0) + 1) + np.maximum(tail, head)
+    _, where, times = np.unique(key, return_inverse=True, return_counts=True)
+    return (times[where] == 1).reshape(-1, 3).any(axis=1)
