@@ -19,14 +19,8 @@ def checkerboard(size: int = 1024, cells: int = 8) -> NDArray[np.uint8]:
             out[edges[i] : edges[i + 1], edges[j] : edges[j + 1]] = _cell(i, j, cells)
     for i in range(cells):
         for j in range(cells):
-            _number(
-                out,
-                str(i * cells + j),
-                (edges[j] + edges[j + 1]) / 2,
-                (edges[i] + edges[i + 1]) / 2,
-                size / cells,
-                (i + j) % 2,
-            )
+            x, y = (edges[j] + edges[j + 1]) / 2, (edges[i] + edges[i + 1]) / 2
+            _number(out, str(i * cells + j), x, y, size / cells, (i + j) % 2)
     return out
 
 

@@ -196,12 +196,6 @@ def whitney(t, resolution, limit):
             continue
         h = 0.5 * half
         for quad in range(4):
-            stack.append(
-                (  # noqa: PERF401
-                    z + complex(h if quad & 1 else -h, h if quad & 2 else -h),
-                    h,
-                    scale,
-                    depth + 1,
-                )
-            )
+            corner = complex(h if quad & 1 else -h, h if quad & 2 else -h)
+            stack.append((z + corner, h, scale, depth + 1))
     return zs[:count].copy(), ws[:count].copy()

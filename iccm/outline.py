@@ -48,8 +48,8 @@ def outline(evaluator: Evaluator, flatness: float, spacing: float = np.inf) -> O
         done.append((edge[keep], mid[keep], w[keep]))
         if not rough.any():
             break
-        e, l, m, h, a, b, c = (x[rough] for x in (edge, lo, mid, hi, w0, w, w1))
-        edge, lo, hi = np.concatenate([e, e]), np.concatenate([l, m]), np.concatenate([m, h])
+        e, t0, m, t1, a, b, c = (x[rough] for x in (edge, lo, mid, hi, w0, w, w1))
+        edge, lo, hi = np.concatenate([e, e]), np.concatenate([t0, m]), np.concatenate([m, t1])
         w0, w1 = np.concatenate([a, b]), np.concatenate([b, c])
     edge, t, w = (np.concatenate(x) for x in zip(*done))
     order = np.lexsort([t, edge])

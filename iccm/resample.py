@@ -1,4 +1,4 @@
-"""Carries a texture through a map: the inverse at every pixel, filtered by its Jacobian, anti-aliased at the outline."""
+"""Carries a texture through a map: the inverse at every pixel, filtered by its Jacobian, smooth at the outline."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -67,8 +67,8 @@ def warp(
         map: source → target.
         texture: placed in the source's plane.
         canvas: the raster to make, in the target's plane.
-        filter: "nearest", "linear", "cubic" (Catmull-Rom), "lanczos", or "auto" (cubic; nearest for kind "label").
-        kind: "colour" (filtered in linear light, premultiplied), "data" (as it is) or "label" (nearest, no edges mixed).
+        filter: "nearest", "linear", "cubic" (Catmull-Rom), "lanczos", or "auto" (cubic).
+        kind: "colour" (filtered in linear light, premultiplied) or "data" (numbers, filtered as they are).
         edge: outside the texture's box its edge is repeated ("clamp") or nothing is there ("transparent").
         antialias: whether alpha holds the coverage of outline pixels; else it is all or nothing.
         padding: pixels to extend the colours beyond the outline (alpha stays), -1 for all.
@@ -97,13 +97,13 @@ class Warp:
     def __init__(self, map, texture, canvas, filter, kind, edge, antialias, max_error, threads):
         for given, known, what in (
             (filter, ("auto", *sampling.FILTERS), "filter"),
-            (kind, ("colour", "data", "label"), "kind"),
+            (kind, ("colour", "data"), "kind"),
             (edge, ("clamp", "transparent"), "edge"),
             (texture.transfer, ("srgb", "linear"), "transfer"),
         ):
             if given not in known:
                 raise InputError(f"{what} {given!r}: not one of {', '.join(known)}")
-        name = {"auto": "nearest" if kind == "label" else "cubic"}.get(filter, filter)
+        name = "cubic" if filter == "auto" else filter
         self.filter = sampling.FILTERS[name]
         self.texture, self.canvas, self.antialias, self.threads = texture, canvas, antialias, threads
         self.srgb = texture.transfer == "srgb" and kind == "colour" and name != "nearest"

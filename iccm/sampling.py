@@ -112,7 +112,7 @@ def read(tex, x, y, xx, xy, yx, yy, kind, radius, out):
     c = out.size
     if kind == NEAREST:
         w, h = tex.width[0], tex.height[0]
-        i, j = int(math.floor(y)), int(math.floor(x))
+        i, j = math.floor(y), math.floor(x)
         if tex.edge == CLEAR and (i < 0 or j < 0 or i >= h or j >= w):
             out[:] = 0
             return
