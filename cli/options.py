@@ -67,6 +67,11 @@ RASTER = together(
         help="What the texture's channels are; normals turn with the map.",
     ),
     click.option(
+        "--colorspace",
+        metavar="NAME",
+        help="The texture's, as OpenColorIO names it.  [default: what it says]",
+    ),
+    click.option(
         "--edge",
         type=_choice("clamp", "transparent"),
         default="clamp",

@@ -66,6 +66,7 @@ class Job(BaseModel):
     source: str = Field(min_length=1)
     target: str | None = None
     texture: str | None = None
+    colorspace: str | None = None
     output: Names = ()
     size: Size | None = None
     texture_box: Literal["viewbox", "bbox"] = "viewbox"

@@ -222,7 +222,9 @@ def texture(run: Run) -> tuple[Image, tuple[complex, complex]]:
     box = run.source.box if run.job.texture_box == "viewbox" else run.source.curve.box
     if run.job.texture:
         with run.timed("read"):
-            return images.read(run.job.texture, max_pixels=run.job.max_pixels), box
+            return images.read(
+                run.job.texture, max_pixels=run.job.max_pixels, colorspace=run.job.colorspace
+            ), box
     from ..checkerboard import checkerboard
 
     middle, half = (box[0] + box[1]) / 2, max((box[1] - box[0]).real, (box[1] - box[0]).imag) / 2
