@@ -181,7 +181,20 @@ def constrained(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
         pins = np.concatenate(
             [np.reshape(pins, (-1, 2)), np.reshape(np.array(typed, dtype=complex), (-1, 2))]
         )
+    _inside(source, "pin", [pin[0] for pin in pins])
+    _inside(source, "vertex of a stroke", [z for stroke in strokes for z in stroke[0].z])
     return (pins if len(pins) else None), (strokes or None)
+
+
+def _inside(shape: Shape, what: str, points: list[complex]) -> None:
+    """Say in the file's own units which point of the source lies outside it."""
+    z = np.array(points, dtype=complex)
+    gap = np.abs(shape.curve.at(shape.curve.closest(z)) - z) if z.size else z.real
+    outside = np.flatnonzero(~shape.curve.contains(z) & (gap > 1e-6 * shape.curve.diagonal))
+    if outside.size:
+        x, y = shape.to_file(z[outside[0]])
+        where = f"({x:g}, {y:g}) is outside the shape by {gap[outside[0]]:.3g}"
+        raise InputError(f"{shape.spec}: {what} {outside[0] + 1}: {where}; move it inside")
 
 
 def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:

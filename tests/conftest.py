@@ -1,0 +1,63 @@
+"""Shapes and a way to type a command, for the tests of the command line."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from iccm import cli
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
+SHAPES = {
+    "square.svg": '<path d="M10 10H90V90H10Z"/>',
+    "blob.svg": '<path d="M10 40C10 10 40 5 60 12S98 40 90 60 60 95 40 90 10 70 10 40Z"/>',
+    "disk.svg": '<circle id="rim" cx="50" cy="50" r="40"/>',
+}
+
+
+@pytest.fixture
+def shapes(tmp_path, monkeypatch):
+    """A folder, made current, with square.svg, blob.svg and disk.svg."""
+    monkeypatch.chdir(tmp_path)
+    for name, content in SHAPES.items():
+        (tmp_path / name).write_text(SVG.format(content))
+    return tmp_path
+
+
+class Typed:
+    """A command's exit code, stdout and stderr."""
+
+    def __init__(self, code: int, out: str, err: str) -> None:
+        self.code, self.out, self.err = code, out, err
+
+    @property
+    def lines(self) -> list[str]:
+        """The lines of stderr."""
+        return self.err.splitlines()
+
+
+@pytest.fixture
+def iccm(capsys):
+    """`iccm(*arguments)` runs the command line in this process."""
+
+    def run(*arguments) -> Typed:
+        capsys.readouterr()
+        code = cli.run([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        return Typed(code, captured.out, captured.err)
+
+    return run
+
+
+@pytest.fixture
+def shell():
+    """`shell(line)` runs a line as a user types it, with `iccm` on the path."""
+
+    def run(line: str, **options) -> subprocess.CompletedProcess:
+        path = f'PATH="{Path(sys.executable).parent}:$PATH"; export PATH; '
+        return subprocess.run(
+            ["bash", "-c", path + line], capture_output=True, text=True, timeout=100, **options
+        )
+
+    return run
