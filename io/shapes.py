@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..cauchy import Complex
 from ..curve import Curve
 from ..errors import InputError
-from . import svg
+from . import polyline, silhouette, svg
 from .drawing import Drawing
 from .region import Outline
 
@@ -52,8 +52,11 @@ class Shape:
         return np.stack([points.real, points.imag], axis=-1)
 
 
+PICTURES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".webp", ".bmp", ".exr")
 READERS: dict[str, tuple[Callable[..., Drawing], int]] = {
     ".svg": (svg.read, svg.MAX_BYTES),
+    ".obj": (polyline.read, polyline.MAX_BYTES),
+    **dict.fromkeys(PICTURES, (silhouette.read, silhouette.MAX_BYTES)),
 }
 
 
