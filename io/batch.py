@@ -57,18 +57,23 @@ def prepared(tasks: list[Task], book: Journal, *, resume: bool) -> list[Task]:
         job = task.job
         if resume and all(book.wrote(path) or not os.path.lexists(path) for path in job.outputs):
             job = job.model_copy(update={"force": True})
-        try:
-            for path in job.outputs:
-                os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
-                files.check_output(path, force=job.force)
-        except InputError as error:
-            found.append(f"{task.place}: {error}")
-        except OSError as error:
-            found.append(f"{task.place}: {error.filename}: {error.strerror}")
+        found += [f"{task.place}: {wrong}" for path in job.outputs if (wrong := _unwritable(path, job.force))]
         ready.append(Task(task.number, task.name, task.place, job))
     if found:
         raise ManifestError(found)
     return ready
+
+
+def _unwritable(path: str, force: bool) -> str | None:
+    """Why an output cannot be written, after making its folder."""
+    try:
+        os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
+        files.check_output(path, force=force)
+    except InputError as error:
+        return str(error)
+    except OSError as error:
+        return f"{error.filename}: {error.strerror}"
+    return None
 
 
 def execute(

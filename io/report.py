@@ -37,7 +37,7 @@ def build(run: Run) -> dict[str, Any]:
         }
     report["notes"] = run.notes
     report["inputs"] = [{"path": name, "sha256": files.sha256(name)} for name in run.job.inputs]
-    report["job"] = run.job.model_dump(mode="json", exclude_defaults=True)
+    report["job"] = run.job.model_dump(mode="json", exclude_defaults=True, exclude={"force"})
     return plain(report)
 
 

@@ -240,7 +240,7 @@ def test_a_reader_that_goes_away_is_no_error(shapes, shell):
 
 
 def test_sigterm_leaves_no_temporary_file(shapes, shell):
-    line = "iccm map square.svg blob.svg --method paper --size 9000 & sleep 3; kill -TERM $!; wait $!"
+    line = "iccm map square.svg blob.svg --method paper --size 9000 & sleep 2; kill -TERM $!; wait $!"
     done = shell(line)
     assert done.returncode in (0, 143)
     assert names(shapes) <= {"square.svg", "blob.svg", "disk.svg", "square-blob.png"}
