@@ -10,16 +10,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from . import colour, sampling
 from .cauchy import Complex
 from .curve import Real
 from .errors import InputError
 from .flatten import Flattening
 from .locate import Locator
 from .mesh import Index
-from .parallel import over_slices
 from .pullback import Pullback, bends
 from .raster import Raster, affine, open_edges, rasterise
+from .reading import Reader
 from .resample import Texture
 
 MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file
@@ -130,7 +129,7 @@ def layout(name: str, uv: Real, uv_faces: Index, width: int, height: int) -> Lay
     raster = rasterise(corners, width, height, border=open_edges(uv_faces), wrap=bool(outside.any()))
     turn = _turns(corners)
     report = {
-        "charts": _charts(uv_faces, len(uv)),
+        "charts": np.unique(charts(uv_faces, len(uv))[uv_faces[:, 0]]).size,
         "mirrored_triangles": int((turn > 0).sum()),  # y is down
         "flat_triangles": int((turn == 0).sum()),
         "outside_triangles": int(outside.sum()),
@@ -142,7 +141,7 @@ def layout(name: str, uv: Real, uv_faces: Index, width: int, height: int) -> Lay
 
 def bake(
     target: Flattening,
-    charts: Layout,
+    grid: Layout,
     pull: Pullback,
     texture: Texture,
     place: Plane | Surface,
@@ -158,11 +157,11 @@ def bake(
 
     Args:
         target: the flattened patch.
-        charts: its UV layout, triangle for triangle.
+        grid: its UV layout, triangle for triangle.
         pull: from the target's plane to the source's.
         texture: what to carry over; its box does not matter to a `Surface`.
         place: where points of the source's plane lie in the texture.
-        filter, kind, edge: as in `resample.warp`.
+        filter, kind, edge: as in `reading.Reader`.
         padding: texels to spread colours past the charts' seams, -1 for all; a thirty-second of the picture by default,
             so that mip-maps down to 32 texels do not bleed.
         max_error: of places in the texture, in texels.
@@ -171,52 +170,35 @@ def bake(
     Returns:
         (h, w, c) pixels of the texture's type and channels, zero where nothing reaches, and a report.
     """
-    name = {"auto": "nearest" if kind == "label" else "cubic"}.get(filter, filter)
-    mixes = kind == "colour" and name != "nearest"
-    srgb = mixes and texture.transfer == "srgb"
-    picture = colour.decode(
-        texture.pixels, texture.alpha, srgb=srgb, associated=texture.associated, premultiply=mixes
-    )
-    rim = sampling.CLAMP if edge == "clamp" else sampling.CLEAR
-    pyramid = sampling.pyramid(picture, rim, 1 if name == "nearest" else 16)
-    source = _Source(target, charts, pull, abs(place.scale) / np.sqrt(2), max_error)
-    out = np.zeros((*charts.shape, texture.pixels.shape[2]), texture.pixels.dtype)
-    for row in range(0, charts.shape[0], ROWS):
-        at, z, zx, zy = source.rows(row, min(row + ROWS, charts.shape[0]))
-        values = np.empty((at.size, out.shape[2]), np.float32)
-
-        def fill(part: slice, values=values, z=z, zx=zx, zy=zy) -> None:
-            xy, turn = place.texels(z[part], zx[part], zy[part], 1)
-            sampling.read_all(pyramid, xy, turn, sampling.FILTERS[name], values[part])
-            if texture.alpha >= 0 and mixes and not texture.associated:
-                _unmultiply(values[part], texture.alpha)
-
-        over_slices(fill, at.size, threads, 1 << 15)
-        out[row : row + ROWS].reshape(-1, out.shape[2])[at] = colour.encode(
-            values[None], out.dtype, texture.alpha, srgb=srgb
-        )[0]
-    reach = max(4, max(charts.shape) // 32) if padding is None else padding
-    report = charts.report | {
+    read = Reader(texture, filter, kind, edge)
+    source = _Source(target, grid, pull, abs(place.scale) / np.sqrt(2), max_error)
+    out = np.zeros((*grid.shape, read.channels), texture.pixels.dtype)
+    for row in range(0, grid.shape[0], ROWS):
+        at, z, zx, zy = source.rows(row, min(row + ROWS, grid.shape[0]))
+        pixels = read(lambda p, z=z, zx=zx, zy=zy: place.texels(z[p], zx[p], zy[p], 1), at.size, threads)
+        out[row : row + ROWS].reshape(-1, read.channels)[at] = pixels
+    reach = max(4, max(grid.shape) // 32) if padding is None else padding
+    report = grid.report | {
         "exact_triangles": int(source.exact.sum()),
         "padding": reach,
         "outside_points": pull.outside,
         "outside_distance": pull.away / target.boundary.diagonal,
     }
-    return padded(out, charts.raster.owner >= 0, reach), report
+    return padded(out, grid.raster.owner >= 0, reach), report
 
 
 class _Source:
     """Where the texels of a layout come from in the source's plane."""
 
-    def __init__(self, target: Flattening, charts: Layout, pull: Pullback, scale: float, max_error: float):
-        self.owner, self.pull = charts.raster.owner, pull
+    def __init__(self, target: Flattening, grid: Layout, pull: Pullback, scale: float, max_error: float):
+        self.owner, self.pull = grid.raster.owner, pull
         faces = target.patch.faces
         corner_w = target.flat[faces]
-        self.flat = affine(charts.corners, corner_w)
+        self.flat = affine(grid.corners, corner_w)
         z = pull(target.flat)
         z_w, z_wbar = pull.slopes(z)
         self.exact = bends(faces, target.flat, z_w, z_wbar) * scale > max_error
-        self.linear = affine(charts.corners, z[faces])
+        self.linear = affine(grid.corners, z[faces])
         self.corners_w = corner_w
 
     def rows(self, first: int, last: int) -> tuple[Index, Complex, Complex, Complex]:
@@ -276,11 +258,6 @@ def _placed(z, zx, zy, origin, scale):
     return xy, turn
 
 
-def _unmultiply(values: NDArray[np.float32], alpha: int) -> None:
-    colours = [k for k in range(values.shape[1]) if k != alpha]
-    values[:, colours] /= np.where(values[:, alpha] != 0, values[:, alpha], 1)[:, None]
-
-
 def _into(triangle: Complex, w: Complex) -> Complex:
     """Points (p,) moved into their triangles (p, 3): texels that a chart's border only touches have centres outside."""
     a, b, c = triangle.T
@@ -299,10 +276,11 @@ def _areas(corners: Real) -> Real:
     return 0.5 * np.abs(_turns(corners))
 
 
-def _charts(uv_faces: Index, count: int) -> int:
+def charts(uv_faces: Index, count: int) -> Index:
+    """(t,) the chart each of `count` texture coordinates belongs to, joined by the triangles (m, 3)."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
     a, b = uv_faces.ravel(), np.roll(uv_faces, -1, axis=1).ravel()
     graph = coo_matrix((np.ones(a.size, np.int8), (a, b)), shape=(count, count))
-    return int(np.unique(connected_components(graph, directed=False)[1][a]).size)
+    return connected_components(graph, directed=False)[1]

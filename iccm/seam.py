@@ -35,6 +35,14 @@ def extended(opening: "Patch", to: int) -> "Patch":
     return opening.cut(_on(opening, np.array(way[:-1]), np.array(way[1:])))
 
 
+def vertex_path(patch: "Patch", stops: list[int]) -> Index:
+    """The vertices along the shortest ways on edges from each of the stops to the next."""
+    way = stops[:1]
+    for start, end in zip(stops, stops[1:]):
+        way += walk(_paths(patch, np.array([start]))[1], end)[-2::-1]
+    return np.array(way)
+
+
 def handle_loops(whole: "Patch") -> tuple[Index, Index]:
     """The ends of the edges of 2g loops that open all handles (Erickson, Whittlesey, *Greedy Optimal Homotopy*, SODA 2005).
 

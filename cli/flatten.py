@@ -1,0 +1,73 @@
+"""`iccm flatten`."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+
+import click
+
+from ..errors import InputError
+from . import logs
+
+
+@click.command()
+@click.argument("mesh")
+@click.option(
+    "-o", "--output", multiple=True, metavar="FILE", help="The outline (.svg) or the flat mesh (.obj)."
+)
+@click.option(
+    "--uv", metavar="FILE", help="The mesh with its flattening as texture coordinates (.obj .glb .ply)."
+)
+@click.option("--cut", is_flag=True, help="Cut a closed surface, or one with handles, open.")
+@click.option("--report", metavar="FILE.json", help="Figures of the flattening as JSON; - for stdout.")
+@click.option(
+    "--plot", metavar="FILE.png", help="The flat mesh and the surface with a checkerboard (.png .svg .pdf)."
+)
+@click.option("--force", is_flag=True, help="Replace files that exist.")
+@logs.options
+def command(
+    mesh: str,
+    output: tuple[str, ...],
+    uv: str | None,
+    cut: bool,
+    report: str | None,
+    plot: str | None,
+    force: bool,
+) -> int:
+    """Flatten MESH (OBJ, GLB, PLY, OFF, STL) into the plane, keeping its angles as well as its triangles allow.
+
+    MESH is file, file#part (an OBJ object, group or material), or file#2 for the outline along the second-longest
+    boundary. Inner holes stay holes. Without an output option MESH-flat.svg is written here.
+
+    \b
+    iccm flatten face.obj -o face.svg
+    iccm flatten body.obj#sleeve -o sleeve.svg --report - --plot sleeve.png
+    iccm flatten cow.obj --cut --uv cow-uv.obj
+
+    Exit code: 0 done, 2 an input is wrong.
+    """
+    from ..io import flatfile, flatten_report, transfer
+    from ..io.meshes import check_output
+
+    if not (output or uv or report or plot):
+        output = (f"{Path(transfer.meshes.split(mesh)[0]).stem}-flat.svg",)
+    for name in output:
+        flatfile.check(name)
+    if uv:
+        check_output(uv)
+    if plot and Path(plot).suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise InputError(f"{plot}: unknown suffix for --plot; use one of .png .svg .pdf")
+    outputs = flatten_report.checked(
+        [*output, uv, plot, None if report == "-" else report], mesh, force=force
+    )
+    shape = transfer.read(mesh, cut=cut)
+    for note in shape.notes:
+        logs.log.warning(note)
+    with ExitStack() as stack:
+        flatten_report.write_all(shape, output, uv, plot, report, stack, force=force)
+    for line in flatten_report.summary(shape):
+        logs.log.info(line)
+    for name in outputs:
+        logs.log.info(f"wrote {name}")
+    return 0
