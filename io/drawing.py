@@ -3,8 +3,7 @@
 from dataclasses import dataclass, field
 
 from ..cauchy import Complex
-from ..errors import InputError
-from .region import Outline
+from .region import Outline, Refused
 
 Rectangle = tuple[float, float, float, float]  # x, y, width, height
 
@@ -30,5 +29,5 @@ class Drawing:
     pins: dict[str, complex] = field(default_factory=dict)
     strokes: dict[str, Complex] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-    refused: list[tuple[float, InputError]] = field(default_factory=list)
+    refused: list[Refused] = field(default_factory=list)
     ids: list[str] = field(default_factory=list)

@@ -66,9 +66,10 @@ def _add(drawing: Drawing, content: Obj, name: str, edges: Edges) -> None:
     z = place @ np.array([1, 1j])
     label = repr(name) if name else "the polylines"
     try:
-        drawing.outlines.extend(
-            outlines([z[ring] for ring in _rings(merged.reshape(-1)[edges], z)], "evenodd", label)
-        )
+        rings = [z[ring] for ring in _rings(merged.reshape(-1)[edges], z)]
+        found, refused = outlines(rings, "evenodd", label)
+        drawing.outlines.extend(found)
+        drawing.refused.extend(refused)
     except InputError as error:
         drawing.refused.append((float(np.prod(np.ptp(points, axis=0))), error))
 

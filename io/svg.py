@@ -55,18 +55,20 @@ def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, flatness: flo
     if (chosen is None and not drawn.visible) or (chosen is not None and chosen not in names):
         return
     runs = runs_of(drawn, flatness)
+    rings = []
+    for run in runs:
+        try:
+            rings.append(_ring(run, drawn, drawing))
+        except InputError as error:
+            drawing.refused.append((float(np.ptp(run.z.real) * np.ptp(run.z.imag)), error))
+    if runs and not rings:
+        return
     try:
-        rings = [_ring(run, drawn, drawing) for run in runs]
-        drawing.outlines.extend(
-            outlines(rings, drawn.properties.get("fill-rule", "nonzero").strip(), drawn.name)
-        )
+        found, refused = outlines(rings, drawn.properties.get("fill-rule", "nonzero").strip(), drawn.name)
     except InputError as error:
-        drawing.refused.append((max((_extent(run.z) for run in runs), default=0.0), error))
-
-
-def _extent(z: Complex) -> float:
-    """Area of the bounding box."""
-    return float(np.ptp(z.real) * np.ptp(z.imag))
+        found, refused = [], [(0.0, error)]
+    drawing.outlines.extend(found)
+    drawing.refused.extend(refused)
 
 
 def _ring(run: Subpath, drawn: Drawn, drawing: Drawing) -> Complex:

@@ -293,6 +293,19 @@ def test_a_crossing_elsewhere_is_only_told(svg):
     assert shape.curve.area == 3600 and "bow" in shape.notes[0]
 
 
+def test_a_crossing_ring_costs_only_itself(svg):
+    island = svg('<path id="p" d="M0 0H60V60H0zM70 0L80 10V0L70 10z"/>')
+    assert island.curve.area == 3600 and "crosses itself at (75, 5)" in island.notes[0]
+    one_line(
+        lambda: svg('<path id="p" d="M0 0H6V6H0zM70 0L80 10V0L70 10z"/>'), "'p'", "crosses itself at (75, 5)"
+    )
+
+
+def test_an_open_line_beside_a_closed_one(svg):
+    shape = svg('<path fill="none" stroke="red" d="M0 0H6V6H0zM70 0L80 10"/>')
+    assert shape.curve.area == 36 and not [note for note in shape.notes if "open" in note]
+
+
 def test_open_runs(svg):
     filled = svg('<path id="p" d="M0 0H30V30"/>')
     assert (
