@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ..errors import InputError
 
+BLOCK = 1 << 16
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
 
 
@@ -34,6 +35,7 @@ def replacing(path: str | os.PathLike, *, force: bool = False) -> Iterator[Path]
         yield temporary
         if not force and path.exists():
             raise InputError(f"{path}: the file appeared while it was being made; use --force to replace it")
+        _probe(temporary)
         _flush(temporary)
         os.replace(temporary, path)
         _flush(path.parent)
@@ -140,6 +142,17 @@ def _umask() -> int:
     mask = os.umask(0o077)  # the only portable way to ask
     os.umask(mask)
     return mask
+
+
+def _probe(path: Path) -> None:
+    """Fail when the disk is full: image libraries cut a file short without a word. One more block does not fit then."""
+    with path.open("r+b", buffering=0) as file:
+        size = file.seek(0, os.SEEK_END)
+        try:
+            if file.write(bytes(BLOCK)) != BLOCK:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+        finally:
+            file.truncate(size)
 
 
 def _flush(path: Path) -> None:
