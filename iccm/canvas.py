@@ -1,17 +1,19 @@
 """A raster in the plane, and where its pixels come from."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from . import tiles
 from .cauchy import Complex
 from .coverage import coverage
 from .inverse import Inverse
+from .parallel import in_order
 
 Box = tuple[complex, complex]
-LEAST = 1e-6  # smaller coverages are round-off
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,11 @@ class Diagnostics:
     exact: int = 0
     fallback: int = 0
 
+    def add(self, other: "Diagnostics") -> None:
+        """Adds the counts of another part of the raster."""
+        for name, value in vars(other).items():
+            setattr(self, name, getattr(self, name) + value)
+
     def as_dict(self) -> dict[str, int]:
         """For reports."""
         return dict(vars(self))
@@ -65,52 +72,122 @@ class Diagnostics:
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """Rows [row, row + rows) of a raster: the pixels it needs, where they come from, and how they are stretched.
+    """Rows [row, row + rows) of a raster: where its pixels come from, and how they are stretched.
 
     Attributes:
         row: the first row.
         coverage: (rows, width) covered area of each pixel.
-        at: (p,) flat indices into the band of the pixels that are covered at all.
-        z: (p,) their points in the source.
-        z_w, z_wbar: (p,) Wirtinger derivatives of the inverse there.
+        z: (rows, width) their points in the source; NaN where nothing is covered.
+        right, down: (rows, width) how z changes from a pixel to the next on the right and to the next one below.
+        diagnostics: what became of the pixels.
     """
 
     row: int
     coverage: NDArray[np.float32]
-    at: NDArray[np.int64]
     z: Complex
-    z_w: Complex
-    z_wbar: Complex
+    right: NDArray[np.complex64]
+    down: NDArray[np.complex64]
+    diagnostics: Diagnostics
 
 
 @dataclass(eq=False)
 class Raster:
-    """The inverse of a map on the pixels of a canvas, band by band."""
+    """The inverse of a map on the pixels of a canvas, band by band.
+
+    Attributes:
+        inverse: its resolution should be a pixel or two of the canvas.
+        canvas: the pixels.
+        tolerance: accuracy of the source points asked for, in units of the source.
+        slopes: whether `right` and `down` are wanted.
+    """
 
     inverse: Inverse
     canvas: Canvas
-    threads: int | None = None
-    diagnostics: Diagnostics = field(default_factory=Diagnostics)
+    tolerance: float
+    slopes: bool = True
 
     def __post_init__(self):
+        # Everything that bands share is made before threads ask for it.
         self.loop = self.canvas.pixels(self.inverse.outline.w)
-        z, w = self.inverse._rim()
-        self.rim = z, w, cKDTree(np.column_stack([w.real, w.imag]))
+        self.rim = self.inverse.rim
+        self.rim_tree = cKDTree(np.column_stack([self.rim[1].real, self.rim[1].imag]))
+        _ = self.inverse.nearest
 
-    def band(self, row: int, rows: int) -> Band:
-        """The rows [row, row + rows)."""
-        covered, inside = coverage(self.loop, row, rows, self.canvas.width)
-        at = np.flatnonzero((covered > LEAST) | inside)
-        w = self.canvas.centres(row, rows).ravel()[at]
-        within = inside.ravel()[at]
-        z = np.full(at.size, complex(np.nan, np.nan))
-        z[within] = self.inverse(w[within], self.threads)
-        lost = np.flatnonzero(np.isnan(z))
-        z[lost] = self.rim[0][self.rim[2].query(np.column_stack([w[lost].real, w[lost].imag]))[1]]
-        self.diagnostics.inside += int(within.sum())
-        self.diagnostics.exact += int(within.sum())
-        self.diagnostics.edge += int((~within).sum())
-        self.diagnostics.fallback += int(within[lost].sum())
-        _, a, b = self.inverse.forward.jet(z, self.threads)
-        jacobian = np.abs(a) ** 2 - np.abs(b) ** 2
-        return Band(row, covered, at, z, a.conj() / jacobian, -b / jacobian)
+    def bands(self, threads: int | None = None) -> Iterator[Band]:
+        """All bands from top to bottom, a few being worked on at a time."""
+        return in_order(self.band, range(0, self.canvas.height, tiles.TILE), threads)
+
+    def band(self, row: int) -> Band:
+        """The band that starts at the given row."""
+        rows, width = min(tiles.TILE, self.canvas.height - row), self.canvas.width
+        covered, inside = coverage(self.loop, row, rows, width)
+        z = np.full((rows, width), complex(np.nan, np.nan))
+        right = np.full((rows, width), complex(np.nan, np.nan), dtype=np.complex64)
+        band = Band(row, covered, z, right, right.copy(), Diagnostics())
+        some = (covered > 0) | inside
+        if some.any():
+            self._solve(band, inside, some)
+        return band
+
+    def _solve(self, band: Band, inside: NDArray[np.bool_], some: NDArray[np.bool_]) -> None:
+        dx, dy = self.canvas.step
+        origin = complex(self.canvas.box[0].real + 0.5 * dx, self.canvas.box[1].imag - (band.row + 0.5) * dy)
+        middle = 0.5 * min(tiles.TILE, len(inside)) * dy
+        across = np.arange(0, self.canvas.width, tiles.TILE) + 0.5 * tiles.TILE
+        seeds = self.inverse.seeds[0][self.inverse.seed_numbers(origin + across * dx - 1j * middle, 1)[:, 0]]
+        full = _blocks(inside & (band.coverage == 1), np.all)
+        out = tiles.Solved(band.z, band.right, band.down)
+        args = (tiles.FIT, tiles.POWERS, tiles.POINTS, self.slopes)
+        grid = tiles.Grid(origin, dx, dy)
+        tree = self.inverse.forward.tree
+        exact = tiles.fill(tree, grid, inside, full, _blocks(some, np.any), seeds, self.tolerance, out, *args)
+        band.diagnostics.inside = int(inside.sum())
+        band.diagnostics.exact = exact
+        left = np.flatnonzero(inside & np.isnan(band.z))
+        if left.size:
+            self._retry(band, left)
+        self._touch(band, np.flatnonzero(some & np.isnan(band.z)), inside)
+
+    def _retry(self, band: Band, at: NDArray[np.intp]) -> None:
+        """Pixels that their neighbours did not lead to, from many seeds."""
+        z = self.inverse(self._places(band, at), threads=1)
+        found = np.isfinite(z)
+        self._put(band, at[found], z[found])
+        band.diagnostics.exact += int(found.sum())
+
+    def _put(self, band: Band, at: NDArray[np.intp], z: Complex) -> None:
+        dx, dy = self.canvas.step
+        _, a, b = self.inverse.forward.jet(z, threads=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            jacobian = np.abs(a) ** 2 - np.abs(b) ** 2
+            z_w, z_wbar = a.conj() / jacobian, -b / jacobian
+        band.z.ravel()[at] = z
+        band.right.ravel()[at] = (z_w + z_wbar) * dx
+        band.down.ravel()[at] = -1j * (z_w - z_wbar) * dy
+
+    def _places(self, band: Band, at: NDArray[np.intp]) -> Complex:
+        dx, dy = self.canvas.step
+        i, j = np.divmod(at, self.canvas.width)
+        low, high = self.canvas.box
+        return low.real + (j + 0.5) * dx + 1j * (high.imag - (band.row + i + 0.5) * dy)
+
+    def _touch(self, band: Band, at: NDArray[np.intp], inside: NDArray[np.bool_]) -> None:
+        """Pixels that the outline touches, and those without a solution: the nearest boundary point stands for them."""
+        if not at.size:
+            return
+        w = self._places(band, at)
+        near = self.rim_tree.query(np.column_stack([w.real, w.imag]))[1]
+        self._put(band, at, self.rim[0][near])
+        lost = int(inside.ravel()[at].sum())
+        band.diagnostics.fallback += lost
+        band.diagnostics.edge += at.size - lost
+
+
+def _blocks(mask: NDArray[np.bool_], reduce: Callable) -> NDArray[np.bool_]:
+    """all() or any() over blocks of LEAST² pixels; what lies beyond the band changes neither."""
+    fill = reduce is np.all
+    rows, width = mask.shape
+    pad = [(0, -rows % tiles.LEAST), (0, -width % tiles.LEAST)]
+    mask = np.pad(mask, pad, constant_values=fill) if rows % tiles.LEAST or width % tiles.LEAST else mask
+    cut = mask.reshape(mask.shape[0] // tiles.LEAST, tiles.LEAST, -1, tiles.LEAST)
+    return reduce(reduce(cut, axis=1), axis=2)

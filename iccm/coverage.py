@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from .cauchy import Complex
 
+LEAST = 1e-6
+
 
 def coverage(loop: Complex, row: int, rows: int, width: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """How much of each pixel a closed polyline covers, and which pixel centres it surrounds.
@@ -22,11 +24,28 @@ def coverage(loop: Complex, row: int, rows: int, width: int) -> tuple[NDArray[np
         winding number of the centre is not zero. Both ignore the loop's direction.
     """
     area = np.zeros((rows, width + 2))
-    turns = np.zeros((rows, width + 1), dtype=np.int32)
+    turns = np.zeros((rows, width + 1), dtype=np.int16)
     shifted = loop - 1j * row
-    _accumulate(shifted, np.roll(shifted, -1), area, turns)
-    covered = np.abs(np.cumsum(area, axis=1)[:, :width])
-    return np.minimum(covered, 1.0).astype(np.float32), np.cumsum(turns, axis=1)[:, :width] != 0
+    end = np.roll(shifted, -1)
+    near = (np.maximum(shifted.imag, end.imag) > 0) & (np.minimum(shifted.imag, end.imag) < rows)
+    _accumulate(shifted[near], end[near], area, turns)
+    covered = np.empty((rows, width), dtype=np.float32)
+    inside = np.empty((rows, width), dtype=np.bool_)
+    _resolve(area, turns, covered, inside)
+    return covered, inside
+
+
+@njit(cache=True, nogil=True)
+def _resolve(area, turns, covered, inside):
+    """Sums along the rows. What is round-off from nothing or from all becomes 0 or 1."""
+    for i in range(covered.shape[0]):
+        total, turn = 0.0, 0
+        for j in range(covered.shape[1]):
+            total += area[i, j]
+            turn += turns[i, j]
+            value = abs(total)
+            covered[i, j] = 0.0 if value < LEAST else (1.0 if value > 1 - LEAST else value)
+            inside[i, j] = turn != 0
 
 
 @njit(cache=True, nogil=True)

@@ -48,11 +48,12 @@ class Inverse:
     @cached_property
     def seeds(self) -> tuple[Complex, Complex]:
         """Points inside the source and their images."""
-        rim = self._rim()
         z, w = whitney(self.forward.tree, self.resolution, SEEDS)
-        return np.concatenate([z, rim[0]]), np.concatenate([w, rim[1]])
+        return np.concatenate([z, self.rim[0]]), np.concatenate([w, self.rim[1]])
 
-    def _rim(self) -> tuple[Complex, Complex]:
+    @cached_property
+    def rim(self) -> tuple[Complex, Complex]:
+        """Points just inside the boundary, one for each of the outline's segments, and their images."""
         z = self.outline.z
         ahead = np.roll(z, -1) - z
         inward = 1j * self.forward.tree.edge[self.outline.edge]
@@ -115,23 +116,23 @@ def inverse(map: HarmonicMap | Evaluator | Inverse, w: Complex) -> Complex:
 
 @njit(cache=True, nogil=True)
 def newton(t, w, z, tol):
-    """Solves f(z) = w from z. Returns the solution, and |f - w| at the last iterate before the final step, or inf.
+    """Solves f(z) = w from z: the solution, |f - w| before the final step or inf for failure, f_z and f_z̄ there.
 
-    The last step is at most tol, so that the error after it is of order tol².
+    The final step is at most tol, so that the error after it is of order tol².
     """
     k = leaf_of(t, z)
     if k < 0 or not is_inside(t, k, z):
-        return z, np.inf
+        return z, np.inf, 0j, 0j
     f, a, b = jet_in(t, k, z, -1)
     for _ in range(60):
         r = w - f
         jacobian = a.real * a.real + a.imag * a.imag - b.real * b.real - b.imag * b.imag
         if not jacobian > 0:
-            return z, np.inf
+            return z, np.inf, a, b
         h = (a.conjugate() * r - b * r.conjugate()) / jacobian
         if abs(h) <= tol:
             k = leaf_of(t, z + h)
-            return (z + h if k >= 0 and is_inside(t, k, z + h) else z), abs(r)
+            return (z + h if k >= 0 and is_inside(t, k, z + h) else z), abs(r), a, b
         moved = False
         for _half in range(30):
             k = leaf_of(t, z + h)
@@ -142,8 +143,8 @@ def newton(t, w, z, tol):
                     break
             h *= 0.5
         if not moved:
-            return z, np.inf
-    return z, np.inf
+            break
+    return z, np.inf, a, b
 
 
 @njit(cache=True, nogil=True)
@@ -151,7 +152,7 @@ def _from_seeds(t, w, near, seeds, tol, accept, out):
     for i in range(w.size):
         out[i] = complex(np.nan, np.nan)
         for j in range(near.shape[1]):
-            z, residual = newton(t, w[i], seeds[near[i, j]], tol)
+            z, residual, _, _ = newton(t, w[i], seeds[near[i, j]], tol)
             if residual <= accept:
                 out[i] = z
                 break

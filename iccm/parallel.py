@@ -1,10 +1,14 @@
 """Threads over slices of a fixed size: what a slice computes does not depend on how many threads there are."""
 
 import os
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 SLICE = 4096
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 def thread_count(threads: int | None = None) -> int:
@@ -27,3 +31,21 @@ def over_slices(
     with ThreadPoolExecutor(workers) as pool:
         for _ in pool.map(work, parts):
             pass
+
+
+def in_order(
+    work: Callable[[Item], Result], items: Iterable[Item], threads: int | None = None
+) -> Iterator[Result]:
+    """work(item) for every item, in order, with at most one finished result waiting for each thread."""
+    workers = thread_count(threads)
+    if workers == 1:
+        yield from map(work, items)
+        return
+    with ThreadPoolExecutor(workers) as pool:
+        waiting = deque()
+        for item in items:
+            waiting.append(pool.submit(work, item))
+            if len(waiting) > workers:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()

@@ -6,17 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from . import colour, sampling
+from . import colour, sampling, tiles
 from .canvas import Band, Box, Canvas, Diagnostics, Raster
 from .errors import InputError
 from .evaluate import Evaluator
 from .harmonic import HarmonicMap
 from .inverse import Inverse
-from .parallel import over_slices
+from .parallel import in_order
 
 __all__ = ["Box", "Canvas", "Texture", "Warp", "Warped", "warp"]
-
-ROWS = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,19 +80,21 @@ def warp(
     Raises:
         InputError: an unknown filter, kind or edge.
     """
-    job = Warp(map, texture, canvas, filter, kind, edge, antialias, max_error, threads)
+    job = Warp(map, texture, canvas, filter, kind, edge, antialias, max_error)
     out = np.zeros((canvas.height, canvas.width, job.channels), dtype=texture.pixels.dtype)
-    for row, block in job.bands():
+    row = 0
+    for block in job.blocks(threads):
         out[row : row + len(block)] = block
+        row += len(block)
         if progress:
             progress(len(block))
-    return Warped(out, job.alpha, job.raster.diagnostics)
+    return Warped(out, job.alpha, job.diagnostics)
 
 
 class Warp:
     """A warp made ready: everything that is not one band's own. Arguments as in `warp`."""
 
-    def __init__(self, map, texture, canvas, filter, kind, edge, antialias, max_error, threads):
+    def __init__(self, map, texture, canvas, filter, kind, edge, antialias, max_error):
         for given, known, what in (
             (filter, ("auto", *sampling.FILTERS), "filter"),
             (kind, ("colour", "data"), "kind"),
@@ -105,13 +105,14 @@ class Warp:
                 raise InputError(f"{what} {given!r}: not one of {', '.join(known)}")
         name = "cubic" if filter == "auto" else filter
         self.filter = sampling.FILTERS[name]
-        self.texture, self.canvas, self.antialias, self.threads = texture, canvas, antialias, threads
+        self.texture, self.canvas, self.antialias = texture, canvas, antialias
         self.srgb = texture.transfer == "srgb" and kind == "colour" and name != "nearest"
         self.mixes = kind == "colour" and name != "nearest"
         self.channels = texture.pixels.shape[2] + (texture.alpha < 0)
         self.alpha = texture.alpha if texture.alpha >= 0 else self.channels - 1
         inverse = map if isinstance(map, Inverse) else Inverse(map, 2 * min(canvas.step))
-        self.raster = Raster(inverse, canvas, threads)
+        self.diagnostics = Diagnostics()
+        self.raster = Raster(inverse, canvas, max_error * min(1 / s for s in self.scale))
         picture = colour.decode(
             texture.pixels,
             texture.alpha,
@@ -122,45 +123,50 @@ class Warp:
         border = sampling.CLAMP if edge == "clamp" else sampling.CLEAR
         self.pyramid = sampling.pyramid(picture, border, 1 if name == "nearest" else 16)
 
-    def bands(self) -> Iterator[tuple[int, NDArray]]:
-        """(first row, (rows, W, c) finished pixels) from top to bottom."""
-        for row in range(0, self.canvas.height, ROWS):
-            band = self.raster.band(row, min(ROWS, self.canvas.height - row))
-            yield row, self._finish(band, self._filtered(band))
+    @property
+    def scale(self) -> tuple[float, float]:
+        """Texels a unit of the source's plane, across and down."""
+        size = self.texture.box[1] - self.texture.box[0]
+        return self.texture.pixels.shape[1] / size.real, self.texture.pixels.shape[0] / size.imag
 
-    def _filtered(self, band: Band) -> NDArray[np.float32]:
-        """(p, c) linear values of the band's pixels."""
-        lo, hi = self.texture.box
-        h, w = self.texture.pixels.shape[:2]
-        sx, sy = w / (hi - lo).real, h / (hi - lo).imag
-        dx, dy = self.canvas.step
-        xy = np.column_stack([(band.z.real - lo.real) * sx, (hi.imag - band.z.imag) * sy])
-        right, down = (band.z_w + band.z_wbar) * dx, -1j * (band.z_w - band.z_wbar) * dy
-        turn = np.column_stack([right.real * sx, down.real * sx, -right.imag * sy, -down.imag * sy])
-        out = np.empty((band.at.size, self.pyramid.texels.shape[1]), dtype=np.float32)
-        over_slices(
-            lambda part: sampling.read_all(self.pyramid, xy[part], turn[part], self.filter, out[part]),
-            band.at.size,
-            self.threads,
-        )
-        return out
+    def blocks(self, threads: int | None = None) -> Iterator[NDArray]:
+        """(rows, W, c) finished pixels from top to bottom."""
 
-    def _finish(self, band: Band, values: NDArray[np.float32]) -> NDArray:
-        """Stored pixels: unpremultiplied, covered, encoded; zero where nothing is."""
-        cover = band.coverage.ravel()[band.at]
+        def finished(row: int) -> tuple[NDArray, Diagnostics]:
+            band = self.raster.band(row)
+            return self._finish(band), band.diagnostics
+
+        for block, seen in in_order(finished, range(0, self.canvas.height, tiles.TILE), threads):
+            self.diagnostics.add(seen)
+            yield block
+
+    def _finish(self, band: Band) -> NDArray:
+        """Stored pixels of a band: filtered, unpremultiplied, covered, encoded; zero where nothing is."""
+        at = np.flatnonzero(band.coverage)
+        values = self._filtered(band, at)
+        cover = band.coverage.ravel()[at]
         if not self.antialias:
             cover = (cover >= 0.5).astype(np.float32)
+        colours = [k for k in range(self.channels) if k != self.alpha]
         if self.texture.alpha < 0:
             values = np.column_stack([values, cover])
         else:
             alpha = values[:, self.alpha].copy()
-            colours = [k for k in range(self.channels) if k != self.alpha]
             if self.mixes and not self.texture.associated:
                 values[:, colours] /= np.where(alpha != 0, alpha, 1)[:, None]
             values[:, self.alpha] = alpha * cover
         if self.texture.associated:
-            colours = [k for k in range(self.channels) if k != self.alpha]
             values[:, colours] *= cover[:, None]
         out = np.zeros((band.coverage.size, self.channels), dtype=self.texture.pixels.dtype)
-        out[band.at] = colour.encode(values[None], out.dtype, self.alpha, srgb=self.srgb)[0]
+        out[at] = colour.encode(values[None], out.dtype, self.alpha, srgb=self.srgb)[0]
         return out.reshape(*band.coverage.shape, self.channels)
+
+    def _filtered(self, band: Band, at: NDArray[np.intp]) -> NDArray[np.float32]:
+        """(p, c) linear values of the band's pixels numbered `at`."""
+        (sx, sy), (low, high) = self.scale, self.texture.box
+        z, right, down = (a.ravel()[at] for a in (band.z, band.right, band.down))
+        xy = np.column_stack([(z.real - low.real) * sx, (high.imag - z.imag) * sy])
+        turn = np.column_stack([right.real * sx, down.real * sx, -right.imag * sy, -down.imag * sy])
+        out = np.empty((at.size, self.pyramid.texels.shape[1]), dtype=np.float32)
+        sampling.read_all(self.pyramid, xy, turn, self.filter, out)
+        return out
