@@ -16,6 +16,7 @@ from .map import execute
 @options.CONSTRAINTS
 @options.SOLVER
 @options.RASTER
+@options.MESH
 @logs.options
 def command(shape: str, **given: Any) -> int:
     """Move SHAPE, a file or file#id, and its texture by pins and strokes alone: no target.

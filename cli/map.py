@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import click
@@ -16,6 +19,7 @@ from . import logs, options
 @options.CONSTRAINTS
 @options.SOLVER
 @options.RASTER
+@options.MESH
 @logs.options
 def command(**given: Any) -> int:
     """Map the shape SOURCE onto the shape TARGET and carry a texture through the map.
@@ -34,13 +38,32 @@ def command(**given: Any) -> int:
     return execute(given)
 
 
+@contextmanager
+def _progress() -> Iterator[Callable[[int, int], None] | None]:
+    """A bar on stderr for pictures that take more than two seconds; none without a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from tqdm import tqdm
+
+    with tqdm(unit="row", delay=2, leave=False) as bar:
+
+        def advance(done: int, rows: int) -> None:
+            if bar.n == 0 or bar.n >= bar.total:
+                bar.reset(rows)
+            bar.update(done)
+
+        yield advance
+
+
 def execute(given: dict[str, Any]) -> int:
     """Run the job of these options, tell about it on stderr, and give the exit code."""
     from ..io.job import make
     from ..io.report import summary
     from ..io.run import run
 
-    outcome = run(make(options.values(given)), tell=logs.log.warning)
+    with _progress() as progress:
+        outcome = run(make(options.values(given)), tell=logs.log.warning, progress=progress)
     for line in summary(outcome.report):
         logs.log.info(line)
     for name in outcome.written:

@@ -79,7 +79,7 @@ RASTER = together(
         help="What lies outside the texture.",
     ),
     click.option(
-        "--padding", type=int, default=0, show_default=True, help="Pixels to spill past the outline; -1: all."
+        "--padding", type=click.IntRange(-1), metavar="N", help="Pixels to spill past the outline; -1: all."
     ),
     click.option(
         "--max-pixel-error",
@@ -91,6 +91,14 @@ RASTER = together(
     click.option(
         "--max-pixels", type=int, default=1 << 28, show_default=True, help="Refuse larger pictures."
     ),
+)
+
+MESH = together(
+    click.option("--cut", is_flag=True, help="Cut a closed mesh, or one with handles, open."),
+    click.option(
+        "--bake", is_flag=True, help="Fill the texture layout that the target mesh has, not a new one."
+    ),
+    click.option("--max-faces", type=int, default=5_000_000, show_default=True, help="Refuse larger meshes."),
 )
 
 CONSTRAINTS = together(

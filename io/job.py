@@ -10,26 +10,33 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from ..errors import InputError
 
-Pin = tuple[float, float, float, float]
+Place = tuple[float, float] | tuple[float, float, float] | Annotated[str, Field(pattern=r"^v\d+$")]
+"""A point in a file's units, in space for a mesh, or a mesh's vertex such as v17."""
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 MAX_SIDE = 1 << 17
 
 
 def _pin(value: Any) -> Any:
-    """`SX,SY:TX,TY` as typed, or four numbers, or two pairs of numbers as JSON gives them."""
+    """`SX,SY:TX,TY` as typed, or two places, or four numbers."""
     if isinstance(value, str):
-        number = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
-        match = re.fullmatch(f"{number},{number}:{number},{number}", value)
-        if not match:
-            raise ValueError(f"{value!r} is not SX,SY:TX,TY, four numbers such as 10,20:30,40")
-        return tuple(float(part) for part in match.groups())
-    if (
-        isinstance(value, list | tuple)
-        and len(value) == 2
-        and all(isinstance(v, list | tuple) for v in value)
-    ):
-        return (*value[0], *value[1])
+        sides = [_place(side) for side in value.split(":")]
+        if len(sides) != 2:
+            raise ValueError(f"{value!r} is not SX,SY:TX,TY, such as 10,20:30,40")
+        return tuple(sides)
+    if isinstance(value, list | tuple) and len(value) == 4:
+        return (value[:2], value[2:])
     return value
+
+
+def _place(text: str) -> Any:
+    number = r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"
+    if re.fullmatch(r"\s*[vV]\d+\s*", text):
+        return text.strip().lower()
+    if not re.fullmatch(f"{number}(?:,{number}){{1,2}}", text):
+        raise ValueError(
+            f"{text!r} is no place; a pin is SX,SY:TX,TY, such as 10,20:30,40 (on a mesh also v17 or X,Y,Z)"
+        )
+    return tuple(float(word) for word in text.split(","))
 
 
 def _size(value: Any) -> Any:
@@ -52,7 +59,8 @@ def _many(value: Any) -> Any:
 
 Size = Annotated[tuple[int] | tuple[int, int], BeforeValidator(_size)]
 Names = Annotated[tuple[str, ...], BeforeValidator(_many)]
-Pins = Annotated[tuple[Annotated[Pin, BeforeValidator(_pin)], ...], BeforeValidator(_many)]
+Pin = Annotated[tuple[Place, Place], BeforeValidator(_pin)]
+Pins = Annotated[tuple[Pin, ...], BeforeValidator(_many)]
 
 
 class Job(BaseModel):
@@ -73,9 +81,12 @@ class Job(BaseModel):
     filter: Literal["auto", "nearest", "linear", "cubic", "lanczos", "spline"] = "auto"
     kind: Literal["colour", "normal", "data"] = "colour"
     edge: Literal["clamp", "transparent"] = "clamp"
-    padding: int = Field(0, ge=-1)
+    padding: int | None = Field(None, ge=-1)
     max_pixel_error: Positive = 0.05
     max_pixels: int = Field(1 << 28, ge=1)
+    max_faces: int = Field(5_000_000, ge=1)
+    cut: bool = False
+    bake: bool = False
     pin: Pins = ()
     constraints: str | None = None
     quasi: Positive | None = None

@@ -13,14 +13,14 @@ def test_round_trip_through_json():
         source="a.svg#x", target="b.svg", pin=["1,-2.5:3e1,.5"], size="640x480", output="o.png", quasi=0.1
     )
     assert Job.model_validate_json(job.model_dump_json()) == job
-    assert job.pin == ((1.0, -2.5, 30.0, 0.5),)
+    assert job.pin == (((1.0, -2.5), (30.0, 0.5)),)
     assert job.size == (640, 480)
     assert job.output == ("o.png",)
 
 
 @pytest.mark.parametrize("pin", ["1,2:3,4", [1, 2, 3, 4], [[1, 2], [3, 4]]])
 def test_a_pin_may_be_written_in_three_ways(pin):
-    assert Job(source="a", pin=[pin]).pin == ((1, 2, 3, 4),)
+    assert Job(source="a", pin=[pin]).pin == (((1, 2), (3, 4)),)
 
 
 @pytest.mark.parametrize(
@@ -46,6 +46,15 @@ def test_a_mistake_is_one_line_that_names_the_option(values, place, what):
         make({"source": "a.svg", **values})
     message = str(caught.value)
     assert message.startswith(place) and what in message and "\n" not in message
+
+
+@pytest.mark.parametrize("pin", ["1,2:v17", "1,2: V17 ", [[1, 2], "v17"]])
+def test_a_pin_may_name_a_vertex(pin):
+    assert Job(source="a", pin=[pin]).pin == (((1, 2), "v17"),)
+
+
+def test_a_pin_may_be_a_point_in_space():
+    assert Job(source="a", pin=["1,2:3,4,5"]).pin == (((1, 2), (3, 4, 5)),)
 
 
 def test_every_field_is_an_option_of_the_command_line_and_back():

@@ -1,0 +1,296 @@
+"""What a run can write: pictures, meshes, baked textures, figures."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import InputError
+from .job import Job, path_of
+
+if TYPE_CHECKING:
+    from ..resample import Canvas, Warped
+    from .images import Image
+    from .run import Run
+
+Box = tuple[complex, complex]
+Maker = Callable[["Run", Path | None, Path], None]
+"""Writes one product of a run: the run, a temporary file (None for stdout), the final name."""
+
+PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".webp", ".hdr", ".bmp")
+MESHES = (".obj", ".glb", ".gltf", ".ply", ".off", ".stl")
+WITH_UV = (".obj", ".glb", ".ply")
+PLOTS = (".png", ".svg", ".pdf")
+LONGER_SIDE = 1024
+STREAMED = 1 << 24  # pixels from which a picture is written as it is made
+
+
+def is_mesh(spec: str) -> bool:
+    """Whether a spec names a mesh: by suffix, and for OBJ by what is in it."""
+    if Path(path_of(spec)).suffix.lower() not in MESHES:
+        return False
+    from . import transfer
+
+    return transfer.is_mesh(spec)
+
+
+def suffix_for(job: Job) -> str:
+    """Of the output that is written when none is named: a mesh for a mesh, else a picture."""
+    if job.target is None or job.bake or not is_mesh(job.target):
+        return ".png"
+    suffix = Path(path_of(job.target)).suffix.lower()
+    return suffix if suffix in WITH_UV else ".obj"
+
+
+def maker(name: str, job: Job) -> Maker:
+    """What writes an output, by its suffix.
+
+    Raises:
+        InputError: nothing does, or not for this target.
+    """
+    suffix = Path(name).suffix.lower()
+    onto_mesh = bool(job.target) and is_mesh(job.target or "")
+    if job.bake and not onto_mesh:
+        raise InputError(f"{job.target or job.source}: --bake needs a mesh as target")
+    if suffix in MESHES:
+        if not onto_mesh:
+            raise InputError(
+                f"{name}: a mesh is written for a mesh as target; {job.target or job.source} is none"
+            )
+        _known(name, WITH_UV, "-o")
+        return mesh
+    if name != "-":
+        _known(name, PICTURES, "-o")
+    return baked if job.bake else picture
+
+
+def plotter(name: str) -> Maker:
+    """What draws the figure.
+
+    Raises:
+        InputError: unknown suffix.
+    """
+    _known(name, PLOTS, "--plot")
+    return plot
+
+
+def _known(name: str, suffixes: tuple[str, ...], option: str) -> None:
+    if Path(name).suffix.lower() not in suffixes:
+        raise InputError(f"{name}: unknown suffix for {option}; use one of {' '.join(suffixes)}")
+
+
+def picture(run: Run, path: Path | None, name: Path) -> None:
+    """The texture carried to the target's canvas, in the texture's own depth and colour space."""
+    from . import images
+
+    canvas = raster(run)
+    if path is not None and canvas.width * canvas.height > STREAMED and not _surface(run):
+        _streamed(run, path, canvas)
+        return
+    image = _warped(run, canvas)
+    with run.timed("write"):
+        _write(path, lambda file: images.write(file, image))
+
+
+def _write(path: Path | None, write: Callable[[Path], None]) -> None:
+    """Write to a file, or as PNG to stdout."""
+    if path is not None:
+        write(path)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        write(Path(folder) / "picture.png")
+        with open(Path(folder) / "picture.png", "rb") as file:
+            shutil.copyfileobj(file, sys.stdout.buffer)
+
+
+def _warped(run: Run, canvas: Canvas) -> Image:
+    from ..resample import warp
+
+    image, box = texture(run)
+    with run.timed("resample"):
+        if _surface(run):
+            from . import transfer
+
+            warped: Warped = transfer.warp(run.source, run.fit.map, image, canvas, **_sampling(run))  # type: ignore[arg-type]
+        else:
+            placed = image.texture(box, kind=run.job.kind)
+            advance = _advance(run, canvas.height)
+            options = {**_sampling(run), "max_error": run.job.max_pixel_error, "progress": advance}
+            warped = warp(run.fit.map, placed, canvas, padding=run.job.padding or 0, **options)
+    run.figures["pixels"] = warped.diagnostics.as_dict()
+    return image.with_pixels(warped.pixels, warped.alpha)
+
+
+def _sampling(run: Run) -> dict[str, Any]:
+    job = run.job
+    return {"filter": job.filter, "kind": job.kind, "edge": job.edge, "threads": run.threads}
+
+
+def _advance(run: Run, rows: int) -> Callable[[int], None] | None:
+    progress = run.progress
+    return None if progress is None else lambda done: progress(done, rows)
+
+
+def _streamed(run: Run, path: Path, canvas: Canvas) -> None:
+    """A large picture, written as it is made: memory for some rows only."""
+    from ..resample import Warp
+    from . import images
+
+    job = run.job
+    image, box = texture(run)
+    if job.padding:
+        raise InputError(
+            f"--padding: not for pictures of more than {STREAMED} pixels; ask for a smaller --size"
+        )
+    work = Warp(
+        run.fit.map,
+        image.texture(box, kind=job.kind),
+        canvas,
+        job.filter,
+        job.kind,
+        job.edge,
+        True,
+        job.max_pixel_error,
+    )
+    advance = _advance(run, canvas.height) or (lambda done: None)
+
+    def blocks() -> Any:
+        for block in work.blocks(run.threads):
+            advance(len(block))
+            yield image.with_pixels(block, work.alpha).pixels
+
+    with run.timed("resample"):
+        images.write_bands(path, replace(image, alpha=work.alpha), canvas.height, canvas.width, blocks())
+    run.figures["pixels"] = work.diagnostics.as_dict()
+
+
+def _surface(run: Run) -> bool:
+    """Whether the texture lies on a mesh that is the source."""
+    found = getattr(run.source, "file", None)
+    return found is not None and bool(run.job.texture or _own(run))
+
+
+def _own(run: Run) -> bool:
+    from . import transfer
+
+    source: Any = run.source
+    return source.file.picture is not None or transfer.texture_file(source) is not None
+
+
+def texture(run: Run) -> tuple[Image, Box]:
+    """The texture and its place in the source's plane: --texture, the mesh's own, or a checkerboard of squares."""
+    from . import images
+
+    job = run.job
+    box = run.source.box if job.texture_box == "viewbox" else run.source.curve.box
+    with run.timed("read"):
+        if job.texture:
+            return images.read(job.texture, max_pixels=job.max_pixels, colorspace=job.colorspace), box
+        if _surface(run):
+            from . import transfer
+
+            return transfer.own_texture(run.source), box  # type: ignore[arg-type]
+    from ..checkerboard import checkerboard
+
+    return images.Image(checkerboard(1024)), square(box)
+
+
+def square(box: Box) -> Box:
+    """The smallest square about the middle of a box that holds it."""
+    middle, size = (box[0] + box[1]) / 2, box[1] - box[0]
+    half = max(size.real, size.imag) / 2 * (1 + 1j)
+    return middle - half, middle + half
+
+
+def raster(run: Run) -> Canvas:
+    """The target's raster: its canvas, grown about its middle to the proportions of --size.
+
+    Raises:
+        InputError: more pixels than --max-pixels.
+    """
+    from ..resample import Canvas
+
+    low, high = _extent(run)
+    width, height = _pixels(run.job, run.job.size or (LONGER_SIDE,), high - low)
+    scale = max((high - low).real / width, (high - low).imag / height)
+    middle, half = (low + high) / 2, scale * complex(width, height) / 2
+    return Canvas(width, height, (middle - half, middle + half))
+
+
+def _extent(run: Run) -> Box:
+    """The target's canvas; a deformed shape may leave that of the source, which grows."""
+    low, high = run.target.box
+    if run.job.target is not None:
+        return low, high
+    image = run.fit.image
+    return (
+        complex(min(low.real, image.real.min()), min(low.imag, image.imag.min())),
+        complex(max(high.real, image.real.max()), max(high.imag, image.imag.max())),
+    )
+
+
+def _pixels(job: Job, size: tuple[int, ...], extent: complex) -> tuple[int, int]:
+    if len(size) == 1:
+        scale = size[0] / max(extent.real, extent.imag)
+        size = max(1, round(extent.real * scale)), max(1, round(extent.imag * scale))
+    width, height = size
+    if width * height > job.max_pixels:
+        raise InputError(f"--size: {width}x{height} is more than {job.max_pixels} pixels; raise --max-pixels")
+    return width, height
+
+
+def mesh(run: Run, path: Path | None, name: Path) -> None:
+    """The target mesh with texture coordinates that show the texture: nothing is resampled."""
+    from . import transfer
+
+    assert path is not None
+    box = run.source.box if run.job.texture_box == "viewbox" else run.source.curve.box
+    shown = (
+        Path(run.job.texture)
+        if run.job.texture
+        else transfer.texture_file(run.source)
+        if _surface(run)
+        else None
+    )  # type: ignore[arg-type]
+    target: Any = run.target
+    options = {"name": name, "texture": shown, "force": run.job.force, "threads": run.threads}
+    with run.timed("write"):
+        run.figures |= transfer.new_uvs(target, run.fit.map, run.source, box, path, **options)
+
+
+def baked(run: Run, path: Path | None, name: Path) -> None:
+    """The texture resampled into the layout that the target mesh has."""
+    from . import images, transfer
+
+    image, box = texture(run)
+    height, width = image.pixels.shape[:2]
+    size = _pixels(run.job, run.job.size or (width, height), complex(width, height))
+    options = {**_sampling(run), "padding": run.job.padding, "max_error": run.job.max_pixel_error}
+    target: Any = run.target
+    with run.timed("resample"):
+        made, figures = transfer.bake(target, run.fit.map, run.source, image, box, size, **options)
+    run.figures |= figures
+    with run.timed("write"):
+        _write(path, lambda file: images.write(file, made))
+
+
+def plot(run: Run, path: Path | None, name: Path) -> None:
+    """The figure of the run; for a mesh its flattening and its textured surface."""
+    assert path is not None
+    with run.timed("plot"):
+        if not hasattr(run.target, "flattening"):
+            from . import plot as figure
+
+            figure.draw(run, path)
+            return
+        from . import surface_plot
+
+        image, box = texture(run)
+        target: Any = run.target
+        placed = image.texture(box if run.job.texture or _surface(run) else square(box), kind=run.job.kind)
+        surface_plot.draw(target, path, map=run.fit.map, source=run.source, texture=placed)
