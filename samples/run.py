@@ -1,0 +1,63 @@
+"""Runs every sample, or those that are named: python samples/run.py [NAME ...]
+
+A sample is a folder with a command.txt, one command a line, run from within the folder. What it writes lands in out/.
+"""
+
+import shlex
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ICCM = Path(sys.executable).parent / "iccm"
+
+
+def samples() -> list[Path]:
+    """The folders of all samples, by name."""
+    return sorted(path.parent for path in HERE.glob("*/command.txt"))
+
+
+def commands(folder: Path) -> list[list[str]]:
+    """The sample's commands, to be run by the `iccm` that is installed beside this Python, over older results."""
+    lines = (folder / "command.txt").read_text(encoding="utf-8").splitlines()
+    words = [shlex.split(line, comments=True) for line in lines]
+    return [[str(ICCM), *rest, "--force"] for _, *rest in filter(None, words)]
+
+
+def run(folder: Path) -> bool:
+    """Runs a sample and prints a line about it; whether all went well."""
+    (folder / "out").mkdir(exist_ok=True)
+    start = time.perf_counter()
+    for command in commands(folder):
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode:
+            print(f"{folder.name:16} failed, exit code {done.returncode}", flush=True)
+            print(done.stderr, file=sys.stderr, flush=True)
+            return False
+    pictures = ", ".join(
+        sorted(str(path.relative_to(HERE.parent)) for path in (folder / "out").glob("*.png"))
+    )
+    print(f"{folder.name:16} {time.perf_counter() - start:5.1f} s   {pictures}", flush=True)
+    return True
+
+
+def main(names: list[str]) -> int:
+    """0 when all samples ran, 1 when one failed, 2 when a name is unknown."""
+    folders = samples()
+    unknown = sorted(set(names) - {folder.name for folder in folders})
+    if unknown:
+        print(f"no sample {unknown[0]!r}; there is {', '.join(f.name for f in folders)}", file=sys.stderr)
+        return 2
+    if not ICCM.exists():
+        print(
+            f"{ICCM} is missing; run `make demo`, or install the package beside {sys.executable}",
+            file=sys.stderr,
+        )
+        return 2
+    results = [run(folder) for folder in folders if not names or folder.name in names]
+    return 0 if all(results) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
