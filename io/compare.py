@@ -120,7 +120,8 @@ def _pictures(run: Path, baseline: Path, allowed: Pictures, verdict: Verdict) ->
     if not np.array_equal(np.isfinite(x), np.isfinite(y)):
         verdict.problems.append("NaN or infinity in other pixels than the baseline")
         return
-    gap = np.abs(np.nan_to_num(x) - np.nan_to_num(y))
+    x, y = finite(x), finite(y)
+    gap = np.abs(x - y)
     verdict.figures = {
         "max": float(gap.max()),
         "rms": float(np.sqrt((gap**2).mean())),
@@ -156,13 +157,17 @@ def scaled(pixels: np.ndarray) -> np.ndarray:
     return pixels.astype(np.float64) / white
 
 
+def finite(x: np.ndarray) -> np.ndarray:
+    """x with 0 for NaN and infinity."""
+    return np.where(np.isfinite(x), x, 0.0)
+
+
 def similarity(x: np.ndarray, y: np.ndarray) -> float:
     """Mean structural similarity over the channels; pictures under 7 pixels are equal or not."""
     from skimage.metrics import structural_similarity
 
     if min(x.shape[:2]) < 7:
         return float(np.array_equal(x, y))
-    x, y = np.nan_to_num(x), np.nan_to_num(y)
     span = max(1.0, float(max(x.max(), y.max()) - min(x.min(), y.min())))
     return float(structural_similarity(x, y, channel_axis=2, data_range=span))
 

@@ -14,6 +14,7 @@ from ..errors import InputError
 from . import worker
 
 GRACE = 3.0
+PATIENCE = "10s"
 
 
 class Pool(Protocol):
@@ -123,7 +124,7 @@ class Dask:
         except ImportError:
             raise InputError("--dask: distributed is not installed; run `pip install 'iccm[dask]'`") from None
         try:
-            self._client = Client(address, timeout="10s")
+            self._client = Client(address, timeout=PATIENCE)
         except (OSError, ValueError) as error:
             raise InputError(
                 f"--dask: {address}: no scheduler answers: {' '.join(str(error).split())}"

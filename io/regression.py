@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import InputError
 from . import files
-from .compare import PICTURES, Tolerances, Verdict, compare, scaled
+from .compare import PICTURES, Tolerances, Verdict, compare, finite, scaled
 
 SETTINGS = "tolerances.toml"
 
@@ -105,7 +105,7 @@ def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | N
 
 def _shown(pixels: np.ndarray) -> np.ndarray:
     """(h, w, 3) in 0..1: grey repeated, alpha over grey."""
-    x = np.clip(np.nan_to_num(scaled(pixels)), 0, 1)
+    x = np.clip(finite(scaled(pixels)), 0, 1)
     if x.shape[2] in (2, 4):
         x = x[..., :-1] * x[..., -1:] + 0.5 * (1 - x[..., -1:])
     return np.repeat(x[..., :1], 3, axis=2) if x.shape[2] < 3 else x[..., :3]
@@ -131,7 +131,7 @@ def junit(verdicts: Iterable[Verdict], seconds: float) -> bytes:
     )
     for verdict in verdicts:
         case = ElementTree.SubElement(
-            suite, "testcase", {"classname": "iccm.check", "name": verdict.name, "time": "0"}
+            suite, "testcase", {"classname": "iccm.check", "name": _xml(verdict.name), "time": "0"}
         )
         if not verdict.ok:
             failure = ElementTree.SubElement(case, "failure", {"message": _xml(verdict.problems[0])})
@@ -142,4 +142,5 @@ def junit(verdicts: Iterable[Verdict], seconds: float) -> bytes:
 
 def _xml(text: str) -> str:
     """Text without the characters that XML cannot hold."""
+    text = text.encode("utf-8", "replace").decode()
     return "".join(c if c in "\t\n" or ord(c) >= 0x20 else "?" for c in text)
