@@ -1,8 +1,8 @@
 """The conformal map of a patch to the unit disk, for patches whose free flattening overlaps itself.
 
-Among the harmonic maps whose boundary values run once around the circle, the conformal one has the least Dirichlet energy
-(Douglas's solution of Plateau's problem; Pinkall, Polthier, *Computing Discrete Minimal Surfaces*, 1993, for the cotangents).
-The unknowns are the boundary angles alone.
+Among the harmonic maps whose boundary values run once around the circle, the conformal one has the least Dirichlet
+energy (Douglas's solution of Plateau's problem; Pinkall, Polthier, *Computing Discrete Minimal Surfaces*, 1993, for the
+cotangents). The unknowns are the boundary angles alone.
 """
 
 import numpy as np
@@ -12,30 +12,43 @@ from scipy.sparse.linalg import splu
 
 from .cauchy import Complex
 from .curve import Real
-from .mesh import Index
+from .mesh import Index, face_areas
 from .patch import Patch
+from .stretch import stretches
 from .topology import Triangles
 
-STEPS = 60
+STEPS = 80
+REACH = 4.0  # most that the logarithm of a gap changes in a step
+MOST_DAMPING = 1e6
+THIRD = 2 * np.pi / 3
 MOST = 3000  # boundary vertices: their matrix is dense
 
 
 def conformal(patch: Patch, outline: Index) -> Complex:
-    """(p,) positions in the unit disk, as conformal as the triangles allow."""
-    from .flatten import filled
+    """(p,) positions in the unit disk, as conformal as the triangles allow.
 
+    The boundary angles are the harmonic measure seen from a vertex deep inside, or those of least energy: where the disk
+    is crowded the energy is blind to small parts, so the one that keeps angles better on the surface is taken.
+    """
     whole, points, outline = filled(patch, outline)
     laplacian = cotangents(whole, points)
-    angle = _arclength_angles(points[outline])
+    gaps = [_harmonic_measure(laplacian, outline, _deepest(whole, points, outline))]
     if outline.size <= MOST:
-        angle = least_energy(_schur(laplacian, outline), angle)
-    return _harmonic(laplacian, outline, np.exp(1j * angle))[: patch.triangles.count]
+        gaps.append(least_energy(_schur(laplacian, outline), gaps[0]))
+    maps = [_harmonic(laplacian, outline, np.exp(1j * _angles(g)))[: patch.triangles.count] for g in gaps]
+    return min(maps, key=lambda flat: _angle_error(patch, flat))
+
+
+def _angle_error(patch: Patch, flat: Complex) -> float:
+    """Mean logarithm of the dilatation over the surface, turned triangles counting as very bad ones."""
+    corners = patch.points[patch.faces]
+    major, minor = stretches(corners, flat[patch.faces])
+    error = np.log(np.maximum(major, 1e-300) / np.maximum(minor, 1e-12 * np.maximum(major, 1e-300)))
+    return float(np.average(error, weights=face_areas(corners)))
 
 
 def convex(patch: Patch, outline: Index) -> Complex:
-    """(p,) positions in the unit disk, each inner vertex at the mean of its neighbours: one to one whatever the triangles (Tutte)."""
-    from .flatten import filled
-
+    """(p,) positions in the unit disk, each inner vertex at the mean of its neighbours: one to one (Tutte)."""
     whole, points, outline = filled(patch, outline)
     ones = np.ones(whole.tail.size)
     graph = coo_matrix((ones, (whole.tail, whole.head)), shape=(whole.count,) * 2).tocsr()
@@ -46,8 +59,22 @@ def convex(patch: Patch, outline: Index) -> Complex:
     return _harmonic(laplacian, outline, boundary)[: patch.triangles.count]
 
 
+def filled(patch: Patch, outline: Index) -> tuple[Triangles, Real, Index]:
+    """Triangles and points of the patch with every hole but the outline closed by a fan around its centre."""
+    faces, points = [patch.faces], [patch.points]
+    count = patch.triangles.count
+    for loop in patch.loops:
+        if np.array_equal(loop, outline):
+            continue
+        back = loop[::-1]
+        faces.append(np.column_stack([back, np.roll(back, -1), np.full(loop.size, count)]))
+        points.append(patch.points[loop].mean(axis=0, keepdims=True))
+        count += 1
+    return Triangles(np.concatenate(faces), count), np.concatenate(points), outline
+
+
 def cotangents(whole: Triangles, points: Real) -> csr_matrix:
-    """The cotangent Laplacian, positive semi-definite; angles near 0 and π are held off so that every entry is finite."""
+    """The cotangent Laplacian, positive semi-definite, finite for every triangle that has an area."""
     corner = points[whole.faces]
     rows, columns, weights = [], [], []
     for k in range(3):
@@ -63,37 +90,72 @@ def cotangents(whole: Triangles, points: Real) -> csr_matrix:
     return (csr_matrix((total, (np.arange(whole.count),) * 2)) - off).tocsr()
 
 
-def least_energy(schur: Real, angle: Real) -> Real:
-    """Increasing angles of least Dirichlet energy ½(cᵀSc + sᵀSs), c = cos, s = sin, by damped Newton steps.
+def least_energy(schur: Real, gap: Real) -> Real:
+    """Gaps between neighbours (n,), all positive, for the angles of least conformal energy ½(cᵀSc + sᵀSs) - area of the polygon, c = cos, s = sin.
 
-    Three of them stay where they are, which takes up the freedom of the disk's Möbius maps.
+    The energy is zero exactly for a conformal map. Three of the points stay a third of the circle apart, which takes up
+    the freedom of the disk's Möbius maps; the gaps between are a softmax, so that they stay positive however small. Newton's
+    method with Levenberg's damping.
     """
-    n = angle.size
-    free = np.setdiff1d(np.arange(n), [0, n // 3, 2 * n // 3])
-    energy = _energy(schur, angle)
-    damping = 1e-3
+    n = gap.size
+    cuts = np.searchsorted(_angles(gap), [THIRD, 2 * THIRD])
+    third = np.array([0, min(max(cuts[0], 1), n - 2), min(max(cuts[1], 2), n - 1)])
+    arc = np.repeat(np.arange(3), np.diff([*third, n]))
+    u = np.log(gap)
+    energy, damping = _energy(schur, _gaps(u, third, arc)), 1e-2
     for _ in range(STEPS):
-        c, s = np.cos(angle), np.sin(angle)
-        pull_c, pull_s = schur @ c, schur @ s
-        gradient = (c * pull_s - s * pull_c)[free]
-        hessian = schur * (np.outer(s, s) + np.outer(c, c)) - np.diag(c * pull_c + s * pull_s)
-        hessian = hessian[np.ix_(free, free)]
-        scale = np.abs(np.diag(hessian)).mean()
-        step = np.zeros(n)
-        step[free] = -_solve_damped(hessian, gradient, damping * scale)
-        reach = _reach(angle, step)
-        trial = angle + reach * step
-        lower = _energy(schur, trial)
-        if lower < energy:
-            done = energy - lower < 1e-12 * energy
-            angle, energy, damping = trial, lower, max(damping / 5, 1e-9)
-            if done:
+        gradient, hessian = _newton_system(schur, _gaps(u, third, arc), third, arc)
+        scale = np.abs(np.diag(hessian)).max()
+        while damping < MOST_DAMPING:
+            trial = u - np.clip(_solve_damped(hessian, gradient, damping * scale), -REACH, REACH)
+            lower = _energy(schur, _gaps(trial, third, arc))
+            if lower < energy:
                 break
+            damping *= 8
         else:
-            damping *= 10
-            if damping > 1e6:
-                break
-    return angle
+            break
+        settled = energy - lower < 1e-9 * energy
+        u, energy, damping = trial, lower, max(damping / 8, 1e-12)
+        if settled:
+            break
+    return _gaps(u, third, arc)
+
+
+def _gaps(u: Real, third: Index, arc: Index) -> Real:
+    """(n,) angles between neighbours: a third of the circle in each of three arcs."""
+    share = np.exp(u - np.maximum.reduceat(u, third)[arc])
+    return THIRD * share / np.add.reduceat(share, third)[arc]
+
+
+def _angles(gap: Real) -> Real:
+    return np.concatenate([[0.0], np.cumsum(gap)[:-1]])
+
+
+def _energy(schur: Real, gap: Real) -> float:
+    c, s = np.cos(_angles(gap)), np.sin(_angles(gap))
+    return 0.5 * float(c @ schur @ c + s @ schur @ s) - 0.5 * float(np.sin(gap).sum())
+
+
+def _newton_system(schur: Real, gap: Real, third: Index, arc: Index) -> tuple[Real, Real]:
+    """Gradient and Hessian of the energy by the logarithms of the gaps, through angles and softmax."""
+    angle = _angles(gap)
+    c, s = np.cos(angle), np.sin(angle)
+    pull_c, pull_s = schur @ c, schur @ s
+    by_angle = c * pull_s - s * pull_c
+    second = schur * (np.outer(s, s) + np.outer(c, c)) - np.diag(c * pull_c + s * pull_s)
+    by_gap = _later(by_angle) - 0.5 * np.cos(gap)
+    second = _later(_later(second).T) + np.diag(0.5 * np.sin(gap))
+    mean = (np.add.reduceat(gap * by_gap, third) / THIRD)[arc]
+    gradient = gap * (by_gap - mean)
+    same = arc[:, None] == arc[None, :]
+    softmax = np.diag(gap) - np.outer(gap, gap) * same / THIRD
+    bend = np.diag(gradient) - same * (np.outer(gradient, gap) + np.outer(gap, gradient)) / THIRD
+    return gradient, softmax @ second @ softmax + bend
+
+
+def _later(values: Real) -> Real:
+    """Sums over all later rows: a gap moves every angle after it."""
+    return np.concatenate([np.cumsum(values[::-1], axis=0)[::-1][1:], np.zeros_like(values[:1])])
 
 
 def _solve_damped(hessian: Real, gradient: Real, damping: float) -> Real:
@@ -106,16 +168,24 @@ def _solve_damped(hessian: Real, gradient: Real, damping: float) -> Real:
             damping *= 4
 
 
-def _reach(angle: Real, step: Real) -> float:
-    """How much of the step keeps the angles increasing, at most all of it."""
-    gap = np.diff(angle, append=angle[0] + 2 * np.pi)
-    closing = -np.diff(step, append=step[0])
-    return float(min(1.0, 0.8 * np.min(gap / np.maximum(closing, 1e-300))))
+def _deepest(whole: Triangles, points: Real, outline: Index) -> int:
+    """The vertex farthest from the outline along edges."""
+    every = np.ones(whole.tail.size, bool)
+    return int(np.argmax(whole.paths(points, outline, every)[0]))
 
 
-def _energy(schur: Real, angle: Real) -> float:
-    c, s = np.cos(angle), np.sin(angle)
-    return 0.5 * float(c @ schur @ c + s @ schur @ s)
+def _harmonic_measure(laplacian: csr_matrix, outline: Index, centre: int) -> Real:
+    """(n,) gaps between the angles of neighbours on the outline when `centre` goes to the middle of the disk.
+
+    Obtuse triangles can make a vertex's measure negative: it then counts as very small.
+    """
+    inner, inside, across = _split(laplacian, outline)
+    if not inner.size:
+        return np.full(outline.size, 2 * np.pi / outline.size)
+    seen = -(across.T @ splu(inside).solve((inner == centre).astype(float)))
+    seen = np.maximum(seen, 1e-12 * seen.max())
+    gap = seen + np.roll(seen, -1)
+    return 2 * np.pi * gap / gap.sum()
 
 
 def _arclength_angles(ring: Real) -> Real:

@@ -1,7 +1,7 @@
 """Conformal flattening of a patch: libigl's LSCM, and the unit disk where that overlaps itself.
 
-Lévy, Petitjean, Ray, Maillot, *Least Squares Conformal Maps*, SIGGRAPH 2002. Flat positions are complex, at the scale of the
-surface (equal area) and turned so that up on the surface is up in the plane.
+Lévy, Petitjean, Ray, Maillot, *Least Squares Conformal Maps*, SIGGRAPH 2002. Flat positions are complex, at the scale
+of the surface (equal area) and turned so that up on the surface is up in the plane.
 """
 
 from dataclasses import dataclass
@@ -9,15 +9,15 @@ from functools import cached_property
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from . import disk
 from .cauchy import Complex
 from .curve import Curve, Real
 from .errors import InputError
 from .mesh import Index, face_areas
 from .patch import Patch
 from .seam import extended
-from .topology import Triangles
+from .stretch import stretches
 
 ROUNDS = 8  # of lengthening the seam of a surface that had to be cut
 EVEN = 2.0  # spread of log10 area (p05 to p95) at which a seam is long enough
@@ -48,7 +48,7 @@ class Flattening:
 
     @cached_property
     def stretch(self) -> tuple[Real, Real]:
-        """(m,) larger and smaller singular value of the map from each triangle in space to the plane; smaller < 0 if turned."""
+        """(m,) larger and smaller singular value of the map from each triangle to the plane; smaller < 0 if turned."""
         corners = self.patch.points[self.patch.faces]
         return stretches(corners, self.flat[self.patch.faces])
 
@@ -114,8 +114,6 @@ def _flatten_once(patch: Patch, loop: int) -> Flattening:
     fault = overlap(result)
     if fault is None:
         return result
-    from . import disk
-
     for method, place in (("disk", disk.conformal), ("tutte", disk.convex)):
         flat = place(patch, outline)
         result = Flattening(patch, upright(patch, flat), outline, method, (f"LSCM gave {fault}: repaired",))
@@ -192,18 +190,6 @@ def upright(patch: Patch, flat: Complex) -> Complex:
     return centred * scale * (turn / abs(turn) if abs(turn) > 0 else 1.0)
 
 
-def stretches(space: Real, plane: Complex) -> tuple[Real, Real]:
-    """Singular values of the affine maps from (m, 3, 3) triangles in space to (m, 3) in the plane, the smaller one signed."""
-    e1, e2 = space[:, 1] - space[:, 0], space[:, 2] - space[:, 0]
-    length = np.linalg.norm(e1, axis=1)
-    x = np.einsum("ij,ij->i", e1, e2) / length
-    y = np.linalg.norm(np.cross(e1, e2), axis=1) / length
-    along = (plane[:, 1] - plane[:, 0]) / length
-    aside = (plane[:, 2] - plane[:, 0] - x * along) / y
-    conformal, anti = 0.5 * np.abs(along - 1j * aside), 0.5 * np.abs(along + 1j * aside)
-    return conformal + anti, conformal - anti
-
-
 def weighted_percentiles(values: Real, weight: Real, percents: tuple[int, ...]) -> list[float]:
     """Values below which these percents of the weight lie."""
     order = np.argsort(values)
@@ -223,17 +209,3 @@ def _most_shrunk(result: Flattening) -> int:
     mean = np.bincount(faces, scale) / np.bincount(faces)
     mean[np.concatenate(result.patch.loops)] = np.inf
     return int(np.argmin(mean))
-
-
-def filled(patch: Patch, outline: Index) -> tuple[Triangles, Real, NDArray[np.int64]]:
-    """Triangles and points of the patch with every hole but the outline closed by a fan around its centre."""
-    faces, points = [patch.faces], [patch.points]
-    count = patch.triangles.count
-    for loop in patch.loops:
-        if np.array_equal(loop, outline):
-            continue
-        back = loop[::-1]
-        faces.append(np.column_stack([back, np.roll(back, -1), np.full(loop.size, count)]))
-        points.append(patch.points[loop].mean(axis=0, keepdims=True))
-        count += 1
-    return Triangles(np.concatenate(faces), count), np.concatenate(points), outline
