@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -111,7 +112,23 @@ class Raster:
         self.loop = self.canvas.pixels(self.inverse.outline.w)
         self.rim = self.inverse.rim
         self.rim_tree = cKDTree(np.column_stack([self.rim[1].real, self.rim[1].imag]))
-        _ = self.inverse.nearest
+        self.seeds = self._flood()
+
+    def _flood(self) -> Complex:
+        """Source points of the middles of coarse blocks."""
+        dx, dy = (tiles.COARSE * step for step in self.canvas.step)
+        rows, width = -(-self.canvas.height // tiles.COARSE), -(-self.canvas.width // tiles.COARSE)
+        inside = coverage(self.loop / tiles.COARSE, 0, rows, width)[1]
+        framed = np.pad(inside.astype(np.uint8), 1)
+        clearance = cv2.distanceTransform(framed, cv2.DIST_L2, 3)[1:-1, 1:-1].astype(float)
+        origin = complex(self.canvas.box[0].real + 0.5 * dx, self.canvas.box[1].imag - 0.5 * dy)
+        seeds = np.full(inside.shape, complex(np.nan, np.nan))
+        i, j = np.nonzero(inside)
+        if i.size:
+            numbers = self.inverse.seed_numbers(origin + j * dx - 1j * i * dy, 1)[:, 0]
+            seeds[i, j] = self.inverse.seeds[0][numbers]
+        grid = tiles.Grid(origin, dx, dy)
+        return tiles.flood(self.inverse.forward.tree, grid, inside, clearance, seeds, self.tolerance)
 
     def bands(self, threads: int | None = None) -> Iterator[Band]:
         """All bands from top to bottom, a few being worked on at a time."""
@@ -132,9 +149,8 @@ class Raster:
     def _solve(self, band: Band, inside: NDArray[np.bool_], some: NDArray[np.bool_]) -> None:
         dx, dy = self.canvas.step
         origin = complex(self.canvas.box[0].real + 0.5 * dx, self.canvas.box[1].imag - (band.row + 0.5) * dy)
-        middle = 0.5 * min(tiles.TILE, len(inside)) * dy
-        across = np.arange(0, self.canvas.width, tiles.TILE) + 0.5 * tiles.TILE
-        seeds = self.inverse.seeds[0][self.inverse.seed_numbers(origin + across * dx - 1j * middle, 1)[:, 0]]
+        first = band.row // tiles.COARSE
+        seeds = self.seeds[first : first + tiles.TILE // tiles.COARSE]
         full = _blocks(inside & (band.coverage == 1), np.all)
         out = tiles.Solved(band.z, band.right, band.down)
         args = (tiles.FIT, tiles.POWERS, tiles.POINTS, self.slopes)

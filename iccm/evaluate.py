@@ -105,7 +105,7 @@ def build(polygon: Complex, dens: Complex, degree: int) -> Tree:
     return Tree(polygon, edge, dens, rise, slope, *parts)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def distance(z, a, edge):
     """Distance of z to the segment from a along edge."""
     w = (z - a) / edge
@@ -113,7 +113,7 @@ def distance(z, a, edge):
     return abs(z - a - t * edge)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def crosses(p, q, a, b):
     """Whether segments pq and ab cross, half-open so that a path through a shared vertex counts once."""
     d = q - p
@@ -127,7 +127,7 @@ def crosses(p, q, a, b):
     return sp != sq
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def edge_log(a, b, edge):
     """log(b / a), accurate when the edge b - a is short against a."""
     a2 = max(a.real * a.real + a.imag * a.imag, 1e-300)
@@ -143,7 +143,7 @@ def edge_log(a, b, edge):
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _expand(out, c, r, a, edge, dens, rise, slope, e, n, gap, nodes, weights):
     """Adds the integral over the far edge e, as a polynomial in (z - c) / r, to out (m, degree + 1)."""
     m, terms = out.shape
@@ -175,7 +175,7 @@ def _expand(out, c, r, a, edge, dens, rise, slope, e, n, gap, nodes, weights):
         before = now
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _grow(za, edge, dens, rise, slope, root, half0, degree, nodes, weights):
     n, m, terms = za.size, dens.shape[0], degree + 1
     centre, half = [root], [half0]
@@ -260,7 +260,7 @@ def _grow(za, edge, dens, rise, slope, root, half0, degree, nodes, weights):
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _run_ends(start, stop, near, n):
     """Where a leaf's runs of consecutive near edges begin and end: only there do the vertex terms of f' not cancel."""
     ends = np.zeros(near.size, dtype=np.int64)
@@ -275,7 +275,7 @@ def _run_ends(start, stop, near, n):
     return ends
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _shifted(poly, s):
     """p((s + t / 2)·…): the coefficients of p(u) with u = s·(1/√2)… for a child square.
 
@@ -293,7 +293,7 @@ def _shifted(poly, s):
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def leaf_of(t, z):
     """The leaf that holds z, -1 outside the root square."""
     d = z - t.centre[0]
@@ -306,7 +306,7 @@ def leaf_of(t, z):
     return k
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def is_inside(t, k, z):
     """Whether z, a point of leaf k, lies in the polygon."""
     inside = t.inside[k]
@@ -318,7 +318,7 @@ def is_inside(t, k, z):
     return inside
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def jet_in(t, k, z, on):
     """f, f_z, f_z̄ at z in leaf k; `on` is an edge that z lies on (the limit from inside is taken), or -1."""
     terms = t.far.shape[2]
@@ -378,7 +378,7 @@ def jet_in(t, k, z, on):
     return scale * p + (scale * q).conjugate(), scale * dp, (scale * dq).conjugate()
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def edge_under(t, k, z, tiny):
     """The edge of leaf k on which z lies to within tiny, or -1."""
     best, on = tiny, -1
@@ -390,7 +390,7 @@ def edge_under(t, k, z, tiny):
     return on
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _jets(t, z, tiny, out):
     for i in range(z.size):
         out[:, i] = complex(np.nan, np.nan)
@@ -402,7 +402,7 @@ def _jets(t, z, tiny, out):
             out[0, i], out[1, i], out[2, i] = jet_in(t, k, z[i], on)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def edge_jets(t, z, on, out):
     """Jets (3, p) at points z (p,) on the edges numbered on (p,), off the vertices: limits from inside."""
     for i in range(z.size):

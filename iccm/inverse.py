@@ -114,7 +114,7 @@ def inverse(map: HarmonicMap | Evaluator | Inverse, w: Complex) -> Complex:
     return (map if isinstance(map, Inverse) else Inverse(map))(w)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def newton(t, w, z, tol):
     """Solves f(z) = w from z: the solution, |f - w| before the final step or inf for failure, f_z and f_z̄ there.
 
@@ -147,7 +147,7 @@ def newton(t, w, z, tol):
     return z, np.inf, a, b
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _from_seeds(t, w, near, seeds, tol, accept, out):
     for i in range(w.size):
         out[i] = complex(np.nan, np.nan)
@@ -158,7 +158,7 @@ def _from_seeds(t, w, near, seeds, tol, accept, out):
                 break
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def clearance(t, k, z):
     """A lower bound of the distance from z, a point of leaf k, to the boundary, sharp when the boundary is near."""
     best = RHO * np.sqrt(2.0) * t.half[k] - abs(z - t.centre[k])
@@ -168,7 +168,7 @@ def clearance(t, k, z):
     return best
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def whitney(t, resolution, limit):
     """Centres of squares that fill the inside, each at most as wide as its distance to the boundary or with an image
     smaller than the resolution, and the images of the centres."""

@@ -12,6 +12,7 @@ from .errors import InputError
 from .evaluate import Evaluator
 from .harmonic import HarmonicMap
 from .inverse import Inverse
+from .padding import pad
 from .parallel import in_order
 
 __all__ = ["Box", "Canvas", "Texture", "Warp", "Warped", "warp"]
@@ -55,6 +56,7 @@ def warp(
     edge: str = "clamp",
     antialias: bool = True,
     padding: int = 0,
+    fill: str = "push-pull",
     max_error: float = 0.05,
     threads: int | None = None,
     progress: Callable[[int], object] | None = None,
@@ -66,10 +68,12 @@ def warp(
         texture: placed in the source's plane.
         canvas: the raster to make, in the target's plane.
         filter: "nearest", "linear", "cubic" (Catmull-Rom), "lanczos", or "auto" (cubic).
-        kind: "colour" (filtered in linear light, premultiplied) or "data" (numbers, filtered as they are).
+        kind: "colour" (filtered in linear light, premultiplied), "data" (numbers, filtered as they are), or "normal"
+            and "normal-down" (tangent-space normals with y up or down, turned with the map and renormalised).
         edge: outside the texture's box its edge is repeated ("clamp") or nothing is there ("transparent").
         antialias: whether alpha holds the coverage of outline pixels; else it is all or nothing.
-        padding: pixels to extend the colours beyond the outline (alpha stays), -1 for all.
+        padding: pixels to extend the colours beyond the outline (alpha stays), -1 for all. Needs straight alpha.
+        fill: how, "push-pull" (smooth) or "nearest".
         max_error: of the texture coordinates, in texels.
         threads: as many as there are processors by default; the result does not depend on it.
         progress: called with the number of rows done.
@@ -78,7 +82,7 @@ def warp(
         Pixels of the texture's type; an alpha channel is appended when the texture has none.
 
     Raises:
-        InputError: an unknown filter, kind or edge.
+        InputError: an unknown filter, kind or edge; normals without three channels; padding of associated alpha.
     """
     job = Warp(map, texture, canvas, filter, kind, edge, antialias, max_error)
     out = np.zeros((canvas.height, canvas.width, job.channels), dtype=texture.pixels.dtype)
@@ -88,7 +92,22 @@ def warp(
         row += len(block)
         if progress:
             progress(len(block))
+    if padding:
+        out = _padded(out, job.alpha, texture, padding, fill)
     return Warped(out, job.alpha, job.diagnostics)
+
+
+def _padded(pixels: NDArray, alpha: int, texture: Texture, reach: int, fill: str) -> NDArray:
+    if texture.associated:
+        raise InputError(
+            "padding: the texture's alpha is associated, so nothing can be stored where it is zero"
+        )
+    if fill not in ("push-pull", "nearest"):
+        raise InputError(f"fill {fill!r}: not one of push-pull, nearest")
+    colours = [k for k in range(pixels.shape[2]) if k != alpha]
+    out = pixels.copy()
+    out[..., colours] = pad(pixels[..., colours], pixels[..., alpha] > 0, reach, fill)
+    return out
 
 
 class Warp:
@@ -97,12 +116,17 @@ class Warp:
     def __init__(self, map, texture, canvas, filter, kind, edge, antialias, max_error):
         for given, known, what in (
             (filter, ("auto", *sampling.FILTERS), "filter"),
-            (kind, ("colour", "data"), "kind"),
+            (kind, ("colour", "data", "normal", "normal-down"), "kind"),
             (edge, ("clamp", "transparent"), "edge"),
             (texture.transfer, ("srgb", "linear"), "transfer"),
         ):
             if given not in known:
                 raise InputError(f"{what} {given!r}: not one of {', '.join(known)}")
+        if kind.startswith("normal") and texture.pixels.shape[2] < 3:
+            raise InputError(
+                f"kind {kind!r}: the picture has {texture.pixels.shape[2]} channels; normals need 3"
+            )
+        self.kind = kind
         name = "cubic" if filter == "auto" else filter
         self.filter = sampling.FILTERS[name]
         self.texture, self.canvas, self.antialias = texture, canvas, antialias
@@ -169,4 +193,22 @@ class Warp:
         turn = np.column_stack([right.real * sx, down.real * sx, -right.imag * sy, -down.imag * sy])
         out = np.empty((at.size, self.pyramid.texels.shape[1]), dtype=np.float32)
         sampling.read_all(self.pyramid, xy, turn, self.filter, out)
+        if self.kind.startswith("normal"):
+            dx, dy = self.canvas.step
+            turn = 1 / (right / dx + 1j * down / dy)  # along f_z, whose angle the map turns by
+            out[:, :3] = turned(out[:, :3], turn, self.texture.pixels.dtype, up=self.kind == "normal")
         return out
+
+
+def turned(stored: NDArray[np.float32], turn: NDArray, dtype: np.dtype, *, up: bool) -> NDArray[np.float32]:
+    """Normals (p, 3), stored as 0..1, turned in the plane by the angle of `turn` (p,) and made unit again.
+
+    In integers the middle value, 128 of 255, is exactly zero, so that a flat surface stays flat.
+    """
+    top = 1.0 if dtype.kind == "f" else float(np.iinfo(dtype).max)
+    middle, span = (0.5, 0.5) if top == 1 else ((top + 1) / 2 / top, (top - 1) / 2 / top)
+    n = (stored - middle) / span
+    flat = (n[:, 0] + 1j * (n[:, 1] if up else -n[:, 1])) * turn / np.abs(turn)
+    n[:, 0], n[:, 1] = flat.real, flat.imag if up else -flat.imag
+    length = np.linalg.norm(n, axis=1, keepdims=True)
+    return n / np.where(length > 0, length, 1) * span + middle

@@ -71,7 +71,7 @@ def _halved(a: Float, edge: int) -> Float:
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def kernel(x, kind):
     """The reconstruction kernel at distance x: tent, Catmull-Rom, or Lanczos with three lobes."""
     x = abs(x)
@@ -91,7 +91,7 @@ def kernel(x, kind):
     return 3 * math.sin(a) * math.sin(a / 3) / (a * a)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _shape(xx, xy, yx, yy):
     """Inverse of S and its axes: (p, q, r) with S⁻¹ = [[p, q], [q, r]], longest and shortest axis."""
     e, f, g = xx * xx + xy * xy, xx * yx + xy * yy, yx * yx + yy * yy
@@ -106,7 +106,7 @@ def _shape(xx, xy, yx, yy):
     return mid + dev * cos, dev * sin, mid - dev * cos, long, short
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def read(tex, x, y, xx, xy, yx, yy, kind, radius, out):
     """Filters the picture at texel coordinates (x, y) (x right, y down, first texel's centre at 0.5) into out (c,)."""
     c = out.size
@@ -161,7 +161,7 @@ def read(tex, x, y, xx, xy, yx, yy, kind, radius, out):
         out[k] /= total
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def read_all(tex, xy, turn, kind, out):
     """Filters at texel coordinates xy (p, 2) with footprints turn (p, 4) = xx, xy, yx, yy into out (p, c)."""
     value = np.empty(out.shape[1])

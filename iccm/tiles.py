@@ -1,11 +1,15 @@
 """The inverse on the pixels of a band of rows: polynomials on square tiles, Newton's method where none fits.
 
+First the middles of coarse blocks are solved by a flood, each block from a solved neighbour and wide places first, so
+that all blocks lie on one sheet of the inverse even where a poor map has several.
+
 A tile that lies inside the image gets the inverse at (DEGREE + 1)² Chebyshev points, each found from its neighbour's
 solution, and the polynomial through them; it is kept when its last coefficients and a check with the forward map say
 that it is accurate, else the tile is cut in four. The smallest tiles, and those that the outline cuts, are solved
 pixel by pixel, from pixel to pixel: neighbours stay on one sheet of the inverse.
 """
 
+import heapq
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +23,7 @@ from .inverse import newton
 
 DEGREE = 7
 TILE = 128  # pixels; bands are as high
+COARSE = 32
 LEAST = 8
 
 POINTS = np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
@@ -28,20 +33,12 @@ for _k in range(DEGREE + 1):
     POWERS[: _k + 1, _k] = chebyshev.cheb2poly(np.eye(DEGREE + 1)[_k])[: _k + 1]
 
 
-# Where a tile's polynomial is held against the map: corners, middles of the sides, and places between.
-CHECKS = np.array(
+# Where a tile's polynomial is held against the map: near the corners and sides, where errors peak, and inside. Not on
+# the rim itself, which may be the source's boundary.
+CHECKS = 0.99 * np.array(
     [
-        (-1, -1),
-        (1, -1),
-        (-1, 1),
-        (1, 1),
-        (0.1, -1),
-        (-0.1, 1),
-        (-1, -0.1),
-        (1, 0.1),
-        (-0.6, 0.7),
-        (0.7, 0.5),
-        (-0.5, -0.7),
+        *[(-1, -1), (1, -1), (-1, 1), (1, 1), (0.1, -1), (-0.1, 1), (-1, -0.1), (1, 0.1)],
+        *[(-0.6, 0.7), (0.7, 0.5), (-0.5, -0.7)],
     ]
 )
 
@@ -67,7 +64,7 @@ class Solved(NamedTuple):
     down: NDArray[np.complex64]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def fill(t, grid, inside, full, some, seeds, tol, out, fit, powers, points, where):
     """Solves every pixel marked `inside`; returns how many were solved one by one.
 
@@ -76,7 +73,7 @@ def fill(t, grid, inside, full, some, seeds, tol, out, fit, powers, points, wher
         grid: the band's pixels.
         inside: (rows, width) whether the centre is in the image.
         full, some: (blocks down, blocks across) whether a block of LEAST² pixels is all inside and uncut, or not empty.
-        seeds: (tiles across,) a source point to start each tile from.
+        seeds: (coarse blocks down, across) a source point to start each block from, or NaN.
         tol: accuracy asked for, in the source's units.
         out: a Solved filled with NaN.
         fit, powers, points: FIT, POWERS and POINTS.
@@ -87,7 +84,7 @@ def fill(t, grid, inside, full, some, seeds, tol, out, fit, powers, points, wher
     values = np.empty((points.size, points.size), dtype=np.complex128)
     for first in range(0, width, TILE):
         stack = [(0, first, TILE)]
-        last = seeds[first // TILE]
+        last = complex(np.nan, np.nan)
         while len(stack) > 0:
             r, c, size = stack.pop()
             if r >= rows or c >= width:
@@ -96,6 +93,9 @@ def fill(t, grid, inside, full, some, seeds, tol, out, fit, powers, points, wher
             whole, empty = _state(full, some, r, c, r1, c1)
             if empty:
                 continue
+            seed = seeds[r // COARSE, c // COARSE]
+            if not np.isnan(seed.real):
+                last = seed
             if whole and size > LEAST:
                 good, last = _nodes(t, grid, r, c, r1, c1, last, 0.1 * tol, points, values)
                 if good and _expand(t, grid, r, c, r1, c1, values, tol, fit, powers, out, where):
@@ -111,7 +111,45 @@ def fill(t, grid, inside, full, some, seeds, tol, out, fit, powers, points, wher
     return exact
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
+def flood(t, grid, inside, clearance, seeds, tol):
+    """Solves at the points of a coarse grid, from neighbour to neighbour.
+
+    Args:
+        t, grid: the tree, and the coarse grid.
+        inside: (rows, columns) which points are in the image.
+        clearance: (rows, columns) how far from the outline; the widest places are solved first.
+        seeds: (rows, columns) source points to start from where no neighbour is solved.
+        tol: as for `newton`.
+
+    Returns:
+        (rows, columns) source points, NaN where none was found.
+    """
+    rows, width = inside.shape
+    out = np.full((rows, width), complex(np.nan, np.nan))
+    queue = [(-clearance[i, j], 1, i, j, i, j) for i in range(rows) for j in range(width) if inside[i, j]]
+    heapq.heapify(queue)
+    ready = [(0.0, i, i, i, i) for i in range(0)]
+    while len(ready) > 0 or len(queue) > 0:
+        if len(ready) > 0:
+            _, i, j, a, b = heapq.heappop(ready)
+        else:
+            _, _, i, j, a, b = heapq.heappop(queue)
+        if not np.isnan(out[i, j].real):
+            continue
+        w = grid.origin + complex(j * grid.dx, -i * grid.dy)
+        z, residual, _, _ = newton(t, w, seeds[i, j] if (a, b) == (i, j) else out[a, b], tol)
+        if residual == np.inf:
+            continue
+        out[i, j] = z
+        for k in range(4):
+            p, q = i + (k == 0) - (k == 1), j + (k == 2) - (k == 3)
+            if 0 <= p < rows and 0 <= q < width and inside[p, q] and np.isnan(out[p, q].real):
+                heapq.heappush(ready, (-clearance[p, q], p, q, i, j))
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _state(full, some, r, c, r1, c1):
     whole, empty = True, True
     for i in range(r // LEAST, (r1 - 1) // LEAST + 1):
@@ -121,15 +159,16 @@ def _state(full, some, r, c, r1, c1):
     return whole, empty
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _slopes(a, b):
     """Derivatives of the inverse by w's real and imaginary part, where f_z = a and f_z̄ = b."""
     jacobian = a.real * a.real + a.imag * a.imag - b.real * b.real - b.imag * b.imag
-    p, q = a.conjugate() / jacobian, -b / jacobian
+    scale = 1 / jacobian  # of floats: a complex quotient would raise where this is infinite
+    p, q = a.conjugate() * scale, -b * scale
     return p + q, 1j * (p - q)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _nodes(t, grid, r, c, r1, c1, seed, tol, points, values):
     """Solves at the tile's Chebyshev points, in a snake from a corner. False at the first failure."""
     hx, hy = 0.5 * (c1 - c), 0.5 * (r1 - r)
@@ -159,7 +198,7 @@ def _nodes(t, grid, r, c, r1, c1, seed, tol, points, values):
     return True, z
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _expand(t, grid, r, c, r1, c1, values, tol, fit, powers, out, where):
     """Fills the tile from the polynomial through the values if it is accurate enough; says whether it was."""
     n = fit.shape[0]
@@ -194,7 +233,7 @@ def _expand(t, grid, r, c, r1, c1, values, tol, fit, powers, out, where):
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _checked(t, grid, r, c, r1, c1, mono, tol):
     """Whether the forward map agrees at points between the nodes, most of them on the rim, where errors peak."""
     n = mono.shape[0]
@@ -219,7 +258,7 @@ def _checked(t, grid, r, c, r1, c1, mono, tol):
     return True
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _rows(r, c, r1, c1, mono, out, where):
     """Evaluates the tile's polynomial, row by row: one contraction along y, then Horner's rule for all columns."""
     n, m = mono.shape[0], c1 - c
@@ -252,7 +291,7 @@ def _rows(r, c, r1, c1, mono, out, where):
                 out.right[i, c + j] = complex(re[j], im[j]) * scale_x
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _horner(coefficient, n, x, re, im):
     a, b = coefficient[n - 1].real, coefficient[n - 1].imag
     for j in range(x.size):
@@ -264,7 +303,7 @@ def _horner(coefficient, n, x, re, im):
             im[j] = im[j] * x[j] + b
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _pixels(t, grid, inside, r, c, r1, c1, seed, tol, out):
     """Solves the block's pixels one by one, each from a solved neighbour where there is one."""
     done = 0
@@ -288,7 +327,7 @@ def _pixels(t, grid, inside, r, c, r1, c1, seed, tol, out):
     return done, z
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _guess(t, out, i, j, otherwise):
     """The source point expected for pixel (i, j) from a neighbour, if it lies inside the source."""
     rows, width = out.z.shape

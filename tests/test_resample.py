@@ -195,3 +195,37 @@ def test_the_bytes_do_not_depend_on_the_threads():
 def test_what_is_asked_wrongly_is_told():
     with pytest.raises(InputError, match="filter 'best'"):
         warp(IDENTITY, Texture(noise((4, 4, 3), np.uint8), BOX), Canvas(4, 4, BOX), filter="best")
+
+
+def test_normals_turn_with_the_map():
+    """A slope to the right becomes a slope upwards under a turn by 90 degrees, whichever way y is stored."""
+    flat = np.broadcast_to(np.array([128, 128, 255], np.uint8), (40, 40, 3)).copy()
+    slope = np.broadcast_to(np.array([218, 128, 218], np.uint8), (40, 40, 3)).copy()
+    turn, box = conformal(lambda z: 1j * z, SQUARE), (-1 - 1j, 1 + 1j)
+    for kind, y in (("normal", 218), ("normal-down", 38)):
+        out = warp(turn, Texture(slope, box), Canvas(50, 50, box), kind=kind).pixels[25, 25]
+        assert np.abs(out[:3].astype(int) - [128, y, 218]).max() <= 1
+        assert (
+            warp(turn, Texture(flat, box), Canvas(50, 50, box), kind=kind).pixels[5:-5, 5:-5, :3]
+            == flat[0, 0]
+        ).all()
+    with pytest.raises(InputError, match="channels"):
+        warp(turn, Texture(flat[..., :1], box), Canvas(50, 50, box), kind="normal")
+
+
+@pytest.mark.parametrize("fill", ["push-pull", "nearest"])
+def test_padding_reaches_as_far_as_asked_and_keeps_alpha(fill):
+    picture = np.full((20, 20, 3), [10, 200, 77], np.uint8)
+    plain, some, all_ = (
+        warp(IDENTITY, Texture(picture, BOX), Canvas(120, 100, BOX), padding=k, fill=fill).pixels
+        for k in (0, 5, -1)
+    )
+    assert (all_[..., :3] == [10, 200, 77]).all()
+    assert np.array_equal(some[..., 3], plain[..., 3])
+    import cv2
+
+    far = cv2.distanceTransform((plain[..., 3] == 0).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    assert ((some[..., 1] == 200) == (far <= 5)).all()
+    premultiplied = Texture(np.ones((4, 4, 4), np.float32), BOX, 3, "linear", True)
+    with pytest.raises(InputError, match="associated"):
+        warp(IDENTITY, premultiplied, Canvas(9, 9, BOX), padding=2)

@@ -1,0 +1,50 @@
+"""Colours beyond the outline, so that mip-maps and bilinear reads of the result do not pick up the background."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+
+def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "push-pull") -> NDArray:
+    """Fills unknown pixels from known ones.
+
+    Args:
+        pixels: (h, w, c) of any type; not changed.
+        known: (h, w) which of them hold a colour.
+        reach: how many pixels to go, -1 for the whole picture.
+        method: "push-pull" (smooth: averages of ever larger neighbourhoods) or "nearest" (the nearest known pixel).
+
+    Returns:
+        (h, w, c) of the same type.
+    """
+    if known.all() or not known.any() or reach == 0:
+        return pixels
+    wanted = ~known
+    if reach > 0:
+        wanted &= cv2.distanceTransform(wanted.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE) <= reach
+    out = pixels.copy()
+    if method == "nearest":
+        from scipy.ndimage import distance_transform_edt
+
+        rows, columns = distance_transform_edt(~known, return_distances=False, return_indices=True)
+        out[wanted] = pixels[rows[wanted], columns[wanted]]
+        return out
+    for k in range(pixels.shape[2]):
+        filled = _push_pull(pixels[..., k].astype(np.float32), known.astype(np.float32))[wanted]
+        out[wanted, k] = np.rint(filled) if pixels.dtype.kind != "f" else filled
+    return out
+
+
+def _push_pull(value: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Gortler, Grzeszczuk, Szeliski, Cohen, *The Lumigraph* (1996), §3.4: averages down, interpolation back up."""
+    h, w = value.shape
+    if weight.min() >= 1 or max(h, w) == 1:
+        return value
+    size = (w + 1) // 2, (h + 1) // 2
+    mass, sums = (
+        cv2.resize(np.pad(a, [(0, h % 2), (0, w % 2)]), size, interpolation=cv2.INTER_AREA)
+        for a in (weight, weight * value)
+    )
+    coarse = _push_pull(sums / np.where(mass > 0, mass, 1), np.minimum(4 * mass, 1))
+    guess = cv2.resize(coarse, (2 * size[0], 2 * size[1]), interpolation=cv2.INTER_LINEAR)[:h, :w]
+    return weight * value + (1 - weight) * guess
