@@ -103,7 +103,7 @@ def _obj(path: Path) -> dict[str, Any]:
         "vertices": len(mesh.points),
         "faces": len(mesh.sizes),
         "sides": {str(size): int(count) for size, count in zip(sizes, counts)},
-        "parts": found.parts[:MOST],
+        "parts": found.parts()[:MOST],
         **_surface(mesh),
     }
 

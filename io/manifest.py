@@ -19,7 +19,7 @@ from ..errors import InputError
 from . import files
 from .job import Job, mistakes, path_of
 
-MAX_BYTES, MAX_JOBS = 64 << 20, 100_000
+MAX_BYTES, MAX_JOBS, LONGEST = 64 << 20, 100_000, 500
 GLOBBED = ("source", "target", "texture")
 TEMPLATED = ("output", "report", "plot", "constraints")
 READ = ("source", "target", "texture", "constraints")
@@ -29,6 +29,7 @@ class ManifestError(InputError):
     """Every mistake of a manifest, a line each."""
 
     def __init__(self, found: list[str]) -> None:
+        found = [line if len(line) <= LONGEST else line[:LONGEST] + "…" for line in found]
         super().__init__(f"{found[0]} (and {len(found) - 1} more)" if len(found) > 1 else found[0])
         self.mistakes = found
 
@@ -212,7 +213,7 @@ def _filled(value: Any, fields: dict[str, str], place: str, wrong: list[str]) ->
 
     def fill(match: re.Match[str]) -> str:
         if match[1] not in fields:
-            wrong.append(f"{place}: unknown {match[0]}; use one of {', '.join(sorted(fields))}")
+            wrong.append(f"{place}: unknown {match[0][:60]}; use one of {', '.join(sorted(fields))}")
         return fields.get(match[1], "")
 
     return re.sub(r"\{([^{}]*)\}", fill, value)

@@ -1,0 +1,301 @@
+"""A fuzz target: mutated inputs of every kind must be read or refused in one line; never a traceback, hang or crash.
+
+    python -m tests.fuzz --count 10000            all kinds, in processes that may die
+    python -m tests.fuzz --kind svg --seed 12345  one input again, with its traceback
+
+Each input follows from its kind and seed alone.
+"""
+
+import argparse
+import json
+import random
+import re
+import resource
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import zlib
+from pathlib import Path
+
+from iccm import InputError
+
+LIMIT = 10  # seconds an input may take
+MEMORY = 12 << 30
+
+SVG = b"""<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 100 80"
+width="10cm">
+<style>.a{fill:none;transform:rotate(3)} #b{display:none}</style>
+<defs><path id="p" d="M1 2C3 4 5 6 7 8S9 10 11 12Q13 14 15 16T17 18A5 6 30 0 1 40 50z"/></defs>
+<g transform="matrix(1 .1 -.1 1 3 4) scale(2,-1) translate(1)"><use xlink:href="#p" x="3" y="4%"/>
+<rect x="1" y="2" width="30" height="40" rx="3"/><circle cx="50%" cy="5" r="4"/><ellipse rx="4" ry="5" id="pin-a"/>
+<polygon points="1,2 30,4 5,60" fill-rule="evenodd"/><polyline points="1 2 3 4"/><line x1="1" x2="9"/></g>
+<path id="stroke-b" d="m1 1h3v4l-5-6"/><text x="3">hi</text>
+<svg viewBox="0 0 5 5" x="2"><path d="M0 0H5V5z"/></svg></svg>"""
+OBJ = b"""# a comment
+mtllib m.mtl
+o sheet
+v 0 0 0
+v 1 0 .1
+v 2 0 0
+v 0 1 0
+v 1 1 0.3
+v 2 1 0
+v 0 2 0
+v 1 2 0
+vt 0 0
+vt 1 0
+vt 1 1
+vn 0 0 1
+usemtl red
+s 1
+f 1/1/1 2/2/1 5/3/1 4/1/1
+f 2 3 6 5
+g part
+f -5//1 -4//1 -1//1
+f 4 8 \\
+7
+l 1 2 3
+"""
+MTL = b"newmtl red\nKd 1 0 0\nmap_Kd -s 1 1 1 -o 0.5 a b.png\nnewmtl blue\nillum 2\n"
+TOML = b"""[defaults]
+size = "64x48"
+output = "o/{source.stem}-{target.stem}-{number}.png"
+[[job]]
+source = "*.svg"
+target = "a.svg#x"
+pin = ["1,2:3,4", [[1, 2], [3, 4]], [1, 2, 3, 4]]
+quasi = 1e-3
+[[job]]
+source = "a.svg"
+target = "a.svg"
+name = "n {source.id}"
+"""
+JSONL = b'{"defaults": {"size": 64}}\n{"source": "a.svg", "target": "a.svg", "pin": ["1,2:3,4"]}\n{"source": "a.svg"}\n'
+JSON = b"""{"pins": [{"name": "nose", "source": [120, 80], "target": [310.5, 42], "weight": 1}],
+"strokes": [{"source": [[10, 10], [40, 12]], "target": [[5, 90], [9, 70]], "ends": "free"}]}"""
+WORDS = [
+    b"NaN",
+    b"inf",
+    b"-1",
+    b"0",
+    b"1e999",
+    b"1e-999",
+    b"99999999999999999999",
+    b"2147483648",
+    b"#p",
+    b"\xff\xfe",
+    b"\0",
+]
+WORDS += [
+    b"&lol;",
+    b'<!DOCTYPE x [<!ENTITY lol "lol">]>',
+    b"file:///etc/passwd",
+    b"]]>",
+    b"<![CDATA[",
+    b"{",
+    b"[",
+    b'"',
+    b"../",
+]
+WORDS += [
+    b"M",
+    b"z",
+    b"A",
+    b"e5",
+    b",",
+    b"%",
+    b"\r\n",
+    b"f 1 1 1\n",
+    b"f 1 2\n",
+    b"v 1 nan 2\n",
+    b"<use href='#p'/>",
+    b"<g>",
+    b"//",
+]
+
+
+def png() -> bytes:
+    """A little picture with alpha, made by hand so that no chunk depends on a library."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    def row(y: int) -> bytes:
+        return bytes(v for x in range(24) for v in (200, x, y, 255 if 3 < x < 20 and 3 < y < 20 else 0))
+
+    rows = b"".join(b"\0" + row(y) for y in range(24))
+    head = struct.pack(">IIBBBBB", 24, 24, 8, 6, 0, 0, 0)
+    parts = (
+        chunk(b"IHDR", head)
+        + chunk(b"tEXt", b"a\0b")
+        + chunk(b"IDAT", zlib.compress(rows))
+        + chunk(b"IEND", b"")
+    )
+    return b"\x89PNG\r\n\x1a\n" + parts
+
+
+SEEDS = {"svg": SVG, "obj": OBJ, "mtl": MTL, "png": png(), "toml": TOML, "jsonl": JSONL, "json": JSON}
+
+
+def mutated(kind: str, seed: int) -> bytes:
+    """The input of a kind and seed."""
+    rng = random.Random(f"{kind} {seed}")
+    data = bytearray(SEEDS[kind])
+    for _ in range(rng.choice((1, 1, 2, 3, 6, 12))):
+        mutate(rng, data)
+    if kind == "png" and rng.random() < 0.7:
+        mend(data)
+    return bytes(data)
+
+
+def mutate(rng: random.Random, data: bytearray) -> None:
+    """One change: bytes, words, numbers, a cut, a copy."""
+    at = rng.randrange(len(data) + 1)
+    to = min(len(data), at + rng.choice((1, 2, 5, 20, 200)))
+    way = rng.randrange(7)
+    if way == 0 and at < len(data):
+        data[at] ^= 1 << rng.randrange(8)
+    elif way == 1:
+        del data[at:to]
+    elif way == 2:
+        data[at:at] = rng.choice(WORDS) * rng.choice((1, 1, 1, 2, 500))
+    elif way == 3:
+        data[at:at] = data[at:to] * rng.choice((1, 3, 100))
+    elif way == 4 and rng.random() < 0.3:
+        del data[at:]
+    elif way == 5:
+        numbers = list(re.finditer(rb"\d+(\.\d+)?", data))
+        if numbers:
+            match = rng.choice(numbers)
+            data[match.start() : match.end()] = rng.choice(WORDS)
+    elif way == 6 and at < len(data):
+        data[at] = rng.randrange(256)
+
+
+def mend(data: bytearray) -> None:
+    """Right checksums, so that a changed PNG gets past the door."""
+    at = 8
+    while at + 12 <= len(data):
+        (size,) = struct.unpack_from(">I", data, at)
+        if at + 12 + size > len(data):
+            break
+        struct.pack_into(">I", data, at + 8 + size, zlib.crc32(data[at + 4 : at + 8 + size]))
+        at += 12 + size
+
+
+def read(kind: str, folder: Path, data: bytes) -> None:
+    """Read an input as the command line would."""
+    from iccm.io import constraints, describe, images, manifest, shapes, transfer
+
+    path = folder / f"x.{kind}"
+    path.write_bytes(data)
+    if kind == "svg":
+        describe.describe(path)
+        shapes.read(str(path))
+    elif kind == "obj":
+        (folder / "m.mtl").write_bytes(MTL)
+        describe.describe(path)
+        transfer.read(str(path), cut=True)
+    elif kind == "mtl":
+        (folder / "o.obj").write_bytes(OBJ.replace(b"m.mtl", b"x.mtl"))
+        transfer.texture_file(transfer.read(str(folder / "o.obj")))
+    elif kind == "png":
+        images.read(path, max_pixels=1 << 20)
+        shapes.read(str(path))
+    elif kind == "json":
+        constraints.read(path)
+    else:
+        (folder / "a.svg").write_bytes(SVG)
+        manifest.read(manifest.load(str(path)), str(path), root=folder)
+
+
+def refusal(kind: str, seed: int, folder: Path) -> str | None:
+    """What is wrong with how an input was met: None when it was read, or refused in one line."""
+    began = time.monotonic()
+    try:
+        read(kind, folder, mutated(kind, seed))
+    except InputError as error:
+        lines = getattr(error, "mistakes", None) or [str(error)]
+        if any("\n" in line for line in lines if kind not in ("toml", "jsonl")):
+            return f"a message of several lines: {error}"
+        if any(len(line) > 2000 for line in lines):
+            return f"a message of {max(map(len, lines))} characters: {str(error)[:200]}"
+    except Exception as error:
+        return f"{type(error).__name__}: {str(error)[:200]}"
+    took = time.monotonic() - began
+    return f"took {took:.1f} s" if took > LIMIT else None
+
+
+def child(kind: str, first: int, count: int) -> None:
+    """Go through seeds, telling each before it is tried: what kills the process is the last one told."""
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    with tempfile.TemporaryDirectory() as folder:
+        for seed in range(first, first + count):
+            print(json.dumps({"try": seed}), flush=True)
+            signal.alarm(LIMIT + 5)  # the default action ends the process, even in compiled code
+            wrong = refusal(kind, seed, Path(folder))
+            if wrong:
+                print(json.dumps({"seed": seed, "wrong": wrong}), flush=True)
+    print(json.dumps({"end": True}), flush=True)
+
+
+def hunt(kind: str, first: int, count: int) -> list[str]:
+    """What went wrong for `count` seeds of a kind: a line each."""
+    found, last = [], first + count
+    while first < last:
+        command = [
+            sys.executable,
+            "-W",
+            "ignore",
+            "-m",
+            "tests.fuzz",
+            "--child",
+            kind,
+            str(first),
+            str(last - first),
+        ]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[1])
+        told = [json.loads(line) for line in done.stdout.splitlines()]
+        found += [f"{kind} {line['seed']}: {line['wrong']}" for line in told if "wrong" in line]
+        if told and told[-1].get("end"):
+            break
+        tried = [line["try"] for line in told if "try" in line]
+        if not tried:
+            return [*found, f"{kind}: the child did not start: {done.stderr[-500:]}"]
+        how = "hung" if done.returncode == -signal.SIGALRM else f"died with {done.returncode}"
+        found.append(f"{kind} {tried[-1]}: {how}")
+        first = tried[-1] + 1
+    return found
+
+
+def main() -> int:
+    """Hunt, or show one input again."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--count", type=int, default=1000, help="inputs in all")
+    parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--kind", choices=SEEDS, help="one kind only")
+    parser.add_argument("--seed", type=int, help="one input, with its traceback")
+    parser.add_argument("--child", nargs=3, help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.child:
+        child(given.child[0], int(given.child[1]), int(given.child[2]))
+        return 0
+    kinds = [given.kind] if given.kind else list(SEEDS)
+    if given.seed is not None:
+        with tempfile.TemporaryDirectory() as folder:
+            data = mutated(kinds[0], given.seed)
+            sys.stdout.buffer.write(data[:4000] + b"\n")
+            read(kinds[0], Path(folder), data)
+        return 0
+    found = [line for kind in kinds for line in hunt(kind, given.first, given.count // len(kinds))]
+    print("\n".join(found) or f"{given.count} inputs: none made trouble")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

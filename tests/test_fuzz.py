@@ -1,0 +1,27 @@
+"""A slice of the fuzzing for every run; `python -m tests.fuzz --count 10000` does more."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from tests import fuzz
+
+
+@pytest.mark.parametrize("kind", fuzz.SEEDS)
+def test_mutated_inputs_are_read_or_refused_in_one_line(kind):
+    assert fuzz.hunt(kind, 0, 40) == []
+
+
+@pytest.mark.parametrize("kind", fuzz.SEEDS)
+def test_the_seeds_themselves_are_read(kind, tmp_path):
+    fuzz.read(kind, tmp_path, fuzz.SEEDS[kind])
+
+
+def test_the_hunt_sees_trouble(tmp_path, monkeypatch):
+    def fail(kind, folder, data):
+        raise IndexError("planted")
+
+    monkeypatch.setattr(fuzz, "read", fail)
+    assert "IndexError: planted" in fuzz.refusal("svg", 1, tmp_path)
