@@ -157,7 +157,7 @@ def _touch(corners, chosen, owner, centre, nearest, wrap):
                 away = 0.0
                 for k in range(3):
                     e = a[k] * (x + 0.5) + b[k] * (y + 0.5) + c[k]
-                    if e < -0.5 * (abs(a[k]) + abs(b[k])):
+                    if e <= -0.5 * (abs(a[k]) + abs(b[k])):
                         away = np.inf
                         break
                     away = max(away, -e / np.sqrt(a[k] * a[k] + b[k] * b[k]))
