@@ -36,34 +36,55 @@ def decode(pixels: NDArray, alpha: int, *, srgb: bool, associated: bool, premult
         associated: whether they are premultiplied already.
         premultiply: whether the result shall be.
     """
-    plain = pixels.dtype.kind == "f"
+    if alpha >= 0 and associated and srgb:  # the encoding applies to the colour itself
+        straight = _scaled(_numbers(pixels), alpha, divide=True)
+        out = straight.copy()
+        for k in _colours(out, alpha):
+            out[..., k] = linear_from_srgb(straight[..., k])
+        return _scaled(out, alpha, divide=False) if premultiply else out
     out = np.empty(pixels.shape, dtype=np.float32)
     for k in range(pixels.shape[2]):
-        if plain:
+        encoded = srgb and k != alpha
+        if pixels.dtype.kind == "f":
             v = pixels[..., k].astype(np.float32)
-            out[..., k] = linear_from_srgb(v) if srgb and k != alpha else v
+            out[..., k] = linear_from_srgb(v) if encoded else v
         else:
-            out[..., k] = _table(np.iinfo(pixels.dtype).max + 1, srgb and k != alpha)[pixels[..., k]]
+            out[..., k] = _table(np.iinfo(pixels.dtype).max + 1, encoded)[pixels[..., k]]
     if alpha >= 0 and premultiply != associated:
-        a = out[..., alpha : alpha + 1]
-        colour = [k for k in range(out.shape[2]) if k != alpha]
-        if premultiply:
-            out[..., colour] *= a
-        else:
-            out[..., colour] /= np.where(a != 0, a, 1)
+        return _scaled(out, alpha, divide=associated)
     return out
 
 
-def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool) -> NDArray:
-    """The stored form of (h, w, c) linear values, rounded and clipped for integer types."""
-    integer = dtype.kind != "f"
+def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool, associated: bool = False) -> NDArray:
+    """The stored form of (h, w, c) linear values, premultiplied if `associated`; integers are rounded and clipped."""
+    if srgb and associated and alpha >= 0:
+        straight = _scaled(values, alpha, divide=True)
+        for k in _colours(straight, alpha):
+            straight[..., k] = srgb_from_linear(straight[..., k])
+        values, srgb = _scaled(straight, alpha, divide=False), False
+    top = np.iinfo(dtype).max if dtype.kind != "f" else 0
     out = np.empty(values.shape, dtype=dtype)
-    top = np.iinfo(dtype).max if integer else 0
     for k in range(values.shape[2]):
-        v = values[..., k]
-        if integer:
-            v = np.clip(v, 0, 1)
+        v = np.clip(values[..., k], 0, 1) if top else values[..., k]
         if srgb and k != alpha:
             v = srgb_from_linear(v)
-        out[..., k] = np.rint(v * top) if integer else v
+        out[..., k] = np.rint(v * top) if top else v
+    return out
+
+
+def _numbers(pixels: NDArray) -> Float:
+    top = 1 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max
+    return pixels.astype(np.float32) / np.float32(top)
+
+
+def _colours(values: NDArray, alpha: int) -> list[int]:
+    return [k for k in range(values.shape[2]) if k != alpha]
+
+
+def _scaled(values: Float, alpha: int, *, divide: bool) -> Float:
+    """Colours times alpha, or divided by it where it is not zero."""
+    a = values[..., alpha : alpha + 1]
+    colours = _colours(values, alpha)
+    out = values.copy()
+    out[..., colours] = values[..., colours] / np.where(a != 0, a, 1) if divide else values[..., colours] * a
     return out

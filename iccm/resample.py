@@ -14,6 +14,7 @@ from .harmonic import HarmonicMap
 from .inverse import Inverse
 from .padding import pad
 from .parallel import in_order
+from .stmap import Stored
 
 __all__ = ["Box", "Canvas", "Texture", "Warp", "Warped", "warp"]
 
@@ -47,7 +48,7 @@ class Warped:
 
 
 def warp(
-    map: HarmonicMap | Evaluator | Inverse,
+    map: HarmonicMap | Evaluator | Inverse | Stored,
     texture: Texture,
     canvas: Canvas,
     *,
@@ -64,9 +65,9 @@ def warp(
     """The texture seen through the map.
 
     Args:
-        map: source → target.
-        texture: placed in the source's plane.
-        canvas: the raster to make, in the target's plane.
+        map: source → target, or a stored one.
+        texture: placed in the source's plane; a stored map's `box` is where it goes.
+        canvas: the raster to make, in the target's plane; the stored map's own.
         filter: "nearest", "linear", "cubic" (Catmull-Rom), "lanczos", or "auto" (cubic).
         kind: "colour" (filtered in linear light, premultiplied), "data" (numbers, filtered as they are), or "normal"
             and "normal-down" (tangent-space normals with y up or down, turned with the map and renormalised).
@@ -134,15 +135,17 @@ class Warp:
         self.mixes = kind == "colour" and name != "nearest"
         self.channels = texture.pixels.shape[2] + (texture.alpha < 0)
         self.alpha = texture.alpha if texture.alpha >= 0 else self.channels - 1
-        inverse = map if isinstance(map, Inverse) else Inverse(map, 2 * min(canvas.step))
         self.diagnostics = Diagnostics()
-        self.raster = Raster(inverse, canvas, max_error * min(1 / s for s in self.scale))
+        self.raster = map
+        if not isinstance(map, Stored):
+            inverse = map if isinstance(map, Inverse) else Inverse(map, 2 * min(canvas.step))
+            self.raster = Raster(inverse, canvas, max_error * min(1 / s for s in self.scale))
         picture = colour.decode(
             texture.pixels,
             texture.alpha,
             srgb=self.srgb,
             associated=texture.associated,
-            premultiply=self.mixes,
+            premultiply=self.mixes or texture.associated,
         )
         border = sampling.CLAMP if edge == "clamp" else sampling.CLEAR
         self.pyramid = sampling.pyramid(picture, border, 1 if name == "nearest" else 16)
@@ -182,7 +185,9 @@ class Warp:
         if self.texture.associated:
             values[:, colours] *= cover[:, None]
         out = np.zeros((band.coverage.size, self.channels), dtype=self.texture.pixels.dtype)
-        out[at] = colour.encode(values[None], out.dtype, self.alpha, srgb=self.srgb)[0]
+        out[at] = colour.encode(
+            values[None], out.dtype, self.alpha, srgb=self.srgb, associated=self.texture.associated
+        )[0]
         return out.reshape(*band.coverage.shape, self.channels)
 
     def _filtered(self, band: Band, at: NDArray[np.intp]) -> NDArray[np.float32]:
@@ -195,7 +200,10 @@ class Warp:
         sampling.read_all(self.pyramid, xy, turn, self.filter, out)
         if self.kind.startswith("normal"):
             dx, dy = self.canvas.step
-            turn = 1 / (right / dx + 1j * down / dy)  # along f_z, whose angle the map turns by
+            inverse = (
+                right / dx + 1j * down / dy
+            )  # along the inverse's derivative, whose angle is the map's negated
+            turn = np.where(inverse != 0, inverse, 1).conj()
             out[:, :3] = turned(out[:, :3], turn, self.texture.pixels.dtype, up=self.kind == "normal")
         return out
 

@@ -207,7 +207,7 @@ def _associated(image: Image, *, keep: bool) -> Image:
         image.pixels, image.alpha, srgb=srgb, associated=image.associated, premultiply=True
     )
     if keep:
-        pixels = colour.encode(values, image.pixels.dtype, image.alpha, srgb=srgb)
+        pixels = colour.encode(values, image.pixels.dtype, image.alpha, srgb=srgb, associated=True)
         return replace(image, pixels=pixels, associated=True)
     alpha = values[..., image.alpha : image.alpha + 1]
     values = np.delete(values + (1 - alpha), image.alpha, axis=2)

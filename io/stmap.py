@@ -1,0 +1,87 @@
+"""STMap files, see `iccm.stmap` for the convention."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import stmap
+from ..canvas import Box, Canvas
+from ..errors import InputError
+from ..resample import Texture, Warp
+from . import images
+
+SUFFIXES = (".exr", ".tif", ".tiff")
+_SAID = "STMap: R = s from the left, G = t from the bottom, 0..1; A = coverage"
+
+
+def write(path: str | Path, map, box: Box, canvas: Canvas, *, threads: int | None = None) -> None:
+    """Writes a map as a float STMap (.exr or .tif), as it is computed.
+
+    Args:
+        path: the file.
+        map: source → target.
+        box: what of the source's plane textures will cover.
+        canvas: the raster, in the target's plane.
+        threads: for the pixels.
+
+    Raises:
+        InputError: a suffix whose format does not hold floats, or the file cannot be written.
+    """
+    check(path)
+    like = images.Image(
+        np.zeros((1, 1, 4), np.float32), 3, True, "data", {"ImageDescription": ("string", _SAID)}
+    )
+    images.write_bands(
+        path, like, canvas.height, canvas.width, stmap.stmap(map, box, canvas, threads=threads)
+    )
+
+
+def check(path: str | Path) -> None:
+    """Refuses a suffix whose format does not hold floats."""
+    if Path(path).suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path}: an STMap holds floats; use one of {' '.join(SUFFIXES)}")
+
+
+def read(path: str | Path, *, max_pixels: int = images.MAX_PIXELS) -> NDArray:
+    """The (h, w, c) floats of an STMap.
+
+    Raises:
+        InputError: the file cannot be read, holds fewer than two channels or no floats.
+    """
+    found = images.read(path, max_pixels=max_pixels)
+    if found.pixels.shape[2] < 2 or found.pixels.dtype.kind != "f":
+        raise InputError(
+            f"{path}: not an STMap: {found.pixels.shape[2]} channels of {found.pixels.dtype}; "
+            "it needs at least 2 of floats"
+        )
+    return found.pixels
+
+
+def apply(
+    st: NDArray,
+    image: images.Image,
+    path: str | Path,
+    *,
+    filter: str = "auto",
+    kind: str = "colour",
+    edge: str = "clamp",
+    threads: int | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> None:
+    """Writes a picture warped through an STMap, as it is computed. Arguments as in `iccm.resample.warp`."""
+    from dataclasses import replace
+
+    height, width = image.pixels.shape[:2]
+    stored = stmap.Stored(st, width / height)
+    texture: Texture = image.texture(stored.box, kind=kind)
+    work = Warp(stored, texture, stored.canvas, filter, kind, edge, True, 0.05)
+
+    def blocks():
+        for block in work.blocks(threads):
+            yield image.with_pixels(block, work.alpha).pixels
+            if progress:
+                progress(len(block))
+
+    images.write_bands(path, replace(image, alpha=work.alpha), *st.shape[:2], blocks())

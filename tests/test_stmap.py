@@ -1,0 +1,74 @@
+"""STMaps: the convention, held against OpenImageIO's own st_warp, and the way back through a file."""
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from iccm.canvas import Canvas
+from iccm.errors import InputError
+from iccm.harmonic import HarmonicMap
+from iccm.io import images, stmap
+from iccm.io.images import Image
+from iccm.resample import Texture, warp
+
+BOX = (-1.4 - 1.4j, 1.4 + 1.4j)
+
+
+def star(n=120):
+    s = 2 * np.pi * np.arange(n) / n
+    return (1 + 0.3 * np.cos(5 * s)) * np.exp(1j * s)
+
+
+def curved():
+    return HarmonicMap(star(), star() + 0.15 * star() ** 2, 0 * star())
+
+
+def smooth(h, w):
+    y, x = np.indices((h, w)) / 20
+    return np.stack([np.sin(x) + 1, np.cos(y) + 1, np.sin(x + 2 * y) + 1], axis=2).astype(np.float32) / 2
+
+
+def test_identity_holds_the_pixels_own_place(tmp_path):
+    stmap.write(tmp_path / "a.exr", HarmonicMap(star(), star(), 0 * star()), BOX, Canvas(70, 50, BOX))
+    st = stmap.read(tmp_path / "a.exr")
+    assert st.dtype == np.float32
+    inner = st[..., 3] == 1
+    i, j = np.nonzero(inner)
+    assert inner.sum() > 800
+    assert np.abs(st[inner][:, 0] - (j + 0.5) / 70).max() < 1e-6
+    assert np.abs(st[inner][:, 1] - (1 - (i + 0.5) / 50)).max() < 1e-6
+    assert (st[st[..., 3] == 0] == 0).all()
+
+
+def test_openimageio_reads_it_as_meant(tmp_path):
+    picture, canvas = smooth(128, 128), Canvas(300, 260, BOX)
+    stmap.write(tmp_path / "a.exr", curved(), BOX, canvas)
+    ours = warp(curved(), Texture(picture, BOX, transfer="linear"), canvas, filter="linear").pixels
+    theirs = oiio.ImageBuf(oiio.ImageSpec(300, 260, 3, "float"))
+    source, map = oiio.ImageBuf(picture), oiio.ImageBuf(str(tmp_path / "a.exr"))
+    assert oiio.ImageBufAlgo.st_warp(theirs, source, map, "triangle", flip_t=True)
+    inner = ours[..., 3] == 1
+    difference = np.abs(theirs.get_pixels(oiio.FLOAT)[inner][:, :3] - ours[inner][:, :3])
+    assert difference.max() < 0.02
+    assert np.median(difference) < 1e-3
+
+
+@pytest.mark.parametrize("shape", [(128, 128), (96, 160)])
+def test_applying_a_stored_map_gives_what_warping_gives(tmp_path, shape):
+    picture, canvas = Image((smooth(*shape) * 65535).astype(np.uint16)), Canvas(150, 130, BOX)
+    stmap.write(tmp_path / "a.exr", curved(), BOX, canvas)
+    stmap.apply(stmap.read(tmp_path / "a.exr"), picture, tmp_path / "b.png")
+    again = images.read(tmp_path / "b.png")
+    direct = warp(curved(), picture.texture(BOX), canvas).pixels.astype(int)
+    assert again.pixels.dtype == np.uint16
+    assert np.abs(again.pixels[..., 3] - direct[..., 3]).max() <= 1
+    inner = direct[..., 3] == 65535
+    assert np.abs(again.pixels[inner].astype(int) - direct[inner]).max() < 400
+
+
+def test_what_is_no_stmap_is_told(tmp_path):
+    images.write(tmp_path / "a.png", Image(np.zeros((4, 4, 3), np.uint8)))
+    with pytest.raises(InputError, match="not an STMap"):
+        stmap.read(tmp_path / "a.png")
+    with pytest.raises(InputError, match="floats"):
+        stmap.write(tmp_path / "b.png", curved(), BOX, Canvas(4, 4, BOX))
