@@ -104,7 +104,7 @@ def _entries(text: str, name: str, found: list[str]) -> Iterator[Entry]:
 def _from_toml(text: str, name: str, found: list[str]) -> Iterator[Entry]:
     try:
         manifest = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise ManifestError([f"{name}: {str(error) or 'nested too deeply'}"]) from None
     unknown = sorted(manifest.keys() - {"defaults", "job"})
     found += [f"{name}: {key}: unknown key; a manifest has [defaults] and [[job]]" for key in unknown]
@@ -125,12 +125,9 @@ def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
         place = f"{name}: line {number}"
         try:
             values = json.loads(line)
-        except (json.JSONDecodeError, RecursionError) as error:
-            what = (
-                f"column {error.colno}: {error.msg}"
-                if isinstance(error, json.JSONDecodeError)
-                else "too deep"
-            )
+        except (ValueError, RecursionError) as error:  # also numbers of thousands of digits, and deep nesting
+            located = isinstance(error, json.JSONDecodeError)
+            what = f"column {error.colno}: {error.msg}" if located else str(error)
             found.append(f"{place}: {what}; each line is one JSON object")
             continue
         if not isinstance(values, dict):

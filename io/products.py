@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ..resample import Canvas, Warped
     from .images import Image
     from .run import Run
+    from .shapes import Shape
 
 Box = tuple[complex, complex]
 Maker = Callable[["Run", Path | None, Path], None]
@@ -171,33 +172,53 @@ def _streamed(run: Run, path: Path, canvas: Canvas) -> None:
 
 def _surface(run: Run) -> bool:
     """Whether the texture lies on a mesh that is the source."""
-    found = getattr(run.source, "file", None)
-    return found is not None and bool(run.job.texture or _own(run))
+    return _textured(run.job, run.source)
 
 
-def _own(run: Run) -> bool:
+def _textured(job: Job, source: Any) -> bool:
+    if getattr(source, "file", None) is None:
+        return False
     from . import transfer
 
-    source: Any = run.source
-    return source.file.picture is not None or transfer.texture_file(source) is not None
+    return bool(job.texture or source.file.picture is not None or transfer.texture_file(source) is not None)
 
 
 def texture(run: Run) -> tuple[Image, Box]:
-    """The texture and its place in the source's plane: --texture, the mesh's own, or a checkerboard of squares."""
+    """The texture and its place in the source's plane."""
+    box = run.source.box if run.job.texture_box == "viewbox" else run.source.curve.box
+    return run.image, box if run.job.texture or _surface(run) else square(box)
+
+
+def image_of(job: Job, source: Shape) -> Image:
+    """The picture to carry along: --texture, the mesh's own, or a checkerboard.
+
+    Raises:
+        InputError: it cannot be read, or has more pixels than --max-pixels.
+    """
     from . import images
 
-    job = run.job
-    box = run.source.box if job.texture_box == "viewbox" else run.source.curve.box
-    with run.timed("read"):
-        if job.texture:
-            return images.read(job.texture, max_pixels=job.max_pixels, colorspace=job.colorspace), box
-        if _surface(run):
-            from . import transfer
+    if job.texture:
+        return images.read(job.texture, max_pixels=job.max_pixels, colorspace=job.colorspace)
+    if _textured(job, source):
+        from . import transfer
 
-            return transfer.own_texture(run.source), box  # type: ignore[arg-type]
+        return transfer.own_texture(source)  # type: ignore[arg-type]
     from ..checkerboard import checkerboard
 
-    return images.Image(checkerboard(1024)), square(box)
+    return images.Image(checkerboard(1024))
+
+
+def foreseen(job: Job, source: Shape, target: Shape) -> Image | None:
+    """The texture, read before the solving; what is wrong with it or with --size is told without a wait.
+
+    Raises:
+        InputError: see `image_of`; or more pixels than --max-pixels are asked for.
+    """
+    pictured = [name for name in job.output if name == "-" or Path(name).suffix.lower() in PICTURES]
+    if pictured and not job.bake:
+        low, high = target.box
+        _pixels(job, job.size or (LONGER_SIDE,), high - low)
+    return image_of(job, source) if pictured or job.texture else None
 
 
 def square(box: Box) -> Box:
@@ -292,5 +313,5 @@ def plot(run: Run, path: Path | None, name: Path) -> None:
 
         image, box = texture(run)
         target: Any = run.target
-        placed = image.texture(box if run.job.texture or _surface(run) else square(box), kind=run.job.kind)
+        placed = image.texture(box, kind=run.job.kind)
         surface_plot.draw(target, path, map=run.fit.map, source=run.source, texture=placed)

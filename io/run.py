@@ -17,6 +17,7 @@ from .job import Job, path_of
 
 if TYPE_CHECKING:
     from ..solve import Fit
+    from .images import Image
     from .shapes import Shape
 
 SOLVER = (
@@ -37,6 +38,7 @@ class Run:
         seconds: what each part took.
         threads: for the pixels; None for all cores.
         progress: is given rows done and rows in all.
+        read_before: the texture, where it was read before the solving.
         notes: remarks on the inputs and on the solving.
         figures: what making the products adds to the report.
     """
@@ -48,6 +50,7 @@ class Run:
     seconds: dict[str, float]
     threads: int | None = None
     progress: Progress | None = None
+    read_before: Image | None = None
     notes: list[str] = field(default_factory=list)
     figures: dict[str, Any] = field(default_factory=dict)
 
@@ -56,6 +59,11 @@ class Run:
         """The solver's own report, made once."""
         with self.timed("evaluate"):
             return self.fit.report()
+
+    @cached_property
+    def image(self) -> Image:
+        """The texture."""
+        return self.read_before or products.image_of(self.job, self.source)
 
     @contextmanager
     def timed(self, part: str) -> Iterator[None]:
@@ -156,6 +164,7 @@ def _solved(job: Job, threads: int | None, tell: Tell) -> Run:
         source = read(job.source, job)
         target = read(job.target, job) if job.target else source
         pins, strokes = constrained(job, source, target)
+        image = products.foreseen(job, source, target)
     notes = list(dict.fromkeys(f"{s.spec}: {note}" for s in (source, target) for note in s.notes))
     for note in notes:
         tell(note)
@@ -167,7 +176,7 @@ def _solved(job: Job, threads: int | None, tell: Tell) -> Run:
             fit = iccm.deform(source.curve, pins=pins, strokes=strokes, **options)
     for note in fit.notes:
         tell(note)
-    return Run(job, source, target, fit, seconds, threads, notes=[*notes, *fit.notes])
+    return Run(job, source, target, fit, seconds, threads, read_before=image, notes=[*notes, *fit.notes])
 
 
 def read(spec: str, job: Job) -> Shape:

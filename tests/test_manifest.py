@@ -134,6 +134,13 @@ def test_deep_nesting_is_a_mistake(folder):
     assert mistakes("[" * 100_000, "jobs.jsonl", folder)
 
 
+@pytest.mark.parametrize(
+    ("text", "name"), [("size = " + "9" * 5000, "jobs.toml"), ('{"size": ' + "9" * 5000 + "}", "j.jsonl")]
+)
+def test_a_number_without_end_is_a_mistake(folder, text, name):
+    assert "digits" in mistakes(text, name, folder)[0]
+
+
 def test_two_jobs_may_not_write_one_file(folder):
     found = mistakes('[[job]]\nsource = "*.svg"\ntarget = "a.svg"\noutput = "o.png"', folder=folder)
     assert len(found) == 2 and "writes it too" in found[0]
