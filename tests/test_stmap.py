@@ -72,3 +72,20 @@ def test_what_is_no_stmap_is_told(tmp_path):
         stmap.read(tmp_path / "a.png")
     with pytest.raises(InputError, match="floats"):
         stmap.write(tmp_path / "b.png", curved(), BOX, Canvas(4, 4, BOX))
+
+
+def test_iccm_apply(tmp_path, capsys):
+    from iccm.cli import run
+
+    stmap.write(tmp_path / "a.exr", curved(), BOX, Canvas(60, 60, BOX))
+    images.write(tmp_path / "p.png", Image((smooth(40, 40) * 255).astype(np.uint8)))
+    files = [str(tmp_path / name) for name in ("a.exr", "p.png")]
+    assert run(["apply", *files, "-o", str(tmp_path / "out.png")]) == 0
+    out = images.read(tmp_path / "out.png")
+    assert out.pixels.shape == (60, 60, 4)
+    assert out.pixels.dtype == np.uint8
+    assert run(["apply", *files, "-o", str(tmp_path / "out.png")]) == 2
+    assert "--force" in capsys.readouterr().err
+    assert run(["apply", *files[::-1], "-o", str(tmp_path / "b.png")]) == 2
+    assert "not an STMap" in capsys.readouterr().err
+    assert not (tmp_path / "b.png").exists()

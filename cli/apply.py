@@ -1,0 +1,72 @@
+"""`iccm apply`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from . import logs
+from .map import _progress
+
+
+@click.command()
+@click.argument("stmap")
+@click.argument("image")
+@click.option("-o", "--output", metavar="FILE", required=True, help="The picture to write.")
+@click.option(
+    "--filter",
+    type=click.Choice(["auto", "nearest", "linear", "cubic", "lanczos"]),
+    default="auto",
+    show_default=True,
+    help="Sampling of the image; nearest for label maps and masks.",
+)
+@click.option(
+    "--kind",
+    type=click.Choice(["colour", "normal", "normal-down", "data"]),
+    default="colour",
+    show_default=True,
+    help="What the channels are; normals (y up, or y down) turn with the map.",
+)
+@click.option(
+    "--colorspace", metavar="NAME", help="The image's, as OpenColorIO names it.  [default: what it says]"
+)
+@click.option(
+    "--edge",
+    type=click.Choice(["clamp", "transparent"]),
+    default="clamp",
+    show_default=True,
+    help="What lies outside the image.",
+)
+@click.option("--threads", type=click.IntRange(1), metavar="N", help="Never changes the result.")
+@click.option("--max-pixels", type=int, default=1 << 28, show_default=True, help="Refuse larger pictures.")
+@click.option("--force", is_flag=True, help="Replace a file that exists.")
+@logs.options
+def command(stmap: str, image: str, output: str, **given: Any) -> int:
+    """Warp IMAGE through STMAP, a map that `iccm map --stmap` or another program wrote.
+
+    An STMap is a picture of floats: red is where in the image a pixel comes from, from 0 at its left edge to 1 at its
+    right edge, green the same from its bottom to its top edge; alpha is the coverage. The map is solved once, and the
+    pictures of a whole material go through it.
+
+    \b
+    iccm map rose.svg leaf.svg --stmap leaf.exr
+    iccm apply leaf.exr albedo.png -o leaf-albedo.png
+    iccm apply leaf.exr normal.png --kind normal -o leaf-normal.png
+    iccm apply leaf.exr roughness.tif --kind data -o leaf-roughness.tif
+
+    Exit code: 0 done, 2 an input is wrong.
+    """
+    from ..io import files, images
+    from ..io import stmap as maps
+
+    limit, threads = given["max_pixels"], given["threads"]
+    files.check_output(output, force=given["force"])
+    st = maps.read(stmap, max_pixels=limit)
+    picture = images.read(image, max_pixels=limit, colorspace=given["colorspace"])
+    sampling = {name: given[name] for name in ("filter", "kind", "edge")}
+    with _progress() as progress, files.replacing(output, force=given["force"]) as temporary:
+        advance = None if progress is None else (lambda rows: progress(rows, st.shape[0]))
+        maps.apply(st, picture, temporary, threads=threads, progress=advance, **sampling)
+    logs.log.info(f"wrote {output}")
+    return 0
