@@ -194,6 +194,7 @@ class _Source:
         self.owner, self.pull = grid.raster.owner, pull
         faces = target.patch.faces
         corner_w = target.flat[faces]
+        self.low = grid.corners.min(axis=1)
         self.flat = affine(grid.corners, corner_w)
         z = pull(target.flat)
         z_w, z_wbar = pull.slopes(z)
@@ -207,11 +208,11 @@ class _Source:
         at = np.flatnonzero(owner >= 0)
         own = owner[at]
         z, zx, zy = (np.empty(at.size, complex) for _ in range(3))
-        _evaluate(self.linear, own, at, first, self.owner.shape[1], z, zx, zy)
+        _evaluate(self.linear, self.low, own, at, first, self.owner.shape, z, zx, zy)
         hard = np.flatnonzero(self.exact[own])
         if hard.size:
             w, wx, wy = (np.empty(hard.size, complex) for _ in range(3))
-            _evaluate(self.flat, own[hard], at[hard], first, self.owner.shape[1], w, wx, wy)
+            _evaluate(self.flat, self.low, own[hard], at[hard], first, self.owner.shape, w, wx, wy)
             z[hard] = self.pull(_into(self.corners_w[own[hard]], w))
             z_w, z_wbar = self.pull.slopes(z[hard])
             good = np.isfinite(z_w)
@@ -239,10 +240,14 @@ def padded(pixels: NDArray, covered: NDArray[np.bool_], reach: int) -> NDArray:
 
 
 @njit(cache=True, nogil=True)
-def _evaluate(coefficients, owner, at, first, width, z, zx, zy):
+def _evaluate(coefficients, low, owner, at, first, shape, z, zx, zy):
+    """An affine function a triangle at the texels they own, a texel that came in from the other side put back there."""
+    height, width = shape
     for i in range(owner.size):
         t = owner[i]
         x, y = at[i] % width + 0.5, first + at[i] // width + 0.5
+        x += width * np.ceil((low[t, 0] - 0.5 - x) / width)
+        y += height * np.ceil((low[t, 1] - 0.5 - y) / height)
         zx[i], zy[i] = coefficients[t, 1], coefficients[t, 2]
         z[i] = coefficients[t, 0] + zx[i] * x + zy[i] * y
 

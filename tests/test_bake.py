@@ -193,7 +193,7 @@ def test_mirrored_and_shifted_charts_show_the_same_colours():
     assert np.abs(mirrored[:, ::-1] - plain).max() < 1e-3  # on an edge either triangle may give the footprint
     (shifted, report), _ = baked(replace_uv(mesh, lambda uv: uv + np.array([2, -1])), max_error=1e-9)
     assert report["outside_triangles"] == 72
-    assert np.abs(shifted - plain).max() < 1e-5
+    assert np.abs(shifted - plain).max() < 1e-3
 
 
 def replace_uv(mesh, change):
