@@ -19,6 +19,9 @@ Complex = NDArray[np.complex128]
 TAU_I = 2j * np.pi
 BLOCK_ENTRIES = 1 << 21  # entries of one complex block: 32 MB, a handful of which are alive at a time
 ON_EDGE = 1e-9  # radians: an edge seen under an angle this close to -π is one the point lies on
+ROUNDING = (
+    4e-16  # relative error of a coordinate, which turns the angle by itself over the distance to an end
+)
 
 
 def edge_logs(polygon: Complex, z: Complex) -> Complex:
@@ -37,8 +40,12 @@ def edge_logs(polygon: Complex, z: Complex) -> Complex:
     b[rows, cols] = 1.0
     after = np.roll(b, -1, axis=1)
     logs = np.log(after / b)
-    wrong_side = logs.imag < ON_EDGE - np.pi
-    logs[wrong_side] += TAU_I
+    near, edge = np.nonzero(logs.imag < 1e-3 - np.pi)
+    if near.size:
+        ends = np.minimum(np.abs(b[near, edge]), np.abs(after[near, edge]))
+        slack = ON_EDGE + ROUNDING * (1 + np.abs(z[near])) / ends
+        wrong = logs.imag[near, edge] < np.minimum(slack, 1e-3) - np.pi
+        logs[near[wrong], edge[wrong]] += TAU_I
     if rows.size:
         n = polygon.size
         pair = np.log((polygon[(cols + 1) % n] - z[rows]) / (polygon[cols - 1] - z[rows]))

@@ -138,6 +138,10 @@ class Curve:
         along = np.abs(foot[:, 0] + 1j * foot[:, 1] - self.z[edge])
         return self.knots[edge] + np.minimum(along, self.lengths[edge])
 
+    def pulled_in(self, w: Complex) -> Complex:
+        """Points outside a closed curve moved to the closest point of it."""
+        return np.where(self.contains(w), w, self.at(self.closest(w))) if w.size else w
+
     def resample(self, count: int) -> "Curve":
         """About `count` vertices with edges about even, keeping every corner sharper than 30 degrees where it is."""
         return Curve(self.at(resampled_knots(self, count)), self.closed)

@@ -66,10 +66,13 @@ class Options:
 
 @dataclass(frozen=True)
 class Frame:
-    """A similarity to the unit shape: centroid of the boundary to 0, farthest vertex to distance 1. Turns with the shape."""
+    """The similarity that takes the centroid of the boundary to 0 and the vertex farthest from it to 1.
+
+    It turns with the shape, so that what is computed in it does not depend on how the shape lies in the plane.
+    """
 
     centre: complex
-    radius: float
+    radius: complex
 
     @classmethod
     def of(cls, curve: Curve) -> "Frame":
@@ -77,7 +80,7 @@ class Frame:
         middle = 0.5 * (curve.z[: curve.edges.size] + np.roll(curve.z, -1)[: curve.edges.size])
         # measured from a vertex, so that a shape far from the origin keeps its digits
         centre = curve.z[0] + complex(np.average(middle - curve.z[0], weights=curve.lengths))
-        return cls(centre, float(np.abs(curve.z - centre).max()))
+        return cls(centre, complex(curve.z[np.argmax(np.abs(curve.z - centre))] - centre))
 
     def unit(self, z: ArrayLike) -> Complex:
         """Points in the frame."""
@@ -117,6 +120,12 @@ class Problem:
         unit_pins = np.column_stack([s.unit(pins[:, 0]), t.unit(pins[:, 1])])
         unit_strokes = [(s.curve(a), t.curve(b)) for a, b in pairs]
         return cls(s.curve(source), target and t.curve(target), unit_pins, unit_strokes, s, t)
+
+    @property
+    def upright(self) -> complex:
+        """The factor by which unit frames are multiplied in a similarity that does not turn the user's picture."""
+        turn = self.source_frame.radius / self.target_frame.radius
+        return turn / abs(turn)
 
     def world(self, polygon: Complex, phi: Complex, psi: Complex) -> HarmonicMap:
         """The map of unit frames as a map of the user's plane: constants go to φ alone, since Σ C = 1."""

@@ -70,7 +70,7 @@ class Fit:
     @cached_property
     def image(self) -> Complex:
         """The image of the boundary, finely sampled and in order."""
-        return self.map(boundary_samples(self.map.polygon))
+        return self.map(boundary_samples(self.map.polygon, 2))
 
     @property
     def diagonal(self) -> float:
@@ -130,6 +130,16 @@ class Fit:
         """Root mean square distance of a stroke's image to its target, relative."""
         image = self.map(source.at(np.linspace(0, source.length, 50)))
         return float(np.sqrt(np.mean(np.abs(target.at(target.closest(image)) - image) ** 2))) / self.diagonal
+
+
+def distances(w: Complex, curve: Curve) -> np.ndarray:
+    """(p,) distances of points to a curve."""
+    return np.abs(curve.at(curve.closest(w)) - w)
+
+
+def hausdorff(a: Curve, b: Curve) -> float:
+    """Two-sided Hausdorff distance of two closed curves, from their vertices and three points between."""
+    return float(max(distances(boundary_samples(a.z), b).max(), distances(boundary_samples(b.z), a).max()))
 
 
 def boundary_samples(polygon: Complex, per_edge: int = 4) -> Complex:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from . import start
 from .cauchy import Complex
-from .curve import Curve
+from .curve import Curve, Real
 from .problem import Options, Problem, measure_of
 from .result import Fit, Status
 from .system import System
@@ -81,24 +81,30 @@ def deform(
     return finish(problem, basis, x, energies, status)
 
 
-def assemble(problem: Problem, settings: Options, basis: Basis, polygon: Curve) -> list[Term]:
-    """All energies of a problem (paper §4.1)."""
-    z, measure = polygon.sample(settings.samples_per_edge), measure_of(polygon, settings.samples_per_edge)
+def assemble(
+    problem: Problem, settings: Options, basis: Basis, polygon: Curve, share: Real | None = None
+) -> list[Term]:
+    """All energies of a problem (paper §4.1); `share` weighs the vertices, by their part of the source's length if None."""
+    if share is None:
+        share = (polygon.lengths + np.roll(polygon.lengths, 1)) / (2 * polygon.length)
+    per_edge = settings.samples_per_edge
+    z, measure = polygon.sample(per_edge), np.repeat(0.5 * (share + np.roll(share, -1)) / per_edge, per_edge)
     tangent = settings.order == 1
     terms: list[Term] = []
     if problem.target is not None:
         terms.append(closeness(basis, z, measure, problem.target, tangent=tangent))
     if problem.pins.size:
-        terms.append(points(basis, problem.pins[:, 0], problem.pins[:, 1], settings.pin_weight))
+        terms.append(
+            points(basis, polygon.pulled_in(problem.pins[:, 0]), problem.pins[:, 1], settings.pin_weight)
+        )
     for a, b in problem.strokes:
-        samples = a.at(np.linspace(0, a.length, STROKE_SAMPLES))
+        samples = polygon.pulled_in(a.at(np.linspace(0, a.length, STROKE_SAMPLES)))
         terms.append(stroke(basis, samples, b, settings.stroke_weight, tangent=tangent))
     if settings.quasi is not None:
         terms.append(quasiconformal(basis, z, measure, settings.quasi))
     if settings.smoothness:
         terms.append(smoothness(basis, polygon.sample(1), measure_of(polygon, 1), settings.smoothness))
     if settings.consistency:
-        share = (polygon.lengths + np.roll(polygon.lengths, 1)) / (2 * polygon.length)
         terms.append(consistency(basis, share, settings.consistency))
     return terms
 

@@ -22,7 +22,7 @@ def arclength(problem: Problem, per_edge: int, polygon: Curve, shift: float = 0.
 def from_constraints(problem: Problem, basis: Basis, polygon: Curve) -> Complex:
     """Coefficients of a smooth map that meets the pins, and strokes by arclength, with the least change of a similarity."""
     source, target = constraint_points(problem)
-    scale, shift = similarity(source, target, 1.0)
+    scale, shift = similarity(source, target, problem.upright)
     z, measure = polygon.sample(1), measure_of(polygon, 1)
     rest = System(
         [
@@ -43,13 +43,13 @@ def constraint_points(problem: Problem, count: int = 20) -> tuple[Complex, Compl
     return np.concatenate(source), np.concatenate(target)
 
 
-def similarity(source: Complex, target: Complex, size: float) -> tuple[complex, complex]:
-    """Least squares similarity z ↦ scale · z + shift; where the points do not fix one, the upright one of `size`."""
+def similarity(source: Complex, target: Complex, least: complex) -> tuple[complex, complex]:
+    """Least squares similarity z ↦ scale · z + shift; where the points do not fix one, the one of scale `least`."""
     if not source.size:
-        return complex(size), 0j
+        return least, 0j
     p, v = source - source.mean(), target - target.mean()
     spread = float(np.sum(np.abs(p) ** 2))
     scale = complex(np.vdot(p, v) / spread) if spread > 1e-12 else 0j
-    if abs(scale) < PARALLEL * size:
-        scale = complex(size)
+    if abs(scale) < PARALLEL:
+        scale = least
     return scale, complex(target.mean() - scale * source.mean())

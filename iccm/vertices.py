@@ -1,0 +1,105 @@
+"""Boundary vertices where the map needs them: chosen so that linear interpolation between them errs evenly.
+
+Cauchy-Green coordinates take the map as linear on every edge of the source polygon. With w(s) the image of the boundary, an edge of
+length ℓ errs by |w''| ℓ²/8, so vertices of density √(|w''| / 8ε) keep the error near ε everywhere: at corners, in thin places
+and at the preimages of the target's own detail alike.
+"""
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from .cauchy import Complex
+from .curve import Curve, Real
+from .panels import corners
+
+CLOSE = 1e-14  # closest arclengths, relative to the length of the boundary
+OFFSETS = np.geomspace(
+    1e-7, 0.03, 24
+)  # of the points around a corner, relative to the length of the boundary
+
+
+def clean(s: Real, tau: Real, source: Curve, target: Curve) -> tuple[Real, Real]:
+    """Pairs in increasing order of both, modulo one lap, without those closer than double precision tells apart."""
+    lap = np.floor(s / source.length)
+    s, tau = s - lap * source.length, tau - lap * target.length
+    order = np.lexsort((tau, s))
+    s, tau = s[order], tau[order]
+    ahead = np.maximum.accumulate(tau)
+    least_s, least_tau = CLOSE * source.length, CLOSE * target.length
+    keep = [0]
+    for k in range(1, s.size):
+        if s[k] - s[keep[-1]] > least_s and tau[k] - tau[keep[-1]] > least_tau and tau[k] >= ahead[k]:
+            keep.append(k)
+    while (
+        s[keep[0]] + source.length - s[keep[-1]] <= least_s
+        or tau[keep[0]] + target.length - tau[keep[-1]] <= least_tau
+    ):
+        keep.pop()
+    return s[keep], tau[keep]
+
+
+def around_corners(curve: Curve) -> Real:
+    """Arclengths of the vertices of a curve and of points ever closer to its corners."""
+    sharp = curve.knots[:-1][corners(curve)]
+    steps = curve.length * np.concatenate([-OFFSETS, OFFSETS])
+    return np.concatenate([curve.knots[:-1], (sharp[:, None] + steps).ravel()])
+
+
+def fine_pairs(s: Real, tau: Real, source: Curve, target: Curve) -> tuple[Real, Real]:
+    """A denser boundary correspondence by monotone interpolation: inner points of edges, and both shapes' corners."""
+    laps = np.array([-1, 0, 1])[:, None]
+    long_s = (s + laps * source.length).ravel()
+    long_tau = (tau + laps * target.length).ravel()
+    forward, backward = PchipInterpolator(long_s, long_tau), PchipInterpolator(long_tau, long_s)
+    between = np.diff(np.append(s, s[0] + source.length))[:, None] * np.array([0.25, 0.5, 0.75])
+    at_s = np.concatenate(
+        [(s[:, None] + between).ravel(), s[0] + np.mod(around_corners(source) - s[0], source.length)]
+    )
+    at_tau = tau[0] + np.mod(around_corners(target) - tau[0], target.length)
+    return clean(
+        np.concatenate([s, at_s, backward(at_tau)]),
+        np.concatenate([tau, forward(at_s), at_tau]),
+        source,
+        target,
+    )
+
+
+def place(s: Real, tau: Real, source: Curve, target: Curve, error: float, most: int) -> tuple[Real, Real]:
+    """Vertices for an interpolation error of about `error` from a fine correspondence; the source's own are kept.
+
+    Args:
+        s: (p,) increasing arclengths of the source.
+        tau: (p,) arclengths of their images.
+        source: the source boundary.
+        target: the target boundary.
+        error: in the target's units.
+        most: about the most vertices; the error is larger where it would take more.
+
+    Returns:
+        (n,) arclengths on both.
+    """
+    laps = np.array([-1, 0, 1])[:, None]
+    x, y = (s + laps * source.length).ravel(), (tau + laps * target.length).ravel()
+    work = _work(x, target.at(y), error)
+    spent = np.interp(source.length, x, work) - np.interp(0.0, x, work)
+    work *= min(1.0, max(most - source.z.size, 1) / spent)
+    ends = np.append(source.knots[:-1], source.length)
+    at = np.interp(ends, x, work)
+    out = []
+    for a, b, first in zip(at[:-1], at[1:], ends[:-1]):
+        count = max(1, int(np.ceil(b - a)))
+        inner = np.interp(a + (b - a) * np.arange(1, count) / count, work, x)
+        out.append(np.concatenate([[first], inner]))
+    placed = np.concatenate(out)
+    return clean(placed, np.interp(placed, x, y), source, target)
+
+
+def _work(x: Real, w: Complex, error: float) -> Real:
+    """Cumulative density of vertices along x: √(|w''| / 8ε), no more than one vertex for each given point."""
+    slope = np.diff(w) / np.diff(x)
+    middle = 0.5 * (x[1:] + x[:-1])
+    density = np.zeros(x.size)
+    density[1:-1] = np.sqrt(np.abs(np.diff(slope)) / np.diff(middle) / (8 * error))
+    density = np.maximum(density, 0.5 * np.maximum(np.roll(density, 1), np.roll(density, -1)))
+    steps = np.minimum(np.diff(x) * 0.5 * (density[1:] + density[:-1]), 1.0)
+    return np.concatenate([[0.0], np.cumsum(steps)])
