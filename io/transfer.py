@@ -86,7 +86,7 @@ class MeshShape(Shape):
             )
         return complex(self.to_core(numbers))
 
-    def path(self, numbers: list[int]) -> Curve:
+    def along(self, numbers: list[int]) -> Curve:
         """The stroke along edges through vertices, given by their numbers in the file.
 
         Raises:

@@ -1,0 +1,289 @@
+"""Textures onto and from meshes, from files to files."""
+
+import json
+
+import numpy as np
+import pytest
+
+from iccm.canvas import Canvas
+from iccm.errors import InputError
+from iccm.harmonic import HarmonicMap
+from iccm.io import images, obj, surface_plot, transfer
+from iccm.pullback import Pullback
+
+
+def hill(x, y):
+    return 0.25 * np.exp(-6 * ((x - 0.5) ** 2 + (y - 0.5) ** 2))
+
+
+def write_mesh(path, n=12, height=hill, uv=True, head="", wide=1.0):
+    """An OBJ of n² quads over the unit square with UVs equal to x, y."""
+    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+    k = np.arange(1, (n + 1) ** 2 + 1).reshape(n + 1, n + 1)
+    quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], axis=-1).reshape(-1, 4)
+    lines = [head] if head else []
+    lines += [
+        f"v {wide * a:.6f} {b:.6f} {c:.6f}" for a, b, c in zip(x.ravel(), y.ravel(), height(x, y).ravel())
+    ]
+    lines += [f"vt {a:.6f} {b:.6f}" for a, b in zip(x.ravel(), y.ravel())] if uv else []
+    lines += ["f " + " ".join(f"{c}/{c}" if uv else str(c) for c in quad) for quad in quads]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def identity(shape):
+    return HarmonicMap(shape.curve.z, shape.curve.z, 0 * shape.curve.z)
+
+
+def colours(size=64):
+    t = (np.arange(size) + 0.5) / size
+    x, y = np.meshgrid(t, 1 - t)
+    return images.Image((255 * np.stack([x, y, 0.5 + 0.5 * x * y], axis=-1)).round().astype(np.uint8))
+
+
+def test_new_coordinates_are_where_the_texture_lies_over_the_flattening(tmp_path):
+    path = write_mesh(tmp_path / "hill.obj", uv=False, head="# kept\no hill")
+    target = transfer.read(str(path))
+    box = target.box
+    figures = transfer.new_uvs(
+        target, identity(target), target_plane(target), box, tmp_path / "t.obj", name=tmp_path / "o.obj"
+    )
+    made = obj.read(tmp_path / "t.obj")
+    expected = target.flattening.flat
+    flat = np.empty(len(made.vt), complex)
+    flat = box[0] + made.vt[:, 0] * (box[1] - box[0]).real + 1j * made.vt[:, 1] * (box[1] - box[0]).imag
+    assert np.abs(flat - expected).max() < 1e-6
+    old = [line for line in path.read_text().splitlines() if line[0] != "f"]
+    new = [line for line in (tmp_path / "t.obj").read_text().splitlines() if not line.startswith(("f", "vt"))]
+    assert old == new
+    assert figures["flattening"]["method"] == "lscm"
+    assert figures["also_written"] == []
+
+
+def target_plane(shape):
+    return surface_plot.target_plane(shape)
+
+
+def test_a_texture_is_bound_beside_the_mesh(tmp_path):
+    path = write_mesh(tmp_path / "hill.obj")
+    target = transfer.read(str(path))
+    out = tmp_path / "o.obj"
+    figures = transfer.new_uvs(
+        target,
+        identity(target),
+        target_plane(target),
+        target.box,
+        out,
+        name=out,
+        texture=tmp_path / "my cloth.png",
+    )
+    assert figures["also_written"] == [str(tmp_path / "o.mtl")]
+    assert "map_Kd my cloth.png" in (tmp_path / "o.mtl").read_text()
+    text = out.read_text().splitlines()
+    assert text[0] == "mtllib o.mtl"
+    assert "usemtl iccm" in text
+    assert transfer.texture_file(transfer.read(str(out))) == tmp_path / "my cloth.png"
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".ply"])
+def test_glb_and_ply_hold_the_same_coordinates(tmp_path, suffix):
+    target = transfer.read(str(write_mesh(tmp_path / "hill.obj")))
+    images.write(tmp_path / "c.png", colours())
+    for name in ("o.obj", "o" + suffix):
+        out = tmp_path / name
+        texture = tmp_path / "c.png" if suffix == ".glb" else None
+        transfer.new_uvs(
+            target, identity(target), target_plane(target), target.box, out, name=out, texture=texture
+        )
+    one, other = (transfer.read(str(tmp_path / name)) for name in ("o.obj", "o" + suffix))
+    places = []
+    for shape in (one, other):
+        uv = shape.file.mesh.uv[shape.uv_faces].reshape(-1, 2)
+        points = shape.flattening.patch.points[shape.flattening.patch.faces].reshape(-1, 3)
+        places.append(np.unique(np.column_stack([points, uv]).round(5), axis=0))
+    assert np.abs(places[0] - places[1]).max() < 2e-5
+    if suffix == ".glb":
+        assert (transfer.own_texture(other).pixels == colours().pixels).all()
+
+
+def test_formats_without_coordinates_are_refused(tmp_path):
+    target = transfer.read(str(write_mesh(tmp_path / "hill.obj")))
+    with pytest.raises(InputError, match=r"o\.stl: cannot hold texture coordinates"):
+        transfer.new_uvs(
+            target, identity(target), target, target.box, tmp_path / "t", name=tmp_path / "o.stl"
+        )
+
+
+def test_pins_by_number_by_place_and_in_the_plane(tmp_path):
+    shape = transfer.read(str(write_mesh(tmp_path / "hill.obj")))
+    corner = shape.flattening.flat[shape.flattening.patch.flat_vertex(0)]
+    assert shape.place("v1") == corner
+    assert shape.place("0.01, -0.02, 0") == corner
+    assert shape.place("0.25,-0.5") == 0.25 - 0.5j
+    assert shape.to_core(np.zeros((2, 3))).tolist() == [corner, corner]
+    for wrong, message in {
+        "v0": "no vertex 0",
+        "v9999": "no vertex 9999",
+        "1,2,3,4": "no place",
+        "a": "no place",
+    }.items():
+        with pytest.raises(InputError, match=message):
+            shape.place(wrong)
+
+
+def test_a_stroke_follows_edges(tmp_path):
+    shape = transfer.read(str(write_mesh(tmp_path / "flat.obj", n=4, height=lambda x, y: 0 * x)))
+    stroke = shape.along([1, 5, 25])
+    assert stroke.z.size == 9
+    assert stroke.length == pytest.approx(2)
+    with pytest.raises(InputError, match="at least 2 different"):
+        shape.along([3, 3])
+
+
+def test_a_mesh_gives_its_texture_to_another_mesh(tmp_path):
+    """Both lie over the same square: composing the flattenings must give the source's coordinates back."""
+    source = transfer.read(str(write_mesh(tmp_path / "a.obj", n=24)))
+    target = transfer.read(str(write_mesh(tmp_path / "b.obj", n=16, uv=False)))
+    shift = target.box[0] - source.box[0]
+    map_ = HarmonicMap(source.curve.z, source.curve.z + shift, 0 * source.curve.z)
+    out = tmp_path / "o.obj"
+    figures = transfer.new_uvs(target, map_, source, source.box, out, name=out)
+    made = obj.read(out)
+    uv = np.empty((len(made.v), 2))
+    uv[made.corners[:, 0]] = made.vt[made.corners[:, 1]]
+    assert np.abs(uv - made.v[:, :2]).max() < 0.01  # the two flattenings differ by their discretisation
+    assert figures["torn_triangles"] == 0
+
+
+def test_a_torn_source_is_reported(tmp_path):
+    path = write_mesh(tmp_path / "a.obj", n=4)
+    text = path.read_text().splitlines()
+    faces = [k for k, line in enumerate(text) if line.startswith("f")]
+    for k in faces[:8]:  # the left half gets coordinates of its own
+        text[k] = " ".join(
+            ["f", *(f"{c.split('/')[0]}/{int(c.split('/')[0]) + 25}" for c in text[k].split()[1:])]
+        )
+    first = next(k for k, line in enumerate(text) if line.startswith("f"))
+    text[first:first] = [f"vt {5 + k} 0" for k in range(25)]
+    path.write_text("\n".join(text))
+    source = transfer.read(str(path))
+    target = transfer.read(str(write_mesh(tmp_path / "b.obj", n=5)))
+    out = tmp_path / "o.obj"
+    figures = transfer.new_uvs(target, identity(source), source, source.box, out, name=out)
+    assert figures["torn_triangles"] == 10
+
+
+def test_a_mesh_rebaked_through_itself_keeps_its_texture(tmp_path):
+    shape = transfer.read(str(write_mesh(tmp_path / "a.obj", n=20)))
+    image = colours(128)
+    made, figures = transfer.bake(shape, identity(shape), shape, image, shape.box, (128, 128))
+    error = np.abs(made.pixels.astype(int) - image.pixels)
+    assert figures["charts"] == 1
+    assert error.max() <= 2
+    assert error.mean() < 0.2
+
+
+def test_a_meshs_texture_on_a_planar_target(tmp_path):
+    shape = transfer.read(str(write_mesh(tmp_path / "a.obj", n=16, height=lambda x, y: 0 * x)))
+    image = colours(64)
+    warped = transfer.warp(shape, identity(shape), image, Canvas(64, 64, shape.box))
+    assert warped.pixels.shape == (64, 64, 4)
+    assert np.abs(warped.pixels[2:-2, 2:-2, :3].astype(int) - image.pixels[2:-2, 2:-2]).max() <= 1
+    assert (warped.pixels[2:-2, 2:-2, 3] == 255).all()
+
+
+def test_a_mesh_without_coordinates_or_texture_says_so(tmp_path):
+    bare = transfer.read(str(write_mesh(tmp_path / "a.obj", uv=False)))
+    with pytest.raises(InputError, match="has no texture coordinates of its own"):
+        transfer.bake(bare, identity(bare), bare, colours(), bare.box, (8, 8))
+    with pytest.raises(InputError, match="names no texture"):
+        transfer.own_texture(bare)
+
+
+def test_the_picture_of_a_surface_shows_its_texture(tmp_path):
+    shape = transfer.read(str(write_mesh(tmp_path / "a.obj", n=16)))
+    seen = surface_plot.surface(
+        shape, identity(shape), target_plane(shape), colours().texture(shape.box), size=120
+    )
+    solid = seen[..., 3] == 255
+    assert 0.4 < solid.mean() < 0.95
+    y, x = np.nonzero(solid)
+    red, green = (seen[..., k][solid].astype(float) for k in (0, 1))
+    assert np.corrcoef(x, red)[0, 1] > 0.8
+    assert np.corrcoef(-y, green)[0, 1] > 0.8
+
+
+@pytest.mark.parametrize("with_map", [False, True])
+def test_a_figure_is_drawn_the_same_every_time(tmp_path, with_map):
+    shape = transfer.read(str(write_mesh(tmp_path / "a.obj", n=6)))
+    more = {"map": identity(shape), "source": target_plane(shape)} if with_map else {}
+    for name in ("1.png", "2.png"):
+        surface_plot.draw(shape, tmp_path / name, **more)
+    assert (tmp_path / "1.png").read_bytes() == (tmp_path / "2.png").read_bytes()
+
+
+# ---- the command line
+
+
+def test_flatten_writes_outline_flat_mesh_and_coordinates(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    write_mesh(tmp_path / "hill.obj")
+    assert iccm("flatten", "hill.obj").code == 0
+    assert (tmp_path / "hill-flat.svg").exists()
+    done = iccm(
+        "flatten",
+        "hill.obj",
+        "-o",
+        "f.svg",
+        "-o",
+        "f.obj",
+        "--uv",
+        "u.obj",
+        "--report",
+        "-",
+        "--plot",
+        "p.png",
+    )
+    assert done.code == 0, done.err
+    report = json.loads(done.out)
+    assert report["schema"] == "iccm.flatten/1"
+    assert report["boundary_loops"] == [48]
+    assert 1 < report["dilatation"]["p95"] < 1.1
+    flat = transfer.read("f.obj")
+    assert flat.flattening.report()["dilatation"]["max"] == pytest.approx(1, abs=1e-6)
+    assert flat.curve.area == pytest.approx(transfer.read("hill.obj").curve.area, rel=1e-6)
+    lines = zip(
+        (tmp_path / "hill.obj").read_text().splitlines(), (tmp_path / "u.obj").read_text().splitlines()
+    )
+    assert {a.split()[0] for a, b in lines if a != b} <= {"vt", "f"}
+
+
+def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    write_mesh(tmp_path / "hill.obj")
+    (tmp_path / "tetra.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    )
+    for words, message in {
+        ("tetra.obj",): "is closed",
+        ("hill.obj", "-o", "hill.obj", "--force"): "is the input",
+        ("hill.obj", "-o", "x.stl"): "a flattening is written as",
+        ("hill.obj", "--uv", "x.stl"): "cannot hold texture coordinates",
+        ("hill.obj", "--plot", "x.gif"): "unknown suffix for --plot",
+        ("missing.obj",): "no such file",
+        ("hill.svg",): "no mesh is read from '.svg'",
+        ("hill.obj#9",): "no boundary loop 9",
+    }.items():
+        done = iccm("flatten", *words)
+        assert done.code == 2
+        assert message in done.err
+        assert len(done.lines) == 1
+    assert iccm("flatten", "tetra.obj", "--cut").code == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["hill.obj", "tetra-flat.svg", "tetra.obj"]
+
+
+def test_pull_back_is_threads_free(tmp_path):
+    shape = transfer.read(str(write_mesh(tmp_path / "a.obj", n=9)))
+    z = shape.flattening.flat
+    one, two = (Pullback(identity(shape), threads)(z) for threads in (1, 2))
+    assert (one == two).all()
