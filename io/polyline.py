@@ -14,6 +14,7 @@ from . import files, obj
 from .drawing import Drawing
 from .obj import Obj
 from .region import outlines
+from .svgpath import LARGEST
 
 MAX_BYTES = 1 << 30
 FLAT = 1e-6  # largest deviation from a plane z = constant, relative to the extent
@@ -63,7 +64,7 @@ def _add(drawing: Drawing, content: Obj, name: str, edges: Edges) -> None:
     """Adds a part's outlines, or why there are none."""
     points = _planar(content, np.unique(edges))
     place, merged = np.unique(content.v[:, :2], axis=0, return_inverse=True)
-    z = place @ np.array([1, 1j])
+    z = place.view(np.complex128).ravel()  # of vertices not in use, too, whatever they hold
     label = repr(name) if name else "the polylines"
     try:
         rings = [z[ring] for ring in _rings(merged.reshape(-1)[edges], z)]
@@ -81,9 +82,9 @@ def _planar(content: Obj, used: NDArray) -> Real:
         InputError: they are not finite, or z differs.
     """
     v = content.v[used]
-    if not np.isfinite(v).all():
-        bad = int(used[~np.isfinite(v).all(axis=1)][0])
-        raise InputError(f"{content.path}: vertex {bad + 1} is not finite")
+    wrong = ~(np.abs(v) <= LARGEST).all(axis=1)
+    if wrong.any():
+        raise InputError(f"{content.path}: vertex {int(used[wrong][0]) + 1} is not finite, or too large")
     if np.ptp(v[:, 2]) > FLAT * np.ptp(v, axis=0).max():
         raise InputError(f"{content.path}: is not in a plane z = constant; flatten it first: iccm flatten")
     return v[:, :2]

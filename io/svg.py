@@ -10,7 +10,7 @@ from ..errors import InputError
 from . import files, svgtree
 from .drawing import Drawing
 from .region import distinct, outlines
-from .svgpath import Subpath, numbers, subpaths
+from .svgpath import LARGEST, Subpath, numbers, subpaths
 from .svgtree import Drawn
 
 MAX_BYTES = 32 * 2**20
@@ -116,11 +116,14 @@ def runs_of(drawn: Drawn, flatness: float) -> list[Subpath]:
     Raises:
         InputError: a malformed attribute, or coordinates that are not finite.
     """
+    a = drawn.affine
+    if not all(abs(part) <= LARGEST for part in (a.alpha, a.beta, a.gamma)):  # NaN included
+        raise InputError("its transforms are too large")
     if drawn.tag in ("polyline", "polygon"):
         runs = _polyline(drawn)
     else:
         runs = subpaths(_PATH[drawn.tag](drawn), drawn.affine, flatness)
-    if not all(np.isfinite(run.z).all() for run in runs):
+    if not all((np.abs(run.z) <= LARGEST).all() for run in runs):
         raise InputError("coordinates are too large")
     return runs
 

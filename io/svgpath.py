@@ -1,21 +1,20 @@
 """SVG path data to polylines: the grammar checked strictly, curves flattened to a tolerance.
 
-svgelements cuts malformed data short without a word, so that the grammar is checked here first; the geometry of the
-commands (relative, smooth, elliptical) is svgelements' own.
+Written out here because svgelements, which knows all of it, cuts malformed data short without a word, misreads numbers
+like `5.` and fails on arcs with extreme radii.
 """
 
 import math
 import re
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
-import svgelements
 
 from ..cauchy import Complex
 from ..errors import InputError
 from .affine import Affine
+from .curves import Piece, arc, bezier
 
 _COUNTS = {"M": 2, "Z": 0, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7}
 # possessive quantifiers (++, *+): no backtracking, so that a megabyte of spaces is read as fast as any other
@@ -23,7 +22,7 @@ _SPACE = re.compile(r"\s*+")
 _COMMAND = re.compile(r"[A-Za-z]")
 _NUMBER = re.compile(r"\s*+(?:,\s*+)?([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)")
 _FLAG = re.compile(r"\s*+(?:,\s*+)?([01])")
-_LARGEST = 1e100  # beyond this, areas overflow
+LARGEST = 1e60  # of a coordinate, an argument or a length: products of a few of them stay finite
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +33,7 @@ class Subpath:
     closed: bool
 
 
-def commands(d: str) -> Iterator[tuple[str, list[str]]]:
+def commands(d: str) -> Iterator[tuple[str, list[float]]]:
     """The commands of path data with their arguments, in order.
 
     Raises:
@@ -54,17 +53,17 @@ def commands(d: str) -> Iterator[tuple[str, list[str]]]:
         yield previous, arguments
 
 
-def _arguments(d: str, position: int, command: str) -> tuple[list[str], int]:
+def _arguments(d: str, position: int, command: str) -> tuple[list[float], int]:
     count, start = _COUNTS[command.upper()], position
-    found: list[str] = []
+    found: list[float] = []
     while True:
         flag = command in "Aa" and len(found) % 7 in (3, 4)
         match = (_FLAG if flag else _NUMBER).match(d, position) if count else None
         if not match:
             break
-        if not abs(float(match[1])) <= _LARGEST:
+        if not abs(float(match[1])) <= LARGEST:
             raise InputError(f"d: character {position + 1}: the number is too large")
-        found.append(match[1])
+        found.append(float(match[1]))
         position = match.end()
     position = _skip(d, position)
     if count and (not found or len(found) % count):
@@ -89,11 +88,78 @@ def numbers(text: str) -> list[float]:
     while match := _NUMBER.match(text, position):
         found.append(float(match[1]))
         position = match.end()
-    if text[position:].strip() or not all(abs(x) <= _LARGEST for x in found):
+    if text[position:].strip() or not all(abs(x) <= LARGEST for x in found):
         raise InputError(
             f"character {position + 1}: {text[position:].strip()[:12]!r} is not a number in range"
         )
     return found
+
+
+@dataclass(eq=False)
+class Run:
+    """Where the pen was put down, what it drew, and whether Z closed it."""
+
+    start: complex
+    pieces: list[Piece] = field(default_factory=list)
+    closed: bool = False
+
+
+def runs(d: str) -> list[Run]:
+    """The runs of path data in its own coordinates; a run begins at every M, and after every Z.
+
+    Raises:
+        InputError: as `commands`.
+    """
+    found: list[Run] = []
+    pen = _Pen()
+    for command, values in commands(d):
+        kind, count = command.upper(), _COUNTS[command.upper()]
+        if kind == "Z":
+            if pen.down:
+                found[-1].closed = True
+            pen = _Pen(pen.start, pen.start)
+        for k in range(0, len(values), count or 1):
+            group = values[k : k + count]
+            if kind == "M" and k == 0:
+                to = (pen.at if command == "m" else 0) + complex(*group)
+                pen = _Pen(to, to)
+                continue
+            if not pen.down:
+                pen.down = True
+                found.append(Run(pen.at))
+            found[-1].pieces.append(pen.draw("L" if kind == "M" else kind, command.islower(), group))
+    return found
+
+
+@dataclass
+class _Pen:
+    """The state of a path: where the pen is, where its run began, and the last control point of a curve."""
+
+    at: complex = 0j
+    start: complex = 0j
+    last: str = ""
+    control: complex = 0j
+    down: bool = False
+
+    def draw(self, kind: str, relative: bool, values: list[float]) -> Piece:
+        """The piece of one command; `values` are its numbers."""
+        origin = self.at if relative else 0j
+        if kind in "HV":
+            x = values[0] + origin.real if kind == "H" else self.at.real
+            y = values[0] + origin.imag if kind == "V" else self.at.imag
+            points = [complex(x, y)]
+        else:
+            tail = values[5:] if kind == "A" else values
+            points = [origin + complex(x, y) for x, y in zip(tail[::2], tail[1::2])]
+        if kind in "ST":  # the control point of the same kind of curve before, mirrored
+            same = self.last in ("CS" if kind == "S" else "QT")
+            points.insert(0, 2 * self.at - self.control if self.last and same else self.at)
+        here, self.at, self.last = self.at, points[-1], kind
+        self.control = points[-2] if len(points) > 1 else self.at
+        if kind != "A":
+            return bezier([here, *points])
+        rx, ry, turned, large, sweep = values[:5]
+        return arc(here, rx, ry, turned, large, sweep, self.at)
 
 
 def subpaths(d: str, affine: Affine, flatness: float) -> list[Subpath]:
@@ -105,78 +171,12 @@ def subpaths(d: str, affine: Affine, flatness: float) -> list[Subpath]:
     Raises:
         InputError: as `commands`.
     """
-    normal = " ".join(" ".join((c, *arguments)) for c, arguments in commands(d))
-    return [_flatten(run, affine, flatness) for run in _runs(svgelements.Path(normal))]
+    return [_flatten(run, affine, flatness) for run in runs(d)]
 
 
-def _runs(segments: Iterable) -> Iterator[list]:
-    """Segments split at every M, and after every Z; the last one of a closed run is its Close."""
-    run: list = []
-    for segment in segments:
-        if isinstance(segment, svgelements.Move):
-            if run:
-                yield run
-            run = []
-        else:
-            run.append(segment)
-            if isinstance(segment, svgelements.Close):
-                yield run
-                run = []
-    if run:
-        yield run
-
-
-def _flatten(run: list, affine: Affine, flatness: float) -> Subpath:
-    closed = isinstance(run[-1], svgelements.Close)
-    pieces = [_Piece(segment, affine) for segment in run if not isinstance(segment, svgelements.Close)]
-    start = affine(complex(run[0].start))
+def _flatten(run: Run, affine: Affine, flatness: float) -> Subpath:
+    pieces = [piece.under(affine) for piece in run.pieces]
+    start = affine(run.start)
     rough = np.array([start, *(point for piece in pieces for point in piece.rough())])
     tolerance = flatness * math.hypot(np.ptp(rough.real), np.ptp(rough.imag))
-    parts = [np.array([start]), *(piece.points(tolerance) for piece in pieces)]
-    return Subpath(np.concatenate(parts), closed)
-
-
-class _Piece:
-    """One segment under an affine map: a point for every parameter in [0, 1], and a bound on |f''|."""
-
-    def __init__(self, segment, affine: Affine):
-        self.end = affine(complex(segment.end))
-        self.bend = 0.0
-        self.arc = isinstance(segment, svgelements.Arc)
-        if self.arc:
-            self._set_arc(segment, affine)
-        else:
-            names = [n for n in ("start", "control", "control1", "control2", "end") if hasattr(segment, n)]
-            self.p = [affine(complex(getattr(segment, n))) for n in names]
-            degree = len(self.p) - 1
-            second = np.abs(np.diff(self.p, 2)) if degree > 1 else np.zeros(1)
-            self.bend = degree * (degree - 1) * float(second.max())
-
-    def _set_arc(self, arc, affine: Affine) -> None:
-        centre = complex(arc.center)
-        self.p = [affine(centre)]
-        self.p += [affine(complex(axis)) - self.p[0] for axis in (arc.prx, arc.pry)]
-        self.begin, self.sweep = arc.get_start_t(), arc.sweep
-        self.bend = math.hypot(abs(self.p[1]), abs(self.p[2])) * self.sweep**2
-
-    def at(self, t: np.ndarray) -> Complex:
-        if self.arc:
-            angle = self.begin + self.sweep * t
-            return self.p[0] + self.p[1] * np.cos(angle) + self.p[2] * np.sin(angle)
-        points = [np.full(t.shape, p) for p in self.p]  # de Casteljau
-        while len(points) > 1:
-            points = [a * (1 - t) + b * t for a, b in pairwise(points)]
-        return points[0]
-
-    def rough(self) -> list[complex]:
-        """A few points that are on the segment: their box is never larger than the segment's."""
-        return [*self.at(np.array([0.25, 0.5, 0.75])), self.end] if self.bend else [self.end]
-
-    def points(self, tolerance: float) -> Complex:
-        """The vertices after the start, at most `tolerance` from the segment."""
-        if not self.bend or not tolerance:
-            return np.array([self.end])
-        count = max(1, math.ceil(math.sqrt(self.bend / (8 * tolerance))))
-        points = self.at(np.arange(1, count + 1) / count)
-        points[-1] = self.end
-        return points
+    return Subpath(np.concatenate([[start], *(piece.points(tolerance) for piece in pieces)]), run.closed)

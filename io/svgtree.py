@@ -15,7 +15,7 @@ from ..errors import InputError
 from . import affine, css
 from .affine import Affine
 from .drawing import Rectangle
-from .svgpath import numbers
+from .svgpath import LARGEST, numbers
 
 SHAPES = frozenset(["path", "rect", "circle", "ellipse", "line", "polyline", "polygon"])
 _GROUPS = frozenset(["g", "a", "switch"])
@@ -116,7 +116,11 @@ def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "
         InputError: malformed, of an unknown unit, or a percentage of nothing.
     """
     match = _LENGTH.fullmatch(text[:100])
-    if not match or (match[2] != "%" and match[2].lower() not in _UNITS) or not abs(float(match[1])) < 1e100:
+    if (
+        not match
+        or (match[2] != "%" and match[2].lower() not in _UNITS)
+        or not abs(float(match[1])) <= LARGEST
+    ):
         raise InputError(f"{name} {text[:24]!r} is not a length")
     if match[2] != "%":
         return float(match[1]) * _UNITS[match[2].lower()]
@@ -244,7 +248,9 @@ class _Walk:
             return
         self.copies += bool(outer.used)
         if self.copies > MAX_COPIES or outer.depth > MAX_DEPTH:
-            raise InputError(f"<use> makes more than {MAX_COPIES} elements, or nests them over {MAX_DEPTH} deep")
+            raise InputError(
+                f"<use> makes more than {MAX_COPIES} elements, or nests them over {MAX_DEPTH} deep"
+            )
         state = self.enter(element, outer)
         if state is None:
             return

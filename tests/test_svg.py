@@ -49,6 +49,8 @@ SQUARE = {(10, 20), (40, 20), (40, 60), (10, 60)}
         '<path d="M10 20L40 20L40 60L10 60Z"/>',
         '<path d="M10,20 40,20 40,60 10,60z"/>',
         '<path d="m10-0.5e1m0 25h30v40h-30z"/>',
+        '<path d="M1.e1 20.L40. +20,40 6e1 10 60."/>',
+        '<path d="M10 20A0 5 0 0 1 40 20V60H10"/>',
         '<path d="M10 20H40V60H10Z"/>',
         '<path d="M10 20H40V60H10"/>',
         '<path d="M 10 20 l 30 0 0 40 -30 0 0 -40"/>',
@@ -333,7 +335,7 @@ BAD = {
     "hello": ("must begin with M",),
     "M0 0 L 10 0 L 20 0 Z": ("encloses no area",),
     "M0 0 L 10 0 L 0 0": ("points",),
-    "M5 5 Z": ("1 distinct point",),
+    "M5 5 Z": ("0 distinct points",),
     "": ("0 distinct points",),
 }
 
