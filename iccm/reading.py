@@ -45,7 +45,7 @@ class Reader:
             premultiply=self.mixes,
         )
         rim = sampling.CLAMP if edge == "clamp" else sampling.CLEAR
-        self.pyramid = sampling.pyramid(picture, rim, 1 if name == "nearest" else 16)
+        self.pyramid = sampling.pyramid(picture, rim, self.filter)
 
     @property
     def channels(self) -> int:

@@ -68,7 +68,8 @@ def warp(
         map: source → target, or a stored one.
         texture: placed in the source's plane; a stored map's `box` is where it goes.
         canvas: the raster to make, in the target's plane; the stored map's own.
-        filter: "nearest", "linear", "cubic" (Catmull-Rom), "lanczos", or "auto" (cubic).
+        filter: "nearest", "linear", "cubic" (Catmull-Rom), "lanczos", "spline" (quintic, for smooth pictures that are
+            enlarged; cubic where they are shrunk), or "auto" (cubic).
         kind: "colour" (filtered in linear light, premultiplied), "data" (numbers, filtered as they are), or "normal"
             and "normal-down" (tangent-space normals with y up or down, turned with the map and renormalised).
         edge: outside the texture's box its edge is repeated ("clamp") or nothing is there ("transparent").
@@ -148,7 +149,7 @@ class Warp:
             premultiply=self.mixes or texture.associated,
         )
         border = sampling.CLAMP if edge == "clamp" else sampling.CLEAR
-        self.pyramid = sampling.pyramid(picture, border, 1 if name == "nearest" else 16)
+        self.pyramid = sampling.pyramid(picture, border, self.filter)
 
     @property
     def scale(self) -> tuple[float, float]:

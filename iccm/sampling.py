@@ -15,10 +15,14 @@ from numpy.typing import NDArray
 
 from .colour import Float
 
-NEAREST, LINEAR, CUBIC, LANCZOS = 0, 1, 2, 3
-FILTERS = {"nearest": NEAREST, "linear": LINEAR, "cubic": CUBIC, "lanczos": LANCZOS}
-RADIUS = (0.5, 1.0, 2.0, 3.0)
-LONGEST = 16.0  # longest over shortest axis of a kernel: beyond, the short one is widened
+NEAREST, LINEAR, CUBIC, LANCZOS, SPLINE = 0, 1, 2, 3, 4
+FILTERS = {"nearest": NEAREST, "linear": LINEAR, "cubic": CUBIC, "lanczos": LANCZOS, "spline": SPLINE}
+RADIUS = (0.5, 1.0, 2.0, 3.0, 3.0)
+LONGEST = 8.0  # longest over shortest axis of a kernel: beyond, the short one is widened
+BLEND = 1.5  # a spline gives way to the cubic between a footprint of one texel and this
+FRAME = (
+    12  # texels around a spline's coefficients, enough for what lies outside to be told from what lies inside
+)
 CLAMP, CLEAR = 0, 1
 
 
@@ -29,6 +33,7 @@ class Pyramid(NamedTuple):
         texels: (t, c) all levels, row after row.
         start, height, width: (l,) where a level begins and its size.
         edge: CLAMP or CLEAR, what lies outside.
+        spline: (h + 2 FRAME, w + 2 FRAME, c) coefficients of the quintic spline through the picture, or nothing.
     """
 
     texels: Float
@@ -36,10 +41,12 @@ class Pyramid(NamedTuple):
     height: NDArray[np.int64]
     width: NDArray[np.int64]
     edge: int
+    spline: Float
 
 
-def pyramid(picture: Float, edge: int, levels: int = 16) -> Pyramid:
-    """The mip pyramid of an (h, w, c) picture; levels=1 makes only the picture itself."""
+def pyramid(picture: Float, edge: int, kind: int) -> Pyramid:
+    """What a filter of the given kind reads of an (h, w, c) picture."""
+    levels = 1 if kind == NEAREST else 16
     h, w, c = picture.shape
     sizes = [(h, w)]
     while len(sizes) < levels and max(sizes[-1]) > 1:
@@ -53,7 +60,21 @@ def pyramid(picture: Float, edge: int, levels: int = 16) -> Pyramid:
             _halved(_halved(above, edge).swapaxes(0, 1), edge).swapaxes(0, 1).reshape(-1, c)
         )
     size = np.array(sizes, dtype=np.int64)
-    return Pyramid(texels, start[:-1].astype(np.int64), size[:, 0].copy(), size[:, 1].copy(), edge)
+    spline = _coefficients(picture, edge) if kind == SPLINE else np.empty((0, 0, c), dtype=np.float32)
+    return Pyramid(texels, start[:-1].astype(np.int64), size[:, 0].copy(), size[:, 1].copy(), edge, spline)
+
+
+def _coefficients(picture: Float, edge: int) -> Float:
+    """Quintic B-spline coefficients (Unser 1999) of the picture in a frame of what lies outside."""
+    from scipy.ndimage import spline_filter1d
+
+    mode = "edge" if edge == CLAMP else "constant"
+    framed = np.pad(picture, [(FRAME, FRAME), (FRAME, FRAME), (0, 0)], mode=mode)
+    out = np.empty_like(framed)
+    for k in range(framed.shape[2]):
+        along = spline_filter1d(framed[..., k], 5, 0, output=np.float64, mode="mirror")
+        out[..., k] = spline_filter1d(along, 5, 1, output=np.float64, mode="mirror")
+    return out
 
 
 def _halved(a: Float, edge: int) -> Float:
@@ -107,47 +128,39 @@ def _shape(xx, xy, yx, yy):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def read(tex, x, y, xx, xy, yx, yy, kind, radius, out):
-    """Filters the picture at texel coordinates (x, y) (x right, y down, first texel's centre at 0.5) into out (c,)."""
-    c = out.size
-    if kind == NEAREST:
-        w, h = tex.width[0], tex.height[0]
-        i, j = math.floor(y), math.floor(x)
-        if tex.edge == CLEAR and (i < 0 or j < 0 or i >= h or j >= w):
-            out[:] = 0
-            return
-        i, j = min(max(i, 0), h - 1), min(max(j, 0), w - 1)
-        for k in range(c):
-            out[k] = tex.texels[i * w + j, k]
+def _nearest(tex, x, y, out):
+    w, h = tex.width[0], tex.height[0]
+    i, j = math.floor(y), math.floor(x)
+    if tex.edge == CLEAR and (i < 0 or j < 0 or i >= h or j >= w):
+        out[:] = 0
         return
-    p, q, r, long, short = _shape(xx, xy, yx, yy)
-    level = 0
-    while short >= 2 and level + 1 < tex.width.size:
-        level += 1
-        short *= 0.5
-        long *= 0.5
-        x *= 0.5
-        y *= 0.5
-        p *= 2
-        q *= 2
-        r *= 2
+    i, j = min(max(i, 0), h - 1), min(max(j, 0), w - 1)
+    for k in range(out.size):
+        out[k] = tex.texels[i * w + j, k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _gather(tex, x, y, p, q, r, level, kind, weights, out):
+    """The kernel with S⁻¹ = [[p, q], [q, r]] at (x, y) of a level. `weights` is room for one row of them."""
     w, h, first = tex.width[level], tex.height[level], tex.start[level]
     det = p * r - q * q
-    reach_x, reach_y = radius * (abs(r) + abs(q)) / det, radius * (abs(p) + abs(q)) / det
+    reach_x, reach_y = RADIUS[kind] * (abs(r) + abs(q)) / det, RADIUS[kind] * (abs(p) + abs(q)) / det
     j0, j1 = math.ceil(x - reach_x - 0.5), math.floor(x + reach_x - 0.5)
     i0, i1 = math.ceil(y - reach_y - 0.5), math.floor(y + reach_y - 0.5)
     total = 0.0
-    for k in range(c):
-        out[k] = 0
+    out[:] = 0
+    if q == 0:
+        for j in range(j0, j1 + 1):
+            weights[j - j0] = kernel(p * (j + 0.5 - x), kind)
     for i in range(i0, i1 + 1):
         dy = i + 0.5 - y
         plain = kernel(r * dy, kind) if q == 0 else 0.0
         row = first + min(max(i, 0), h - 1) * w
         for j in range(j0, j1 + 1):
-            dx = j + 0.5 - x
             if q == 0:
-                weight = plain * kernel(p * dx, kind)
+                weight = plain * weights[j - j0]
             else:
+                dx = j + 0.5 - x
                 weight = kernel(p * dx + q * dy, kind) * kernel(q * dx + r * dy, kind)
             if weight == 0:
                 continue
@@ -155,18 +168,72 @@ def read(tex, x, y, xx, xy, yx, yy, kind, radius, out):
             if tex.edge == CLEAR and (i < 0 or j < 0 or i >= h or j >= w):
                 continue
             t = row + min(max(j, 0), w - 1)
-            for k in range(c):
+            for k in range(out.size):
                 out[k] += weight * tex.texels[t, k]
-    for k in range(c):
+    for k in range(out.size):
         out[k] /= total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _quintic(t, weights):
+    """The six quintic B-splines that reach t in [0, 1) after the third knot."""
+    for k in range(6):
+        x = abs(t + 2 - k)
+        if x < 1:
+            weights[k] = (66 - x * x * (60 - x * x * (30 - 10 * x))) / 120
+        elif x < 2:
+            weights[k] = (51 + x * (75 - x * (210 - x * (150 - x * (45 - 5 * x))))) / 120
+        else:
+            weights[k] = (3 - x) ** 5 / 120 if x < 3 else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _smooth(tex, x, y, across, down, out):
+    """The spline through the texels at (x, y)."""
+    h, w = tex.spline.shape[0], tex.spline.shape[1]
+    x, y = min(max(x, -6.0), w - 2 * FRAME + 6.0), min(max(y, -6.0), h - 2 * FRAME + 6.0)
+    i, j = math.floor(y - 0.5), math.floor(x - 0.5)
+    _quintic(y - 0.5 - i, down)
+    _quintic(x - 0.5 - j, across)
+    out[:] = 0
+    for a in range(6):
+        for b in range(6):
+            weight = down[a] * across[b]
+            for k in range(out.size):
+                out[k] += weight * tex.spline[i + a - 2 + FRAME, j + b - 2 + FRAME, k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def read_all(tex, xy, turn, kind, out):
-    """Filters at texel coordinates xy (p, 2) with footprints turn (p, 4) = xx, xy, yx, yy into out (p, c)."""
-    value = np.empty(out.shape[1])
-    radius = RADIUS[kind]
+    """Filters at texel coordinates xy (p, 2) with footprints turn (p, 4) = xx, xy, yx, yy into out (p, c).
+
+    x is to the right, y down, and the first texel's centre at 0.5. A footprint that is not finite counts as a point.
+    """
+    value, mixed = np.empty(out.shape[1]), np.empty(out.shape[1])
+    weights, more = np.empty(512), np.empty(8)
     for i in range(xy.shape[0]):
-        read(tex, xy[i, 0], xy[i, 1], turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3], kind, radius, value)
+        x, y = xy[i, 0], xy[i, 1]
+        if kind == NEAREST:
+            _nearest(tex, x, y, value)
+        else:
+            p, q, r, long, short = _shape(turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3])
+            if not long < 1e12:
+                p, q, r, long, short = 1.0, 0.0, 1.0, 1.0, 1.0
+            share = max(0.0, (BLEND - long) / (BLEND - 1)) if kind == SPLINE else 0.0
+            if share < 1:
+                level, size = 0, 1.0
+                while short >= 2 * size and level + 1 < tex.width.size:
+                    level += 1
+                    size *= 2
+                if short >= 2 * size:  # nothing smaller is left: the whole picture
+                    p, q, r = 0.5 / size, 0.0, 0.5 / size
+                kernel_kind = CUBIC if kind == SPLINE else kind
+                _gather(
+                    tex, x / size, y / size, p * size, q * size, r * size, level, kernel_kind, weights, value
+                )
+            if share > 0:
+                _smooth(tex, x, y, weights, more, mixed)
+                for k in range(value.size):
+                    value[k] = mixed[k] if share == 1 else share * mixed[k] + (1 - share) * value[k]
         for k in range(value.size):
             out[i, k] = value[k]

@@ -35,7 +35,7 @@ def noise(shape, dtype, seed=0):
     return values.astype(dtype) if dtype.kind == "f" else (values * np.iinfo(dtype).max).astype(dtype)
 
 
-@pytest.mark.parametrize("filter", ["nearest", "linear", "cubic", "lanczos"])
+@pytest.mark.parametrize("filter", ["nearest", "linear", "cubic", "lanczos", "spline"])
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_identity_returns_the_texture(dtype, filter):
     picture = noise((160, 160, 3), dtype)
@@ -108,7 +108,7 @@ def test_coverage_ignores_direction_and_cuts_at_the_border():
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float16, np.float32])
-@pytest.mark.parametrize("filter", ["nearest", "linear", "cubic", "lanczos"])
+@pytest.mark.parametrize("filter", ["nearest", "linear", "cubic", "lanczos", "spline"])
 def test_a_constant_stays_constant_to_the_last_bit(dtype, filter):
     value = np.array([0.2, 0.7, 0.05, 1.0])
     dtype = np.dtype(dtype)
