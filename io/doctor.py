@@ -26,7 +26,6 @@ NEEDED = {
     "opencv-python-headless": "cv2",
     "scikit-image": "skimage",
     "trimesh": "trimesh",
-    "svgelements": "svgelements",
     "defusedxml": "defusedxml",
     "pydantic": "pydantic",
     "matplotlib": "matplotlib",
