@@ -38,6 +38,7 @@ OUTPUTS = together(
     ),
     click.option("--report", metavar="FILE.json", help="Figures of the run as JSON; - for stdout."),
     click.option("--plot", metavar="FILE.png", help="A figure: grids, energy, distortion (.png .svg .pdf)."),
+    click.option("--stmap", metavar="FILE.exr", help="The map itself, for `iccm apply` and compositors."),
     click.option("--force", is_flag=True, help="Replace files that exist."),
 )
 
@@ -61,10 +62,10 @@ RASTER = together(
     ),
     click.option(
         "--kind",
-        type=_choice("colour", "normal", "data"),
+        type=_choice("colour", "normal", "normal-down", "data"),
         default="colour",
         show_default=True,
-        help="What the texture's channels are; normals turn with the map.",
+        help="What the texture's channels are; normals (y up or down) turn with the map.",
     ),
     click.option(
         "--colorspace",
@@ -80,6 +81,13 @@ RASTER = together(
     ),
     click.option(
         "--padding", type=click.IntRange(-1), metavar="N", help="Pixels to spill past the outline; -1: all."
+    ),
+    click.option(
+        "--fill",
+        type=_choice("push-pull", "nearest"),
+        default="push-pull",
+        show_default=True,
+        help="How padding is filled.",
     ),
     click.option(
         "--max-pixel-error",

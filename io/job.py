@@ -14,6 +14,8 @@ Place = tuple[float, float] | tuple[float, float, float] | Annotated[str, Field(
 """A point in a file's units, in space for a mesh, or a mesh's vertex such as v17."""
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 MAX_SIDE = 1 << 17
+WRITTEN = ("report", "plot", "stmap")
+"""Fields that name a file to write, beside `output`."""
 
 
 def _pin(value: Any) -> Any:
@@ -79,9 +81,10 @@ class Job(BaseModel):
     size: Size | None = None
     texture_box: Literal["viewbox", "bbox"] = "viewbox"
     filter: Literal["auto", "nearest", "linear", "cubic", "lanczos", "spline"] = "auto"
-    kind: Literal["colour", "normal", "data"] = "colour"
+    kind: Literal["colour", "normal", "normal-down", "data"] = "colour"
     edge: Literal["clamp", "transparent"] = "clamp"
     padding: int | None = Field(None, ge=-1)
+    fill: Literal["push-pull", "nearest"] = "push-pull"
     max_pixel_error: Positive = 0.05
     max_pixels: int = Field(1 << 28, ge=1)
     max_faces: int = Field(5_000_000, ge=1)
@@ -100,6 +103,7 @@ class Job(BaseModel):
     smoothness: float | None = Field(None, ge=0)
     report: str | None = None
     plot: str | None = None
+    stmap: str | None = None
     force: bool = False
     require_injective: bool = False
 
@@ -112,7 +116,7 @@ class Job(BaseModel):
     @property
     def outputs(self) -> tuple[str, ...]:
         """Every file that the job writes, in no particular order; stdout is not a file."""
-        names = [*self.output, self.report, self.plot]
+        names = [*self.output, *(getattr(self, field) for field in WRITTEN)]
         return tuple(name for name in names if name and name != "-")
 
     @property

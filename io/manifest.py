@@ -17,12 +17,11 @@ from pydantic import ValidationError
 
 from ..errors import InputError
 from . import files
-from .job import Job, mistakes, path_of
+from .job import WRITTEN, Job, mistakes, path_of
 
 MAX_BYTES, MAX_JOBS, LONGEST = 64 << 20, 100_000, 500
 GLOBBED = ("source", "target", "texture")
-TEMPLATED = ("output", "report", "plot", "constraints")
-READ = ("source", "target", "texture", "constraints")
+TEMPLATED = ("output", *WRITTEN, "constraints")
 
 
 class ManifestError(InputError):
@@ -164,7 +163,7 @@ def _task(number: int, place: str, values: dict[str, Any], found: list[str]) -> 
     """The validated job of an entry, its templates filled in; None after noting what is wrong."""
     base, name = values.pop(""), values.pop("name", None)
     fields = _fields(values, number)
-    if not any(values.get(key) for key in ("output", "report", "plot")):
+    if not any(values.get(key) for key in ("output", *WRITTEN)):
         values["output"] = (
             "{source.stem}-{target.stem}.png" if values.get("target") else "{source.stem}-deformed.png"
         )
@@ -228,11 +227,8 @@ def _placed(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
             found.append(
                 f"{task.place}: output: {name} leaves {root}; choose --root or allow it with --outside"
             )
-    values = {
-        "output": tuple(moved.get(name, name) for name in job.output),
-        "report": moved.get(job.report or "", job.report),
-        "plot": moved.get(job.plot or "", job.plot),
-    }
+    values: dict[str, Any] = {field: moved.get(getattr(job, field) or "") for field in WRITTEN}
+    values["output"] = tuple(moved.get(name, name) for name in job.output)
     return Task(task.number, task.name, task.place, job.model_copy(update=values))
 
 

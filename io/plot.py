@@ -136,7 +136,10 @@ def _energy(energies: list[dict[str, float]], axes: Any) -> None:
 
 def _curve(axes: Any, values: list[float], name: str, **style: Any) -> None:
     y = np.array(values, dtype=float)
-    axes.loglog(np.arange(1, y.size + 1), np.where(y > 0, y, np.nan), label=name, **style)
+    marker = "o" if y.size < 20 else None  # a line of few points would not be seen
+    axes.loglog(
+        np.arange(1, y.size + 1), np.where(y > 0, y, np.nan), label=name, marker=marker, ms=4, **style
+    )
 
 
 def _distortion(run: Run, figure: Any, left: Any, right: Any) -> None:

@@ -80,6 +80,18 @@ def plotter(name: str) -> Maker:
     return plot
 
 
+def stmapper(name: str) -> Maker:
+    """What writes the map itself.
+
+    Raises:
+        InputError: a suffix whose format does not hold floats.
+    """
+    from . import stmap
+
+    stmap.check(name)
+    return stmapped
+
+
 def _known(name: str, suffixes: tuple[str, ...], option: str) -> None:
     if Path(name).suffix.lower() not in suffixes:
         raise InputError(f"{name}: unknown suffix for {option}; use one of {' '.join(suffixes)}")
@@ -122,7 +134,9 @@ def _warped(run: Run, canvas: Canvas) -> Image:
             placed = image.texture(box, kind=run.job.kind)
             advance = _advance(run, canvas.height)
             options = {**_sampling(run), "max_error": run.job.max_pixel_error, "progress": advance}
-            warped = warp(run.fit.map, placed, canvas, padding=run.job.padding or 0, **options)
+            warped = warp(
+                run.fit.map, placed, canvas, padding=run.job.padding or 0, fill=run.job.fill, **options
+            )
     run.figures["pixels"] = warped.diagnostics.as_dict()
     return image.with_pixels(warped.pixels, warped.alpha)
 
@@ -263,6 +277,16 @@ def _pixels(job: Job, size: tuple[int, ...], extent: complex) -> tuple[int, int]
     if width * height > job.max_pixels:
         raise InputError(f"--size: {width}x{height} is more than {job.max_pixels} pixels; raise --max-pixels")
     return width, height
+
+
+def stmapped(run: Run, path: Path | None, name: Path) -> None:
+    """The map as an STMap: for each pixel of the target its place in the texture."""
+    from . import stmap
+
+    assert path is not None
+    box = run.source.box if run.job.texture_box == "viewbox" else run.source.curve.box
+    with run.timed("resample"):
+        stmap.write(path, run.fit.map, box, raster(run), threads=run.threads)
 
 
 def mesh(run: Run, path: Path | None, name: Path) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError
 from . import files, limits, products, report, shapes
 from .constrained import constrained
-from .job import Job, path_of
+from .job import WRITTEN, Job, path_of
 
 if TYPE_CHECKING:
     from ..solve import Fit
@@ -126,7 +126,7 @@ def run(
 
 def with_outputs(job: Job) -> Job:
     """The job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else."""
-    if job.output or job.report or job.plot:
+    if job.output or any(getattr(job, field) for field in WRITTEN):
         return job
     names = [
         Path(path_of(spec)).stem + spec[len(path_of(spec)) :] for spec in (job.source, job.target) if spec
@@ -144,6 +144,8 @@ def check(job: Job) -> dict[str, products.Maker]:
     makers = {name: products.maker(name, job) for name in job.output}
     if job.plot:
         makers[job.plot] = products.plotter(job.plot)
+    if job.stmap:
+        makers[job.stmap] = products.stmapper(job.stmap)
     inputs = {Path(name).resolve() for name in job.inputs}
     seen: set[Path] = set()
     for name in job.outputs:
