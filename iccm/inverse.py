@@ -115,10 +115,11 @@ def inverse(map: HarmonicMap | Evaluator | Inverse, w: Complex) -> Complex:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def newton(t, w, z, tol):
+def newton(t, w, z, tol, accept):
     """Solves f(z) = w from z: the solution, |f - w| before the final step or inf for failure, f_z and f_z̄ there.
 
-    The final step is at most tol, so that the error after it is of order tol².
+    The final step is at most tol, so that the error after it is of order tol², and |f - w| before it at most accept,
+    unless the step is as small as numbers are: where the map crowds, a last digit of z moves f visibly.
     """
     k = leaf_of(t, z)
     if k < 0 or not is_inside(t, k, z):
@@ -130,7 +131,7 @@ def newton(t, w, z, tol):
         if not jacobian > 0:
             return z, np.inf, a, b
         h = (a.conjugate() * r - b * r.conjugate()) / jacobian
-        if abs(h) <= tol:
+        if abs(h) <= tol and (abs(r) <= accept or abs(h) <= 1e-15 * t.half[0]):
             k = leaf_of(t, z + h)
             return (z + h if k >= 0 and is_inside(t, k, z + h) else z), abs(r), a, b
         moved = False
@@ -143,6 +144,8 @@ def newton(t, w, z, tol):
                     break
             h *= 0.5
         if not moved:
+            if abs(r) <= accept < np.inf:
+                return z, abs(r), a, b
             break
     return z, np.inf, a, b
 
@@ -152,8 +155,8 @@ def _from_seeds(t, w, near, seeds, tol, accept, out):
     for i in range(w.size):
         out[i] = complex(np.nan, np.nan)
         for j in range(near.shape[1]):
-            z, residual, _, _ = newton(t, w[i], seeds[near[i, j]], tol)
-            if residual <= accept:
+            z, residual, _, _ = newton(t, w[i], seeds[near[i, j]], tol, accept)
+            if residual < np.inf:
                 out[i] = z
                 break
 

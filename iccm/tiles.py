@@ -138,7 +138,7 @@ def flood(t, grid, inside, clearance, seeds, tol):
         if not np.isnan(out[i, j].real):
             continue
         w = grid.origin + complex(j * grid.dx, -i * grid.dy)
-        z, residual, _, _ = newton(t, w, seeds[i, j] if (a, b) == (i, j) else out[a, b], tol)
+        z, residual, _, _ = newton(t, w, seeds[i, j] if (a, b) == (i, j) else out[a, b], tol, np.inf)
         if residual == np.inf:
             continue
         out[i, j] = z
@@ -190,7 +190,7 @@ def _nodes(t, grid, r, c, r1, c1, seed, tol, points, values):
                 leaf = leaf_of(t, guess)
                 if leaf < 0 or not is_inside(t, leaf, guess):
                     guess = z
-            solution, residual, _, _ = newton(t, w, guess, tol)
+            solution, residual, _, _ = newton(t, w, guess, tol, np.inf)
             if residual == np.inf:
                 return False, z
             z = solution
@@ -314,9 +314,9 @@ def _pixels(t, grid, inside, r, c, r1, c1, seed, tol, out):
             if not inside[i, j]:
                 continue
             w = grid.origin + complex(j * grid.dx, -i * grid.dy)
-            solution, residual, a, b = newton(t, w, _guess(t, out, i, j, z), tol)
+            solution, residual, a, b = newton(t, w, _guess(t, out, i, j, z), tol, np.inf)
             if residual == np.inf:
-                solution, residual, a, b = newton(t, w, z, tol)
+                solution, residual, a, b = newton(t, w, z, tol, np.inf)
             if residual == np.inf:
                 continue
             done += 1
