@@ -2,6 +2,7 @@
 
 import cmath
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -11,8 +12,45 @@ from ..cauchy import Complex
 from .affine import Affine
 
 
+class Piece(ABC):
+    """One piece, run over in unit time."""
+
+    @abstractmethod
+    def under(self, affine: Affine) -> "Piece":
+        """Its image."""
+
+    @abstractmethod
+    def at(self, t: np.ndarray) -> Complex:
+        """Points at parameters in [0, 1]."""
+
+    @abstractmethod
+    def bend(self) -> float:
+        """A bound on |f''|."""
+
+    @abstractmethod
+    def last(self) -> complex:
+        """Its end, exactly."""
+
+    def rough(self) -> list[complex]:
+        """A few points on it: their box is never larger than the curve's."""
+        return [*self.at(np.array([0.25, 0.5, 0.75])), self.last()] if self.bend() else [self.last()]
+
+    def points(self, tolerance: float) -> Complex:
+        """Vertices of a polyline at most `tolerance` away, without the start.
+
+        With uniform parameter steps h the error of a chord is at most h² max|f''| / 8.
+        """
+        bend = self.bend()
+        if not bend or not tolerance:
+            return np.array([self.last()])
+        count = max(1, math.ceil(math.sqrt(bend / (8 * tolerance))))
+        points = self.at(np.arange(1, count + 1) / count)
+        points[-1] = self.last()
+        return points
+
+
 @dataclass(frozen=True, eq=False)
-class Bezier:
+class Bezier(Piece):
     """A Bézier curve of degree 1 to 3, by its control points."""
 
     p: tuple[complex, ...]
@@ -21,14 +59,12 @@ class Bezier:
         """Its image."""
         return Bezier(tuple(affine(point) for point in self.p))
 
-    @property
-    def end(self) -> complex:
-        """Its last point."""
+    def last(self) -> complex:
+        """Its end, exactly."""
         return self.p[-1]
 
-    @property
     def bend(self) -> float:
-        """A bound on |f''|, f running over it in unit time."""
+        """A bound on |f''|."""
         degree = len(self.p) - 1
         return degree * (degree - 1) * float(np.abs(np.diff(self.p, 2)).max()) if degree > 1 else 0.0
 
@@ -39,17 +75,9 @@ class Bezier:
             points = [a * (1 - t) + b * t for a, b in pairwise(points)]
         return points[0]
 
-    def rough(self) -> list[complex]:
-        """A few points on it: their box is never larger than the curve's."""
-        return _rough(self)
-
-    def points(self, tolerance: float) -> Complex:
-        """Vertices of a polyline at most `tolerance` away, without the start."""
-        return _points(self, tolerance)
-
 
 @dataclass(frozen=True, eq=False)
-class Arc:
+class Arc(Piece):
     """centre + u cos θ + v sin θ, θ from `begin` over `sweep`, up to the exact `end`."""
 
     centre: complex
@@ -65,26 +93,18 @@ class Arc:
         u, v = (affine(axis) - affine(0j) for axis in (self.u, self.v))
         return Arc(centre, u, v, self.begin, self.sweep, affine(self.end))
 
-    @property
+    def last(self) -> complex:
+        """Its end, exactly."""
+        return self.end
+
     def bend(self) -> float:
-        """A bound on |f''|, f running over it in unit time."""
+        """A bound on |f''|."""
         return math.hypot(abs(self.u), abs(self.v)) * self.sweep**2
 
     def at(self, t: np.ndarray) -> Complex:
         """Points at parameters in [0, 1]."""
         angle = self.begin + self.sweep * t
         return self.centre + self.u * np.cos(angle) + self.v * np.sin(angle)
-
-    def rough(self) -> list[complex]:
-        """A few points on it: their box is never larger than the curve's."""
-        return _rough(self)
-
-    def points(self, tolerance: float) -> Complex:
-        """Vertices of a polyline at most `tolerance` away, without the start."""
-        return _points(self, tolerance)
-
-
-Piece = Bezier | Arc
 
 
 def bezier(points: list[complex]) -> Bezier:
@@ -111,17 +131,3 @@ def arc(
     angle = (until - begin) % (2 * math.pi) if sweep else -((begin - until) % (2 * math.pi))
     middle = (start + end) / 2 + turn * complex(rx * centre.real, ry * centre.imag)
     return Arc(middle, turn * rx, 1j * turn * ry, begin, angle, end)
-
-
-def _rough(piece: Piece) -> list[complex]:
-    return [*piece.at(np.array([0.25, 0.5, 0.75])), piece.end] if piece.bend else [piece.end]
-
-
-def _points(piece: Piece, tolerance: float) -> Complex:
-    bend = piece.bend
-    if not bend or not tolerance:
-        return np.array([piece.end])
-    count = max(1, math.ceil(math.sqrt(bend / (8 * tolerance))))
-    points = piece.at(np.arange(1, count + 1) / count)
-    points[-1] = piece.end
-    return points

@@ -69,6 +69,8 @@ def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, flatness: flo
         found, refused = [], [(0.0, error)]
     drawing.outlines.extend(found)
     drawing.refused.extend(refused)
+    clips = [k for k in ("clip-path", "mask") if drawn.properties.get(k, "none").strip() != "none"]
+    drawing.notes.extend(f"{drawn.name}: its {clip} is ignored" for clip in clips)
 
 
 def _ring(run: Subpath, drawn: Drawn, drawing: Drawing) -> Complex:

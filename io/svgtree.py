@@ -3,40 +3,22 @@
 Nothing outside the file is ever read: entities are refused, and links to anything but an id of the file are ignored.
 """
 
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from xml.etree.ElementTree import Element, ParseError, TreeBuilder
-
-from defusedxml import DefusedXmlException, EntitiesForbidden
-from defusedxml.ElementTree import XMLParser
+from xml.etree.ElementTree import Element
 
 from ..errors import InputError
 from . import affine, css
 from .affine import Affine
 from .drawing import Rectangle
-from .svgpath import LARGEST, numbers
+from .svgxml import MAX_DEPTH, canvas, length, local, root, view_box
 
 SHAPES = frozenset(["path", "rect", "circle", "ellipse", "line", "polyline", "polygon"])
 _GROUPS = frozenset(["g", "a", "switch"])
-_SPACES = ("", "http://www.w3.org/2000/svg")
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
-_INHERITED = ("fill", "stroke", "fill-rule", "visibility")
-_UNITS = {
-    "": 1.0,
-    "px": 1.0,
-    "in": 96.0,
-    "cm": 96 / 2.54,
-    "mm": 96 / 25.4,
-    "q": 24 / 25.4,
-    "pt": 96 / 72,
-    "pc": 16.0,
-}
-_UNITS |= {"em": 16.0, "rem": 16.0, "ex": 8.0}  # of the default font: text has no place here
-_LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%|[A-Za-z]*)\s*")
-MAX_DEPTH = 200
-MAX_ELEMENTS = 300_000
+# Clips and masks are not inherited in SVG, but a shape in a clipped group is clipped, too.
+_INHERITED = ("fill", "stroke", "fill-rule", "visibility", "clip-path", "mask")
 MAX_COPIES = 50_000
 
 
@@ -101,103 +83,12 @@ def parse(data: bytes) -> Document:
         InputError: not XML, not SVG, entities, too deep or too many elements, a `use` of itself, a malformed transform,
             length or viewBox.
     """
-    root = _xml(data)
-    canvas = _canvas(root)
-    sheet = css.sheet("\n".join("".join(e.itertext()) for e in root.iter() if _local(e) == "style"))
-    walk = _Walk({e.get("id", ""): e for e in reversed(list(root.iter()))}, sheet)
-    state = _State(Affine(), canvas[2:] if canvas else None, canvas[:2] if canvas else (0.0, 0.0))
-    return Document(canvas, list(walk.children(root, walk.enter(root, state, root=True))))
-
-
-def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "length") -> float:
-    """A length in user units (px at 96 dpi).
-
-    Raises:
-        InputError: malformed, of an unknown unit, or a percentage of nothing.
-    """
-    match = _LENGTH.fullmatch(text[:100])
-    if (
-        not match
-        or (match[2] != "%" and match[2].lower() not in _UNITS)
-        or not abs(float(match[1])) <= LARGEST
-    ):
-        raise InputError(f"{name} {text[:24]!r} is not a length")
-    if match[2] != "%":
-        return float(match[1]) * _UNITS[match[2].lower()]
-    if size is None:
-        raise InputError(f"{name} {text[:24]!r}: a percentage needs a viewBox to refer to")
-    whole = {"x": size[0], "y": size[1], "r": ((size[0] ** 2 + size[1] ** 2) / 2) ** 0.5}[axis]
-    return float(match[1]) / 100 * whole
-
-
-class _Builder(TreeBuilder):
-    """Counts while it builds, so that a bomb of elements ends before the memory does."""
-
-    depth = count = 0
-
-    def start(self, tag, attrs):
-        self.depth += 1
-        self.count += 1
-        if self.depth > MAX_DEPTH:
-            raise InputError(f"elements are nested more than {MAX_DEPTH} deep")
-        if self.count > MAX_ELEMENTS:
-            raise InputError(f"more than {MAX_ELEMENTS} elements")
-        return super().start(tag, attrs)
-
-    def end(self, tag):
-        self.depth -= 1
-        return super().end(tag)
-
-
-def _xml(data: bytes) -> Element:
-    parser = XMLParser(target=_Builder())
-    try:
-        parser.feed(data)
-        root = parser.close()
-    except EntitiesForbidden as error:
-        raise InputError(
-            f"declares the XML entity {error.name!r}; save it as plain SVG without entities"
-        ) from error
-    except DefusedXmlException as error:
-        raise InputError("refers to another file in its XML; save it as plain SVG") from error
-    except ParseError as error:
-        raise InputError(f"not well-formed XML: {error}") from error
-    except (ValueError, LookupError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"not readable as XML: {str(error).splitlines()[0]}") from error
-    if _local(root) != "svg":
-        raise InputError(f"the root element is <{str(root.tag)[:40]}>, not <svg>")
-    return root
-
-
-def _local(element: Element) -> str:
-    """The tag's name when it is SVG's (or has no namespace), otherwise nothing."""
-    space, _, name = str(element.tag).rpartition("}")
-    return name if space.lstrip("{") in _SPACES else ""
-
-
-def _canvas(root: Element) -> Rectangle | None:
-    if "viewBox" in root.attrib:
-        return _view_box(root.attrib)
-    width, height = (root.get(name, "100%").strip() for name in ("width", "height"))
-    if width.endswith("%") or height.endswith("%") or "auto" in (width, height):
-        return None
-    size = length(width, None, "x", "width"), length(height, None, "y", "height")
-    if min(size) <= 0:
-        raise InputError(f"width and height are {size[0]:g} and {size[1]:g}; they must be positive")
-    return 0.0, 0.0, *size
-
-
-def _view_box(attributes: Mapping[str, str]) -> Rectangle:
-    text = attributes["viewBox"]
-    try:
-        x, y, width, height = numbers(text)
-    except ValueError as error:
-        raise InputError(f"viewBox {text[:48]!r} is not four numbers") from error
-    if width <= 0 or height <= 0:
-        raise InputError(f"viewBox {text[:48]!r} has no area")
-    return x, y, width, height
+    top = root(data)
+    box = canvas(top)
+    sheet = css.sheet("\n".join("".join(e.itertext()) for e in top.iter() if local(e) == "style"))
+    walk = _Walk({e.get("id", ""): e for e in reversed(list(top.iter()))}, sheet)
+    state = _State(Affine(), box[2:] if box else None, box[:2] if box else (0.0, 0.0))
+    return Document(box, list(walk.children(top, walk.enter(top, state, root=True))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,7 +113,7 @@ class _Walk:
     def enter(self, element: Element, state: _State, *, root: bool = False) -> _State | None:
         """The state inside an element, or None when it is not displayed."""
         own = {k.rpartition("}")[2]: v for k, v in element.attrib.items() if not k.startswith("{")}
-        own |= self.sheet.style(_local(element), own) | css.declarations(own.get("style", ""))
+        own |= self.sheet.style(local(element), own) | css.declarations(own.get("style", ""))
         if own.get("display") == "none" or own.get("opacity", "").strip() in ("0", "0%", "0.0"):
             return None
         kept = {k: state.properties[k] for k in _INHERITED if k in state.properties}
@@ -243,7 +134,7 @@ class _Walk:
                 yield from self.element(child, state)
 
     def element(self, element: Element, outer: _State) -> Iterator[Drawn]:
-        tag = _local(element)
+        tag = local(element)
         if tag not in SHAPES and tag not in _GROUPS and tag not in ("svg", "use"):
             return
         self.copies += bool(outer.used)
@@ -275,7 +166,7 @@ class _Walk:
             *(length(state.properties.get(k) or "0", state.size, k, f"<use> {k}") for k in "xy")
         )
         state = replace(state, affine=state.affine @ shift, used=(*state.used, id(target)))
-        if _local(target) not in ("symbol", "svg"):
+        if local(target) not in ("symbol", "svg"):
             yield from self.element(target, state)
             return
         inner = self.enter(target, state)
@@ -309,6 +200,6 @@ def _inside_viewport(state: _State, attributes: Mapping[str, str]) -> _State:
     if "viewBox" not in attributes or width <= 0 or height <= 0:
         shifted = state.affine @ affine.translation(x, y)
         return replace(state, affine=shifted, size=(width, height), origin=(0.0, 0.0))
-    box = _view_box(attributes)
+    box = view_box(attributes)
     fit = affine.viewport((x, y, width, height), box, attributes.get("preserveAspectRatio", "xMidYMid"))
     return replace(state, affine=state.affine @ fit, size=box[2:], origin=box[:2])

@@ -263,6 +263,11 @@ def test_what_is_not_shown_is_not_read(svg, hidden):
     assert svg(body).curve.area == pytest.approx(25)
 
 
+def test_a_clip_is_told(svg):
+    shape = svg('<g clip-path="url(#c)"><rect width="9" height="9"/></g>')
+    assert shape.curve.area == 81 and "clip-path is ignored" in shape.notes[0]
+
+
 def test_the_outline_is_what_the_fill_shows(svg):
     overlapping = "M0 0H20V20H0zM10 5H40V15H10z"
     assert svg(f'<path d="{overlapping}"/>').curve.area == pytest.approx(400 + 200)

@@ -42,7 +42,7 @@ def test_every_piece_is_where_another_reader_has_it(d):
     assert len(pieces) == len(expected)
     t = np.array([0.0, 0.3, 0.5, 0.8, 1.0])
     for piece, segment in zip(pieces, expected):
-        assert abs(piece.end - complex(segment.end)) < 1e-9
+        assert abs(piece.last() - complex(segment.end)) < 1e-9
         if segment.start == segment.end:  # an arc that is no arc: nothing is drawn
             continue
         points = np.array([segment.point(x).x + 1j * segment.point(x).y for x in t])
@@ -54,4 +54,4 @@ def test_arcs_end_exactly_where_they_should():
     (run,) = svgpath.runs("M10 20 A 30 5 17 1 0 11 21.5 1 1 0 0 1 40 40")
     for piece, start in zip(run.pieces, (10 + 20j, 11 + 21.5j)):
         ends = piece.at(np.array([0.0, 1.0]))
-        assert abs(ends - [start, piece.end]).max() < 1e-13
+        assert abs(ends - [start, piece.last()]).max() < 1e-13
