@@ -14,6 +14,7 @@ import scipy.linalg
 from . import cauchy
 from .cauchy import Complex
 from .curve import Curve, Real
+from .vertices import Allowance
 
 LEAST_DAMPING = 1e-6  # relative; picks the least change among the three real parameters that are free
 MOST_DAMPING = 1e2
@@ -34,7 +35,15 @@ def shares(source: Curve, s: Real, target: Curve, tau: Real) -> Real:
     return 0.5 * (gaps + np.roll(gaps, 1))
 
 
-def newton(source: Curve, s: Real, target: Curve, tau: Real, iterations: int) -> tuple[Real, Complex]:
+def stretches(s: Real, source: Curve, tau: Real, target: Curve) -> Real:
+    """(n,) growth of lengths at the vertices, dτ/ds."""
+    ds, dtau = cyclic_gaps(s, source.length), cyclic_gaps(tau, target.length)
+    return (dtau + np.roll(dtau, 1)) / (ds + np.roll(ds, 1))
+
+
+def newton(
+    source: Curve, s: Real, target: Curve, tau: Real, iterations: int, allowed: Allowance
+) -> tuple[Real, Complex]:
     """Move τ along the target until its values are consistent.
 
     Args:
@@ -43,6 +52,7 @@ def newton(source: Curve, s: Real, target: Curve, tau: Real, iterations: int) ->
         target: the target boundary.
         tau: (n,) increasing arclengths of their images, lifted.
         iterations: most steps; fewer where the residual stops falling.
+        allowed: the error allowed at each place, by which residuals are divided.
 
     Returns:
         τ, and the defect (C_v - I) T(τ) at the vertices.
@@ -53,7 +63,7 @@ def newton(source: Curve, s: Real, target: Curve, tau: Real, iterations: int) ->
     tau, residual = tau.copy(), defect @ target.at(tau)
     damping = LEAST_DAMPING
     for _ in range(iterations):
-        q = np.sqrt(shares(source, s, target, tau))
+        q = np.sqrt(shares(source, s, target, tau)) / allowed(s, stretches(s, source, tau, target))
         before = float(np.linalg.norm(q * residual))
         steps = _steps(defect, residual, target, tau, q)
         while damping <= MOST_DAMPING:

@@ -28,7 +28,7 @@ from .solve import assemble, finish, iterate
 from .start import constraint_points
 from .system import System
 from .terms import Basis
-from .vertices import around_corners, clean, fine_pairs, place
+from .vertices import Allowance, around_corners, clean, fine_pairs, place, radius_along
 
 PANEL = 0.05  # longest panel of the harmonic measure, in radii
 AT_CORNERS = 1e-3  # panel length at corners, in radii
@@ -37,6 +37,7 @@ SIMPLIFY = 0.2  # by this share of the tolerance
 FIRST_ERROR = (
     0.4  # of the interpolation between vertices, as a share of the tolerance; halved from round to round
 )
+LEAST_ERROR = 1e-8  # relative to the diagonal
 ROUNDS = 4
 STEPS = 8  # of Newton's method, a round
 MOST_VERTICES = 1500
@@ -110,10 +111,12 @@ def correspond(c: Correspondence, settings: Options) -> tuple[Real, Real, list[d
     source, target = c.source.measure.curve, c.target.measure.curve
     s, tau = first_pairs(c)
     error = FIRST_ERROR * settings.tolerance * target.diagonal
+    radius = radius_along(source, PANEL)
     energies, best = [], None
     for _ in range(ROUNDS):
-        s, tau = place(s, tau, source, target, error, settings.vertices or MOST_VERTICES)
-        tau, defect = newton(source, s, target, tau, STEPS)
+        allowed = Allowance(radius, error, LEAST_ERROR * target.diagonal)
+        s, tau = place(s, tau, source, target, allowed, settings.vertices or MOST_VERTICES)
+        tau, defect = newton(source, s, target, tau, STEPS, allowed)
         gap = gap_of(source.at(s), target.at(tau), target)
         energy = float(shares(source, s, target, tau) @ np.abs(defect) ** 2)
         energies.append({"consistency": energy, "total": energy})

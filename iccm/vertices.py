@@ -5,13 +5,17 @@ length ℓ errs by |w''| ℓ²/8, so vertices of density √(|w''| / 8ε) keep t
 and at the preimages of the target's own detail alike.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from .cauchy import Complex
 from .curve import Curve, Real
-from .panels import corners
+from .panels import corners, thickness
 
+RELATIVE = 0.05  # allowed error relative to the image of the local thickness
 CLOSE = 1e-14  # closest arclengths, relative to the length of the boundary
 OFFSETS = np.geomspace(
     1e-7, 0.03, 24
@@ -64,15 +68,40 @@ def fine_pairs(s: Real, tau: Real, source: Curve, target: Curve) -> tuple[Real, 
     )
 
 
-def place(s: Real, tau: Real, source: Curve, target: Curve, error: float, most: int) -> tuple[Real, Real]:
-    """Vertices for an interpolation error of about `error` from a fine correspondence; the source's own are kept.
+def radius_along(curve: Curve, spacing: float) -> Callable[[Real], Real]:
+    """The local thickness of a domain as a function of arclength."""
+    edge, z, radius = thickness(curve, spacing)
+    s = curve.knots[edge] + np.abs(z - curve.z[edge])
+    return lambda x: np.interp(x, s, radius, period=curve.length)
+
+
+@dataclass(frozen=True, eq=False)
+class Allowance:
+    """The error allowed at places of the source: an absolute one, and no more than a share of the local image size.
+
+    Where the map shrinks the source a lot (the end of a limb, a sharp corner) an absolute error alone would fold it.
+    """
+
+    radius: Callable[[Real], Real]
+    error: float
+    least: float
+
+    def __call__(self, s: Real, stretch: Real) -> Real:
+        """Allowed error at arclengths s, where lengths grow by `stretch`."""
+        return np.clip(RELATIVE * stretch * self.radius(s), self.least, self.error)
+
+
+def place(
+    s: Real, tau: Real, source: Curve, target: Curve, allowed: Allowance, most: int
+) -> tuple[Real, Real]:
+    """Vertices for an interpolation error of about what is allowed, from a fine correspondence; the source's own are kept.
 
     Args:
         s: (p,) increasing arclengths of the source.
         tau: (p,) arclengths of their images.
         source: the source boundary.
         target: the target boundary.
-        error: in the target's units.
+        allowed: error in the target's units.
         most: about the most vertices; the error is larger where it would take more.
 
     Returns:
@@ -80,7 +109,7 @@ def place(s: Real, tau: Real, source: Curve, target: Curve, error: float, most: 
     """
     laps = np.array([-1, 0, 1])[:, None]
     x, y = (s + laps * source.length).ravel(), (tau + laps * target.length).ravel()
-    work = _work(x, target.at(y), error)
+    work = _work(x, target.at(y), allowed)
     spent = np.interp(source.length, x, work) - np.interp(0.0, x, work)
     work *= min(1.0, max(most - source.z.size, 1) / spent)
     ends = np.append(source.knots[:-1], source.length)
@@ -94,10 +123,12 @@ def place(s: Real, tau: Real, source: Curve, target: Curve, error: float, most: 
     return clean(placed, np.interp(placed, x, y), source, target)
 
 
-def _work(x: Real, w: Complex, error: float) -> Real:
+def _work(x: Real, w: Complex, allowed: Allowance) -> Real:
     """Cumulative density of vertices along x: √(|w''| / 8ε), no more than one vertex for each given point."""
     slope = np.diff(w) / np.diff(x)
     middle = 0.5 * (x[1:] + x[:-1])
+    stretch = np.abs(slope)
+    error = allowed(x[1:-1], np.maximum(stretch[1:], stretch[:-1]))
     density = np.zeros(x.size)
     density[1:-1] = np.sqrt(np.abs(np.diff(slope)) / np.diff(middle) / (8 * error))
     density = np.maximum(density, 0.5 * np.maximum(np.roll(density, 1), np.roll(density, -1)))
