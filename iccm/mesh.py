@@ -28,6 +28,7 @@ class Mesh:
         uv_corners: (c,) texture coordinate of each corner, -1 where it has none, or None.
         base: number the file format gives the first vertex and face: 1 in OBJ, 0 elsewhere.
         lines: (f,) line of the file each face stands on, or None.
+        whole: whether it is all of the file's mesh, so that a vertex that no face uses is worth a note.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Mesh:
     uv_corners: Index | None = None
     base: int = 0
     lines: Index | None = None
+    whole: bool = True
 
     @classmethod
     def triangles(cls, name: str, points: Real, faces: Index, **more) -> "Mesh":
@@ -69,6 +71,7 @@ class Mesh:
             starts=np.concatenate([[0], np.cumsum(self.sizes[faces])]),
             uv_corners=None if self.uv_corners is None else self.uv_corners[keep],
             lines=None if self.lines is None else self.lines[faces],
+            whole=False,
         )
 
 

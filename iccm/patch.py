@@ -109,7 +109,7 @@ def patch(mesh: Mesh, *, cut: bool = False) -> Patch:
     shape = Triangles(faces.reshape(-1, 3).astype(np.int64), vertex.size)
     notes: list[str] = []
     unused = len(mesh.points) - vertex.size
-    if unused:
+    if unused and mesh.whole:
         notes.append(f"{unused} vertices that no face of it uses are left out")
     shape, vertex = _in_one_piece(mesh, shape, vertex, notes)
     shape, corner = _one_sided_refused(mesh, shape, corner, vertex, notes)

@@ -11,6 +11,7 @@ from .reading import Reader
 
 SAMPLES = 2  # a pixel and axis
 AMBIENT = 0.35
+CREASE = 0.7  # cosine of 45 degrees
 
 
 def view(points: Real, faces: Index) -> Real:
@@ -58,7 +59,8 @@ def render(
     at = np.flatnonzero(owner >= 0)
     own = owner.ravel()[at]
     colour = _texels(corners, uv, own, at, width, read)
-    light = _light(points, faces, axes)[own]
+    shade = affine(corners, _light(points, faces, axes))[own]
+    light = shade[:, 0] + shade[:, 1] * (at % width + 0.5) + shade[:, 2] * (at // width + 0.5)
     picture = np.zeros((height * width, 4), np.float32)
     picture[at, :3] = colour * light[:, None]
     picture[at, 3] = 1.0
@@ -75,12 +77,24 @@ def _frame(toward: Real, up: Real) -> Real:
 
 
 def _light(points: Real, faces: Index, axes: Real) -> Real:
-    """(m,) brightness of each triangle: a lamp over the viewer's left shoulder, both sides lit."""
+    """(m, 3) brightness at each triangle's corners: a lamp over the viewer's left shoulder, both sides lit.
+
+    A corner takes the normal of its vertex, but that of its triangle across an edge sharper than CREASE.
+    """
     a, b, c = (points[faces[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    across = np.cross(b - a, c - a)
+    mean = np.zeros_like(points)
+    for k in range(3):
+        np.add.at(mean, faces[:, k], across)
+    flat, smooth = _unit(across)[:, None], _unit(mean)[faces]
+    alike = np.einsum("mij,mkj->mk", flat, smooth) > CREASE
+    normal = np.where(alike[..., None], smooth, flat)
     lamp = axes.T @ np.array([-0.35, 0.5, 0.8])
     return AMBIENT + (1 - AMBIENT) * np.abs(normal @ (lamp / np.linalg.norm(lamp)))
+
+
+def _unit(vectors: Real) -> Real:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
 
 def _texels(corners: Real, uv: Real, own: Index, at: Index, width: int, read: Reader | None) -> Real:

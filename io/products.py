@@ -338,4 +338,6 @@ def plot(run: Run, path: Path | None, name: Path) -> None:
         image, box = texture(run)
         target: Any = run.target
         placed = image.texture(box, kind=run.job.kind)
-        surface_plot.draw(target, path, map=run.fit.map, source=run.source, texture=placed)
+        surface_plot.draw(
+            target, path, map=run.fit.map, source=run.source, texture=placed, pins=run.fit.pins
+        )

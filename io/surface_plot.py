@@ -22,7 +22,7 @@ from .plot import grid
 from .shapes import Box, Shape
 from .transfer import MeshShape, placing
 
-INK, ACROSS, UP, EDGE = "#22262b", "#2a78b8", "#d1662b", "#c6ccd2"
+INK, ACROSS, UP, EDGE, MARK = "#22262b", "#2a78b8", "#d1662b", "#c6ccd2", "#b0122f"
 MOST_EDGES = 20000
 PIXELS = 900
 
@@ -34,6 +34,7 @@ def draw(
     map: HarmonicMap | None = None,
     source: Shape | None = None,
     texture: Texture | None = None,
+    pins: Complex | None = None,
 ) -> None:
     """Draw the figure of a mesh into a .png, .svg or .pdf file.
 
@@ -43,11 +44,14 @@ def draw(
         map: from the source's plane to the target's; without one the flattening itself shows a checkerboard.
         source: the map's source.
         texture: placed in the source's plane; with a mesh as source, that mesh's texture.
+        pins: (k, 2) places in the source's and the target's plane.
     """
     figure = Figure(figsize=(13, 6.4), layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
     _flat(left, target, map)
+    if pins is not None and len(pins):
+        _pins(left, map, np.reshape(pins, (-1, 2)))
     right.imshow(surface(target, map, source, texture), interpolation="none")
     for axes, title in ((left, "flattened"), (right, Path(target.spec).name)):
         axes.set_aspect("equal")
@@ -99,6 +103,14 @@ def _flat(axes: Axes, target: MeshShape, map: HarmonicMap | None) -> None:
     for loop in piece.loops:
         closed = np.append(flat[loop], flat[loop[:1]])
         axes.plot(closed.real, closed.imag, color=INK, lw=1.2)
+
+
+def _pins(axes: Axes, map: HarmonicMap | None, pins: Complex) -> None:
+    """Where pins should go, circled, and where they went."""
+    axes.plot(pins[:, 1].real, pins[:, 1].imag, "o", color=MARK, ms=7, mfc="none")
+    if map is not None:
+        image = map(pins[:, 0])
+        axes.plot(image.real, image.imag, ".", color=MARK, ms=5)
 
 
 def _strands(axes: Axes, lines: Complex, colour: str, width: float) -> None:
