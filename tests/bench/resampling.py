@@ -1,0 +1,347 @@
+"""Measurements of resampling: python -m tests.bench.resampling [coordinates quality scaling command]
+
+Every figure is a ratio within one run: times on a shared machine mean little by themselves.
+"""
+
+import json
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from iccm.canvas import Canvas, Diagnostics, Raster
+from iccm.harmonic import HarmonicMap
+from iccm.inverse import Inverse
+from iccm.resample import Texture, Warp, warp
+
+BOX = (-1.4 - 1.4j, 1.4 + 1.4j)
+VERTICES = 300
+
+
+def shape(n=VERTICES):
+    """A rounded star that fills about half of its canvas."""
+    s = 2 * np.pi * np.arange(n) / n
+    return (1 + 0.3 * np.cos(5 * s)) * np.exp(1j * s)
+
+
+def maps():
+    """A conformal and a harmonic map of that star."""
+    p = shape()
+    return {
+        "conformal": HarmonicMap(p, p + 0.2 * p**2, 0 * p),
+        "harmonic": HarmonicMap(p, p + 0.1 * p**2, 0.25 * p.conj() + 0.05 * p.conj() ** 2),
+    }
+
+
+def best(work, times=3):
+    """The shortest of some runs, in seconds."""
+    took = []
+    for _ in range(times):
+        start = time.perf_counter()
+        work()
+        took.append(time.perf_counter() - start)
+    return min(took)
+
+
+def coordinates(size=4096):
+    """Source points of every pixel: time against cv2.remap and the dense sum, error against the dense sum."""
+    picture = np.random.default_rng(0).random((size, size, 4), dtype=np.float32)
+    x, y = np.meshgrid(np.arange(size, dtype=np.float32), np.arange(size, dtype=np.float32))
+    print(f"## Coordinates of {size}² pixels, {VERTICES} vertices, error asked for 0.05 texel")
+    print(
+        "map        inside    remap s  ours s  ratio  prepare s  dense s (est.)  dense/ours  error max / median, texel"
+    )
+    for name, map in maps().items():
+        canvas = Canvas(size, size, BOX)
+        texel = 2.8 / size
+        found = np.zeros((size, size), dtype=np.complex64)
+
+        def ours(map=map, canvas=canvas, texel=texel, found=found):
+            raster = Raster(Inverse(map, 2 * canvas.step[0]), canvas, 0.05 * texel, slopes=False)
+            seen = Diagnostics()
+            for band in raster.bands():
+                found[band.row : band.row + len(band.z)] = band.z
+                seen.add(band.diagnostics)
+            return raster, seen
+
+        raster, seen = ours()
+        remap = best(lambda: cv2.remap(picture, x + 0.3, y + 0.3, cv2.INTER_CUBIC))
+        took, again = best(ours), best(lambda: cv2.remap(picture, x + 0.3, y + 0.3, cv2.INTER_CUBIC))
+        remap = min(remap, again)
+        prepare = best(lambda map=map, canvas=canvas: Inverse(map, 2 * canvas.step[0]).nearest)
+        error, dense = held_against_dense(map, raster, texel)
+        estimate = dense * seen.inside
+        print(
+            f"{name:10} {seen.inside / size**2:6.0%}  {remap:9.3f} {took:7.3f} {took / remap:6.2f} {prepare:10.3f}"
+            f" {estimate:15.0f} {estimate / took:11.0f}  {error.max():.4f} / {np.median(error):.1e}"
+        )
+    print(
+        f"peak memory {peak():.2f} GB, of which the test picture and remap's maps {picture.nbytes * 1.5e-9:.2f}\n"
+    )
+
+
+def held_against_dense(map, raster, texel, count=20_000):
+    """Errors in texels at random pixels, half of them within 8 pixels of the outline; seconds of a dense evaluation."""
+    rng, z, w, near = np.random.default_rng(1), [], [], []
+    for band in raster.bands():
+        inner = band.coverage == 1
+        edge = inner & (cv2.erode(inner.astype(np.uint8), np.ones((17, 17), np.uint8)) == 0)
+        z.append(band.z[inner])
+        w.append(raster.canvas.centres(band.row, len(band.z))[inner])
+        near.append(edge[inner])
+    z, w, near = (np.concatenate(a) for a in (z, w, near))
+    pick = np.concatenate(
+        [rng.choice(np.flatnonzero(near == side), count // 2, replace=False) for side in (0, 1)]
+    )
+    z, w = z[pick], w[pick]
+    start = time.perf_counter()
+    f = map(z)
+    took = (time.perf_counter() - start) / count
+    a, b = map.derivatives(z)
+    r = w - f
+    return np.abs(a.conj() * r - b * r.conj()) / (np.abs(a) ** 2 - np.abs(b) ** 2) / texel, took
+
+
+def quality():
+    """PSNR against the area averages of an analytic picture pulled back through the same map."""
+    print("## Quality: PSNR in dB against the exact area average of every pixel (8 or more samples a side)")
+    kinds = [
+        "cv2 linear",
+        "cv2 cubic",
+        "cv2 lanczos4",
+        "skimage 1",
+        "skimage 3",
+        "skimage 5",
+        "TextureSystem",
+    ]
+    kinds += ["iccm cubic", "iccm lanczos", "iccm spline"]
+    print(f"{'':28}" + "".join(f"{k:>14}" for k in kinds) + "   spline at least the best of the others")
+    for map_name, map in maps().items():
+        inverse = Inverse(map, 1e-3)
+        for row, texels, pixels, samples in (
+            ("4x up", 256, 1024, 4),
+            ("same", 512, 512, 8),
+            ("8x down", 2048, 256, 24),
+        ):
+            fine = texels / 2.8
+            for picture, g in pictures(
+                fine * (0.4 if row != "8x down" else 0.5), fine * (0.2 if row != "8x down" else 0.03)
+            ):
+                result = compared(inverse, g, texels, pixels, samples)
+                cells = "".join(f"{result[k]:14.1f}" for k in kinds)
+                others = max(v for k, v in result.items() if not k.startswith("iccm"))
+                print(
+                    f"{map_name:10}{row:8} {picture:9}{cells}   {'yes' if result['iccm spline'] >= others else 'NO'}"
+                )
+    print()
+
+
+def pictures(fastest, slow):
+    """A zone plate whose frequency reaches `fastest` at the rim, and a sum of sinusoids of frequency `slow`."""
+    yield "zone", lambda z: 0.5 + 0.5 * np.cos(np.pi * fastest / 1.3 * np.abs(z) ** 2)
+    yield (
+        "sinusoid",
+        lambda z: (
+            0.5
+            + 0.25 * np.cos(2 * np.pi * slow * (0.8 * z.real + 0.6 * z.imag))
+            + 0.25 * np.cos(2 * np.pi * slow * (0.8 * z.imag - 0.6 * z.real) + 1)
+        ),
+    )
+
+
+def compared(inverse, g, texels, pixels, samples):
+    """PSNR of every method for one picture and one scale."""
+    from skimage.transform import warp as skimage_warp
+
+    canvas = Canvas(pixels, pixels, BOX)
+    texture = g(Canvas(texels, texels, BOX).centres()).astype(np.float32)
+    fine = Raster(inverse, Canvas(pixels * samples, pixels * samples, BOX), 1e-9, slopes=False)
+    rows = np.concatenate([np.nan_to_num(g(band.z)).astype(np.float32) for band in fine.bands()])
+    truth = rows.reshape(pixels, samples, pixels, samples).mean((1, 3))
+    bands = list(Raster(inverse, canvas, 1e-10).bands())
+    z, right, down, cover = (
+        np.concatenate([getattr(b, k) for b in bands]) for k in ("z", "right", "down", "coverage")
+    )
+    inner = cv2.erode((cover == 1).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    scale = texels / 2.8
+    x, y = (np.where(inner, v, 0) for v in ((z.real + 1.4) * scale - 0.5, (1.4 - z.imag) * scale - 0.5))
+    made = {}
+    for name, flag in (
+        ("linear", cv2.INTER_LINEAR),
+        ("cubic", cv2.INTER_CUBIC),
+        ("lanczos4", cv2.INTER_LANCZOS4),
+    ):
+        made[f"cv2 {name}"] = cv2.remap(
+            texture, x.astype(np.float32), y.astype(np.float32), flag, borderMode=cv2.BORDER_REPLICATE
+        )
+    for order in (1, 3, 5):
+        made[f"skimage {order}"] = skimage_warp(
+            texture.astype(float), np.array([y, x]), order=order, mode="edge"
+        )
+    made["TextureSystem"] = texture_system(texture, z, right, down, inner)
+    for name in ("cubic", "lanczos", "spline"):
+        placed = Texture(texture[..., None], BOX, transfer="linear")
+        made[f"iccm {name}"] = warp(inverse, placed, canvas, filter=name).pixels[..., 0]
+    return {name: -10 * np.log10(np.mean((v[inner] - truth[inner]) ** 2)) for name, v in made.items()}
+
+
+def texture_system(texture, z, right, down, inner):
+    """OpenImageIO's own filtering, a point at a time, from a mip-mapped file of the texture."""
+    import OpenImageIO as oiio
+
+    with tempfile.TemporaryDirectory() as folder:
+        name = str(Path(folder) / "texture.exr")
+        source = oiio.ImageBuf(np.ascontiguousarray(texture[..., None]))
+        oiio.ImageBufAlgo.make_texture(oiio.MakeTxTexture, source, name, oiio.ImageSpec(0, 0, 0, "float"))
+        system, options = oiio.TextureSystem(False), oiio.TextureOpt()
+        options.swrap = options.twrap = oiio.Wrap.Clamp
+        s, t = (z.real + 1.4) / 2.8, (1.4 - z.imag) / 2.8
+        out = np.zeros(z.shape)
+        steps = (right.real, -right.imag, down.real, -down.imag)
+        for i, j in zip(*np.nonzero(inner)):
+            out[i, j] = system.texture(
+                name, options, float(s[i, j]), float(t[i, j]), *(float(d[i, j]) / 2.8 for d in steps), 1
+            )[0]
+        system.close_all()
+    return out
+
+
+def scaling(sizes=(1024, 2048, 4096, 8192, 16384)):
+    """The whole warp, streamed into a TIFF, each size in a process of its own."""
+    print(
+        "## Warp of a 2048² 8-bit RGBA texture, streamed into a file: linear in the pixels, bounded in memory"
+    )
+    print("size      solve+filter+write s   ns a pixel   peak GB")
+    for size in sizes:
+        done = subprocess.run(
+            [sys.executable, "-m", "tests.bench.resampling", "one", str(size)],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        found = json.loads(done.stdout)
+        print(
+            f"{size:6}² {found['seconds']:18.2f} {found['seconds'] / size**2 * 1e9:16.0f} {found['peak']:12.2f}"
+        )
+    print()
+
+
+def one(size):
+    """One streamed warp, in this process."""
+    from iccm.io import images
+
+    texture = np.random.default_rng(0).integers(0, 256, (2048, 2048, 4), dtype=np.uint8)
+    map, canvas = maps()["conformal"], Canvas(size, size, BOX)
+    warp(map, Texture(texture[:64, :64], BOX, 3), Canvas(64, 64, BOX))  # kernels are loaded
+    with tempfile.TemporaryDirectory() as folder:
+        start = time.perf_counter()
+        work = Warp(map, Texture(texture, BOX, 3), canvas, "cubic", "colour", "clamp", True, 0.05)
+        like = images.Image(texture, 3)
+        images.write_bands(Path(folder) / "out.tif", like, size, size, work.blocks())
+        took = time.perf_counter() - start
+    print(json.dumps({"seconds": took, "peak": peak()}))
+
+
+def command():
+    """`iccm map` on a 1024² picture, start-up included, against gdalwarp -tps and ImageMagick's Shepards."""
+    print("## The whole command on a 1024² picture, start-up included")
+    rng = np.random.default_rng(0)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder)
+        cv2.imwrite(str(path / "t.png"), rng.integers(0, 256, (1024, 1024, 3), dtype=np.uint8))
+        for name, z in (("a", shape(400)), ("b", shape(400) + 0.2 * shape(400) ** 2)):
+            points = " ".join(f"{512 + 360 * v.real:.3f},{512 - 360 * v.imag:.3f}" for v in z)
+            (path / f"{name}.svg").write_text(
+                f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1024 1024"><polygon points="{points}"/></svg>'
+            )
+        iccm = [
+            sys.executable,
+            "-m",
+            "iccm.cli",
+            "map",
+            f"{path}/a.svg",
+            f"{path}/b.svg",
+            "--texture",
+            f"{path}/t.png",
+        ]
+        if shutil.which("iccm", path=str(Path(sys.executable).parent)):
+            iccm[:3] = [str(Path(sys.executable).parent / "iccm")]
+        ours = timed([*iccm, "-o", f"{path}/o.png", "--force", "--size", "1024x1024"])
+        print(f"iccm map                         {ours:6.2f} s")
+        z = shape(200)
+        pairs = [
+            (512 + 360 * a.real, 512 - 360 * a.imag, 512 + 360 * b.real, 512 - 360 * b.imag)
+            for a, b in zip(z, z + 0.2 * z**2)
+        ]
+        against_gdal(path, pairs, ours)
+        against_magick(path, pairs, ours)
+    print()
+
+
+def against_gdal(path, pairs, ours):
+    """Thin-plate spline by GDAL; -et 0 is its exact form, the default interpolates it."""
+    if not shutil.which("gdalwarp"):
+        print("gdalwarp is not installed: apt-get install gdal-bin")
+        return
+    points = [str(v) for a, b, c, d in pairs for v in ("-gcp", a, b, c, 1024 - d)]
+    subprocess.run(["gdal_translate", "-q", *points, f"{path}/t.png", f"{path}/t.tif"], check=True)
+    for error in ([], ["-et", "0"]):
+        line = [
+            "gdalwarp",
+            "-q",
+            "-tps",
+            "-r",
+            "cubic",
+            "-overwrite",
+            *error,
+            "-te",
+            "0",
+            "0",
+            "1024",
+            "1024",
+        ]
+        took = timed([*line, "-ts", "1024", "1024", f"{path}/t.tif", f"{path}/g.tif"])
+        print(
+            f"gdalwarp -tps {' '.join(error) or '(approximate)':15}    {took:6.2f} s   {took / ours:6.2f} × ours"
+        )
+
+
+def against_magick(path, pairs, ours):
+    """Inverse distance weights by ImageMagick."""
+    tool = shutil.which("magick") or shutil.which("convert")
+    if not tool:
+        print("ImageMagick is not installed: apt-get install imagemagick")
+        return
+    points = " ".join(f"{a:.2f},{b:.2f} {c:.2f},{d:.2f}" for a, b, c, d in pairs)
+    took = timed([tool, f"{path}/t.png", "-distort", "Shepards", points, f"{path}/m.png"])
+    print(f"ImageMagick -distort Shepards    {took:6.2f} s   {took / ours:6.2f} × ours")
+
+
+def timed(line):
+    """The shorter of two runs of a command."""
+    return best(lambda: subprocess.run(line, check=True, capture_output=True), 2)
+
+
+def peak():
+    """Largest resident size of this process so far, GB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024e-9
+
+
+def main(asked):
+    """Runs the parts that are named, or all."""
+    parts = {"coordinates": coordinates, "quality": quality, "scaling": scaling, "command": command}
+    if asked[:1] == ["one"]:
+        return one(int(asked[1]))
+    for name in asked or parts:
+        parts[name]()
+    return None
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
