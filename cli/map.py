@@ -62,8 +62,10 @@ def execute(given: dict[str, Any]) -> int:
     from ..io.report import summary
     from ..io.run import run
 
+    threads = given.pop("threads")
+    job = make(options.values(given))
     with _progress() as progress:
-        outcome = run(make(options.values(given)), tell=logs.log.warning, progress=progress)
+        outcome = run(job, threads=threads, tell=logs.log.warning, progress=progress)
     for line in summary(outcome.report):
         logs.log.info(line)
     for name in outcome.written:

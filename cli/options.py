@@ -106,6 +106,9 @@ MESH = together(
     click.option(
         "--bake", is_flag=True, help="Fill the texture layout that the target mesh has, not a new one."
     ),
+    click.option(
+        "--threads", type=click.IntRange(1), help="For the pixels; never changes the result.  [default: all]"
+    ),
     click.option("--max-faces", type=int, default=5_000_000, show_default=True, help="Refuse larger meshes."),
 )
 

@@ -73,6 +73,7 @@ def test_every_field_is_an_option_of_the_command_line_and_back():
 
 def test_defaults_of_the_command_line_are_those_of_the_job():
     given = map.command.make_context("map", ["a.svg", "b.svg"]).params
+    given.pop("threads")
     job = make(options.values(given))
     assert job == Job(source="a.svg", target="b.svg")
 
