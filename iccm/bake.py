@@ -101,13 +101,14 @@ class Layout:
         return height, width
 
 
-def layout(name: str, uv: Real, uv_faces: Index, width: int, height: int) -> Layout:
+def layout(name: str, uv: Real, uv_faces: Index, twin: Index, width: int, height: int) -> Layout:
     """Rasterise UV charts; what lies outside 0..1 comes in on the other side, as renderers repeat textures.
 
     Args:
         name: of the mesh, for messages.
         uv: (t, 2) texture coordinates, v up.
         uv_faces: (m, 3) coordinate of each triangle's corner.
+        twin: (3m,) which half-edges lie on one edge (see `topology.Triangles`), to tell where charts end.
         width, height: texels.
 
     Raises:
@@ -126,7 +127,7 @@ def layout(name: str, uv: Real, uv_faces: Index, width: int, height: int) -> Lay
         )
     corners = np.stack([at[..., 0] * width, (1 - at[..., 1]) * height], axis=-1)
     outside = ((at < -1e-9) | (at > 1 + 1e-9)).any(axis=(1, 2))
-    raster = rasterise(corners, width, height, border=open_edges(uv_faces), wrap=bool(outside.any()))
+    raster = rasterise(corners, width, height, border=open_edges(uv_faces, twin), wrap=bool(outside.any()))
     turn = _turns(corners)
     report = {
         "charts": np.unique(charts(uv_faces, len(uv))[uv_faces[:, 0]]).size,

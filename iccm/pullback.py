@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from .cauchy import Complex
@@ -63,15 +64,23 @@ class Pullback:
 
 
 def bends(faces: NDArray, w: Complex, z_w: Complex, z_wbar: Complex) -> Real:
-    """(m,) how far the inverse strays from its linear interpolation in each triangle, estimated from its slopes at the corners.
+    """(m,) estimate of how far the inverse strays from its linear interpolation in each triangle (m, 3).
 
-    Along an edge e a smooth function differs from the chord by about |slope(b) e - slope(a) e| / 8. Unknown slopes give inf.
+    Along an edge e a smooth function differs from its chord by about |slope(b) e - slope(a) e| / 8. Unknown slopes
+    give inf.
     """
-    corner_w = w[faces]
-    worst = np.zeros(len(faces))
-    for k in range(3):
-        a, b = faces[:, k], faces[:, (k + 1) % 3]
-        e = corner_w[:, (k + 1) % 3] - corner_w[:, k]
-        change = (z_w[b] - z_w[a]) * e + (z_wbar[b] - z_wbar[a]) * e.conj()
-        worst = np.maximum(worst, np.where(np.isfinite(change), np.abs(change) / 8, np.inf))
-    return worst
+    out = np.empty(len(faces))
+    _bends(np.ascontiguousarray(faces), w, z_w, z_wbar, out)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _bends(faces, w, z_w, z_wbar, out):
+    for t in range(faces.shape[0]):
+        worst = 0.0
+        for k in range(3):
+            a, b = faces[t, k], faces[t, (k + 1) % 3]
+            e = w[b] - w[a]
+            off = abs((z_w[b] - z_w[a]) * e + (z_wbar[b] - z_wbar[a]) * e.conjugate()) / 8
+            worst = max(worst, off) if off == off else np.inf
+        out[t] = worst

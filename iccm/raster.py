@@ -57,13 +57,22 @@ def rasterise(
 
 def affine(corners: Real, values: NDArray) -> NDArray:
     """(m, 3) coefficients (c0, cx, cy) of c0 + cx x + cy y taking (m, 3, 2) corners to (m, 3) values; 0 without area."""
-    e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = e1[:, 0] * e2[:, 1] - e1[:, 1] * e2[:, 0]
-    inverse = np.where(area != 0, 1.0 / np.where(area != 0, area, 1.0), 0.0)
-    d1, d2 = values[:, 1] - values[:, 0], values[:, 2] - values[:, 0]
-    cx = (d1 * e2[:, 1] - d2 * e1[:, 1]) * inverse
-    cy = (d2 * e1[:, 0] - d1 * e2[:, 0]) * inverse
-    return np.stack([values[:, 0] - cx * corners[:, 0, 0] - cy * corners[:, 0, 1], cx, cy], axis=1)
+    out = np.empty((len(corners), 3), values.dtype)
+    _affine(np.ascontiguousarray(corners, dtype=np.float64), np.ascontiguousarray(values), out)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _affine(corners, values, out):
+    for t in range(corners.shape[0]):
+        ax, ay = corners[t, 1, 0] - corners[t, 0, 0], corners[t, 1, 1] - corners[t, 0, 1]
+        bx, by = corners[t, 2, 0] - corners[t, 0, 0], corners[t, 2, 1] - corners[t, 0, 1]
+        area = ax * by - ay * bx
+        inverse = 1.0 / area if area != 0 else 0.0
+        d1, d2 = values[t, 1] - values[t, 0], values[t, 2] - values[t, 0]
+        out[t, 1] = (d1 * by - d2 * ay) * inverse
+        out[t, 2] = (d2 * ax - d1 * bx) * inverse
+        out[t, 0] = values[t, 0] - out[t, 1] * corners[t, 0, 0] - out[t, 2] * corners[t, 0, 1]
 
 
 @njit(cache=True, nogil=True)
@@ -166,9 +175,13 @@ def _touch(corners, chosen, owner, centre, nearest, wrap):
                     owner[row, column] = t
 
 
-def open_edges(uv_corners: Index) -> NDArray[np.bool_]:
-    """(m,) whether a triangle has an edge that no other has, for (m, 3) indices of texture coordinates: a chart's border."""
+def open_edges(uv_corners: Index, twin: Index) -> NDArray[np.bool_]:
+    """(m,) whether a triangle lies on a chart's border: one of its edges has no neighbour, or one with other coordinates.
+
+    Args:
+        uv_corners: (m, 3) texture coordinate of each corner.
+        twin: (3m,) neighbouring half-edge of each, -1 where there is none (see `topology.Triangles`).
+    """
     tail, head = uv_corners.ravel(), np.roll(uv_corners, -1, axis=1).ravel()
-    key = np.minimum(tail, head) * (uv_corners.max(initial=0) + 1) + np.maximum(tail, head)
-    _, where, times = np.unique(key, return_inverse=True, return_counts=True)
-    return (times[where] == 1).reshape(-1, 3).any(axis=1)
+    joined = (twin >= 0) & (tail == head[twin]) & (head == tail[twin])
+    return ~joined.reshape(-1, 3).all(axis=1)

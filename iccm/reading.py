@@ -1,6 +1,7 @@
 """Stored pixels of a texture at scattered places with their footprints."""
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from . import colour, sampling
@@ -65,7 +66,7 @@ class Reader:
         def fill(part: slice) -> None:
             xy, turn = places(part)
             values = np.empty((len(xy), self.channels), np.float32)
-            sampling.read_all(self.pyramid, xy, turn, self.filter, values)
+            _read(self.pyramid, xy, turn, self.filter, values)
             out[part] = self._stored(values)
 
         over_slices(fill, count, threads, SLICE)
@@ -77,3 +78,61 @@ class Reader:
             colours = [k for k in range(self.channels) if k != alpha]
             values[:, colours] /= np.where(values[:, alpha] != 0, values[:, alpha], 1)[:, None]
         return colour.encode(values[None], self.texture.pixels.dtype, alpha, srgb=self.srgb)[0]
+
+
+def _read(tex: sampling.Pyramid, xy: Real, turn: Real, kind: int, out: Real) -> None:
+    """As `sampling.read_all`, with a short cut for magnified pixels under a cubic filter."""
+    if kind != sampling.CUBIC:
+        sampling.read_all(tex, xy, turn, kind, out)
+        return
+    left = _magnified(tex, xy, turn, out)
+    if left.any():
+        rest = np.empty((int(left.sum()), out.shape[1]), out.dtype)
+        sampling.read_all(tex, xy[left], turn[left], kind, rest)
+        out[left] = rest
+
+
+@njit(cache=True, nogil=True)
+def _magnified(tex, xy, turn, out):
+    """Catmull-Rom where the texture is magnified and its edge is not near; (p,) whether a point is left to do."""
+    columns, rows = np.empty(4), np.empty(4)
+    width, height = tex.width[0], tex.height[0]
+    left = np.ones(xy.shape[0], np.bool_)
+    for i in range(xy.shape[0]):
+        x, y = xy[i]
+        a, b, c, d = turn[i]
+        e, f, g = a * a + b * b, a * c + b * d, c * c + d * d
+        if not 0.5 * (e + g) + np.sqrt(0.25 * (e - g) ** 2 + f * f) <= 1:
+            continue
+        if not (1.5 <= x < width - 1.5 and 1.5 <= y < height - 1.5):
+            continue
+        j, k = int(np.floor(x - 0.5)), int(np.floor(y - 0.5))
+        _catmull_rom(x - 0.5 - j, columns)
+        _catmull_rom(y - 0.5 - k, rows)
+        _weighted(tex.texels, (k - 1) * width + j - 1, width, columns, rows, out[i])
+        left[i] = False
+    return left
+
+
+@njit(cache=True, nogil=True)
+def _catmull_rom(t, out):
+    """Weights of the four texels around a place t past the second one."""
+    out[0] = ((-0.5 * t + 1) * t - 0.5) * t
+    out[1] = (1.5 * t - 2.5) * t * t + 1
+    out[2] = ((-1.5 * t + 2) * t + 0.5) * t
+    out[3] = (0.5 * t - 0.5) * t * t
+
+
+@njit(cache=True, nogil=True)
+def _weighted(texels, first, width, columns, rows, out):
+    for channel in range(out.size):
+        total = 0.0
+        for k in range(4):
+            at = first + k * width
+            total += rows[k] * (
+                columns[0] * texels[at, channel]
+                + columns[1] * texels[at + 1, channel]
+                + columns[2] * texels[at + 2, channel]
+                + columns[3] * texels[at + 3, channel]
+            )
+        out[channel] = total

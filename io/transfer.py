@@ -275,7 +275,7 @@ def bake(
     mesh = target.file.mesh
     faces = target.uv_faces
     assert mesh.uv is not None
-    charts = baking.layout(target.spec, mesh.uv, faces, *size)
+    charts = baking.layout(target.spec, mesh.uv, faces, target.flattening.patch.triangles.twin, *size)
     texture = image.texture(box, options.get("kind", "colour"))
     pixels, figures = baking.bake(
         target.flattening,

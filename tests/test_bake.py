@@ -13,6 +13,7 @@ from iccm.patch import patch
 from iccm.pullback import Pullback, bends
 from iccm.raster import affine, open_edges, rasterise
 from iccm.resample import Texture
+from iccm.topology import Triangles
 
 SQUARE = np.concatenate(
     [np.linspace(a, b, 16, endpoint=False) for a, b in ((0, 1), (1, 1 + 1j), (1 + 1j, 1j), (1j, 0))]
@@ -108,9 +109,13 @@ def test_the_affine_interpolation_of_corners():
 
 
 def test_borders_of_charts():
-    assert open_edges(np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1]])).tolist() == [True, True, True]
-    tetrahedron = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-    assert not open_edges(tetrahedron).any()
+    tetrahedron = Triangles(np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), 4)
+    assert not open_edges(tetrahedron.faces, tetrahedron.twin).any()
+    torn = tetrahedron.faces.copy()
+    torn[3, 0] = 4  # the last triangle has a coordinate of its own at vertex 1
+    assert open_edges(torn, tetrahedron.twin).tolist() == [True, True, False, True]
+    fan = Triangles(tetrahedron.faces[:3], 4)
+    assert open_edges(fan.faces, fan.twin).tolist() == [True, True, True]
 
 
 # ---- the inverse, and triangles under points
@@ -160,7 +165,7 @@ def baked(mesh, size=64, texture=None, pull=None, **options):
     shift = (mesh.points[piece.vertex[0], 0] + 1j * mesh.points[piece.vertex[0], 1]) - found.flat[0]
     object.__setattr__(found, "flat", found.flat + shift)
     texture = texture if texture is not None else Texture(smooth_texture(), (0, 1 + 1j), transfer="linear")
-    charts = baking.layout("grid", mesh.uv, mesh.uv_corners[piece.corner], size, size)
+    charts = baking.layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, size, size)
     pull = Pullback(mapped()) if pull is None else pull
     return baking.bake(found, charts, pull, texture, baking.Plane(texture), **options), charts
 
@@ -237,4 +242,5 @@ def test_absurd_coordinates_are_refused(value):
     mesh = square_grid(2)
     mesh.uv[3, 0] = value
     with pytest.raises(InputError, match="grid: texture coordinates"):
-        baking.layout("grid", mesh.uv, mesh.uv_corners[patch(mesh).corner], 8, 8)
+        piece = patch(mesh)
+        baking.layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, 8, 8)
