@@ -125,8 +125,9 @@ def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
         try:
             values = json.loads(line)
         except (ValueError, RecursionError) as error:  # also numbers of thousands of digits, and deep nesting
-            located = isinstance(error, json.JSONDecodeError)
-            what = f"column {error.colno}: {error.msg}" if located else str(error)
+            what = str(error)
+            if isinstance(error, json.JSONDecodeError):
+                what = f"column {error.colno}: {error.msg}"
             found.append(f"{place}: {what}; each line is one JSON object")
             continue
         if not isinstance(values, dict):

@@ -13,6 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize, TwoSlopeNorm
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter
 
 from ..evaluate import Evaluator
@@ -32,9 +33,8 @@ def draw(run: Run, path: Path) -> None:
     Six panels: the source with a grid and its pins, the grid's image over the target, the energy against the
     iteration, the logarithm of the area scale and the dilatation over the source, and the report in words.
     """
-    figure = Figure(figsize=(15, 9.4), layout="constrained")
+    figure = Figure(figsize=(15, 9.4), layout=ConstrainedLayoutEngine(w_pad=0.15, h_pad=0.12))
     FigureCanvasAgg(figure)
-    figure.get_layout_engine().set(w_pad=0.15, h_pad=0.12)
     panels = figure.subplots(2, 3)
     _grids(run, panels[0, 0], panels[0, 1])
     _energy(run.fit.energies, panels[0, 2])

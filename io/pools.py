@@ -48,11 +48,11 @@ class Processes:
         """Start a job on an idle process, or on a new one; waits for a process that still starts."""
         for lane in [lane for lane in self._lanes if lane.broken]:
             self._drop(lane)
-        lane = next((lane for lane in self._lanes if lane.idle), None)
-        if lane is None:
-            lane = _Lane(self._threads)
-            self._lanes.append(lane)
-        return lane.submit(payload)
+        idle = [lane for lane in self._lanes if lane.idle]
+        if not idle:
+            idle = [_Lane(self._threads)]
+            self._lanes += idle
+        return idle[0].submit(payload)
 
     def abandon(self, futures: list[Future]) -> None:
         """Terminate the processes that run these jobs, all at once, and kill those that stay."""

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import InputError
 from .job import Job, path_of
@@ -295,17 +295,16 @@ def mesh(run: Run, path: Path | None, name: Path) -> None:
 
     assert path is not None
     box = run.source.box if run.job.texture_box == "viewbox" else run.source.curve.box
-    shown = (
-        Path(run.job.texture)
-        if run.job.texture
-        else transfer.texture_file(run.source)
-        if _surface(run)
-        else None
-    )  # type: ignore[arg-type]
-    target: Any = run.target
-    options = {"name": name, "texture": shown, "force": run.job.force, "threads": run.threads}
+    source, target, shown = cast(Any, run.source), cast(Any, run.target), None
+    if run.job.texture:
+        shown = Path(run.job.texture)
+    elif _surface(run):
+        shown = transfer.texture_file(source)
+    force, threads = run.job.force, run.threads
     with run.timed("write"):
-        run.figures |= transfer.new_uvs(target, run.fit.map, run.source, box, path, **options)
+        run.figures |= transfer.new_uvs(
+            target, run.fit.map, source, box, path, name=name, texture=shown, force=force, threads=threads
+        )
 
 
 def baked(run: Run, path: Path | None, name: Path) -> None:
@@ -338,6 +337,4 @@ def plot(run: Run, path: Path | None, name: Path) -> None:
         image, box = texture(run)
         target: Any = run.target
         placed = image.texture(box, kind=run.job.kind)
-        surface_plot.draw(
-            target, path, map=run.fit.map, source=run.source, texture=placed, pins=run.fit.pins
-        )
+        surface_plot.draw(target, path, map=run.fit.map, source=run.source, texture=placed, pins=run.fit.pins)

@@ -66,6 +66,7 @@ def test_every_field_is_an_option_of_the_command_line_and_back():
             "log_format",
             "quiet",
             "verbose",
+            "threads",
         }
         names = {"source" if name == "shape" else name for name in names}
         assert names == fields - own
