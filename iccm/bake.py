@@ -1,7 +1,7 @@
 """A texture resampled into a mesh's own UV layout: every texel through its flat position back to the source's texture.
 
-Where the inverse map is all but linear within a triangle (to `max_error` texels of the texture) it is interpolated from the
-corners; elsewhere it is solved at each texel.
+Where the inverse map is all but linear within a triangle (to `max_error` texels of the texture) it is interpolated
+from the corners; elsewhere it is solved at each texel.
 """
 
 from dataclasses import dataclass
@@ -223,7 +223,7 @@ class _Source:
 
 
 def padded(pixels: NDArray, covered: NDArray[np.bool_], reach: int) -> NDArray:
-    """The picture with colours spread `reach` texels (-1: everywhere) past what is covered, each from the nearest texel."""
+    """The picture with colours spread `reach` texels (-1: everywhere) past what is covered, from the nearest texel."""
     if reach == 0 or covered.all() or not covered.any():
         return pixels
     import cv2

@@ -27,8 +27,8 @@ MOST = 3000  # boundary vertices: their matrix is dense
 def conformal(patch: Patch, outline: Index) -> Complex:
     """(p,) positions in the unit disk, as conformal as the triangles allow.
 
-    The boundary angles are the harmonic measure seen from a vertex deep inside, or those of least energy: where the disk
-    is crowded the energy is blind to small parts, so the one that keeps angles better on the surface is taken.
+    The boundary angles are the harmonic measure seen from a vertex deep inside, or those of least energy: where the
+    disk is crowded the energy is blind to small parts, so the one that keeps angles better on the surface is taken.
     """
     whole, points, outline = filled(patch, outline)
     laplacian = cotangents(whole, points)
@@ -91,11 +91,13 @@ def cotangents(whole: Triangles, points: Real) -> csr_matrix:
 
 
 def least_energy(schur: Real, gap: Real) -> Real:
-    """Gaps between neighbours (n,), all positive, for the angles of least conformal energy ½(cᵀSc + sᵀSs) - area of the polygon, c = cos, s = sin.
+    """Gaps between neighbours (n,), all positive, for the angles of least conformal energy.
 
-    The energy is zero exactly for a conformal map. Three of the points stay a third of the circle apart, which takes up
-    the freedom of the disk's Möbius maps; the gaps between are a softmax, so that they stay positive however small. Newton's
-    method with Levenberg's damping.
+    That is ½(cᵀSc + sᵀSs) - area of the polygon, c = cos, s = sin of the angles.
+
+    The energy is zero exactly for a conformal map. Three of the points stay a third of the circle apart, which takes
+    up the freedom of the disk's Möbius maps; the gaps between are a softmax, so that they stay positive however
+    small. Newton's method with Levenberg's damping.
     """
     n = gap.size
     cuts = np.searchsorted(_angles(gap), [THIRD, 2 * THIRD])

@@ -155,8 +155,8 @@ def farthest(points: Real) -> tuple[int, int]:
     if len(points) <= 2000:
         from scipy.spatial.distance import pdist, squareform
 
-        a, b = np.unravel_index(np.argmax(squareform(pdist(points))), (len(points),) * 2)
-        return int(a), int(b)
+        pair = int(np.argmax(squareform(pdist(points))))
+        return pair // len(points), pair % len(points)
     a = 0
     for _ in range(4):
         b = a

@@ -41,9 +41,9 @@ class Locator:
         return owner[rows, columns]
 
     def __call__(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
-        """(p,) triangle and (p, 3) barycentric coordinates of points; outside, those of the nearest point of a triangle near by.
+        """(p,) triangle and (p, 3) barycentric coordinates of points.
 
-        Points of a hole or outside count as being on its border.
+        Points of a hole or outside count as being on the border of a triangle near by.
         """
         at = (z - self.low) * self.scale
         column, row = (np.clip(c.astype(np.int64), 0, GRID - 1) for c in (at.real, at.imag))

@@ -1,8 +1,9 @@
 """Which triangle covers which texel: the rasteriser behind baking and behind pictures of surfaces.
 
-A texel belongs to the triangle that holds its centre; a centre exactly on an edge belongs to one of the two triangles (the
-top-left rule), so that charts have neither gaps nor double texels. Edge functions are float64. Texels that a chart's border
-only touches are given to the nearest border triangle afterwards, so that interpolation at the border finds colours there.
+A texel belongs to the triangle that holds its centre; a centre exactly on an edge belongs to one of the two triangles
+(the top-left rule), so that charts have neither gaps nor double texels. Edge functions are float64. Texels that a
+chart's border only touches are given to the nearest border triangle afterwards, so that interpolation at the border
+finds colours there.
 """
 
 from dataclasses import dataclass
@@ -56,7 +57,7 @@ def rasterise(
 
 
 def affine(corners: Real, values: NDArray) -> NDArray:
-    """(m, 3) coefficients (c0, cx, cy) of c0 + cx x + cy y taking (m, 3, 2) corners to (m, 3) values; 0 without area."""
+    """(m, 3) coefficients of c0 + cx x + cy y that takes (m, 3, 2) corners to (m, 3) values; flat where no area."""
     out = np.empty((len(corners), 3), values.dtype)
     _affine(np.ascontiguousarray(corners, dtype=np.float64), np.ascontiguousarray(values), out)
     return out
@@ -84,7 +85,7 @@ def _edges(tri, sign, a, b, c):
             p, q = q, p
         a[k] = tri[p, 1] - tri[q, 1]
         b[k] = tri[q, 0] - tri[p, 0]
-        # anchored on the same end for both triangles of an edge, so that they compute the same number with opposite sign
+        # anchored on the same end for both triangles of an edge: they compute the same number, opposite in sign
         u = p if (tri[p, 0], tri[p, 1]) < (tri[q, 0], tri[q, 1]) else q
         c[k] = -(a[k] * tri[u, 0] + b[k] * tri[u, 1])
 
@@ -176,7 +177,7 @@ def _touch(corners, chosen, owner, centre, nearest, wrap):
 
 
 def open_edges(uv_corners: Index, twin: Index) -> NDArray[np.bool_]:
-    """(m,) whether a triangle lies on a chart's border: one of its edges has no neighbour, or one with other coordinates.
+    """(m,) whether a triangle lies on a chart's border: an edge has no neighbour, or one with other coordinates.
 
     Args:
         uv_corners: (m, 3) texture coordinate of each corner.

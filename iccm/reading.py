@@ -5,6 +5,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from . import colour, sampling
+from .colour import Float
 from .curve import Real
 from .errors import InputError
 from .parallel import over_slices
@@ -57,9 +58,8 @@ class Reader:
         """(count, c) pixels as the texture stores them.
 
         Args:
-            places: takes a slice of the points to their (p, 2) texel coordinates (x right, y down) and (p, 4) derivatives.
-            count: number of points.
-            threads: as many as there are processors by default.
+            places: takes a slice of the points to their (p, 2) texel coordinates (x right, y down) and (p, 4)
+            derivatives. count: number of points. threads: as many as there are processors by default.
         """
         out = np.empty((count, self.channels), self.texture.pixels.dtype)
 
@@ -72,7 +72,7 @@ class Reader:
         over_slices(fill, count, threads, SLICE)
         return out
 
-    def _stored(self, values: Real) -> NDArray:
+    def _stored(self, values: Float) -> NDArray:
         alpha = self.texture.alpha
         if alpha >= 0 and self.mixes and not self.texture.associated:
             colours = [k for k in range(self.channels) if k != alpha]
@@ -80,7 +80,7 @@ class Reader:
         return colour.encode(values[None], self.texture.pixels.dtype, alpha, srgb=self.srgb)[0]
 
 
-def _read(tex: sampling.Pyramid, xy: Real, turn: Real, kind: int, out: Real) -> None:
+def _read(tex: sampling.Pyramid, xy: Real, turn: Real, kind: int, out: Float) -> None:
     """As `sampling.read_all`, with a short cut for magnified pixels under a cubic filter."""
     if kind != sampling.CUBIC:
         sampling.read_all(tex, xy, turn, kind, out)

@@ -97,7 +97,7 @@ def _unit(vectors: Real) -> Real:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
 
-def _texels(corners: Real, uv: Real, own: Index, at: Index, width: int, read: Reader | None) -> Real:
+def _texels(corners: Real, uv: Real, own: NDArray, at: Index, width: int, read: Reader | None) -> Real:
     if read is None:
         return np.full((at.size, 3), 0.8, np.float32)
     across = affine(corners, uv[..., 0])

@@ -1,5 +1,6 @@
-"""Opening a surface into a disk: closed ones along a path, handles along their shortest loops, longer where areas suffer."""
+"""Opening a surface into a disk: closed ones along a path, handles along short loops, further where areas suffer."""
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,16 +39,18 @@ def extended(opening: "Patch", to: int) -> "Patch":
 def vertex_path(patch: "Patch", stops: list[int]) -> Index:
     """The vertices along the shortest ways on edges from each of the stops to the next."""
     way = stops[:1]
-    for start, end in zip(stops, stops[1:]):
+    for start, end in pairwise(stops):
         way += walk(_paths(patch, np.array([start]))[1], end)[-2::-1]
     return np.array(way)
 
 
 def handle_loops(whole: "Patch") -> tuple[Index, Index]:
-    """The ends of the edges of 2g loops that open all handles (Erickson, Whittlesey, *Greedy Optimal Homotopy*, SODA 2005).
+    """The ends of the edges of 2g loops that open all handles.
 
-    A tree of shortest paths, a tree of triangles joined across the other edges, those of the longest loops first; each of
-    the 2g edges in neither tree closes a loop through the root. A hole counts as one more triangle, so that it stays a hole.
+    Erickson, Whittlesey, *Greedy Optimal Homotopy and Homology Generators*, SODA 2005.
+    A tree of shortest paths, a tree of triangles joined across the other edges, those of the longest loops first;
+    each of the 2g edges in neither tree closes a loop through the root. A hole counts as one more triangle, so that
+    it stays a hole.
     """
     shape = whole.triangles
     reach, before = _paths(whole, np.array([0]))
@@ -82,7 +85,7 @@ def _detour(patch: "Patch", way: list[int]) -> list[int]:
     """The way through a third vertex next to both of its ends' neighbours, along edges of the file."""
     ends = patch.triangles.tail[patch.drawn], patch.triangles.head[patch.drawn]
     near = [np.union1d(ends[1][ends[0] == v], ends[0][ends[1] == v]) for v in way]
-    common = np.intersect1d(*near)
+    common = np.intersect1d(near[0], near[1])
     return [way[0], int(common[0]), way[1]] if common.size else [int(np.setdiff1d(near[0], way)[0]), *way]
 
 
@@ -95,7 +98,7 @@ def _hole_of(patch: "Patch", vertex: Index) -> Index:
 
 
 def _spanning(a: Index, b: Index, cost: Real, count: int) -> np.ndarray:
-    """Whether each edge a - b is in a minimum spanning tree; of several edges between two nodes only the cheapest can be."""
+    """Whether each edge a - b is in a minimum spanning tree; between two nodes only the cheapest can be."""
     low, high = np.minimum(a, b), np.maximum(a, b)
     order = np.lexsort([cost, low * count + high])
     key = (low * count + high)[order]

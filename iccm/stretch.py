@@ -7,7 +7,7 @@ from .curve import Real
 
 
 def stretches(space: Real, plane: Complex) -> tuple[Real, Real]:
-    """Singular values of the affine maps from (m, 3, 3) triangles in space to (m, 3) in the plane, the smaller signed."""
+    """Singular values of the affine maps of (m, 3, 3) triangles in space to (m, 3) in the plane, the smaller signed."""
     e1, e2 = space[:, 1] - space[:, 0], space[:, 2] - space[:, 0]
     length = np.linalg.norm(e1, axis=1)
     x = np.einsum("ij,ij->i", e1, e2) / length

@@ -117,7 +117,7 @@ class Triangles:
         return loops
 
     def paths(self, points: Real, sources: Index, usable: NDArray[np.bool_]) -> tuple[Real, Index]:
-        """(n,) length of the shortest way along usable half-edges (3m,) from the nearest source, and the vertex before each.
+        """(n,) length of the shortest way along usable half-edges (3m,) from a source, and the vertex before each.
 
         The vertex before a source is negative.
         """

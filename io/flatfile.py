@@ -1,4 +1,4 @@
-"""A flattening as a file: its outline as SVG, the flat mesh as OBJ, the mesh with the flattening as texture coordinates."""
+"""A flattening as a file: its outline (SVG), the flat mesh (OBJ), the mesh with flat positions as coordinates."""
 
 from pathlib import Path
 
@@ -59,8 +59,8 @@ def flat_obj(shape: MeshShape) -> str:
         text.append(("vt %.10g %.10g\n" * len(mesh.uv)) % tuple(mesh.uv.ravel().tolist()))
     else:
         uv = None
-    for size in np.unique(mesh.sizes):
-        text.append(_faces(corner, uv, mesh.starts[:-1][mesh.sizes == size], int(size)))
+    sizes = [int(size) for size in np.unique(mesh.sizes)]
+    text += [_faces(corner, uv, mesh.starts[:-1][mesh.sizes == size], size) for size in sizes]
     return "".join(text)
 
 

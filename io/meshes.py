@@ -6,6 +6,7 @@ OBJ keeps its bytes (`obj`, `objwrite`, `mtl`); GLB, PLY, OFF and STL go through
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -189,7 +190,7 @@ def write(
     name: Path,
     texture: Path | None = None,
     force: bool = False,
-) -> list[str]:
+) -> tuple[list[str], list[str]]:
     """Write the mesh with new texture coordinates.
 
     Args:
@@ -203,17 +204,17 @@ def write(
         force: whether that .mtl may be replaced.
 
     Returns:
-        The other files written.
+        The other files written, and notes on material libraries.
     """
     check_output(str(name))
     if name.suffix.lower() != ".obj":
         _write_other(file.mesh, uv, uv_corners, triangles, out, name.suffix.lower(), texture)
-        return []
+        return [], []
     whole = file.obj or obj.parse(_as_obj(file.mesh), name)
     faces = file.faces if file.obj else np.ones(len(whole.face_at), bool)
     if texture is None:
         out.write_bytes(objwrite.retextured(whole, faces, uv, uv_corners))
-        return []
+        return [], []
     library = name.with_suffix(".mtl")
     materials, notes = _library(whole)
     rename, plain = _renamed(whole, faces)
@@ -222,7 +223,7 @@ def write(
     text = mtl.bound(materials, rename, plain, texture, library)
     with files.replacing(library, force=force) as temporary:
         temporary.write_bytes(text.encode("utf-8", "surrogateescape"))
-    return [str(library)]
+    return [str(library)], notes
 
 
 def _library(whole: Obj) -> tuple[mtl.Library, list[str]]:
@@ -265,7 +266,7 @@ def _write_other(mesh: Mesh, uv, uv_corners, triangles, out: Path, suffix: str, 
     piece = trimesh.Trimesh(mesh.points[pairs[:, 0]], index.reshape(-1, 3), process=False)
     material = trimesh.visual.material.PBRMaterial(baseColorTexture=_opened(texture), metallicFactor=0.0)
     piece.visual = trimesh.visual.TextureVisuals(uv=uv[pairs[:, 1]], material=material)
-    data = piece.export(file_type=suffix[1:])
+    data: Any = piece.export(file_type=suffix[1:])
     out.write_bytes(data if isinstance(data, bytes) else data.encode())
 
 

@@ -1,7 +1,8 @@
 """OBJ files that keep their bytes: what is not changed is written back as it was read.
 
-Vertex and face order, polygons, groups, smoothing, materials, comments, spacing, line ends and negative indices all stay.
-New texture coordinates change the `vt` lines and the texture indices of `f` lines, a texture also `mtllib` and `usemtl`.
+Vertex and face order, polygons, groups, smoothing, materials, comments, spacing, line ends and negative indices all
+stay. New texture coordinates change the `vt` lines and the texture indices of `f` lines, a texture also `mtllib` and
+`usemtl`.
 """
 
 from dataclasses import dataclass
@@ -106,7 +107,7 @@ class Obj:
         return list(named)
 
     def current(self, keyword: str) -> tuple[Index, list[Statement]]:
-        """(f,) which of the `keyword` statements is in force at each face, -1 before the first; and those statements."""
+        """(f,) which `keyword` statement is in force at each face, -1 before the first; and those statements."""
         said = [s for s in self.statements if s.keyword == keyword]
         return np.searchsorted([s.at for s in said], self.face_at) - 1, said
 

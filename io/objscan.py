@@ -1,8 +1,8 @@
-"""The compiled loops under `obj`: one pass that counts an OBJ file's lines, one that fills arrays, one that rewrites corners.
+"""The compiled loops under `obj`: a pass that counts an OBJ file's lines, one that fills arrays, one that rewrites.
 
-They walk the bytes of the file, so a half-million faces take a fraction of a second. A line ends at \\n or \\r; a backslash
-before it continues the line. Numbers of up to 15 digits are converted exactly here (Clinger's fast path); the others are
-left to the C library and only listed.
+They walk the bytes of the file, so a half-million faces take a fraction of a second. A line ends at \\n or \\r; a
+backslash before it continues the line. Numbers of up to 15 digits are converted exactly here (Clinger's fast path);
+the others are left to the C library and only listed.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ def _skip_blanks(data, k):
     n = data.size
     while k < n:
         c = data[k]
-        if c == SPACE or c == TAB:
+        if c in (SPACE, TAB):
             k += 1
         elif c == BACKSLASH and k + 1 < n and data[k + 1] == LF:
             k += 2

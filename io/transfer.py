@@ -1,7 +1,8 @@
 """Textures onto and from meshes: a mesh as source or target of a map, by way of its flattening.
 
-The plane of a mesh is its flattening, in the mesh's own units. What a mesh target gets is either new texture coordinates
-(`new_uvs`: nothing is resampled) or a picture for the coordinates it has (`bake`). A mesh source gives its own texture.
+The plane of a mesh is its flattening, in the mesh's own units. What a mesh target gets is either new texture
+coordinates (`new_uvs`: nothing is resampled) or a picture for the coordinates it has (`bake`). A mesh source gives
+its own texture.
 """
 
 from dataclasses import dataclass
@@ -44,7 +45,7 @@ class MeshShape(Shape):
     flattening: Flattening
 
     def to_core(self, xy: ArrayLike) -> Complex:
-        """Flat positions of (..., 3) points in space, by the nearest vertex; (..., 2) points are in the plane already."""
+        """Flat positions of (..., 3) points in space, by the nearest vertex; (..., 2) points are flat already."""
         given = np.asarray(xy, dtype=float)
         if given.shape[-1] == 2:
             return super().to_core(given)
@@ -223,7 +224,7 @@ def new_uvs(
     piece, mesh = target.flattening.patch, target.file.mesh
     corners = np.zeros(mesh.corners.size, np.int64)
     corners[piece.corner] = piece.faces
-    written = meshes.write(
+    written, missing = meshes.write(
         target.file, uv, corners, piece.corner, out, name=name, texture=texture, force=force
     )
     return figures | {
@@ -231,6 +232,7 @@ def new_uvs(
         "outside_points": pull.outside,
         "outside_distance": pull.away / target.curve.diagonal,
         "also_written": written,
+        "material_notes": missing,
     }
 
 

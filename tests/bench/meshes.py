@@ -1,0 +1,137 @@
+"""Meshes: OBJ files against libigl, all around LSCM against LSCM, a million triangles baked, angles against size.
+
+python -m tests.bench.meshes
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import igl
+import numpy as np
+
+from iccm import bake, flatten
+from iccm.harmonic import HarmonicMap
+from iccm.io import obj, objwrite
+from iccm.mesh import Mesh
+from iccm.patch import patch
+from iccm.pullback import Pullback
+from iccm.resample import Texture
+
+from . import surfaces
+
+
+def best(work: Callable, repeats: int = 3) -> tuple[float, float, object]:
+    """Least wall-clock and least processor seconds of some runs after a first one, and the last result."""
+    result = work()
+    wall, used = [], []
+    for _ in range(repeats):
+        start, cpu = time.perf_counter(), time.process_time()
+        result = work()
+        wall.append(time.perf_counter() - start)
+        used.append(time.process_time() - cpu)
+    return min(wall), min(used), result
+
+
+def triangles(n: int, shape=surfaces.wave) -> Mesh:
+    """2 n² triangles of a surface over the square, with its plan as texture coordinates."""
+    z, quads = surfaces.square_grid(n)
+    q = np.array(quads)
+    faces = np.stack([q[:, [0, 1, 2]], q[:, [0, 2, 3]]], axis=1).reshape(-1, 3)
+    uv = np.column_stack([z.real, z.imag]) / 2 + 0.5
+    return Mesh.triangles(f"wave {n}", shape(z), faces, uv=uv, uv_corners=faces.ravel())
+
+
+def files() -> None:
+    """Read and write half a million faces."""
+    mesh = triangles(500)
+    faces = mesh.corners.reshape(-1, 3)
+    with tempfile.TemporaryDirectory() as folder:
+        path, other = str(Path(folder) / "a.obj"), Path(folder) / "b.obj"
+        normals = np.zeros((0, 3)), np.zeros((0, 3), np.int64)
+        write, *_ = best(lambda: igl.writeOBJ(path, mesh.points, faces, *normals, mesh.uv, faces))
+        read, *_ = best(lambda: igl.readOBJ(path))
+        ours, _, whole = best(lambda: obj.read(path))
+        every = np.ones(len(faces), bool)
+
+        def rewrite() -> None:
+            other.write_bytes(objwrite.retextured(whole, every, mesh.uv, faces.ravel()))
+
+        again, *_ = best(rewrite)
+    print(
+        f"OBJ, {len(faces)} faces      read {ours:.2f} s (libigl {read:.2f})   write {again:.2f} s (libigl {write:.2f})"
+    )
+    print(f"                        together {(ours + again) / (read + write):.2f} times libigl's time")
+
+
+def flattening() -> None:
+    """A patch of a hundred thousand vertices."""
+    mesh = triangles(316)
+    checks, _, piece = best(lambda: patch(mesh))
+    solve, *_ = best(lambda: flatten.lscm(piece, piece.loops[0]), 1)
+
+    def everything() -> None:
+        found = flatten.flatten(patch(mesh))
+        found.report()
+        assert found.boundary.z.size
+
+    total, *_ = best(everything, 1)
+    rest = total - solve
+    print(
+        f"patch, {len(mesh.points)} vertices  checks {checks:.2f} s   LSCM {solve:.2f} s   all else {rest:.2f} s"
+    )
+
+
+def baking(size: int = 4096) -> None:
+    """A million triangles into size² texels."""
+    mesh = triangles(708)
+    piece = patch(mesh)
+    flat = (piece.points[:, 0] + 1j * piece.points[:, 1]).astype(complex)
+    side = np.linspace(-1, 1, 20, endpoint=False)
+    square = np.concatenate([side - 1j, 1 + 1j * side, -side + 1j, -1 - 1j * side])
+    map_ = HarmonicMap(square, square + 0.05 * square**2, 0 * square)
+    target = flatten.Flattening(piece, map_(flat), piece.loops[0], "given")
+    rng = np.random.default_rng(0)
+    texture = Texture(rng.integers(0, 255, (1024, 1024, 3)).astype(np.uint8), (-1 - 1j, 1 + 1j))
+    assert mesh.uv is not None
+    assert mesh.uv_corners is not None
+    uv, uv_faces = mesh.uv, mesh.uv_corners[piece.corner]
+
+    def work() -> None:
+        charts = bake.layout("wave", uv, uv_faces, piece.triangles.twin, size, size)
+        bake.bake(target, charts, Pullback(map_), texture, bake.Plane(texture))
+
+    wall, cpu, _ = best(work, 2)
+    print(f"bake, {len(piece.faces)} triangles into {size}²   {wall:.2f} s, {cpu:.2f} s of processor")
+
+
+def angles() -> None:
+    """Conformal error of the flattening against the mesh size."""
+    for name in ("face", "sail", "wave"):
+        errors = []
+        for n in (16, 32, 64):
+            z, quads = surfaces.square_grid(n) if name != "face" else surfaces.polar_grid(n, 2 * n)
+            corners = np.concatenate([np.array(f) for f in quads])
+            starts = np.concatenate([[0], np.cumsum([len(f) for f in quads])])
+            found = flatten.flatten(patch(Mesh(name, getattr(surfaces, name)(z), corners, starts)))
+            errors.append(found.report()["dilatation"]["p95"] - 1)
+        rates = np.log2(np.array(errors[:-1]) / errors[1:])
+        shown = ", ".join(f"{e:.4f}" for e in errors)
+        print(
+            f"angles, {name:5}           p95 of dilatation - 1: {shown}   order {rates[0]:.2f}, {rates[1]:.2f}"
+        )
+
+
+def main() -> int:
+    """Everything."""
+    for part in (files, flattening, baking, angles):
+        part()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
