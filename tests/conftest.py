@@ -6,6 +6,10 @@ from pathlib import Path
 
 import pytest
 
+sys.path.insert(
+    0, str(Path(__file__).parents[1])
+)  # so that `from tests import shapes` works however pytest is started
+
 from iccm import cli
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
