@@ -119,7 +119,7 @@ CONSTRAINTS = together(
         metavar="SX,SY:TX,TY",
         help="A point of the source and where it goes, in the files' units. May be repeated.",
     ),
-    click.option("--constraints", metavar="FILE.json", help="Pins and strokes from a file."),
+    click.option("--constraints", metavar="FILE.json", help="Pins and strokes from a file; - for stdin."),
     click.option(
         "--pin-weight", type=float, metavar="W", help="Pull of the pins against the outline's.  [default: 1]"
     ),

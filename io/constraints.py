@@ -20,6 +20,7 @@ Listed, coordinates in the units of the source and target files::
 """
 
 import json
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -86,12 +87,14 @@ class Constraints:
 
 
 def read(path: str | Path, *, max_bytes: int = MAX_BYTES) -> Listed:
-    """The pins and strokes of a JSON file (see the module for its form), in file units.
+    """The pins and strokes of a JSON file (see the module for its form; - for stdin), in file units.
 
     Raises:
         InputError: not JSON, an unknown or missing key, a value out of range; the message names the key.
     """
-    data = files.read_bytes(path, max_bytes=max_bytes)
+    data = (
+        sys.stdin.buffer.read(max_bytes) if str(path) == "-" else files.read_bytes(path, max_bytes=max_bytes)
+    )
     try:
         return Listed.model_validate(json.loads(data, object_pairs_hook=_once))
     except InputError as error:

@@ -121,9 +121,9 @@ class Job(BaseModel):
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Every file that the job reads, as a path without its `#id`."""
+        """Every file that the job reads, as a path without its `#id`; stdin is not a file."""
         specs = [path_of(self.source), path_of(self.target or ""), self.texture, self.constraints]
-        return tuple(dict.fromkeys(name for name in specs if name))
+        return tuple(dict.fromkeys(name for name in specs if name and name != "-"))
 
 
 def path_of(spec: str) -> str:

@@ -172,7 +172,7 @@ def _task(number: int, place: str, values: dict[str, Any], found: list[str]) -> 
     filled = {}
     for key, value in values.items():
         filled[key] = _filled(value, fields, f"{place}: {key}", wrong) if key in TEMPLATED else value
-    if isinstance(filled.get("constraints"), str):
+    if isinstance(filled.get("constraints"), str) and filled["constraints"] != "-":
         filled["constraints"] = os.path.join(base, filled["constraints"])
     label = _filled(name or "{source.stem}-{target.stem}", fields, f"{place}: name", wrong)
     try:
@@ -219,6 +219,8 @@ def _filled(value: Any, fields: dict[str, str], place: str, wrong: list[str]) ->
 def _placed(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
     """The task with its outputs under the root, after checking that they stay there."""
     job = task.job
+    if job.constraints == "-":
+        found.append(f"{task.place}: constraints: `-` is no file; a batch has no stdin to spare")
     if "-" in (*job.output, job.report):
         found.append(f"{task.place}: output: `-` is taken by the results of the batch; name a file")
     real = Path(os.path.realpath(root))

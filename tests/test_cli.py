@@ -128,6 +128,22 @@ def test_constraints_from_a_file(shapes, iccm):
     assert typed.code == 2 and "c.json: pens: unknown key" in typed.err
 
 
+def test_constraints_from_stdin(shapes, shell):
+    line = """echo '{"pins": [{"source": [50, 50], "target": [52, 50]}]}' | """
+    options = "--method paper --quasi 0.01 --report - -q | tail -n 1"
+    done = shell(line + "iccm map disk.svg disk.svg --constraints - " + options)
+    assert done.returncode == 0 and done.stdout == "}\n", done.stderr
+
+
+def test_the_bytes_do_not_depend_on_threads_or_cores(shapes, shell):
+    lines = (
+        "iccm map square.svg blob.svg --size 64 -q -o a.png; NUMBA_NUM_THREADS=1 iccm map square.svg blob.svg"
+    )
+    done = shell(f"export SOURCE_DATE_EPOCH=1; {lines} --size 64 -q -o b.png --threads 1")
+    assert done.returncode == 0, done.stderr
+    assert (shapes / "a.png").read_bytes() == (shapes / "b.png").read_bytes()
+
+
 def test_deform_moves_pins_and_keeps_the_rest_near(shapes, iccm):
     pins = ("--pin", "30,50:30,50", "--pin", "70,50:70,45", "--pin", "50,70:50,70")
     typed = iccm("deform", "disk.svg", *pins, "--report", "r.json", "-o", "d.png", "--size", "40")
