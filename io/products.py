@@ -65,6 +65,12 @@ def maker(name: str, job: Job) -> Maker:
             )
         _known(name, WITH_UV, "-o")
         return mesh
+    if suffix == ".svg":
+        if Path(path_of(job.source)).suffix.lower() != ".svg" or onto_mesh:
+            raise InputError(
+                f"{name}: artwork is carried from an SVG to a planar shape; use a picture's suffix"
+            )
+        return artwork
     if name != "-":
         _known(name, PICTURES, "-o")
     return baked if job.bake else picture
@@ -287,6 +293,16 @@ def stmapped(run: Run, path: Path | None, name: Path) -> None:
     box = run.source.box if run.job.texture_box == "viewbox" else run.source.curve.box
     with run.timed("resample"):
         stmap.write(path, run.fit.map, box, raster(run), threads=run.threads)
+
+
+def artwork(run: Run, path: Path | None, name: Path) -> None:
+    """The drawing inside the source shape as SVG: its paths mapped, its styles kept."""
+    from .artwork import carry
+
+    assert path is not None
+    with run.timed("artwork"):
+        for note in carry(run.source, run.fit.map, run.target, path):
+            run.note(note)
 
 
 def mesh(run: Run, path: Path | None, name: Path) -> None:

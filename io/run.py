@@ -36,6 +36,7 @@ class Run:
         source, target: its shapes; the same for a deformation.
         fit: the map.
         seconds: what each part took.
+        tell: is given each remark as it is made.
         threads: for the pixels; None for all cores.
         progress: is given rows done and rows in all.
         read_before: the texture, where it was read before the solving.
@@ -48,6 +49,7 @@ class Run:
     target: Shape
     fit: Fit
     seconds: dict[str, float]
+    tell: Tell
     threads: int | None = None
     progress: Progress | None = None
     read_before: Image | None = None
@@ -59,6 +61,11 @@ class Run:
         """The solver's own report, made once."""
         with self.timed("evaluate"):
             return self.fit.report()
+
+    def note(self, remark: str) -> None:
+        """Add a remark."""
+        self.notes.append(remark)
+        self.tell(remark)
 
     @cached_property
     def image(self) -> Image:
@@ -178,7 +185,9 @@ def _solved(job: Job, threads: int | None, tell: Tell) -> Run:
             fit = iccm.deform(source.curve, pins=pins, strokes=strokes, **options)
     for note in fit.notes:
         tell(note)
-    return Run(job, source, target, fit, seconds, threads, read_before=image, notes=[*notes, *fit.notes])
+    return Run(
+        job, source, target, fit, seconds, tell, threads, read_before=image, notes=[*notes, *fit.notes]
+    )
 
 
 def read(spec: str, job: Job) -> Shape:

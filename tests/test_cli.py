@@ -144,6 +144,19 @@ def test_the_bytes_do_not_depend_on_threads_or_cores(shapes, shell):
     assert (shapes / "a.png").read_bytes() == (shapes / "b.png").read_bytes()
 
 
+def test_artwork_is_carried_as_paths(shapes, iccm):
+    drawing = '<path d="M10 10H90V90H10Z"/><circle cx="40" cy="45" r="6" fill="red"/>'
+    (shapes / "art.svg").write_text(
+        (shapes / "square.svg").read_text().replace('<path d="M10 10H90V90H10Z"/>', drawing)
+    )
+    typed = iccm("map", "art.svg", "blob.svg", *QUICK, "-o", "o.svg")
+    assert typed.code == 0, typed.err
+    assert "red" in (shapes / "o.svg").read_text() and "<path" in (shapes / "o.svg").read_text()
+    images.write(shapes / "p.png", images.Image(np.zeros((9, 9, 3), np.uint8)))
+    typed = iccm("map", "p.png", "blob.svg", *QUICK, "-o", "o2.svg")
+    assert typed.code == 2 and "from an SVG" in typed.err
+
+
 def test_deform_moves_pins_and_keeps_the_rest_near(shapes, iccm):
     pins = ("--pin", "30,50:30,50", "--pin", "70,50:70,45", "--pin", "50,70:50,70")
     typed = iccm("deform", "disk.svg", *pins, "--report", "r.json", "-o", "d.png", "--size", "40")
