@@ -1,9 +1,11 @@
-"""Runs every sample, or those that are named: python samples/run.py [NAME ...]
+"""Runs every sample, or those that are named: python samples/run.py [--update] [NAME ...]
 
-A sample is a folder with a command.txt, one command a line, run from within the folder. What it writes lands in out/.
+A sample is a folder with a command.txt, one command a line, run from within the folder. What it writes lands in out/;
+--update keeps out/picture.png as the sample's picture.png, which the tests compare with. Look at it first.
 """
 
 import shlex
+import shutil
 import subprocess
 import sys
 import time
@@ -25,7 +27,7 @@ def commands(folder: Path) -> list[list[str]]:
     return [[str(ICCM), *rest, "--force"] for _, *rest in filter(None, words)]
 
 
-def run(folder: Path) -> bool:
+def run(folder: Path, *, update: bool = False) -> bool:
     """Runs a sample and prints a line about it; whether all went well."""
     (folder / "out").mkdir(exist_ok=True)
     start = time.perf_counter()
@@ -35,6 +37,8 @@ def run(folder: Path) -> bool:
             print(f"{folder.name:16} failed, exit code {done.returncode}", flush=True)
             print(done.stderr, file=sys.stderr, flush=True)
             return False
+    if update:
+        shutil.copyfile(folder / "out" / "picture.png", folder / "picture.png")
     pictures = ", ".join(
         sorted(str(path.relative_to(HERE.parent)) for path in (folder / "out").glob("*.png"))
     )
@@ -44,6 +48,7 @@ def run(folder: Path) -> bool:
 
 def main(names: list[str]) -> int:
     """0 when all samples ran, 1 when one failed, 2 when a name is unknown."""
+    update, names = "--update" in names, [name for name in names if name != "--update"]
     folders = samples()
     unknown = sorted(set(names) - {folder.name for folder in folders})
     if unknown:
@@ -55,7 +60,7 @@ def main(names: list[str]) -> int:
             file=sys.stderr,
         )
         return 2
-    results = [run(folder) for folder in folders if not names or folder.name in names]
+    results = [run(folder, update=update) for folder in folders if not names or folder.name in names]
     return 0 if all(results) else 1
 
 

@@ -1,0 +1,103 @@
+"""Every sample runs with the installed command, and makes the picture that is kept beside it."""
+
+import importlib.util
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from iccm.io import images
+
+SAMPLES = Path(__file__).resolve().parent.parent / "samples"
+LONG = {"rose-leaf", "square-country"}  # hundreds of corners in the target
+BLOCK = 8
+
+# Root mean square difference of the means of 8 x 8 pixels, colours weighted by alpha, on a scale from 0 to 1.
+# Another machine's rounding may end the solver's iteration elsewhere within its tolerance (1e-3 of the diagonal, 0.7
+# pixels here): solving to half and to twice the tolerance moved the pictures by 0.0001 to 0.006. A picture that is off
+# by 4 pixels, mirrored, or of another hue differs by at least 0.02, see the last test.
+LIMIT = 0.012
+
+
+def runner():
+    spec = importlib.util.spec_from_file_location("samples_run", SAMPLES / "run.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+RUN = runner()
+NAMES = [folder.name for folder in RUN.samples()]
+
+
+def difference(a, b):
+    """How far two pictures are apart, see LIMIT; infinite when their sizes or channels differ."""
+    if a.shape != b.shape:
+        return np.inf
+    a, b = (premultiplied(picture) for picture in (a, b))
+    return float(np.sqrt(np.mean((a - b) ** 2)))
+
+
+def premultiplied(picture):
+    h, w = (n - n % BLOCK for n in picture.shape[:2])
+    part = picture[:h, :w].astype(float) / 255
+    part[..., :3] *= part[..., 3:] if part.shape[2] == 4 else 1
+    return part.reshape(h // BLOCK, BLOCK, w // BLOCK, BLOCK, -1).mean(axis=(1, 3))
+
+
+def baseline(name):
+    return images.read(SAMPLES / name / "picture.png").pixels
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in NAMES]
+)
+def test_a_sample_makes_its_picture(name, tmp_path):
+    folder = tmp_path / name
+    shutil.copytree(SAMPLES / name, folder, ignore=shutil.ignore_patterns("out", "picture.png"))
+    (folder / "out").mkdir()
+    for command in RUN.commands(folder):
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+    assert difference(images.read(folder / "out/picture.png").pixels, baseline(name)) < LIMIT
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_comparison_sees_what_it_must(name):
+    picture = baseline(name)
+    assert difference(picture, picture) == 0
+    faults = {
+        "right": np.roll(picture, 4, axis=1),
+        "down": np.roll(picture, 4, axis=0),
+        "mirrored": picture[:, ::-1],
+        "hue": picture[..., [1, 2, 0, 3][: picture.shape[2]]],
+        "empty": np.zeros_like(picture),
+    }
+    for fault, wrong in faults.items():
+        assert difference(wrong, picture) > LIMIT, fault
+    assert difference(picture[:-1], picture) == np.inf
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_sample_is_complete(name):
+    folder = SAMPLES / name
+    text = (folder / "README.md").read_text()
+    assert 3 <= len([line for line in text.splitlines() if line.strip()]) <= 7
+    assert "MIT" in text or "public domain" in text
+    assert (folder / "picture.png").stat().st_size <= 600_000
+
+
+def test_an_unknown_sample_is_refused(capsys):
+    assert RUN.main(["nothing"]) == 2
+    assert "no sample 'nothing'; there is hexagon-blob" in capsys.readouterr().err
+
+
+def test_a_sample_that_fails_is_told(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(RUN, "HERE", tmp_path)
+    (tmp_path / "bad").mkdir()
+    (tmp_path / "bad/command.txt").write_text("iccm map none.svg none.svg -o out/picture.png\n")
+    assert RUN.main([]) == 1
+    told = capsys.readouterr()
+    assert "bad" in told.out and "exit code 2" in told.out and "none.svg" in told.err
