@@ -153,10 +153,11 @@ class Raster:
         seeds = self.seeds[first : first + tiles.TILE // tiles.COARSE]
         full = _blocks(inside & (band.coverage == 1), np.all)
         out = tiles.Solved(band.z, band.right, band.down)
-        args = (tiles.FIT, tiles.POWERS, tiles.POINTS, self.slopes)
         grid = tiles.Grid(origin, dx, dy)
         tree = self.inverse.forward.tree
-        exact = tiles.fill(tree, grid, inside, full, _blocks(some, np.any), seeds, self.tolerance, out, *args)
+        exact = tiles.fill(
+            tree, grid, inside, full, _blocks(some, np.any), seeds, self.tolerance, out, self.slopes
+        )
         band.diagnostics.inside = int(inside.sum())
         band.diagnostics.exact = exact
         left = np.flatnonzero(inside & np.isnan(band.z))

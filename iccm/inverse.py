@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from .cauchy import Complex
-from .evaluate import RHO, Evaluator, distance, is_inside, jet_in, leaf_of
+from .evaluate import Evaluator, jet_in
 from .harmonic import HarmonicMap
 from .outline import Outline, outline
 from .parallel import over_slices
+from .tree import RHO, distance, is_inside, leaf_of
 
 TRIES = 12  # seeds tried for a point before it is called lost
 SEEDS = 400_000

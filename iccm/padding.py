@@ -35,7 +35,7 @@ def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "pu
     return out
 
 
-def _push_pull(value: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
+def _push_pull(value: NDArray, weight: NDArray) -> NDArray:
     """Gortler, Grzeszczuk, Szeliski, Cohen, *The Lumigraph* (1996), §3.4: averages down, interpolation back up."""
     h, w = value.shape
     if weight.min() >= 1 or max(h, w) == 1:

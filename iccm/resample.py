@@ -201,9 +201,7 @@ class Warp:
         sampling.read_all(self.pyramid, xy, turn, self.filter, out)
         if self.kind.startswith("normal"):
             dx, dy = self.canvas.step
-            inverse = (
-                right / dx + 1j * down / dy
-            )  # along the inverse's derivative, whose angle is the map's negated
+            inverse = right / dx + 1j * down / dy  # along the inverse's derivative: the map's angle, negated
             turn = np.where(inverse != 0, inverse, 1).conj()
             out[:, :3] = turned(out[:, :3], turn, self.texture.pixels.dtype, up=self.kind == "normal")
         return out
@@ -220,4 +218,4 @@ def turned(stored: NDArray[np.float32], turn: NDArray, dtype: np.dtype, *, up: b
     flat = (n[:, 0] + 1j * (n[:, 1] if up else -n[:, 1])) * turn / np.abs(turn)
     n[:, 0], n[:, 1] = flat.real, flat.imag if up else -flat.imag
     length = np.linalg.norm(n, axis=1, keepdims=True)
-    return n / np.where(length > 0, length, 1) * span + middle
+    return (n / np.where(length > 0, length, 1) * span + middle).astype(np.float32)

@@ -68,13 +68,16 @@ def _coefficients(picture: Float, edge: int) -> Float:
     """Quintic B-spline coefficients (Unser 1999) of the picture in a frame of what lies outside."""
     from scipy.ndimage import spline_filter1d
 
-    mode = "edge" if edge == CLAMP else "constant"
-    framed = np.pad(picture, [(FRAME, FRAME), (FRAME, FRAME), (0, 0)], mode=mode)
+    framed = _framed(picture, [(FRAME, FRAME), (FRAME, FRAME), (0, 0)], edge)
     out = np.empty_like(framed)
     for k in range(framed.shape[2]):
         along = spline_filter1d(framed[..., k], 5, 0, output=np.float64, mode="mirror")
         out[..., k] = spline_filter1d(along, 5, 1, output=np.float64, mode="mirror")
     return out
+
+
+def _framed(a: Float, frame: list[tuple[int, int]], edge: int) -> Float:
+    return np.pad(a, frame, mode="edge") if edge == CLAMP else np.pad(a, frame)
 
 
 def _halved(a: Float, edge: int) -> Float:
@@ -84,8 +87,7 @@ def _halved(a: Float, edge: int) -> Float:
     taps = np.concatenate([side[::-1], side])
     taps /= taps.sum()
     h = (a.shape[0] + 1) // 2
-    mode = "edge" if edge == CLAMP else "constant"
-    padded = np.pad(a, [(5, 7), (0, 0), (0, 0)], mode=mode)
+    padded = _framed(a, [(5, 7), (0, 0), (0, 0)], edge)
     out = np.zeros((h, *a.shape[1:]), dtype=np.float32)
     for k, tap in enumerate(taps):
         out += np.float32(tap) * padded[k : k + 2 * h : 2]

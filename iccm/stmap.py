@@ -82,8 +82,8 @@ class Stored:
         keep = slice(row - first, row - first + last - row)
         right, down = (_slope(z, axis)[keep].astype(np.complex64) for axis in (1, 0))
         z = z[keep]
-        cover = np.where(np.isnan(z), 0, np.clip(cover[keep], 0, 1)).astype(np.float32)
-        return Band(row, cover, z, right, down, Diagnostics(inside=int((cover > 0).sum())))
+        covered = np.where(np.isnan(z), 0, np.clip(cover[keep], 0, 1)).astype(np.float32)
+        return Band(row, covered, z, right, down, Diagnostics(inside=int((covered > 0).sum())))
 
 
 def _slope(z: NDArray[np.complex128], axis: int) -> NDArray[np.complex128]:

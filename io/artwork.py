@@ -284,7 +284,7 @@ def _runs(drawn: Drawn) -> list[svgpath.Run]:
     if drawn.tag in ("polyline", "polygon"):
         found = []
         for line in svg._polyline(replace(drawn, affine=affine.Affine())):
-            sides = [Bezier((complex(a), complex(b))) for a, b in pairwise(line.z)]
+            sides: list[Piece] = [Bezier((complex(a), complex(b))) for a, b in pairwise(line.z)]
             found.append(svgpath.Run(complex(line.z[0]), sides, line.closed))
     else:
         found = svgpath.runs(svg._PATH[drawn.tag](drawn))

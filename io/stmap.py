@@ -84,4 +84,4 @@ def apply(
             if progress:
                 progress(len(block))
 
-    images.write_bands(path, replace(image, alpha=work.alpha), *st.shape[:2], blocks())
+    images.write_bands(path, replace(image, alpha=work.alpha), st.shape[0], st.shape[1], blocks())
