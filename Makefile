@@ -14,8 +14,9 @@ $(READY): pyproject.toml
 demo: $(READY)
 	$(BIN)/python samples/run.py
 
+# Several tests at a time, and one thread for linear algebra in each, so that they don't fight.
 test: $(READY)
-	$(BIN)/python -m pytest -m "not slow"
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" -n auto --maxprocesses 4
 
 test-slow: $(READY)
 	$(BIN)/python -m pytest -m slow

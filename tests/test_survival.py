@@ -18,7 +18,7 @@ ICCM = str(Path(sys.executable).parent / "iccm")
 WHOLE = {"done": 4}
 
 
-def manifest(size=1000, **more):
+def manifest(size=700, **more):
     values = {
         "method": "paper",
         "vertices": 60,
@@ -166,7 +166,7 @@ def test_a_time_limit_kills_the_worker_and_the_rest_go_on(folder, start):
     (folder / "jobs.jsonl").write_text(
         manifest(size=40) + '\n{"source": "d.svg", "target": "blob.svg", "size": 16000, "output": "huge.png"}'
     )
-    process = start("-j", "1", "--timeout", "3")
+    process = start("-j", "1", "--timeout", "6")
     counts, _, err = ended(process)
     assert process.returncode == 1 and counts == {"done": 4, "timeout": 1}, err
     assert whole(folder / "out")
