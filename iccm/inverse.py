@@ -183,7 +183,9 @@ def whitney(t, resolution, limit):
     for j in range(t.dens.shape[1]):
         size = max(size, abs(t.dens[0, j] - t.dens[0, 0]))
     stack = [(t.centre[0], t.half[0], size / t.half[0], 0)]
-    while len(stack) > 0 and count < limit:
+    visits = 0
+    while len(stack) > 0 and count < limit and visits < 20 * limit:
+        visits += 1
         z, half, scale, depth = stack.pop()
         k = leaf_of(t, z)
         gap = clearance(t, k, z)

@@ -9,6 +9,7 @@ from .cauchy import Complex
 from .evaluate import Evaluator, edge_jets
 
 ROUNDS = 45
+MOST = 400_000  # points: a wild map's image may be longer than any use of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +44,8 @@ def outline(evaluator: Evaluator, flatness: float, spacing: float = np.inf) -> O
         w = _on_edges(evaluator, edge, mid)
         rough = (np.abs(w - 0.5 * (w0 + w1)) > flatness) | (np.abs(w1 - w0) > spacing)
         rough &= hi - lo > 1e-12
+        if sum(part[0].size for part in done) + 4 * rough.sum() > MOST:
+            rough[:] = False
         keep = ~rough
         done.append((edge[keep], lo[keep], w0[keep]))
         done.append((edge[keep], mid[keep], w[keep]))

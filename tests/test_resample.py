@@ -229,3 +229,21 @@ def test_padding_reaches_as_far_as_asked_and_keeps_alpha(fill):
     premultiplied = Texture(np.ones((4, 4, 4), np.float32), BOX, 3, "linear", True)
     with pytest.raises(InputError, match="associated"):
         warp(IDENTITY, premultiplied, Canvas(9, 9, BOX), padding=2)
+
+
+@pytest.mark.parametrize("wild", ["noise", "folded", "constant", "not a number", "huge"])
+def test_a_bad_map_ends_and_counts_what_it_could_not_solve(wild):
+    p = star()
+    phi = {
+        "noise": np.random.default_rng(0).normal(size=240).view(complex),
+        "folded": p**3 - 0.4 * p,
+        "constant": 0 * p + 0.3,
+        "not a number": p * np.nan,
+        "huge": p * 1e7,
+    }[wild]
+    out = warp(HarmonicMap(p, phi, 0 * p), Texture(noise((8, 8, 3), np.uint8), BOX), Canvas(90, 90, BOX))
+    seen = out.diagnostics
+    assert out.pixels.shape == (90, 90, 4)
+    assert 0 <= seen.fallback <= seen.inside <= 8100
+    if wild == "folded":
+        assert seen.fallback < 0.02 * seen.inside
