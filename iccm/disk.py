@@ -20,6 +20,7 @@ from .topology import Triangles
 STEPS = 80
 REACH = 4.0  # most that the logarithm of a gap changes in a step
 MOST_DAMPING = 1e6
+ATTEMPTS = 60
 THIRD = 2 * np.pi / 3
 MOST = 3000  # boundary vertices: their matrix is dense
 
@@ -100,6 +101,8 @@ def least_energy(schur: Real, gap: Real) -> Real:
     small. Newton's method with Levenberg's damping.
     """
     n = gap.size
+    if n <= 3:  # a triangle is conformal to every other
+        return gap
     cuts = np.searchsorted(_angles(gap), [THIRD, 2 * THIRD])
     third = np.array([0, min(max(cuts[0], 1), n - 2), min(max(cuts[1], 2), n - 1)])
     arc = np.repeat(np.arange(3), np.diff([*third, n]))
@@ -161,13 +164,16 @@ def _later(values: Real) -> Real:
 
 
 def _solve_damped(hessian: Real, gradient: Real, damping: float) -> Real:
-    """(H + λI)⁻¹ g with λ raised until the matrix is positive definite."""
+    """(H + λI)⁻¹ g with λ raised until the matrix is positive definite; nothing when it never is."""
     eye = np.eye(len(hessian))
-    while True:
+    for _ in range(ATTEMPTS):
         try:
-            return cho_solve(cho_factor(hessian + damping * eye), gradient)
+            return cho_solve(
+                cho_factor(hessian + damping * eye, check_finite=False), gradient, check_finite=False
+            )
         except np.linalg.LinAlgError:
             damping *= 4
+    return np.zeros_like(gradient)
 
 
 def _deepest(whole: Triangles, points: Real, outline: Index) -> int:

@@ -102,7 +102,7 @@ PIN = '{"source": [1, 2], "target": [3, 4]'
         ('{"pins": [' + PIN + "}, {}]}", r"pins\.1\.source: is missing \(and 1 more"),
         ('{"pins": [' + PIN + ', "source": [0, 0]}]}', "'source' is given twice"),
         ('{"pins": [{"source": [1], "target": [3, 4]}]}', r"pins\.0\.source"),
-        ('{"pins": [{"source": [1, 2, 3], "target": [3, 4]}]}', r"pins\.0\.source"),
+        ('{"pins": [{"source": [1, 2, 3, 4], "target": [3, 4]}]}', r"pins\.0\.source"),
         ('{"pins": [{"source": [1, "2"], "target": [3, 4]}]}', r"pins\.0\.source\.1: .*number"),
         ('{"pins": [{"source": [1, NaN], "target": [3, 4]}]}', r"pins\.0\.source\.1: .*finite"),
         ('{"pins": [{"source": [1, 1e400], "target": [3, 4]}]}', r"pins\.0\.source\.1"),

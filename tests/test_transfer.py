@@ -287,3 +287,47 @@ def test_pull_back_is_threads_free(tmp_path):
     z = shape.flattening.flat
     one, two = (Pullback(identity(shape), threads)(z) for threads in (1, 2))
     assert (one == two).all()
+
+
+def test_constraints_name_vertices_and_points_in_space(tmp_path, shapes):
+    from iccm.io import constraints
+    from iccm.io import shapes as planar
+
+    mesh = transfer.read(str(write_mesh(tmp_path / "hill.obj", n=4)))
+    plane = planar.read("square.svg")
+    pins = [{"source": [30, 40], "target": 13}, {"source": [50, 50], "target": [0.26, 0.01, 0]}]
+    strokes = [{"source": [[20, 20], [80, 20]], "target": [1, 5, 25]}]
+    (tmp_path / "c.json").write_text(json.dumps({"pins": pins, "strokes": strokes}))
+    found = constraints.collect(plane, mesh, constraints.read(tmp_path / "c.json"))
+    assert found.pins[:, 0].tolist() == [30 - 40j, 50 - 50j]
+    assert found.pins[:, 1].tolist() == [mesh.vertex(13), mesh.vertex(6)]
+    assert found.strokes[0][1].z.tolist() == mesh.along([1, 5, 25]).z.tolist()
+    with pytest.raises(InputError, match=r"square\.svg: 13 is a place on a mesh, and this is none"):
+        constraints.collect(plane, plane, constraints.read(tmp_path / "c.json"))
+
+
+def test_a_texture_goes_onto_a_mesh_with_pins_from_the_command_line(tmp_path, shapes, iccm):
+    write_mesh(tmp_path / "hill.obj", n=8)
+    images.write(tmp_path / "c.png", colours())
+    words = [
+        "map",
+        "square.svg",
+        "hill.obj",
+        "--texture",
+        "c.png",
+        "--method",
+        "paper",
+        "-o",
+        "o.obj",
+        "-o",
+        "o.glb",
+    ]
+    done = iccm(*words, "--pin", "50,50:v41", "--report", "r.json", "--plot", "p.png")
+    assert done.code in (0, 1), done.err
+    report = json.loads((tmp_path / "r.json").read_text())
+    assert report["flattening"]["triangles"] == 128
+    assert report["pins"][0]["error"] < 0.05
+    assert {"o.obj", "o.mtl", "o.glb", "p.png"} <= {p.name for p in tmp_path.iterdir()}
+    uv = obj.read(tmp_path / "o.obj").vt
+    assert ((uv > -0.01) & (uv < 1.01)).all()
+    assert iccm(*words[:-4], "-o", "x.stl").code == 2
