@@ -144,7 +144,7 @@ def test_coincident_rows_do_not_spoil_the_solution():
 
 
 def test_first_order_lets_the_boundary_slide_along_the_target():
-    """Points of a line that moved along it: the zeroth order pulls them back in full, the first order by its share λ."""
+    """Points of a line that moved along it: the zeroth order pulls them back, the first by its share λ."""
     polygon = Curve(arrow())
     basis = Basis(polygon.z)
     line = Curve(np.array([-10, 10], complex), closed=False)
