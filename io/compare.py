@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from ..errors import InputError
 from . import files
 from .job import mistakes
-from .products import PICTURES
+from .placement import PICTURES
 
 MAX_BYTES = 1 << 28
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from . import files, shapes
-from .products import PICTURES
+from .placement import PICTURES
 
 MANIFESTS = (".toml", ".jsonl", ".ndjson")
 MOST = 20

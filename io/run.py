@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
-from . import files, limits, products, report, shapes
+from . import files, limits, placement, products, report, shapes
 from .constrained import constrained
 from .job import WRITTEN, Job, path_of
 
@@ -70,7 +70,7 @@ class Run:
     @cached_property
     def image(self) -> Image:
         """The texture."""
-        return self.read_before or products.image_of(self.job, self.source)
+        return self.read_before or placement.image_of(self.job, self.source)
 
     @contextmanager
     def timed(self, part: str) -> Iterator[None]:
@@ -173,7 +173,7 @@ def _solved(job: Job, threads: int | None, tell: Tell) -> Run:
         source = read(job.source, job)
         target = read(job.target, job) if job.target else source
         pins, strokes = constrained(job, source, target)
-        image = products.foreseen(job, source, target)
+        image = placement.foreseen(job, source, target)
     notes = list(dict.fromkeys(f"{s.spec}: {note}" for s in (source, target) for note in s.notes))
     for note in notes:
         tell(note)

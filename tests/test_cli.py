@@ -144,6 +144,19 @@ def test_the_bytes_do_not_depend_on_threads_or_cores(shapes, shell):
     assert (shapes / "a.png").read_bytes() == (shapes / "b.png").read_bytes()
 
 
+def test_a_large_picture_is_written_as_it_is_made_and_is_the_same(shapes, iccm, monkeypatch):
+    from iccm.io import products
+
+    rng = np.random.default_rng(3)
+    images.write(shapes / "t.png", images.Image(rng.integers(0, 256, (40, 40, 4), dtype=np.uint8), alpha=3))
+    arguments = ("map", "square.svg", "blob.svg", *QUICK, "--texture", "t.png", "--size", "130x150")
+    assert iccm(*arguments, "-o", "whole.png").code == 0
+    monkeypatch.setattr(products, "STREAMED", 100)
+    assert iccm(*arguments, "-o", "rows.png").code == 0
+    assert np.array_equal(images.read("whole.png").pixels, images.read("rows.png").pixels)
+    assert images.read("rows.png").pixels.shape == (150, 130, 4)
+
+
 def test_artwork_is_carried_as_paths(shapes, iccm):
     drawing = '<path d="M10 10H90V90H10Z"/><circle cx="40" cy="45" r="6" fill="red"/>'
     (shapes / "art.svg").write_text(

@@ -76,10 +76,8 @@ def test_ci_calls_the_test_command_of_the_readme():
 
 
 def test_every_dependency_has_a_tested_lower_bound():
-    listed = [
-        *PROJECT["project"]["dependencies"],
-        *sum(PROJECT["project"]["optional-dependencies"].values(), []),
-    ]
+    extras = PROJECT["project"]["optional-dependencies"].values()
+    listed = [*PROJECT["project"]["dependencies"], *(name for extra in extras for name in extra)]
     assert listed and all(re.fullmatch(r"[\w.-]+>=\d[\d.]*", name) for name in listed)
     assert (ROOT / "iccm" / "py.typed").exists()
 
