@@ -136,7 +136,7 @@ def overlap(result: Flattening) -> str | None:
 
 
 def lscm(patch: Patch, outline: Index) -> Complex:
-    """(p,) flat positions by libigl's LSCM with the two farthest vertices of the outline pinned.
+    """(p,) flat positions by libigl's LSCM with the two farthest vertices of the outline pinned; NaN when it fails.
 
     The patch has been checked vertex by vertex: libigl ends the process or returns NaN for one that has not.
     """
@@ -146,7 +146,10 @@ def lscm(patch: Patch, outline: Index) -> Complex:
     pins = np.array([outline[a], outline[b]])
     length = np.linalg.norm(patch.points[pins[1]] - patch.points[pins[0]])
     at = np.array([[0.0, 0.0], [length, 0.0]])
-    uv, _ = igl.lscm(patch.points, np.ascontiguousarray(patch.faces), pins, at)
+    try:
+        uv, _ = igl.lscm(patch.points, np.ascontiguousarray(patch.faces), pins, at)
+    except RuntimeError:  # a singular system: the caller takes another method
+        return np.full(len(patch.points), complex(np.nan, np.nan))
     return uv[:, 0] + 1j * uv[:, 1]
 
 

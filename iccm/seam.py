@@ -18,7 +18,12 @@ if TYPE_CHECKING:
 def opened(whole: "Patch") -> "Patch":
     """A disk, with or without holes: a closed surface cut between far-apart vertices, handles along loops."""
     if whole.genus:
-        return whole.cut(_on(whole, *handle_loops(whole)))
+        result = whole.cut(_on(whole, *handle_loops(whole)))
+        if (
+            result.genus or result.triangles.components().any()
+        ):  # loops that touch a hole twice part the surface
+            result = whole.cut(_on(whole, *spanning_cut(whole)))
+        return result
     far = int(np.argmax(_paths(whole, np.array([0]))[0]))
     reach, before = _paths(whole, np.array([far]))
     way = walk(before, int(np.argmax(reach)))
@@ -71,6 +76,31 @@ def handle_loops(whole: "Patch") -> tuple[Index, Index]:
     tails = [np.array(way[:-1], np.int64) for way in ways]
     heads = [np.array(way[1:], np.int64) for way in ways]
     return np.concatenate([*tails, a[closing]]), np.concatenate([*heads, b[closing]])
+
+
+def spanning_cut(whole: "Patch") -> tuple[Index, Index]:
+    """The ends of edges that open the surface into one disk without holes: those that no tree of triangles crosses.
+
+    Loose ends are taken back; what remains joins handles and holes.
+    """
+    shape = whole.triangles
+    half = np.flatnonzero(shape.twin > np.arange(shape.twin.size))
+    a, b = shape.tail[half], shape.head[half]
+    length = np.linalg.norm(whole.points[a] - whole.points[b], axis=1)
+    reach = _paths(whole, np.array([0]))[0]
+    cost = np.where(
+        whole.drawn[half], 3.0 - (reach[a] + reach[b] + length) / (2 * reach.max() + length.max()), 0.5
+    )
+    left = ~_spanning(half // 3, shape.twin[half] // 3, cost, len(shape.faces))
+    fixed = np.zeros(shape.count, bool)
+    fixed[shape.tail[shape.twin < 0]] = True
+    while True:
+        degree = np.bincount(np.concatenate([a[left], b[left]]), minlength=shape.count)
+        loose = (degree == 1) & ~fixed
+        ends = left & (loose[a] | loose[b])
+        if not ends.any():
+            return a[left], b[left]
+        left &= ~ends
 
 
 def _paths(patch: "Patch", sources: Index) -> tuple[Real, Index]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from iccm import disk
+from iccm import disk, seam
 from iccm.errors import InputError
 from iccm.flatten import Flattening, farthest, flatten, lscm, overlap, upright
 from iccm.mesh import Mesh
@@ -258,3 +258,60 @@ def test_the_farthest_points_of_a_curve(count):
     points = np.column_stack([3 * np.cos(t + 0.3), np.sin(t + 0.3), 0 * t])
     a, b = farthest(points)
     assert np.linalg.norm(points[a] - points[b]) > 6 * np.cos(2 * np.pi / count)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_torus_with_holes_anywhere_becomes_one_piece_without_handles(seed):
+    rng = np.random.default_rng(seed)
+    mesh = torus(*rng.integers(4, 9, 2))
+    keep = rng.random(mesh.sizes.size) < 0.85
+    try:
+        piece = patch(mesh.part(keep, "holey torus"), cut=True)
+    except InputError as error:  # two holes that meet at a corner
+        assert "touches itself" in str(error) or "pieces" in str(error)
+        return
+    assert piece.genus == 0
+    assert not piece.triangles.components().any()
+    assert piece.drawn[piece.triangles.twin < 0].all()
+    assert overlap(flatten(piece)) is None
+
+
+def test_a_cut_without_loops_leaves_one_disk_without_holes():
+    mesh = torus()
+    keep = np.ones(mesh.sizes.size, bool)
+    keep[[40, 41, 150]] = False
+    closed = mesh.part(keep, "torus with two holes")
+    whole = whole_patch(closed)
+    piece = whole.cut(whole.triangles.along(seam.spanning_cut(whole)))
+    assert (piece.genus, len(piece.loops)) == (0, 1)
+
+
+def whole_patch(mesh):
+    """The patch before it is opened."""
+    seen = []
+    with pytest.MonkeyPatch.context() as change:
+        change.setattr(seam, "opened", lambda whole: seen.append(whole) or whole)
+        patch(mesh, cut=True)
+    return seen[0]
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_random_meshes_are_flattened_without_overlap_or_refused_in_one_line(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(3, 9))
+    if seed % 2:
+        points = rng.integers(-2, 3, size=(n, 3)).astype(float)
+        mesh = Mesh.triangles("noise", points, rng.integers(0, n, size=(int(rng.integers(1, 8)), 3)))
+    else:
+        steep = rng.choice([0.1, 1, 10])
+        mesh = grid_mesh(n, n, lambda x, y: (x, y, steep * rng.random(x.size)))
+        mesh = mesh.part(rng.random(mesh.sizes.size) < rng.choice([0.6, 0.95, 1]), "noise")
+    for cut in (False, True):
+        try:
+            found = flatten(patch(mesh, cut=cut), grow=cut)
+        except InputError as error:
+            assert str(error).startswith("noise: ")
+            assert "\n" not in str(error)
+        else:
+            assert overlap(found) is None
+            assert found.boundary.area > 0
