@@ -8,6 +8,7 @@ between them, and |f'| on the boundary is the quotient of the harmonic densities
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import minimize
@@ -24,6 +25,9 @@ ROTATIONS = 24
 POLISHED = 6
 NEAR_TIE = 1.03  # maps this close to the least distortion are all as good: the one that turns least is taken
 TURN = 2 * np.pi
+
+if TYPE_CHECKING:
+    from .strain import CircleMap
 
 
 @dataclass(frozen=True)
@@ -79,20 +83,20 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Correspondence:
-    """A boundary correspondence: source view, target view, and the Möbius map between their circles."""
+    """A boundary correspondence: source view, target view, and an increasing map between their circles."""
 
     source: View
     target: View
-    moebius: Moebius
+    between: "Moebius | CircleMap"
     distortion: float
 
     def forward(self, s: Real) -> Real:
         """Target arclength at source arclengths, lifted and increasing."""
-        return self.target.circle.arclength(self.moebius(self.source.circle.turn(s)))
+        return self.target.circle.arclength(self.between(self.source.circle.turn(s)))
 
     def backward(self, tau: Real) -> Real:
         """Source arclength at target arclengths, lifted and increasing."""
-        return self.source.circle.arclength(self.moebius.inverse(self.target.circle.turn(tau)))
+        return self.source.circle.arclength(self.between.inverse(self.target.circle.turn(tau)))
 
 
 def centres(curve: Curve, spacing: float) -> Complex:

@@ -8,6 +8,7 @@ equations with the free-space logarithm (Symm) are more accurate at the same cos
 
 import numpy as np
 import scipy.sparse as sparse
+from scipy.interpolate import PchipInterpolator
 from scipy.sparse.linalg import splu
 from scipy.spatial import Delaunay, cKDTree
 
@@ -17,6 +18,7 @@ from .panels import CORNER
 
 GROW = 0.35  # growth of the element size with the distance from the boundary
 EMPTY = 1e-3  # mass of a boundary vertex without an inner neighbour, relative to its neighbours' (a convex corner)
+SUBDIVISIONS = 6  # of a panel, for interpolation
 REPAIRS = 6  # rounds of splitting panels that are no edges of the triangulation
 
 
@@ -75,29 +77,43 @@ class Circle:
     def __init__(self, measure: HarmonicMeasure, mass: Real):
         """From the masses of the panels."""
         self.length = measure.curve.length
-        self.lengths = measure.lengths
-        self.mass = mass
-        self.turns = np.concatenate([[0.0], np.cumsum(self.mass)])
-        self.turns /= self.turns[-1]
+        self.lengths, self.mass = measure.lengths, mass
+        turns = np.concatenate([[0.0], np.cumsum(mass)])
+        self.turns = turns / turns[-1]
         self.knots = np.append(measure.ends, measure.ends[0] + self.length)
         self.middles = 0.5 * (self.turns[1:] + self.turns[:-1])
-        self.log_density = np.log(self.mass / self.lengths)
+        self.log_density = np.log(mass / self.lengths)
         centre = 0.5 * (self.knots[1:] + self.knots[:-1])
         self._s = np.concatenate([[centre[-1] - self.length], centre, [centre[0] + self.length]])
         self._log = np.concatenate([self.log_density[-1:], self.log_density, self.log_density[:1]])
-        self._power, self._falling = corner_powers(measure)
+        power, falling = corner_powers(measure)
+        self._subdivide(power, falling)
+
+    def _subdivide(self, power: Real, falling: np.ndarray) -> None:
+        """A table finer than the panels: monotone cubic inside them, a power law in those that touch a corner."""
+        parts = np.where(power == 1, SUBDIVISIONS, 1)
+        panel = np.repeat(np.arange(parts.size), parts)
+        t = (np.arange(panel.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[panel]
+        long_s = np.concatenate([self.knots[:-1] - self.length, self.knots, self.knots[1:] + self.length])
+        long_turn = np.concatenate([self.turns[:-1] - 1, self.turns, self.turns[1:] + 1])
+        s = self.knots[panel] + t * self.lengths[panel]
+        turn = np.where(t == 0, self.turns[panel], PchipInterpolator(long_s, long_turn)(s))
+        self._table_s, self._table_turn = np.append(s, self.knots[-1]), np.append(turn, 1.0)
+        self._power, self._falling = power[panel], falling[panel]
 
     def turn(self, s: Real) -> Real:
         """F(s)."""
         lap = np.floor((s - self.knots[0]) / self.length)
-        k, t = _place(self.knots, s - lap * self.length)
-        return lap + self.turns[k] + (self.turns[k + 1] - self.turns[k]) * self._bend(t, k, self._power[k])
+        k, t = _place(self._table_s, s - lap * self.length)
+        bent = self._bend(t, k, self._power[k])
+        return lap + self._table_turn[k] + (self._table_turn[k + 1] - self._table_turn[k]) * bent
 
     def arclength(self, turn: Real) -> Real:
         """s(F)."""
         lap = np.floor(turn)
-        k, t = _place(self.turns, turn - lap)
-        return lap * self.length + self.knots[k] + self.lengths[k] * self._bend(t, k, 1 / self._power[k])
+        k, t = _place(self._table_turn, turn - lap)
+        bent = self._bend(t, k, 1 / self._power[k])
+        return lap * self.length + self._table_s[k] + (self._table_s[k + 1] - self._table_s[k]) * bent
 
     def _bend(self, t: Real, k: np.ndarray, power: Real) -> Real:
         """t to a power, counted from the end of panel k that is a corner."""

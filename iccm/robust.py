@@ -11,12 +11,13 @@ What goes past the paper's limits (local minima, missed limbs, folds near the bo
 5. pins, strokes and quasi-conformal terms are then added by the first-order iteration of §3.4.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import shapely
 
-from .align import Correspondence, search
+from .align import Correspondence, View, search
 from .curve import Curve, Real
 from .harmonic import HarmonicMap
 from .measure import HarmonicMeasure
@@ -26,12 +27,16 @@ from .result import Fit, Status, boundary_samples, hausdorff
 from .riemann_hilbert import newton, shares
 from .solve import assemble, finish, iterate
 from .start import constraint_points
+from .strain import CircleMap, State, strain
 from .system import System
 from .terms import Basis
-from .vertices import Allowance, around_corners, clean, fine_pairs, place, radius_along
+from .vertices import Allowance, around_corners, clean, radius_along
 
 PANEL = 0.05  # longest panel of the harmonic measure, in radii
 AT_CORNERS = 1e-3  # panel length at corners, in radii
+LEAST_AT_CORNERS = 1e-6
+LARGEST_IMAGE = 0.01  # of a panel at a corner, relative to the diagonal of the other shape
+DEEPENINGS = 3
 MANY = 300  # vertices of an outline before it is simplified
 SIMPLIFY = 0.2  # by this share of the tolerance
 FIRST_ERROR = (
@@ -39,7 +44,9 @@ FIRST_ERROR = (
 )
 LEAST_ERROR = 1e-8  # relative to the diagonal
 ROUNDS = 4
-STEPS = 8  # of Newton's method, a round
+STRAINS = 8  # steps of a round
+SLIDES = 3
+GAIN = 0.8  # a round that leaves more than this share of the gap is the last
 MOST_VERTICES = 1500
 CONSISTENCY = 1e-3
 CROWDED = 1e-14  # harmonic measure, below which the places on the source are not told apart
@@ -80,20 +87,46 @@ def align(problem: Problem, source: Curve, target: Curve) -> Correspondence:
     inside, wanted = constraint_points(problem)
     near = target.at(target.closest(wanted))
     pins = np.column_stack([source.pulled_in(inside), np.where(target.contains(wanted), wanted, near)])
-    return search(measure(source), measure(target), pins, problem.upright)
+    sharp = [at_corners(source), at_corners(target)]
+    c = search(measure(source, sharp[0]), measure(target, sharp[1]), pins, problem.upright)
+    for _ in range(DEEPENINGS):
+        deeper = [
+            deepened(source, sharp[0], c.forward, target),
+            deepened(target, sharp[1], c.backward, source),
+        ]
+        if all((new == old).all() for new, old in zip(deeper, sharp)):
+            break
+        views = [
+            old if (new == had).all() else View.of(measure(curve, new), old.centre)
+            for old, curve, new, had in zip((c.source, c.target), (source, target), deeper, sharp)
+        ]
+        c, sharp = Correspondence(views[0], views[1], c.between, c.distortion), deeper
+    return c
 
 
-def measure(curve: Curve) -> HarmonicMeasure:
+def measure(curve: Curve, sharp: Real) -> HarmonicMeasure:
     """The harmonic measure of a boundary on panels graded towards its corners."""
-    sharp = corners(curve)
-    beside = np.minimum(curve.lengths, np.roll(curve.lengths, 1))[sharp]
-    return HarmonicMeasure(curve, graded(curve, PANEL, np.clip(0.1 * beside, 0.1 * AT_CORNERS, AT_CORNERS)))
+    return HarmonicMeasure(curve, graded(curve, PANEL, sharp))
+
+
+def at_corners(curve: Curve) -> Real:
+    """(c,) panel lengths at the corners: a thousandth of the radius, less beside short edges."""
+    beside = np.minimum(curve.lengths, np.roll(curve.lengths, 1))[corners(curve)]
+    return np.clip(0.1 * beside, 0.1 * AT_CORNERS, AT_CORNERS)
+
+
+def deepened(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: Curve) -> Real:
+    """Panel lengths at the corners, shorter where the other side of the correspondence blows a corner's panels up."""
+    s = curve.knots[:-1][corners(curve)]
+    extent = np.maximum(to(s + sharp) - to(s), to(s) - to(s - sharp)) / other.diagonal
+    shrink = np.clip((LARGEST_IMAGE / np.maximum(extent, 1e-9)) ** 1.5, 1e-2, 1.0)
+    return np.where(extent > LARGEST_IMAGE, np.maximum(sharp * shrink, LEAST_AT_CORNERS), sharp)
 
 
 def crowding(c: Correspondence) -> list[str]:
     """A note where parts of the target come from less of the source's boundary than double precision can tell apart."""
     ends = c.target.circle.knots
-    gaps = np.diff(c.moebius.inverse(c.target.circle.turns))
+    gaps = np.diff(c.between.inverse(c.target.circle.turns))
     share = float(np.diff(ends)[gaps < CROWDED].sum() / c.target.circle.length)
     if share < 1e-3:
         return []
@@ -103,46 +136,49 @@ def crowding(c: Correspondence) -> list[str]:
 
 
 def correspond(c: Correspondence, settings: Options) -> tuple[Real, Real, list[dict[str, float]], float]:
-    """Vertices and their images: solve, measure, place anew, until the gap is within the tolerance.
+    """Vertices and their images: strain, slide, measure, until the gap is within the tolerance.
 
     Returns:
         Arclengths on source and target, energies of each round, and the gap reached, relative to the diagonal.
     """
     source, target = c.source.measure.curve, c.target.measure.curve
-    s, tau = first_pairs(c)
     error = FIRST_ERROR * settings.tolerance * target.diagonal
-    radius = radius_along(source, PANEL)
+    radius, most = radius_along(source, PANEL), settings.vertices or MOST_VERTICES
+    c = replace(c, between=CircleMap.of(c))
     energies, best = [], None
     for _ in range(ROUNDS):
         allowed = Allowance(radius, error, LEAST_ERROR * target.diagonal)
-        s, tau = place(s, tau, source, target, allowed, settings.vertices or MOST_VERTICES)
-        tau, defect = newton(source, s, target, tau, STEPS, allowed)
-        gap = gap_of(source.at(s), target.at(tau), target)
-        energy = float(shares(source, s, target, tau) @ np.abs(defect) ** 2)
+        c, state = strain(c, pairs, allowed, most, STRAINS)
+        gap, tau = gap_of(state), state.tau
+        slid = replace(state, tau=newton(source, state.s, target, state.tau, SLIDES, allowed)[0])
+        if (other := gap_of(slid)) < gap:
+            gap, tau = other, slid.tau
+        energy = float(shares(source, state.s, target, tau) @ np.abs(state.defect @ target.at(tau)) ** 2)
         energies.append({"consistency": energy, "total": energy})
+        gained = best is None or gap < GAIN * best[0]
         if best is None or gap < best[0]:
-            best = (gap, s, tau)
-        if gap <= settings.tolerance or settings.vertices:
+            best = (gap, state.s, tau)
+        if gap <= settings.tolerance or settings.vertices or not gained:
             break
-        s, tau = fine_pairs(s, tau, source, target)
         error /= 2
     assert best is not None
     return best[1], best[2], energies, best[0]
 
 
-def first_pairs(c: Correspondence) -> tuple[Real, Real]:
-    """The correspondence at the panels' ends of both shapes and around their corners."""
-    source, target = c.source.measure, c.target.measure
-    s = np.concatenate([source.ends, np.mod(around_corners(source.curve), source.curve.length)])
-    tau = np.concatenate([target.ends, np.mod(around_corners(target.curve), target.curve.length)])
-    pairs = np.concatenate([s, c.backward(tau)]), np.concatenate([c.forward(s), tau])
-    return clean(*pairs, source.curve, target.curve)
+def pairs(c: Correspondence) -> tuple[Real, Real]:
+    """The correspondence at the panels' ends and middles of both shapes and around their corners."""
+    ends = [np.concatenate([m.ends, m.ends + 0.5 * m.lengths]) for m in (c.source.measure, c.target.measure)]
+    source, target = c.source.measure.curve, c.target.measure.curve
+    s = np.concatenate([ends[0], np.mod(around_corners(source), source.length)])
+    tau = np.concatenate([ends[1], np.mod(around_corners(target), target.length)])
+    return clean(np.concatenate([s, c.backward(tau)]), np.concatenate([c.forward(s), tau]), source, target)
 
 
-def gap_of(polygon: np.ndarray, phi: np.ndarray, target: Curve) -> float:
+def gap_of(state: State) -> float:
     """Two-sided Hausdorff distance of the image of the boundary to the target, relative to its diagonal."""
+    polygon, phi = state.source.at(state.s), state.target.at(state.tau)
     image = HarmonicMap(polygon, phi, np.zeros_like(phi))(boundary_samples(polygon, 2))
-    return hausdorff(Curve(image), target) / target.diagonal
+    return hausdorff(Curve(image), state.target) / state.target.diagonal
 
 
 def improve(problem: Problem, settings: Options, basis: Basis, polygon: Curve, weights: Real, x: np.ndarray):

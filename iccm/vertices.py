@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from .cauchy import Complex
 from .curve import Curve, Real
@@ -47,25 +46,6 @@ def around_corners(curve: Curve) -> Real:
     sharp = curve.knots[:-1][corners(curve)]
     steps = curve.length * np.concatenate([-OFFSETS, OFFSETS])
     return np.concatenate([curve.knots[:-1], (sharp[:, None] + steps).ravel()])
-
-
-def fine_pairs(s: Real, tau: Real, source: Curve, target: Curve) -> tuple[Real, Real]:
-    """A denser boundary correspondence by monotone interpolation: inner points of edges, and both shapes' corners."""
-    laps = np.array([-1, 0, 1])[:, None]
-    long_s = (s + laps * source.length).ravel()
-    long_tau = (tau + laps * target.length).ravel()
-    forward, backward = PchipInterpolator(long_s, long_tau), PchipInterpolator(long_tau, long_s)
-    between = np.diff(np.append(s, s[0] + source.length))[:, None] * np.array([0.25, 0.5, 0.75])
-    at_s = np.concatenate(
-        [(s[:, None] + between).ravel(), s[0] + np.mod(around_corners(source) - s[0], source.length)]
-    )
-    at_tau = tau[0] + np.mod(around_corners(target) - tau[0], target.length)
-    return clean(
-        np.concatenate([s, at_s, backward(at_tau)]),
-        np.concatenate([tau, forward(at_s), at_tau]),
-        source,
-        target,
-    )
 
 
 def radius_along(curve: Curve, spacing: float) -> Callable[[Real], Real]:

@@ -1,0 +1,202 @@
+"""The strain of a boundary correspondence that makes it conformal (a Riemann-Hilbert problem).
+
+Values w_j on the target are the boundary values of a holomorphic map exactly when the coordinates reproduce them,
+(C_v - I) w = 0: the consistency energy with the closeness held at zero. Its unknowns are n real numbers instead of
+the 2n of Eq. 13 (R. Wegmann, *Methods for numerical conformal mapping*, Handbook of Complex Analysis 2, 2005). Here they are
+the relative strains of the map between the two circles of harmonic measure. That map is smooth at the corners of both
+shapes, and the vertices are placed anew on the correspondence after each step.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg
+from scipy.interpolate import PchipInterpolator
+
+from . import cauchy
+from .align import Correspondence
+from .cauchy import Complex
+from .curve import Curve, Real
+from .riemann_hilbert import shares, stretches
+from .vertices import Allowance, place
+
+KNOT_EVERY = 3  # panels of either shape
+MOST_STRAIN = 1.0  # of one step
+PRIOR = 0.01  # strain that is thought likely, squared and inverted, relative to the residual
+LEAST_DAMPING = 1e-6
+MOST_DAMPING = 1e3
+SETTLED = 0.98  # stop when a step leaves more than this share of the residual
+CLOSEST = 1e-14  # knots, in turns
+LAPS = np.array([-1, 0, 1])[:, None]
+
+
+class CircleMap:
+    """An increasing map of the circle onto itself, in turns: monotone cubic between knots."""
+
+    def __init__(self, a: Real, b: Real):
+        """From increasing knots a and their images b, each within one lap."""
+        keep = _apart(a, b)
+        self.a, self.b = a[keep], b[keep]
+        long = (self.a + LAPS).ravel(), (self.b + LAPS).ravel()
+        self._forward, self._backward = PchipInterpolator(*long), PchipInterpolator(*long[::-1])
+
+    @classmethod
+    def of(cls, c: Correspondence) -> "CircleMap":
+        """The circle map of a correspondence, with knots at every few panel ends of both shapes."""
+        here, there = c.source.circle.turns[:-1], c.target.circle.turns[:-1]
+        a = np.concatenate([here, c.between.inverse(there)])
+        b = np.concatenate([c.between(here), there])
+        lap = np.floor(a)
+        order = np.argsort(a - lap, kind="stable")
+        a, b = (a - lap)[order], (b - lap)[order]
+        keep = _apart(a, b)[::KNOT_EVERY]
+        return cls(a[keep], b[keep])
+
+    def __call__(self, turn: Real) -> Real:
+        """Image of boundary points."""
+        lap = np.floor(turn - self.a[0])
+        return lap + self._forward(turn - lap)
+
+    def inverse(self, turn: Real) -> Real:
+        """Preimage of boundary points."""
+        lap = np.floor(turn - self.b[0])
+        return lap + self._backward(turn - lap)
+
+    @property
+    def gaps(self) -> Real:
+        """(k,) turns from each image knot to the next."""
+        return np.diff(np.append(self.b, self.b[0] + 1))
+
+    def hats(self, turn: Real) -> Real:
+        """(p, k) piecewise linear basis at points."""
+        ends = np.append(self.a, self.a[0] + 1)
+        x = turn - np.floor(turn - self.a[0])
+        k = np.clip(np.searchsorted(ends, x, side="right") - 1, 0, self.a.size - 1)
+        t = (x - ends[k]) / (ends[k + 1] - ends[k])
+        out = np.zeros((x.size, self.a.size))
+        rows = np.arange(x.size)
+        out[rows, k] += 1 - t
+        out[rows, (k + 1) % self.a.size] += t
+        return out
+
+    def strained(self, strain: Real, shift: float) -> "CircleMap":
+        """Each gap grown by its strain (never turned around) and all knots moved by a shift."""
+        gaps = self.gaps * np.where(strain > -0.5, 1 + strain, 0.5 * np.exp(np.clip(2 * strain + 1, -5, 0)))
+        gaps /= gaps.sum()
+        return CircleMap(self.a, self.b[0] + shift + np.concatenate([[0.0], np.cumsum(gaps[:-1])]))
+
+
+def _apart(a: Real, b: Real) -> list[int]:
+    """Indices of knots that double precision tells apart, on both circles."""
+    keep = [0]
+    for k in range(1, a.size):
+        if a[k] - a[keep[-1]] > CLOSEST and b[k] - b[keep[-1]] > CLOSEST:
+            keep.append(k)
+    while a[keep[0]] + 1 - a[keep[-1]] <= CLOSEST or b[keep[0]] + 1 - b[keep[-1]] <= CLOSEST:
+        keep.pop()
+    return keep
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Vertices on a correspondence, and how far their values are from those of a holomorphic map.
+
+    Attributes:
+        s, tau: (n,) arclengths of the vertices and of their images.
+        defect: (n, n) matrix C_v - I.
+        residual: (n,) defect · T(τ).
+        weight: (n,) square roots of the vertices' shares, over the error allowed there.
+    """
+
+    source: Curve
+    target: Curve
+    s: Real
+    tau: Real
+    defect: Complex
+    residual: Complex
+    weight: Real
+
+    @classmethod
+    def of(cls, source: Curve, target: Curve, s: Real, tau: Real, allowed: Allowance) -> "State":
+        """From vertices."""
+        z = source.at(s)
+        defect = cauchy.coordinates(z, z)
+        defect[np.diag_indices_from(defect)] -= 1
+        weight = np.sqrt(shares(source, s, target, tau)) / allowed(s, stretches(s, source, tau, target))
+        return cls(source, target, s, tau, defect, defect @ target.at(tau), weight)
+
+    @property
+    def norm(self) -> float:
+        """Root mean square of the residual, relative to the error allowed."""
+        return float(np.linalg.norm(self.weight * self.residual))
+
+
+def lay(c: Correspondence, pairs: Callable, allowed: Allowance, most: int) -> State:
+    """Vertices placed on a correspondence."""
+    source, target = c.source.measure.curve, c.target.measure.curve
+    s, tau = place(*pairs(c), source, target, allowed, most)
+    return State.of(source, target, s, tau, allowed)
+
+
+def strain(
+    c: Correspondence, pairs: Callable, allowed: Allowance, most: int, steps: int
+) -> tuple[Correspondence, State]:
+    """Strain the map between the circles until the boundary values are holomorphic, as far as its knots can tell.
+
+    Args:
+        c: the correspondence to start from, between the circles a CircleMap.
+        pairs: gives a fine sequence of corresponding arclengths of a correspondence.
+        allowed: error allowed at each place.
+        most: vertices at most.
+        steps: Levenberg-Marquardt steps at most.
+    """
+    state, damping = lay(c, pairs, allowed, most), 1e-3
+    for _ in range(steps):
+        solve = strain_step(c, state)
+        before = state.norm
+        while damping <= MOST_DAMPING:
+            trial = replace(c, between=c.between.strained(*solve(damping)))
+            found = lay(trial, pairs, allowed, most)
+            if found.norm < before:
+                break
+            damping *= 10
+        else:
+            break
+        c, state, damping = trial, found, max(damping / 10, LEAST_DAMPING)
+        if state.norm > SETTLED * before:
+            break
+    return c, state
+
+
+def strain_step(c: Correspondence, state: State) -> Callable[[float], tuple[Real, float]]:
+    """The step in the strains of the circle map's gaps and its shift, as a function of the damping.
+
+    A strain is the relative change of a gap: the corners' clusters of knots then move along with their surroundings at no cost.
+    """
+    between = c.between
+    turn = c.source.circle.turn(state.s)
+    image, w = between(turn), state.target.at(state.tau)
+    across = np.roll(image, -1) - np.roll(image, 1)
+    across[[0, -1]] += 1
+    slope = (np.roll(w, -1) - np.roll(w, 1)) / np.maximum(across, 1e-15)
+    moved = (state.weight[:, None] * state.defect * slope) @ between.hats(turn)
+    tail = np.cumsum(moved[:, ::-1], axis=1)[:, ::-1]  # what moving all knots from k on does
+    drift = moved @ (between.b - between.b[0])  # the gaps keep their sum
+    columns = (np.hstack([tail[:, 1:], np.zeros((tail.shape[0], 1))]) - drift[:, None]) * between.gaps
+    columns = np.hstack([columns, tail[:, :1]])
+    scale = np.linalg.norm(columns, axis=0)
+    scale = np.maximum(scale, 1e-14 * scale.max())
+    columns /= scale
+    residual = state.weight * state.residual
+    gram = columns.real.T @ columns.real + columns.imag.T @ columns.imag
+    load = columns.real.T @ residual.real + columns.imag.T @ residual.imag
+    prior = PRIOR * state.norm**2 / between.gaps.size / scale**2
+
+    def solve(damping: float) -> tuple[Real, float]:
+        damped = gram + np.diag(1e-2 * damping + prior + 1e-12)
+        x = -scipy.linalg.cho_solve(scipy.linalg.cho_factor(damped, check_finite=False), load) / scale
+        shrink = min(1.0, MOST_STRAIN / max(float(np.abs(x[:-1]).max()), 1e-300))
+        return shrink * x[:-1], float(shrink * x[-1])
+
+    return solve
