@@ -72,6 +72,12 @@ def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool, associated
     return out
 
 
+def tables(dtype: np.dtype, channels: int, alpha: int, *, srgb: bool) -> Float:
+    """(levels, channels) the linear value of every unsigned integer, by channel."""
+    levels = np.iinfo(dtype).max + 1
+    return np.column_stack([_table(levels, srgb and k != alpha) for k in range(channels)])
+
+
 def _numbers(pixels: NDArray) -> Float:
     top = 1 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max
     return pixels.astype(np.float32) / np.float32(top)

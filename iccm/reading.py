@@ -1,5 +1,7 @@
 """Stored pixels of a texture at scattered places with their footprints."""
 
+from functools import cache
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -12,6 +14,7 @@ from .parallel import over_slices
 from .resample import Texture
 
 SLICE = 1 << 15
+FINE = 4096
 
 
 class Reader:
@@ -77,7 +80,35 @@ class Reader:
         if alpha >= 0 and self.mixes and not self.texture.associated:
             colours = [k for k in range(self.channels) if k != alpha]
             values[:, colours] /= np.where(values[:, alpha] != 0, values[:, alpha], 1)[:, None]
+        if self.srgb and self.texture.pixels.dtype == np.uint8:
+            out = np.empty(values.shape, np.uint8)
+            _encode(values, alpha, *_steps(), out)
+            return out
         return colour.encode(values[None], self.texture.pixels.dtype, alpha, srgb=self.srgb)[0]
+
+
+@cache
+def _steps() -> tuple[Real, NDArray[np.uint8]]:
+    """Linear values from which on an sRGB byte is 0 .. 255 (and infinity), and the byte at the start of each of FINE cells."""
+    edges = colour.linear_from_srgb((np.arange(256) - 0.5) / 255)
+    start = np.searchsorted(edges, np.arange(FINE + 1) / FINE, side="right") - 1
+    return np.append(edges, np.inf), start.astype(np.uint8)
+
+
+@njit(cache=True, nogil=True)
+def _encode(values, alpha, edges, start, out):
+    """As `colour.encode` to sRGB bytes, by looking up instead of raising to powers."""
+    for i in range(values.shape[0]):
+        for channel in range(values.shape[1]):
+            v = values[i, channel]
+            v = min(v, 1.0) if v > 0 else 0.0  # NaN too
+            if channel == alpha:
+                out[i, channel] = np.uint8(np.rint(v * 255))
+                continue
+            code = np.int64(start[int(v * FINE)])
+            while v >= edges[code + 1]:
+                code += 1
+            out[i, channel] = code
 
 
 def _read(tex: sampling.Pyramid, xy: Real, turn: Real, kind: int, out: Float) -> None:
@@ -97,6 +128,7 @@ def _magnified(tex, xy, turn, out):
     """Catmull-Rom where the texture is magnified and its edge is not near; (p,) whether a point is left to do."""
     columns, rows = np.empty(4), np.empty(4)
     width, height = tex.width[0], tex.height[0]
+    texels = tex.base.reshape(width * height, tex.base.shape[2])
     left = np.ones(xy.shape[0], np.bool_)
     for i in range(xy.shape[0]):
         x, y = xy[i]
@@ -109,7 +141,7 @@ def _magnified(tex, xy, turn, out):
         j, k = int(np.floor(x - 0.5)), int(np.floor(y - 0.5))
         _catmull_rom(x - 0.5 - j, columns)
         _catmull_rom(y - 0.5 - k, rows)
-        _weighted(tex.texels, (k - 1) * width + j - 1, width, columns, rows, out[i])
+        _weighted(texels, (k - 1) * width + j - 1, width, columns, rows, out[i])
         left[i] = False
     return left
 

@@ -19,6 +19,9 @@ from .stmap import Stored
 __all__ = ["Box", "Canvas", "Texture", "Warp", "Warped", "warp"]
 
 
+LARGE = 1 << 27  # numbers in a texture from which it is not turned into floats
+
+
 @dataclass(frozen=True, eq=False)
 class Texture:
     """Pixels with their placement in the plane.
@@ -141,15 +144,22 @@ class Warp:
         if not isinstance(map, Stored):
             inverse = map if isinstance(map, Inverse) else Inverse(map, 2 * min(canvas.step))
             self.raster = Raster(inverse, canvas, max_error * min(1 / s for s in self.scale))
+        self.pyramid = self._prepared(sampling.CLAMP if edge == "clamp" else sampling.CLEAR)
+
+    def _prepared(self, edge: int) -> sampling.Pyramid:
+        """The texture for the filter: decoded, or as it is stored when that would take too much memory."""
+        pixels, alpha = self.texture.pixels, self.texture.alpha
+        if pixels.size > LARGE and pixels.dtype.kind == "u" and not self.texture.associated:
+            decode = colour.tables(pixels.dtype, pixels.shape[2], alpha, srgb=self.srgb)
+            return sampling.compact(pixels, decode, alpha if self.mixes else -1, edge, self.filter)
         picture = colour.decode(
-            texture.pixels,
-            texture.alpha,
+            pixels,
+            alpha,
             srgb=self.srgb,
-            associated=texture.associated,
-            premultiply=self.mixes or texture.associated,
+            associated=self.texture.associated,
+            premultiply=self.mixes or self.texture.associated,
         )
-        border = sampling.CLAMP if edge == "clamp" else sampling.CLEAR
-        self.pyramid = sampling.pyramid(picture, border, self.filter)
+        return sampling.pyramid(picture, edge, self.filter)
 
     @property
     def scale(self) -> tuple[float, float]:

@@ -10,7 +10,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import njit, types
+from numba.extending import overload
 from numpy.typing import NDArray
 
 from .colour import Float
@@ -20,23 +21,30 @@ FILTERS = {"nearest": NEAREST, "linear": LINEAR, "cubic": CUBIC, "lanczos": LANC
 RADIUS = (0.5, 1.0, 2.0, 3.0, 3.0)
 LONGEST = 8.0  # longest over shortest axis of a kernel: beyond, the short one is widened
 BLEND = 1.5  # a spline gives way to the cubic between a footprint of one texel and this
-FRAME = (
-    12  # texels around a spline's coefficients, enough for what lies outside to be told from what lies inside
-)
+FRAME = 12  # texels around a spline's coefficients: what lies outside no longer matters beyond
 CLAMP, CLEAR = 0, 1
+STRIP = 256  # rows of a large picture that are decoded at a time
 
 
 class Pyramid(NamedTuple):
-    """A picture and its reductions by two, in one buffer.
+    """A picture and its reductions by powers of two.
 
     Attributes:
-        texels: (t, c) all levels, row after row.
-        start, height, width: (l,) where a level begins and its size.
+        base: (h, w, c) the picture, ready to be filtered, or as stored in integers.
+        decode: (levels, c) what stored integers mean, channel by channel; empty if the picture is ready.
+        alpha: the channel that the others are to be multiplied by when they are decoded, or -1.
+        texels: (t, c) the reductions, ready, row after row.
+        size: (l,) how many texels of the picture a level's texel is wide; 1 is the picture itself.
+        start, height, width: (l,) where a level begins in `texels`, and its size.
         edge: CLAMP or CLEAR, what lies outside.
         spline: (h + 2 FRAME, w + 2 FRAME, c) coefficients of the quintic spline through the picture, or nothing.
     """
 
+    base: NDArray
+    decode: Float
+    alpha: int
     texels: Float
+    size: NDArray[np.int64]
     start: NDArray[np.int64]
     height: NDArray[np.int64]
     width: NDArray[np.int64]
@@ -45,23 +53,58 @@ class Pyramid(NamedTuple):
 
 
 def pyramid(picture: Float, edge: int, kind: int) -> Pyramid:
-    """What a filter of the given kind reads of an (h, w, c) picture."""
-    levels = 1 if kind == NEAREST else 16
-    h, w, c = picture.shape
-    sizes = [(h, w)]
-    while len(sizes) < levels and max(sizes[-1]) > 1:
-        sizes.append(((sizes[-1][0] + 1) // 2, (sizes[-1][1] + 1) // 2))
-    start = np.cumsum([0] + [a * b for a, b in sizes])
-    texels = np.empty((start[-1], c), dtype=np.float32)
-    texels[: start[1]] = picture.reshape(-1, c)
-    for k in range(1, len(sizes)):
-        above = texels[start[k - 1] : start[k]].reshape(*sizes[k - 1], c)
-        texels[start[k] : start[k + 1]] = (
-            _halved(_halved(above, edge).swapaxes(0, 1), edge).swapaxes(0, 1).reshape(-1, c)
-        )
-    size = np.array(sizes, dtype=np.int64)
+    """What a filter of the given kind reads of an (h, w, c) picture that is ready: linear and premultiplied."""
+    c = picture.shape[2]
     spline = _coefficients(picture, edge) if kind == SPLINE else np.empty((0, 0, c), dtype=np.float32)
-    return Pyramid(texels, start[:-1].astype(np.int64), size[:, 0].copy(), size[:, 1].copy(), edge, spline)
+    first = [] if kind == NEAREST or max(picture.shape[:2]) == 1 else [_reduced(picture, edge)]
+    no = np.empty((0, c), dtype=np.float32)
+    return _stacked(np.ascontiguousarray(picture), no, -1, first, 2, edge, spline)
+
+
+def compact(pixels: NDArray, decode: Float, alpha: int, edge: int, kind: int) -> Pyramid:
+    """The same of a large picture that stays as it is stored, in unsigned integers.
+
+    Its first reduction is by four, so that all of them together take a third of the memory of 8-bit pixels; a spline
+    gives way to the cubic.
+
+    Args:
+        pixels: (h, w, c) uint8 or uint16.
+        decode: (levels, c) the linear value of every integer, by channel.
+        alpha: the channel to premultiply by, or -1.
+        edge, kind: as for `pyramid`.
+    """
+    h, w, c = pixels.shape
+    first = []
+    if kind != NEAREST and max(h, w) > 4:
+        quarter = np.empty((-(-h // 4), -(-w // 4), c), dtype=np.float32)
+        for row in range(0, h, STRIP):
+            above, below = min(row, 64), min(max(h - row - STRIP, 0), 64)
+            strip = pixels[row - above : row + STRIP + below]
+            ready = np.stack([decode[strip[..., k], k] for k in range(c)], axis=2)
+            if alpha >= 0:
+                ready[..., [k for k in range(c) if k != alpha]] *= ready[..., alpha : alpha + 1]
+            rows = _reduced(_reduced(ready, edge), edge)[above // 4 :]
+            quarter[row // 4 : (row + STRIP) // 4] = rows[: STRIP // 4]
+        first = [quarter]
+    spline = np.empty((0, 0, c), dtype=np.float32)
+    return _stacked(pixels, decode, alpha, first, 4, edge, spline)
+
+
+def _stacked(base, decode, alpha, reductions: list[Float], size: int, edge: int, spline: Float) -> Pyramid:
+    """The pyramid with all further reductions of the first one, which is by `size`."""
+    while reductions and max(reductions[-1].shape[:2]) > 1:
+        reductions.append(_reduced(reductions[-1], edge))
+    shapes = np.array([base.shape[:2], *(r.shape[:2] for r in reductions)], dtype=np.int64)
+    start = np.concatenate([[0, 0], np.cumsum(shapes[1:].prod(axis=1))]).astype(np.int64)[: len(shapes)]
+    c = base.shape[2]
+    texels = np.concatenate([np.empty((0, c), dtype=np.float32), *(r.reshape(-1, c) for r in reductions)])
+    sizes = np.array([1, *(size << k for k in range(len(reductions)))], dtype=np.int64)
+    height, width = (np.ascontiguousarray(shapes[:, k]) for k in (0, 1))
+    return Pyramid(base, decode, alpha, texels, sizes, start, height, width, edge, spline)
+
+
+def _reduced(a: Float, edge: int) -> Float:
+    return np.ascontiguousarray(_halved(_halved(a, edge).swapaxes(0, 1), edge).swapaxes(0, 1))
 
 
 def _coefficients(picture: Float, edge: int) -> Float:
@@ -129,16 +172,38 @@ def _shape(xx, xy, yx, yy):
     return mid + dev * cos, dev * sin, mid - dev * cos, long, short
 
 
+def add(tex, i, j, weight, out):
+    """Adds `weight` times the picture's texel (i, j), decoded, to out (c,)."""
+    raise NotImplementedError("only in kernels")
+
+
+@overload(add, jit_options={"error_model": "numpy"})
+def _add(tex, i, j, weight, out):
+    if isinstance(tex.types[0].dtype, types.Integer):
+
+        def stored(tex, i, j, weight, out):
+            over = weight
+            if tex.alpha >= 0:
+                over *= tex.decode[tex.base[i, j, tex.alpha], tex.alpha]
+            for k in range(out.size):
+                out[k] += (weight if k == tex.alpha else over) * tex.decode[tex.base[i, j, k], k]
+
+        return stored
+
+    def ready(tex, i, j, weight, out):
+        for k in range(out.size):
+            out[k] += weight * tex.base[i, j, k]
+
+    return ready
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def _nearest(tex, x, y, out):
     w, h = tex.width[0], tex.height[0]
     i, j = math.floor(y), math.floor(x)
-    if tex.edge == CLEAR and (i < 0 or j < 0 or i >= h or j >= w):
-        out[:] = 0
-        return
-    i, j = min(max(i, 0), h - 1), min(max(j, 0), w - 1)
-    for k in range(out.size):
-        out[k] = tex.texels[i * w + j, k]
+    out[:] = 0
+    if tex.edge == CLAMP or (i >= 0 and j >= 0 and i < h and j < w):
+        add(tex, min(max(i, 0), h - 1), min(max(j, 0), w - 1), 1.0, out)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -157,7 +222,7 @@ def _gather(tex, x, y, p, q, r, level, kind, weights, out):
     for i in range(i0, i1 + 1):
         dy = i + 0.5 - y
         plain = kernel(r * dy, kind) if q == 0 else 0.0
-        row = first + min(max(i, 0), h - 1) * w
+        row = min(max(i, 0), h - 1)
         for j in range(j0, j1 + 1):
             if q == 0:
                 weight = plain * weights[j - j0]
@@ -169,9 +234,12 @@ def _gather(tex, x, y, p, q, r, level, kind, weights, out):
             total += weight
             if tex.edge == CLEAR and (i < 0 or j < 0 or i >= h or j >= w):
                 continue
-            t = row + min(max(j, 0), w - 1)
-            for k in range(out.size):
-                out[k] += weight * tex.texels[t, k]
+            column = min(max(j, 0), w - 1)
+            if level == 0:
+                add(tex, row, column, weight, out)
+            else:
+                for k in range(out.size):
+                    out[k] += weight * tex.texels[first + row * w + column, k]
     for k in range(out.size):
         out[k] /= total
 
@@ -221,14 +289,15 @@ def read_all(tex, xy, turn, kind, out):
             p, q, r, long, short = _shape(turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3])
             if not long < 1e12:
                 p, q, r, long, short = 1.0, 0.0, 1.0, 1.0, 1.0
-            share = max(0.0, (BLEND - long) / (BLEND - 1)) if kind == SPLINE else 0.0
+            smooth = kind == SPLINE and tex.spline.size > 0
+            share = max(0.0, (BLEND - long) / (BLEND - 1)) if smooth else 0.0
             if share < 1:
-                level, size = 0, 1.0
-                while short >= 2 * size and level + 1 < tex.width.size:
+                level = 0
+                while level + 1 < tex.size.size and short >= tex.size[level + 1]:
                     level += 1
-                    size *= 2
-                if short >= 2 * size:  # nothing smaller is left: the whole picture
-                    p, q, r = 0.5 / size, 0.0, 0.5 / size
+                size = float(tex.size[level])
+                if short >= 4 * size:  # nothing smaller is left: the whole picture
+                    p, q, r = 0.25 / size, 0.0, 0.25 / size
                 kernel_kind = CUBIC if kind == SPLINE else kind
                 _gather(
                     tex, x / size, y / size, p * size, q * size, r * size, level, kernel_kind, weights, value

@@ -247,3 +247,23 @@ def test_a_bad_map_ends_and_counts_what_it_could_not_solve(wild):
     assert 0 <= seen.fallback <= seen.inside <= 8100
     if wild == "folded":
         assert seen.fallback < 0.02 * seen.inside
+
+
+@pytest.mark.parametrize("dtype, channels", [(np.uint8, 4), (np.uint16, 3), (np.uint8, 1)])
+@pytest.mark.parametrize("filter", ["cubic", "nearest"])
+def test_a_large_texture_is_read_as_stored_with_the_same_result(monkeypatch, dtype, channels, filter):
+    import cv2
+
+    rough = noise((400, 330, channels), dtype, 3)
+    picture = cv2.GaussianBlur(rough, (0, 0), 6).reshape(rough.shape)
+    alpha = 3 if channels == 4 else -1
+    plain, compact = [], []
+    for made, limit in ((plain, 1 << 40), (compact, 0)):
+        monkeypatch.setattr("iccm.resample.LARGE", limit)
+        for map, size in ((IDENTITY, 300), (conformal(lambda z: z + 0.2 * z**2), 40)):
+            made.append(
+                warp(map, Texture(picture, BOX, alpha), Canvas(size, size, BOX), filter=filter).pixels
+            )
+    top = np.iinfo(dtype).max
+    assert np.array_equal(plain[0], compact[0])
+    assert np.abs(plain[1].astype(float) - compact[1]).max() <= 0.01 * top + 1
