@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -57,24 +56,12 @@ def _progress() -> Iterator[Callable[[int, int], None] | None]:
         yield advance
 
 
-def _warn_of_compiling() -> None:
-    """Say why the first run after installing is slow; later ones find the compiled kernels beside the modules."""
-    from pathlib import Path
-
-    import iccm
-
-    kernels = (Path(iccm.__file__).parent / "__pycache__").glob("sampling.*.nbi")
-    if "NUMBA_CACHE_DIR" not in os.environ and not any(kernels):
-        logs.log.info("the first run compiles for up to a minute, once")
-
-
 def execute(given: dict[str, Any]) -> int:
     """Run the job of these options, tell about it on stderr, and give the exit code."""
     from ..io.job import make
     from ..io.report import summary
     from ..io.run import run
 
-    _warn_of_compiling()
     threads = given.pop("threads")
     job = make(options.values(given))
     with _progress() as progress:

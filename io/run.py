@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -117,6 +118,8 @@ def run(
     makers = check(job)
     state = _solved(job, threads, tell)
     state.progress = progress
+    if makers and _cold():
+        tell("the first run compiles, once; this may take a minute")
     with ExitStack() as stack:
         for name, make in makers.items():
             temporary = stack.enter_context(files.replacing(name, force=job.force)) if name != "-" else None
@@ -129,6 +132,14 @@ def run(
     return Outcome(
         ok, message, figures, (*job.outputs, *state.figures.get("also_written", [])), tuple(state.notes)
     )
+
+
+def _cold() -> bool:
+    """Whether the kernels have never been compiled here; elsewhere than beside the modules nobody looks."""
+    import iccm
+
+    kernels = (Path(iccm.__file__).parent / "__pycache__").glob("sampling.*.nbi")
+    return "NUMBA_CACHE_DIR" not in os.environ and not any(kernels)
 
 
 def with_outputs(job: Job) -> Job:
