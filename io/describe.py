@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import InputError
 from . import files, shapes
 from .placement import PICTURES
+from .products import MESHES, is_mesh
 
 MANIFESTS = (".toml", ".jsonl", ".ndjson")
 MOST = 20
@@ -26,7 +27,7 @@ def describe(path: Path) -> dict[str, Any]:
     suffix = path.suffix.lower()
     kinds: list[tuple[bool, Callable[[Path], dict[str, Any]]]] = [
         (suffix in PICTURES, _picture),
-        (suffix == ".obj", _obj),
+        (suffix in MESHES, _mesh),
         (suffix == ".json", _constraints),
         (suffix in MANIFESTS, _manifest),
         (suffix in shapes.READERS, _shape),
@@ -34,7 +35,7 @@ def describe(path: Path) -> dict[str, Any]:
     for fits, facts in kinds:
         if fits:
             return {"file": str(path), "bytes": path.stat().st_size, **facts(path)}
-    known = sorted({*PICTURES, *MANIFESTS, *shapes.READERS, ".json", ".obj"})
+    known = sorted({*PICTURES, *MANIFESTS, *MESHES, *shapes.READERS, ".json"})
     raise InputError(f"{path}: no kind of file that iccm reads; it reads {' '.join(known)}")
 
 
@@ -90,22 +91,41 @@ def _picture(path: Path) -> dict[str, Any]:
     }
 
 
-def _obj(path: Path) -> dict[str, Any]:
-    from . import obj
+def _mesh(path: Path) -> dict[str, Any]:
+    from . import meshes
 
-    found = obj.read(path)
-    mesh = found.mesh()
-    if not len(mesh.sizes):
+    if not is_mesh(str(path)):
         return _shape(path)
+    file = meshes.read(str(path))
+    mesh = file.mesh
     sizes, counts = np.unique(mesh.sizes, return_counts=True)
+    named = meshes.texture_of(file)
     return {
         "kind": "mesh",
         "vertices": len(mesh.points),
         "faces": len(mesh.sizes),
         "sides": {str(size): int(count) for size, count in zip(sizes, counts)},
-        "parts": found.parts()[:MOST],
+        "parts": file.obj.parts()[:MOST] if file.obj else [],
+        "uv_charts": 0 if mesh.uv_corners is None else _charts(mesh),
+        "texture": "in the file" if file.picture is not None else str(named) if named else None,
         **_surface(mesh),
+        "notes": list(file.notes)[:MOST],
     }
+
+
+def _charts(mesh: Any) -> int:
+    """Connected pieces of the texture layout; corners without coordinates don't count."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    corner, last = mesh.uv_corners, mesh.starts[1:] - 1
+    after = np.arange(1, corner.size + 1)
+    after[last] = mesh.starts[:-1]
+    both = (corner >= 0) & (corner[after] >= 0)
+    a, b = corner[both], corner[after][both]
+    used, index = np.unique(np.concatenate([a, b]), return_inverse=True)
+    links = coo_matrix((np.ones(a.size), (index[: a.size], index[a.size :])), shape=(used.size, used.size))
+    return int(connected_components(links, directed=False)[0])
 
 
 def _surface(mesh: Any) -> dict[str, Any]:

@@ -319,3 +319,17 @@ def test_info_and_doctor(shapes, iccm):
     assert "jobs: 1" in iccm("info", "j.toml").out
     doctor = iccm("doctor")
     assert doctor.code == 0 and "a square onto itself is right" in doctor.out
+
+
+def test_info_tells_about_meshes_pictures_and_constraints(shapes, iccm):
+    corners = (
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt .5 .5\nvt .6 .5\nvt .6 .6\n"
+    )
+    (shapes / "m.obj").write_text(corners + "g one\nf 1/1 2/2 3/3\ng two\nf 1/5 3/6 4/7\n")
+    facts = json.loads(iccm("info", "m.obj", "--json").out)
+    assert (facts["kind"], facts["vertices"], facts["faces"], facts["uv_charts"]) == ("mesh", 4, 2, 2)
+    assert facts["parts"] and facts["boundary_loops"] == [4] and facts["genus"] == 0
+    (shapes / "c.json").write_text('{"pins": [{"source": [1, 2], "target": [3, 4]}]}')
+    assert "pins: 1" in iccm("info", "c.json").out
+    images.write(shapes / "p.png", images.Image(np.full((5, 7, 3), 9, np.uint8)))
+    assert "size: 7 5" in iccm("info", "p.png").out
