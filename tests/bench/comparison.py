@@ -1,0 +1,168 @@
+"""Our maps beside other people's on the same shapes, as in Fig. 7 of the paper: a table and a picture.
+
+python -m tests.bench.comparison [--picture]
+
+The others need a boundary correspondence, and get points at equal shares of both outlines, the first of them chosen so
+that the picture turns least. Ours need none, but are given the pins and strokes that the samples' drawings hold; without
+any, the quasi-conformal map is the conformal one and left out. Distortion is that of the linear maps of the triangles of
+one mesh of the source, each weighted by its area, for all of them: a conformal map has a little more than 1 there. `gap`
+is the two-sided Hausdorff distance of the boundary's image to the target, relative to its diagonal: for the others of
+the mesh's boundary, for ours of the map's. A method that holds the boundary's nodes has a gap only between them.
+"""
+
+import argparse
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+import iccm
+from iccm import Curve, Fit
+from iccm.io import constraints
+from iccm.result import hausdorff
+
+from . import pictures, rivals, shapes
+from .rivals import Mesh
+
+CASES = (
+    ("pins/round.svg", "pins/cat.svg"),
+    ("raster/whale.svg", "raster/fish.svg"),
+    ("strokes/straight.svg", "strokes/bent.svg"),
+)
+RIVALS: dict[str, Callable[[Mesh, np.ndarray], np.ndarray]] = {
+    "[SH15] harmonic": rivals.polygon_harmonic,
+    "[ESA07] as rigid as possible": rivals.rigid,
+    "[WBCG09] Szegő": rivals.szego,
+    "[WG10] angles": rivals.angles,
+    "thin-plate spline": rivals.thin_plate,
+}
+OURS = {"ours, conformal": {}, "ours, quasi-conformal": {"quasi": 0.01}}
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A method's map of one mesh, and the figures of the table."""
+
+    name: str
+    images: np.ndarray
+    fit: Fit | None
+    gap: float
+    conformal: tuple[float, float]
+    area: float
+    folds: float
+    pins: float
+    seconds: float
+
+
+def compare(source: Curve, target: Curve, pins: np.ndarray, strokes: list) -> tuple[Mesh, list[Result]]:
+    """All methods on one pair; pins and strokes are given to our maps alone, and pins measured for all."""
+    mesh = Mesh.of(source)
+    wanted = rivals.paired(mesh, target)
+    out = []
+    for name, options in OURS.items():
+        if options and not (pins.size or strokes):
+            continue
+        start = time.perf_counter()
+        fit = iccm.fit(source, target, pins=pins, strokes=strokes, **options)
+        seconds = time.perf_counter() - start
+        images = fit.map(Curve(fit.map.polygon).pulled_in(mesh.nodes))
+        out.append(judged(name, mesh, images, target, pins, seconds, fit))
+    for name, method in RIVALS.items():
+        start = time.perf_counter()
+        images = method(mesh, wanted)
+        out.append(judged(name, mesh, images, target, pins, time.perf_counter() - start))
+    return mesh, out
+
+
+def judged(
+    name: str,
+    mesh: Mesh,
+    images: np.ndarray,
+    target: Curve,
+    pins: np.ndarray,
+    seconds: float,
+    fit: Fit | None = None,
+) -> Result:
+    """The figures of one map."""
+    dilatation, area = rivals.distortion(mesh, images)
+    weight = mesh.areas / mesh.areas.sum()
+    log = np.log10(np.maximum(np.abs(area), 1e-300))
+    gap = fit.boundary["hausdorff"] if fit else hausdorff(Curve(images[mesh.rim]), target) / target.diagonal
+    return Result(
+        name,
+        images,
+        fit,
+        gap,
+        (share(dilatation, weight, 0.5), share(dilatation, weight, 0.95)),
+        share(log, weight, 0.95) - share(log, weight, 0.05),
+        float(weight[area < 0].sum()),
+        pin_error(mesh, images, pins) / target.diagonal,
+        seconds,
+    )
+
+
+def share(values: np.ndarray, weight: np.ndarray, q: float) -> float:
+    """The value that a share q of the weight does not exceed."""
+    order = np.argsort(values)
+    return float(values[order][np.searchsorted(np.cumsum(weight[order]), q * weight.sum())])
+
+
+def pin_error(mesh: Mesh, images: np.ndarray, pins: np.ndarray) -> float:
+    """Root mean square distance of the pins' images to their targets; NaN without pins."""
+    if not pins.size:
+        return float("nan")
+    return float(np.sqrt(np.mean(np.abs(rivals.interpolated(mesh, images, pins[:, 0]) - pins[:, 1]) ** 2)))
+
+
+def table(results: list[Result]) -> None:
+    """Print one line a method."""
+    print(f"{'method':30} gap      distortion 50 % 95 %  area  folds   pins     seconds")
+    for r in results:
+        pins = "   -   " if np.isnan(r.pins) else f"{r.pins:.1e}"
+        print(
+            f"{r.name:30} {r.gap:.1e}  {r.conformal[0]:10.2f} {r.conformal[1]:9.2f}  {r.area:4.2f}  {r.folds:6.2%}"
+            f"  {pins}  {r.seconds:6.2f}"
+        )
+
+
+def picture(mesh: Mesh, results: list[Result], source: Curve, target: Curve, name: str) -> None:
+    """The source and what each method makes of it."""
+    figure, panels = pictures.sheet(4, 2, 2.35)
+    texture, home, away = pictures.board(source), pictures.around(source), pictures.around(target)
+    first, *rest = panels.ravel()
+    pictures.original(first, source, texture, home, 300)
+    pictures.title(first, "source", "squares of a numbered board")
+    for axes, r in zip(rest, results):
+        if r.fit:
+            pictures.textured(axes, r.fit, texture, away, 300)
+        else:
+            pictures.painted(axes, mesh, r.images, texture, away, 300)
+        pictures.outline(axes, target.z, pictures.INK, 0.9)
+        pictures.title(axes, r.name, f"gap {r.gap:.0e}, K {r.conformal[1]:.2g}, folds {r.folds:.1%}")
+    pictures.save(figure, name)
+
+
+def main(words: list[str] | None = None) -> None:
+    """Print a table a pair; with --picture also draw that of the gallery."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--picture", action="store_true", help="draw docs/gallery/comparison.png")
+    given = parser.parse_args(words)
+    print(
+        "## Comparison (distortion K = σ₁/σ₂, area = log10 spread 5 % to 95 %, pins = rms error; see the module)"
+    )
+    iccm.fit(np.exp(2j * np.pi * np.arange(5) / 5), np.array([0, 1, 1 + 1j, 1j]))  # compiles and imports
+    for number, (a, b) in enumerate(CASES):
+        source, target = shapes.sample(a), shapes.sample(b)
+        pins, strokes = constraints.pair(source, target)
+        print(f"\n{a} → {b}")
+        mesh, results = compare(source.curve, target.curve, pins, strokes)
+        table(results)
+        if given.picture and number == 0:
+            picture(mesh, results, source.curve, target.curve, "comparison")
+
+
+if __name__ == "__main__":
+    main()

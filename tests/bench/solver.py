@@ -1,0 +1,174 @@
+"""The solver on random pairs of real silhouettes, `paper` and `robust` side by side; time against vertices.
+
+python -m tests.bench.solver [--pairs 40] [--seed 1] [--atlas 110m|50m|10m] [--largest 4000] [--outlines 2]
+"""
+
+import argparse
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+import iccm
+from iccm import Curve
+
+from . import shapes
+
+METHODS = ("paper", "robust")
+DEPTH = 1e-3  # of the certificate, relative to the source's diagonal
+LONG = 5000  # vertices of an outline that counts as long
+SIZES = (250, 500, 1000, 2000, 4000)
+
+
+@dataclass(frozen=True)
+class Row:
+    """What one method made of one pair; lengths relative to the target's diagonal."""
+
+    gap: float
+    rms: float
+    certified: bool
+    depth: float
+    spread: float
+    vertices: int
+    iterations: int
+    seconds: float
+    status: str
+    notes: tuple[str, ...]
+
+
+def measured(source: Curve, target: Curve, **options) -> Row:
+    """One fit, its time without the report's."""
+    start = time.perf_counter()
+    fit = iccm.fit(source, target, **options)
+    seconds = time.perf_counter() - start
+    report = fit.report()
+    boundary, proof, area = report["boundary"], report["injective"], report["log10_area"]
+    return Row(
+        boundary["hausdorff"],
+        boundary["rms"],
+        proof["certified"],
+        proof["depth"],
+        area["p95"] - area["p05"],
+        report["vertices"],
+        report["iterations"],
+        seconds,
+        report["status"],
+        tuple(report["notes"]),
+    )
+
+
+def pairs(count: int, seed: int, scale: str) -> dict[str, list[Row]]:
+    """Fit every pair by every method; print a line each, then quantiles."""
+    drawn = shapes.pairs(count, seed, scale)
+    print(f"## {count} random pairs (seed {seed}), countries at 1:{scale}")
+    print("lengths relative to the target's diagonal; area: log10 of the area scale, 5 % to 95 %;")
+    print("iterations of robust: rounds of placing vertices after the first")
+    head = "gap      rms      certified  area  vert  iter  seconds"
+    print(f"{'pair':46} method  {head}  status")
+    rows: dict[str, list[Row]] = {name: [] for name in METHODS}
+    measured(drawn[0][0][1], drawn[0][1][1])  # compiles and imports
+    for (a, source), (b, target) in drawn:
+        for method in METHODS:
+            row = measured(source, target, method=method)
+            rows[method].append(row)
+            label = f"{a[:21]} → {b[:21]}" if method == METHODS[0] else ""
+            print(f"{label:46} {method:6}  {line(row)}  {'; '.join((row.status, *row.notes))}", flush=True)
+    summary(rows)
+    return rows
+
+
+def line(row: Row) -> str:
+    """The figures of a row in columns."""
+    proof = f"at {row.depth:.0e}" if row.certified else "no"
+    return (
+        f"{row.gap:.1e}  {row.rms:.1e}  {proof:9}  {row.spread:4.1f}  {row.vertices:4d}  {row.iterations:4d}"
+        f"  {row.seconds:7.2f}"
+    )
+
+
+def summary(rows: dict[str, list[Row]]) -> None:
+    """Quantiles of both methods, and what was asked of `robust`."""
+    print("\nquantiles (50 %, 90 %, 100 %)")
+    for name in ("gap", "rms", "spread", "vertices", "iterations", "seconds"):
+        cells = [
+            " ".join(f"{quantile(found, name, q):9.2g}" for q in (0.5, 0.9, 1.0)) for found in rows.values()
+        ]
+        print(f"  {name:11}" + "   ".join(f"{m:7}{c}" for m, c in zip(rows, cells)))
+    shares = ", ".join(f"{method} {share_certified(found):.0%}" for method, found in rows.items())
+    print(f"  certified injective at a depth of {DEPTH:g} or less: {shares} of the pairs")
+    robust = rows["robust"]
+    wanted = [
+        ("median gap at most 1e-3", quantile(robust, "gap", 0.5), 1e-3),
+        ("90 % gap at most 5e-3", quantile(robust, "gap", 0.9), 5e-3),
+        ("not certified on at most 10 %", 1 - share_certified(robust), 0.1),
+        ("median seconds at most 1", quantile(robust, "seconds", 0.5), 1.0),
+        ("90 % seconds at most 3", quantile(robust, "seconds", 0.9), 3.0),
+    ]
+    for what, value, bound in wanted:
+        print(f"  {'holds   ' if value <= bound else 'FAILS   '} {what}: {value:.2g}")
+
+
+def quantile(rows: list[Row], name: str, q: float) -> float:
+    """The smallest value that a share q of the rows does not exceed."""
+    return float(np.quantile([getattr(row, name) for row in rows], q, method="inverted_cdf"))
+
+
+def share_certified(rows: list[Row]) -> float:
+    """Share of the rows certified injective at DEPTH or less."""
+    return float(np.mean([row.certified and row.depth <= DEPTH for row in rows]))
+
+
+def scaling(largest: int) -> float:
+    """Time against vertices on one pair; the exponent of the power law through the points from 500 vertices up."""
+    source = shapes.sample("hexagon-blob/hexagon.svg").curve
+    target = shapes.sample("hexagon-blob/blob.svg").curve
+    print("\n## Time against vertices, robust, hexagon → blob, a tolerance that asks for all allowed")
+    print("vertices  seconds  gap")
+    points = []
+    for size in [n for n in SIZES if n <= largest]:
+        row = measured(source, target, vertices=size, tolerance=1e-9)
+        points.append((row.vertices, row.seconds))
+        print(f"{row.vertices:8d}  {row.seconds:7.2f}  {row.gap:.1e}", flush=True)
+    x, y = np.log(np.array([p for p in points if p[0] >= 450] or points)).T
+    exponent = float(np.polyfit(x, y, 1)[0]) if x.size > 1 else float("nan")
+    print(f"fitted: time grows as vertices^{exponent:.2f}; at most 2.5 wanted")
+    return exponent
+
+
+def long_outlines(count: int) -> list[Row]:
+    """The longest country outlines at 1:10m onto a disk, and what was simplified."""
+    atlas = shapes.countries("10m")
+    names = sorted((n for n in atlas if atlas[n].z.size >= LONG), key=lambda n: atlas[n].z.size)[:count]
+    disk = np.exp(2j * np.pi * np.arange(64) / 64)
+    print("\n## Long outlines onto a 64-gon, robust")
+    rows = []
+    for name in names:
+        rows.append(measured(atlas[name], disk))
+        print(f"{name} ({atlas[name].z.size} vertices): {line(rows[-1])}  {rows[-1].status}", flush=True)
+        print("    " + "; ".join(rows[-1].notes))
+    return rows
+
+
+def main(words: list[str] | None = None) -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--pairs", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--atlas", default="110m", choices=("110m", "50m", "10m"))
+    parser.add_argument(
+        "--largest", type=int, default=4000, help="vertices of the scaling table; 0 leaves it out"
+    )
+    parser.add_argument("--outlines", type=int, default=2, help="long country outlines to map")
+    given = parser.parse_args(words)
+    if given.pairs:
+        pairs(given.pairs, given.seed, given.atlas)
+    if given.largest:
+        scaling(given.largest)
+    if given.outlines:
+        long_outlines(given.outlines)
+
+
+if __name__ == "__main__":
+    main()
