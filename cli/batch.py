@@ -124,11 +124,13 @@ def _report(results: Iterator[dict[str, Any]], count: int) -> Counter[str]:
     """Results to stdout, troubles and progress to stderr; how many ended in which way."""
     from tqdm import tqdm
 
+    from ..io.report import plain
+
     counts: Counter[str] = Counter()
     level = {"done": logs.log.debug, "poor": logs.log.warning, "cancelled": logs.log.debug}
     with tqdm(total=count, unit="job", disable=None, file=sys.stderr) as bar:
         for result in results:
-            sys.stdout.write(json.dumps(result, ensure_ascii=False) + "\n")
+            sys.stdout.write(json.dumps(plain(result), ensure_ascii=False) + "\n")
             sys.stdout.flush()
             counts[result["status"]] += 1
             tell = level.get(result["status"], logs.log.error)

@@ -18,8 +18,9 @@ def command(file: tuple[str, ...], as_json: bool) -> int:
     import json
 
     from ..io.describe import describe, lines
+    from ..io.report import plain
 
     for name in file:
         facts = describe(Path(name))
-        click.echo(json.dumps(facts, ensure_ascii=False) if as_json else "\n".join(lines(facts)))
+        click.echo(json.dumps(plain(facts), ensure_ascii=False) if as_json else "\n".join(lines(facts)))
     return 0

@@ -155,4 +155,6 @@ def mistakes(error: ValidationError) -> list[tuple[str, str]]:
 
 
 def _plain(message: str) -> str:
+    if "as a unicode string" in message:
+        return "the name is not UTF-8; rename the file"
     return message.removeprefix("Value error, ").replace("Extra inputs are not permitted", "unknown key")

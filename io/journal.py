@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
-from . import files
+from . import companions, files
 from .job import Job
 
 NAME = ".iccm-journal.jsonl"
@@ -75,7 +75,7 @@ class Journal:
 
     def _append(self, line: dict[str, Any]) -> None:
         # The leading newline closes a line that was torn; empty lines are skipped on reading.
-        data = ("\n" + json.dumps(line, ensure_ascii=False) + "\n").encode()
+        data = ("\n" + json.dumps(line) + "\n").encode()
         handle = os.open(
             self.path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o666
         )
@@ -89,7 +89,7 @@ class Journal:
 def key(job: Job) -> str:
     """The identity of a job's result: version, options, and the contents of its inputs."""
     options = job.model_dump(mode="json", exclude={"force"})
-    inputs = {path: _hash(path, os.stat(path).st_mtime_ns, os.stat(path).st_size) for path in job.inputs}
+    inputs = {path: _hash(path, os.stat(path).st_mtime_ns, os.stat(path).st_size) for path in companions.inputs(job)}
     text = json.dumps([__version__, options, inputs], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import __version__
-from . import files
+from . import companions, files
 
 if TYPE_CHECKING:
     from .run import Run
@@ -36,17 +36,22 @@ def build(run: Run) -> dict[str, Any]:
             "total": run.seconds["total"],
         }
     report["notes"] = run.notes
-    report["inputs"] = [{"path": name, "sha256": files.sha256(name)} for name in run.job.inputs]
+    report["inputs"] = [{"path": name, "sha256": files.sha256(name)} for name in companions.inputs(run.job)]
     report["job"] = run.job.model_dump(mode="json", exclude_defaults=True, exclude={"force"})
     return plain(report)
 
 
 def plain(value: Any) -> Any:
-    """Only what JSON can say: numpy becomes lists and numbers, complex numbers pairs, NaN and infinity null."""
+    """Only what JSON can say: numpy becomes lists and numbers, complex numbers pairs, NaN and infinity null.
+
+    File names that are no UTF-8 keep their odd bytes as escapes.
+    """
     if isinstance(value, dict):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple | np.ndarray):
         return [plain(item) for item in value]
+    if isinstance(value, str):
+        return value.encode("utf-8", "backslashreplace").decode()
     if isinstance(value, np.generic):
         return plain(value.item())
     if isinstance(value, complex):

@@ -8,7 +8,7 @@ from concurrent.futures import Future
 
 import pytest
 
-from iccm.io import batch, journal, worker
+from iccm.io import batch, companions, journal, worker
 from iccm.io.job import Job
 from iccm.io.journal import Journal
 from iccm.io.manifest import ManifestError, Task
@@ -156,6 +156,28 @@ def test_the_key_knows_inputs_options_and_version(tmp_path, monkeypatch):
     (tmp_path / "a").write_text("x")
     monkeypatch.setattr(journal, "__version__", "9")
     assert journal.key(job) != key
+
+
+def test_the_key_knows_what_a_mesh_names_in_turn(tmp_path):
+    (tmp_path / "a.obj").write_text("mtllib my lib.mtl\nv 0 0 0\n")
+    job = Job(source=str(tmp_path / "a.obj"))
+    keys = [journal.key(job)]
+    (tmp_path / "my lib.mtl").write_text("newmtl x\nmap_Kd -s 1 1 1 t.png\nmap_Bump no such.png\n")
+    keys.append(journal.key(job))
+    (tmp_path / "t.png").write_text("pixels")
+    keys.append(journal.key(job))
+    (tmp_path / "t.png").write_text("other pixels")
+    keys.append(journal.key(job))
+    assert len(set(keys)) == 4
+    scene = {"buffers": [{"uri": "b.bin"}, {"uri": "data:,"}, 3], "images": [{"uri": "t.png"}]}
+    for text, count in (
+        (json.dumps(scene), 1),
+        (json.dumps({**scene, "buffers": []}), 2),
+        ("{", 1),
+        ("[]", 1),
+    ):
+        (tmp_path / "s.gltf").write_text(text)
+        assert len(companions.inputs(Job(source=str(tmp_path / "s.gltf")))) == count
 
 
 @pytest.mark.parametrize(

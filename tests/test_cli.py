@@ -333,3 +333,11 @@ def test_info_tells_about_meshes_pictures_and_constraints(shapes, iccm):
     assert "pins: 1" in iccm("info", "c.json").out
     images.write(shapes / "p.png", images.Image(np.full((5, 7, 3), 9, np.uint8)))
     assert "size: 7 5" in iccm("info", "p.png").out
+
+
+def test_file_names_that_are_no_text_are_refused_in_one_line(shapes, shell):
+    name = r"""name=$(printf 'caf\351'); cp square.svg "$name.svg"; """
+    for line in ('iccm map "$name.svg" blob.svg', """echo '{"source": "caf*.svg"}' | iccm batch - -j 1"""):
+        done = shell(name + line)
+        assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "not UTF-8" in done.stderr
+    assert shell(name + 'iccm info --json "$name.svg"').returncode == 0
