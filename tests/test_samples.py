@@ -11,14 +11,15 @@ import pytest
 from iccm.io import images
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples"
-LONG = {"rose-leaf", "square-country"}  # hundreds of corners in the target
+LONG = {"rose-leaf", "square-country", "polyline", "strokes", "face-pins", "hexagon-surface"}
+# Several maps of a square are equally good, and rounding may decide between them: only the outline is compared.
+FREE = {"square-country"}
 BLOCK = 8
 
 # Root mean square difference of the means of 8 x 8 pixels, colours weighted by alpha, on a scale from 0 to 1.
-# Another machine's rounding may end the solver's iteration elsewhere within its tolerance (1e-3 of the diagonal, 0.7
-# pixels here): solving to half and to twice the tolerance moved the pictures by 0.0001 to 0.006. A picture that is off
-# by 4 pixels, mirrored, or of another hue differs by at least 0.02, see the last test.
-LIMIT = 0.012
+# Rounding differs between machines; inputs scaled by 1 ± 1e-9, which changes every rounding, moved the pictures by at
+# most 0.0012. A picture that is off by 4 pixels, mirrored, of another hue or empty differs by at least 0.02: last test.
+LIMIT = 0.006
 
 
 def runner():
@@ -61,7 +62,10 @@ def test_a_sample_makes_its_picture(name, tmp_path):
     for command in RUN.commands(folder):
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-    assert difference(images.read(folder / "out/picture.png").pixels, baseline(name)) < LIMIT
+    made, kept = images.read(folder / "out/picture.png").pixels, baseline(name)
+    if name in FREE:
+        made, kept = made[..., 3:], kept[..., 3:]
+    assert difference(made, kept) < LIMIT
 
 
 @pytest.mark.parametrize("name", NAMES)
