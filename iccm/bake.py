@@ -4,6 +4,7 @@ Where the inverse map is all but linear within a triangle (to `max_error` texels
 from the corners; elsewhere it is solved at each texel.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,9 @@ from .resample import Texture
 MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file
 ROWS = 256
 
+Origins = tuple[
+    Complex, Complex, Complex
+]  # (p,) points of the source's plane, their derivatives by the output's x and y
 Texels = tuple[Real, Real]  # (p, 2) places in the texture, (p, 4) their derivatives by the output's x and y
 
 
@@ -120,17 +124,19 @@ def layout(name: str, uv: Real, uv_faces: Index, twin: Index, width: int, height
             f"{name}: triangle {bad} has no texture coordinates; leave out --bake to make new ones"
         )
     at = uv[uv_faces]
-    span = np.ptp(at, axis=1).max(initial=0.0)
-    if not np.isfinite(span) or span * span > MOST_TILES or np.abs(at).max(initial=0.0) > 1e6:
+    low, high = at.min(axis=1), at.max(axis=1)
+    span = (high - low).max(initial=0.0)
+    if not np.isfinite(span) or span * span > MOST_TILES or np.abs(low).max(initial=0.0) > 1e6:
         raise InputError(
             f"{name}: texture coordinates of a triangle are not finite or span {span:.3g} pictures"
         )
-    corners = np.stack([at[..., 0] * width, (1 - at[..., 1]) * height], axis=-1)
-    outside = ((at < -1e-9) | (at > 1 + 1e-9)).any(axis=(1, 2))
+    corners = np.empty_like(at)
+    corners[..., 0], corners[..., 1] = at[..., 0] * width, (1 - at[..., 1]) * height
+    outside = (low.min(axis=1) < -1e-9) | (high.max(axis=1) > 1 + 1e-9)
     raster = rasterise(corners, width, height, border=open_edges(uv_faces, twin), wrap=bool(outside.any()))
     turn = _turns(corners)
     report = {
-        "charts": np.unique(charts(uv_faces, len(uv))[uv_faces[:, 0]]).size,
+        "charts": int(np.count_nonzero(np.bincount(charts(uv_faces, len(uv))[uv_faces[:, 0]]))),
         "mirrored_triangles": int((turn > 0).sum()),  # y is down
         "flat_triangles": int((turn == 0).sum()),
         "outside_triangles": int(outside.sum()),
@@ -175,8 +181,8 @@ def bake(
     source = _Source(target, grid, pull, abs(place.scale) / np.sqrt(2), max_error)
     out = np.zeros((*grid.shape, read.channels), texture.pixels.dtype)
     for row in range(0, grid.shape[0], ROWS):
-        at, z, zx, zy = source.rows(row, min(row + ROWS, grid.shape[0]))
-        pixels = read(lambda p, z=z, zx=zx, zy=zy: place.texels(z[p], zx[p], zy[p], 1), at.size, threads)
+        at, origins = source.rows(row, min(row + ROWS, grid.shape[0]))
+        pixels = read(lambda part, origins=origins: place.texels(*origins(part), 1), at.size, threads)
         out[row : row + ROWS].reshape(-1, read.channels)[at] = pixels
     reach = max(4, max(grid.shape) // 32) if padding is None else padding
     report = grid.report | {
@@ -203,23 +209,39 @@ class _Source:
         self.linear = affine(grid.corners, z[faces])
         self.corners_w = corner_w
 
-    def rows(self, first: int, last: int) -> tuple[Index, Complex, Complex, Complex]:
-        """(at, z, zx, zy) of the covered texels of rows first .. last - 1; `at` counts from the first row."""
+    def rows(self, first: int, last: int) -> tuple[Index, Callable[[slice], Origins]]:
+        """The covered texels of rows first .. last - 1, counted from there, and where a slice of them comes from."""
         owner = self.owner[first:last].ravel()
         at = np.flatnonzero(owner >= 0)
         own = owner[at]
-        z, zx, zy = (np.empty(at.size, complex) for _ in range(3))
-        _evaluate(self.linear, self.low, own, at, first, self.owner.shape, z, zx, zy)
         hard = np.flatnonzero(self.exact[own])
-        if hard.size:
-            w, wx, wy = (np.empty(hard.size, complex) for _ in range(3))
-            _evaluate(self.flat, self.low, own[hard], at[hard], first, self.owner.shape, w, wx, wy)
-            z[hard] = self.pull(_into(self.corners_w[own[hard]], w))
-            z_w, z_wbar = self.pull.slopes(z[hard])
-            good = np.isfinite(z_w)
-            zx[hard[good]] = (z_w * wx + z_wbar * wx.conj())[good]
-            zy[hard[good]] = (z_w * wy + z_wbar * wy.conj())[good]
-        return at, z, zx, zy
+        solved = self._solved(own[hard], at[hard], first) if hard.size else None
+
+        def origins(part: slice) -> Origins:
+            found = self._affine(self.linear, own[part], at[part], first)
+            if solved is not None:
+                a, b = np.searchsorted(hard, [part.start, part.stop])
+                for values, better in zip(found, solved):
+                    values[hard[a:b] - part.start] = better[a:b]
+            return found
+
+        return at, origins
+
+    def _affine(self, coefficients: Complex, own: NDArray, at: Index, first: int) -> Origins:
+        z, zx, zy = (np.empty(at.size, complex) for _ in range(3))
+        _evaluate(coefficients, self.low, own, at, first, self.owner.shape, z, zx, zy)
+        return z, zx, zy
+
+    def _solved(self, own: NDArray, at: Index, first: int) -> Origins:
+        """Where texels come from one by one; the linear steps stay where the map has no derivative."""
+        w, wx, wy = self._affine(self.flat, own, at, first)
+        _, zx, zy = self._affine(self.linear, own, at, first)
+        z = self.pull(_into(self.corners_w[own], w))
+        z_w, z_wbar = self.pull.slopes(z)
+        good = np.isfinite(z_w)
+        zx[good] = (z_w * wx + z_wbar * wx.conj())[good]
+        zy[good] = (z_w * wy + z_wbar * wy.conj())[good]
+        return z, zx, zy
 
 
 def padded(pixels: NDArray, covered: NDArray[np.bool_], reach: int) -> NDArray:

@@ -115,7 +115,10 @@ def _flatten_once(patch: Patch, loop: int) -> Flattening:
     if fault is None:
         return result
     for method, place in (("disk", disk.conformal), ("tutte", disk.convex)):
-        flat = place(patch, outline)
+        try:
+            flat = place(patch, outline)
+        except RuntimeError:  # scipy's word for a singular matrix: triangles too thin for this method
+            continue
         result = Flattening(patch, upright(patch, flat), outline, method, (f"LSCM gave {fault}: repaired",))
         if overlap(result) is None:
             return result

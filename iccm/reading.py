@@ -89,7 +89,7 @@ class Reader:
 
 @cache
 def _steps() -> tuple[Real, NDArray[np.uint8]]:
-    """Linear values from which on an sRGB byte is 0 .. 255 (and infinity), and the byte at the start of each of FINE cells."""
+    """Linear values at which sRGB bytes 0 .. 255 begin (and infinity), and the byte where each of FINE cells starts."""
     edges = colour.linear_from_srgb((np.arange(256) - 0.5) / 255)
     start = np.searchsorted(edges, np.arange(FINE + 1) / FINE, side="right") - 1
     return np.append(edges, np.inf), start.astype(np.uint8)
