@@ -89,7 +89,9 @@ class Journal:
 def key(job: Job) -> str:
     """The identity of a job's result: version, options, and the contents of its inputs."""
     options = job.model_dump(mode="json", exclude={"force"})
-    inputs = {path: _hash(path, os.stat(path).st_mtime_ns, os.stat(path).st_size) for path in companions.inputs(job)}
+    inputs = {
+        path: _hash(path, os.stat(path).st_mtime_ns, os.stat(path).st_size) for path in companions.inputs(job)
+    }
     text = json.dumps([__version__, options, inputs], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
