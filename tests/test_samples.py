@@ -12,7 +12,7 @@ from iccm.io import images
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 LONG = {"rose-leaf", "square-country", "polyline", "strokes", "face-pins", "hexagon-surface"}
-# Several maps of a square or a regular hexagon are equally good, and rounding may decide between them: only alpha counts.
+# Several maps of a square or a regular hexagon are equally good, and rounding may choose: only alpha is compared.
 FREE = {"square-country", "hexagon-surface"}
 BLOCK = 8
 
