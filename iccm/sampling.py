@@ -15,6 +15,7 @@ from numba.extending import overload
 from numpy.typing import NDArray
 
 from .colour import Float
+from .parallel import over_slices
 
 NEAREST, LINEAR, CUBIC, LANCZOS, SPLINE = 0, 1, 2, 3, 4
 FILTERS = {"nearest": NEAREST, "linear": LINEAR, "cubic": CUBIC, "lanczos": LANCZOS, "spline": SPLINE}
@@ -24,6 +25,7 @@ BLEND = 1.5  # a spline gives way to the cubic between a footprint of one texel 
 FRAME = 12  # texels around a spline's coefficients: what lies outside no longer matters beyond
 CLAMP, CLEAR = 0, 1
 STRIP = 256  # rows of a large picture that are decoded at a time
+HALO = 20  # rows around them that two reductions by two reach
 
 
 class Pyramid(NamedTuple):
@@ -77,14 +79,15 @@ def compact(pixels: NDArray, decode: Float, alpha: int, edge: int, kind: int) ->
     first = []
     if kind != NEAREST and max(h, w) > 4:
         quarter = np.empty((-(-h // 4), -(-w // 4), c), dtype=np.float32)
-        for row in range(0, h, STRIP):
-            above, below = min(row, 64), min(max(h - row - STRIP, 0), 64)
-            strip = pixels[row - above : row + STRIP + below]
-            ready = np.stack([decode[strip[..., k], k] for k in range(c)], axis=2)
-            if alpha >= 0:
-                ready[..., [k for k in range(c) if k != alpha]] *= ready[..., alpha : alpha + 1]
-            rows = _reduced(_reduced(ready, edge), edge)[above // 4 :]
-            quarter[row // 4 : (row + STRIP) // 4] = rows[: STRIP // 4]
+
+        def strip(rows: slice) -> None:
+            above, below = min(rows.start, HALO), min(h - rows.stop, HALO)
+            ready = np.empty((rows.stop - rows.start + above + below, w, c), dtype=np.float32)
+            _decoded(pixels[rows.start - above : rows.stop + below], decode, alpha, ready)
+            reduced = _reduced(_reduced(ready, edge), edge)[above // 4 :]
+            quarter[rows.start // 4 : -(-rows.stop // 4)] = reduced[: -(-(rows.stop - rows.start) // 4)]
+
+        over_slices(strip, h, None, STRIP)
         first = [quarter]
     spline = np.empty((0, 0, c), dtype=np.float32)
     return _stacked(pixels, decode, alpha, first, 4, edge, spline)
@@ -104,7 +107,57 @@ def _stacked(base, decode, alpha, reductions: list[Float], size: int, edge: int,
 
 
 def _reduced(a: Float, edge: int) -> Float:
-    return np.ascontiguousarray(_halved(_halved(a, edge).swapaxes(0, 1), edge).swapaxes(0, 1))
+    """(h, w, c) halved both ways with a Lanczos-windowed half-band kernel of 12 taps."""
+    x = (np.arange(6) + 0.5) / 2
+    side = np.sinc(x) * np.sinc(x / 3)
+    taps = np.concatenate([side[::-1], side]).astype(np.float32)
+    taps /= taps.sum()
+    h, w, c = a.shape
+    low = np.zeros(((h + 1) // 2, w, c), dtype=np.float32)
+    _halve_rows(a.reshape(h, w * c), taps, edge, low.reshape(len(low), w * c))
+    out = np.zeros((len(low), (w + 1) // 2, c), dtype=np.float32)
+    _halve_columns(low, taps, edge, out)
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _halve_rows(a, taps, edge, out):
+    h = a.shape[0]
+    for i in range(out.shape[0]):
+        for t in range(taps.size):
+            row = 2 * i + t - 5
+            if edge == CLEAR and (row < 0 or row >= h):
+                continue
+            row, tap = min(max(row, 0), h - 1), taps[t]
+            for j in range(a.shape[1]):
+                out[i, j] += tap * a[row, j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _halve_columns(a, taps, edge, out):
+    w, c = a.shape[1], a.shape[2]
+    line = np.zeros(((w + 12), c), dtype=np.float32)  # a row with its surroundings
+    for i in range(a.shape[0]):
+        for j in range(w + 12):
+            if edge == CLAMP or 5 <= j < w + 5:
+                for k in range(c):
+                    line[j, k] = a[i, min(max(j - 5, 0), w - 1), k]
+        for j in range(out.shape[1]):
+            for t in range(taps.size):
+                for k in range(c):
+                    out[i, j, k] += taps[t] * line[2 * j + t, k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _decoded(pixels, decode, alpha, out):
+    """Stored integers made ready."""
+    h, w, c = pixels.shape
+    for i in range(h):
+        for j in range(w):
+            over = decode[pixels[i, j, alpha], alpha] if alpha >= 0 else np.float32(1)
+            for k in range(c):
+                value = decode[pixels[i, j, k], k]
+                out[i, j, k] = value if k == alpha else over * value
 
 
 def _coefficients(picture: Float, edge: int) -> Float:
@@ -121,20 +174,6 @@ def _coefficients(picture: Float, edge: int) -> Float:
 
 def _framed(a: Float, frame: list[tuple[int, int]], edge: int) -> Float:
     return np.pad(a, frame, mode="edge") if edge == CLAMP else np.pad(a, frame)
-
-
-def _halved(a: Float, edge: int) -> Float:
-    """(h, w, c) reduced to ((h + 1) // 2, w, c) with a Lanczos-windowed half-band kernel of 12 taps."""
-    x = (np.arange(6) + 0.5) / 2
-    side = np.sinc(x) * np.sinc(x / 3)
-    taps = np.concatenate([side[::-1], side])
-    taps /= taps.sum()
-    h = (a.shape[0] + 1) // 2
-    padded = _framed(a, [(5, 7), (0, 0), (0, 0)], edge)
-    out = np.zeros((h, *a.shape[1:]), dtype=np.float32)
-    for k, tap in enumerate(taps):
-        out += np.float32(tap) * padded[k : k + 2 * h : 2]
-    return out
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

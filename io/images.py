@@ -17,6 +17,7 @@ from .picture import OPAQUE, Image, first_line, prepared, transfer_of
 __all__ = ["MAX_PIXELS", "Image", "read", "transfer_of", "write", "write_bands"]
 
 MAX_PIXELS = 1 << 29
+STRIPPED, ROWS = 1 << 26, 256  # numbers from which a picture is read in strips, and their rows
 KEPT = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
 QUALITY = {".jpg": "jpeg:95", ".jpeg": "jpeg:95", ".webp": "lossless", ".jxl": "jpegxl:100"}
 # What describes the old file's storage rather than the picture.
@@ -57,12 +58,12 @@ def read(path: str | Path, *, max_pixels: int = MAX_PIXELS, colorspace: str | No
                 f"{path}: {spec.width}x{spec.height} is more than {max_pixels} pixels; raise --max-pixels"
             )
         kind = str(spec.format) if not spec.channelformats else "float"
-        pixels = file.read_image(0, 0, 0, spec.nchannels, kind if kind in KEPT else "float")
+        pixels = _pixels(file, spec, kind if kind in KEPT else "float")
         if pixels is None or file.has_error:
             raise InputError(f"{path}: the picture is damaged: {first_line(file.geterror())}")
     finally:
         file.close()
-    pixels = _upright(_displayed(np.asarray(pixels).reshape(spec.height, spec.width, -1), spec), spec)
+    pixels = _upright(_displayed(pixels, spec), spec)
     return Image(
         np.ascontiguousarray(pixels),
         spec.alpha_channel,
@@ -129,6 +130,22 @@ def _opened(path: str | Path) -> Iterator[Any]:
         closed = file.close()
     if not closed:
         raise InputError(f"{path}: cannot be written: {first_line(file.geterror())}")
+
+
+def _pixels(file: Any, spec: oiio.ImageSpec, kind: str) -> NDArray | None:
+    """The (h, w, c) pixels, a strip at a time where the file allows it: the library's own reading holds them twice."""
+    shape = spec.height, spec.width, spec.nchannels
+    if spec.tile_width or spec.height * spec.width * spec.nchannels < STRIPPED:
+        pixels = file.read_image(0, 0, 0, spec.nchannels, kind)
+        return None if pixels is None else np.asarray(pixels).reshape(shape)
+    out = np.empty(shape, dtype=KEPT[kind])
+    for row in range(0, spec.height, ROWS):
+        end = min(row + ROWS, spec.height)
+        strip = file.read_scanlines(spec.y + row, spec.y + end, 0, 0, spec.nchannels, kind)
+        if strip is None:
+            return None
+        out[row:end] = np.asarray(strip).reshape(end - row, *shape[1:])
+    return out
 
 
 def _is_associated(spec: oiio.ImageSpec, format: str) -> bool:

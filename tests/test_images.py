@@ -128,3 +128,12 @@ def test_bad_input_is_one_line(tmp_path):
         images.write(tmp_path / "a.xyz", Image(noise((4, 4, 3), np.uint8)))
     with pytest.raises(InputError, match="channels"):
         images.write(tmp_path / "a.jpg", Image(noise((4, 4, 5), np.uint8)))
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".jpg"])
+def test_reading_in_strips_gives_the_same(tmp_path, monkeypatch, suffix):
+    images.write(tmp_path / f"a{suffix}", Image(noise((70, 33, 3), np.uint8)))
+    whole = images.read(tmp_path / f"a{suffix}").pixels
+    monkeypatch.setattr(images, "STRIPPED", 0)
+    monkeypatch.setattr(images, "ROWS", 16)
+    assert np.array_equal(images.read(tmp_path / f"a{suffix}").pixels, whole)

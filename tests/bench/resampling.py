@@ -137,7 +137,7 @@ def quality():
                 cells = "".join(f"{result[k]:14.1f}" for k in kinds)
                 others = max(v for k, v in result.items() if not k.startswith("iccm"))
                 print(
-                    f"{map_name:10}{row:8} {picture:9}{cells}   {'yes' if result['iccm spline'] >= others else 'NO'}"
+                    f"{map_name:10}{row:8} {picture:9}{cells}   {'yes' if result['iccm spline'] > others - 0.005 else 'NO'}"
                 )
     print()
 
