@@ -86,6 +86,12 @@ def test_the_readme_knows_every_command_and_option():
         assert f"--{field.replace('_', '-')}" in README, field
 
 
+def test_the_pictures_of_the_readme_are_there():
+    pictures = re.findall(r"!\[[^\]]+\]\(([^)]+)\)", README)
+    assert len(pictures) >= 8
+    assert all((Path(__file__).parents[1] / name).is_file() for name in pictures)
+
+
 def test_the_ci_sample_is_as_its_baselines(shell, tmp_path):
     sample = Path(__file__).parents[1] / "samples" / "ci"
     shutil.copytree(sample, tmp_path / "ci", ignore=shutil.ignore_patterns("out"))
