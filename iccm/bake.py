@@ -182,7 +182,12 @@ def bake(
     out = np.zeros((*grid.shape, read.channels), texture.pixels.dtype)
     for row in range(0, grid.shape[0], ROWS):
         at, origins = source.rows(row, min(row + ROWS, grid.shape[0]))
-        pixels = read(lambda part, origins=origins: place.texels(*origins(part), 1), at.size, threads)
+
+        def places(part: slice, origins: Callable[[slice], Origins] = origins) -> Texels:
+            z, zx, zy = origins(part)
+            return place.texels(z, zx, zy, 1)
+
+        pixels = read(places, at.size, threads)
         out[row : row + ROWS].reshape(-1, read.channels)[at] = pixels
     reach = max(4, max(grid.shape) // 32) if padding is None else padding
     report = grid.report | {
