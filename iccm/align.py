@@ -19,10 +19,12 @@ from .curve import Curve, Real
 from .measure import Circle, HarmonicMeasure
 from .panels import thickness
 
-CENTRES = 10
+CENTRES = 8
 CLEARANCE = 0.25  # least clearance of a centre, relative to the largest
-ROTATIONS = 24
+ROTATIONS = 16
 POLISHED = 6
+APART = 0.25  # mean distance on the unit circle between the places of candidates that are different
+COARSE = 150  # panels of a boundary while parameters are searched
 NEAR_TIE = 1.03  # maps this close to the least distortion are all as good: the one that turns least is taken
 TURN = 2 * np.pi
 
@@ -61,6 +63,30 @@ class Moebius:
         return cls(np.tanh(abs(q)) * np.exp(1j * np.angle(q)), float(p[2]))
 
 
+class Coarse:
+    """A boundary as the unit circle in a few panels: enough to compare the distortion of Möbius maps, and fast."""
+
+    def __init__(self, measure: HarmonicMeasure, mass: Real):
+        """Join neighbouring panels."""
+        first = np.arange(0, mass.size, max(1, mass.size // COARSE))
+        self.length = measure.curve.length
+        self.lengths = np.add.reduceat(measure.lengths, first)
+        mass = np.add.reduceat(mass, first)
+        self.turns = np.concatenate([[0.0], np.cumsum(mass)]) / mass.sum()
+        self.knots = measure.ends[0] + np.concatenate([[0.0], np.cumsum(self.lengths)])
+        self.middles = 0.5 * (self.turns[1:] + self.turns[:-1])
+        self.log_density = np.log(mass / self.lengths)
+        self._centres = 0.5 * (self.knots[1:] + self.knots[:-1])
+
+    def arclength(self, turn: Real) -> Real:
+        """s(F), within one lap."""
+        return np.interp(turn - np.floor(turn), self.turns, self.knots)
+
+    def density(self, s: Real) -> Real:
+        """log dF/ds at arclengths within one lap."""
+        return np.interp(s, self._centres, self.log_density)
+
+
 @dataclass(frozen=True, eq=False)
 class View:
     """A boundary with its harmonic measure seen from one centre."""
@@ -68,12 +94,13 @@ class View:
     measure: HarmonicMeasure
     centre: complex
     circle: Circle
+    coarse: Coarse
 
     @classmethod
     def of(cls, measure: HarmonicMeasure, centre: complex) -> "View":
         """The view from a point inside."""
         mass = measure.masses(np.array([centre]))[0]
-        return cls(measure, centre, Circle(measure, mass))
+        return cls(measure, centre, Circle(measure, mass), Coarse(measure, mass))
 
     def disc(self, z: Complex) -> Complex:
         """Images of points inside under the Riemann map to the disc: the Cauchy integral of its boundary values."""
@@ -117,7 +144,7 @@ def centres(curve: Curve, spacing: float) -> Complex:
     return middle[chosen]
 
 
-def distortion(source: Circle, target: Circle, m: Moebius) -> float:
+def distortion(source: Coarse, target: Coarse, m: Moebius) -> float:
     """Variance of log|f'| over both boundaries, each weighted by its own arclength: zero exactly for similarities."""
     here = m(source.middles)
     there = m.inverse(target.middles)
@@ -149,11 +176,28 @@ def search(
                 for k in range(ROTATIONS)
             ]
     tried.sort(key=lambda t: t[0])
-    found = [_polish(a, b, rho, pins) for _, rho, a, b in tried[:POLISHED]]
+    found = [_polish(a, b, rho, pins) for _, rho, a, b in _distinct(tried)]
     least = min(c.distortion for c in found)
     return min(
         (c for c in found if c.distortion <= NEAR_TIE * least + 1e-6), key=lambda c: _turned(c, upright)
     )
+
+
+def _distinct(tried: list[tuple[float, float, View, View]]) -> list[tuple[float, float, View, View]]:
+    """The best candidates, no two of which send the boundary to nearly the same places."""
+    chosen, places = [], []
+    for candidate in tried:
+        _, rho, a, b = candidate
+        probes = np.interp(
+            np.arange(8) / 8 * a.coarse.length + a.coarse.knots[0], a.coarse.knots, a.coarse.turns
+        )
+        place = np.exp(1j * TURN * b.coarse.arclength(probes + rho / TURN) / b.coarse.length)
+        if all(np.mean(np.abs(place - other)) > APART for other in places):
+            chosen.append(candidate)
+            places.append(place)
+        if len(chosen) == POLISHED:
+            break
+    return chosen
 
 
 def _polish(source: View, target: View, rho: float, pins: Complex | None) -> Correspondence:
@@ -167,7 +211,7 @@ def _polish(source: View, target: View, rho: float, pins: Complex | None) -> Cor
 def _objective(source: View, target: View, pins: Complex | None):
     """Distortion of a Möbius map, plus the distance by which it misses the pins where there are any."""
     if pins is None or not pins.size:
-        return lambda p: distortion(source.circle, target.circle, Moebius.of(p))
+        return lambda p: distortion(source.coarse, target.coarse, Moebius.of(p))
     u, v = source.disc(pins[:, 0]), target.disc(pins[:, 1])
     scale = np.abs(
         cauchy.derivatives(target.measure.z, pins[:, 1]) @ np.exp(1j * TURN * target.circle.turns[:-1])
@@ -176,7 +220,7 @@ def _objective(source: View, target: View, pins: Complex | None):
     def objective(p) -> float:
         m = Moebius.of(p)
         miss = np.minimum(np.abs(m.inside(u) - v) / np.maximum(scale, 1e-9), 2.0)
-        return distortion(source.circle, target.circle, m) + 1e3 * float(np.mean(miss**2))
+        return distortion(source.coarse, target.coarse, m) + 1e3 * float(np.mean(miss**2))
 
     return objective
 

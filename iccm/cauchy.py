@@ -11,17 +11,76 @@ For a counter-clockwise polygon z_0 .. z_{n-1} with A_e = z_{e+1} - z_e and B_j 
 each divided by 2πi, so one logarithm per point and edge serves both.
 """
 
+import cmath
+import math
+
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
+
+from .parallel import over_slices
 
 Complex = NDArray[np.complex128]
 
 TAU_I = 2j * np.pi
 BLOCK_ENTRIES = 1 << 21  # entries of one complex block: 32 MB, a handful of which are alive at a time
+SLICE = 64  # points a thread takes at a time
 ON_EDGE = 1e-9  # radians: an edge seen under an angle this close to -π is one the point lies on
 ROUNDING = (
     4e-16  # relative error of a coordinate, which turns the angle by itself over the distance to an end
 )
+
+
+@njit(cache=True, nogil=True)
+def _edge_logs(polygon, z, out):
+    """The logarithms of one point, with the limits from inside: see `edge_logs`."""
+    n = polygon.size
+    at = -1
+    for e in range(n):
+        if polygon[e] == z:
+            at = e
+    for e in range(n):
+        start, end = polygon[e] - z, polygon[(e + 1) % n] - z
+        if start == 0 or end == 0:
+            out[e] = 0
+            continue
+        log = cmath.log(end / start)
+        if log.imag < 1e-3 - math.pi:
+            slack = ON_EDGE + ROUNDING * (1 + abs(z)) / min(abs(start), abs(end))
+            if log.imag < min(slack, 1e-3) - math.pi:
+                log += 2j * math.pi
+        out[e] = log
+    if at >= 0:
+        pair = cmath.log((polygon[(at + 1) % n] - z) / (polygon[at - 1] - z))
+        out[at] = pair if pair.imag > 0 else pair + 2j * math.pi
+
+
+@njit(cache=True, nogil=True)
+def _coordinates(polygon, z, out):
+    n = polygon.size
+    logs = np.empty(n, dtype=np.complex128)
+    for p in range(z.size):
+        _edge_logs(polygon, z[p], logs)
+        out[p] = 0
+        for e in range(n):
+            f = (e + 1) % n
+            weight = logs[e] / (2j * math.pi * (polygon[f] - polygon[e]))
+            out[p, e] += (polygon[f] - z[p]) * weight
+            out[p, f] -= (polygon[e] - z[p]) * weight
+
+
+@njit(cache=True, nogil=True)
+def _derivatives(polygon, z, out):
+    n = polygon.size
+    logs = np.empty(n, dtype=np.complex128)
+    for p in range(z.size):
+        _edge_logs(polygon, z[p], logs)
+        out[p] = 0
+        for e in range(n):
+            f = (e + 1) % n
+            weight = logs[e] / (2j * math.pi * (polygon[f] - polygon[e]))
+            out[p, e] -= weight
+            out[p, f] += weight
 
 
 def edge_logs(polygon: Complex, z: Complex) -> Complex:
@@ -32,26 +91,13 @@ def edge_logs(polygon: Complex, z: Complex) -> Complex:
         z: (p,) points inside or on the boundary.
 
     Returns:
-        (p, n) complex logarithms. On edge e the imaginary part is +π; at vertex j the pair of edges (j-1, j)
-        holds (0, log(B_{j+1}/B_{j-1})) with imaginary part in (0, 2π): the principal value is wrong at convex vertices.
+        (p, n) complex logarithms. On edge e the imaginary part is +π; at vertex j the pair of edges (j-1, j) holds
+        (0, log(B_{j+1}/B_{j-1})) with imaginary part in (0, 2π): the principal value is wrong at convex vertices.
     """
-    b = polygon[None, :] - z[:, None]
-    rows, cols = np.nonzero(b == 0)
-    b[rows, cols] = 1.0
-    after = np.roll(b, -1, axis=1)
-    logs = np.log(after / b)
-    near, edge = np.nonzero(logs.imag < 1e-3 - np.pi)
-    if near.size:
-        ends = np.minimum(np.abs(b[near, edge]), np.abs(after[near, edge]))
-        slack = ON_EDGE + ROUNDING * (1 + np.abs(z[near])) / ends
-        wrong = logs.imag[near, edge] < np.minimum(slack, 1e-3) - np.pi
-        logs[near[wrong], edge[wrong]] += TAU_I
-    if rows.size:
-        n = polygon.size
-        pair = np.log((polygon[(cols + 1) % n] - z[rows]) / (polygon[cols - 1] - z[rows]))
-        logs[rows, cols - 1] = 0.0
-        logs[rows, cols] = np.where(pair.imag > 0, pair, pair + TAU_I)
-    return logs
+    out = np.empty((z.size, polygon.size), dtype=np.complex128)
+    for p, point in enumerate(z):
+        _edge_logs(polygon, point, out[p])
+    return out
 
 
 def coordinates(polygon: Complex, z: Complex) -> Complex:
@@ -62,24 +108,21 @@ def coordinates(polygon: Complex, z: Complex) -> Complex:
         z: (p,) points inside, on edges or on vertices (there: the limit from inside).
 
     Returns:
-        (p, n) matrix with Σ_j C_j = 1 and Σ_j C_j z_j = z. Memory beyond it is bounded by blocks.
+        (p, n) matrix with Σ_j C_j = 1 and Σ_j C_j z_j = z. No memory beyond it.
     """
-    out = np.empty((z.size, polygon.size), dtype=np.complex128)
-    edge = np.roll(polygon, -1) - polygon
-    for rows in blocks(z.size, polygon.size):
-        weight = edge_logs(polygon, z[rows]) / (TAU_I * edge)
-        b = polygon[None, :] - z[rows, None]
-        out[rows] = np.roll(b, -1, axis=1) * weight - np.roll(b * weight, 1, axis=1)
-    return out
+    return _filled(_coordinates, polygon, z)
 
 
 def derivatives(polygon: Complex, z: Complex) -> Complex:
     """D_j(z) = dC_j/dz (paper, Appendix A), (p, n), for points off the vertices, where it does not exist."""
+    return _filled(_derivatives, polygon, z)
+
+
+def _filled(kernel, polygon: Complex, z: Complex) -> Complex:
+    """The matrix that a kernel fills, on all threads; what it holds does not depend on their number."""
+    polygon, z = np.ascontiguousarray(polygon, dtype=complex), np.ascontiguousarray(z, dtype=complex)
     out = np.empty((z.size, polygon.size), dtype=np.complex128)
-    edge = np.roll(polygon, -1) - polygon
-    for rows in blocks(z.size, polygon.size):
-        weight = edge_logs(polygon, z[rows]) / (TAU_I * edge)
-        out[rows] = np.roll(weight, 1, axis=1) - weight
+    over_slices(lambda rows: kernel(polygon, z[rows], out[rows]), z.size, step=SLICE)
     return out
 
 

@@ -94,6 +94,15 @@ class Curve:
         return abs(self.box[1] - self.box[0])
 
     @cached_property
+    def diameter(self) -> float:
+        """Largest distance of two vertices; unlike the diagonal, the same however the curve is turned, and never more."""
+        hull = shapely.get_coordinates(
+            shapely.MultiPoint(np.column_stack([self.z.real, self.z.imag])).convex_hull
+        )
+        corners = hull @ np.array([1, 1j])
+        return float(np.abs(corners[:, None] - corners[None, :]).max())
+
+    @cached_property
     def normals(self) -> Complex:
         """(e,) unit normals of the edges, outward for a counter-clockwise curve."""
         return -1j * self.edges / self.lengths

@@ -81,11 +81,6 @@ class Circle:
         turns = np.concatenate([[0.0], np.cumsum(mass)])
         self.turns = turns / turns[-1]
         self.knots = np.append(measure.ends, measure.ends[0] + self.length)
-        self.middles = 0.5 * (self.turns[1:] + self.turns[:-1])
-        self.log_density = np.log(mass / self.lengths)
-        centre = 0.5 * (self.knots[1:] + self.knots[:-1])
-        self._s = np.concatenate([[centre[-1] - self.length], centre, [centre[0] + self.length]])
-        self._log = np.concatenate([self.log_density[-1:], self.log_density, self.log_density[:1]])
         power, falling = corner_powers(measure)
         self._subdivide(power, falling)
 
@@ -118,11 +113,6 @@ class Circle:
     def _bend(self, t: Real, k: np.ndarray, power: Real) -> Real:
         """t to a power, counted from the end of panel k that is a corner."""
         return np.where(self._falling[k], 1 - (1 - t) ** power, t**power)
-
-    def density(self, s: Real) -> Real:
-        """log dF/ds, continuous."""
-        lap = np.floor((s - self.knots[0]) / self.length)
-        return np.interp(s - lap * self.length, self._s, self._log)
 
 
 def corner_powers(measure: HarmonicMeasure) -> tuple[Real, np.ndarray]:

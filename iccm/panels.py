@@ -9,7 +9,7 @@ CORNER = np.radians(
     12
 )  # a vertex that turns by more is a corner: densities and derivatives are singular there
 GRADE = 0.4  # growth of the panel length with the distance from a corner
-THIN = 0.5  # longest panel relative to the local thickness
+THIN = 0.35  # longest panel relative to the local thickness
 
 
 def corners(curve: Curve) -> np.ndarray:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from . import start
 from .cauchy import Complex
 from .curve import Curve, Real
+from .errors import InputError
 from .problem import Options, Problem, measure_of
 from .result import Fit, Status
 from .system import System
@@ -72,6 +73,8 @@ def deform(
     """
     settings = Options(**{"smoothness": 1e-4, "order": 0, **options})
     problem = Problem.of(source, None, pins, strokes)
+    if not problem.pins.size and not problem.strokes:
+        raise InputError("deform: no pins and no strokes; give at least one")
     polygon = problem.source.resample(settings.vertices or PAPER_VERTICES)
     basis = Basis(polygon.z, settings.quasi is not None)
     system = System(
@@ -142,7 +145,7 @@ def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, lis
 
 def _descend(system: System, x: Complex, targets: list[Target], before: float):
     """One global step and the local step after it; the old state where no part of the step lowers the energy."""
-    step = system.solve(targets) - x
+    step = system.solve(targets, x) - x
     for halving in range(HALVINGS):
         trial = x + step * 0.5**halving
         found = system.targets(trial)

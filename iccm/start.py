@@ -22,17 +22,19 @@ def arclength(problem: Problem, per_edge: int, polygon: Curve, shift: float = 0.
 def from_constraints(problem: Problem, basis: Basis, polygon: Curve) -> Complex:
     """Coefficients of a smooth map that meets the pins, and strokes by arclength, with the least change of a similarity."""
     source, target = constraint_points(problem)
+    source = polygon.pulled_in(source)
     scale, shift = similarity(source, target, problem.upright)
+    conformal = Basis(basis.polygon)
     z, measure = polygon.sample(1), measure_of(polygon, 1)
     rest = System(
         [
-            points(basis, source, target - (scale * source + shift), 1.0),
-            smoothness(basis, z, measure, 1e-4),
-            Term("size", 1e-4, basis.positions(z), measure, fixed(np.zeros_like(z))),
+            points(conformal, source, target - (scale * source + shift), 1.0),
+            smoothness(conformal, z, measure, 1e-4),
+            Term("size", 1e-4, conformal.positions(z), measure, fixed(np.zeros_like(z))),
         ]
     )
-    x = rest.solve(rest.targets(np.zeros(basis.similarity(1, 0).size, complex)))
-    return x + basis.similarity(scale, shift)
+    x = rest.solve(rest.targets(np.zeros_like(polygon.z)))
+    return basis.coefficients(x + conformal.similarity(scale, shift))
 
 
 def constraint_points(problem: Problem, count: int = 20) -> tuple[Complex, Complex]:

@@ -22,6 +22,7 @@ from .riemann_hilbert import shares, stretches
 from .vertices import Allowance, place
 
 KNOT_EVERY = 3  # panels of either shape
+MOST_KNOTS = 500
 MOST_STRAIN = 1.0  # of one step
 PRIOR = 0.01  # strain that is thought likely, squared and inverted, relative to the residual
 LEAST_DAMPING = 1e-6
@@ -50,7 +51,8 @@ class CircleMap:
         lap = np.floor(a)
         order = np.argsort(a - lap, kind="stable")
         a, b = (a - lap)[order], (b - lap)[order]
-        keep = _apart(a, b)[::KNOT_EVERY]
+        keep = _apart(a, b)
+        keep = keep[:: max(KNOT_EVERY, len(keep) // MOST_KNOTS)]
         return cls(a[keep], b[keep])
 
     def __call__(self, turn: Real) -> Real:
@@ -153,6 +155,8 @@ def strain(
     """
     state, damping = lay(c, pairs, allowed, most), 1e-3
     for _ in range(steps):
+        if state.norm <= 1:
+            break
         solve = strain_step(c, state)
         before = state.norm
         while damping <= MOST_DAMPING:

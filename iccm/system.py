@@ -14,8 +14,9 @@ RANK_CUT = 1e-10  # singular values below this share of the largest carry roundi
 class System:
     """min_x Σ_terms E(x) for targets that change and matrices that do not.
 
-    Terms whose target has normals N get the first-order distance of Eq. 13, |Re(conj(N)(M x - w))|² + λ|M x - w|². The singular
-    value decomposition of everything of zeroth order, x = V S⁻¹ y, makes the remaining Gram matrix I plus a positive
+    Terms whose target has normals N get the first-order distance of Eq. 13 in the form
+    (1 - λ) |Re(conj(N)(M x - w))|² + λ |M x - w|². Where M x - w lies along N, as it does at closest points, it has the value
+    and the gradient of |M x - w|², so that the balance with the other terms stays what it is. The singular value decomposition of everything of zeroth order, x = V S⁻¹ y, makes the remaining Gram matrix I plus a positive
     one, so that its Cholesky factorisation is safe where that of C*C would not be.
     """
 
@@ -42,8 +43,11 @@ class System:
         out["total"] = sum(out.values())
         return out
 
-    def solve(self, targets: Sequence[Target]) -> Complex:
-        """The global step: the coefficients of least energy for given targets."""
+    def solve(self, targets: Sequence[Target], x: Complex | None = None) -> Complex:
+        """The global step: coefficients of least energy for given targets, those closest to x where several are as good."""
+        if x is not None:
+            rest = [Target(t.points - m.matrix @ x, t.normals) for m, t in zip(self.terms, targets)]
+            return x + self.solve(rest)
         y = sum(u.conj().T @ (s * t.points) for u, s, t in zip(self.left, self.scales, targets))
         if any(t.normals is not None for t in targets):
             y = self._first_order(y, targets)
@@ -52,12 +56,13 @@ class System:
     def _first_order(self, y: Complex, targets: Sequence[Target]) -> Complex:
         """Add |Re(conj(N)(M x - w))|² to the whitened zeroth-order system, which is real-linear only: 2k real unknowns."""
         rows, right = [], []
-        for term, u, s, target in zip(self.terms, self.left, self.scales, targets):
+        normal = 1 - self.tangential
+        for term, u, target in zip(self.terms, self.left, targets):
             if target.normals is None:
                 continue
-            turned = (target.normals.conj() / np.sqrt(self.tangential))[:, None] * u
+            turned = (target.normals.conj() * np.sqrt(normal / self.tangential))[:, None] * u
             rows.append(np.hstack([turned.real, -turned.imag]))
-            right.append((target.normals.conj() * target.points).real * term.scale)
+            right.append((target.normals.conj() * target.points).real * term.scale * np.sqrt(normal))
         b = np.vstack(rows)
         gram = b.T @ b
         gram[np.diag_indices_from(gram)] += 1.0
