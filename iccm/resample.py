@@ -19,6 +19,7 @@ from .stmap import Stored
 __all__ = ["Box", "Canvas", "Texture", "Warp", "Warped", "warp"]
 
 
+CHUNK = 1 << 17  # pixels that are filtered at a time
 LARGE = 1 << 27  # numbers in a texture from which it is not turned into floats
 
 
@@ -179,10 +180,16 @@ class Warp:
             yield block
 
     def _finish(self, band: Band) -> NDArray:
-        """Stored pixels of a band: filtered, unpremultiplied, covered, encoded; zero where nothing is."""
+        """Stored pixels of a band; zero where nothing is."""
         at = np.flatnonzero(band.coverage)
-        values = self._filtered(band, at)
-        cover = band.coverage.ravel()[at]
+        out = np.zeros((band.coverage.size, self.channels), dtype=self.texture.pixels.dtype)
+        for first in range(0, at.size, CHUNK):
+            part = at[first : first + CHUNK]
+            out[part] = self._stored(self._filtered(band, part), band.coverage.ravel()[part])
+        return out.reshape(*band.coverage.shape, self.channels)
+
+    def _stored(self, values: NDArray[np.float32], cover: NDArray[np.float32]) -> NDArray:
+        """(p, c) filtered values unpremultiplied, covered and encoded."""
         if not self.antialias:
             cover = (cover >= 0.5).astype(np.float32)
         colours = [k for k in range(self.channels) if k != self.alpha]
@@ -195,11 +202,8 @@ class Warp:
             values[:, self.alpha] = alpha * cover
         if self.texture.associated:
             values[:, colours] *= cover[:, None]
-        out = np.zeros((band.coverage.size, self.channels), dtype=self.texture.pixels.dtype)
-        out[at] = colour.encode(
-            values[None], out.dtype, self.alpha, srgb=self.srgb, associated=self.texture.associated
-        )[0]
-        return out.reshape(*band.coverage.shape, self.channels)
+        dtype, associated = self.texture.pixels.dtype, self.texture.associated
+        return colour.encode(values[None], dtype, self.alpha, srgb=self.srgb, associated=associated)[0]
 
     def _filtered(self, band: Band, at: NDArray[np.intp]) -> NDArray[np.float32]:
         """(p, c) linear values of the band's pixels numbered `at`."""

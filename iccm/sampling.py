@@ -7,6 +7,7 @@ quasi-conformal map, and changes continuously between these. Wide kernels read a
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -57,10 +58,13 @@ class Pyramid(NamedTuple):
 def pyramid(picture: Float, edge: int, kind: int) -> Pyramid:
     """What a filter of the given kind reads of an (h, w, c) picture that is ready: linear and premultiplied."""
     c = picture.shape[2]
+
+    def half(out: Float) -> None:
+        out[:] = _reduced(picture, edge)
+
     spline = _coefficients(picture, edge) if kind == SPLINE else np.empty((0, 0, c), dtype=np.float32)
-    first = [] if kind == NEAREST or max(picture.shape[:2]) == 1 else [_reduced(picture, edge)]
     no = np.empty((0, c), dtype=np.float32)
-    return _stacked(np.ascontiguousarray(picture), no, -1, first, 2, edge, spline)
+    return _stacked(np.ascontiguousarray(picture), no, -1, half, 1 if kind == NEAREST else 2, edge, spline)
 
 
 def compact(pixels: NDArray, decode: Float, alpha: int, edge: int, kind: int) -> Pyramid:
@@ -76,34 +80,43 @@ def compact(pixels: NDArray, decode: Float, alpha: int, edge: int, kind: int) ->
         edge, kind: as for `pyramid`.
     """
     h, w, c = pixels.shape
-    first = []
-    if kind != NEAREST and max(h, w) > 4:
-        quarter = np.empty((-(-h // 4), -(-w // 4), c), dtype=np.float32)
 
+    def quarter(out: Float) -> None:
         def strip(rows: slice) -> None:
             above, below = min(rows.start, HALO), min(h - rows.stop, HALO)
             ready = np.empty((rows.stop - rows.start + above + below, w, c), dtype=np.float32)
             _decoded(pixels[rows.start - above : rows.stop + below], decode, alpha, ready)
             reduced = _reduced(_reduced(ready, edge), edge)[above // 4 :]
-            quarter[rows.start // 4 : -(-rows.stop // 4)] = reduced[: -(-(rows.stop - rows.start) // 4)]
+            out[rows.start // 4 : -(-rows.stop // 4)] = reduced[: -(-(rows.stop - rows.start) // 4)]
 
         over_slices(strip, h, None, STRIP)
-        first = [quarter]
+
     spline = np.empty((0, 0, c), dtype=np.float32)
-    return _stacked(pixels, decode, alpha, first, 4, edge, spline)
+    return _stacked(pixels, decode, alpha, quarter, 1 if kind == NEAREST else 4, edge, spline)
 
 
-def _stacked(base, decode, alpha, reductions: list[Float], size: int, edge: int, spline: Float) -> Pyramid:
-    """The pyramid with all further reductions of the first one, which is by `size`."""
-    while reductions and max(reductions[-1].shape[:2]) > 1:
-        reductions.append(_reduced(reductions[-1], edge))
-    shapes = np.array([base.shape[:2], *(r.shape[:2] for r in reductions)], dtype=np.int64)
-    start = np.concatenate([[0, 0], np.cumsum(shapes[1:].prod(axis=1))]).astype(np.int64)[: len(shapes)]
-    c = base.shape[2]
-    texels = np.concatenate([np.empty((0, c), dtype=np.float32), *(r.reshape(-1, c) for r in reductions)])
-    sizes = np.array([1, *(size << k for k in range(len(reductions)))], dtype=np.int64)
-    height, width = (np.ascontiguousarray(shapes[:, k]) for k in (0, 1))
-    return Pyramid(base, decode, alpha, texels, sizes, start, height, width, edge, spline)
+def _stacked(
+    base, decode, alpha, first: Callable[[Float], None], by: int, edge: int, spline: Float
+) -> Pyramid:
+    """The pyramid whose first reduction, by 2 or 4, `first` writes; the others are by two. None if `by` is 1."""
+    h, w, c = base.shape
+    shapes, sizes = [(h, w)], [1]
+    while by > 1 and max(shapes[-1]) > 1:
+        sizes.append(sizes[-1] * (by if len(sizes) == 1 else 2))
+        shapes.append((-(-h // sizes[-1]), -(-w // sizes[-1])))
+    start = np.cumsum([0, 0, *(a * b for a, b in shapes[1:])], dtype=np.int64)
+    texels = np.empty((start[-1], c), dtype=np.float32)
+    levels = [texels[i : i + a * b].reshape(a, b, c) for i, (a, b) in zip(start[1:], shapes[1:])]
+    for k, level in enumerate(levels):
+        if k == 0:
+            first(level)
+        else:
+            level[:] = _reduced(levels[k - 1], edge)
+    height, width = (np.array([shape[k] for shape in shapes], dtype=np.int64) for k in (0, 1))
+    start = np.concatenate([[0], start[1:]])[: len(shapes)].astype(np.int64)
+    return Pyramid(
+        base, decode, alpha, texels, np.array(sizes, dtype=np.int64), start, height, width, edge, spline
+    )
 
 
 def _reduced(a: Float, edge: int) -> Float:

@@ -121,7 +121,7 @@ def quality():
         "TextureSystem",
     ]
     kinds += ["iccm cubic", "iccm lanczos", "iccm spline"]
-    print(f"{'':28}" + "".join(f"{k:>14}" for k in kinds) + "   spline at least the best of the others")
+    print(f"{'':28}" + "".join(f"{k:>14}" for k in kinds) + "   spline is best")
     for map_name, map in maps().items():
         inverse = Inverse(map, 1e-3)
         for row, texels, pixels, samples in (
@@ -136,9 +136,10 @@ def quality():
                 result = compared(inverse, g, texels, pixels, samples)
                 cells = "".join(f"{result[k]:14.1f}" for k in kinds)
                 others = max(v for k, v in result.items() if not k.startswith("iccm"))
-                print(
-                    f"{map_name:10}{row:8} {picture:9}{cells}   {'yes' if result['iccm spline'] > others - 0.005 else 'NO'}"
-                )
+                verdict = (
+                    "yes" if result["iccm spline"] > others - 0.005 else "NO"
+                )  # to a hundredth of a decibel
+                print(f"{map_name:10}{row:8} {picture:9}{cells}   {verdict}")
     print()
 
 
