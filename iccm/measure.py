@@ -18,6 +18,7 @@ from .panels import CORNER
 
 GROW = 0.35  # growth of the element size with the distance from the boundary
 EMPTY = 1e-3  # mass of a boundary vertex without an inner neighbour, relative to its neighbours' (a convex corner)
+SHAKE = 0.1  # of the points, relative to their cell
 SUBDIVISIONS = 6  # of a panel, for interpolation
 REPAIRS = 6  # rounds of splitting panels that are no edges of the triangulation
 
@@ -148,10 +149,12 @@ def inner_points(curve: Curve, ends: Real) -> Complex:
     x = np.arange(lo.real + side / 2, hi.real + side / 2, side)
     y = np.arange(lo.imag + side / 2, hi.imag + side / 2, side)
     cells, leaves = (x[:, None] + 1j * y[None, :]).ravel(), []
+    shake = np.random.default_rng(0)  # no four points on a circle, whose triangulation rounding would decide
     while cells.size:
         distance, k = tree.query(_xy(cells), k=4)
         split = side > (sizes[k] + GROW * distance).min(axis=1)
-        leaves.append(cells[~split & (distance[:, 0] > 0.55 * side)])
+        shift = SHAKE * side * (shake.uniform(-1, 1, cells.size) + 1j * shake.uniform(-1, 1, cells.size))
+        leaves.append((cells + shift)[~split & (distance[:, 0] > 0.55 * side)])
         cells, away = cells[split], distance[split, 0] > side
         away[away] = ~curve.contains(cells[away])
         cells = (cells[~away, None] + side / 4 * np.array([1 + 1j, 1 - 1j, -1 + 1j, -1 - 1j])).ravel()

@@ -121,6 +121,23 @@ class Problem:
         unit_strokes = [(s.curve(a), t.curve(b)) for a, b in pairs]
         return cls(s.curve(source), target and t.curve(target), unit_pins, unit_strokes, s, t)
 
+    def mirrored(self) -> "Problem":
+        """The same problem seen in a mirror."""
+        strokes = [(Curve(a.z.conj(), False), Curve(b.z.conj(), False)) for a, b in self.strokes]
+        frames = [
+            Frame(f.centre.conjugate(), f.radius.conjugate()) for f in (self.source_frame, self.target_frame)
+        ]
+        target = self.target and _mirror(self.target)
+        return Problem(_mirror(self.source), target, self.pins.conj(), strokes, *frames)
+
+    @property
+    def handedness(self) -> float:
+        """A number that changes sign in a mirror: the third moment of the source's boundary across its axis, or the target's."""
+        moments = [
+            float(c.lengths @ (c.z + 0.5 * c.edges).imag ** 3) for c in (self.source, self.target) if c
+        ]
+        return next((m for m in moments if abs(m) > 1e-6), 1.0)
+
     @property
     def upright(self) -> complex:
         """The factor by which unit frames are multiplied in a similarity that does not turn the user's picture."""
@@ -136,6 +153,15 @@ class Problem:
 def as_domain(shape: "Curve | ArrayLike", name: str) -> Curve:
     """A validated domain from a Curve or an array of vertices."""
     return Curve.domain(shape.z if isinstance(shape, Curve) else shape, name)
+
+
+def from_farthest(curve: Curve) -> Curve:
+    """The closed curve of a unit frame, started at its vertex farthest from 0."""
+    return Curve(np.roll(curve.z, -int(np.argmax(np.abs(curve.z)))))
+
+
+def _mirror(curve: Curve) -> Curve:
+    return Curve(np.roll(curve.z.conj()[::-1], 1))
 
 
 def _stroke(shape, name: str) -> Curve:

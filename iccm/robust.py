@@ -22,7 +22,7 @@ from .curve import Curve, Real
 from .harmonic import HarmonicMap
 from .measure import HarmonicMeasure
 from .panels import corners, graded
-from .problem import Options, Problem
+from .problem import Options, Problem, from_farthest
 from .result import Fit, Status, boundary_samples, hausdorff
 from .riemann_hilbert import newton, shares
 from .solve import assemble, finish, iterate
@@ -53,9 +53,18 @@ CROWDED = 1e-14  # harmonic measure, below which the places on the source are no
 
 
 def solve(problem: Problem, settings: Options) -> Fit:
-    """See `iccm.fit`."""
-    source, notes = simplified(problem.source, settings.tolerance, "source")
-    target, more = simplified(problem.target, settings.tolerance, "target")
+    """See `iccm.fit`. Solved from a canonical vertex and hand, so that the result does not depend on the input's."""
+    if problem.handedness < 0:
+        polygon, phi, psi, *rest = _solve(problem.mirrored(), settings)
+        return finish(problem, polygon.conj()[::-1], phi.conj()[::-1], psi.conj()[::-1], *rest)
+    return finish(problem, *_solve(problem, settings))
+
+
+def _solve(problem: Problem, settings: Options):
+    """Polygon, φ, ψ, energies, status and notes, in the unit frames."""
+    assert problem.target is not None
+    source, notes = simplified(from_farthest(problem.source), settings.tolerance, "source")
+    target, more = simplified(from_farthest(problem.target), settings.tolerance, "target")
     chosen = align(problem, source, target)
     notes += more + crowding(chosen)
     s, tau, energies, gap = correspond(chosen, settings)
@@ -66,7 +75,7 @@ def solve(problem: Problem, settings: Options) -> Fit:
     if problem.pins.size or problem.strokes or settings.quasi is not None or settings.smoothness:
         weights = shares(source, s, target, tau)
         x, energies, status = improve(replace(problem, target=target), settings, basis, polygon, weights, x)
-    return finish(problem, basis, x, energies, status, notes)
+    return polygon.z, *basis.split(x), energies, status, notes
 
 
 def simplified(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[str]]:

@@ -57,7 +57,7 @@ def fit(
     system = System(terms, settings.tangential if settings.order == 1 else 1.0)
     targets = first_targets(problem, settings, system, polygon, basis)
     x, energies, status = iterate(system, system.solve(targets), settings)
-    return finish(problem, basis, x, energies, status)
+    return finish(problem, basis.polygon, *basis.split(x), energies, status)
 
 
 def deform(
@@ -81,7 +81,7 @@ def deform(
         assemble(problem, settings, basis, polygon), settings.tangential if settings.order == 1 else 1.0
     )
     x, energies, status = iterate(system, start.from_constraints(problem, basis, polygon), settings)
-    return finish(problem, basis, x, energies, status)
+    return finish(problem, basis.polygon, *basis.split(x), energies, status)
 
 
 def assemble(
@@ -157,18 +157,18 @@ def _descend(system: System, x: Complex, targets: list[Target], before: float):
 
 def finish(
     problem: Problem,
-    basis: Basis,
-    x: Complex,
+    polygon: Complex,
+    phi: Complex,
+    psi: Complex,
     energies: list[dict[str, float]],
     status: Status,
     notes: Sequence[str] = (),
 ) -> Fit:
     """The result in the user's coordinates."""
     s, t = problem.source_frame, problem.target_frame
-    phi, psi = basis.split(x)
     target = problem.target and Curve(t.world(problem.target.z))
     pins = np.column_stack([s.world(problem.pins[:, 0]), t.world(problem.pins[:, 1])])
     strokes = [(Curve(s.world(a.z), False), Curve(t.world(b.z), False)) for a, b in problem.strokes]
     source = Curve(s.world(problem.source.z))
-    world = problem.world(basis.polygon, phi, psi)
+    world = problem.world(polygon, phi, psi)
     return Fit(world, status, energies, source, target, pins, strokes, list(notes))
