@@ -46,7 +46,8 @@ class Certificate:
 def certify(f: HarmonicMap, depths: np.ndarray = DEPTHS) -> Certificate:
     """The least of `depths` at which f is certainly injective.
 
-    A harmonic map with |f_z̄| < |f_z| on the boundary and no zero of f_z inside keeps its orientation inside, because f_z̄ / f_z
+    A harmonic map with |f_z̄| < |f_z| on the boundary and no zero of f_z inside keeps its orientation inside,
+    because f_z̄ / f_z
     is holomorphic there; if it also takes the boundary to a simple curve, it is injective (degree theory; for
     holomorphic f, Darboux-Picard).
     """
@@ -62,15 +63,12 @@ def certify(f: HarmonicMap, depths: np.ndarray = DEPTHS) -> Certificate:
 def at_depth(f: HarmonicMap, depth: float) -> Certificate:
     """What holds on the source moved inwards by `depth` times its diagonal."""
     curve = Curve(f.polygon)
-    inner = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag])).buffer(
-        -depth * curve.diagonal, join_style="mitre"
-    )
-    rings = [
-        ring for part in shapely.get_parts(inner) if (ring := part.exterior) is not None and part.area > 0
-    ]
+    outline = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag]))
+    inner = outline.buffer(-depth * curve.diagonal, join_style="mitre")
+    rings = [part.exterior for part in shapely.get_parts(inner) if part.area > 0]
     zeros, beltrami, images = 0, 0.0, []
     for ring in rings:
-        z = _refined(f, shapely.get_coordinates(ring) @ np.array([1, 1j]))
+        z = _refined(f, sampled(ring, f.polygon))
         f_z, f_zbar = f.derivatives(z)
         zeros += abs(_winding(f_z))
         beltrami = max(beltrami, float(np.max(np.abs(f_zbar) / np.maximum(np.abs(f_z), 1e-300))))
@@ -79,15 +77,28 @@ def at_depth(f: HarmonicMap, depth: float) -> Certificate:
     return Certificate(simple and zeros == 0 and beltrami < 1, depth, zeros, beltrami, simple)
 
 
+def sampled(ring: shapely.LinearRing, polygon: Complex) -> Complex:
+    """A counter-clockwise ring (first vertex repeated), as dense as the polygon's vertices next to it.
+
+    f_z changes no faster than from vertex to vertex, so no turn hides between two samples.
+    """
+    places = shapely.line_locate_point(ring, shapely.points(polygon.real, polygon.imag))
+    own = shapely.line_locate_point(ring, shapely.points(shapely.get_coordinates(ring)[:-1]))
+    places = np.unique(np.concatenate([[0.0, ring.length], places, own]))
+    between = places[:-1, None] + np.diff(places)[:, None] * np.array([0.0, 1 / 3, 2 / 3])
+    along = np.append(between.ravel(), ring.length)
+    z = shapely.get_coordinates(shapely.line_interpolate_point(ring, along)) @ np.array([1, 1j])
+    z[-1] = z[0]
+    return z if Curve(z[:-1]).area > 0 else z[::-1]
+
+
 def _refined(f: HarmonicMap, ring: Complex) -> Complex:
-    """A closed ring (first vertex repeated) with samples added until f_z turns by little between neighbours."""
-    ring = ring[::-1] if Curve(ring[:-1]).area < 0 else ring
+    """The ring with samples added until f_z turns and grows by little between neighbours."""
     value = f.derivatives(ring)[0]
     while ring.size < MOST_SAMPLES:
-        turn = np.abs(np.angle(value[1:] / value[:-1]))
-        growth = np.abs(np.log(np.abs(value[1:] / value[:-1])))
-        coarse = np.flatnonzero(~((turn < LARGEST_TURN) & (growth < 1)))
-        coarse = coarse[np.abs(np.diff(ring))[coarse] > 1e-12 * np.abs(ring).max()]
+        size = np.log(np.maximum(np.abs(value), 1e-300))
+        smooth = (np.abs(_turns(value)) < LARGEST_TURN) & (np.abs(np.diff(size)) < 1)
+        coarse = np.flatnonzero(~smooth & (np.abs(np.diff(ring)) > 1e-12 * np.abs(ring).max()))
         if not coarse.size:
             break
         middle = 0.5 * (ring[coarse] + ring[coarse + 1])
@@ -96,9 +107,14 @@ def _refined(f: HarmonicMap, ring: Complex) -> Complex:
     return ring
 
 
+def _turns(value: Complex) -> np.ndarray:
+    """Change of phase from each value to the next."""
+    return np.angle(value[1:] * value[:-1].conj())
+
+
 def _winding(value: Complex) -> int:
     """Turns of a closed sequence about zero."""
-    return round(float(np.sum(np.angle(value[1:] / value[:-1]))) / (2 * np.pi))
+    return round(float(np.sum(_turns(value))) / (2 * np.pi))
 
 
 def _simple(images: list[Complex]) -> bool:

@@ -31,7 +31,8 @@ class Curve:
         """The boundary of a domain: finite, no repeated neighbours, simple, turned counter-clockwise.
 
         Raises:
-            InputError: NaN or infinite vertices, fewer than three distinct ones, no area, a self-intersection (with its place).
+            InputError: NaN or infinite vertices, fewer than three distinct ones, no area, a self-intersection
+            (with its place).
         """
         curve = cls(_distinct(_finite(z, name), closed=True))
         if curve.z.size < 3:
@@ -95,7 +96,8 @@ class Curve:
 
     @cached_property
     def diameter(self) -> float:
-        """Largest distance of two vertices; unlike the diagonal, the same however the curve is turned, and never more."""
+        """Largest distance of two vertices; unlike the diagonal, the same however the curve is turned, and
+        never more."""
         hull = shapely.get_coordinates(
             shapely.MultiPoint(np.column_stack([self.z.real, self.z.imag])).convex_hull
         )

@@ -51,7 +51,8 @@ class HarmonicMap:
 
 
 def dilatation(f_z: Complex, f_zbar: Complex) -> np.ndarray:
-    """Quasi-conformal dilatation K = (|f_z| + |f_z̄|) / (|f_z| - |f_z̄|) (paper Eq. 9); 1 where conformal, inf where folded."""
+    """Quasi-conformal dilatation K = (|f_z| + |f_z̄|) / (|f_z| - |f_z̄|) (paper Eq. 9); 1 where conformal, inf
+    where folded."""
     major, minor = np.abs(f_z) + np.abs(f_zbar), np.abs(f_z) - np.abs(f_zbar)
     return np.where(minor > 0, major / np.where(minor > 0, minor, 1.0), np.inf)
 

@@ -1,9 +1,12 @@
 """Harmonic measure of a domain by finite elements: the boundary values of the Riemann map to the disc.
 
-The harmonic measure of a boundary arc seen from a point a is the probability that a Brownian path from a first leaves through it; times 2π
+The harmonic measure of a boundary arc seen from a point a is the probability that a Brownian path from a first
+leaves through it; times 2π
 it is the angle of the arc's image on the unit circle. On a Delaunay triangulation the stiffness matrix is an M-matrix,
-so that no digits cancel: masses of 1e-50 in a deep fjord are as sharp, relatively, as those next to a. Boundary integral
-equations with the free-space logarithm (Symm) are more accurate at the same cost, but only absolutely, which crowding forbids.
+so that no digits cancel: masses of 1e-50 in a deep fjord are as sharp, relatively, as those next to a.
+Boundary integral
+equations with the free-space logarithm (Symm) are more accurate at the same cost, but only absolutely, which
+crowding forbids.
 """
 
 import numpy as np
@@ -65,7 +68,8 @@ class HarmonicMeasure:
         flux = (self._outflow @ self._factors.solve(source)).T
         ends, middles = flux[:, : self.ends.size], np.maximum(flux[:, self.ends.size :], 1e-300)
         before = np.roll(middles, 1, axis=1)
-        # the flux at an end belongs to the panels on both sides, a quarter of their middles' each where the density is even
+        # the flux at an end belongs to the panels on both sides, a quarter of their middles' each where the
+        # density is even
         ends = np.clip(ends, -0.2 * np.minimum(middles, before), 0.5 * (middles + before))
         share = ends * middles / (middles + before)
         mass = np.maximum(middles + share + np.roll(ends - share, -1, axis=1), 1e-300)
@@ -73,7 +77,8 @@ class HarmonicMeasure:
 
 
 class Circle:
-    """A boundary as the unit circle seen from one centre: arclength s ↔ turns F, both lifted to the line, both increasing."""
+    """A boundary as the unit circle seen from one centre: arclength s ↔ turns F, both lifted to the line, both
+    increasing."""
 
     def __init__(self, measure: HarmonicMeasure, mass: Real):
         """From the masses of the panels."""
@@ -178,7 +183,8 @@ def _missing(triangles: np.ndarray, panels: int, nodes: int) -> np.ndarray:
 def _stiffness(nodes: Complex, triangles: np.ndarray, panels: int):
     """Quadratic elements: the stiffness matrix on vertices and edge middles, and the middles' indices of the panels.
 
-    With S_ij the linear elements' integrals of grad λ_i · grad λ_j (minus half a cotangent off the diagonal), the quadratic ones are
+    With S_ij the linear elements' integrals of grad λ_i · grad λ_j (minus half a cotangent off the diagonal),
+    the quadratic ones are
     K_ii = S_ii, K_ij = -S_ij/3, K_i,ij = 4/3 S_ij, K_ij,ij = 8/3 (S_ii + S_jj + S_ij), K_ij,jk = 8/3 S_ik.
     """
     middle, count = _edge_numbers(triangles, panels, nodes.size)
@@ -206,7 +212,8 @@ def _stiffness(nodes: Complex, triangles: np.ndarray, panels: int):
 
 
 def _edge_numbers(triangles: np.ndarray, panels: int, nodes: int) -> tuple[np.ndarray, int]:
-    """(t, 3) numbers, after the nodes', of the edges opposite to a triangle's vertices, and their count; panels come first."""
+    """(t, 3) numbers, after the nodes', of the edges opposite to a triangle's vertices, and their count;
+    panels come first."""
     keys = np.stack(
         [_keys(triangles[:, (k + 1) % 3], triangles[:, (k + 2) % 3], nodes) for k in range(3)], axis=1
     )

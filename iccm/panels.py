@@ -43,7 +43,8 @@ def graded(curve: Curve, longest: float, at_corners: Real) -> Real:
         at_corners: (c,) panel length at each of `corners(curve)`.
 
     Returns:
-        (p,) increasing arclengths; the division of an edge does not depend on where the curve starts or which way it runs.
+        (p,) increasing arclengths; the division of an edge does not depend on where the curve starts or which
+        way it runs.
     """
     where = curve.z[corners(curve)]
     edge, z, radius = thickness(curve, longest)

@@ -132,7 +132,8 @@ class Problem:
 
     @property
     def handedness(self) -> float:
-        """A number that changes sign in a mirror: the third moment of the source's boundary across its axis, or the target's."""
+        """A number that changes sign in a mirror: the third moment of the source's boundary across its axis,
+        or the target's."""
         moments = [
             float(c.lengths @ (c.z + 0.5 * c.edges).imag ** 3) for c in (self.source, self.target) if c
         ]
@@ -184,7 +185,8 @@ def _inside(source: Curve, z: Complex, what: str) -> None:
     if outside.size:
         k = outside[0]
         raise InputError(
-            f"{what} {k + 1}: ({z[k].real:g}, {z[k].imag:g}) is outside the source shape, by {gap[k]:.3g}; move it inside"
+            f"{what} {k + 1}: ({z[k].real:g}, {z[k].imag:g}) is outside the source shape, by {gap[k]:.3g}; move
+            it inside"
         )
 
 

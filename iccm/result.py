@@ -74,7 +74,8 @@ class Fit:
 
     @property
     def diagonal(self) -> float:
-        """The unit of reported lengths: the diagonal of the target's bounding box, or of the image's where there is no target."""
+        """The unit of reported lengths: the diagonal of the target's bounding box, or of the image's where
+        there is no target."""
         return (self.target or Curve(self.image)).diagonal
 
     @cached_property
@@ -149,7 +150,8 @@ def boundary_samples(polygon: Complex, per_edge: int = 4) -> Complex:
 
 
 def interior_grid(curve: Curve, count: int) -> Complex:
-    """About `count` points of a square grid inside a closed curve, none closer to it than a hundredth of the spacing."""
+    """About `count` points of a square grid inside a closed curve, none closer to it than a hundredth of the
+    spacing."""
     step = np.sqrt(abs(curve.area) / count)
     lo, hi = curve.box
     x = np.arange(lo.real + step / 2, hi.real, step)

@@ -1,8 +1,10 @@
 """Newton's method for the boundary correspondence of a conformal map.
 
-Let τ_j be the target arclength of source vertex j. The values T(τ_j) are the boundary values of a holomorphic map exactly when the
+Let τ_j be the target arclength of source vertex j. The values T(τ_j) are the boundary values of a holomorphic
+map exactly when the
 coordinates reproduce them, (C_v - I) T(τ) = 0: the consistency energy with the closeness held at zero. Its unknowns are
-n real numbers instead of the 2n of Eq. 13, with the target's tangents in the place of its normals (a Riemann-Hilbert problem;
+n real numbers instead of the 2n of Eq. 13, with the target's tangents in the place of its normals (a
+Riemann-Hilbert problem;
 R. Wegmann, *Methods for numerical conformal mapping*, Handbook of Complex Analysis 2, 2005).
 """
 
@@ -82,7 +84,8 @@ def newton(
 
 
 def _steps(defect: Complex, residual: Complex, target: Curve, tau: Real, q: Real) -> Callable[[float], Real]:
-    """Levenberg-Marquardt steps of ‖q (C_v - I) T(τ)‖² in τ, scaled by the local spacing, as a function of the damping."""
+    """Levenberg-Marquardt steps of ‖q (C_v - I) T(τ)‖² in τ, scaled by the local spacing, as a function of the
+    damping."""
     edge, _ = target.locate(tau)
     gaps = cyclic_gaps(tau, target.length)
     scale = 0.5 * (gaps + np.roll(gaps, 1))

@@ -151,7 +151,8 @@ def correspond(c: Correspondence, settings: Options) -> tuple[Real, Real, list[d
     """Vertices and their images: strain, slide, measure, until the gap is within the tolerance.
 
     Returns:
-        Arclengths on source and target, energies of each round, and the gap reached, relative to the diameter of the target.
+        Arclengths on source and target, energies of each round, and the gap reached, relative to the diameter
+        of the target.
     """
     source, target = c.source.measure.curve, c.target.measure.curve
     error = FIRST_ERROR * settings.tolerance * target.diameter

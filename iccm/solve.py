@@ -87,7 +87,8 @@ def deform(
 def assemble(
     problem: Problem, settings: Options, basis: Basis, polygon: Curve, share: Real | None = None
 ) -> list[Term]:
-    """All energies of a problem (paper §4.1); `share` weighs the vertices, by their part of the source's length if None."""
+    """All energies of a problem (paper §4.1); `share` weighs the vertices, by their part of the source's
+    length if None."""
     if share is None:
         share = (polygon.lengths + np.roll(polygon.lengths, 1)) / (2 * polygon.length)
     per_edge = settings.samples_per_edge

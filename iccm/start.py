@@ -20,7 +20,8 @@ def arclength(problem: Problem, per_edge: int, polygon: Curve, shift: float = 0.
 
 
 def from_constraints(problem: Problem, basis: Basis, polygon: Curve) -> Complex:
-    """Coefficients of a smooth map that meets the pins, and strokes by arclength, with the least change of a similarity."""
+    """Coefficients of a smooth map that meets the pins, and strokes by arclength, with the least change of a
+    similarity."""
     source, target = constraint_points(problem)
     source = polygon.pulled_in(source)
     scale, shift = similarity(source, target, problem.upright)

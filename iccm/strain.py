@@ -2,7 +2,8 @@
 
 Values w_j on the target are the boundary values of a holomorphic map exactly when the coordinates reproduce them,
 (C_v - I) w = 0: the consistency energy with the closeness held at zero. Its unknowns are n real numbers instead of
-the 2n of Eq. 13 (R. Wegmann, *Methods for numerical conformal mapping*, Handbook of Complex Analysis 2, 2005). Here they are
+the 2n of Eq. 13 (R. Wegmann, *Methods for numerical conformal mapping*, Handbook of Complex Analysis 2, 2005).
+Here they are
 the relative strains of the map between the two circles of harmonic measure. That map is smooth at the corners of both
 shapes, and the vertices are placed anew on the correspondence after each step.
 """
@@ -176,7 +177,8 @@ def strain(
 def strain_step(c: Correspondence, state: State) -> Callable[[float], tuple[Real, float]]:
     """The step in the strains of the circle map's gaps and its shift, as a function of the damping.
 
-    A strain is the relative change of a gap: the corners' clusters of knots then move along with their surroundings at no cost.
+    A strain is the relative change of a gap: the corners' clusters of knots then move along with their
+    surroundings at no cost.
     """
     between = c.between
     turn = c.source.circle.turn(state.s)

@@ -15,8 +15,10 @@ class System:
     """min_x Σ_terms E(x) for targets that change and matrices that do not.
 
     Terms whose target has normals N get the first-order distance of Eq. 13 in the form
-    (1 - λ) |Re(conj(N)(M x - w))|² + λ |M x - w|². Where M x - w lies along N, as it does at closest points, it has the value
-    and the gradient of |M x - w|², so that the balance with the other terms stays what it is. The singular value decomposition of everything of zeroth order, x = V S⁻¹ y, makes the remaining Gram matrix I plus a positive
+    (1 - λ) |Re(conj(N)(M x - w))|² + λ |M x - w|². Where M x - w lies along N, as it does at closest points,
+    it has the value
+    and the gradient of |M x - w|², so that the balance with the other terms stays what it is. The singular
+    value decomposition of everything of zeroth order, x = V S⁻¹ y, makes the remaining Gram matrix I plus a positive
     one, so that its Cholesky factorisation is safe where that of C*C would not be.
     """
 
@@ -44,7 +46,8 @@ class System:
         return out
 
     def solve(self, targets: Sequence[Target], x: Complex | None = None) -> Complex:
-        """The global step: coefficients of least energy for given targets, those closest to x where several are as good."""
+        """The global step: coefficients of least energy for given targets, those closest to x where several
+        are as good."""
         if x is not None:
             rest = [Target(t.points - m.matrix @ x, t.normals) for m, t in zip(self.terms, targets)]
             return x + self.solve(rest)
@@ -54,7 +57,8 @@ class System:
         return self.back @ y
 
     def _first_order(self, y: Complex, targets: Sequence[Target]) -> Complex:
-        """Add |Re(conj(N)(M x - w))|² to the whitened zeroth-order system, which is real-linear only: 2k real unknowns."""
+        """Add |Re(conj(N)(M x - w))|² to the whitened zeroth-order system, which is real-linear only: 2k real
+        unknowns."""
         rows, right = [], []
         normal = 1 - self.tangential
         for term, u, target in zip(self.terms, self.left, targets):

@@ -1,7 +1,8 @@
 """The energies of the paper, each a matrix, a weight and a target that may follow the image.
 
 Every term reads  E(x) = weight · Σ_j measure_j |(M x)_j - target_j|²  in the coefficients x = φ, or x = (φ, ψ) for a
-harmonic map. Lengths are relative to the radius of the normalised shapes, and measures of curves sum to one, so the weights
+harmonic map. Lengths are relative to the radius of the normalised shapes, and measures of curves sum to one,
+so the weights
 do not depend on the scale of the input or on the number of samples.
 """
 
@@ -44,7 +45,8 @@ class Basis:
         return np.hstack([np.zeros_like(d), d])
 
     def inconsistency(self) -> Complex:
-        """((1 or 2)·n, k) matrix of boundary values that the coordinates do not reproduce, (C_v - I) φ and its twin for ψ."""
+        """((1 or 2)·n, k) matrix of boundary values that the coordinates do not reproduce, (C_v - I) φ and its
+        twin for ψ."""
         defect = cauchy.coordinates(self.polygon, self.polygon) - np.eye(self.polygon.size)
         if not self.harmonic:
             return defect

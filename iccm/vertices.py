@@ -1,7 +1,9 @@
 """Boundary vertices where the map needs them: chosen so that linear interpolation between them errs evenly.
 
-Cauchy-Green coordinates take the map as linear on every edge of the source polygon. With w(s) the image of the boundary, an edge of
-length ℓ errs by |w''| ℓ²/8, so vertices of density √(|w''| / 8ε) keep the error near ε everywhere: at corners, in thin places
+Cauchy-Green coordinates take the map as linear on every edge of the source polygon. With w(s) the image of the
+boundary, an edge of
+length ℓ errs by |w''| ℓ²/8, so vertices of density √(|w''| / 8ε) keep the error near ε everywhere: at corners,
+in thin places
 and at the preimages of the target's own detail alike.
 """
 
@@ -74,7 +76,8 @@ class Allowance:
 def place(
     s: Real, tau: Real, source: Curve, target: Curve, allowed: Allowance, most: int
 ) -> tuple[Real, Real]:
-    """Vertices for an interpolation error of about what is allowed, from a fine correspondence; the source's own are kept.
+    """Vertices for an interpolation error of about what is allowed, from a fine correspondence; the source's
+    own are kept.
 
     Args:
         s: (p,) increasing arclengths of the source.
