@@ -25,8 +25,8 @@ ROTATIONS = 16
 POLISHED = 6
 APART = 0.25  # mean distance on the unit circle between the places of candidates that are different
 COARSE = 150  # panels of a boundary while parameters are searched
-NEAR_TIE = 1.005  # maps this close to the least distortion are all as good (symmetric shapes): the one that
-turns least is taken
+# maps this close to the least distortion are all as good (symmetric shapes): the one that turns least is taken
+NEAR_TIE = 1.005
 TURN = 2 * np.pi
 
 if TYPE_CHECKING:

@@ -185,8 +185,8 @@ def _inside(source: Curve, z: Complex, what: str) -> None:
     if outside.size:
         k = outside[0]
         raise InputError(
-            f"{what} {k + 1}: ({z[k].real:g}, {z[k].imag:g}) is outside the source shape, by {gap[k]:.3g}; move
-            it inside"
+            f"{what} {k + 1}: ({z[k].real:g}, {z[k].imag:g}) is outside the source shape, "
+            f"by {gap[k]:.3g}; move it inside"
         )
 
 
