@@ -1,4 +1,4 @@
-"""Measurements of resampling: python -m tests.bench.resampling [coordinates quality scaling command]
+"""Measurements of resampling: python -m tests.bench.resampling [coordinates quality scaling command large]
 
 Every figure is a ratio within one run: times on a shared machine mean little by themselves.
 """
@@ -55,7 +55,8 @@ def coordinates(size=4096):
     x, y = np.meshgrid(np.arange(size, dtype=np.float32), np.arange(size, dtype=np.float32))
     print(f"## Coordinates of {size}² pixels, {VERTICES} vertices, error asked for 0.05 texel")
     print(
-        "map        inside    remap s  ours s  ratio  prepare s  dense s (est.)  dense/ours  error max / median, texel"
+        "map        inside    remap s  ours s  ratio  prepare s  dense f s  /ours  dense Newton step s  /ours"
+        "  error max / median, texel"
     )
     for name, map in maps().items():
         canvas = Canvas(size, size, BOX)
@@ -79,7 +80,8 @@ def coordinates(size=4096):
         estimate = dense * seen.inside
         print(
             f"{name:10} {seen.inside / size**2:6.0%}  {remap:9.3f} {took:7.3f} {took / remap:6.2f} {prepare:10.3f}"
-            f" {estimate:15.0f} {estimate / took:11.0f}  {error.max():.4f} / {np.median(error):.1e}"
+            f" {estimate[0]:10.0f} {estimate[0] / took:6.0f} {estimate[1]:20.0f} {estimate[1] / took:6.0f}"
+            f"  {error.max():.4f} / {np.median(error):.1e}"
         )
     print(
         f"peak memory {peak():.2f} GB, of which the test picture and remap's maps {picture.nbytes * 1.5e-9:.2f}\n"
@@ -87,7 +89,7 @@ def coordinates(size=4096):
 
 
 def held_against_dense(map, raster, texel, count=20_000):
-    """Errors in texels at random pixels, half of them within 8 pixels of the outline; seconds of a dense evaluation."""
+    """Errors in texels at random pixels, half of them within 8 of the outline; seconds a pixel of the dense sums."""
     rng, z, w, near = np.random.default_rng(1), [], [], []
     for band in raster.bands():
         inner = band.coverage == 1
@@ -102,8 +104,9 @@ def held_against_dense(map, raster, texel, count=20_000):
     z, w = z[pick], w[pick]
     start = time.perf_counter()
     f = map(z)
-    took = (time.perf_counter() - start) / count
+    value = time.perf_counter() - start
     a, b = map.derivatives(z)
+    took = np.array([value, time.perf_counter() - start]) / count
     r = w - f
     return np.abs(a.conj() * r - b * r.conj()) / (np.abs(a) ** 2 - np.abs(b) ** 2) / texel, took
 
@@ -233,11 +236,12 @@ def scaling(sizes=(1024, 2048, 4096, 8192, 16384)):
     print()
 
 
-def one(size):
-    """One streamed warp, in this process."""
+def one(size, name=None):
+    """One streamed warp, in this process, of a file's texture or one of 2048²."""
     from iccm.io import images
 
-    texture = np.random.default_rng(0).integers(0, 256, (2048, 2048, 4), dtype=np.uint8)
+    noise = np.random.default_rng(0)
+    texture = images.read(name).pixels if name else noise.integers(0, 256, (2048, 2048, 4), dtype=np.uint8)
     map, canvas = maps()["conformal"], Canvas(size, size, BOX)
     warp(map, Texture(texture[:64, :64], BOX, 3), Canvas(64, 64, BOX))  # kernels are loaded
     with tempfile.TemporaryDirectory() as folder:
@@ -247,6 +251,29 @@ def one(size):
         images.write_bands(Path(folder) / "out.tif", like, size, size, work.blocks())
         took = time.perf_counter() - start
     print(json.dumps({"seconds": took, "peak": peak()}))
+
+
+def large(size=16384):
+    """A texture as large as the result, from file to file: minutes, and only when asked for."""
+    from iccm.io import images
+
+    y, x = np.indices((256, size))
+    strips = (
+        np.stack(
+            [((x // 64 + (y + row) // 64) % 2 * 200 + 20).astype(np.uint8)] * 3
+            + [np.full(x.shape, 255, np.uint8)],
+            2,
+        )
+        for row in range(0, size, 256)
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        name = f"{folder}/texture.tif"
+        images.write_bands(name, images.Image(np.zeros((1, 1, 4), np.uint8), 3), size, size, strips)
+        line = [sys.executable, "-m", "tests.bench.resampling", "one", str(size), name]
+        found = json.loads(subprocess.run(line, capture_output=True, text=True, check=True).stdout)
+    print(
+        f"## {size}² RGBA texture to {size}² RGBA picture: {found['seconds']:.0f} s, peak {found['peak']:.2f} GB\n"
+    )
 
 
 def command():
@@ -338,9 +365,9 @@ def main(asked):
     """Runs the parts that are named, or all."""
     parts = {"coordinates": coordinates, "quality": quality, "scaling": scaling, "command": command}
     if asked[:1] == ["one"]:
-        return one(int(asked[1]))
+        return one(int(asked[1]), *asked[2:])
     for name in asked or parts:
-        parts[name]()
+        (large if name == "large" else parts[name])()
     return None
 
 
