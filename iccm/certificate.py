@@ -84,7 +84,10 @@ def sampled(ring: shapely.LinearRing, polygon: Complex) -> Complex:
     """
     places = shapely.line_locate_point(ring, shapely.points(polygon.real, polygon.imag))
     own = shapely.line_locate_point(ring, shapely.points(shapely.get_coordinates(ring)[:-1]))
-    places = np.unique(np.concatenate([[0.0, ring.length], places, own]))
+    places = np.unique(np.concatenate([[0.0], places, own]))
+    apart = np.diff(places, append=ring.length) > 1e-9 * ring.length  # closer ones would cross by rounding
+    places = np.append(places[apart], ring.length)
+    places[0] = 0.0
     between = places[:-1, None] + np.diff(places)[:, None] * np.array([0.0, 1 / 3, 2 / 3])
     along = np.append(between.ravel(), ring.length)
     z = shapely.get_coordinates(shapely.line_interpolate_point(ring, along)) @ np.array([1, 1j])
