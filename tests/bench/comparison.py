@@ -2,12 +2,13 @@
 
 python -m tests.bench.comparison [--picture]
 
-The others need a boundary correspondence, and get points at equal shares of both outlines, the first of them chosen so
-that the picture turns least. Ours need none, but are given the pins and strokes that the samples' drawings hold; without
-any, the quasi-conformal map is the conformal one and left out. Distortion is that of the linear maps of the triangles of
-one mesh of the source, each weighted by its area, for all of them: a conformal map has a little more than 1 there. `gap`
-is the two-sided Hausdorff distance of the boundary's image to the target, relative to its diagonal: for the others of
-the mesh's boundary, for ours of the map's. A method that holds the boundary's nodes has a gap only between them.
+The others need a boundary correspondence, and get points at equal shares of both outlines, the first of them chosen
+so that the picture turns least. Ours need none, but are given the pins and strokes that the samples' drawings hold;
+without any, the quasi-conformal map is the conformal one and left out. Distortion is that of the linear maps of the
+triangles of one mesh of the source, each weighted by its area, for all of them: a conformal map has a little more than
+1 there. `gap` is the two-sided Hausdorff distance of the boundary's image to the target, relative to its diagonal: for
+the others of the mesh's boundary, for ours of the map's. A method that holds the boundary's nodes has a gap only
+between them.
 """
 
 import argparse

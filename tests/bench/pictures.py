@@ -11,7 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as MplPath
 from PIL import Image
+from scipy.ndimage import distance_transform_edt
 
 from iccm import Curve, Fit
 from iccm.checkerboard import checkerboard
@@ -98,6 +101,7 @@ def shown(axes: Axes, pixels: np.ndarray, box: Box) -> None:
     axes.set_xlim(extent[:2])
     axes.set_ylim(extent[2:])
     axes.set_aspect("equal")
+    axes.set_anchor("N")
     axes.set_axis_off()
 
 
@@ -125,7 +129,10 @@ def field(
     grid[size.imag.astype(int) - 1, size.real.astype(int) - 1] = values
     low = complex(points.real.min(), points.imag.min()) - step / 2 * (1 + 1j)
     high = low + step * complex(grid.shape[1], grid.shape[0])
-    extent = (low.real, high.real, low.imag, high.imag)
+    # cells outside take the nearest value, and the outline cuts
+    near = distance_transform_edt(np.isnan(grid), return_distances=False, return_indices=True)
+    grid = np.pad(grid[tuple(near)], 2, mode="edge")
+    extent = (low.real - 2 * step, high.real + 2 * step, low.imag - 2 * step, high.imag + 2 * step)
     picture = axes.imshow(
         grid,
         extent=extent,
@@ -135,8 +142,11 @@ def field(
         vmax=limits[1],
         interpolation="nearest",
     )
+    border = MplPath(np.column_stack([fit.source.z.real, fit.source.z.imag]))
+    picture.set_clip_path(PathPatch(border, transform=axes.transData))
     outline(axes, fit.source.z)
     axes.set_aspect("equal")
+    axes.set_anchor("N")
     axes.set_axis_off()
     return picture
 
