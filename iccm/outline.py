@@ -38,7 +38,7 @@ def outline(evaluator: Evaluator, flatness: float, spacing: float = np.inf) -> O
     inner = _on_edges(evaluator, edge, lo)
     inner[::parts] = w_lo
     w0, w1 = inner, np.roll(inner, -1)
-    done = []
+    done: list[tuple[NDArray[np.int64], NDArray[np.float64], Complex]] = []
     for _ in range(ROUNDS):
         mid = 0.5 * (lo + hi)
         w = _on_edges(evaluator, edge, mid)
