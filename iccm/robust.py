@@ -158,24 +158,25 @@ def correspond(c: Correspondence, settings: Options) -> tuple[Real, Real, list[d
     error = FIRST_ERROR * settings.tolerance * target.diameter
     radius, most = radius_along(source, PANEL), settings.vertices or MOST_VERTICES
     c = replace(c, between=CircleMap.of(c))
-    energies, best = [], None
+    energies: list[dict[str, float]] = []
+    best: tuple[float, State] | None = None
     for _ in range(ROUNDS):
         allowed = Allowance(radius, error, LEAST_ERROR * target.diameter)
-        c, state = strain(c, pairs, allowed, most, STRAINS)
-        gap, tau = gap_of(state), state.tau
-        slid = replace(state, tau=newton(source, state.s, target, state.tau, SLIDES, allowed)[0])
-        if (other := gap_of(slid)) < gap:
-            gap, tau = other, slid.tau
-        energy = float(shares(source, state.s, target, tau) @ np.abs(state.defect @ target.at(tau)) ** 2)
-        energies.append({"consistency": energy, "total": energy})
-        gained = best is None or gap < GAIN * best[0]
-        if best is None or gap < best[0]:
-            best = (gap, state.s, tau)
-        if gap <= settings.tolerance or settings.vertices or not gained:
+        c, states = strain(c, pairs, allowed, most, STRAINS)
+        state = states[-1]
+        tau, residual = newton(source, state.s, target, state.tau, SLIDES, allowed)
+        states.append(replace(state, tau=tau, residual=residual))
+        energies += [{"consistency": e.energy, "total": e.energy} for e in states]
+        before = best[0] if best else np.inf
+        for candidate in states[-2:]:
+            gap = gap_of(candidate)
+            if best is None or gap < best[0]:
+                best = (gap, candidate)
+        if best[0] <= settings.tolerance or settings.vertices or best[0] > GAIN * before:
             break
         error /= 2
     assert best is not None
-    return best[1], best[2], energies, best[0]
+    return best[1].s, best[1].tau, energies, best[0]
 
 
 def pairs(c: Correspondence) -> tuple[Real, Real]:

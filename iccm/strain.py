@@ -130,6 +130,11 @@ class State:
         return cls(source, target, s, tau, defect, defect @ target.at(tau), weight)
 
     @property
+    def energy(self) -> float:
+        """The consistency energy, ‖(C_v - I) T(τ)‖² weighted by the vertices' shares."""
+        return float(shares(self.source, self.s, self.target, self.tau) @ np.abs(self.residual) ** 2)
+
+    @property
     def norm(self) -> float:
         """Root mean square of the residual, relative to the error allowed."""
         return float(np.linalg.norm(self.weight * self.residual))
@@ -144,7 +149,7 @@ def lay(c: Correspondence, pairs: Callable, allowed: Allowance, most: int) -> St
 
 def strain(
     c: Correspondence, pairs: Callable, allowed: Allowance, most: int, steps: int
-) -> tuple[Correspondence, State]:
+) -> tuple[Correspondence, list[State]]:
     """Strain the map between the circles until the boundary values are holomorphic, as far as its knots can tell.
 
     Args:
@@ -153,9 +158,13 @@ def strain(
         allowed: error allowed at each place.
         most: vertices at most.
         steps: Levenberg-Marquardt steps at most.
+
+    Returns:
+        The correspondence reached and the states on the way, the last one its own.
     """
-    state, damping = lay(c, pairs, allowed, most), 1e-3
+    states, damping = [lay(c, pairs, allowed, most)], 1e-3
     for _ in range(steps):
+        state = states[-1]
         if state.norm <= 1:
             break
         solve = strain_step(c, state)
@@ -168,10 +177,11 @@ def strain(
             damping *= 10
         else:
             break
-        c, state, damping = trial, found, max(damping / 10, LEAST_DAMPING)
-        if state.norm > SETTLED * before:
+        c, damping = trial, max(damping / 10, LEAST_DAMPING)
+        states.append(found)
+        if found.norm > SETTLED * before:
             break
-    return c, state
+    return c, states
 
 
 def strain_step(c: Correspondence, state: State) -> Callable[[float], tuple[Real, float]]:
