@@ -96,10 +96,13 @@ class _Lane:
         return self.future.done() and not self.future.cancelled() and self.future.exception() is not None
 
     def submit(self, payload: dict[str, Any]) -> Future:
-        """Start a job, once the process is ready: its time starts here."""
-        with contextlib.suppress(BrokenExecutor):  # else the future that broke is the answer
+        """Start a job, once the process is ready: its time starts here. A dead process is an answer too."""
+        try:
             self._pid.result()
             self.future = self.executor.submit(worker.work, payload)
+        except BrokenExecutor as error:
+            self.future = Future()
+            self.future.set_exception(error)
         return self.future
 
     def signal(self, number: int) -> None:

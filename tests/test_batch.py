@@ -3,12 +3,13 @@
 import hashlib
 import json
 import os
+import signal
 import time
-from concurrent.futures import Future
+from concurrent.futures import BrokenExecutor, Future
 
 import pytest
 
-from iccm.io import batch, companions, journal, worker
+from iccm.io import batch, companions, journal, pools, worker
 from iccm.io.job import Job
 from iccm.io.journal import Journal
 from iccm.io.manifest import ManifestError, Task
@@ -124,6 +125,19 @@ def test_an_input_that_went_away_fails_its_job_only(play, tmp_path):
     (tmp_path / "c").unlink()
     results, pool = play({})
     assert results["c"]["status"] == "failed" and "c" in results["c"]["message"] and "c" not in pool.started
+
+
+def test_a_worker_that_died_between_two_jobs_does_not_answer_with_the_old_result(tmp_path):
+    pool = pools.Processes(1, 1)
+    try:
+        payload = {"folder": str(tmp_path), "job": {"source": "none.svg", "report": "r.json"}, "threads": 1}
+        assert pool.submit(payload).result(60)["status"] == "failed"
+        os.kill(pool._lanes[0]._pid.result(), signal.SIGKILL)
+        with pytest.raises(BrokenExecutor):
+            pool.submit(payload).result(60)
+        assert pool.submit(payload).result(60)["status"] == "failed"  # by a new worker
+    finally:
+        pool.close()
 
 
 def test_the_journal_forgives_torn_lines(tmp_path):
