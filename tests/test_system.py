@@ -41,13 +41,13 @@ def everything(order, quasi, consistency=1e-3):
 
 
 def energy(system, targets, x):
-    """The energy as §3.4 and §4.1 define it, row by row, without the system's own factors."""
+    """The energy of §3.4 and §4.1 row by row: Eq. 13 weighed to be |miss|² along normals."""
     total = 0.0
     for term, target in zip(system.terms, targets):
         miss = term.matrix @ x - target.points
         square = np.abs(miss) ** 2
         if target.normals is not None:
-            square = (target.normals.conj() * miss).real ** 2 + LAMBDA * square
+            square = (1 - LAMBDA) * (target.normals.conj() * miss).real ** 2 + LAMBDA * square
         total += term.weight * float(np.sum(term.measure * square))
     return total
 
@@ -94,7 +94,7 @@ def test_the_solution_is_that_of_a_general_minimiser():
         ):
             both = [(w.real, -w.imag, p.real), (w.imag, w.real, p.imag)]
             if target.normals is not None:
-                turned = target.normals[j].conj() * np.append(w, p)
+                turned = np.sqrt(1 - LAMBDA) * target.normals[j].conj() * np.append(w, p)
                 both = [tuple(np.sqrt(LAMBDA) * part for part in parts) for parts in both]
                 both.append((turned[:-1].real, -turned[:-1].imag, turned[-1].real))
             for a, b, c in both:
@@ -103,6 +103,23 @@ def test_the_solution_is_that_of_a_general_minimiser():
     best = scipy.optimize.lsq_linear(np.array(rows, float), np.array(right, float), tol=1e-15).x
     n = best.size // 2
     assert np.abs(system.solve(targets) - (best[:n] + 1j * best[n:])).max() < 1e-6
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_where_several_are_as_good_the_closest_to_the_last_is_taken(order):
+    """One pin leaves all but one direction of the coefficients free: they stay as they were."""
+    basis = Basis(pear(20))
+    z = inside(pear(20), 1)
+    row = basis.positions(z)[0]
+    system = System([points(basis, z, np.array([1 + 2j]), 1.0)])
+    x = np.random.default_rng(2).normal(size=20) + 1j
+    moved = system.solve([Target(np.array([1 + 2j]))], x)
+    assert abs(row @ moved - (1 + 2j)) < 1e-12
+    expected = x + row.conj() * (1 + 2j - row @ x) / np.vdot(row, row).real
+    assert np.abs(moved - expected).max() < 1e-12
+    full, targets = everything(order, False)
+    far = 100 * np.random.default_rng(3).normal(size=full.back.shape[0]).astype(complex)
+    assert np.abs(full.solve(targets, far) - full.solve(targets)).max() < 1e-7
 
 
 def test_energies_are_summed_by_name():
@@ -154,7 +171,7 @@ def test_first_order_lets_the_boundary_slide_along_the_target():
     system = System([term, hold], tangential=0.25)
     feet = Target(z.real.astype(complex), np.full(6, 1j))
     image = term.matrix @ system.solve([feet, Target(z + 1)])
-    assert np.allclose(image.imag, 0.5 * 1 / 2.25, atol=1e-9)  # (1 + λ) y² + (y - 0.5)²
+    assert np.allclose(image.imag, 0.25, atol=1e-9)  # y² + (y - 0.5)²
     assert np.allclose(image.real, z.real + 1 / 1.25, atol=1e-9)  # λ x² + (x - 1)²
 
 

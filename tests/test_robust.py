@@ -1,0 +1,194 @@
+"""The robust method: the target is reached, what is promised of the result holds, whatever way the input is given."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm.curve import Curve
+from iccm.result import Status
+from iccm.riemann_hilbert import cyclic_gaps, ordered, shares
+from tests.shapes import arrow, blob, circle, ell, inside, pear, refined, square, star
+
+COMB = np.array([0, 7, 7 + 3j, 6 + 3j, 6 + 1j, 4 + 1j, 4 + 3j, 3 + 3j, 3 + 1j, 1 + 1j, 1 + 3j, 3j])
+PAIRS = {
+    "smooth": (pear(), blob()),
+    "smooth to corners": (pear(), arrow()),
+    "corners to smooth": (arrow(), blob()),
+    "corners to corners": (arrow(), ell()),
+    "limbs": (star(100, 5, 0.5), blob()),
+    "comb": (pear(), COMB),
+}
+
+
+@cache
+def fitted(name):
+    return iccm.fit(*PAIRS[name])
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_the_target_is_reached_one_to_one(name):
+    """Also from both sides: every part of the target is covered, where the paper's method leaves limbs out."""
+    fit = fitted(name)
+    report = fit.report()
+    assert report["boundary"]["hausdorff"] < 2e-3 and report["boundary"]["rms"] < 5e-4
+    assert report["injective"]["certified"] and report["injective"]["depth"] < 1e-2
+    assert fit.map.conformal and report["dilatation"]["max"] == 1
+    assert fit.status in (Status.REACHED, Status.GAP)
+    assert fit.status.ok == (fit.status is Status.REACHED)
+    assert report["boundary"]["rms"] < report["boundary"]["hausdorff"]
+
+
+def test_the_paper_misses_what_the_robust_method_reaches():
+    paper = iccm.fit(*PAIRS["comb"], method="paper")
+    assert paper.report()["boundary"]["hausdorff"] > 20 * fitted("comb").report()["boundary"]["hausdorff"]
+
+
+def test_the_gap_is_within_the_tolerance_when_it_says_so():
+    for tolerance in (1e-2, 1e-3, 1e-4):
+        fit = iccm.fit(pear(), blob(), tolerance=tolerance)
+        assert fit.status is Status.REACHED or tolerance < 1e-3
+        assert fit.status.ok == (fit.report()["boundary"]["hausdorff"] < tolerance)
+    assert fit.report()["boundary"]["hausdorff"] < 1e-3  # what cannot be reached is not given up either
+
+
+def test_vertices_caps_the_number_of_vertices():
+    counts = [iccm.fit(pear(40), arrow(), vertices=n).map.polygon.size for n in (60, 120)]
+    assert counts[0] <= 66 < counts[1] <= 130
+    few = iccm.fit(pear(40), arrow(), vertices=41)
+    assert few.map.polygon.size <= 60 and np.isfinite(few.map.phi).all()
+
+
+def test_the_sources_own_vertices_are_kept():
+    polygon = fitted("corners to corners").map.polygon
+    assert np.abs(polygon[:, None] - arrow()).min(axis=0).max() < 1e-9
+
+
+def test_a_long_outline_is_simplified_and_that_is_told():
+    fit = iccm.fit(pear(3000), arrow())
+    assert fit.status in (Status.REACHED, Status.GAP)
+    assert len(fit.notes) == 1 and fit.notes[0].startswith("source: 3000 vertices simplified to ")
+    assert fit.report()["boundary"]["hausdorff"] < 2e-3
+    assert fit.report()["notes"] == fit.notes
+    assert fitted("smooth").notes == []
+
+
+def test_crowding_is_told_and_never_nan():
+    """The far end of a corridor of twenty widths is out of reach of double precision."""
+    hall = np.array([-2 - 2j, 2 - 2j, 2 - 0.5j, 24 - 0.5j, 24 + 0.5j, 2 + 0.5j, 2 + 2j, -2 + 2j])
+    fit = iccm.fit(circle(60), hall)
+    report = fit.report()
+    assert np.isfinite(fit.map.phi).all() and np.isfinite(fit.map.polygon).all()
+    assert np.isfinite([report["boundary"]["rms"], report["log10_area"]["p05"]]).all()
+    assert fit.status.ok or fit.notes or fit.status in (Status.GAP, Status.CROWDED)
+
+
+def test_a_shape_onto_itself_is_the_identity():
+    for shape in (pear(), arrow(), COMB):
+        fit = iccm.fit(shape, shape)
+        z = inside(shape)
+        assert np.abs(fit.map(z) - z).max() < 2e-3 * fit.diagonal
+
+
+def test_a_similar_shape_gives_the_similarity():
+    fit = iccm.fit(pear(), (0.3 + 0.2j) * pear() + 5)
+    z = inside(pear())
+    assert np.abs(fit.map(z) - ((0.3 + 0.2j) * z + 5)).max() < 2e-3 * fit.diagonal
+
+
+def difference(name, source, target, pre=lambda z: z, post=lambda w: w):
+    """The largest difference between the map of a pair and that of the pair moved, relative."""
+    z = inside(PAIRS[name][0], 60, 0.02)
+    moved = iccm.fit(source, target)
+    return np.abs(post(moved.map(pre(z))) - fitted(name).map(z)).max() / fitted(name).diagonal
+
+
+ASYMMETRIC = ("smooth", "smooth to corners")
+
+
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_the_start_vertex_does_not_matter(name):
+    source, target = PAIRS[name]
+    assert difference(name, np.roll(source, 3), target) < 1e-6
+    assert difference(name, source, np.roll(target, 2)) < 1e-6
+
+
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_the_direction_does_not_matter(name):
+    source, target = PAIRS[name]
+    assert difference(name, source[::-1], target[::-1]) < 1e-6
+
+
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_mirrored_shapes_have_the_mirrored_map(name):
+    source, target = PAIRS[name]
+    assert difference(name, source.conj(), target.conj(), np.conj, np.conj) < 1e-6
+
+
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_scaling_and_shifting_commute(name):
+    source, target = PAIRS[name]
+    assert difference(name, 1000 * source, 1e-3 * target, lambda z: 1000 * z, lambda w: 1000 * w) < 1e-6
+    assert difference(name, source + 1e6, target - 1e6j, lambda z: z + 1e6, lambda w: w + 1e6j) < 1e-6
+
+
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_turning_commutes(name):
+    source, target = PAIRS[name]
+    a, b = np.exp(0.7j), np.exp(-0.1j)
+    assert difference(name, a * source, a * target, lambda z: a * z, lambda w: w / a) < 1e-6
+    assert difference(name, source, b * target, post=lambda w: w / b) < 1e-6
+
+
+def test_the_same_input_gives_the_same_bytes():
+    again = iccm.fit(*PAIRS["corners to corners"])
+    assert again.map.phi.tobytes() == fitted("corners to corners").map.phi.tobytes()
+    assert again.map.polygon.tobytes() == fitted("corners to corners").map.polygon.tobytes()
+
+
+def test_the_inverse_composed_with_the_map_is_the_identity():
+    for name in ("smooth", "corners to corners"):
+        z = inside(PAIRS[name][0])
+        assert np.abs(fitted(name).inverse(fitted(name).map(z)) - z).max() < 1e-9
+
+
+def test_pins_turn_a_symmetric_pair():
+    """Any turn of a disc is as good; pins say which one is wanted."""
+    turn = np.exp(2.5j)
+    z = np.array([0.5, 0.5j, -0.4 + 0.3j])
+    fit = iccm.fit(circle(80), circle(80), pins=np.column_stack([z, turn * z]))
+    w = inside(circle(80))
+    assert np.abs(fit.map(w) - turn * w).max() < 5e-3
+
+
+def test_ordered_steps_never_turn_a_gap_around():
+    rng = np.random.default_rng(0)
+    tau = np.sort(rng.uniform(0, 1, 50))
+    for size in (1e-3, 0.1, 10):
+        moved = ordered(tau, size * rng.normal(size=50), 1.0)
+        assert np.all(np.diff(moved) > 0) and moved[-1] - moved[0] < 1
+    still = ordered(tau, np.zeros(50), 1.0)
+    assert np.allclose(still, tau)
+    assert np.allclose(ordered(tau, np.full(50, 0.3), 1.0), tau + 0.3)
+
+
+def test_shares_weigh_both_sides_and_sum_to_one():
+    source, target = Curve(square()), Curve(arrow())
+    s = np.sort(np.random.default_rng(1).uniform(0, source.length, 30))
+    tau = np.sort(np.random.default_rng(2).uniform(0, target.length, 30))
+    weight = shares(source, s, target, tau)
+    assert weight.sum() == pytest.approx(1) and (weight > 0).all()
+    gaps = cyclic_gaps(s, source.length)
+    assert gaps.sum() == pytest.approx(source.length)
+    # a sample with hardly any source arc around it still carries half of its target arc
+    s[10:13] = s[10] + np.array([0, 1e-9, 2e-9])
+    around = cyclic_gaps(tau, target.length)[10:12].sum() / target.length
+    assert shares(source, np.sort(s), target, tau)[11] == pytest.approx(around / 4, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_source_of_many_short_edges():
+    fit = iccm.fit(refined(COMB, 60), pear(500))
+    assert fit.report()["boundary"]["hausdorff"] < 2e-3
+    assert fit.report()["injective"]["certified"]
