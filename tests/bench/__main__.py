@@ -1,32 +1,34 @@
-"""Every measurement in turn, or those that are named: python -m tests.bench [NAME ...]"""
+"""All measurements, one after the other: python -m tests.bench [NAME ...]. Each also runs alone, with options."""
 
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 HERE = Path(__file__).parent
-APART = {"gallery"}  # a target of its own
-
-
-def benches() -> list[str]:
-    """The modules here that can be run."""
-    found = [path.stem for path in HERE.glob("[!_]*.py") if "__main__" in path.read_text()]
-    return sorted(set(found) - APART)
+ORDER = ("solver", "orders", "comparison", "resampling", "meshes", "batch")
 
 
 def main(names: list[str]) -> int:
-    """0 when all ran, 1 when one failed, 2 when a name is unknown."""
-    unknown = set(names) - set(benches()) - APART
+    """Run the benches that are there; 1 when one failed, 2 when one is unknown."""
+    there = [name for name in ORDER if (HERE / f"{name}.py").exists()]
+    unknown = sorted(set(names) - set(there))
     if unknown:
-        print(f"no bench {min(unknown)!r}; there is {', '.join(benches())}", file=sys.stderr)
+        print(f"no bench {unknown[0]!r}; there is {', '.join(there)}", file=sys.stderr)
         return 2
-    failed = 0
-    for name in names or benches():
-        print(f"\n== {name}", flush=True)
-        failed += (
-            subprocess.run([sys.executable, "-m", f"tests.bench.{name}"], cwd=HERE.parents[1]).returncode != 0
-        )
-    return 1 if failed else 0
+    ended = []
+    for name in names or there:
+        print(f"\n{'=' * 20} {name}", flush=True)
+        start = time.perf_counter()
+        # a process of its own: what one measures does not depend on what another has compiled or allocated
+        code = subprocess.run(
+            [sys.executable, "-m", f"tests.bench.{name}"], cwd=HERE.parents[1], check=False
+        ).returncode
+        ended.append((name, code, time.perf_counter() - start))
+    print(f"\n{'=' * 20} summary")
+    for name, code, seconds in ended:
+        print(f"{name:12} {'done' if code == 0 else f'failed, exit code {code}':22} {seconds:7.1f} s")
+    return int(any(code for _, code, _ in ended))
 
 
 if __name__ == "__main__":

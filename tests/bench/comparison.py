@@ -129,7 +129,10 @@ def table(results: list[Result]) -> None:
 
 def picture(mesh: Mesh, results: list[Result], source: Curve, target: Curve, name: str) -> None:
     """The source and what each method makes of it."""
-    figure, panels = pictures.sheet(4, 2, 2.35)
+    low, high = target.box
+    figure, panels = pictures.sheet(
+        4, 2, 2.35, 0.35 if (high - low).imag > 0.75 * (high - low).real else -0.5
+    )
     texture, home, away = pictures.board(source), pictures.around(source), pictures.around(target)
     first, *rest = panels.ravel()
     pictures.original(first, source, texture, home, 300)
@@ -141,6 +144,8 @@ def picture(mesh: Mesh, results: list[Result], source: Curve, target: Curve, nam
             pictures.painted(axes, mesh, r.images, texture, away, 300)
         pictures.outline(axes, target.z, pictures.INK, 0.9)
         pictures.title(axes, r.name, f"gap {r.gap:.0e}, K {r.conformal[1]:.2g}, folds {r.folds:.1%}")
+    for axes in rest[len(results) :]:
+        axes.set_axis_off()
     pictures.save(figure, name)
 
 

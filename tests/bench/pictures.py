@@ -166,14 +166,14 @@ def sheet(columns: int, rows: int = 1, size: float = 2.6, extra: float = 0.35) -
 
 def title(axes: Axes, head: str, line: str = "") -> None:
     """A panel's title, and a quieter second line."""
-    axes.set_title(head + (f"\n{line}" if line else ""), fontsize=9.5, color=INK, linespacing=1.35)
+    axes.set_title(f"{head}\n{line or ' '}", fontsize=9.5, color=INK, linespacing=1.35)
 
 
 def plain(axes: Axes, across: str, up: str) -> None:
     """A quiet pair of axes."""
     axes.set_xlabel(across, fontsize=9)
     axes.set_ylabel(up, fontsize=9)
-    axes.tick_params(labelsize=8)
+    axes.tick_params(which="both", labelsize=7)
     axes.grid(True, which="major", color="#e3e6ea", lw=0.6)
     axes.spines[["top", "right"]].set_visible(False)
 

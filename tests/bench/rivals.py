@@ -20,6 +20,7 @@ from iccm.system import System
 from iccm.terms import Basis, Target, closeness, consistency
 
 SHIFTS = 120
+FLAT = 1e-12  # area of a triangle that is none, relative to the shape's
 ROUNDS = 60  # of local and global steps, as rigid as possible
 
 
@@ -186,9 +187,12 @@ def meshed(rim: Curve, inside: np.ndarray) -> Mesh:
     triangles = Delaunay(_xy(nodes)).simplices.astype(np.int64)
     triangles = triangles[rim.contains(nodes[triangles].mean(axis=1))]
     a, b, c = nodes[triangles].T
-    turned = _cross(b - a, c - a) < 0
-    triangles[turned] = triangles[turned][:, ::-1]
-    return Mesh(rim, nodes, triangles, rim.z.size)
+    area = _cross(b - a, c - a)
+    triangles[area < 0] = triangles[area < 0][:, ::-1]
+    kept = np.abs(area) > FLAT * abs(
+        rim.area
+    )  # three neighbours on a straight edge make a triangle of rounding errors
+    return Mesh(rim, nodes, triangles[kept], rim.z.size)
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

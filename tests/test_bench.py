@@ -1,0 +1,110 @@
+"""The benches' own tools: a rival's map, a TopoJSON file, the orders' count, the gallery's small pictures."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _importable():
+    """Make `tests.bench` importable as `python -m tests.bench` does."""
+    sys.path.insert(0, str(ROOT))
+    yield
+    sys.path.remove(str(ROOT))
+
+
+@pytest.fixture(scope="module")
+def mesh():
+    from iccm import Curve
+    from tests.bench.rivals import Mesh
+
+    return Mesh.of(Curve(np.exp(2j * np.pi * np.arange(40) / 40) * (1 + 0.2j)), 80)
+
+
+def similarity(z):
+    return (0.5 + 1.2j) * z + 3 - 1j
+
+
+RIVALS = {  # and how exactly each can be a similarity
+    "polygon_harmonic": 1e-2,  # source and target are triangulated differently
+    "rigid": 1e-6,  # an iteration
+    "szego": 1e-9,
+    "angles": 1e-9,
+    "thin_plate": 1e-6,  # its system of equations is badly conditioned
+}
+
+
+@pytest.mark.parametrize("name", RIVALS)
+def test_every_rival_reproduces_a_similarity(mesh, name):
+    from tests.bench import rivals
+
+    z = similarity(mesh.nodes)
+    found = getattr(rivals, name)(mesh, z[mesh.rim])
+    assert np.abs(found - z).max() < RIVALS[name]
+
+
+def test_distortion_of_a_stretch_is_its_ratio(mesh):
+    from tests.bench.rivals import distortion
+
+    k, area = distortion(mesh, 3 * mesh.nodes.real + 1j * mesh.nodes.imag)
+    assert np.allclose(k, 3) and np.allclose(area, 3)
+    k, area = distortion(mesh, mesh.nodes.conj())
+    assert np.allclose(area, -1)
+
+
+def test_topojson_arcs_are_joined_and_turned():
+    from tests.bench.shapes import rings_of
+
+    topology = {
+        "transform": {"scale": [2, 3], "translate": [10, 20]},
+        "arcs": [[[0, 0], [1, 0], [0, 1]], [[0, 0], [0, 1], [1, 0]]],
+        "objects": {
+            "countries": {
+                "geometries": [
+                    {"type": "Polygon", "arcs": [[0, -2]], "properties": {"name": "a"}},
+                    {"type": "MultiPolygon", "arcs": [[[0, -2]]], "properties": {"name": "b"}},
+                ]
+            }
+        },
+    }
+    (a, [ring]), (b, [again]) = rings_of(topology)
+    assert (a, b) == ("a", "b")
+    assert ring.tolist() == again.tolist() == [10 + 20j, 12 + 20j, 12 + 23j, 10 + 23j]
+
+
+def test_needed_counts_iterations_to_the_last_energy():
+    from tests.bench.orders import needed
+
+    assert needed(np.array([4.0, 2.0, 1.0]), np.array([4.0, 1.0])) == 1
+    assert needed(np.array([4.0, 2.0, 1.0]), np.array([4.0, 1.5])) is None
+
+
+def test_a_pair_is_measured_by_both_methods(capsys):
+    from tests.bench import shapes, solver
+
+    source, target = (shapes.sample(f"ci/shapes/{name}.svg").curve for name in ("pebble", "drop"))
+    rows = {method: [solver.measured(source, target, method=method)] for method in solver.METHODS}
+    solver.summary(rows)
+    assert rows["robust"][0].gap <= min(1e-3, rows["paper"][0].gap)
+    assert "certified injective" in capsys.readouterr().out
+
+
+def test_gallery_pictures_are_small_and_in_the_table():
+    folder = ROOT / "docs" / "gallery"
+    pictures = sorted(folder.glob("*.png"))
+    text = (folder / "README.md").read_text(encoding="utf-8")
+    assert all(path.stat().st_size <= 150_000 for path in pictures)
+    assert sum(path.stat().st_size for path in pictures) < 1_500_000
+    assert all(f"({path.name})" in text for path in pictures) and len(pictures) >= 7
+
+
+def test_every_bench_of_the_list_is_a_module():
+    from tests.bench.__main__ import ORDER
+
+    missing = [name for name in ORDER if importlib.util.find_spec(f"tests.bench.{name}") is None]
+    assert set(missing) <= {"meshes"}
