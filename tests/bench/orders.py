@@ -26,7 +26,7 @@ PAIRS = (
     ("strokes/straight.svg", "strokes/bent.svg"),
     ("hexagon-blob/hexagon.svg", "hexagon-blob/blob.svg"),
 )
-LAMBDAS = (0.01, 0.03, 0.1, 0.3, 1.0)
+LAMBDAS = (0.01, 0.03, 0.05, 0.1, 0.3)
 STEPS = 100
 SHARE = 3  # of the iterations of the zeroth order: at most a third
 

@@ -115,7 +115,7 @@ def quantile(rows: list[Row], name: str, q: float) -> float:
 
 def share_certified(rows: list[Row]) -> float:
     """Share of the rows certified injective at DEPTH or less."""
-    return float(np.mean([row.certified and row.depth <= DEPTH for row in rows]))
+    return float(np.mean([row.certified and row.depth <= DEPTH * (1 + 1e-9) for row in rows]))
 
 
 def scaling(largest: int) -> float:
