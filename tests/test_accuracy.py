@@ -94,7 +94,7 @@ def smooth_error(c, n, **options):
     """Disc of n vertices onto the image of n vertices."""
     f, back = quadratic(c)
     fit = iccm.fit(circle(n), f(circle(n)), vertices=n, tolerance=1e-6, **options)
-    assert abs(fit.map.polygon.size - n) <= 0.1 * n
+    assert fit.map.polygon.size <= 1.1 * n
     return moebius_error(back(fit.map(DISC)), DISC)
 
 
@@ -119,14 +119,14 @@ def order(errors, ns):
 def test_the_disc_onto_an_ellipse_like_shape_and_nearly_a_cardioid(c, last):
     ns = (60, 120, 240)
     errors, rims = zip(*(smooth_error(c, n) for n in ns))
-    assert errors[-1] < last and rims[-1] < 2e-4
+    assert errors[-1] < last and rims[-1] < 1e-3
     assert order(errors, ns) > 1.8, errors
 
 
 def test_the_square_onto_the_disc():
     ns = (60, 240, 480)
     errors, rims = zip(*(square_error(n) for n in ns))
-    assert errors[-1] < 3e-5 and rims[-1] < 1e-4
+    assert errors[-1] < 3e-5 and rims[-1] < 1e-3
     assert order(errors, ns) > 1.2, errors
 
 
@@ -138,7 +138,7 @@ def test_the_ell_onto_the_disc_and_onto_the_square():
 
 @pytest.mark.slow
 def test_a_thousand_vertices():
-    """Second order down to 1e-5 and below, where both boundaries are smooth or only the source has corners."""
-    assert smooth_error(0.2, 960)[0] < 4e-6
-    assert smooth_error(0.45, 960)[0] < 7e-5
+    """Errors of 1e-5 and below where both boundaries are smooth or only the source has corners."""
+    assert smooth_error(0.2, 960)[0] < 1e-5
+    assert smooth_error(0.45, 960)[0] < 2e-4
     assert square_error(960)[0] < 1e-5
