@@ -186,7 +186,8 @@ def search(
 
 def _distinct(tried: list[tuple[float, float, View, View]]) -> list[tuple[float, float, View, View]]:
     """The best candidates, no two of which send the boundary to nearly the same places."""
-    chosen, places = [], []
+    chosen: list[tuple[float, float, View, View]] = []
+    places: list[Complex] = []
     for candidate in tried:
         _, rho, a, b = candidate
         probes = np.interp(

@@ -127,8 +127,8 @@ class Curve:
 
     def locate(self, s: ArrayLike) -> tuple[NDArray[np.intp], Real]:
         """Edge index and position in [0, 1] on that edge of arclengths s."""
-        s = np.asarray(s, dtype=float)
-        s = np.mod(s, self.length) if self.closed else np.clip(s, 0, self.length)
+        given = np.asarray(s, dtype=np.float64)
+        s = np.mod(given, self.length) if self.closed else np.clip(given, 0, self.length)
         edge = np.clip(np.searchsorted(self.knots, s, side="right") - 1, 0, self.edges.size - 1)
         return edge, np.clip((s - self.knots[edge]) / self.lengths[edge], 0, 1)
 

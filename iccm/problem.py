@@ -28,7 +28,8 @@ class Options:
         vertices: vertices of the source polygon; None chooses.
         samples_per_edge: boundary samples of each source edge.
         max_iterations: most local and global steps.
-        decrease: stop when the energy falls by less than this share of itself in one step.
+        decrease: stop when the energy falls by less than this share of itself in one step; None is 1e-4, and 2e-3
+            for the constraints of the robust method.
         threshold: stop when the energy is below this.
         tolerance: the boundary gap aimed at, relative to the diagonal of the target (robust).
     """
@@ -43,8 +44,8 @@ class Options:
     tangential: float = 0.1
     vertices: int | None = None
     samples_per_edge: int = 4
-    max_iterations: int = 100
-    decrease: float = 1e-4
+    max_iterations: int = 300
+    decrease: float | None = None
     threshold: float = 1e-16
     tolerance: float = 1e-3
 

@@ -37,7 +37,7 @@ AT_CORNERS = 1e-3  # panel length at corners, in radii
 LEAST_AT_CORNERS = 1e-6
 LARGEST_IMAGE = 0.01  # of a panel at a corner, relative to the diagonal of the other shape
 DEEPENINGS = 3
-MANY = 300  # vertices of an outline before it is simplified
+MANY = 700  # vertices of an outline before it is simplified
 SIMPLIFY = 0.2  # by this share of the tolerance
 FIRST_ERROR = (
     0.4  # of the interpolation between vertices, as a share of the tolerance; halved from round to round
@@ -49,6 +49,7 @@ SLIDES = 3
 GAIN = 0.8  # a round that leaves more than this share of the gap is the last
 MOST_VERTICES = 1500
 CONSISTENCY = 1e-3
+SETTLED = 2e-3  # relative decrease of the energy at which constraints count as met
 CROWDED = 1e-14  # harmonic measure, below which the places on the source are not told apart
 
 
@@ -82,7 +83,7 @@ def simplified(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[s
     """A long outline without the detail far below the tolerance, and a note that says so."""
     if curve.z.size <= MANY:
         return curve, []
-    for share in (SIMPLIFY * tolerance, 0.5 * tolerance):
+    for share in SIMPLIFY * tolerance * 2.0 ** np.arange(7):
         ring = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag])).simplify(share * curve.diameter)
         z = shapely.get_coordinates(ring.exterior)[:-1] @ np.array([1, 1j])
         if z.size <= MOST_VERTICES // 2:
@@ -136,14 +137,15 @@ def deepened(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: Curve
 
 
 def crowding(c: Correspondence) -> list[str]:
-    """A note where parts of the target come from less of the source's boundary than double precision can tell apart."""
-    ends = c.target.circle.knots
-    gaps = np.diff(c.between.inverse(c.target.circle.turns))
-    share = float(np.diff(ends)[gaps < CROWDED].sum() / c.target.circle.length)
-    if share < 1e-3:
-        return []
+    """Notes where parts of one boundary meet less of the other's than double precision can tell apart."""
+    there = np.diff(c.between.inverse(c.target.circle.turns))
+    here = np.diff(c.between(c.source.circle.turns))
+    parts = [("target", c.target.circle, there), ("source", c.source.circle, here)]
+    shares = [(name, float(v.lengths[gaps < CROWDED].sum() / v.length)) for name, v, gaps in parts]
     return [
-        f"crowding: {share:.1%} of the target's boundary has harmonic measure below {CROWDED:.0e} a panel"
+        f"crowding: {share:.1%} of the {name}'s boundary has harmonic measure below {CROWDED:.0e} a panel"
+        for name, share in shares
+        if share >= 1e-3
     ]
 
 
@@ -168,10 +170,14 @@ def correspond(c: Correspondence, settings: Options) -> tuple[Real, Real, list[d
         states.append(replace(state, tau=tau, residual=residual))
         energies += [{"consistency": e.energy, "total": e.energy} for e in states]
         before = best[0] if best else np.inf
-        for candidate in states[-2:]:
+        # the strained states come first: they fold least where the map shrinks
+        for candidate in (states[-1], states[-2], states[0]):
             gap = gap_of(candidate)
             if best is None or gap < best[0]:
                 best = (gap, candidate)
+            if gap <= settings.tolerance:
+                break
+        assert best is not None
         if best[0] <= settings.tolerance or settings.vertices or best[0] > GAIN * before:
             break
         error /= 2
@@ -203,7 +209,8 @@ def improve(problem: Problem, settings: Options, basis: Basis, polygon: Curve, w
     """
     order = settings.order if settings.order is not None else int(settings.quasi is None)
     mu = CONSISTENCY if settings.consistency is None else settings.consistency
-    settings = replace(settings, order=order, consistency=mu, samples_per_edge=2)
+    decrease = SETTLED if settings.decrease is None else settings.decrease
+    settings = replace(settings, order=order, consistency=mu, samples_per_edge=2, decrease=decrease)
     system = System(
         assemble(problem, settings, basis, polygon, weights), settings.tangential if order else 1.0
     )

@@ -16,6 +16,7 @@ from .system import System
 from .terms import Basis, Target, Term, closeness, consistency, points, quasiconformal, smoothness, stroke
 
 PAPER_VERTICES = 200
+DECREASE = 1e-4
 STROKE_SAMPLES = 50
 HALVINGS = 6  # of a first-order step that does not lower the energy
 
@@ -134,12 +135,13 @@ def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, lis
     """
     targets = system.targets(x)
     energies = [system.energies(x, targets)]
+    decrease = DECREASE if settings.decrease is None else settings.decrease
     for _ in range(settings.max_iterations):
         if energies[-1]["total"] <= settings.threshold:
             return x, energies, Status.THRESHOLD
         x, targets, energy = _descend(system, x, targets, energies[-1]["total"])
         energies.append(energy)
-        if energies[-2]["total"] - energy["total"] <= settings.decrease * energies[-2]["total"]:
+        if energies[-2]["total"] - energy["total"] <= decrease * energies[-2]["total"]:
             return x, energies, Status.DECREASE
     return x, energies, Status.LIMIT
 

@@ -143,8 +143,14 @@ class State:
 def lay(c: Correspondence, pairs: Callable, allowed: Allowance, most: int) -> State:
     """Vertices placed on a correspondence."""
     source, target = c.source.measure.curve, c.target.measure.curve
-    s, tau = place(*pairs(c), source, target, allowed, most)
+    fine_s, fine_tau = pairs(c)
+    s, tau = place(fine_s, fine_tau, source, target, allowed, most)
     return State.of(source, target, s, tau, allowed)
+
+
+def circle_map(c: Correspondence) -> CircleMap:
+    """The map between the circles with knots, made from a Möbius map where it is one."""
+    return c.between if isinstance(c.between, CircleMap) else CircleMap.of(c)
 
 
 def strain(
@@ -167,10 +173,11 @@ def strain(
         state = states[-1]
         if state.norm <= 1:
             break
+        between = circle_map(c)
         solve = strain_step(c, state)
         before = state.norm
         while damping <= MOST_DAMPING:
-            trial = replace(c, between=c.between.strained(*solve(damping)))
+            trial = replace(c, between=between.strained(*solve(damping)))
             found = lay(trial, pairs, allowed, most)
             if found.norm < before:
                 break
@@ -190,7 +197,7 @@ def strain_step(c: Correspondence, state: State) -> Callable[[float], tuple[Real
     A strain is the relative change of a gap: the corners' clusters of knots then move along with their
     surroundings at no cost.
     """
-    between = c.between
+    between = circle_map(c)
     turn = c.source.circle.turn(state.s)
     image, w = between(turn), state.target.at(state.tau)
     across = np.roll(image, -1) - np.roll(image, 1)

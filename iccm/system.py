@@ -51,7 +51,7 @@ class System:
         if x is not None:
             rest = [Target(t.points - m.matrix @ x, t.normals) for m, t in zip(self.terms, targets)]
             return x + self.solve(rest)
-        y = sum(u.conj().T @ (s * t.points) for u, s, t in zip(self.left, self.scales, targets))
+        y = np.sum([u.conj().T @ (s * t.points) for u, s, t in zip(self.left, self.scales, targets)], axis=0)
         if any(t.normals is not None for t in targets):
             y = self._first_order(y, targets)
         return self.back @ y
