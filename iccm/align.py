@@ -27,6 +27,7 @@ APART = 0.25  # mean distance on the unit circle between the places of candidate
 COARSE = 150  # panels of a boundary while parameters are searched
 # maps this close to the least distortion are all as good (symmetric shapes): the one that turns least is taken
 NEAR_TIE = 1.005
+LESS = 0.2  # radians that count as less: two polishings of one optimum differ by less
 TURN = 2 * np.pi
 
 if TYPE_CHECKING:
@@ -178,10 +179,14 @@ def search(
             ]
     tried.sort(key=lambda t: t[0])
     found = [_polish(a, b, rho, pins) for _, rho, a, b in _distinct(tried)]
-    least = min(c.distortion for c in found)
-    return min(
-        (c for c in found if c.distortion <= NEAR_TIE * least + 1e-6), key=lambda c: _turned(c, upright)
-    )
+    best = min(found, key=lambda c: c.distortion)
+    for c in found:
+        if (
+            c.distortion <= NEAR_TIE * best.distortion + 1e-6
+            and _turned(c, upright) < _turned(best, upright) - LESS
+        ):
+            best = c
+    return best
 
 
 def _distinct(tried: list[tuple[float, float, View, View]]) -> list[tuple[float, float, View, View]]:

@@ -41,7 +41,7 @@ class Options:
     stroke_weight: float = 1.0
     smoothness: float = 0.0
     consistency: float | None = None
-    tangential: float = 0.1
+    tangential: float = 0.05
     vertices: int | None = None
     samples_per_edge: int = 4
     max_iterations: int = 300
@@ -61,8 +61,10 @@ class Options:
                 raise InputError(f"{f.name}: {value} is not a finite number of at least 0")
         if self.vertices is not None and not 3 <= self.vertices <= 4000:
             raise InputError(f"vertices: {self.vertices} is not between 3 and 4000")
-        if not (self.samples_per_edge >= 1 and self.max_iterations >= 1 and self.tangential > 0):
-            raise InputError("samples_per_edge and max_iterations must be at least 1, tangential above 0")
+        if not (self.samples_per_edge >= 1 and self.max_iterations >= 1 and 0 < self.tangential <= 1):
+            raise InputError(
+                "samples_per_edge and max_iterations must be at least 1, tangential above 0 and at most 1"
+            )
 
 
 @dataclass(frozen=True)

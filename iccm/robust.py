@@ -37,7 +37,7 @@ AT_CORNERS = 1e-3  # panel length at corners, in radii
 LEAST_AT_CORNERS = 1e-6
 LARGEST_IMAGE = 0.01  # of a panel at a corner, relative to the diagonal of the other shape
 DEEPENINGS = 3
-MANY = 700  # vertices of an outline before it is simplified
+MANY = 1000  # vertices of an outline before it is simplified
 SIMPLIFY = 0.2  # by this share of the tolerance
 FIRST_ERROR = (
     0.4  # of the interpolation between vertices, as a share of the tolerance; halved from round to round

@@ -72,7 +72,7 @@ def deform(
 
     The smoothness energy makes the problem well posed; arguments and errors as for `fit`.
     """
-    settings = Options(**{"smoothness": 1e-4, "order": 0, **options})
+    settings = Options(**{"smoothness": 1e-4, "order": 0, "max_iterations": 100, **options})
     problem = Problem.of(source, None, pins, strokes)
     if not problem.pins.size and not problem.strokes:
         raise InputError("deform: no pins and no strokes; give at least one")
