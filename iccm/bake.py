@@ -6,6 +6,7 @@ from the corners; elsewhere it is solved at each texel.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -207,12 +208,16 @@ class _Source:
         faces = target.patch.faces
         corner_w = target.flat[faces]
         self.low = _over_corners(np.minimum, grid.corners)
-        self.flat = affine(grid.corners, corner_w)
         z = pull(target.flat)
         z_w, z_wbar = pull.slopes(z)
         self.exact = bends(faces, target.flat, z_w, z_wbar) * scale > max_error
         self.linear = affine(grid.corners, z[faces])
-        self.corners_w = corner_w
+        self.corners_w, self.corners = corner_w, grid.corners
+
+    @cached_property
+    def flat(self) -> Complex:
+        """Affine functions from texels to the target's plane: needed only where texels are solved one by one."""
+        return affine(self.corners, self.corners_w)
 
     def rows(self, first: int, last: int) -> tuple[Index, Callable[[slice], Origins]]:
         """The covered texels of rows first .. last - 1, counted from there, and where a slice of them comes from."""
