@@ -33,7 +33,11 @@ ROUNDING = (
 
 @njit(cache=True, nogil=True)
 def _edge_logs(polygon, z, out):
-    """The logarithms of one point, with the limits from inside: see `edge_logs`."""
+    """L_e = log(B_{e+1} / B_e) of one point, the limit from inside, on edges and vertices too.
+
+    On edge e the imaginary part is +π; at vertex j the pair of edges (j-1, j) holds (0, log(B_{j+1}/B_{j-1})) with
+    imaginary part in (0, 2π): the principal value is wrong at convex vertices.
+    """
     n = polygon.size
     at = -1
     for e in range(n):
@@ -56,48 +60,34 @@ def _edge_logs(polygon, z, out):
 
 
 @njit(cache=True, nogil=True)
+def _edge_weights(polygon, z, out):
+    """L_e / (2πi A_e) of one point: what both the coordinates and their derivatives are made of."""
+    _edge_logs(polygon, z, out)
+    for e in range(polygon.size):
+        out[e] /= 2j * math.pi * (polygon[(e + 1) % polygon.size] - polygon[e])
+
+
+@njit(cache=True, nogil=True)
 def _coordinates(polygon, z, out):
-    n = polygon.size
-    logs = np.empty(n, dtype=np.complex128)
+    weights = np.empty(polygon.size, dtype=np.complex128)
     for p in range(z.size):
-        _edge_logs(polygon, z[p], logs)
+        _edge_weights(polygon, z[p], weights)
         out[p] = 0
-        for e in range(n):
-            f = (e + 1) % n
-            weight = logs[e] / (2j * math.pi * (polygon[f] - polygon[e]))
-            out[p, e] += (polygon[f] - z[p]) * weight
-            out[p, f] -= (polygon[e] - z[p]) * weight
+        for e in range(polygon.size):
+            f = (e + 1) % polygon.size
+            out[p, e] += (polygon[f] - z[p]) * weights[e]
+            out[p, f] -= (polygon[e] - z[p]) * weights[e]
 
 
 @njit(cache=True, nogil=True)
 def _derivatives(polygon, z, out):
-    n = polygon.size
-    logs = np.empty(n, dtype=np.complex128)
+    weights = np.empty(polygon.size, dtype=np.complex128)
     for p in range(z.size):
-        _edge_logs(polygon, z[p], logs)
+        _edge_weights(polygon, z[p], weights)
         out[p] = 0
-        for e in range(n):
-            f = (e + 1) % n
-            weight = logs[e] / (2j * math.pi * (polygon[f] - polygon[e]))
-            out[p, e] -= weight
-            out[p, f] += weight
-
-
-def edge_logs(polygon: Complex, z: Complex) -> Complex:
-    """L_e(z) = log((z_{e+1} - z) / (z_e - z)), the limit from inside, on edges and vertices too.
-
-    Args:
-        polygon: (n,) counter-clockwise vertices.
-        z: (p,) points inside or on the boundary.
-
-    Returns:
-        (p, n) complex logarithms. On edge e the imaginary part is +π; at vertex j the pair of edges (j-1, j) holds
-        (0, log(B_{j+1}/B_{j-1})) with imaginary part in (0, 2π): the principal value is wrong at convex vertices.
-    """
-    out = np.empty((z.size, polygon.size), dtype=np.complex128)
-    for p, point in enumerate(z):
-        _edge_logs(polygon, point, out[p])
-    return out
+        for e in range(polygon.size):
+            out[p, e] -= weights[e]
+            out[p, (e + 1) % polygon.size] += weights[e]
 
 
 def coordinates(polygon: Complex, z: Complex) -> Complex:

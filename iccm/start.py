@@ -11,12 +11,12 @@ from .terms import Basis, Term, fixed, points, smoothness
 PARALLEL = 0.05  # a fitted similarity that shrinks the shape below this share of its size says nothing
 
 
-def arclength(problem: Problem, per_edge: int, polygon: Curve, shift: float = 0.0) -> Complex:
-    """ŵ⁰: the target's points at the source samples' shares of the boundary, first vertex to first vertex (+ shift)."""
+def arclength(problem: Problem, per_edge: int, polygon: Curve) -> Complex:
+    """ŵ⁰: the target's points at the source samples' shares of the boundary, first vertex to first vertex."""
     assert problem.target is not None
     t = (np.arange(per_edge) + 0.5) / per_edge
     share = (polygon.knots[:-1, None] + polygon.lengths[:, None] * t).ravel() / polygon.length
-    return problem.target.at((share + shift) * problem.target.length)
+    return problem.target.at(share * problem.target.length)
 
 
 def from_constraints(problem: Problem, basis: Basis, polygon: Curve) -> Complex:
