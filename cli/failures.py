@@ -17,6 +17,8 @@ INPUT, INTERNAL, PIPE = 2, 70, 141
 
 def explain(error: BaseException) -> int:
     """Say on stderr what went wrong and return the exit code for it."""
+    if isinstance(error, SystemError) and error.__cause__ is not None:
+        return explain(error.__cause__)  # compiled code was entered with a signal's exception pending
     if isinstance(error, SystemExit):
         return error.code if isinstance(error.code, int) else 0
     if isinstance(error, BrokenPipeError):

@@ -271,6 +271,15 @@ def test_every_failure_is_one_line(capsys, monkeypatch, error, code, message):
     assert line.startswith(f"error: {message}")
 
 
+def test_a_signal_inside_compiled_code_is_told_as_one(capsys, monkeypatch):
+    def fail(*arguments, **options):
+        raise SystemError("a result with an exception set") from logs.Terminated(15)
+
+    monkeypatch.setattr(cli.iccm, "main", fail)
+    assert cli.run([]) == 143
+    assert capsys.readouterr().err == "error: stopped by signal 15\n"
+
+
 def test_debug_shows_the_traceback(shapes, iccm):
     assert "Traceback" in iccm("map", "none.svg", "blob.svg", "--debug").err
 
