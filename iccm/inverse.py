@@ -20,7 +20,7 @@ from .cauchy import Complex
 from .evaluate import Evaluator, jet_in
 from .harmonic import HarmonicMap
 from .outline import Outline, outline
-from .parallel import over_slices
+from .parallel import over_slices, thread_count
 from .tree import RHO, distance, is_inside, leaf_of
 
 TRIES = 12  # seeds tried for a point before it is called lost
@@ -79,15 +79,16 @@ class Inverse:
         for count in (1, TRIES):
             if not todo.size:
                 break
-            near = self.seed_numbers(flat[todo], count)[:, tried:]
+            near = self.seed_numbers(flat[todo], count, threads)[:, tried:]
             out[todo] = self.solve(flat[todo], near, threads)
             todo, tried = todo[np.isnan(out[todo])], count
         return out.reshape(w.shape)
 
-    def seed_numbers(self, w: Complex, count: int) -> NDArray[np.int64]:
+    def seed_numbers(self, w: Complex, count: int, threads: int | None = 1) -> NDArray[np.int64]:
         """(p, count) numbers of the seeds whose images are nearest to w (p,), nearest first."""
         count = min(count, self.seeds[0].size)
-        found = self.nearest.query(np.column_stack([w.real, w.imag]), k=count)[1]
+        places = np.column_stack([w.real, w.imag])
+        found = self.nearest.query(places, k=count, workers=thread_count(threads))[1]
         return np.ascontiguousarray(found.reshape(w.size, count))
 
     def solve(self, w: Complex, near: NDArray[np.int64], threads: int | None = None) -> Complex:

@@ -1,6 +1,7 @@
 """Where points of the target come from, those just outside the image of the source included."""
 
 from dataclasses import dataclass, field
+from threading import Lock
 
 import numpy as np
 from numba import njit
@@ -10,6 +11,9 @@ from .cauchy import Complex
 from .curve import Curve, Real
 from .harmonic import HarmonicMap
 from .inverse import Inverse
+from .parallel import over_slices
+
+SLICE = 1 << 15
 
 
 @dataclass(eq=False)
@@ -30,6 +34,7 @@ class Pullback:
     threads: int | None = None
     outside: int = field(default=0, init=False)
     away: float = field(default=0.0, init=False)
+    _counting: Lock = field(default_factory=Lock, init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.inverse = Inverse(self.map)
@@ -41,8 +46,9 @@ class Pullback:
         lost = np.flatnonzero(np.isnan(z))
         if lost.size:
             z[lost], away = self._from_rim(w[lost])
-            self.outside += lost.size
-            self.away = max(self.away, float(away.max()))
+            with self._counting:
+                self.outside += lost.size
+                self.away = max(self.away, float(away.max()))
         return z
 
     def _from_rim(self, w: Complex) -> tuple[Complex, Real]:
@@ -63,14 +69,15 @@ class Pullback:
         return z_w, z_wbar
 
 
-def bends(faces: NDArray, w: Complex, z_w: Complex, z_wbar: Complex) -> Real:
+def bends(faces: NDArray, w: Complex, z_w: Complex, z_wbar: Complex, threads: int | None = None) -> Real:
     """(m,) estimate of how far the inverse strays from its linear interpolation in each triangle (m, 3).
 
     Along an edge e a smooth function differs from its chord by about |slope(b) e - slope(a) e| / 8. Unknown slopes
     give inf.
     """
     out = np.empty(len(faces))
-    _bends(np.ascontiguousarray(faces), w, z_w, z_wbar, out)
+    faces = np.ascontiguousarray(faces)
+    over_slices(lambda part: _bends(faces[part], w, z_w, z_wbar, out[part]), len(out), threads, SLICE)
     return out
 
 

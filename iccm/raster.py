@@ -14,8 +14,11 @@ from numpy.typing import NDArray
 
 from .curve import Real
 from .mesh import Index
+from .parallel import over_slices
 
 NONE = -1
+SLICE = 1 << 15
+ROWS = 1024  # of the grid that a thread fills at a time, looking at every triangle
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,17 +29,21 @@ class Raster:
         owner: (h, w) int32 triangle of each texel, NONE where there is none.
         centre: (h, w) whether the texel's centre lies in that triangle, not only a part of its square.
         overlaps: number of texels whose centre lies in more than one triangle.
-        first_overlap: two triangles that overlap, (NONE, NONE) if there are none.
     """
 
     owner: NDArray[np.int32]
     centre: NDArray[np.bool_]
     overlaps: int
-    first_overlap: tuple[int, int]
 
 
 def rasterise(
-    corners: Real, width: int, height: int, *, border: NDArray[np.bool_] | None = None, wrap: bool = False
+    corners: Real,
+    width: int,
+    height: int,
+    *,
+    border: NDArray[np.bool_] | None = None,
+    wrap: bool = False,
+    threads: int | None = None,
 ) -> Raster:
     """Rasterise triangles, the first one winning where several overlap.
 
@@ -45,21 +52,26 @@ def rasterise(
         width, height: of the grid.
         border: (m,) triangles to let have the uncovered texels that they touch.
         wrap: whether what lies outside the grid comes in on the other side, as repeated textures do.
+        threads: as many as there are processors by default; the result does not depend on it.
     """
     owner = np.full((height, width), NONE, np.int32)
     corners = np.ascontiguousarray(corners, dtype=np.float64)
-    result = _fill(corners, owner, wrap)
+    overlaps: list[int] = []
+    over_slices(
+        lambda r: overlaps.append(_fill(corners, owner, r.start, r.stop, wrap)), height, threads, ROWS
+    )
     centre = owner >= 0
     if border is not None and border.any():
         nearest = np.full((height, width), np.inf, np.float32)
         _touch(corners, np.flatnonzero(border), owner, centre, nearest, wrap)
-    return Raster(owner, centre, int(result[0]), (int(result[1]), int(result[2])))
+    return Raster(owner, centre, sum(overlaps))
 
 
-def affine(corners: Real, values: NDArray) -> NDArray:
+def affine(corners: Real, values: NDArray, threads: int | None = None) -> NDArray:
     """(m, 3) coefficients of c0 + cx x + cy y that takes (m, 3, 2) corners to (m, 3) values; flat where no area."""
     out = np.empty((len(corners), 3), values.dtype)
-    _affine(np.ascontiguousarray(corners, dtype=np.float64), np.ascontiguousarray(values), out)
+    corners, values = np.ascontiguousarray(corners, dtype=np.float64), np.ascontiguousarray(values)
+    over_slices(lambda part: _affine(corners[part], values[part], out[part]), len(out), threads, SLICE)
     return out
 
 
@@ -91,12 +103,12 @@ def _edges(tri, sign, a, b, c):
 
 
 @njit(cache=True, nogil=True)
-def _span(tri, axis, size, grow, wrap):
-    """First and last texel whose centre can lie in the triangle along one axis."""
+def _span(tri, axis, start, stop, grow, wrap):
+    """The texels first .. last - 1 whose centres can lie in the triangle along one axis, grown by `grow`."""
     low, high = min(tri[0, axis], tri[1, axis], tri[2, axis]), max(tri[0, axis], tri[1, axis], tri[2, axis])
-    first, last = int(np.ceil(low - 0.5 - grow)), int(np.floor(high - 0.5 + grow))
+    first, last = int(np.ceil(low - 0.5 - grow)), int(np.floor(high - 0.5 + grow)) + 1
     if not wrap:
-        first, last = max(first, 0), min(last, size - 1)
+        first, last = max(first, start), min(last, stop)
     return first, last
 
 
@@ -114,21 +126,33 @@ def _inside(e, a, b):
 
 
 @njit(cache=True, nogil=True)
-def _fill(corners, owner, wrap):
+def _set_up(tri, width, top, bottom, grow, wrap, a, b, c):
+    """Edge functions of a triangle into a, b, c, and the columns x0 .. x1 - 1 and rows y0 .. y1 - 1 to look at.
+
+    Unless what lies outside comes in on the other side, rows are among top .. bottom - 1 and columns on the grid.
+    """
+    y0, y1 = _span(tri, 1, top, bottom, grow, wrap)
+    sign = _turn(tri) if y0 < y1 else 0.0
+    if not (sign > 0 or sign < 0):
+        return 0, 0, 0, 0
+    _edges(tri, sign, a, b, c)
+    x0, x1 = _span(tri, 0, 0, width, grow, wrap)
+    return x0, x1, y0, y1
+
+
+@njit(cache=True, nogil=True)
+def _fill(corners, owner, top, bottom, wrap):
+    """Give the texels of rows top .. bottom - 1 to triangles; how many times one lies in a further triangle."""
     height, width = owner.shape
     a, b, c = np.empty(3), np.empty(3), np.empty(3)
-    overlaps, one, two = 0, -1, -1
+    overlaps = 0
     for t in range(corners.shape[0]):
-        tri = corners[t]
-        sign = _turn(tri)
-        if not (sign > 0 or sign < 0):
-            continue
-        _edges(tri, sign, a, b, c)
-        x0, x1 = _span(tri, 0, width, 0.0, wrap)
-        y0, y1 = _span(tri, 1, height, 0.0, wrap)
-        for y in range(y0, y1 + 1):
+        x0, x1, y0, y1 = _set_up(corners[t], width, top, bottom, 0.0, wrap, a, b, c)
+        for y in range(y0, y1):
             row = y % height
-            for x in range(x0, x1 + 1):
+            if not top <= row < bottom:
+                continue
+            for x in range(x0, x1):
                 px, py = x + 0.5, y + 0.5
                 if (
                     _inside(a[0] * px + b[0] * py + c[0], a[0], b[0])
@@ -140,9 +164,7 @@ def _fill(corners, owner, wrap):
                         owner[row, column] = t
                     else:
                         overlaps += 1
-                        if one < 0:
-                            one, two = owner[row, column], t
-    return overlaps, one, two
+    return overlaps
 
 
 @njit(cache=True, nogil=True)
@@ -151,16 +173,10 @@ def _touch(corners, chosen, owner, centre, nearest, wrap):
     height, width = owner.shape
     a, b, c = np.empty(3), np.empty(3), np.empty(3)
     for t in chosen:
-        tri = corners[t]
-        sign = _turn(tri)
-        if not (sign > 0 or sign < 0):
-            continue
-        _edges(tri, sign, a, b, c)
-        x0, x1 = _span(tri, 0, width, 0.5, wrap)
-        y0, y1 = _span(tri, 1, height, 0.5, wrap)
-        for y in range(y0, y1 + 1):
+        x0, x1, y0, y1 = _set_up(corners[t], width, 0, height, 0.5, wrap, a, b, c)
+        for y in range(y0, y1):
             row = y % height
-            for x in range(x0, x1 + 1):
+            for x in range(x0, x1):
                 column = x % width
                 if centre[row, column]:
                     continue

@@ -126,45 +126,46 @@ def _read(tex: sampling.Pyramid, xy: Real, turn: Real, kind: int, out: Float) ->
 @njit(cache=True, nogil=True)
 def _magnified(tex, xy, turn, out):
     """Catmull-Rom where the texture is magnified and its edge is not near; (p,) whether a point is left to do."""
-    columns, rows = np.empty(4), np.empty(4)
-    width, height = tex.width[0], tex.height[0]
-    texels = tex.base.reshape(width * height, tex.base.shape[2])
+    width, height, channels = tex.width[0], tex.height[0], tex.base.shape[2]
+    row, reach = width * channels, 4 * channels
+    texels = tex.base.reshape(height * row)
+    columns = np.empty(reach)
     left = np.ones(xy.shape[0], np.bool_)
     for i in range(xy.shape[0]):
         x, y = xy[i]
         a, b, c, d = turn[i]
         e, f, g = a * a + b * b, a * c + b * d, c * c + d * d
-        if not 0.5 * (e + g) + np.sqrt(0.25 * (e - g) ** 2 + f * f) <= 1:
+        if not (e <= 1 and g <= 1 and (1 - e) * (1 - g) >= f * f):  # an axis of the footprint over one texel
             continue
         if not (1.5 <= x < width - 1.5 and 1.5 <= y < height - 1.5):
             continue
-        j, k = int(np.floor(x - 0.5)), int(np.floor(y - 0.5))
-        _catmull_rom(x - 0.5 - j, columns)
-        _catmull_rom(y - 0.5 - k, rows)
-        _weighted(texels, (k - 1) * width + j - 1, width, columns, rows, out[i])
+        j, k = int(x - 0.5), int(y - 0.5)
+        first = (k - 1) * row + (j - 1) * channels
+        above, upper = texels[first : first + reach], texels[first + row : first + row + reach]
+        first += 2 * row
+        lower, below = texels[first : first + reach], texels[first + row : first + row + reach]
+        w = _catmull_rom(y - 0.5 - k)
+        for n in range(reach):
+            columns[n] = w[0] * above[n] + w[1] * upper[n] + w[2] * lower[n] + w[3] * below[n]
+        w = _catmull_rom(x - 0.5 - j)
+        for n in range(channels):
+            m = n + 2 * channels
+            out[i, n] = (
+                w[0] * columns[n]
+                + w[1] * columns[n + channels]
+                + w[2] * columns[m]
+                + w[3] * columns[m + channels]
+            )
         left[i] = False
     return left
 
 
 @njit(cache=True, nogil=True)
-def _catmull_rom(t, out):
+def _catmull_rom(t):
     """Weights of the four texels around a place t past the second one."""
-    out[0] = ((-0.5 * t + 1) * t - 0.5) * t
-    out[1] = (1.5 * t - 2.5) * t * t + 1
-    out[2] = ((-1.5 * t + 2) * t + 0.5) * t
-    out[3] = (0.5 * t - 0.5) * t * t
-
-
-@njit(cache=True, nogil=True)
-def _weighted(texels, first, width, columns, rows, out):
-    for channel in range(out.size):
-        total = 0.0
-        for k in range(4):
-            at = first + k * width
-            total += rows[k] * (
-                columns[0] * texels[at, channel]
-                + columns[1] * texels[at + 1, channel]
-                + columns[2] * texels[at + 2, channel]
-                + columns[3] * texels[at + 3, channel]
-            )
-        out[channel] = total
+    return (
+        ((-0.5 * t + 1) * t - 0.5) * t,
+        (1.5 * t - 2.5) * t * t + 1,
+        ((-1.5 * t + 2) * t + 0.5) * t,
+        (0.5 * t - 0.5) * t * t,
+    )
