@@ -59,6 +59,8 @@ def main(arguments: list[str] | None = None) -> None:
     # Sums in BLAS depend on the number of its threads: one thread makes a result the same bytes on every machine.
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
+    # Plug-ins of pydantic would be looked for in every package that is installed.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     sys.exit(run(arguments))
 
 

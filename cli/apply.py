@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
 
-from . import logs
+from . import logs, options
 from .map import _progress
 
 
@@ -40,6 +41,7 @@ from .map import _progress
 )
 @click.option("--threads", type=click.IntRange(1), metavar="N", help="Never changes the result.")
 @click.option("--max-pixels", type=int, default=1 << 28, show_default=True, help="Refuse larger pictures.")
+@options.MEMORY
 @click.option("--force", is_flag=True, help="Replace a file that exists.")
 @logs.options
 def command(stmap: str, image: str, output: str, **given: Any) -> int:
@@ -59,14 +61,17 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     """
     from ..io import files, images
     from ..io import stmap as maps
+    from ..io.room import Bounded
+    from ..room import Room
 
     limit, threads = given["max_pixels"], given["threads"]
     files.check_output(output, force=given["force"])
-    st = maps.read(stmap, max_pixels=limit)
-    picture = images.read(image, max_pixels=limit, colorspace=given["colorspace"])
+    room = Bounded(given["memory"], Path(output).resolve().parent) if given["memory"] else Room()
+    st = maps.read(stmap, max_pixels=limit, room=room)
+    picture = images.read(image, max_pixels=limit, colorspace=given["colorspace"], room=room)
     sampling = {name: given[name] for name in ("filter", "kind", "edge")}
     with _progress() as progress, files.replacing(output, force=given["force"]) as temporary:
         advance = None if progress is None else (lambda rows: progress(rows, st.shape[0]))
-        maps.apply(st, picture, temporary, threads=threads, progress=advance, **sampling)
+        maps.apply(st, picture, temporary, room=room, threads=threads, progress=advance, **sampling)
     logs.log.info(f"wrote {output}")
     return 0

@@ -42,6 +42,25 @@ OUTPUTS = together(
     click.option("--force", is_flag=True, help="Replace files that exist."),
 )
 
+
+def _bytes(ctx: click.Context, parameter: click.Parameter, value: str | None) -> int | None:
+    if value is None:
+        return None
+    from ..io.job import memory
+
+    try:
+        return memory(value)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from None
+
+
+MEMORY = click.option(
+    "--memory",
+    metavar="SIZE",
+    callback=_bytes,
+    help="Bound on the process, such as 2G: pictures that do not fit go through a scratch file.",
+)
+
 RASTER = together(
     click.option(
         "--size", metavar="WxH|N", help="Pixels of the picture, or its longer side.  [default: 1024]"
@@ -99,6 +118,7 @@ RASTER = together(
     click.option(
         "--max-pixels", type=int, default=1 << 28, show_default=True, help="Refuse larger pictures."
     ),
+    MEMORY,
 )
 
 MESH = together(

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -119,8 +118,6 @@ class Raster:
         dx, dy = (tiles.COARSE * step for step in self.canvas.step)
         rows, width = -(-self.canvas.height // tiles.COARSE), -(-self.canvas.width // tiles.COARSE)
         inside = coverage(self.loop / tiles.COARSE, 0, rows, width)[1]
-        framed = np.pad(inside.astype(np.uint8), 1)
-        clearance = cv2.distanceTransform(framed, cv2.DIST_L2, 3)[1:-1, 1:-1].astype(float)
         origin = complex(self.canvas.box[0].real + 0.5 * dx, self.canvas.box[1].imag - 0.5 * dy)
         seeds = np.full(inside.shape, complex(np.nan, np.nan))
         i, j = np.nonzero(inside)
@@ -128,7 +125,7 @@ class Raster:
             numbers = self.inverse.seed_numbers(origin + j * dx - 1j * i * dy, 1)[:, 0]
             seeds[i, j] = self.inverse.seeds[0][numbers]
         grid = tiles.Grid(origin, dx, dy)
-        return tiles.flood(self.inverse.forward.tree, grid, inside, clearance, seeds, self.tolerance)
+        return tiles.flood(self.inverse.forward.tree, grid, inside, seeds, self.tolerance)
 
     def bands(self, threads: int | None = None) -> Iterator[Band]:
         """All bands from top to bottom, a few being worked on at a time."""

@@ -4,6 +4,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cache
 from typing import TypeVar
 
 SLICE = 4096
@@ -31,6 +32,16 @@ def over_slices(
     with ThreadPoolExecutor(workers) as pool:
         for _ in pool.map(work, parts):
             pass
+
+
+def ahead(work: Callable[[], Result], threads: int | None = None) -> Callable[[], Result]:
+    """Begins work beside what follows, if there may be threads; calling what is returned gives the result."""
+    if thread_count(threads) == 1:
+        return cache(work)
+    with_one = ThreadPoolExecutor(1)
+    result = with_one.submit(work).result
+    with_one.shutdown(wait=False)
+    return result
 
 
 def in_order(

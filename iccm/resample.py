@@ -6,40 +6,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from . import colour, sampling, tiles
+from . import tiles
 from .canvas import Band, Box, Canvas, Diagnostics, Raster
 from .errors import InputError
 from .evaluate import Evaluator
 from .harmonic import HarmonicMap
 from .inverse import Inverse
-from .padding import pad
 from .parallel import in_order
 from .stmap import Stored
+from .texture import Prepared, Texture
 
-__all__ = ["Box", "Canvas", "Texture", "Warp", "Warped", "warp"]
+__all__ = ["Box", "Canvas", "Prepared", "Texture", "Warp", "Warped", "warp", "whole"]
 
 
 CHUNK = 1 << 17  # pixels that are filtered at a time
-LARGE = 1 << 27  # numbers in a texture from which it is not turned into floats
-
-
-@dataclass(frozen=True, eq=False)
-class Texture:
-    """Pixels with their placement in the plane.
-
-    Attributes:
-        pixels: (h, w, c) uint8, uint16, float16 or float32, row 0 on top.
-        box: lower left and upper right corner of the picture, in the source's plane.
-        alpha: index of the alpha channel, or -1.
-        transfer: "srgb" or "linear", how the colour channels are encoded.
-        associated: whether they are premultiplied by alpha.
-    """
-
-    pixels: NDArray
-    box: Box
-    alpha: int = -1
-    transfer: str = "srgb"
-    associated: bool = False
+PIXEL, SAMPLE = 64, 256  # bytes that each pixel of a band, and of those filtered at a time, takes on the way
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +71,21 @@ def warp(
     Raises:
         InputError: an unknown filter, kind or edge; normals without three channels; padding of associated alpha.
     """
-    job = Warp(map, texture, canvas, filter, kind, edge, antialias, max_error)
-    out = np.zeros((canvas.height, canvas.width, job.channels), dtype=texture.pixels.dtype)
+    ready = Prepared(texture, filter, kind, edge, threads=threads)
+    job = Warp(map, ready, canvas, antialias=antialias, max_error=max_error)
+    return whole(job, padding=padding, fill=fill, threads=threads, progress=progress)
+
+
+def whole(
+    job: "Warp",
+    *,
+    padding: int = 0,
+    fill: str = "push-pull",
+    threads: int | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> Warped:
+    """All of a warp's pixels at once; arguments as for `warp`."""
+    out = np.zeros((job.canvas.height, job.canvas.width, job.channels), dtype=job.dtype)
     row = 0
     for block in job.blocks(threads):
         out[row : row + len(block)] = block
@@ -99,7 +93,7 @@ def warp(
         if progress:
             progress(len(block))
     if padding:
-        out = _padded(out, job.alpha, texture, padding, fill)
+        out = _padded(out, job.alpha, job.source.texture, padding, fill)
     return Warped(out, job.alpha, job.diagnostics)
 
 
@@ -110,6 +104,8 @@ def _padded(pixels: NDArray, alpha: int, texture: Texture, reach: int, fill: str
         )
     if fill not in ("push-pull", "nearest"):
         raise InputError(f"fill {fill!r}: not one of push-pull, nearest")
+    from .padding import pad
+
     colours = [k for k in range(pixels.shape[2]) if k != alpha]
     out = pixels.copy()
     out[..., colours] = pad(pixels[..., colours], pixels[..., alpha] > 0, reach, fill)
@@ -119,54 +115,23 @@ def _padded(pixels: NDArray, alpha: int, texture: Texture, reach: int, fill: str
 class Warp:
     """A warp made ready: everything that is not one band's own. Arguments as in `warp`."""
 
-    def __init__(self, map, texture, canvas, filter, kind, edge, antialias, max_error):
-        for given, known, what in (
-            (filter, ("auto", *sampling.FILTERS), "filter"),
-            (kind, ("colour", "data", "normal", "normal-down"), "kind"),
-            (edge, ("clamp", "transparent"), "edge"),
-            (texture.transfer, ("srgb", "linear"), "transfer"),
-        ):
-            if given not in known:
-                raise InputError(f"{what} {given!r}: not one of {', '.join(known)}")
-        if kind.startswith("normal") and texture.pixels.shape[2] < 3:
-            raise InputError(
-                f"kind {kind!r}: the picture has {texture.pixels.shape[2]} channels; normals need 3"
-            )
-        self.kind = kind
-        name = "cubic" if filter == "auto" else filter
-        self.filter = sampling.FILTERS[name]
-        self.texture, self.canvas, self.antialias = texture, canvas, antialias
-        self.srgb = texture.transfer == "srgb" and kind == "colour" and name != "nearest"
-        self.mixes = kind == "colour" and name != "nearest"
-        self.channels = texture.pixels.shape[2] + (texture.alpha < 0)
-        self.alpha = texture.alpha if texture.alpha >= 0 else self.channels - 1
+    def __init__(
+        self,
+        map: HarmonicMap | Evaluator | Inverse | Stored,
+        source: Prepared,
+        canvas: Canvas,
+        *,
+        antialias: bool = True,
+        max_error: float = 0.05,
+    ):
+        self.source, self.canvas, self.antialias = source, canvas, antialias
+        self.alpha, self.channels, self.dtype = source.alpha, source.channels, source.texture.pixels.dtype
         self.diagnostics = Diagnostics()
-        self.raster = map
-        if not isinstance(map, Stored):
+        if isinstance(map, Stored):
+            self.raster: Raster | Stored = map
+        else:
             inverse = map if isinstance(map, Inverse) else Inverse(map, 2 * min(canvas.step))
-            self.raster = Raster(inverse, canvas, max_error * min(1 / s for s in self.scale))
-        self.pyramid = self._prepared(sampling.CLAMP if edge == "clamp" else sampling.CLEAR)
-
-    def _prepared(self, edge: int) -> sampling.Pyramid:
-        """The texture for the filter: decoded, or as it is stored when that would take too much memory."""
-        pixels, alpha = self.texture.pixels, self.texture.alpha
-        if pixels.size > LARGE and pixels.dtype.kind == "u" and not self.texture.associated:
-            decode = colour.tables(pixels.dtype, pixels.shape[2], alpha, srgb=self.srgb)
-            return sampling.compact(pixels, decode, alpha if self.mixes else -1, edge, self.filter)
-        picture = colour.decode(
-            pixels,
-            alpha,
-            srgb=self.srgb,
-            associated=self.texture.associated,
-            premultiply=self.mixes or self.texture.associated,
-        )
-        return sampling.pyramid(picture, edge, self.filter)
-
-    @property
-    def scale(self) -> tuple[float, float]:
-        """Texels a unit of the source's plane, across and down."""
-        size = self.texture.box[1] - self.texture.box[0]
-        return self.texture.pixels.shape[1] / size.real, self.texture.pixels.shape[0] / size.imag
+            self.raster = Raster(inverse, canvas, max_error * min(1 / s for s in source.texture.scale))
 
     def blocks(self, threads: int | None = None) -> Iterator[NDArray]:
         """(rows, W, c) finished pixels from top to bottom."""
@@ -175,6 +140,8 @@ class Warp:
             band = self.raster.band(row)
             return self._finish(band), band.diagnostics
 
+        each = self.canvas.width * tiles.TILE * PIXEL + CHUNK * SAMPLE
+        threads = self.source.room.threads(threads, each, f"rows of {self.canvas.width} pixels")
         for block, seen in in_order(finished, range(0, self.canvas.height, tiles.TILE), threads):
             self.diagnostics.add(seen)
             yield block
@@ -182,42 +149,25 @@ class Warp:
     def _finish(self, band: Band) -> NDArray:
         """Stored pixels of a band; zero where nothing is."""
         at = np.flatnonzero(band.coverage)
-        out = np.zeros((band.coverage.size, self.channels), dtype=self.texture.pixels.dtype)
-        for first in range(0, at.size, CHUNK):
-            part = at[first : first + CHUNK]
-            out[part] = self._stored(self._filtered(band, part), band.coverage.ravel()[part])
-        return out.reshape(*band.coverage.shape, self.channels)
-
-    def _stored(self, values: NDArray[np.float32], cover: NDArray[np.float32]) -> NDArray:
-        """(p, c) filtered values unpremultiplied, covered and encoded."""
+        out = np.zeros((band.coverage.size, self.channels), dtype=self.dtype)
+        cover = band.coverage.ravel()
         if not self.antialias:
             cover = (cover >= 0.5).astype(np.float32)
-        colours = [k for k in range(self.channels) if k != self.alpha]
-        if self.texture.alpha < 0:
-            values = np.column_stack([values, cover])
-        else:
-            alpha = values[:, self.alpha].copy()
-            if self.mixes and not self.texture.associated:
-                values[:, colours] /= np.where(alpha != 0, alpha, 1)[:, None]
-            values[:, self.alpha] = alpha * cover
-        if self.texture.associated:
-            values[:, colours] *= cover[:, None]
-        dtype, associated = self.texture.pixels.dtype, self.texture.associated
-        return colour.encode(values[None], dtype, self.alpha, srgb=self.srgb, associated=associated)[0]
+        for first in range(0, at.size, CHUNK):
+            part = at[first : first + CHUNK]
+            out[part] = self.source.stored(self._filtered(band, part), cover[part])
+            self.source.room.release()
+        return out.reshape(*band.coverage.shape, self.channels)
 
     def _filtered(self, band: Band, at: NDArray[np.intp]) -> NDArray[np.float32]:
         """(p, c) linear values of the band's pixels numbered `at`."""
-        (sx, sy), (low, high) = self.scale, self.texture.box
         z, right, down = (a.ravel()[at] for a in (band.z, band.right, band.down))
-        xy = np.column_stack([(z.real - low.real) * sx, (high.imag - z.imag) * sy])
-        turn = np.column_stack([right.real * sx, down.real * sx, -right.imag * sy, -down.imag * sy])
-        out = np.empty((at.size, self.pyramid.texels.shape[1]), dtype=np.float32)
-        sampling.read_all(self.pyramid, xy, turn, self.filter, out)
-        if self.kind.startswith("normal"):
+        out = self.source.read(z, right, down)
+        if self.source.kind.startswith("normal"):
             dx, dy = self.canvas.step
             inverse = right / dx + 1j * down / dy  # along the inverse's derivative: the map's angle, negated
             turn = np.where(inverse != 0, inverse, 1).conj()
-            out[:, :3] = turned(out[:, :3], turn, self.texture.pixels.dtype, up=self.kind == "normal")
+            out[:, :3] = turned(out[:, :3], turn, self.dtype, up=self.source.kind == "normal")
         return out
 
 

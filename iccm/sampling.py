@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from .colour import Float
 from .parallel import over_slices
+from .room import Room
 
 NEAREST, LINEAR, CUBIC, LANCZOS, SPLINE = 0, 1, 2, 3, 4
 FILTERS = {"nearest": NEAREST, "linear": LINEAR, "cubic": CUBIC, "lanczos": LANCZOS, "spline": SPLINE}
@@ -25,7 +26,7 @@ LONGEST = 8.0  # longest over shortest axis of a kernel: beyond, the short one i
 BLEND = 1.5  # a spline gives way to the cubic between a footprint of one texel and this
 FRAME = 12  # texels around a spline's coefficients: what lies outside no longer matters beyond
 CLAMP, CLEAR = 0, 1
-STRIP = 256  # rows of a large picture that are decoded at a time
+STRIP, LEAST_ROWS = 1 << 20, 64  # numbers of a picture, and rows of a wide one, that are worked on at a time
 HALO = 20  # rows around them that two reductions by two reach
 
 
@@ -55,19 +56,34 @@ class Pyramid(NamedTuple):
     spline: Float
 
 
-def pyramid(picture: Float, edge: int, kind: int) -> Pyramid:
-    """What a filter of the given kind reads of an (h, w, c) picture that is ready: linear and premultiplied."""
+def pyramid(
+    picture: Float, edge: int, kind: int, room: Room | None = None, threads: int | None = None
+) -> Pyramid:
+    """What a filter of the given kind reads of an (h, w, c) picture that is ready: linear and premultiplied.
+
+    Args:
+        picture: the picture.
+        edge: CLAMP or CLEAR.
+        kind: a filter's number.
+        room: where the reductions are kept.
+        threads: never change the result.
+    """
     c = picture.shape[2]
-
-    def half(out: Float) -> None:
-        out[:] = _reduced(picture, edge)
-
     spline = _coefficients(picture, edge) if kind == SPLINE else np.empty((0, 0, c), dtype=np.float32)
     no = np.empty((0, c), dtype=np.float32)
-    return _stacked(np.ascontiguousarray(picture), no, -1, half, 1 if kind == NEAREST else 2, edge, spline)
+    levels = _reductions(picture.shape, picture.__getitem__, 0 if kind == NEAREST else 1, edge, room, threads)
+    return _stacked(picture, no, -1, levels, edge, spline)
 
 
-def compact(pixels: NDArray, decode: Float, alpha: int, edge: int, kind: int) -> Pyramid:
+def compact(
+    pixels: NDArray,
+    decode: Float,
+    alpha: int,
+    edge: int,
+    kind: int,
+    room: Room | None = None,
+    threads: int | None = None,
+) -> Pyramid:
     """The same of a large picture that stays as it is stored, in unsigned integers.
 
     Its first reduction is by four, so that all of them together take a third of the memory of 8-bit pixels; a spline
@@ -77,46 +93,90 @@ def compact(pixels: NDArray, decode: Float, alpha: int, edge: int, kind: int) ->
         pixels: (h, w, c) uint8 or uint16.
         decode: (levels, c) the linear value of every integer, by channel.
         alpha: the channel to premultiply by, or -1.
-        edge, kind: as for `pyramid`.
+        edge, kind, room, threads: as for `pyramid`.
     """
-    h, w, c = pixels.shape
+    spline = np.empty((0, 0, pixels.shape[2]), dtype=np.float32)
 
-    def quarter(out: Float) -> None:
-        def strip(rows: slice) -> None:
-            above, below = min(rows.start, HALO), min(h - rows.stop, HALO)
-            ready = np.empty((rows.stop - rows.start + above + below, w, c), dtype=np.float32)
-            _decoded(pixels[rows.start - above : rows.stop + below], decode, alpha, ready)
-            reduced = _reduced(_reduced(ready, edge), edge)[above // 4 :]
-            out[rows.start // 4 : -(-rows.stop // 4)] = reduced[: -(-(rows.stop - rows.start) // 4)]
+    def read(rows: slice) -> Float:
+        return ready(pixels[rows], decode, alpha)
 
-        over_slices(strip, h, None, STRIP)
-
-    spline = np.empty((0, 0, c), dtype=np.float32)
-    return _stacked(pixels, decode, alpha, quarter, 1 if kind == NEAREST else 4, edge, spline)
+    levels = _reductions(pixels.shape, read, 0 if kind == NEAREST else 2, edge, room, threads)
+    return _stacked(pixels, decode, alpha, levels, edge, spline)
 
 
-def _stacked(
-    base, decode, alpha, first: Callable[[Float], None], by: int, edge: int, spline: Float
-) -> Pyramid:
-    """The pyramid whose first reduction, by 2 or 4, `first` writes; the others are by two. None if `by` is 1."""
-    h, w, c = base.shape
-    shapes, sizes = [(h, w)], [1]
-    while by > 1 and max(shapes[-1]) > 1:
-        sizes.append(sizes[-1] * (by if len(sizes) == 1 else 2))
-        shapes.append((-(-h // sizes[-1]), -(-w // sizes[-1])))
-    start = np.cumsum([0, 0, *(a * b for a, b in shapes[1:])], dtype=np.int64)
-    texels = np.empty((start[-1], c), dtype=np.float32)
-    levels = [texels[i : i + a * b].reshape(a, b, c) for i, (a, b) in zip(start[1:], shapes[1:])]
-    for k, level in enumerate(levels):
-        if k == 0:
-            first(level)
-        else:
-            level[:] = _reduced(levels[k - 1], edge)
-    height, width = (np.array([shape[k] for shape in shapes], dtype=np.int64) for k in (0, 1))
-    start = np.concatenate([[0], start[1:]])[: len(shapes)].astype(np.int64)
-    return Pyramid(
-        base, decode, alpha, texels, np.array(sizes, dtype=np.int64), start, height, width, edge, spline
-    )
+def ready(pixels: NDArray, decode: Float, alpha: int) -> Float:
+    """(h, w, c) stored integers decoded and premultiplied; arguments as for `compact`."""
+    out = np.empty(pixels.shape, dtype=np.float32)
+    _decoded(pixels, decode, alpha, out)
+    return out
+
+
+def strip_rows(width: int, channels: int) -> int:
+    """How many rows of a picture are worked on at a time."""
+    return max(LEAST_ROWS, STRIP // max(1, width * channels) // 8 * 8)
+
+
+def _reductions(
+    shape: tuple[int, ...],
+    read: Callable[[slice], Float],
+    halvings: int,
+    edge: int,
+    room: Room | None,
+    threads: int | None,
+) -> tuple[Float, list[Float], list[int]]:
+    """All reductions' texels, the reductions as views of them, and by how much each is reduced.
+
+    Args:
+        shape: (h, w, c) of the picture.
+        read: gives rows of it.
+        halvings: before the first reduction; later ones are halves of those before. None at all for 0.
+        edge, room, threads: as for `pyramid`.
+    """
+    (h, w, c), room = shape, room or Room()
+    sizes: list[int] = []
+    while halvings and max(h, w) > (sizes[-1] if sizes else 1):
+        sizes.append(2 * sizes[-1] if sizes else 1 << halvings)
+    shapes = [(-(-h // size), -(-w // size)) for size in sizes]
+    ends = np.cumsum([0, *(a * b for a, b in shapes)])
+    texels = room((int(ends[-1]), c), np.float32)
+    levels = [texels[i : i + a * b].reshape(a, b, c) for i, (a, b) in zip(ends, shapes)]
+    for out in levels:
+        _shrink(read, h, out, halvings, edge, room, threads)
+        read, h, halvings = out.__getitem__, len(out), 1
+    return texels, levels, sizes
+
+
+def _shrink(
+    read: Callable[[slice], Float],
+    height: int,
+    out: Float,
+    halvings: int,
+    edge: int,
+    room: Room,
+    threads: int | None,
+) -> None:
+    """Halves a picture both ways, once or twice, some rows at a time."""
+    by = 1 << halvings
+
+    def strip(rows: slice) -> None:
+        above, below = min(rows.start, HALO), min(height - rows.stop, HALO)
+        part = read(slice(rows.start - above, rows.stop + below))
+        for _ in range(halvings):
+            part = _reduced(part, edge)
+        first = rows.start // by
+        out[first : -(-rows.stop // by)] = part[above // by :][: -(-(rows.stop - rows.start) // by)]
+        room.release()
+
+    over_slices(strip, height, threads, strip_rows(by * out.shape[1], out.shape[2]))
+
+
+def _stacked(base, decode, alpha, levels: tuple[Float, list[Float], list[int]], edge: int, spline) -> Pyramid:
+    texels, reduced, sizes = levels
+    shapes = np.array([base.shape[:2], *(level.shape[:2] for level in reduced)], dtype=np.int64)
+    start = np.cumsum([0, 0, *(len(level) * level.shape[1] for level in reduced)])[: len(shapes)]
+    size = np.array([1, *sizes], dtype=np.int64)
+    height, width = np.ascontiguousarray(shapes.T)
+    return Pyramid(base, decode, alpha, texels, size, start.astype(np.int64), height, width, edge, spline)
 
 
 def _reduced(a: Float, edge: int) -> Float:

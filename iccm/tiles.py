@@ -72,13 +72,12 @@ def fill(t, grid, inside, full, some, seeds, tol, out, where):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def flood(t, grid, inside, clearance, seeds, tol):
-    """Solves at the points of a coarse grid, from neighbour to neighbour.
+def flood(t, grid, inside, seeds, tol):
+    """Solves at the points of a coarse grid, from neighbour to neighbour, the widest places first.
 
     Args:
         t, grid: the tree, and the coarse grid.
         inside: (rows, columns) which points are in the image.
-        clearance: (rows, columns) how far from the outline; the widest places are solved first.
         seeds: (rows, columns) source points to start from where no neighbour is solved.
         tol: as for `newton`.
 
@@ -86,10 +85,11 @@ def flood(t, grid, inside, clearance, seeds, tol):
         (rows, columns) source points, NaN where none was found.
     """
     rows, width = inside.shape
+    clearance = _clearance(inside)
     out = np.full((rows, width), complex(np.nan, np.nan))
     queue = [(-clearance[i, j], 1, i, j, i, j) for i in range(rows) for j in range(width) if inside[i, j]]
     heapq.heapify(queue)
-    ready = [(0.0, i, i, i, i) for i in range(0)]
+    ready = [(-clearance[i, i], i, i, i, i) for i in range(0)]
     while len(ready) > 0 or len(queue) > 0:
         if len(ready) > 0:
             _, i, j, a, b = heapq.heappop(ready)
@@ -107,6 +107,24 @@ def flood(t, grid, inside, clearance, seeds, tol):
             if 0 <= p < rows and 0 <= q < width and inside[p, q] and np.isnan(out[p, q].real):
                 heapq.heappush(ready, (-clearance[p, q], p, q, i, j))
     return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _clearance(inside):
+    """How far each point is from those outside, the grid's surroundings among them: in thirds of a step, 4 aslant."""
+    rows, width = inside.shape
+    out = np.zeros((rows + 2, width + 2), dtype=np.int64)
+    for i in range(1, rows + 1):
+        for j in range(1, width + 1):
+            if inside[i - 1, j - 1]:
+                straight = min(out[i - 1, j], out[i, j - 1])
+                out[i, j] = min(straight + 3, min(out[i - 1, j - 1], out[i - 1, j + 1]) + 4)
+    for i in range(rows, 0, -1):
+        for j in range(width, 0, -1):
+            straight = min(out[i + 1, j], out[i, j + 1])
+            aslant = min(out[i + 1, j + 1], out[i + 1, j - 1])
+            out[i, j] = min(out[i, j], straight + 3, aslant + 4)
+    return out[1:-1, 1:-1]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

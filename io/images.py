@@ -11,14 +11,17 @@ import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..room import Room
+from ..sampling import strip_rows
 from .files import open_input
 from .picture import OPAQUE, Image, first_line, prepared, transfer_of
 
 __all__ = ["MAX_PIXELS", "Image", "read", "transfer_of", "write", "write_bands"]
 
 MAX_PIXELS = 1 << 29
-STRIPPED, ROWS = 1 << 26, 256  # numbers from which a picture is read in strips, and their rows
 KEPT = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
+# PNG about as small as by default, in a third of the time; filters are numbered by libpng, this one is "up".
+ENCODERS = {"png:compressionLevel": 4, "png:filter": 32, "jpeg:subsampling": "4:4:4"}
 QUALITY = {".jpg": "jpeg:95", ".jpeg": "jpeg:95", ".webp": "lossless", ".jxl": "jpegxl:100"}
 # What describes the old file's storage rather than the picture.
 FORGOTTEN: tuple[str, ...] = (
@@ -34,18 +37,26 @@ FORGOTTEN: tuple[str, ...] = (
 FORGOTTEN += ("Orientation", "textureformat", "Exif:PixelXDimension", "Exif:PixelYDimension", "thumbnail")
 
 
-def read(path: str | Path, *, max_pixels: int = MAX_PIXELS, colorspace: str | None = None) -> Image:
+def read(
+    path: str | Path,
+    *,
+    max_pixels: int = MAX_PIXELS,
+    colorspace: str | None = None,
+    room: Room | None = None,
+) -> Image:
     """Reads the first picture of a file as it is stored, upright.
 
     Args:
         path: any format that OpenImageIO reads.
         max_pixels: the largest width × height that is accepted.
         colorspace: overrules what the file says.
+        room: where the pixels are kept.
 
     Raises:
         InputError: the file is missing, not a picture, damaged, or too large; the colour space is unknown.
     """
     open_input(path)
+    room = room or Room()
     config = oiio.ImageSpec()
     config["oiio:UnassociatedAlpha"] = 1
     file = oiio.ImageInput.open(str(path), config)
@@ -58,14 +69,14 @@ def read(path: str | Path, *, max_pixels: int = MAX_PIXELS, colorspace: str | No
                 f"{path}: {spec.width}x{spec.height} is more than {max_pixels} pixels; raise --max-pixels"
             )
         kind = str(spec.format) if not spec.channelformats else "float"
-        pixels = _pixels(file, spec, kind if kind in KEPT else "float")
+        pixels = _pixels(file, spec, kind if kind in KEPT else "float", room)
         if pixels is None or file.has_error:
             raise InputError(f"{path}: the picture is damaged: {first_line(file.geterror())}")
     finally:
         file.close()
-    pixels = _upright(_displayed(pixels, spec), spec)
+    pixels = _upright(_displayed(pixels, spec, room), spec)
     return Image(
-        np.ascontiguousarray(pixels),
+        pixels if pixels.flags.c_contiguous else _copied(pixels, room(pixels.shape, pixels.dtype), room),
         spec.alpha_channel,
         _is_associated(spec, file.format_name()),
         _known(path, colorspace) if colorspace else _space(spec, pixels.dtype),
@@ -132,19 +143,30 @@ def _opened(path: str | Path) -> Iterator[Any]:
         raise InputError(f"{path}: cannot be written: {first_line(file.geterror())}")
 
 
-def _pixels(file: Any, spec: oiio.ImageSpec, kind: str) -> NDArray | None:
-    """The (h, w, c) pixels, a strip at a time where the file allows it: the library's own reading holds them twice."""
-    shape = spec.height, spec.width, spec.nchannels
-    if spec.tile_width or spec.height * spec.width * spec.nchannels < STRIPPED:
-        pixels = file.read_image(0, 0, 0, spec.nchannels, kind)
-        return None if pixels is None else np.asarray(pixels).reshape(shape)
-    out = np.empty(shape, dtype=KEPT[kind])
-    for row in range(0, spec.height, ROWS):
-        end = min(row + ROWS, spec.height)
-        strip = file.read_scanlines(spec.y + row, spec.y + end, 0, 0, spec.nchannels, kind)
-        if strip is None:
+def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Room) -> NDArray | None:
+    """The (h, w, c) pixels, some rows at a time: the library's own reading of all holds them twice."""
+    c, tall = spec.nchannels, max(1, spec.tile_height)
+    step = -(-strip_rows(spec.width, c) // tall) * tall
+    out = room((spec.height, spec.width, c), KEPT[kind])
+    for row in range(0, spec.height, step):
+        top, end = spec.y + row, spec.y + min(row + step, spec.height)
+        if spec.tile_width:
+            rows = file.read_tiles(spec.x, spec.x + spec.width, top, end, 0, 1, 0, c, kind)
+        else:
+            rows = file.read_scanlines(top, end, 0, 0, c, kind)
+        if rows is None:
             return None
-        out[row:end] = np.asarray(strip).reshape(end - row, *shape[1:])
+        out[row : row + step] = np.asarray(rows).reshape(end - top, spec.width, c)
+        room.release()
+    return out
+
+
+def _copied(pixels: NDArray, out: NDArray, room: Room) -> NDArray:
+    """`out` with the pixels in it."""
+    step = strip_rows(*pixels.shape[1:])
+    for row in range(0, len(pixels), step):
+        out[row : row + step] = pixels[row : row + step]
+        room.release()
     return out
 
 
@@ -200,22 +222,27 @@ def _spec(image: Image, height: int, width: int, suffix: str) -> oiio.ImageSpec:
         spec.attribute("oiio:UnassociatedAlpha", 1)
     if suffix in QUALITY:
         spec.attribute("Compression", QUALITY[suffix])
+    for name, value in ENCODERS.items():
+        spec.attribute(name, value)
+    if "DateTime" not in image.metadata:
+        spec.attribute("DateTime", "")  # else EXR gets the time of day, and the same job other bytes
     if image.colorspace != "data":
         spec.attribute("oiio:ColorSpace", image.colorspace)
     return spec
 
 
-def _displayed(pixels: NDArray, spec: oiio.ImageSpec) -> NDArray:
+def _displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Room) -> NDArray:
     """The pixels of the display window: an EXR may store more or less than that."""
     full = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
     if full == (spec.x, spec.y, spec.width, spec.height) or min(full[2:]) <= 0:
         return pixels
-    out = np.zeros((spec.full_height, spec.full_width, pixels.shape[2]), dtype=pixels.dtype)
+    shape = (spec.full_height, spec.full_width, pixels.shape[2])
+    out = _copied(np.broadcast_to(pixels.dtype.type(0), shape), room(shape, pixels.dtype), room)
     dx, dy = spec.x - spec.full_x, spec.y - spec.full_y
     x0, y0 = max(dx, 0), max(dy, 0)
     x1, y1 = min(dx + spec.width, spec.full_width), min(dy + spec.height, spec.full_height)
     if x1 > x0 and y1 > y0:
-        out[y0:y1, x0:x1] = pixels[y0 - dy : y1 - dy, x0 - dx : x1 - dx]
+        _copied(pixels[y0 - dy : y1 - dy, x0 - dx : x1 - dx], out[y0:y1, x0:x1], room)
     return out
 
 

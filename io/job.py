@@ -54,12 +54,23 @@ def _size(value: Any) -> Any:
     return tuple(sides) if isinstance(sides, list | tuple) else value
 
 
+def memory(value: Any) -> Any:
+    """Bytes of `2G`, `1.5GiB` or `800M`; units are powers of 1024."""
+    if not isinstance(value, str):
+        return value
+    found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([KMGT]?)(?:i?B)?\s*", value, re.IGNORECASE)
+    if not found:
+        raise ValueError(f"{value!r} is no size, such as 2G or 800M")
+    return int(float(found[1]) * 1024 ** " KMGT".index(found[2].upper() or " "))
+
+
 def _many(value: Any) -> Any:
     """One value where several may stand."""
     return () if value is None else (value,) if isinstance(value, str | Path) else value
 
 
 Size = Annotated[tuple[int] | tuple[int, int], BeforeValidator(_size)]
+Bytes = Annotated[int, BeforeValidator(memory), Field(ge=1)]
 Names = Annotated[tuple[str, ...], BeforeValidator(_many)]
 Pin = Annotated[tuple[Place, Place], BeforeValidator(_pin)]
 Pins = Annotated[tuple[Pin, ...], BeforeValidator(_many)]
@@ -87,6 +98,7 @@ class Job(BaseModel):
     fill: Literal["push-pull", "nearest"] = "push-pull"
     max_pixel_error: Positive = 0.05
     max_pixels: int = Field(1 << 28, ge=1)
+    memory: Bytes | None = None
     max_faces: int = Field(5_000_000, ge=1)
     cut: bool = False
     bake: bool = False

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from .. import colour
 from ..errors import InputError
-from ..resample import Box, Texture
+from ..room import Room
+from ..sampling import strip_rows
+from ..texture import Box, Texture
 
 DISPLAY = {".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tga", ".gif"}  # hold encoded colours only
 LINEAR = {".exr", ".hdr"}  # hold linear, associated floats only
@@ -41,13 +43,19 @@ class Image:
     colorspace: str = "sRGB"
     metadata: dict[str, Any] = field(default_factory=dict)
 
-    def texture(self, box: Box, kind: str = "colour") -> Texture:
+    def texture(self, box: Box, kind: str = "colour", room: Room | None = None) -> Texture:
         """The picture placed in the plane, in sRGB or linear light. `kind` other than "colour" is taken as numbers."""
         transfer = "linear" if kind != "colour" else transfer_of(self.colorspace)
         if transfer is not None:
             return Texture(self.pixels, box, self.alpha, transfer, self.associated)
-        linear = _converted(self, "lin_rec709", np.dtype(np.float32))
-        return Texture(linear.pixels, box, self.alpha, "linear", self.associated)
+        room = room or Room()
+        linear = room(self.pixels.shape, np.float32)
+        step = strip_rows(*linear.shape[1:])
+        for row in range(0, len(linear), step):
+            part = replace(self, pixels=self.pixels[row : row + step])
+            linear[row : row + step] = _converted(part, "lin_rec709", np.dtype(np.float32)).pixels
+            room.release()
+        return Texture(linear, box, self.alpha, "linear", self.associated)
 
     def with_pixels(self, pixels: NDArray, alpha: int) -> "Image":
         """The same kind of picture with other pixels, as `warp` made them from this picture's texture."""

@@ -1,4 +1,4 @@
-"""Where a texture comes from and lies in the source's plane, and the raster that it is carried to."""
+"""Where a texture comes from and lies in the source's plane, and how large a raster is."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from ..errors import InputError
 from .job import Job
 
 if TYPE_CHECKING:
-    from ..resample import Canvas
+    from ..room import Room
     from .images import Image
-    from .run import Run
     from .shapes import Shape
 
 Box = tuple[complex, complex]
@@ -19,12 +18,8 @@ PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".webp", ".hdr", "
 LONGER_SIDE = 1024
 
 
-def on_mesh(run: Run) -> bool:
+def on_mesh(job: Job, source: Any) -> bool:
     """Whether the texture lies on a mesh that is the source."""
-    return _textured(run.job, run.source)
-
-
-def _textured(job: Job, source: Any) -> bool:
     if getattr(source, "file", None) is None:
         return False
     from . import transfer
@@ -32,13 +27,18 @@ def _textured(job: Job, source: Any) -> bool:
     return bool(job.texture or source.file.picture is not None or transfer.texture_file(source) is not None)
 
 
-def texture(run: Run) -> tuple[Image, Box]:
-    """The texture and its place in the source's plane."""
-    box = run.source.box if run.job.texture_box == "viewbox" else run.source.curve.box
-    return run.image, box if run.job.texture or on_mesh(run) else square(box)
+def texture_box(job: Job, source: Shape) -> Box:
+    """What of the source's plane the texture covers; the checkerboard is a square."""
+    box = covered(job, source)
+    return box if job.texture or on_mesh(job, source) else square(box)
 
 
-def image_of(job: Job, source: Shape) -> Image:
+def covered(job: Job, source: Shape) -> Box:
+    """What of the source --texture-box names."""
+    return source.box if job.texture_box == "viewbox" else source.curve.box
+
+
+def image_of(job: Job, source: Shape, room: Room) -> Image:
     """The picture to carry along: --texture, the mesh's own, or a checkerboard.
 
     Raises:
@@ -47,8 +47,8 @@ def image_of(job: Job, source: Shape) -> Image:
     from . import images
 
     if job.texture:
-        return images.read(job.texture, max_pixels=job.max_pixels, colorspace=job.colorspace)
-    if _textured(job, source):
+        return images.read(job.texture, max_pixels=job.max_pixels, colorspace=job.colorspace, room=room)
+    if on_mesh(job, source):
         from . import transfer
 
         return transfer.own_texture(source)  # type: ignore[arg-type]
@@ -57,17 +57,10 @@ def image_of(job: Job, source: Shape) -> Image:
     return images.Image(checkerboard(1024))
 
 
-def foreseen(job: Job, source: Shape, target: Shape) -> Image | None:
-    """The texture, read before the solving; what is wrong with it or with --size is told without a wait.
-
-    Raises:
-        InputError: see `image_of`; or more pixels than --max-pixels are asked for.
-    """
-    pictured = [name for name in job.output if name == "-" or Path(name).suffix.lower() in PICTURES]
-    if pictured and not job.bake:
-        low, high = target.box
-        size_of(job, job.size or (LONGER_SIDE,), high - low)
-    return image_of(job, source) if pictured or job.texture else None
+def pictured(job: Job) -> bool:
+    """Whether the job writes a picture of the texture on the target's canvas."""
+    names = [name for name in job.output if name == "-" or Path(name).suffix.lower() in PICTURES]
+    return bool(names) and not job.bake
 
 
 def square(box: Box) -> Box:
@@ -75,33 +68,6 @@ def square(box: Box) -> Box:
     middle, size = (box[0] + box[1]) / 2, box[1] - box[0]
     half = max(size.real, size.imag) / 2 * (1 + 1j)
     return middle - half, middle + half
-
-
-def raster(run: Run) -> Canvas:
-    """The target's raster: its canvas, grown about its middle to the proportions of --size.
-
-    Raises:
-        InputError: more pixels than --max-pixels.
-    """
-    from ..resample import Canvas
-
-    low, high = _extent(run)
-    width, height = size_of(run.job, run.job.size or (LONGER_SIDE,), high - low)
-    scale = max((high - low).real / width, (high - low).imag / height)
-    middle, half = (low + high) / 2, scale * complex(width, height) / 2
-    return Canvas(width, height, (middle - half, middle + half))
-
-
-def _extent(run: Run) -> Box:
-    """The target's canvas; a deformed shape may leave that of the source, which grows."""
-    low, high = run.target.box
-    if run.job.target is not None:
-        return low, high
-    image = run.fit.image
-    return (
-        complex(min(low.real, image.real.min()), min(low.imag, image.imag.min())),
-        complex(max(high.real, image.real.max()), max(high.imag, image.imag.max())),
-    )
 
 
 def size_of(job: Job, size: tuple[int, ...], extent: complex) -> tuple[int, int]:

@@ -21,7 +21,7 @@ from ..harmonic import area_scale, dilatation
 from .report import summary
 
 if TYPE_CHECKING:
-    from .run import Run
+    from .state import Run
 
 LINES, PER_LINE, PIXELS = 24, 400, 220
 INK, SOFT, ACROSS, UP, MARK = "#22262b", "#8a929b", "#2a78b8", "#d1662b", "#b0122f"
@@ -191,7 +191,7 @@ def _folded(axes: Any, area: np.ndarray, extent: tuple) -> None:
 
 def _words(run: Run, axes: Any) -> None:
     axes.set_axis_off()
-    lines = [run.fit.status.value, "", *summary(run.found)]
+    lines = [run.fit.status.value, "", *summary(run.found())]
     wrapped = [
         part
         for number, line in enumerate(lines)

@@ -5,27 +5,29 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import InputError
+from . import placement
 from .job import Job, path_of
-from .placement import PICTURES, on_mesh, raster, size_of, texture
+from .placement import PICTURES
+from .state import Run
 
 if TYPE_CHECKING:
-    from ..resample import Canvas, Warped
-    from .images import Image
-    from .run import Run
+    from numpy.typing import NDArray
 
-Maker = Callable[["Run", Path | None, Path], None]
+    from ..resample import Warp
+    from .images import Image
+
+Maker = Callable[[Run, Path | None, Path], None]
 """Writes one product of a run: the run, a temporary file (None for stdout), the final name."""
 
 MESHES = (".obj", ".glb", ".gltf", ".ply", ".off", ".stl")
 WITH_UV = (".obj", ".glb", ".ply")
 PLOTS = (".png", ".svg", ".pdf")
-STREAMED = 1 << 24  # pixels from which a picture is written as it is made
 
 
 def is_mesh(spec: str) -> bool:
@@ -53,6 +55,10 @@ def maker(name: str, job: Job) -> Maker:
     """
     suffix = Path(name).suffix.lower()
     onto_mesh = bool(job.target) and is_mesh(job.target or "")
+    if job.memory and (onto_mesh or is_mesh(job.source)):
+        raise InputError(
+            "--memory: for pictures between planar shapes; with a mesh, ask for a smaller --size"
+        )
     if job.bake and not onto_mesh:
         raise InputError(f"{job.target or job.source}: --bake needs a mesh as target")
     if suffix in MESHES:
@@ -104,13 +110,12 @@ def picture(run: Run, path: Path | None, name: Path) -> None:
     """The texture carried to the target's canvas, in the texture's own depth and colour space."""
     from . import images
 
-    canvas = raster(run)
-    if path is not None and canvas.width * canvas.height > STREAMED and not on_mesh(run):
-        _streamed(run, path, canvas)
-        return
-    image = _warped(run, canvas)
-    with run.timed("write"):
-        _write(path, lambda file: images.write(file, image))
+    if run.on_mesh or run.job.padding:
+        image = _from_mesh(run) if run.on_mesh else _padded(run)
+        with run.timed("write"):
+            _write(path, lambda file: images.write(file, image))
+    else:
+        _write(path, lambda file: _streamed(run, file))
 
 
 def _write(path: Path | None, write: Callable[[Path], None]) -> None:
@@ -124,24 +129,52 @@ def _write(path: Path | None, write: Callable[[Path], None]) -> None:
             shutil.copyfileobj(file, sys.stdout.buffer)
 
 
-def _warped(run: Run, canvas: Canvas) -> Image:
-    from ..resample import warp
+def _from_mesh(run: Run) -> Image:
+    """The texture of a mesh, carried to the target's canvas."""
+    from . import transfer
 
-    image, box = texture(run)
+    source: Any = run.source
     with run.timed("resample"):
-        if on_mesh(run):
-            from . import transfer
-
-            warped: Warped = transfer.warp(run.source, run.fit.map, image, canvas, **_sampling(run))  # type: ignore[arg-type]
-        else:
-            placed = image.texture(box, kind=run.job.kind)
-            advance = _advance(run, canvas.height)
-            options = {**_sampling(run), "max_error": run.job.max_pixel_error, "progress": advance}
-            warped = warp(
-                run.fit.map, placed, canvas, padding=run.job.padding or 0, fill=run.job.fill, **options
-            )
+        warped = transfer.warp(source, run.fit.map, run.image, run.canvas, **_sampling(run))
     run.figures["pixels"] = warped.diagnostics.as_dict()
-    return image.with_pixels(warped.pixels, warped.alpha)
+    return run.image.with_pixels(warped.pixels, warped.alpha)
+
+
+def _warp(run: Run) -> Warp:
+    from ..resample import Warp
+
+    return Warp(run.fit.map, run.prepared(), run.canvas, max_error=run.job.max_pixel_error)
+
+
+def _padded(run: Run) -> Image:
+    """The picture with its colours extended beyond the outline, which needs all of it at once."""
+    from ..resample import whole
+
+    with run.timed("resample"):
+        work, canvas = _warp(run), run.canvas
+        each = canvas.width * canvas.height * (4 * work.channels * work.dtype.itemsize + 32)
+        run.room.threads(1, each, "--padding, for which the whole picture is held,")
+        reach, fill, progress = run.job.padding or 0, run.job.fill, _advance(run)
+        warped = whole(work, padding=reach, fill=fill, threads=run.threads, progress=progress)
+    run.figures["pixels"] = warped.diagnostics.as_dict()
+    return run.image.with_pixels(warped.pixels, warped.alpha)
+
+
+def _streamed(run: Run, path: Path) -> None:
+    """The picture, written as it is made: memory for some rows only."""
+    from . import images
+
+    def blocks() -> Iterator[NDArray]:
+        for block in work.blocks(run.threads):
+            if advance:
+                advance(len(block))
+            yield run.image.with_pixels(block, work.alpha).pixels
+
+    with run.timed("resample"):
+        work, advance = _warp(run), _advance(run)
+        like = replace(run.image, alpha=work.alpha)
+        images.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
+    run.figures["pixels"] = work.diagnostics.as_dict()
 
 
 def _sampling(run: Run) -> dict[str, Any]:
@@ -149,42 +182,9 @@ def _sampling(run: Run) -> dict[str, Any]:
     return {"filter": job.filter, "kind": job.kind, "edge": job.edge, "threads": run.threads}
 
 
-def _advance(run: Run, rows: int) -> Callable[[int], None] | None:
+def _advance(run: Run) -> Callable[[int], None] | None:
     progress = run.progress
-    return None if progress is None else lambda done: progress(done, rows)
-
-
-def _streamed(run: Run, path: Path, canvas: Canvas) -> None:
-    """A large picture, written as it is made: memory for some rows only."""
-    from ..resample import Warp
-    from . import images
-
-    job = run.job
-    image, box = texture(run)
-    if job.padding:
-        raise InputError(
-            f"--padding: not for pictures of more than {STREAMED} pixels; ask for a smaller --size"
-        )
-    work = Warp(
-        run.fit.map,
-        image.texture(box, kind=job.kind),
-        canvas,
-        job.filter,
-        job.kind,
-        job.edge,
-        True,
-        job.max_pixel_error,
-    )
-    advance = _advance(run, canvas.height) or (lambda done: None)
-
-    def blocks() -> Any:
-        for block in work.blocks(run.threads):
-            advance(len(block))
-            yield image.with_pixels(block, work.alpha).pixels
-
-    with run.timed("resample"):
-        images.write_bands(path, replace(image, alpha=work.alpha), canvas.height, canvas.width, blocks())
-    run.figures["pixels"] = work.diagnostics.as_dict()
+    return None if progress is None else lambda done: progress(done, run.canvas.height)
 
 
 def stmapped(run: Run, path: Path | None, name: Path) -> None:
@@ -192,9 +192,9 @@ def stmapped(run: Run, path: Path | None, name: Path) -> None:
     from . import stmap
 
     assert path is not None
-    box = run.source.box if run.job.texture_box == "viewbox" else run.source.curve.box
+    box = placement.covered(run.job, run.source)
     with run.timed("resample"):
-        stmap.write(path, run.fit.map, box, raster(run), threads=run.threads)
+        stmap.write(path, run.fit.map, box, run.canvas, room=run.room, threads=run.threads)
 
 
 def artwork(run: Run, path: Path | None, name: Path) -> None:
@@ -212,11 +212,11 @@ def mesh(run: Run, path: Path | None, name: Path) -> None:
     from . import transfer
 
     assert path is not None
-    box = run.source.box if run.job.texture_box == "viewbox" else run.source.curve.box
+    box = placement.covered(run.job, run.source)
     source, target, shown = cast(Any, run.source), cast(Any, run.target), None
     if run.job.texture:
         shown = Path(run.job.texture)
-    elif on_mesh(run):
+    elif run.on_mesh:
         shown = transfer.texture_file(source)
     force, threads = run.job.force, run.threads
     with run.timed("write"):
@@ -229,13 +229,13 @@ def baked(run: Run, path: Path | None, name: Path) -> None:
     """The texture resampled into the layout that the target mesh has."""
     from . import images, transfer
 
-    image, box = texture(run)
+    image = run.image
     height, width = image.pixels.shape[:2]
-    size = size_of(run.job, run.job.size or (width, height), complex(width, height))
+    size = placement.size_of(run.job, run.job.size or (width, height), complex(width, height))
     options = {**_sampling(run), "padding": run.job.padding, "max_error": run.job.max_pixel_error}
     target: Any = run.target
     with run.timed("resample"):
-        made, figures = transfer.bake(target, run.fit.map, run.source, image, box, size, **options)
+        made, figures = transfer.bake(target, run.fit.map, run.source, image, run.box, size, **options)
     run.figures |= figures
     with run.timed("write"):
         _write(path, lambda file: images.write(file, made))
@@ -252,7 +252,6 @@ def plot(run: Run, path: Path | None, name: Path) -> None:
             return
         from . import surface_plot
 
-        image, box = texture(run)
         target: Any = run.target
-        placed = image.texture(box, kind=run.job.kind)
+        placed = run.image.texture(run.box, kind=run.job.kind)
         surface_plot.draw(target, path, map=run.fit.map, source=run.source, texture=placed, pins=run.fit.pins)

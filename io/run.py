@@ -3,81 +3,28 @@
 from __future__ import annotations
 
 import os
+import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
-from functools import cached_property
+from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
+from ..parallel import ahead
+from ..room import Room
 from . import files, limits, placement, products, report, shapes
 from .constrained import constrained
 from .job import WRITTEN, Job, path_of
+from .room import Bounded
+from .state import Progress, Run, Tell
 
 if TYPE_CHECKING:
-    from ..solve import Fit
-    from .images import Image
     from .shapes import Shape
 
 SOLVER = (
     "quasi", "method", "order", "max_iterations", "tolerance", "vertices", "pin_weight", "stroke_weight", "smoothness"
 )  # fmt: skip
-Tell = Callable[[str], None]
-Progress = Callable[[int, int], None]
-
-
-@dataclass
-class Run:
-    """A job under way.
-
-    Attributes:
-        job: what to do.
-        source, target: its shapes; the same for a deformation.
-        fit: the map.
-        seconds: what each part took.
-        tell: is given each remark as it is made.
-        threads: for the pixels; None for all cores.
-        progress: is given rows done and rows in all.
-        read_before: the texture, where it was read before the solving.
-        notes: remarks on the inputs and on the solving.
-        figures: what making the products adds to the report.
-    """
-
-    job: Job
-    source: Shape
-    target: Shape
-    fit: Fit
-    seconds: dict[str, float]
-    tell: Tell
-    threads: int | None = None
-    progress: Progress | None = None
-    read_before: Image | None = None
-    notes: list[str] = field(default_factory=list)
-    figures: dict[str, Any] = field(default_factory=dict)
-
-    @cached_property
-    def found(self) -> dict[str, Any]:
-        """The solver's own report, made once."""
-        with self.timed("evaluate"):
-            return self.fit.report()
-
-    def note(self, remark: str) -> None:
-        """Add a remark."""
-        self.notes.append(remark)
-        self.tell(remark)
-
-    @cached_property
-    def image(self) -> Image:
-        """The texture."""
-        return self.read_before or placement.image_of(self.job, self.source)
-
-    @contextmanager
-    def timed(self, part: str) -> Iterator[None]:
-        """Add the block's time to `part` of the report."""
-        with _timed(self.seconds, part):
-            yield
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,8 +63,10 @@ def run(
     start = time.perf_counter()
     job = with_outputs(job)
     makers = check(job)
-    state = _solved(job, threads, tell)
-    state.progress = progress
+    state = _read(job, threads, tell, progress)
+    state.prepared = ahead(state.prepare, threads) if placement.pictured(job) else state.prepare
+    _solve(state)
+    state.found = ahead(state.judge, threads)
     if makers and _cold():
         tell("the first run compiles, once; this may take a minute")
     with ExitStack() as stack:
@@ -176,29 +125,43 @@ def check(job: Job) -> dict[str, products.Maker]:
     return makers
 
 
-def _solved(job: Job, threads: int | None, tell: Tell) -> Run:
+def _read(job: Job, threads: int | None, tell: Tell, progress: Progress | None) -> Run:
+    """The job's inputs; what is wrong with them, or with --size, is told before the solving."""
+    start = time.perf_counter()
+    source = read(job.source, job)
+    target = read(job.target, job) if job.target else source
+    room = Bounded(job.memory, _scratch(job)) if job.memory else Room()
+    state = Run(job, source, target, room, tell, threads, progress)
+    state.pins, state.strokes = constrained(job, source, target)
+    if placement.pictured(job):
+        low, high = target.box
+        placement.size_of(job, job.size or (placement.LONGER_SIDE,), high - low)
+    if placement.pictured(job) or job.texture:
+        assert state.image
+    for note in dict.fromkeys(f"{s.spec}: {note}" for s in (source, target) for note in s.notes):
+        state.note(note)
+    state.seconds["read"] = time.perf_counter() - start
+    return state
+
+
+def _scratch(job: Job) -> Path:
+    """The folder of the first output: the disk that has room for the picture has it for the scratch file."""
+    return Path(job.outputs[0]).resolve().parent if job.outputs else Path(tempfile.gettempdir())
+
+
+def _solve(state: Run) -> None:
     import iccm
 
-    seconds: dict[str, float] = {}
-    with _timed(seconds, "read"):
-        source = read(job.source, job)
-        target = read(job.target, job) if job.target else source
-        pins, strokes = constrained(job, source, target)
-        image = placement.foreseen(job, source, target)
-    notes = list(dict.fromkeys(f"{s.spec}: {note}" for s in (source, target) for note in s.notes))
-    for note in notes:
-        tell(note)
+    job, curve = state.job, state.source.curve
     options = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
-    with _timed(seconds, "solve"):
+    with state.timed("solve"):
         if job.target:
-            fit = iccm.fit(source.curve, target.curve, pins=pins, strokes=strokes, **options)
+            target = state.target.curve
+            state.fit = iccm.fit(curve, target, pins=state.pins, strokes=state.strokes, **options)
         else:
-            fit = iccm.deform(source.curve, pins=pins, strokes=strokes, **options)
-    for note in fit.notes:
-        tell(note)
-    return Run(
-        job, source, target, fit, seconds, tell, threads, read_before=image, notes=[*notes, *fit.notes]
-    )
+            state.fit = iccm.deform(curve, pins=state.pins, strokes=state.strokes, **options)
+    for note in state.fit.notes:
+        state.note(note)
 
 
 def read(spec: str, job: Job) -> Shape:
@@ -213,12 +176,3 @@ def read(spec: str, job: Job) -> Shape:
 
     limits.faces(Path(path_of(spec)), job.max_faces)
     return transfer.read(spec, cut=job.cut)
-
-
-@contextmanager
-def _timed(seconds: dict[str, float], part: str) -> Iterator[None]:
-    start = time.perf_counter()
-    try:
-        yield
-    finally:
-        seconds[part] = seconds.get(part, 0.0) + time.perf_counter() - start

@@ -9,14 +9,18 @@ from numpy.typing import NDArray
 from .. import stmap
 from ..canvas import Box, Canvas
 from ..errors import InputError
-from ..resample import Texture, Warp
+from ..resample import PIXEL, Prepared, Warp
+from ..room import Room
+from ..tiles import TILE
 from . import images
 
 SUFFIXES = (".exr", ".tif", ".tiff")
 _SAID = "STMap: R = s from the left, G = t from the bottom, 0..1; A = coverage"
 
 
-def write(path: str | Path, map, box: Box, canvas: Canvas, *, threads: int | None = None) -> None:
+def write(
+    path: str | Path, map, box: Box, canvas: Canvas, *, room: Room | None = None, threads: int | None = None
+) -> None:
     """Writes a map as a float STMap (.exr or .tif), as it is computed.
 
     Args:
@@ -24,6 +28,7 @@ def write(path: str | Path, map, box: Box, canvas: Canvas, *, threads: int | Non
         map: source → target.
         box: what of the source's plane textures will cover.
         canvas: the raster, in the target's plane.
+        room: says how many threads there may be.
         threads: for the pixels.
 
     Raises:
@@ -33,9 +38,10 @@ def write(path: str | Path, map, box: Box, canvas: Canvas, *, threads: int | Non
     like = images.Image(
         np.zeros((1, 1, 4), np.float32), 3, True, "data", {"ImageDescription": ("string", _SAID)}
     )
-    images.write_bands(
-        path, like, canvas.height, canvas.width, stmap.stmap(map, box, canvas, threads=threads)
-    )
+    each = canvas.width * TILE * PIXEL
+    threads = (room or Room()).threads(threads, each, f"rows of {canvas.width} pixels")
+    rows = stmap.stmap(map, box, canvas, threads=threads)
+    images.write_bands(path, like, canvas.height, canvas.width, rows)
 
 
 def check(path: str | Path) -> None:
@@ -44,13 +50,13 @@ def check(path: str | Path) -> None:
         raise InputError(f"{path}: an STMap holds floats; use one of {' '.join(SUFFIXES)}")
 
 
-def read(path: str | Path, *, max_pixels: int = images.MAX_PIXELS) -> NDArray:
+def read(path: str | Path, *, max_pixels: int = images.MAX_PIXELS, room: Room | None = None) -> NDArray:
     """The (h, w, c) floats of an STMap.
 
     Raises:
         InputError: the file cannot be read, holds fewer than two channels or no floats.
     """
-    found = images.read(path, max_pixels=max_pixels)
+    found = images.read(path, max_pixels=max_pixels, room=room)
     if found.pixels.shape[2] < 2 or found.pixels.dtype.kind != "f":
         raise InputError(
             f"{path}: not an STMap: {found.pixels.shape[2]} channels of {found.pixels.dtype}; "
@@ -67,16 +73,18 @@ def apply(
     filter: str = "auto",
     kind: str = "colour",
     edge: str = "clamp",
+    room: Room | None = None,
     threads: int | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> None:
-    """Writes a picture warped through an STMap, as it is computed. Arguments as in `iccm.resample.warp`."""
+    """Writes a picture warped through an STMap, as it is computed. `room` is where the picture is kept,
+    the other arguments are those of `iccm.resample.warp`."""
     from dataclasses import replace
 
     height, width = image.pixels.shape[:2]
     stored = stmap.Stored(st, width / height)
-    texture: Texture = image.texture(stored.box, kind=kind)
-    work = Warp(stored, texture, stored.canvas, filter, kind, edge, True, 0.05)
+    texture = image.texture(stored.box, kind=kind, room=room)
+    work = Warp(stored, Prepared(texture, filter, kind, edge, room=room, threads=threads), stored.canvas)
 
     def blocks():
         for block in work.blocks(threads):

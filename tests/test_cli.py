@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import click
 import numpy as np
@@ -145,17 +146,45 @@ def test_the_bytes_do_not_depend_on_threads_or_cores(shapes, shell):
     assert (shapes / "a.png").read_bytes() == (shapes / "b.png").read_bytes()
 
 
-def test_a_large_picture_is_written_as_it_is_made_and_is_the_same(shapes, iccm, monkeypatch):
-    from iccm.io import products
-
+def test_a_picture_without_padding_is_written_as_it_is_made_and_is_the_same(shapes, iccm):
     rng = np.random.default_rng(3)
     images.write(shapes / "t.png", images.Image(rng.integers(0, 256, (40, 40, 4), dtype=np.uint8), alpha=3))
     arguments = ("map", "square.svg", "blob.svg", *QUICK, "--texture", "t.png", "--size", "130x150")
-    assert iccm(*arguments, "-o", "whole.png").code == 0
-    monkeypatch.setattr(products, "STREAMED", 100)
     assert iccm(*arguments, "-o", "rows.png").code == 0
-    assert np.array_equal(images.read("whole.png").pixels, images.read("rows.png").pixels)
-    assert images.read("rows.png").pixels.shape == (150, 130, 4)
+    assert iccm(*arguments, "-o", "whole.png", "--padding", "1").code == 0
+    rows, whole = images.read("rows.png").pixels, images.read("whole.png").pixels
+    assert rows.shape == (150, 130, 4)
+    assert np.array_equal(rows[rows[..., 3] > 0], whole[rows[..., 3] > 0])
+    assert np.array_equal(rows[..., 3], whole[..., 3])
+
+
+@pytest.mark.parametrize("suffix", [".png", ".exr"])
+def test_a_bound_on_memory_does_not_change_a_picture(shapes, iccm, monkeypatch, suffix):
+    from iccm.io import room
+
+    kind = np.float16 if suffix == ".exr" else np.uint8
+    pixels = (np.random.default_rng(3).random((300, 200, 4)) * 255).astype(kind)
+    images.write(shapes / f"t{suffix}", images.Image(pixels, 3, suffix == ".exr", "sRGB"))
+    arguments = ("map", "square.svg", "blob.svg", *QUICK, "--texture", f"t{suffix}", "--size", "130x150")
+    assert iccm(*arguments, "-o", f"free{suffix}", "--stmap", "free-map.exr").code == 0
+    monkeypatch.setattr(room, "SHARE", 0)  # nothing stays in memory
+    assert iccm(*arguments, "-o", f"bound{suffix}", "--stmap", "map.exr", "--memory", "4G").code == 0
+    assert Path(f"bound{suffix}").read_bytes() == Path(f"free{suffix}").read_bytes()
+    assert Path("map.exr").read_bytes() == Path("free-map.exr").read_bytes()
+    for name, bound in (("a", ()), ("b", ("--memory", "4G"))):
+        assert iccm("apply", "map.exr", f"t{suffix}", "-o", f"{name}{suffix}", *bound).code == 0
+    assert Path(f"a{suffix}").read_bytes() == Path(f"b{suffix}").read_bytes()
+    assert not [path for path in Path().iterdir() if path.name.startswith((".", "tmp"))]
+
+
+@pytest.mark.parametrize(
+    ("memory", "said"),
+    [("10M", "10M is too little for"), ("two", "'two' is no size"), ("-1G", "no size"), ("0", "memory")],
+)
+def test_a_bound_on_memory_that_cannot_be_kept_is_refused(shapes, iccm, memory, said):
+    ran = iccm("map", "square.svg", "blob.svg", *QUICK, "-o", "a.png", "--memory", memory)
+    assert ran.code == 2 and said in ran.err and len(ran.err.splitlines()) == 1
+    assert not Path("a.png").exists()
 
 
 def test_artwork_is_carried_as_paths(shapes, iccm):

@@ -134,6 +134,13 @@ def test_bad_input_is_one_line(tmp_path):
 def test_reading_in_strips_gives_the_same(tmp_path, monkeypatch, suffix):
     images.write(tmp_path / f"a{suffix}", Image(noise((70, 33, 3), np.uint8)))
     whole = images.read(tmp_path / f"a{suffix}").pixels
-    monkeypatch.setattr(images, "STRIPPED", 0)
-    monkeypatch.setattr(images, "ROWS", 16)
+    monkeypatch.setattr(images, "strip_rows", lambda width, channels: 16)
     assert np.array_equal(images.read(tmp_path / f"a{suffix}").pixels, whole)
+
+
+def test_the_time_of_day_is_in_no_file(tmp_path):
+    images.write(tmp_path / "a.exr", Image(noise((4, 4, 3), np.float16), colorspace="lin_rec709"))
+    assert b"capDate" not in (tmp_path / "a.exr").read_bytes()
+    stamped = Image(noise((4, 4, 3), np.float16), metadata={"DateTime": ("string", "2001:02:03 04:05:06")})
+    images.write(tmp_path / "b.exr", stamped)
+    assert b"2001:02:03" in (tmp_path / "b.exr").read_bytes()

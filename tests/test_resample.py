@@ -259,7 +259,7 @@ def test_a_large_texture_is_read_as_stored_with_the_same_result(monkeypatch, dty
     alpha = 3 if channels == 4 else -1
     plain, compact = [], []
     for made, limit in ((plain, 1 << 40), (compact, 0)):
-        monkeypatch.setattr("iccm.resample.LARGE", limit)
+        monkeypatch.setattr("iccm.texture.LARGE", limit)
         for map, size in ((IDENTITY, 300), (conformal(lambda z: z + 0.2 * z**2), 40)):
             made.append(
                 warp(map, Texture(picture, BOX, alpha), Canvas(size, size, BOX), filter=filter).pixels

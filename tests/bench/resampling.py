@@ -18,7 +18,7 @@ import numpy as np
 from iccm.canvas import Canvas, Diagnostics, Raster
 from iccm.harmonic import HarmonicMap
 from iccm.inverse import Inverse
-from iccm.resample import Texture, Warp, warp
+from iccm.resample import Prepared, Texture, Warp, warp
 
 BOX = (-1.4 - 1.4j, 1.4 + 1.4j)
 VERTICES = 300
@@ -246,7 +246,7 @@ def one(size, name=None):
     warp(map, Texture(texture[:64, :64], BOX, 3), Canvas(64, 64, BOX))  # kernels are loaded
     with tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()
-        work = Warp(map, Texture(texture, BOX, 3), canvas, "cubic", "colour", "clamp", True, 0.05)
+        work = Warp(map, Prepared(Texture(texture, BOX, 3)), canvas)
         like = images.Image(texture, 3)
         images.write_bands(Path(folder) / "out.tif", like, size, size, work.blocks())
         took = time.perf_counter() - start

@@ -1,0 +1,144 @@
+"""A picture with its place in the plane, and the same made ready to be filtered."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import colour, sampling
+from .colour import Float
+from .errors import InputError
+from .parallel import over_slices
+from .room import Room
+
+Box = tuple[complex, complex]
+LARGE = 1 << 27  # numbers in a texture from which it is not turned into floats
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """Pixels with their placement in the plane.
+
+    Attributes:
+        pixels: (h, w, c) uint8, uint16, float16 or float32, row 0 on top.
+        box: lower left and upper right corner of the picture, in the source's plane.
+        alpha: index of the alpha channel, or -1.
+        transfer: "srgb" or "linear", how the colour channels are encoded.
+        associated: whether they are premultiplied by alpha.
+    """
+
+    pixels: NDArray
+    box: Box
+    alpha: int = -1
+    transfer: str = "srgb"
+    associated: bool = False
+
+    @property
+    def scale(self) -> tuple[float, float]:
+        """Texels a unit of the source's plane, across and down."""
+        size = self.box[1] - self.box[0]
+        return self.pixels.shape[1] / size.real, self.pixels.shape[0] / size.imag
+
+
+class Prepared:
+    """A texture ready for a filter: decoded and reduced, or as it is stored when that would take too much memory.
+
+    Args:
+        texture: the texture.
+        filter, kind, edge: as for `resample.warp`.
+        room: where the large arrays are kept.
+        threads: as many as there are processors by default; the result does not depend on it.
+
+    Raises:
+        InputError: an unknown filter, kind, edge or transfer; normals without three channels.
+    """
+
+    def __init__(
+        self,
+        texture: Texture,
+        filter: str = "auto",
+        kind: str = "colour",
+        edge: str = "clamp",
+        *,
+        room: Room | None = None,
+        threads: int | None = None,
+    ):
+        for given, known, what in (
+            (filter, ("auto", *sampling.FILTERS), "filter"),
+            (kind, ("colour", "data", "normal", "normal-down"), "kind"),
+            (edge, ("clamp", "transparent"), "edge"),
+            (texture.transfer, ("srgb", "linear"), "transfer"),
+        ):
+            if given not in known:
+                raise InputError(f"{what} {given!r}: not one of {', '.join(known)}")
+        if kind.startswith("normal") and texture.pixels.shape[2] < 3:
+            raise InputError(
+                f"kind {kind!r}: the picture has {texture.pixels.shape[2]} channels; normals need 3"
+            )
+        self.texture, self.kind, self.room = texture, kind, room or Room()
+        name = "cubic" if filter == "auto" else filter
+        self.filter = sampling.FILTERS[name]
+        self.mixes = kind == "colour" and name != "nearest"
+        self.srgb = texture.transfer == "srgb" and self.mixes
+        self.channels = texture.pixels.shape[2] + (texture.alpha < 0)
+        self.alpha = texture.alpha if texture.alpha >= 0 else self.channels - 1
+        self.pyramid = self._pyramid(sampling.CLAMP if edge == "clamp" else sampling.CLEAR, threads)
+
+    def _pyramid(self, edge: int, threads: int | None) -> sampling.Pyramid:
+        pixels, texture, room = self.texture.pixels, self.texture, self.room
+        rows = sampling.strip_rows(*pixels.shape[1:])
+        threads = room.threads(threads, 16 * rows * pixels[0].size, "the texture")
+        ready: Callable[[NDArray], Float]
+        if pixels.dtype.kind == "u" and not texture.associated:
+            decode = colour.tables(pixels.dtype, pixels.shape[2], texture.alpha, srgb=self.srgb)
+            over = texture.alpha if self.mixes else -1
+            if pixels.size > LARGE:
+                return sampling.compact(pixels, decode, over, edge, self.filter, room, threads)
+
+            def ready(rows: NDArray) -> Float:
+                return sampling.ready(rows, decode, over)
+        else:
+
+            def ready(rows: NDArray) -> Float:
+                premultiply = self.mixes or texture.associated
+                return colour.decode(
+                    rows,
+                    texture.alpha,
+                    srgb=self.srgb,
+                    associated=texture.associated,
+                    premultiply=premultiply,
+                )
+
+        picture = room(pixels.shape, np.float32)
+
+        def strip(part: slice) -> None:
+            picture[part] = ready(pixels[part])
+            room.release()
+
+        over_slices(strip, len(pixels), threads, rows)
+        return sampling.pyramid(picture, edge, self.filter, room, threads)
+
+    def read(self, z: NDArray, right: NDArray, down: NDArray) -> Float:
+        """(p, c) linear values at points z (p,) of the source's plane; right and down, (p,), are the pixels' steps."""
+        (sx, sy), (low, high) = self.texture.scale, self.texture.box
+        xy = np.column_stack([(z.real - low.real) * sx, (high.imag - z.imag) * sy])
+        turn = np.column_stack([right.real * sx, down.real * sx, -right.imag * sy, -down.imag * sy])
+        out = np.empty((z.size, self.pyramid.base.shape[2]), dtype=np.float32)
+        sampling.read_all(self.pyramid, xy, turn, self.filter, out)
+        return out
+
+    def stored(self, values: Float, cover: Float) -> NDArray:
+        """(p, c) filtered values unpremultiplied, covered (p,) and encoded, with an alpha channel."""
+        colours = [k for k in range(self.channels) if k != self.alpha]
+        dtype, associated = self.texture.pixels.dtype, self.texture.associated
+        if self.texture.alpha < 0:
+            values = np.column_stack([values, cover])
+        else:
+            alpha = values[:, self.alpha].copy()
+            if self.mixes and not associated:
+                values[:, colours] /= np.where(alpha != 0, alpha, 1)[:, None]
+            values[:, self.alpha] = alpha * cover
+        if associated:
+            values[:, colours] *= cover[:, None]
+        return colour.encode(values[None], dtype, self.alpha, srgb=self.srgb, associated=associated)[0]
