@@ -20,7 +20,7 @@ from .mesh import Index
 from .parallel import over_slices
 from .pullback import Pullback, bends
 from .raster import Raster, affine, open_edges, rasterise
-from .reading import Reader
+from .reading import Places, Reader
 from .resample import Texture
 
 MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file
@@ -29,7 +29,6 @@ ROWS = 64
 Origins = tuple[
     Complex, Complex, Complex
 ]  # (p,) points of the source's plane, their derivatives by the output's x and y
-Texels = tuple[Real, Real]  # (p, 2) places in the texture, (p, 4) their derivatives by the output's x and y
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,10 +44,10 @@ class Plane:
         height, width = self.texture.pixels.shape[:2]
         return complex(width / (high - low).real, height / (high - low).imag)
 
-    def texels(self, z: Complex, zx: Complex, zy: Complex, threads: int | None = None) -> Texels:
+    def texels(self, z: Complex, zx: Complex, zy: Complex, threads: int | None = None) -> Places:
         """Places of the points z, given their derivatives by the output's x and y."""
         origin = complex(self.texture.box[0].real, self.texture.box[1].imag)
-        return _placed(z, zx, zy, origin, self.scale)
+        return Places(*_placed(z, zx, zy, origin, self.scale), zx, zy)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +69,7 @@ class Surface:
         flat = _areas(np.stack([at.real, at.imag], axis=-1)).sum()
         return complex(1, 1) * np.sqrt(_areas(self.corners).sum() / flat)
 
-    def texels(self, z: Complex, zx: Complex, zy: Complex, threads: int | None = None) -> Texels:
+    def texels(self, z: Complex, zx: Complex, zy: Complex, threads: int | None = None) -> Places:
         """Places of the points z, given their derivatives by the output's x and y."""
         triangle, weights = self.locator(z, threads)
         place = np.einsum("pk,pkc->pc", weights, self.corners[triangle])
@@ -82,7 +81,10 @@ class Surface:
         for k, step in enumerate((zx, zy)):
             s, t = (step.conj() * e2).imag / area, (e1.conj() * step).imag / area
             turn[:, k::2] = s[:, None] * d1 + t[:, None] * d2
-        return place, turn
+        turned = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
+        tangent = np.sign(turned) * (e1 * d2[:, 1] - e2 * d1[:, 1])  # where x grows and y does not
+        steps = (step * tangent.conj() for step in (zx, zy))
+        return Places(place, turn, *(np.where(turned > 0, step.conj(), step) for step in steps))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,20 +1,41 @@
 """Stored pixels of a texture at scattered places with their footprints."""
 
+from collections.abc import Callable
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from . import colour, sampling
+from .cauchy import Complex
 from .colour import Float
 from .curve import Real
 from .errors import InputError
+from .normals import turned
 from .parallel import over_slices
 from .resample import Texture
 
 SLICE = 1 << 15
 FINE = 4096
+KINDS = ("colour", "data", "normal", "normal-down")
+
+
+class Places(NamedTuple):
+    """Where points lie in a texture.
+
+    Attributes:
+        xy: (p, 2) texel coordinates, x right, y down.
+        turn: (p, 4) their derivatives by the output's x and y: dx/dx, dx/dy, dy/dx, dy/dy.
+        right, down: (p,) directions of the output's x and y on the textured surface, for normals: 1 is where the
+            texture's x goes, 1j is square to it on the side where its upward y goes.
+    """
+
+    xy: Real
+    turn: Real
+    right: Complex | None = None
+    down: Complex | None = None
 
 
 class Reader:
@@ -23,22 +44,27 @@ class Reader:
     Args:
         texture: the picture; its box does not matter.
         filter: "nearest", "linear", "cubic", "lanczos", or "auto" (cubic).
-        kind: "colour" (filtered in linear light, premultiplied) or "data".
+        kind: "colour" (filtered in linear light, premultiplied), "data", or "normal" and "normal-down" (tangent-space
+            normals with y up or down, turned and mirrored as the output's directions lie in the texture).
         edge: "clamp" or "transparent", what lies outside the picture.
 
     Raises:
-        InputError: an unknown filter, kind or edge.
+        InputError: an unknown filter, kind or edge; normals without three channels.
     """
 
     def __init__(self, texture: Texture, filter: str = "auto", kind: str = "colour", edge: str = "clamp"):
         name = "cubic" if filter == "auto" else filter
         if name not in sampling.FILTERS:
             raise InputError(f"filter {filter!r}: not one of auto, {', '.join(sampling.FILTERS)} for a mesh")
-        if kind not in ("colour", "data") or edge not in ("clamp", "transparent"):
+        if kind not in KINDS or edge not in ("clamp", "transparent"):
             raise InputError(
-                f"kind {kind!r}, edge {edge!r}: a mesh's texture is colour or data, clamp or transparent"
+                f"kind {kind!r}, edge {edge!r}: not one of {', '.join(KINDS)}; clamp, transparent"
             )
-        self.texture = texture
+        if kind.startswith("normal") and texture.pixels.shape[2] < 3:
+            raise InputError(
+                f"kind {kind!r}: the picture has {texture.pixels.shape[2]} channels; normals need 3"
+            )
+        self.texture, self.kind = texture, kind
         self.filter = sampling.FILTERS[name]
         self.mixes = kind == "colour" and name != "nearest"
         self.srgb = self.mixes and texture.transfer == "srgb"
@@ -57,23 +83,34 @@ class Reader:
         """Of the texture."""
         return self.texture.pixels.shape[2]
 
-    def __call__(self, places, count: int, threads: int | None = None) -> NDArray:
+    def __call__(self, places: Callable[[slice], Places], count: int, threads: int | None = None) -> NDArray:
         """(count, c) pixels as the texture stores them.
 
         Args:
-            places: takes a slice of the points to their (p, 2) texel coordinates (x right, y down) and (p, 4)
-            derivatives. count: number of points. threads: as many as there are processors by default.
+            places: takes a slice of the points to where they lie.
+            count: number of points.
+            threads: as many as there are processors by default.
         """
         out = np.empty((count, self.channels), self.texture.pixels.dtype)
 
         def fill(part: slice) -> None:
-            xy, turn = places(part)
-            values = np.empty((len(xy), self.channels), np.float32)
-            _read(self.pyramid, xy, turn, self.filter, values)
+            at = places(part)
+            values = np.empty((len(at.xy), self.channels), np.float32)
+            _read(self.pyramid, at.xy, at.turn, self.filter, values)
+            if self.kind.startswith("normal"):
+                values[:, :3] = self._turned(values[:, :3], at)
             out[part] = self._stored(values)
 
         over_slices(fill, count, threads, SLICE)
         return out
+
+    def _turned(self, normals: Float, at: Places) -> Float:
+        assert at.right is not None
+        assert at.down is not None
+        turn = np.where(np.abs(at.right) > 0, at.right, 1).conj()
+        mirrored = (at.right.conj() * at.down).imag > 0
+        dtype = self.texture.pixels.dtype
+        return turned(normals, turn, dtype, up=self.kind == "normal", mirrored=mirrored)
 
     def _stored(self, values: Float) -> NDArray:
         alpha = self.texture.alpha

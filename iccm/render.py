@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from .curve import Real
 from .mesh import Index
 from .raster import affine
-from .reading import Reader
+from .reading import Places, Reader
 
 SAMPLES = 2  # a pixel and axis
 AMBIENT = 0.35
@@ -104,10 +104,10 @@ def _texels(corners: Real, uv: Real, own: NDArray, at: Index, width: int, read: 
     down = affine(corners, uv[..., 1])
     x, y = at % width + 0.5, at // width + 0.5
 
-    def places(p: slice):
+    def places(p: slice) -> Places:
         u, v = across[own[p]], down[own[p]]
         xy = np.column_stack([c[:, 0] + c[:, 1] * x[p] + c[:, 2] * y[p] for c in (u, v)])
-        return xy, np.column_stack([u[:, 1], u[:, 2], v[:, 1], v[:, 2]])
+        return Places(xy, np.column_stack([u[:, 1], u[:, 2], v[:, 1], v[:, 2]]))
 
     pixels = read(places, at.size)
     top = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1

@@ -243,3 +243,118 @@ def test_absurd_coordinates_are_refused(value):
     with pytest.raises(InputError, match="grid: texture coordinates"):
         piece = patch(mesh)
         baking.layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, 8, 8)
+
+
+# ---- normals
+
+FLAT = np.array([128, 128, 255], np.uint8)
+
+
+def stored(n, down=False):
+    """Normals (..., 3) as bytes, 128 being zero."""
+    n = np.asarray(n, float) * ([1, -1, 1] if down else [1, 1, 1])
+    return np.rint(n / np.linalg.norm(n, axis=-1, keepdims=True) * 127 + 128).astype(np.uint8)
+
+
+def one_normal(n, down=False):
+    """A texture that is the same normal everywhere, numbers rather than colours."""
+    pixels = np.broadcast_to(stored(n, down), (16, 16, 3)).copy()
+    return Texture(pixels, (0, 1 + 1j), transfer="linear")
+
+
+@pytest.mark.parametrize("error", [1e-9, 10.0], ids=["solved", "interpolated"])
+@pytest.mark.parametrize("down", [False, True])
+@pytest.mark.parametrize(
+    ("place", "matrix"),
+    [
+        (lambda uv: uv, [[1, 0], [0, 1]]),
+        (lambda uv: np.column_stack([1 - uv[:, 1], uv[:, 0]]), [[0, -1], [1, 0]]),  # a quarter to the left
+        (lambda uv: np.column_stack([1 - uv[:, 0], uv[:, 1]]), [[-1, 0], [0, 1]]),  # mirrored
+        (lambda uv: uv[:, ::-1], [[0, 1], [1, 0]]),
+        (
+            lambda uv: np.column_stack([uv[:, 0] + 0.4 * uv[:, 1], uv[:, 1]]) / 1.4,
+            [[1, 0], [0, 1]],
+        ),  # sheared
+    ],
+    ids=["same", "turned", "mirrored", "transposed", "sheared"],
+)
+def test_normals_are_seen_in_the_frame_of_the_chart(place, matrix, down, error):
+    """On the surface the frame is where u grows and, square to it, the side where v grows."""
+    n = np.array([0.6, 0.3, 0.74])
+    mesh = replace_uv(square_grid(4), place)
+    identity = Pullback(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))
+    kind = "normal-down" if down else "normal"
+    (out, _), charts = baked(mesh, 32, one_normal(n, down), identity, kind=kind, max_error=error, padding=0)
+    expected = stored(np.append(np.array(matrix) @ n[:2], n[2]), down)
+    inside = charts.raster.centre
+    assert inside.sum() > 300
+    assert np.abs(out[inside].astype(int) - expected).max() <= 1
+
+
+def test_normals_turn_with_the_map_that_brought_them():
+    """The map's angle is that of its derivative; a flat normal stays flat to the bit."""
+    mesh, n = square_grid(6, g), np.array([0.6, 0.3, 0.74])
+    chart = replace_uv(mesh, lambda uv: square_of(mesh.points[:, :2]))
+    (out, _), charts = baked(chart, 64, one_normal(n), kind="normal", padding=0, max_error=1e-9)
+    y, x = np.nonzero(charts.raster.centre)
+    low, size = extent(mesh.points[:, :2])
+    w = (x + 0.5) / 64 * size + low[0] + 1j * ((1 - (y + 0.5) / 64) * size + low[1])
+    z = (-1 + np.sqrt(1 + 0.6 * w)) / 0.3  # the inverse of g
+    turn = (1 + 0.3 * z) / np.abs(1 + 0.3 * z)
+    flat = (n[0] + 1j * n[1]) * turn
+    expected = stored(np.column_stack([flat.real, flat.imag, np.full(z.size, n[2])]))
+    assert np.abs(np.angle(turn)).max() > 0.2
+    off = np.abs(out[y, x].astype(int) - expected).max(axis=1)
+    deep = (np.abs(z.real - 0.5) < 0.45) & (
+        np.abs(z.imag - 0.5) < 0.45
+    )  # at the rim the polygon is not the curve
+    assert off[deep].max() <= 1
+    assert off.max() <= 5
+    (level, _), _ = baked(chart, 64, one_normal([0, 0, 1]), kind="normal", padding=-1)
+    assert (level == FLAT).all()
+
+
+def extent(xy):
+    """Lower left corner and longer side of points (n, 2)."""
+    return xy.min(axis=0), np.ptp(xy, axis=0).max()
+
+
+def square_of(xy):
+    """Points moved and scaled into the unit square."""
+    low, size = extent(xy)
+    return (xy - low) / size
+
+
+@pytest.mark.parametrize(
+    ("place", "matrix"),
+    [
+        (lambda uv: np.column_stack([1 - uv[:, 1], uv[:, 0]]), [[0, 1], [-1, 0]]),
+        (lambda uv: np.column_stack([1 - uv[:, 0], uv[:, 1]]), [[-1, 0], [0, 1]]),
+    ],
+    ids=["turned", "mirrored"],
+)
+def test_normals_of_a_textured_mesh_come_from_the_frame_of_its_chart(place, matrix):
+    """The source's own chart is turned or mirrored on the surface, the target's is not."""
+    mesh, n = square_grid(4), np.array([0.6, 0.3, 0.74])
+    found = flatten(patch(mesh))
+    object.__setattr__(found, "flat", found.flat + (mesh.points[0, :2] @ [1, 1j] - found.flat[0]))
+    uv = place(mesh.uv)[mesh.uv_corners[found.patch.corner]]
+    source = baking.Surface(Locator(found), np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1) * 16)
+    faces = mesh.uv_corners[found.patch.corner]
+    grid = baking.layout("grid", mesh.uv, faces, found.patch.triangles.twin, 32, 32)
+    identity = Pullback(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))
+    out, _ = baking.bake(found, grid, identity, one_normal(n), source, kind="normal")
+    expected = stored(np.append(np.array(matrix) @ n[:2], n[2]))
+    assert np.abs(out.astype(int) - expected).max() <= 1
+
+
+def test_normals_need_three_channels():
+    grey = Texture(np.full((8, 8, 1), 128, np.uint8), (0, 1 + 1j))
+    with pytest.raises(InputError, match="normals need 3"):
+        baked(square_grid(2), 8, grey, kind="normal")
+
+
+def test_a_triangle_as_wide_as_the_picture_keeps_its_last_column():
+    """The one at the right rim is not taken for one that came in from the left."""
+    (out, _), _ = baked(square_grid(1), 8, pull=Pullback(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE)))
+    assert np.abs(out[:, :, 0] - (np.arange(8) + 0.5) / 8).max() < 0.01
