@@ -21,7 +21,7 @@ from .parallel import over_slices
 from .pullback import Pullback, bends
 from .raster import Raster, affine, open_edges, rasterise
 from .reading import Places, Reader
-from .resample import Texture
+from .texture import Texture
 
 MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file
 ROWS = 64
@@ -47,7 +47,8 @@ class Plane:
     def texels(self, z: Complex, zx: Complex, zy: Complex, threads: int | None = None) -> Places:
         """Places of the points z, given their derivatives by the output's x and y."""
         origin = complex(self.texture.box[0].real, self.texture.box[1].imag)
-        return Places(*_placed(z, zx, zy, origin, self.scale), zx, zy)
+        xy, turn = _placed(z, zx, zy, origin, self.scale)
+        return Places(xy, turn, zx, zy)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,12 +154,9 @@ def bake(
     target: Flattening,
     grid: Layout,
     pull: Pullback,
-    texture: Texture,
+    read: Reader,
     place: Plane | Surface,
     *,
-    filter: str = "auto",
-    kind: str = "colour",
-    edge: str = "clamp",
     padding: int | None = None,
     max_error: float = 0.05,
     threads: int | None = None,
@@ -169,9 +167,8 @@ def bake(
         target: the flattened patch.
         grid: its UV layout, triangle for triangle.
         pull: from the target's plane to the source's.
-        texture: what to carry over; its box does not matter to a `Surface`.
-        place: where points of the source's plane lie in the texture.
-        filter, kind, edge: as in `reading.Reader`.
+        read: the texture to carry over.
+        place: where points of the source's plane lie in it.
         padding: texels to spread colours past the charts' seams, -1 for all; a thirty-second of the picture by default,
             so that mip-maps down to 32 texels do not bleed.
         max_error: of places in the texture, in texels.
@@ -180,9 +177,8 @@ def bake(
     Returns:
         (h, w, c) pixels of the texture's type and channels, zero where nothing reaches, and a report.
     """
-    read = Reader(texture, filter, kind, edge)
     source = _Source(target, grid, pull, abs(place.scale) / np.sqrt(2), max_error)
-    out = np.zeros((*grid.shape, read.channels), texture.pixels.dtype)
+    out = np.zeros((*grid.shape, read.channels), read.dtype)
 
     def fill(rows: slice) -> None:
         at, origins = source.rows(rows)

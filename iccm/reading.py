@@ -15,7 +15,7 @@ from .curve import Real
 from .errors import InputError
 from .normals import turned
 from .parallel import over_slices
-from .resample import Texture
+from .texture import Texture
 
 SLICE = 1 << 15
 FINE = 4096
@@ -83,6 +83,11 @@ class Reader:
         """Of the texture."""
         return self.texture.pixels.shape[2]
 
+    @property
+    def dtype(self) -> np.dtype:
+        """Of the texture's pixels."""
+        return self.texture.pixels.dtype
+
     def __call__(self, places: Callable[[slice], Places], count: int, threads: int | None = None) -> NDArray:
         """(count, c) pixels as the texture stores them.
 
@@ -91,7 +96,7 @@ class Reader:
             count: number of points.
             threads: as many as there are processors by default.
         """
-        out = np.empty((count, self.channels), self.texture.pixels.dtype)
+        out = np.empty((count, self.channels), self.dtype)
 
         def fill(part: slice) -> None:
             at = places(part)
@@ -109,19 +114,18 @@ class Reader:
         assert at.down is not None
         turn = np.where(np.abs(at.right) > 0, at.right, 1).conj()
         mirrored = (at.right.conj() * at.down).imag > 0
-        dtype = self.texture.pixels.dtype
-        return turned(normals, turn, dtype, up=self.kind == "normal", mirrored=mirrored)
+        return turned(normals, turn, self.dtype, up=self.kind == "normal", mirrored=mirrored)
 
     def _stored(self, values: Float) -> NDArray:
         alpha = self.texture.alpha
         if alpha >= 0 and self.mixes and not self.texture.associated:
             colours = [k for k in range(self.channels) if k != alpha]
             values[:, colours] /= np.where(values[:, alpha] != 0, values[:, alpha], 1)[:, None]
-        if self.srgb and self.texture.pixels.dtype == np.uint8:
+        if self.srgb and self.dtype == np.uint8:
             out = np.empty(values.shape, np.uint8)
             _encode(values, alpha, *_steps(), out)
             return out
-        return colour.encode(values[None], self.texture.pixels.dtype, alpha, srgb=self.srgb)[0]
+        return colour.encode(values[None], self.dtype, alpha, srgb=self.srgb)[0]
 
 
 @cache

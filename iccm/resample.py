@@ -12,6 +12,7 @@ from .errors import InputError
 from .evaluate import Evaluator
 from .harmonic import HarmonicMap
 from .inverse import Inverse
+from .normals import turned
 from .parallel import in_order
 from .stmap import Stored
 from .texture import Prepared, Texture
@@ -169,17 +170,3 @@ class Warp:
             turn = np.where(inverse != 0, inverse, 1).conj()
             out[:, :3] = turned(out[:, :3], turn, self.dtype, up=self.source.kind == "normal")
         return out
-
-
-def turned(stored: NDArray[np.float32], turn: NDArray, dtype: np.dtype, *, up: bool) -> NDArray[np.float32]:
-    """Normals (p, 3), stored as 0..1, turned in the plane by the angle of `turn` (p,) and made unit again.
-
-    In integers the middle value, 128 of 255, is exactly zero, so that a flat surface stays flat.
-    """
-    top = 1.0 if dtype.kind == "f" else float(np.iinfo(dtype).max)
-    middle, span = (0.5, 0.5) if top == 1 else ((top + 1) / 2 / top, (top - 1) / 2 / top)
-    n = (stored - middle) / span
-    flat = (n[:, 0] + 1j * (n[:, 1] if up else -n[:, 1])) * turn / np.abs(turn)
-    n[:, 0], n[:, 1] = flat.real, flat.imag if up else -flat.imag
-    length = np.linalg.norm(n, axis=1, keepdims=True)
-    return (n / np.where(length > 0, length, 1) * span + middle).astype(np.float32)

@@ -22,6 +22,7 @@ from ..locate import Locator
 from ..mesh import Index
 from ..patch import patch
 from ..pullback import Pullback
+from ..reading import Reader
 from ..seam import vertex_path
 from . import images, meshes
 from .images import Image
@@ -260,6 +261,9 @@ def bake(
     box: Box,
     size: tuple[int, int],
     *,
+    filter: str = "auto",
+    kind: str = "colour",
+    edge: str = "clamp",
     threads: int | None = None,
     **options: Any,
 ) -> tuple[Image, dict[str, Any]]:
@@ -269,7 +273,8 @@ def bake(
         target, map, source, box, threads: as in `new_uvs`.
         image: the texture.
         size: width and height of the picture to make.
-        options: filter, kind, edge, padding, max_error of `iccm.bake.bake`.
+        filter, kind, edge: as in `iccm.reading.Reader`.
+        options: padding, max_error of `iccm.bake.bake`.
 
     Raises:
         InputError: the target, or a mesh source, has no texture coordinates.
@@ -278,16 +283,9 @@ def bake(
     faces = target.uv_faces
     assert mesh.uv is not None
     charts = baking.layout(target.spec, mesh.uv, faces, target.flattening.patch.triangles.twin, *size)
-    texture = image.texture(box, options.get("kind", "colour"))
-    pixels, figures = baking.bake(
-        target.flattening,
-        charts,
-        Pullback(map, threads),
-        texture,
-        placing(source, texture),
-        threads=threads,
-        **options,
-    )
+    texture = image.texture(box, kind)
+    read, pull, place = Reader(texture, filter, kind, edge), Pullback(map, threads), placing(source, texture)
+    pixels, figures = baking.bake(target.flattening, charts, pull, read, place, threads=threads, **options)
     return image.with_pixels(pixels, image.alpha), figures | {"flattening": target.flattening.report()}
 
 
@@ -306,7 +304,17 @@ def placing(source: Shape, texture) -> baking.Plane | baking.Surface:
     return baking.Surface(source.locator, corners)
 
 
-def warp(source: MeshShape, map: "HarmonicMap", image: Image, canvas: "Canvas", **options: Any) -> "Warped":
+def warp(
+    source: MeshShape,
+    map: "HarmonicMap",
+    image: Image,
+    canvas: "Canvas",
+    *,
+    filter: str = "auto",
+    kind: str = "colour",
+    edge: str = "clamp",
+    threads: int | None = None,
+) -> "Warped":
     """The mesh's texture on a planar target: `iccm.resample.warp` through the mesh's texture coordinates.
 
     Args:
@@ -314,9 +322,10 @@ def warp(source: MeshShape, map: "HarmonicMap", image: Image, canvas: "Canvas", 
         map: from its flattening to the target.
         image: its texture.
         canvas: the raster to make.
-        options: as in `iccm.resample.warp`.
+        filter, kind, edge: as in `iccm.reading.Reader`.
+        threads: as many as there are processors by default.
     """
     from ..surface import warp as warped
 
-    texture = image.texture(source.box, options.get("kind", "colour"))
-    return warped(map, texture, canvas, placing(source, texture), **options)
+    texture = image.texture(source.box, kind)
+    return warped(map, Reader(texture, filter, kind, edge), canvas, placing(source, texture), threads)

@@ -12,6 +12,7 @@ from iccm.mesh import Mesh
 from iccm.patch import patch
 from iccm.pullback import Pullback, bends
 from iccm.raster import affine, open_edges, rasterise
+from iccm.reading import Reader
 from iccm.resample import Texture
 from iccm.topology import Triangles
 
@@ -157,7 +158,7 @@ def test_points_are_located_in_their_triangles():
 # ---- baking
 
 
-def baked(mesh, size=64, texture=None, pull=None, **options):
+def baked(mesh, size=64, texture=None, pull=None, kind="colour", **options):
     piece = patch(mesh)
     found = flatten(piece)
     # the flattening of a flat mesh is itself, moved: undo that, so that the map is the one that is known
@@ -166,7 +167,8 @@ def baked(mesh, size=64, texture=None, pull=None, **options):
     texture = texture if texture is not None else Texture(smooth_texture(), (0, 1 + 1j), transfer="linear")
     charts = baking.layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, size, size)
     pull = Pullback(mapped()) if pull is None else pull
-    return baking.bake(found, charts, pull, texture, baking.Plane(texture), **options), charts
+    read = Reader(texture, kind=kind)
+    return baking.bake(found, charts, pull, read, baking.Plane(texture), **options), charts
 
 
 @pytest.mark.parametrize("cells", [2, 8, 32])
@@ -343,7 +345,7 @@ def test_normals_of_a_textured_mesh_come_from_the_frame_of_its_chart(place, matr
     faces = mesh.uv_corners[found.patch.corner]
     grid = baking.layout("grid", mesh.uv, faces, found.patch.triangles.twin, 32, 32)
     identity = Pullback(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))
-    out, _ = baking.bake(found, grid, identity, one_normal(n), source, kind="normal")
+    out, _ = baking.bake(found, grid, identity, Reader(one_normal(n), kind="normal"), source)
     expected = stored(np.append(np.array(matrix) @ n[:2], n[2]))
     assert np.abs(out.astype(int) - expected).max() <= 1
 

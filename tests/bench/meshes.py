@@ -20,6 +20,7 @@ from iccm.io import obj, objwrite
 from iccm.mesh import Mesh
 from iccm.patch import patch
 from iccm.pullback import Pullback
+from iccm.reading import Reader
 from iccm.resample import Texture
 
 from . import surfaces
@@ -103,7 +104,7 @@ def baking(size: int = 4096) -> None:
 
     def work() -> None:
         charts = bake.layout("wave", uv, uv_faces, piece.triangles.twin, size, size)
-        bake.bake(target, charts, Pullback(map_), texture, bake.Plane(texture))
+        bake.bake(target, charts, Pullback(map_), Reader(texture), bake.Plane(texture))
 
     wall, cpu, _ = best(work, 2)
     print(f"bake, {len(piece.faces)} triangles into {size}²   {wall:.2f} s, {cpu:.2f} s of processor")
