@@ -21,7 +21,7 @@ __all__ = ["Box", "Canvas", "Prepared", "Texture", "Warp", "Warped", "warp", "wh
 
 
 CHUNK = 1 << 17  # pixels that are filtered at a time
-PIXEL, SAMPLE = 64, 256  # bytes that each pixel of a band, and of those filtered at a time, takes on the way
+PIXEL, SAMPLE = 96, 256  # bytes that each pixel of a band, and of those filtered at a time, takes on the way
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,9 @@ from .. import room
 from ..errors import InputError
 from ..parallel import thread_count
 
-SHARE = 0.4  # of what is left when the first picture is read: for arrays that stay; the rest is for work
+SHARE = 0.25  # of what is left when the first picture is read: for arrays that stay; the rest is for work
 MIB = 1 << 20
+MARGIN = 64 * MIB  # for what libraries take, and what the allocator does not give back
 
 
 class Bounded(room.Room):
@@ -67,7 +68,7 @@ class Bounded(room.Room):
         Raises:
             InputError: not even one.
         """
-        used = resident()
+        used = resident() + MARGIN
         if self.limit - used < each:
             raise InputError(
                 f"--memory: {self.limit // MIB}M is too little for {what}, which takes {-(-(used + each) // MIB)}M"

@@ -26,11 +26,11 @@ def test_what_does_not_fit_lies_in_a_file_that_has_no_name(tmp_path):
 
 def test_what_fits_once_does_not_fit_again():
     bounded = room.Bounded(room.resident() + 100 * MIB)
-    assert [bounded((25 * MIB,), np.uint8).base is None for _ in range(2)] == [True, False]
+    assert [bounded((15 * MIB,), np.uint8).base is None for _ in range(2)] == [True, False]
 
 
 def test_as_many_threads_as_fit():
-    bounded = room.Bounded(room.resident() + 100 * MIB)
+    bounded = room.Bounded(room.resident() + room.MARGIN + 100 * MIB)
     assert bounded.threads(8, 40 * MIB, "work") == 2
     assert bounded.threads(1, 40 * MIB, "work") == 1
     with pytest.raises(InputError, match=r"too little for work, which takes \d+M"):
