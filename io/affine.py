@@ -44,6 +44,12 @@ class Affine:
         )
 
 
+def written(map: Affine) -> str:
+    """The map as SVG's matrix(a b c d e f)."""
+    x, y, at = map.alpha + map.beta, map.alpha - map.beta, complex(map.gamma)
+    return "matrix(" + " ".join(f"{v:.9g}" for v in (x.real, x.imag, -y.imag, y.real, at.real, at.imag)) + ")"
+
+
 def parse(text: str) -> Affine:
     """The map that a `transform` attribute describes; empty or `none` is the identity.
 

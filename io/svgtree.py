@@ -110,10 +110,14 @@ class _Walk:
     def __init__(self, ids: Mapping[str, Element], sheet: css.Sheet):
         self.ids, self.sheet, self.copies = ids, sheet, 0
 
+    def own(self, element: Element) -> dict[str, str]:
+        """The element's attributes and styles by name, nothing inherited."""
+        own = {k.rpartition("}")[2]: v for k, v in element.attrib.items() if not k.startswith("{")}
+        return own | self.sheet.style(local(element), own) | css.declarations(own.get("style", ""))
+
     def enter(self, element: Element, state: _State, *, root: bool = False) -> _State | None:
         """The state inside an element, or None when it is not displayed."""
-        own = {k.rpartition("}")[2]: v for k, v in element.attrib.items() if not k.startswith("{")}
-        own |= self.sheet.style(local(element), own) | css.declarations(own.get("style", ""))
+        own = self.own(element)
         if own.get("display") == "none" or own.get("opacity", "").strip() in ("0", "0%", "0.0"):
             return None
         kept = {k: state.properties[k] for k in _INHERITED if k in state.properties}
