@@ -183,6 +183,23 @@ def test_a_flattening_that_overlaps_is_repaired_and_said_so():
     assert found.report()["dilatation"]["p95"] < 1.5
 
 
+@pytest.mark.parametrize("k", [0, 1, 3])
+def test_harmonic_measure_reproduces_the_mean_of_harmonic_functions(k):
+    """Seen from the middle of a flat disk every Re zᵏ, discretely harmonic or not, has the mean that it has there."""
+    z, faces = disk_grid(24)
+    piece = patch(Mesh.triangles("flat", np.column_stack([z.real, z.imag, 0 * z.real]), faces))
+    loop = piece.loops[0]
+    inside = disk.Dirichlet(disk.cotangents(piece.triangles, piece.points), loop)
+    off = int(np.argmin(np.abs(z[piece.vertex] - 0.3)))
+    gap = disk.harmonic_measure(inside, off)
+    mass = 0.5 * (gap + np.roll(gap, 1))
+    at = z[piece.vertex]
+    assert gap.sum() == pytest.approx(1)
+    assert mass @ (at[loop] ** k).real == pytest.approx((at[off] ** k).real, abs=2e-3)
+    harmonic = inside.extended(at[loop] ** k)
+    assert np.abs(harmonic - at**k).max() < 4e-3
+
+
 def test_tuttes_map_is_one_to_one_even_with_a_hole():
     mesh = ramp()
     keep = np.ones(mesh.sizes.size, bool)

@@ -87,6 +87,22 @@ def flattening() -> None:
     )
 
 
+def repair() -> None:
+    """A patch of a hundred thousand vertices whose free flattening overlaps itself: a winding ramp."""
+    t, r = np.meshgrid(np.linspace(0, 2.6 * np.pi, 447), np.linspace(0.4, 1.8, 224), indexing="ij")
+    k = np.arange(t.size).reshape(t.shape)
+    quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], axis=-1).reshape(-1)
+    points = np.column_stack([(r * np.cos(t)).ravel(), (r * np.sin(t)).ravel(), 0.12 * t.ravel()])
+    piece = patch(Mesh("ramp", points, quads, 4 * np.arange(quads.size // 4 + 1)))
+    lscm, *_ = best(lambda: flatten.lscm(piece, piece.loops[0]), 1)
+    start = time.perf_counter()
+    found = flatten.flatten(piece)
+    print(
+        f"ramp, {len(points)} vertices   LSCM {lscm:.2f} s, flattened and repaired by {found.method!r} "
+        f"{time.perf_counter() - start:.2f} s, p95 of dilatation {found.report()['dilatation']['p95']:.4f}"
+    )
+
+
 def baking(size: int = 4096) -> None:
     """A million triangles into size² texels."""
     mesh = triangles(708)
@@ -129,7 +145,7 @@ def angles() -> None:
 
 def main() -> int:
     """Everything."""
-    for part in (files, flattening, baking, angles):
+    for part in (files, flattening, repair, baking, angles):
         part()
     return 0
 
