@@ -7,8 +7,8 @@ Real = NDArray[np.float64]
 
 
 class Monotone:
-    """The C¹ interpolant of Fritsch and Butland, *A method for constructing local monotone piecewise cubic interpolants*
-    (1984), as scipy.interpolate.PchipInterpolator, whose import takes a tenth of a second.
+    """The C¹ interpolant of Fritsch and Butland, *A method for constructing local monotone piecewise cubic
+    interpolants* (1984), as scipy.interpolate.PchipInterpolator, whose import takes a tenth of a second.
 
     Args:
         x: (n,) increasing, n > 2.

@@ -11,8 +11,8 @@ Real = NDArray[np.float64]
 def descend(
     f: Callable[[Real], float], simplex: Real, *, most: int, near: float, level: float
 ) -> tuple[Real, float]:
-    """Nelder and Mead, *A simplex method for function minimization* (1965), step for step as scipy.optimize, whose import
-    takes a tenth of a second.
+    """Nelder and Mead, *A simplex method for function minimization* (1965), step for step as scipy.optimize, whose
+    import takes a tenth of a second.
 
     Args:
         f: of (n,) numbers.
