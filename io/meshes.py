@@ -5,8 +5,8 @@ OBJ keeps its bytes (`obj`, `objwrite`, `mtl`); GLB, PLY, OFF and STL go through
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ THROUGH_TRIMESH = (".glb", ".gltf", ".ply", ".off", ".stl")
 SUFFIXES = (".obj", *THROUGH_TRIMESH)
 WITH_UV = (".obj", ".glb", ".ply")
 NEW = "iccm"  # a material of ours
+PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"  # how such files begin
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +34,7 @@ class MeshFile:
         mesh: its polygons, or those of the part picked.
         faces: (f,) which faces of the whole file that part is.
         obj: the file itself when it is an OBJ.
-        picture: the texture inside the file (a Pillow image) when it has one.
+        picture: the texture inside the file, as the PNG or JPEG file that it is there, when it has one.
         loop: number of the boundary loop picked, 1 being the longest.
         notes: what was left out.
     """
@@ -42,7 +43,7 @@ class MeshFile:
     mesh: Mesh
     faces: NDArray[np.bool_]
     obj: Obj | None = None
-    picture: object = None
+    picture: bytes | None = None
     loop: int = 1
     notes: tuple[str, ...] = ()
 
@@ -154,9 +155,17 @@ def _placed(scene, name: str, piece) -> Real:
     return np.asarray(piece.vertices, float)
 
 
-def _picture(piece) -> object:
+def _picture(piece) -> bytes | None:
+    """The texture of a geometry: its bytes as they are embedded, or as PNG where Pillow has them no more."""
     material = getattr(piece.visual, "material", None)
-    return getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    if image is None:
+        return None
+    if isinstance(getattr(image, "fp", None), BytesIO):
+        return image.fp.getvalue()
+    made = BytesIO()
+    image.save(made, "PNG")
+    return made.getvalue()
 
 
 def texture_of(file: MeshFile) -> Path | None:
@@ -188,7 +197,7 @@ def write(
     out: Path,
     *,
     name: Path,
-    texture: Path | None = None,
+    texture: Path | bytes | None = None,
     force: bool = False,
 ) -> tuple[list[str], list[str]]:
     """Write the mesh with new texture coordinates.
@@ -199,31 +208,48 @@ def write(
         uv_corners: (c,) coordinate of each corner of file.mesh.
         triangles: (m, 3) corners of its triangles, for formats of triangles.
         out: where to write now, a temporary file beside `name`.
-        name: what it will be called; a texture makes `name` with suffix .mtl as well.
-        texture: the picture to show, None to leave materials alone.
-        force: whether that .mtl may be replaced.
+        name: what it will be called.
+        texture: the picture to show, or its content; None to leave materials alone.
+        force: whether the `companions` may be replaced.
 
     Returns:
-        The other files written, and notes on material libraries.
+        The other files written, and notes on what could not be kept.
     """
     check_output(str(name))
     if name.suffix.lower() != ".obj":
         _write_other(file.mesh, uv, uv_corners, triangles, out, name.suffix.lower(), texture)
-        return [], []
+        lost = texture is not None and name.suffix.lower() == ".ply"
+        return [], [f"{name}: PLY names no texture; its coordinates are for the one given"] if lost else []
     whole = file.obj or obj.parse(_as_obj(file.mesh), name)
     faces = file.faces if file.obj else np.ones(len(whole.face_at), bool)
     if texture is None:
         out.write_bytes(objwrite.retextured(whole, faces, uv, uv_corners))
         return [], []
-    library = name.with_suffix(".mtl")
+    library, *beside = (Path(other) for other in companions(name, texture))
     materials, notes = _library(whole)
     rename, plain = _renamed(whole, faces)
     binding = objwrite.Binding(library.name, rename, plain)
     out.write_bytes(objwrite.retextured(whole, faces, uv, uv_corners, binding))
-    text = mtl.bound(materials, rename, plain, texture, library)
-    with files.replacing(library, force=force) as temporary:
-        temporary.write_bytes(text.encode("utf-8", "surrogateescape"))
-    return [str(library)], notes
+    shown = texture if isinstance(texture, Path) else beside[0]
+    text = mtl.bound(materials, rename, plain, shown, library)
+    content = [text.encode("utf-8", "surrogateescape"), *([texture] if isinstance(texture, bytes) else [])]
+    for path, data in zip((library, *beside), content):
+        with files.replacing(path, force=force) as temporary:
+            temporary.write_bytes(data)
+    return [str(library), *map(str, beside)], notes
+
+
+def companions(name: Path, texture: Path | bytes | None) -> list[str]:
+    """The files that `write` puts beside an output: an OBJ's material library, and a picture that is no file yet."""
+    if texture is None or name.suffix.lower() != ".obj":
+        return []
+    picture = [name.with_suffix(_suffix_of(texture))] if isinstance(texture, bytes) else []
+    return [str(path) for path in (name.with_suffix(".mtl"), *picture)]
+
+
+def _suffix_of(picture: bytes) -> str:
+    """By the first bytes of the content; OpenImageIO looks at the content too where a suffix misleads."""
+    return ".jpg" if picture.startswith(JPEG) else ".png"
 
 
 def _library(whole: Obj) -> tuple[mtl.Library, list[str]]:
@@ -257,27 +283,50 @@ def _as_obj(mesh: Mesh) -> bytes:
     return (points + faces).encode()
 
 
-def _write_other(mesh: Mesh, uv, uv_corners, triangles, out: Path, suffix: str, texture: Path | None) -> None:
+def _write_other(
+    mesh: Mesh, uv, uv_corners, triangles, out: Path, suffix: str, texture: Path | bytes | None
+) -> None:
     """GLB or PLY: a vertex for every pair of position and texture coordinate."""
     import trimesh
+    from PIL import Image
+    from trimesh.exchange.gltf import export_glb
 
     pairs = np.column_stack([mesh.corners[triangles].ravel(), uv_corners[triangles].ravel()])
     pairs, index = np.unique(pairs, axis=0, return_inverse=True)
     piece = trimesh.Trimesh(mesh.points[pairs[:, 0]], index.reshape(-1, 3), process=False)
-    material = trimesh.visual.material.PBRMaterial(baseColorTexture=_opened(texture), metallicFactor=0.0)
-    piece.visual = trimesh.visual.TextureVisuals(uv=uv[pairs[:, 1]], material=material)
-    data: Any = piece.export(file_type=suffix[1:])
-    out.write_bytes(data if isinstance(data, bytes) else data.encode())
+    uv = uv[pairs[:, 1]]
+    if suffix == ".ply":
+        piece.visual = trimesh.visual.TextureVisuals(uv=uv)
+        out.write_bytes(trimesh.exchange.ply.export_ply(piece))
+        return
+    content = _embeddable(texture) if texture is not None else b""
+    material = trimesh.visual.material.PBRMaterial(metallicFactor=0.0)
+    if content:
+        material.baseColorTexture = Image.new("RGB", (1, 1))
+
+    def embed(buffers, tree) -> None:  # the file itself in place of what trimesh would encode again
+        for image in tree["images"]:
+            buffers[list(buffers)[image["bufferView"]]] = content + bytes(-len(content) % 4)
+            image["mimeType"] = "image/jpeg" if content.startswith(JPEG) else "image/png"
+
+    piece.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
+    out.write_bytes(export_glb(piece.scene(), buffer_postprocessor=embed))
 
 
-def _opened(texture: Path | None):
-    if texture is None:
-        return None
+def _embeddable(texture: Path | bytes) -> bytes:
+    """The content of a PNG or JPEG file, or another picture as PNG.
+
+    Raises:
+        InputError: it cannot be read.
+    """
     from PIL import Image, UnidentifiedImageError
 
+    content = texture if isinstance(texture, bytes) else files.open_input(texture).read_bytes()
+    if content.startswith((PNG, JPEG)):
+        return content
     try:
-        picture = Image.open(texture)
-        picture.load()
+        made = BytesIO()
+        Image.open(BytesIO(content)).save(made, "PNG")
     except (OSError, UnidentifiedImageError, ValueError) as error:
-        raise InputError(f"{texture}: cannot be put into a GLB file; use a PNG or JPEG texture") from error
-    return picture
+        raise InputError(f"{texture!s}: cannot be put into a GLB file; use a PNG or JPEG texture") from error
+    return made.getvalue()

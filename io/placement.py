@@ -24,7 +24,7 @@ def on_mesh(job: Job, source: Any) -> bool:
         return False
     from . import transfer
 
-    return bool(job.texture or source.file.picture is not None or transfer.texture_file(source) is not None)
+    return bool(job.texture or transfer.texture_in(source) is not None)
 
 
 def texture_box(job: Job, source: Shape) -> Box:

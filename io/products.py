@@ -213,16 +213,51 @@ def mesh(run: Run, path: Path | None, name: Path) -> None:
 
     assert path is not None
     box = placement.covered(run.job, run.source)
-    source, target, shown = cast(Any, run.source), cast(Any, run.target), None
-    if run.job.texture:
-        shown = Path(run.job.texture)
-    elif run.on_mesh:
-        shown = transfer.texture_file(source)
-    force, threads = run.job.force, run.threads
+    target: Any = run.target
+    options: dict[str, Any] = {"texture": _shown(run), "force": run.job.force, "threads": run.threads}
     with run.timed("write"):
-        run.figures |= transfer.new_uvs(
-            target, run.fit.map, source, box, path, name=name, texture=shown, force=force, threads=threads
-        )
+        figures = transfer.new_uvs(target, run.fit.map, run.source, box, path, name=name, **options)
+    for note in figures.pop("material_notes"):
+        run.note(note)
+    before = run.figures.get("also_written", [])
+    run.figures |= figures | {"also_written": [*before, *figures["also_written"]]}
+
+
+def _shown(run: Run) -> Path | bytes | None:
+    """The picture that a mesh with new coordinates shows: --texture, or that of a mesh source."""
+    from . import transfer
+
+    if run.job.texture:
+        return Path(run.job.texture)
+    source: Any = run.source
+    return transfer.texture_in(source) if run.on_mesh else None
+
+
+def check_layouts(run: Run) -> None:
+    """Ask for the texture coordinates that the products need, before the solving.
+
+    Raises:
+        InputError: a mesh has none.
+    """
+    source, target = cast(Any, run.source), cast(Any, run.target)
+    needed = [target] if run.job.bake else []
+    if hasattr(source, "flattening"):
+        meshes = any(Path(name).suffix.lower() in MESHES for name in run.job.output)
+        needed += [source] if run.job.bake or run.on_mesh or meshes else []
+    for shape in needed:
+        _ = shape.uv_faces
+    if hasattr(source, "flattening") and not run.on_mesh:
+        run.note(f"{source.spec}: names no texture; give one with --texture")
+
+
+def beside(run: Run) -> list[str]:
+    """The files that the job's meshes bring along: material libraries and pictures."""
+    names = [Path(name) for name in run.job.output if Path(name).suffix.lower() == ".obj"]
+    if not names:
+        return []
+    from . import meshes
+
+    return [other for name in names for other in meshes.companions(name, _shown(run))]
 
 
 def baked(run: Run, path: Path | None, name: Path) -> None:

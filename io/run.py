@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import time
+from collections.abc import Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError
 from ..parallel import ahead
 from ..room import Room
-from . import files, limits, placement, products, report, shapes
+from . import companions, files, limits, placement, products, report, shapes
 from .constrained import constrained
 from .job import WRITTEN, Job, path_of
 from .room import Bounded
@@ -106,23 +107,31 @@ def check(job: Job) -> dict[str, products.Maker]:
     """What makes each output, after checking that all of them can be written and no input is among them.
 
     Raises:
-        InputError: an unknown suffix, a folder that is missing or not writable, a file that exists.
+        InputError: an unknown suffix, or as `_free`.
     """
     makers = {name: products.maker(name, job) for name in job.output}
     if job.plot:
         makers[job.plot] = products.plotter(job.plot)
     if job.stmap:
         makers[job.stmap] = products.stmapper(job.stmap)
-    inputs = {Path(name).resolve() for name in job.inputs}
-    seen: set[Path] = set()
-    for name in job.outputs:
+    _free(job, job.outputs, job.inputs)
+    return makers
+
+
+def _free(job: Job, outputs: Iterable[str], inputs: Iterable[str], taken: Iterable[str] = ()) -> None:
+    """Refuse outputs that cannot be written, are inputs, are named twice or taken by others.
+
+    Raises:
+        InputError: a folder that is missing or not writable, a file that exists.
+    """
+    read, seen = ({Path(name).resolve() for name in names} for names in (inputs, taken))
+    for name in outputs:
         real = files.check_output(name, force=job.force)
-        if real in inputs:
+        if real in read:
             raise InputError(f"{name}: is also an input; name another output")
         if real in seen:
             raise InputError(f"{name}: is named for two outputs; give each its own")
         seen.add(real)
-    return makers
 
 
 def _read(job: Job, threads: int | None, tell: Tell, progress: Progress | None) -> Run:
@@ -133,10 +142,13 @@ def _read(job: Job, threads: int | None, tell: Tell, progress: Progress | None) 
     room = Bounded(job.memory, _scratch(job)) if job.memory else Room()
     state = Run(job, source, target, room, tell, threads, progress)
     state.pins, state.strokes = constrained(job, source, target)
+    products.check_layouts(state)
+    if others := products.beside(state):
+        _free(job, others, companions.inputs(job), taken=job.outputs)
     if placement.pictured(job):
         low, high = target.box
         placement.size_of(job, job.size or (placement.LONGER_SIDE,), high - low)
-    if placement.pictured(job) or job.texture:
+    if placement.pictured(job) or job.texture or job.bake:
         assert state.image
     for note in dict.fromkeys(f"{s.spec}: {note}" for s in (source, target) for note in s.notes):
         state.note(note)

@@ -7,11 +7,12 @@ its own texture.
 
 from dataclasses import dataclass
 from functools import cached_property
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .. import bake as baking
 from ..cauchy import Complex
@@ -173,7 +174,7 @@ def own_texture(shape: MeshShape) -> Image:
         InputError: there is none.
     """
     if shape.file.picture is not None:
-        pixels = np.asarray(shape.file.picture.convert("RGBA"))  # type: ignore[attr-defined]
+        pixels = _decoded(shape.spec, shape.file.picture)
         opaque = bool((pixels[..., 3] == 255).all())
         return Image(pixels[..., :3].copy() if opaque else pixels, alpha=-1 if opaque else 3)
     named = meshes.texture_of(shape.file)
@@ -182,9 +183,19 @@ def own_texture(shape: MeshShape) -> Image:
     return images.read(named)
 
 
-def texture_file(shape: MeshShape) -> Path | None:
-    """The texture file that an OBJ's material names."""
-    return meshes.texture_of(shape.file)
+def _decoded(spec: str, picture: bytes) -> NDArray[np.uint8]:
+    from PIL import Image as Pillow
+
+    try:
+        return np.asarray(Pillow.open(BytesIO(picture)).convert("RGBA"))
+    except (OSError, ValueError, SyntaxError, Pillow.DecompressionBombError) as error:
+        reason = " ".join(str(error).split())[:120]
+        raise InputError(f"{spec}: the texture in the file cannot be read: {reason}") from error
+
+
+def texture_in(shape: MeshShape) -> Path | bytes | None:
+    """The texture file that an OBJ's material names, or the content of the one that another format holds."""
+    return shape.file.picture or meshes.texture_of(shape.file)
 
 
 def new_uvs(
@@ -195,7 +206,7 @@ def new_uvs(
     out: Path,
     *,
     name: Path,
-    texture: Path | None = None,
+    texture: Path | bytes | None = None,
     force: bool = False,
     threads: int | None = None,
 ) -> dict[str, Any]:
@@ -208,8 +219,8 @@ def new_uvs(
         box: where the texture lies in the source's plane (not used with a mesh).
         out: temporary file to write.
         name: its final name: .obj, .glb or .ply.
-        texture: picture file to bind to the mesh; None writes coordinates only.
-        force: whether name.mtl may be replaced.
+        texture: picture file to bind to the mesh, or its content; None writes coordinates only.
+        force: whether the files beside it may be replaced (see `meshes.companions`).
         threads: as many as there are processors by default.
 
     Returns:

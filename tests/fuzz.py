@@ -201,7 +201,7 @@ def read(kind: str, folder: Path, data: bytes) -> None:
         transfer.read(str(path), cut=True)
     elif kind == "mtl":
         (folder / "o.obj").write_bytes(OBJ.replace(b"m.mtl", b"x.mtl"))
-        transfer.texture_file(transfer.read(str(folder / "o.obj")))
+        transfer.texture_in(transfer.read(str(folder / "o.obj")))
     elif kind == "png":
         images.read(path, max_pixels=1 << 20)
         shapes.read(str(path))

@@ -82,7 +82,7 @@ def test_a_texture_is_bound_beside_the_mesh(tmp_path):
     text = out.read_text().splitlines()
     assert text[0] == "mtllib o.mtl"
     assert "usemtl iccm" in text
-    assert transfer.texture_file(transfer.read(str(out))) == tmp_path / "my cloth.png"
+    assert transfer.texture_in(transfer.read(str(out))) == tmp_path / "my cloth.png"
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".ply"])
@@ -331,3 +331,99 @@ def test_a_texture_goes_onto_a_mesh_with_pins_from_the_command_line(tmp_path, sh
     uv = obj.read(tmp_path / "o.obj").vt
     assert ((uv > -0.01) & (uv < 1.01)).all()
     assert iccm(*words[:-4], "-o", "x.stl").code == 2
+
+
+@pytest.fixture
+def embedded(tmp_path):
+    """A GLB whose texture is a JPEG inside it, and that JPEG's bytes."""
+    target = transfer.read(str(write_mesh(tmp_path / "hill.obj", n=6)))
+    images.write(tmp_path / "c.jpg", colours())
+    out = tmp_path / "a.glb"
+    plane = target_plane(target)
+    transfer.new_uvs(target, identity(target), plane, target.box, out, name=out, texture=tmp_path / "c.jpg")
+    return (tmp_path / "c.jpg").read_bytes()
+
+
+def test_a_texture_is_embedded_byte_by_byte(tmp_path, embedded):
+    assert embedded in (tmp_path / "a.glb").read_bytes()
+    assert transfer.texture_in(transfer.read(str(tmp_path / "a.glb"))).rstrip(b"\0") == embedded
+
+
+def test_a_mesh_that_holds_its_texture_passes_it_on(tmp_path, monkeypatch, embedded, iccm):
+    monkeypatch.chdir(tmp_path)
+    write_mesh(tmp_path / "b.obj", n=5, uv=False)
+    words = ["map", "a.glb", "b.obj", "--method", "paper", "--vertices", "60"]
+    done = iccm(*words, "-o", "o.obj", "-o", "o.glb", "-o", "o.ply")
+    assert done.code in (0, 1), done.err
+    assert embedded in (tmp_path / "o.glb").read_bytes()
+    assert (tmp_path / "o.jpg").read_bytes().rstrip(b"\0") == embedded
+    assert "map_Kd o.jpg" in (tmp_path / "o.mtl").read_text()
+    assert "o.ply: PLY names no texture" in done.err
+    shown = transfer.own_texture(transfer.read("o.obj"))
+    assert np.abs(shown.pixels.astype(int) - images.read("c.jpg").pixels).max() <= 2  # two JPEG decoders
+
+
+def test_an_embedded_texture_that_is_damaged_is_told_before_the_solving(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("iccm.fit", lambda *args, **options: pytest.fail("solved"))
+    target = transfer.read(str(write_mesh(tmp_path / "hill.obj", n=6)))
+    images.write(tmp_path / "c.png", colours())
+    whole = (tmp_path / "c.png").read_bytes()
+    cut = whole[: len(whole) // 2].ljust(len(whole), b"\0")
+    out, plane = tmp_path / "a.glb", target_plane(target)
+    transfer.new_uvs(target, identity(target), plane, target.box, out, name=out, texture=cut)
+    done = iccm("map", "a.glb", "hill.obj", "--bake", "-o", "o.png")
+    assert done.code == 2
+    assert len(done.lines) == 1
+    assert "a.glb: the texture in the file cannot be read" in done.err
+
+
+@pytest.mark.parametrize(
+    ("bare", "words"),
+    [
+        ("source", ["-o", "o.obj"]),
+        ("source", ["--bake", "-o", "o.png"]),
+        ("target", ["--bake", "-o", "o.png"]),
+    ],
+)
+def test_a_missing_layout_is_told_before_the_solving(tmp_path, monkeypatch, iccm, bare, words):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("iccm.fit", lambda *args, **options: pytest.fail("solved"))
+    for name in ("source", "target"):
+        write_mesh(tmp_path / f"{name}.obj", n=5, uv=name != bare)
+    done = iccm("map", "source.obj", "target.obj", *words)
+    assert done.code == 2
+    assert done.lines == [
+        f"error: {bare}.obj: has no texture coordinates of its own; make them with iccm map … -o uv.obj"
+    ]
+
+
+def test_a_mesh_without_a_texture_is_noted(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.obj", "b.obj"):
+        write_mesh(tmp_path / name, n=5)
+    done = iccm("map", "a.obj", "b.obj", "--method", "paper", "--vertices", "60", "-o", "o.obj")
+    assert done.code in (0, 1), done.err
+    assert sum("a.obj: names no texture" in line for line in done.lines) == 1
+
+
+@pytest.mark.parametrize(
+    ("source", "name"), [("a.glb", "o.mtl"), ("a.glb", "o.jpg"), ("hill.obj", "o.mtl"), ("hill.obj", "c.mtl")]
+)
+def test_files_beside_an_output_are_checked_before_any_work(
+    tmp_path, monkeypatch, embedded, iccm, source, name
+):
+    """What exists needs --force; what an input is made of is never replaced."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("iccm.fit", lambda *args, **options: pytest.fail("solved"))
+    write_mesh(tmp_path / "b.obj", n=5, uv=False, head="mtllib c.mtl")
+    (tmp_path / name).write_text("newmtl mine\n")
+    words = ["map", source, "b.obj", "-o", f"{name[0]}.obj", "--texture", "c.jpg"][
+        : 5 if source == "a.glb" else 7
+    ]
+    done = iccm(*words, *(["--force"] if name == "c.mtl" else []))
+    assert done.code == 2
+    assert len(done.lines) == 1
+    expected = "is also an input" if name == "c.mtl" else "the file exists; use --force"
+    assert f"{name}: {expected}" in done.err
+    assert (tmp_path / name).read_text() == "newmtl mine\n"
