@@ -243,13 +243,11 @@ def companions(name: Path, texture: Path | bytes | None) -> list[str]:
     """The files that `write` puts beside an output: an OBJ's material library, and a picture that is no file yet."""
     if texture is None or name.suffix.lower() != ".obj":
         return []
-    picture = [name.with_suffix(_suffix_of(texture))] if isinstance(texture, bytes) else []
-    return [str(path) for path in (name.with_suffix(".mtl"), *picture)]
-
-
-def _suffix_of(picture: bytes) -> str:
-    """By the first bytes of the content; OpenImageIO looks at the content too where a suffix misleads."""
-    return ".jpg" if picture.startswith(JPEG) else ".png"
+    library = str(name.with_suffix(".mtl"))
+    if isinstance(texture, Path):
+        return [library]
+    suffix = ".jpg" if texture.startswith(JPEG) else ".png"  # what else there may be is read by its content
+    return [library, str(name.with_name(f"{name.stem}-texture{suffix}"))]
 
 
 def _library(whole: Obj) -> tuple[mtl.Library, list[str]]:

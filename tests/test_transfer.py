@@ -356,8 +356,8 @@ def test_a_mesh_that_holds_its_texture_passes_it_on(tmp_path, monkeypatch, embed
     done = iccm(*words, "-o", "o.obj", "-o", "o.glb", "-o", "o.ply")
     assert done.code in (0, 1), done.err
     assert embedded in (tmp_path / "o.glb").read_bytes()
-    assert (tmp_path / "o.jpg").read_bytes().rstrip(b"\0") == embedded
-    assert "map_Kd o.jpg" in (tmp_path / "o.mtl").read_text()
+    assert (tmp_path / "o-texture.jpg").read_bytes().rstrip(b"\0") == embedded
+    assert "map_Kd o-texture.jpg" in (tmp_path / "o.mtl").read_text()
     assert "o.ply: PLY names no texture" in done.err
     shown = transfer.own_texture(transfer.read("o.obj"))
     assert np.abs(shown.pixels.astype(int) - images.read("c.jpg").pixels).max() <= 2  # two JPEG decoders
@@ -408,7 +408,8 @@ def test_a_mesh_without_a_texture_is_noted(tmp_path, monkeypatch, iccm):
 
 
 @pytest.mark.parametrize(
-    ("source", "name"), [("a.glb", "o.mtl"), ("a.glb", "o.jpg"), ("hill.obj", "o.mtl"), ("hill.obj", "c.mtl")]
+    ("source", "name"),
+    [("a.glb", "o.mtl"), ("a.glb", "o-texture.jpg"), ("hill.obj", "o.mtl"), ("hill.obj", "c.mtl")],
 )
 def test_files_beside_an_output_are_checked_before_any_work(
     tmp_path, monkeypatch, embedded, iccm, source, name
