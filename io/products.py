@@ -27,6 +27,7 @@ Maker = Callable[[Run, Path | None, Path], None]
 
 MESHES = (".obj", ".glb", ".gltf", ".ply", ".off", ".stl")
 WITH_UV = (".obj", ".glb", ".ply")
+HIDES_NOTHING = (".jpg", ".jpeg", ".hdr", ".exr", ".webp")
 PLOTS = (".png", ".svg", ".pdf")
 
 
@@ -76,6 +77,10 @@ def maker(name: str, job: Job) -> Maker:
         return artwork
     if name != "-":
         _known(name, PICTURES, "-o")
+    if job.padding and not job.bake and suffix in HIDES_NOTHING:
+        raise InputError(
+            f"{name}: {suffix} keeps no colours where alpha is 0, so no --padding; use .png or .tif"
+        )
     return baked if job.bake else picture
 
 

@@ -158,6 +158,12 @@ def test_a_picture_without_padding_is_written_as_it_is_made_and_is_the_same(shap
     assert np.array_equal(rows[..., 3], whole[..., 3])
 
 
+@pytest.mark.parametrize("suffix", [".jpg", ".exr", ".webp"])
+def test_padding_that_a_format_would_lose_is_refused(shapes, iccm, suffix):
+    ran = iccm("map", "square.svg", "blob.svg", *PICTURE, "-o", f"a{suffix}", "--padding", "2")
+    assert ran.code == 2 and "no --padding" in ran.err and len(ran.err.splitlines()) == 1
+
+
 @pytest.mark.parametrize("suffix", [".png", ".exr"])
 def test_a_bound_on_memory_does_not_change_a_picture(shapes, iccm, monkeypatch, suffix):
     from iccm.io import room
