@@ -39,6 +39,8 @@ def replacing(path: str | os.PathLike, *, force: bool = False) -> Iterator[Path]
         _flush(temporary)
         os.replace(temporary, path)
         _flush(path.parent)
+    except InputError as error:  # what is wrong with the temporary file is wrong with this one
+        raise InputError(str(error).replace(str(temporary), str(path))) from error
     except OSError as error:
         if error.errno in _FULL or error.filename in (str(temporary), temporary):
             raise InputError(f"{path}: cannot be written: {_reason(error)}") from error

@@ -128,3 +128,10 @@ def test_a_pipe_does_not_hang(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match="plain file"):
         files.open_input(tmp_path / "pipe")
+
+
+def test_a_mistake_names_the_file_and_not_the_temporary_one(tmp_path):
+    out = tmp_path / "picture.png"
+    with pytest.raises(InputError, match=f"^{out}: cannot be written"), files.replacing(out) as temporary:
+        raise InputError(f"{temporary}: cannot be written")
+    assert only(tmp_path)
