@@ -1,10 +1,11 @@
 """Meshes: OBJ files against libigl, all around LSCM against LSCM, a million triangles baked, angles against size.
 
-python -m tests.bench.meshes
+python -m tests.bench.meshes [files | flattening | repair | baking | angles …] [--rebake MESH PICTURE]
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 import tempfile
 import time
@@ -16,7 +17,7 @@ import numpy as np
 
 from iccm import bake, flatten
 from iccm.harmonic import HarmonicMap
-from iccm.io import obj, objwrite
+from iccm.io import images, obj, objwrite, transfer
 from iccm.mesh import Mesh
 from iccm.patch import patch
 from iccm.pullback import Pullback
@@ -143,10 +144,35 @@ def angles() -> None:
         )
 
 
+def rebake(mesh: str, picture: str) -> None:
+    """A textured mesh baked into its own layout, through a cut and its flattening; every texel should be as it was."""
+    shape, image = transfer.read(mesh, cut=True), images.read(picture)
+    same = HarmonicMap(shape.curve.z, shape.curve.z, 0 * shape.curve.z)
+    height, width = image.pixels.shape[:2]
+    made, report = transfer.bake(shape, same, shape, image, shape.box, (width, height), padding=0)
+    reached = made.pixels.any(axis=2)
+    error = np.abs(made.pixels.astype(float) - image.pixels)[reached]
+    print(
+        f"{mesh} into its own {report['charts']} charts, {reached.sum()} texels: "
+        f"error {error.mean():.4f} in the mean, {error.max():.0f} at most"
+    )
+
+
 def main() -> int:
-    """Everything."""
-    for part in (files, flattening, repair, baking, angles):
-        part()
+    """Everything, or what is named."""
+    parts = (files, flattening, repair, baking, angles)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    names = [part.__name__ for part in parts]
+    parser.add_argument("parts", nargs="*", help=f"{', '.join(names)}; all of them by default")
+    parser.add_argument(
+        "--rebake", nargs=2, metavar=("MESH", "PICTURE"), help="bake a textured mesh into its layout"
+    )
+    chosen = parser.parse_args()
+    if chosen.rebake:
+        rebake(*chosen.rebake)
+    for part in parts:
+        if part.__name__ in (chosen.parts or ([] if chosen.rebake else names)):
+            part()
     return 0
 
 
