@@ -58,9 +58,10 @@ def iccm() -> None:
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:
-    """Run the command line and leave with its exit code, at once: everything is written and closed by then.
+    """Run the command line and leave with its exit code.
 
-    Python would take its modules and their libraries apart before it ends, for a quarter of a second.
+    Everything is written and closed by then. Python would take its modules and their libraries apart before it ends,
+    for a quarter of a second: only a batch, which has processes to take leave of, waits for that.
     """
     # Sums in BLAS depend on the number of its threads: one thread makes a result the same bytes on every machine.
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -69,6 +70,8 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     gc.set_threshold(100_000, 50, 100)  # imports make many objects, all of which stay
     code = run(arguments)
+    if f"{__package__}.batch" in sys.modules:
+        sys.exit(code)
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):
             stream.flush()
