@@ -232,7 +232,10 @@ def write(
     out.write_bytes(objwrite.retextured(whole, faces, uv, uv_corners, binding))
     shown = texture if isinstance(texture, Path) else beside[0]
     text = mtl.bound(materials, rename, plain, shown, library)
-    content = [text.encode("utf-8", "surrogateescape"), *([texture] if isinstance(texture, bytes) else [])]
+    content = [
+        text.encode("utf-8", "surrogateescape"),
+        *([_embeddable(texture)] if isinstance(texture, bytes) else []),
+    ]
     for path, data in zip((library, *beside), content):
         with files.replacing(path, force=force) as temporary:
             temporary.write_bytes(data)
@@ -246,7 +249,7 @@ def companions(name: Path, texture: Path | bytes | None) -> list[str]:
     library = str(name.with_suffix(".mtl"))
     if isinstance(texture, Path):
         return [library]
-    suffix = ".jpg" if texture.startswith(JPEG) else ".png"  # what else there may be is read by its content
+    suffix = ".jpg" if texture.startswith(JPEG) else ".png"
     return [library, str(name.with_name(f"{name.stem}-texture{suffix}"))]
 
 

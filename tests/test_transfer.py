@@ -430,3 +430,24 @@ def test_files_beside_an_output_are_checked_before_any_work(
     expected = "is also an input" if name == "c.mtl" else "the file exists; use --force"
     assert f"{name}: {expected}" in done.err
     assert (tmp_path / name).read_text() == "newmtl mine\n"
+
+
+def test_a_texture_of_another_format_becomes_png(tmp_path):
+    """WebP may be inside a GLB, but few programs read it beside an OBJ."""
+    from PIL import Image
+
+    target = transfer.read(str(write_mesh(tmp_path / "hill.obj", n=4)))
+    Image.fromarray(colours().pixels).save(tmp_path / "c.webp", lossless=True)
+    content = (tmp_path / "c.webp").read_bytes()
+    out, plane = tmp_path / "o.obj", target_plane(target)
+    figures = transfer.new_uvs(target, identity(target), plane, target.box, out, name=out, texture=content)
+    assert figures["also_written"] == [str(tmp_path / name) for name in ("o.mtl", "o-texture.png")]
+    assert (transfer.own_texture(transfer.read(str(out))).pixels == colours().pixels).all()
+    out = tmp_path / "o.glb"
+    transfer.new_uvs(target, identity(target), plane, target.box, out, name=out, texture=tmp_path / "c.webp")
+    assert (transfer.own_texture(transfer.read(str(out))).pixels == colours().pixels).all()
+    (tmp_path / "c.tif").write_text("no picture")
+    with pytest.raises(InputError, match=r"c\.tif: cannot be put into a GLB file"):
+        transfer.new_uvs(
+            target, identity(target), plane, target.box, out, name=out, texture=tmp_path / "c.tif"
+        )
