@@ -1,6 +1,9 @@
 """Memory within a bound."""
 
 import errno
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ from iccm.io import room
 from iccm.io.job import memory
 
 MIB = 1 << 20
+SVG = "http://www.w3.org/2000/svg"
 
 
 def test_what_does_not_fit_lies_in_a_file_that_has_no_name(tmp_path):
@@ -58,3 +62,49 @@ def test_sizes(text, bytes):
 def test_what_is_no_size(text):
     with pytest.raises(ValueError, match="no size"):
         memory(text)
+
+
+@pytest.mark.slow
+def test_a_run_stays_within_its_bound(tmp_path):
+    """4096² in and out: 780 MiB without a bound."""
+    from iccm.io import images
+
+    strip = np.random.default_rng(0).integers(0, 256, (256, 4096, 4), dtype=np.uint8)
+    like = images.Image(strip, 3)
+    images.write_bands(tmp_path / "t.tif", like, 4096, 4096, (strip for _ in range(16)))
+    for name, points in (("a", "10,10 90,10 90,90 10,90"), ("b", "10,20 90,10 80,90 50,60 10,90")):
+        drawing = f'<svg xmlns="{SVG}" viewBox="0 0 100 100"><polygon points="{points}"/></svg>'
+        (tmp_path / f"{name}.svg").write_text(drawing)
+    made, peaks = [], []
+    for bound in ("64G", "600M"):
+        line = [
+            sys.executable,
+            "-c",
+            "from iccm.cli import main; main()",
+            "map",
+            "a.svg",
+            "b.svg",
+            "--force",
+            "-q",
+        ]
+        line += [
+            "--texture",
+            "t.tif",
+            "-o",
+            "o.tif",
+            "--size",
+            "4096",
+            "--method",
+            "paper",
+            "--memory",
+            bound,
+        ]
+        with subprocess.Popen(line, cwd=tmp_path) as process:
+            _, status, used = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+        assert process.returncode in (0, 1)
+        peaks.append(used.ru_maxrss / 1024)
+        made.append((tmp_path / "o.tif").read_bytes())
+    assert made[0] == made[1]
+    assert peaks[1] < 600 < peaks[0]
+    assert {path.name for path in tmp_path.iterdir()} == {"a.svg", "b.svg", "t.tif", "o.tif"}
