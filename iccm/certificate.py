@@ -7,6 +7,7 @@ import shapely
 
 from .cauchy import Complex
 from .curve import Curve
+from .evaluate import Evaluator
 from .harmonic import HarmonicMap
 
 DEPTHS = 10.0 ** -np.arange(5.0, 0.9, -0.5)  # relative to the diagonal of the source
@@ -43,7 +44,7 @@ class Certificate:
         }
 
 
-def certify(f: HarmonicMap, depths: np.ndarray = DEPTHS) -> Certificate:
+def certify(f: HarmonicMap | Evaluator, depths: np.ndarray = DEPTHS) -> Certificate:
     """The least of `depths` at which f is certainly injective.
 
     A harmonic map with |f_z̄| < |f_z| on the boundary and no zero of f_z inside keeps its orientation inside,
@@ -60,7 +61,7 @@ def certify(f: HarmonicMap, depths: np.ndarray = DEPTHS) -> Certificate:
     return found
 
 
-def at_depth(f: HarmonicMap, depth: float) -> Certificate:
+def at_depth(f: HarmonicMap | Evaluator, depth: float) -> Certificate:
     """What holds on the source moved inwards by `depth` times its diagonal."""
     curve = Curve(f.polygon)
     outline = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag]))
@@ -95,7 +96,7 @@ def sampled(ring: shapely.LinearRing, polygon: Complex) -> Complex:
     return z if Curve(z[:-1]).area > 0 else z[::-1]
 
 
-def _refined(f: HarmonicMap, ring: Complex) -> Complex:
+def _refined(f: HarmonicMap | Evaluator, ring: Complex) -> Complex:
     """The ring with samples added until f_z turns and grows by little between neighbours."""
     value = f.derivatives(ring)[0]
     while ring.size < MOST_SAMPLES:

@@ -31,6 +31,11 @@ class Evaluator:
         dens = map.phi[None] if map.conformal else np.stack([map.phi, map.psi.conj()])
         self.tree = build(np.ascontiguousarray(map.polygon), np.ascontiguousarray(dens), degree)
 
+    @property
+    def polygon(self) -> Complex:
+        """(n,) vertices of the source domain."""
+        return self.map.polygon
+
     @cached_property
     def diagonal(self) -> float:
         """Length of the diagonal of the source polygon's bounding box."""

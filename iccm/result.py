@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -12,6 +12,9 @@ from . import harmonic
 from .cauchy import Complex
 from .curve import Curve
 from .harmonic import HarmonicMap
+
+if TYPE_CHECKING:
+    from .evaluate import Evaluator
 
 INTERIOR_POINTS = 2000
 
@@ -68,6 +71,13 @@ class Fit:
         return inverse(self.map, w)
 
     @cached_property
+    def fast(self) -> "Evaluator":
+        """The map made ready for many evaluations."""
+        from .evaluate import Evaluator
+
+        return Evaluator(self.map)
+
+    @cached_property
     def image(self) -> Complex:
         """The image of the boundary, finely sampled and in order."""
         return self.map(boundary_samples(self.map.polygon, 2))
@@ -102,7 +112,7 @@ class Fit:
         """The figures of the JSON report that depend on the map alone; lengths relative to `diagonal`."""
         from .certificate import certify
 
-        f_z, f_zbar = self.map.derivatives(self.interior)
+        f_z, f_zbar = self.fast.derivatives(self.interior)
         dilatation = harmonic.dilatation(f_z, f_zbar)
         area = np.log10(np.maximum(np.abs(harmonic.area_scale(f_z, f_zbar)), 1e-300))
         pin_errors = np.abs(self.map(self.pins[:, 0]) - self.pins[:, 1]) / self.diagonal
@@ -121,7 +131,7 @@ class Fit:
             "log10_area": {
                 name: _quantile(area, q) for name, q in (("p05", 0.05), ("median", 0.5), ("p95", 0.95))
             },
-            "injective": certify(self.map).report(),
+            "injective": certify(self.fast).report(),
             "pins": [{"error": float(e)} for e in pin_errors],
             "strokes": [{"error": self._stroke_error(a, b)} for a, b in self.strokes],
             "notes": list(self.notes),

@@ -148,7 +148,7 @@ def _from_mesh(run: Run) -> Image:
 def _warp(run: Run) -> Warp:
     from ..resample import Warp
 
-    return Warp(run.fit.map, run.prepared(), run.canvas, max_error=run.job.max_pixel_error)
+    return Warp(run.fit.fast, run.prepared(), run.canvas, max_error=run.job.max_pixel_error)
 
 
 def _padded(run: Run) -> Image:
@@ -199,7 +199,7 @@ def stmapped(run: Run, path: Path | None, name: Path) -> None:
     assert path is not None
     box = placement.covered(run.job, run.source)
     with run.timed("resample"):
-        stmap.write(path, run.fit.map, box, run.canvas, room=run.room, threads=run.threads)
+        stmap.write(path, run.fit.fast, box, run.canvas, room=run.room, threads=run.threads)
 
 
 def artwork(run: Run, path: Path | None, name: Path) -> None:
