@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize import minimize
 
 from . import cauchy
 from .cauchy import Complex
 from .curve import Curve, Real
 from .measure import Circle, HarmonicMeasure
 from .panels import thickness
-from .simplex import descend
 
 CENTRES = 8
 CLEARANCE = 0.25  # least clearance of a centre, relative to the largest
@@ -210,8 +210,9 @@ def _distinct(tried: list[tuple[float, float, View, View]]) -> list[tuple[float,
 def _polish(source: View, target: View, rho: float, pins: Complex | None) -> Correspondence:
     objective = _objective(source, target, pins)
     simplex = np.array([[0, 0, rho], [0.3, 0, rho], [0, 0.3, rho], [0, 0, rho + 0.2]])
-    place, value = descend(objective, simplex, most=250, near=1e-5, level=1e-7)
-    return Correspondence(source, target, Moebius.of(place), value)
+    options = {"maxfev": 250, "xatol": 1e-5, "fatol": 1e-7, "initial_simplex": simplex}
+    best = minimize(objective, simplex[0], method="Nelder-Mead", options=options)
+    return Correspondence(source, target, Moebius.of(best.x), float(best.fun))
 
 
 def _objective(source: View, target: View, pins: Complex | None):

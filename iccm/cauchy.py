@@ -29,6 +29,8 @@ ON_EDGE = 1e-9  # radians: an edge seen under an angle this close to -π is one 
 ROUNDING = (
     4e-16  # relative error of a coordinate, which turns the angle by itself over the distance to an end
 )
+MOST_SLACK = 0.5  # radians
+SHORT = 0.5  # edges this short beside their distance keep their digits: log(1 + A/B)
 
 
 @njit(cache=True, nogil=True)
@@ -48,10 +50,17 @@ def _edge_logs(polygon, z, out):
         if start == 0 or end == 0:
             out[e] = 0
             continue
+        step = (polygon[(e + 1) % n] - polygon[e]) / start
+        if abs(step) < SHORT:
+            out[e] = complex(
+                0.5 * math.log1p(2 * step.real + step.real**2 + step.imag**2),
+                math.atan2(step.imag, 1 + step.real),
+            )
+            continue
         log = cmath.log(end / start)
-        if log.imag < 1e-3 - math.pi:
+        if log.imag < MOST_SLACK - math.pi:
             slack = ON_EDGE + ROUNDING * (1 + abs(z)) / min(abs(start), abs(end))
-            if log.imag < min(slack, 1e-3) - math.pi:
+            if log.imag < min(slack, MOST_SLACK) - math.pi:
                 log += 2j * math.pi
         out[e] = log
     if at >= 0:

@@ -11,12 +11,12 @@ crowding forbids.
 
 import numpy as np
 import scipy.sparse as sparse
+from scipy.interpolate import PchipInterpolator
 from scipy.sparse.linalg import splu
 from scipy.spatial import Delaunay, cKDTree
 
 from .cauchy import Complex
 from .curve import Curve, Real
-from .monotone import Monotone
 from .panels import CORNER
 
 GROW = 0.35  # growth of the element size with the distance from the boundary
@@ -98,7 +98,7 @@ class Circle:
         long_s = np.concatenate([self.knots[:-1] - self.length, self.knots, self.knots[1:] + self.length])
         long_turn = np.concatenate([self.turns[:-1] - 1, self.turns, self.turns[1:] + 1])
         s = self.knots[panel] + t * self.lengths[panel]
-        turn = np.where(t == 0, self.turns[panel], Monotone(long_s, long_turn)(s))
+        turn = np.where(t == 0, self.turns[panel], PchipInterpolator(long_s, long_turn)(s))
         self._table_s, self._table_turn = np.append(s, self.knots[-1]), np.append(turn, 1.0)
         self._power, self._falling = power[panel], falling[panel]
 

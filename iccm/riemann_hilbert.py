@@ -16,12 +16,14 @@ import scipy.linalg
 from . import cauchy
 from .cauchy import Complex
 from .curve import Curve, Real
+from .panels import CORNER
 from .vertices import Allowance
 
 LEAST_DAMPING = 1e-6  # relative; picks the least change among the three real parameters that are free
 MOST_DAMPING = 1e2
 SETTLED = 0.98  # stop when a step leaves more than this share of the residual
 FLOOR = 1e-13  # of the largest diagonal entry: columns below it carry rounding only
+RAISE = 1 / 6
 SHORTEST = 1e-15  # gap, relative to the length of the boundary
 
 
@@ -43,6 +45,45 @@ def stretches(s: Real, source: Curve, tau: Real, target: Curve) -> Real:
     return (dtau + np.roll(dtau, 1)) / (ds + np.roll(ds, 1))
 
 
+def raised(w: Complex, z: Complex) -> Complex:
+    """Values φ for linear interpolation whose mean on every edge is that of the holomorphic function through w.
+
+    Linear interpolation errs by w'' Δz²/12 on the average. Vertices raised by a sixth of their distance from the linear
+    function through their neighbours make up for it, so that maps of smooth boundaries err by O(h⁴).
+
+    Args:
+        w: (n,) values at the vertices.
+        z: (n,) vertices.
+    """
+    before, after = _neighbours(z)
+    return w + (before + after) * w - before * np.roll(w, 1) - after * np.roll(w, -1)
+
+
+def consistency(z: Complex) -> Complex:
+    """(n, n) matrix D: D w = 0 for the boundary values w of a holomorphic map at vertices z, as (C_v - I) w = 0.
+
+    With φ = (I + P) w the raised values, linear interpolation errs by an oscillation without mean, of which one half
+    is holomorphic: at vertices the coordinates give C_v φ = ½ (w + φ), to fourth order.
+    """
+    matrix = cauchy.coordinates(z, z)
+    matrix[np.diag_indices_from(matrix)] -= 0.5
+    before, after = _neighbours(z)
+    matrix += (
+        matrix * (before + after) - np.roll(matrix * before, -1, axis=1) - np.roll(matrix * after, 1, axis=1)
+    )
+    matrix[np.diag_indices_from(matrix)] -= 0.5
+    return matrix
+
+
+def _neighbours(z: Complex) -> tuple[Complex, Complex]:
+    """A sixth of the weights of the vertices before and after in linear interpolation; zero at corners, where w is
+    not smooth."""
+    ahead = np.roll(z, -1) - z
+    back = np.roll(ahead, 1)
+    share = np.where(np.abs(np.angle(ahead / back)) < CORNER, RAISE, 0.0) / (ahead + back)
+    return ahead * share, back * share
+
+
 def newton(
     source: Curve, s: Real, target: Curve, tau: Real, iterations: int, allowed: Allowance
 ) -> tuple[Real, Complex]:
@@ -59,9 +100,7 @@ def newton(
     Returns:
         τ, and the defect (C_v - I) T(τ) at the vertices.
     """
-    z = source.at(s)
-    defect = cauchy.coordinates(z, z)
-    defect[np.diag_indices_from(defect)] -= 1
+    defect = consistency(source.at(s))
     tau, residual = tau.copy(), defect @ target.at(tau)
     damping = LEAST_DAMPING
     for _ in range(iterations):

@@ -18,6 +18,7 @@ import numpy as np
 import shapely
 
 from .align import Correspondence, View, search
+from .cauchy import Complex
 from .curve import Curve, Real
 from .harmonic import HarmonicMap
 from .measure import HarmonicMeasure
@@ -32,15 +33,16 @@ from .system import System
 from .terms import Basis
 from .vertices import Allowance, around_corners, clean, radius_along
 
-PANEL = 0.05  # longest panel of the harmonic measure, in radii
-AT_CORNERS = 1e-3  # panel length at corners, in radii
+PANEL = 0.05  # longest panel of the harmonic measure, in radii, at COARSEST
+AT_CORNERS = 1e-3  # panel length at corners, in radii, at COARSEST
+COARSEST = 1e-3  # tolerance; panels shrink with its fourth root below, at corners with its 2/3
 LEAST_AT_CORNERS = 1e-6
 LARGEST_IMAGE = 0.01  # of a panel at a corner, relative to the diagonal of the other shape
 DEEPENINGS = 3
 MANY = 1000  # vertices of an outline before it is simplified
 SIMPLIFY = 0.2  # by this share of the tolerance
 FIRST_ERROR = (
-    0.4  # of the interpolation between vertices, as a share of the tolerance; halved from round to round
+    0.6  # of the interpolation between vertices, as a share of the tolerance; halved from round to round
 )
 LEAST_ERROR = 1e-7  # relative to the diagonal
 ROUNDS = 4
@@ -50,6 +52,7 @@ GAIN = 0.8  # a round that leaves more than this share of the gap is the last
 MOST_VERTICES = 1500
 CONSISTENCY = 1e-3
 SETTLED = 2e-3  # relative decrease of the energy at which constraints count as met
+ULPS = 16  # least distance of vertices in the user's coordinates, in units of the last place
 CROWDED = 1e-14  # harmonic measure, below which the places on the source are not told apart
 
 
@@ -57,8 +60,13 @@ def solve(problem: Problem, settings: Options) -> Fit:
     """See `iccm.fit`. Solved from a canonical vertex and hand, so that the result does not depend on the input's."""
     if problem.handedness < 0:
         polygon, phi, psi, *rest = _solve(problem.mirrored(), settings)
-        return finish(problem, polygon.conj()[::-1], phi.conj()[::-1], psi.conj()[::-1], *rest)
-    return finish(problem, *_solve(problem, settings))
+        fit = finish(problem, polygon.conj()[::-1], phi.conj()[::-1], psi.conj()[::-1], *rest)
+    else:
+        fit = finish(problem, *_solve(problem, settings))
+    # judged as it is reported: in the user's frame, against the target as it was given
+    if fit.status is Status.GAP and fit.boundary["hausdorff"] <= settings.tolerance:
+        return replace(fit, status=Status.REACHED)
+    return fit
 
 
 def _solve(problem: Problem, settings: Options):
@@ -66,17 +74,29 @@ def _solve(problem: Problem, settings: Options):
     assert problem.target is not None
     source, notes = simplified(from_farthest(problem.source), settings.tolerance, "source")
     target, more = simplified(from_farthest(problem.target), settings.tolerance, "target")
-    chosen = align(problem, source, target)
+    chosen = align(problem, source, target, min(settings.tolerance / COARSEST, 1.0))
     notes += more + crowding(chosen)
-    s, tau, energies, gap = correspond(chosen, settings)
-    status = Status.REACHED if gap <= settings.tolerance else Status.GAP
-    polygon, phi = Curve(source.at(s)), target.at(tau)
+    state, energies = correspond(chosen, settings)
+    keep = told_apart(problem.source_frame.world(source.at(state.s)))
+    state = replace(state, s=state.s[keep], tau=state.tau[keep])
+    polygon = Curve(source.at(state.s))
     basis = Basis(polygon.z, settings.quasi is not None)
-    x = basis.coefficients(phi)
+    x = basis.coefficients(state.phi)
+    status = Status.GAP
     if problem.pins.size or problem.strokes or settings.quasi is not None or settings.smoothness:
-        weights = shares(source, s, target, tau)
+        weights = shares(source, state.s, target, state.tau)
         x, energies, status = improve(replace(problem, target=target), settings, basis, polygon, weights, x)
     return polygon.z, *basis.split(x), energies, status, notes
+
+
+def told_apart(z: Complex) -> list[int]:
+    """Indices of vertices that the rounding of the user's coordinates leaves apart from the one before."""
+    least = ULPS * np.spacing(np.abs(z).max())
+    keep = [0]
+    for k in range(1, z.size):
+        if abs(z[k] - z[keep[-1]]) > least and abs(z[k] - z[0]) > least:
+            keep.append(k)
+    return keep
 
 
 def simplified(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[str]]:
@@ -94,13 +114,20 @@ def simplified(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[s
     return Curve.domain(z, name), [note]
 
 
-def align(problem: Problem, source: Curve, target: Curve) -> Correspondence:
-    """The boundary correspondence of the conformal map to start from."""
+def align(problem: Problem, source: Curve, target: Curve, fineness: float) -> Correspondence:
+    """The boundary correspondence of the conformal map to start from.
+
+    Args:
+        problem: for its pins and strokes.
+        source, target: the boundaries, perhaps simplified.
+        fineness: the tolerance relative to COARSEST, at most one.
+    """
+    spacing = PANEL * fineness**0.25
     inside, wanted = constraint_points(problem)
     near = target.at(target.closest(wanted))
     pins = np.column_stack([source.pulled_in(inside), np.where(target.contains(wanted), wanted, near)])
-    sharp = [at_corners(source), at_corners(target)]
-    c = search(measure(source, sharp[0]), measure(target, sharp[1]), pins, problem.upright)
+    sharp = [at_corners(curve, AT_CORNERS * fineness ** (2 / 3)) for curve in (source, target)]
+    c = search(measure(source, sharp[0], spacing), measure(target, sharp[1], spacing), pins, problem.upright)
     for _ in range(DEEPENINGS):
         deeper = [
             deepened(source, sharp[0], c.forward, target),
@@ -109,23 +136,23 @@ def align(problem: Problem, source: Curve, target: Curve) -> Correspondence:
         if all((new == old).all() for new, old in zip(deeper, sharp)):
             break
         views = [
-            old if (new == had).all() else View.of(measure(curve, new), old.centre)
+            old if (new == had).all() else View.of(measure(curve, new, spacing), old.centre)
             for old, curve, new, had in zip((c.source, c.target), (source, target), deeper, sharp)
         ]
         c, sharp = Correspondence(views[0], views[1], c.between, c.distortion), deeper
     return c
 
 
-def measure(curve: Curve, sharp: Real) -> HarmonicMeasure:
+def measure(curve: Curve, sharp: Real, spacing: float) -> HarmonicMeasure:
     """The harmonic measure of a boundary on panels graded towards its corners."""
-    return HarmonicMeasure(curve, graded(curve, PANEL, sharp))
+    return HarmonicMeasure(curve, graded(curve, spacing, sharp))
 
 
-def at_corners(curve: Curve) -> Real:
-    """(c,) panel lengths at the corners: a thousandth of the radius, less beside short edges."""
+def at_corners(curve: Curve, most: float) -> Real:
+    """(c,) panel lengths at the corners: as asked for, less beside short edges."""
     beside = np.minimum(curve.lengths, np.roll(curve.lengths, 1))[corners(curve)]
     share = np.clip(curve.z.size / 2000, 0.1, 0.5)  # a thousand corners cannot all be graded finely
-    return np.minimum(share * beside, AT_CORNERS)
+    return np.minimum(share * beside, most)
 
 
 def deepened(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: Curve) -> Real:
@@ -149,12 +176,11 @@ def crowding(c: Correspondence) -> list[str]:
     ]
 
 
-def correspond(c: Correspondence, settings: Options) -> tuple[Real, Real, list[dict[str, float]], float]:
+def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[str, float]]]:
     """Vertices and their images: strain, slide, measure, until the gap is within the tolerance.
 
     Returns:
-        Arclengths on source and target, energies of each round, and the gap reached, relative to the diameter
-        of the target.
+        The best state, and the energies of each step.
     """
     source, target = c.source.measure.curve, c.target.measure.curve
     error = FIRST_ERROR * settings.tolerance * target.diameter
@@ -182,7 +208,7 @@ def correspond(c: Correspondence, settings: Options) -> tuple[Real, Real, list[d
             break
         error /= 2
     assert best is not None
-    return best[1].s, best[1].tau, energies, best[0]
+    return best[1], energies
 
 
 def pairs(c: Correspondence) -> tuple[Real, Real]:
@@ -196,8 +222,8 @@ def pairs(c: Correspondence) -> tuple[Real, Real]:
 
 def gap_of(state: State) -> float:
     """Two-sided Hausdorff distance of the image of the boundary to the target, relative to its diameter."""
-    polygon, phi = state.source.at(state.s), state.target.at(state.tau)
-    image = HarmonicMap(polygon, phi, np.zeros_like(phi))(boundary_samples(polygon, 2))
+    polygon = state.source.at(state.s)
+    image = HarmonicMap(polygon, state.phi, np.zeros_like(polygon))(boundary_samples(polygon, 2))
     return hausdorff(Curve(image), state.target) / state.target.diameter
 
 

@@ -15,17 +15,17 @@ import numpy as np
 import scipy.linalg
 from scipy.interpolate import PchipInterpolator
 
-from . import cauchy
 from .align import Correspondence
 from .cauchy import Complex
 from .curve import Curve, Real
-from .riemann_hilbert import shares, stretches
+from .riemann_hilbert import consistency, raised, shares, stretches
 from .vertices import Allowance, place
 
 KNOT_EVERY = 3  # panels of either shape
 MOST_KNOTS = 500
 MOST_STRAIN = 1.0  # of one step
-PRIOR = 0.01  # strain that is thought likely, squared and inverted, relative to the residual
+PRIOR = 0.1  # strain that is thought likely, squared and inverted, relative to the residual
+FIRST_DAMPING = 1e-5
 LEAST_DAMPING = 1e-6
 MOST_DAMPING = 1e3
 SETTLED = 0.98  # stop when a step leaves more than this share of the residual
@@ -123,11 +123,14 @@ class State:
     @classmethod
     def of(cls, source: Curve, target: Curve, s: Real, tau: Real, allowed: Allowance) -> "State":
         """From vertices."""
-        z = source.at(s)
-        defect = cauchy.coordinates(z, z)
-        defect[np.diag_indices_from(defect)] -= 1
+        defect = consistency(source.at(s))
         weight = np.sqrt(shares(source, s, target, tau)) / allowed(s, stretches(s, source, tau, target))
         return cls(source, target, s, tau, defect, defect @ target.at(tau), weight)
+
+    @property
+    def phi(self) -> Complex:
+        """(n,) coefficients of the map."""
+        return raised(self.target.at(self.tau), self.source.at(self.s))
 
     @property
     def energy(self) -> float:
@@ -168,7 +171,7 @@ def strain(
     Returns:
         The correspondence reached and the states on the way, the last one its own.
     """
-    states, damping = [lay(c, pairs, allowed, most)], 1e-3
+    states, damping = [lay(c, pairs, allowed, most)], FIRST_DAMPING
     for _ in range(steps):
         state = states[-1]
         if state.norm <= 1:
