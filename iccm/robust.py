@@ -49,6 +49,7 @@ ROUNDS = 4
 STRAINS = 8  # steps of a round
 SLIDES = 3
 GAIN = 0.8  # a round that leaves more than this share of the gap is the last
+FOLDS = 0.25  # a residual above the error allowed hints at folds: such maps count as worse, by this power of it
 MOST_VERTICES = 1500
 CONSISTENCY = 1e-3
 SETTLED = 2e-3  # relative decrease of the energy at which constraints count as met
@@ -187,7 +188,7 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
     radius, most = radius_along(source, PANEL), settings.vertices or MOST_VERTICES
     c = replace(c, between=CircleMap.of(c))
     energies: list[dict[str, float]] = []
-    best: tuple[float, State] | None = None
+    best: tuple[float, float, State] | None = None  # score, gap, state
     for _ in range(ROUNDS):
         allowed = Allowance(radius, error, LEAST_ERROR * target.diameter)
         c, states = strain(c, pairs, allowed, most, STRAINS)
@@ -195,20 +196,20 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
         tau, residual = newton(source, state.s, target, state.tau, SLIDES, allowed)
         states.append(replace(state, tau=tau, residual=residual))
         energies += [{"consistency": e.energy, "total": e.energy} for e in states]
-        before = best[0] if best else np.inf
-        # the strained states come first: they fold least where the map shrinks
+        before = best[1] if best else np.inf
         for candidate in (states[-1], states[-2], states[0]):
             gap = gap_of(candidate)
-            if best is None or gap < best[0]:
-                best = (gap, candidate)
-            if gap <= settings.tolerance:
+            score = gap * max(1.0, candidate.norm) ** FOLDS
+            if best is None or score < best[0]:
+                best = (score, gap, candidate)
+            if score <= settings.tolerance:
                 break
         assert best is not None
-        if best[0] <= settings.tolerance or settings.vertices or best[0] > GAIN * before:
+        if best[0] <= settings.tolerance or settings.vertices or best[1] > GAIN * before:
             break
         error /= 2
     assert best is not None
-    return best[1], energies
+    return best[2], energies
 
 
 def pairs(c: Correspondence) -> tuple[Real, Real]:

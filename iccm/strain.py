@@ -23,12 +23,16 @@ from .vertices import Allowance, place
 
 KNOT_EVERY = 3  # panels of either shape
 MOST_KNOTS = 500
+ENOUGH = 0.6  # residual, relative to the error allowed
+ROUGH = 0.5
+POWER = 4
+NEAR = 0.05  # step of the difference quotients along the target, relative to the vertices' spacing
 MOST_STRAIN = 1.0  # of one step
 PRIOR = 0.1  # strain that is thought likely, squared and inverted, relative to the residual
-FIRST_DAMPING = 1e-5
+FIRST_DAMPING = 1e-3
 LEAST_DAMPING = 1e-6
 MOST_DAMPING = 1e3
-SETTLED = 0.98  # stop when a step leaves more than this share of the residual
+SETTLED = 0.9  # stop when a step leaves more than this share of the residual
 CLOSEST = 1e-14  # knots, in turns
 LAPS = np.array([-1, 0, 1])[:, None]
 
@@ -174,7 +178,7 @@ def strain(
     states, damping = [lay(c, pairs, allowed, most)], FIRST_DAMPING
     for _ in range(steps):
         state = states[-1]
-        if state.norm <= 1:
+        if state.norm <= ENOUGH:
             break
         between = circle_map(c)
         solve = strain_step(c, state)
@@ -202,11 +206,16 @@ def strain_step(c: Correspondence, state: State) -> Callable[[float], tuple[Real
     """
     between = circle_map(c)
     turn = c.source.circle.turn(state.s)
-    image, w = between(turn), state.target.at(state.tau)
+    image = between(turn)
     across = np.roll(image, -1) - np.roll(image, 1)
     across[[0, -1]] += 1
-    slope = (np.roll(w, -1) - np.roll(w, 1)) / np.maximum(across, 1e-15)
-    moved = (state.weight[:, None] * state.defect * slope) @ between.hats(turn)
+    step = np.maximum(NEAR * across, 1e-15)
+    ahead, back = (state.target.at(c.target.circle.arclength(image + sign * step)) for sign in (1, -1))
+    slope = (ahead - back) / (2 * step)
+    change = np.abs(np.roll(slope, -1) - np.roll(slope, 1)) / np.abs(slope)
+    rough = np.maximum(change, np.maximum(np.roll(change, 1), np.roll(change, -1)))
+    weight = state.weight / (1 + (rough / ROUGH) ** POWER)
+    moved = (weight[:, None] * state.defect * slope) @ between.hats(turn)
     tail = np.cumsum(moved[:, ::-1], axis=1)[:, ::-1]  # what moving all knots from k on does
     drift = moved @ (between.b - between.b[0])  # the gaps keep their sum
     columns = (np.hstack([tail[:, 1:], np.zeros((tail.shape[0], 1))]) - drift[:, None]) * between.gaps
@@ -214,7 +223,7 @@ def strain_step(c: Correspondence, state: State) -> Callable[[float], tuple[Real
     scale = np.linalg.norm(columns, axis=0)
     scale = np.maximum(scale, 1e-14 * scale.max())
     columns /= scale
-    residual = state.weight * state.residual
+    residual = weight * state.residual
     gram = columns.real.T @ columns.real + columns.imag.T @ columns.imag
     load = columns.real.T @ residual.real + columns.imag.T @ residual.imag
     prior = PRIOR * state.norm**2 / between.gaps.size / scale**2

@@ -19,7 +19,7 @@ from .panels import corners, thickness
 RELATIVE = 0.05  # allowed error relative to the image of the local thickness
 CLOSE = 1e-14  # closest arclengths, relative to the length of the boundary
 OFFSETS = np.geomspace(
-    1e-7, 0.03, 24
+    1e-6, 0.03, 22
 )  # of the points around a corner, relative to the length of the boundary
 
 
