@@ -23,7 +23,7 @@ GROW = 0.35  # growth of the element size with the distance from the boundary
 EMPTY = 1e-3  # mass of a boundary vertex without an inner neighbour, relative to its neighbours' (a convex corner)
 SHAKE = 0.1  # of the points, relative to their cell
 SUBDIVISIONS = 6  # of a panel, for interpolation
-REPAIRS = 6  # rounds of splitting panels that are no edges of the triangulation
+REPAIRS = 30  # rounds of splitting panels that are no edges of the triangulation
 
 
 class HarmonicMeasure:
