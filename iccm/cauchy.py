@@ -30,7 +30,22 @@ ROUNDING = (
     4e-16  # relative error of a coordinate, which turns the angle by itself over the distance to an end
 )
 MOST_SLACK = 0.5  # radians
-SHORT = 0.5  # edges this short beside their distance keep their digits: log(1 + A/B)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def edge_log(a, b, edge):
+    """log(b / a), accurate when the edge b - a is short against a."""
+    a2 = max(a.real * a.real + a.imag * a.imag, 1e-300)
+    re = (edge.real * a.real + edge.imag * a.imag) / a2
+    im = (edge.imag * a.real - edge.real * a.imag) / a2
+    s = 2 * re + re * re + im * im
+    if -0.5 < s < 1.0:
+        return complex(0.5 * math.log1p(s), math.atan2(im, 1 + re))
+    b2 = max(b.real * b.real + b.imag * b.imag, 1e-300)
+    return complex(
+        0.5 * math.log(b2 / a2),
+        math.atan2(b.imag * a.real - b.real * a.imag, b.real * a.real + b.imag * a.imag),
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -50,14 +65,7 @@ def _edge_logs(polygon, z, out):
         if start == 0 or end == 0:
             out[e] = 0
             continue
-        step = (polygon[(e + 1) % n] - polygon[e]) / start
-        if abs(step) < SHORT:
-            out[e] = complex(
-                0.5 * math.log1p(2 * step.real + step.real**2 + step.imag**2),
-                math.atan2(step.imag, 1 + step.real),
-            )
-            continue
-        log = cmath.log(end / start)
+        log = edge_log(start, end, polygon[(e + 1) % n] - polygon[e])
         if log.imag < MOST_SLACK - math.pi:
             slack = ON_EDGE + ROUNDING * (1 + abs(z)) / min(abs(start), abs(end))
             if log.imag < min(slack, MOST_SLACK) - math.pi:

@@ -1,6 +1,6 @@
 """A certificate that a map is injective (argument principle, Lewy, Darboux-Picard)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -25,6 +25,7 @@ class Certificate:
         zeros: zeros of f_z inside at that depth.
         beltrami: max |f_z̄ / f_z| on the boundary of that part.
         simple: whether the image of that boundary is simple.
+        obstacle: what stands in the way closer to the boundary, or at all; empty where nothing does.
     """
 
     certified: bool
@@ -32,6 +33,7 @@ class Certificate:
     zeros: int
     beltrami: float
     simple: bool
+    obstacle: str = ""
 
     def report(self) -> dict:
         """As in the JSON report."""
@@ -41,7 +43,16 @@ class Certificate:
             "zeros": self.zeros,
             "max_beltrami": self.beltrami,
             "simple_image": self.simple,
+            "obstacle": self.obstacle,
         }
+
+    @property
+    def failure(self) -> str:
+        """What failed, as a sentence; empty if certified."""
+        what = [f"f_z has {self.zeros} zero{'s' * (self.zeros > 1)}"] if self.zeros else []
+        what += [f"|f_z̄/f_z| is up to {self.beltrami:.3g}"] if self.beltrami >= 1 else []
+        what += [] if self.simple else ["the image of the boundary crosses itself"]
+        return "" if self.certified else f"at depth {self.depth:.0e}: {', '.join(what)}"
 
 
 def certify(f: HarmonicMap | Evaluator, depths: np.ndarray = DEPTHS) -> Certificate:
@@ -52,13 +63,13 @@ def certify(f: HarmonicMap | Evaluator, depths: np.ndarray = DEPTHS) -> Certific
     is holomorphic there; if it also takes the boundary to a simple curve, it is injective (degree theory; for
     holomorphic f, Darboux-Picard).
     """
-    found = None
+    obstacle = ""
     for depth in depths:
         found = at_depth(f, float(depth))
+        obstacle = found.failure or obstacle
         if found.certified:
-            return found
-    assert found is not None
-    return found
+            break
+    return replace(found, obstacle=obstacle)
 
 
 def at_depth(f: HarmonicMap | Evaluator, depth: float) -> Certificate:
@@ -71,6 +82,8 @@ def at_depth(f: HarmonicMap | Evaluator, depth: float) -> Certificate:
     for ring in rings:
         z = _refined(f, sampled(ring, f.polygon))
         f_z, f_zbar = f.derivatives(z)
+        if not np.isfinite(f_z).all():
+            return Certificate(False, depth, zeros, beltrami, False)
         zeros += abs(_winding(f_z))
         beltrami = max(beltrami, float(np.max(np.abs(f_zbar) / np.maximum(np.abs(f_z), 1e-300))))
         images.append(f(z))

@@ -12,10 +12,10 @@ from functools import cached_property
 import numpy as np
 from numba import njit
 
-from .cauchy import Complex
+from .cauchy import Complex, edge_log
 from .harmonic import HarmonicMap
 from .parallel import over_slices
-from .tree import build, edge_log, edge_under, is_inside, leaf_of
+from .tree import build, edge_under, is_inside, leaf_of
 
 
 class Evaluator:

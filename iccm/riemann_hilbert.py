@@ -49,7 +49,7 @@ def raised(w: Complex, z: Complex) -> Complex:
     """Values φ for linear interpolation whose mean on every edge is that of the holomorphic function through w.
 
     Linear interpolation errs by w'' Δz²/12 on the average. Vertices raised by a sixth of their distance from the linear
-    function through their neighbours make up for it, so that maps of smooth boundaries err by O(h⁴).
+    function through their neighbours make up for it, so that maps of smooth boundaries err by O(h³), not O(h²).
 
     Args:
         w: (n,) values at the vertices.
@@ -63,7 +63,7 @@ def consistency(z: Complex) -> Complex:
     """(n, n) matrix D: D w = 0 for the boundary values w of a holomorphic map at vertices z, as (C_v - I) w = 0.
 
     With φ = (I + P) w the raised values, linear interpolation errs by an oscillation without mean, of which one half
-    is holomorphic: at vertices the coordinates give C_v φ = ½ (w + φ), to fourth order.
+    is holomorphic: at vertices the coordinates give C_v φ = ½ (w + φ), to third order.
     """
     matrix = cauchy.coordinates(z, z)
     matrix[np.diag_indices_from(matrix)] -= 0.5

@@ -35,7 +35,10 @@ from .vertices import Allowance, around_corners, clean, radius_along
 
 PANEL = 0.05  # longest panel of the harmonic measure, in radii, at COARSEST
 AT_CORNERS = 1e-3  # panel length at corners, in radii, at COARSEST
-COARSEST = 1e-3  # tolerance; panels shrink with its fourth root below, at corners with its 2/3
+COARSEST, FINEST = (
+    1e-3,
+    1e-6,
+)  # tolerances: between them panels shrink with the fourth root, at corners with the power 2/3
 LEAST_AT_CORNERS = 1e-6
 LARGEST_IMAGE = 0.01  # of a panel at a corner, relative to the diagonal of the other shape
 DEEPENINGS = 3
@@ -49,7 +52,9 @@ ROUNDS = 4
 STRAINS = 8  # steps of a round
 SLIDES = 3
 GAIN = 0.8  # a round that leaves more than this share of the gap is the last
-FOLDS = 0.25  # a residual above the error allowed hints at folds: such maps count as worse, by this power of it
+FOLDS = (
+    0.25  # a residual above the error allowed hints at folds: such maps count as worse, by this power of it
+)
 MOST_VERTICES = 1500
 CONSISTENCY = 1e-3
 SETTLED = 2e-3  # relative decrease of the energy at which constraints count as met
@@ -75,7 +80,8 @@ def _solve(problem: Problem, settings: Options):
     assert problem.target is not None
     source, notes = simplified(from_farthest(problem.source), settings.tolerance, "source")
     target, more = simplified(from_farthest(problem.target), settings.tolerance, "target")
-    chosen = align(problem, source, target, min(settings.tolerance / COARSEST, 1.0))
+    fineness = float(np.clip(settings.tolerance / COARSEST, FINEST / COARSEST, 1.0))
+    chosen = align(problem, source, target, fineness)
     notes += more + crowding(chosen)
     state, energies = correspond(chosen, settings)
     keep = told_apart(problem.source_frame.world(source.at(state.s)))

@@ -24,8 +24,8 @@ from .vertices import Allowance, place
 KNOT_EVERY = 3  # panels of either shape
 MOST_KNOTS = 500
 ENOUGH = 0.6  # residual, relative to the error allowed
-ROUGH = 0.5
-POWER = 4
+ROUGH = 0.5  # change of dw/dturn from vertex to vertex, relative, from which on a vertex loses its weight in a step
+FADE = 4  # power by which it does
 NEAR = 0.05  # step of the difference quotients along the target, relative to the vertices' spacing
 MOST_STRAIN = 1.0  # of one step
 PRIOR = 0.1  # strain that is thought likely, squared and inverted, relative to the residual
@@ -202,7 +202,8 @@ def strain_step(c: Correspondence, state: State) -> Callable[[float], tuple[Real
     """The step in the strains of the circle map's gaps and its shift, as a function of the damping.
 
     A strain is the relative change of a gap: the corners' clusters of knots then move along with their
-    surroundings at no cost.
+    surroundings at no cost. At the target's corners dw/dturn is singular: the vertices that crowd there would hold the
+    corner where it is, though they are placed anew after the step; so they have no weight in it.
     """
     between = circle_map(c)
     turn = c.source.circle.turn(state.s)
@@ -212,9 +213,9 @@ def strain_step(c: Correspondence, state: State) -> Callable[[float], tuple[Real
     step = np.maximum(NEAR * across, 1e-15)
     ahead, back = (state.target.at(c.target.circle.arclength(image + sign * step)) for sign in (1, -1))
     slope = (ahead - back) / (2 * step)
-    change = np.abs(np.roll(slope, -1) - np.roll(slope, 1)) / np.abs(slope)
-    rough = np.maximum(change, np.maximum(np.roll(change, 1), np.roll(change, -1)))
-    weight = state.weight / (1 + (rough / ROUGH) ** POWER)
+    change = np.abs(np.roll(slope, -1) - np.roll(slope, 1)) / np.maximum(np.abs(slope), 1e-300)
+    rough = np.minimum(np.maximum.reduce([change, np.roll(change, 1), np.roll(change, -1)]), 1e30)
+    weight = state.weight / (1 + (rough / ROUGH) ** FADE)
     moved = (weight[:, None] * state.defect * slope) @ between.hats(turn)
     tail = np.cumsum(moved[:, ::-1], axis=1)[:, ::-1]  # what moving all knots from k on does
     drift = moved @ (between.b - between.b[0])  # the gaps keep their sum

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .cauchy import Complex
+from .cauchy import Complex, edge_log
 
 RHO = 3.0  # edges nearer than this many circumradii keep their logarithm
 NEAR = 7  # a square with no more near edges than this is a leaf
@@ -80,22 +80,6 @@ def crosses(p, q, a, b):
     sp = (e.real * (p.imag - a.imag) - e.imag * (p.real - a.real)) >= 0
     sq = (e.real * (q.imag - a.imag) - e.imag * (q.real - a.real)) >= 0
     return sp != sq
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def edge_log(a, b, edge):
-    """log(b / a), accurate when the edge b - a is short against a."""
-    a2 = max(a.real * a.real + a.imag * a.imag, 1e-300)
-    re = (edge.real * a.real + edge.imag * a.imag) / a2
-    im = (edge.imag * a.real - edge.real * a.imag) / a2
-    s = 2 * re + re * re + im * im
-    if -0.5 < s < 1.0:
-        return complex(0.5 * math.log1p(s), math.atan2(im, 1 + re))
-    b2 = max(b.real * b.real + b.imag * b.imag, 1e-300)
-    return complex(
-        0.5 * math.log(b2 / a2),
-        math.atan2(b.imag * a.real - b.real * a.imag, b.real * a.real + b.imag * a.imag),
-    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -159,7 +159,9 @@ def _picture(piece) -> bytes | None:
     """The texture of a geometry: its bytes as they are embedded, or as PNG where Pillow has them no more."""
     material = getattr(piece.visual, "material", None)
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-    if getattr(image, "format", None) is None:  # none, or trimesh's stand-in, which no file holds
+    if (
+        image is None or getattr(image, "format", None) is None
+    ):  # none, or trimesh's stand-in, which no file holds
         return None
     if isinstance(getattr(image, "fp", None), BytesIO):
         return image.fp.getvalue()

@@ -111,7 +111,7 @@ def summary(report: dict[str, Any]) -> list[str]:
 def _injective(found: dict[str, Any]) -> str:
     if found.get("certified"):
         return f"certified from a depth of {_short(found.get('depth'))} of the diagonal"
-    return f"not certified; {found.get('zeros', 'unknown')} folds"
+    return f"not certified; {found.get('obstacle', 'unknown')}"
 
 
 def _short(value: Any) -> str:

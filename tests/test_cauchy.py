@@ -199,3 +199,19 @@ def test_dilatation_and_area_are_those_of_the_jacobian(harmonic):
 def test_dilatation_is_one_where_conformal_and_infinite_where_folded():
     assert np.array_equal(dilatation(np.array([2j, 1, 0.5]), np.array([0, 1, 1j])), [1, np.inf, np.inf])
     assert np.array_equal(area_scale(np.array([2j, 1, 0.5]), np.array([0, 1, 1j])), [4, 0, -0.75])
+
+
+def test_a_short_edge_keeps_its_digits():
+    """Two vertices a rounding apart carry values far apart: the sum keeps its digits all the same."""
+    a, b = 80 + 3j, 80 + 3j + 64 * np.spacing(80.0) * (1 + 1j)
+    polygon = np.array([a, b, 79 + 5j, 77 + 4j, 78 + 2j])
+    values = np.array([0, 1, 1.5 + 2j, 2j, -1])
+    z = inside(polygon, 20)
+    start = (polygon - z[:, None]).astype(np.clongdouble)
+    edge = (np.roll(polygon, -1) - polygon).astype(np.clongdouble)
+    end = start + edge
+    log = np.log(end / start)
+    log[:, 0] = edge[0] / start[:, 0] - (edge[0] / start[:, 0]) ** 2 / 2  # exact to (1e-12)³
+    weight = log / (2j * np.pi * edge)
+    expected = np.sum(weight * (end * values - start * np.roll(values, -1)), axis=1)
+    assert np.abs(cauchy.coordinates(polygon, z) @ values - expected).max() < 1e-13

@@ -115,4 +115,14 @@ def test_the_report_is_plain_data():
         "zeros": int,
         "max_beltrami": float,
         "simple_image": bool,
+        "obstacle": str,
     }
+
+
+def test_what_stands_in_the_way_is_said():
+    folded = certify(map_of(circle(100), lambda z: z**2)).report()
+    assert folded["obstacle"] == "at depth 1e-01: f_z has 1 zero, the image of the boundary crosses itself"
+    fine = certify(map_of(circle(200), lambda z: z)).report()
+    assert fine["obstacle"] == "" and fine["certified"]
+    near = certify(map_of(circle(400), lambda z: z + 0.505 * z**2))
+    assert near.certified and near.depth > 1e-4 and "f_z has 1 zero" in near.obstacle

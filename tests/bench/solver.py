@@ -11,6 +11,7 @@ import numpy as np
 
 import iccm
 from iccm import Curve
+from tests import exact
 
 from . import shapes
 
@@ -135,6 +136,25 @@ def scaling(largest: int) -> float:
     return exponent
 
 
+def accuracy(largest: int) -> None:
+    """Errors against known conformal maps, and their order from row to row."""
+    known = {
+        "disc → w + 0.2 w²": lambda n: exact.smooth_error(0.2, n),
+        "disc → w + 0.45 w²": lambda n: exact.smooth_error(0.45, n),
+        "square → disc": exact.square_error,
+        "L → square": exact.ell_error,
+    }
+    print("\n## Largest error inside against known maps, relative to the disc's radius (order)")
+    print("vertices  " + "  ".join(f"{name:20}" for name in known))
+    before: list[float] = []
+    for size in [n for n in (60, 120, 240, 480, 960) if n <= largest]:
+        errors = [error(size)[0] for error in known.values()]
+        gained = [np.log2(a / b) for a, b in zip(before, errors)] or [np.nan] * len(errors)
+        cells = [f"{e:.1e} ({g:4.1f})" for e, g in zip(errors, gained)]
+        print(f"{size:8d}  " + "  ".join(f"{cell:20}" for cell in cells), flush=True)
+        before = errors
+
+
 def long_outlines(count: int) -> list[Row]:
     """The longest country outlines at 1:10m onto a disk, and what was simplified."""
     atlas = shapes.countries("10m")
@@ -158,13 +178,17 @@ def main(words: list[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--atlas", default="110m", choices=("110m", "50m", "10m"))
     parser.add_argument(
-        "--largest", type=int, default=4000, help="vertices of the scaling table; 0 leaves it out"
+        "--largest",
+        type=int,
+        default=4000,
+        help="vertices of the tables of errors and times; 0 leaves them out",
     )
     parser.add_argument("--outlines", type=int, default=2, help="long country outlines to map")
     given = parser.parse_args(words)
     if given.pairs:
         pairs(given.pairs, given.seed, given.atlas)
     if given.largest:
+        accuracy(given.largest)
         scaling(given.largest)
     if given.outlines:
         long_outlines(given.outlines)
