@@ -70,7 +70,7 @@ def solve(problem: Problem, settings: Options) -> Fit:
     else:
         fit = finish(problem, *_solve(problem, settings))
     # judged as it is reported: in the user's frame, against the target as it was given
-    if fit.status is Status.GAP and fit.boundary["hausdorff"] <= settings.tolerance:
+    if fit.status in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
         return replace(fit, status=Status.REACHED)
     return fit
 
@@ -82,14 +82,15 @@ def _solve(problem: Problem, settings: Options):
     target, more = simplified(from_farthest(problem.target), settings.tolerance, "target")
     fineness = float(np.clip(settings.tolerance / COARSEST, FINEST / COARSEST, 1.0))
     chosen = align(problem, source, target, fineness)
-    notes += more + crowding(chosen)
+    crowded = crowding(chosen)
+    notes += more + list(crowded.values())
     state, energies = correspond(chosen, settings)
     keep = told_apart(problem.source_frame.world(source.at(state.s)))
     state = replace(state, s=state.s[keep], tau=state.tau[keep])
     polygon = Curve(source.at(state.s))
     basis = Basis(polygon.z, settings.quasi is not None)
     x = basis.coefficients(state.phi)
-    status = Status.GAP
+    status = Status.CROWDED if "target" in crowded else Status.GAP
     if problem.pins.size or problem.strokes or settings.quasi is not None or settings.smoothness:
         weights = shares(source, state.s, target, state.tau)
         x, energies, status = improve(replace(problem, target=target), settings, basis, polygon, weights, x)
@@ -170,17 +171,18 @@ def deepened(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: Curve
     return np.where(extent > LARGEST_IMAGE, np.maximum(sharp * shrink, LEAST_AT_CORNERS), sharp)
 
 
-def crowding(c: Correspondence) -> list[str]:
-    """Notes where parts of one boundary meet less of the other's than double precision can tell apart."""
+def crowding(c: Correspondence) -> dict[str, str]:
+    """Notes, by "source" and "target", where parts of one boundary meet less of the other's than double precision can
+    tell apart."""
     there = np.diff(c.between.inverse(c.target.circle.turns))
     here = np.diff(c.between(c.source.circle.turns))
     parts = [("target", c.target.circle, there), ("source", c.source.circle, here)]
-    shares = [(name, float(v.lengths[gaps < CROWDED].sum() / v.length)) for name, v, gaps in parts]
-    return [
-        f"crowding: {share:.1%} of the {name}'s boundary has harmonic measure below {CROWDED:.0e} a panel"
-        for name, share in shares
+    shares = {name: float(v.lengths[gaps < CROWDED].sum() / v.length) for name, v, gaps in parts}
+    return {
+        name: f"crowding: {share:.1%} of the {name}'s boundary has harmonic measure below {CROWDED:.0e} a panel"
+        for name, share in shares.items()
         if share >= 1e-3
-    ]
+    }
 
 
 def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[str, float]]]:
