@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import sys
 from contextlib import suppress
@@ -68,7 +67,6 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         os.environ.setdefault(name, "1")
     # Plug-ins of pydantic would be looked for in every package that is installed.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    gc.set_threshold(100_000, 50, 100)  # imports make many objects, all of which stay
     code = run(arguments)
     if f"{__package__}.batch" in sys.modules:
         sys.exit(code)

@@ -7,7 +7,7 @@ import multiprocessing
 import os
 import signal
 import time
-from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from typing import Any, Protocol
 
 from ..errors import InputError
@@ -67,13 +67,14 @@ class Processes:
             self._drop(lane)
 
     def close(self) -> None:
-        """End the idle workers."""
-        for lane in list(self._lanes):
-            self._drop(lane)
+        """End the idle workers, and wait until they have: Python's own end would race with theirs."""
+        lanes = list(self._lanes)
+        with ThreadPoolExecutor(len(lanes) or 1) as closing:
+            list(closing.map(lambda lane: self._drop(lane, wait=lane.idle), lanes))
 
-    def _drop(self, lane: _Lane) -> None:
+    def _drop(self, lane: _Lane, wait: bool = False) -> None:
         self._lanes.remove(lane)
-        lane.executor.shutdown(wait=False, cancel_futures=True)
+        lane.executor.shutdown(wait=wait, cancel_futures=True)
 
 
 class _Lane:
