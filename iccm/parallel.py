@@ -4,7 +4,6 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from functools import cache
 from typing import TypeVar
 
 SLICE = 4096
@@ -34,14 +33,12 @@ def over_slices(
             pass
 
 
-def ahead(work: Callable[[], Result], threads: int | None = None) -> Callable[[], Result]:
-    """Begins work beside what follows, if there may be threads; calling what is returned gives the result."""
-    if thread_count(threads) == 1:
-        return cache(work)
+def beside(work: Callable[[], Result]) -> Future[Result]:
+    """Begins work in a thread of its own, beside what follows."""
     with_one = ThreadPoolExecutor(1)
-    result = with_one.submit(work).result
+    future = with_one.submit(work)
     with_one.shutdown(wait=False)
-    return result
+    return future
 
 
 def in_order(

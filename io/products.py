@@ -148,7 +148,7 @@ def _from_mesh(run: Run) -> Image:
 def _warp(run: Run) -> Warp:
     from ..resample import Warp
 
-    return Warp(run.fit.fast, run.prepared(), run.canvas, max_error=run.job.max_pixel_error)
+    return Warp(run.fit.fast, run.prepared, run.canvas, max_error=run.job.max_pixel_error)
 
 
 def _padded(run: Run) -> Image:

@@ -25,7 +25,7 @@ def build(run: Run) -> dict[str, Any]:
 
     Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same job then gives the same bytes.
     """
-    report = {"schema": SCHEMA, "version": __version__, **run.found(), **run.figures}
+    report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
     if "SOURCE_DATE_EPOCH" not in os.environ:
         parts = {name: value for name, value in run.seconds.items() if name != "total"}
         report["seconds"] = {

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
-from ..parallel import ahead
 from ..room import Room
 from . import companions, files, limits, placement, products, report, shapes
 from .constrained import constrained
@@ -65,9 +64,10 @@ def run(
     job = with_outputs(job)
     makers = check(job)
     state = _read(job, threads, tell, progress)
-    state.prepared = ahead(state.prepare, threads) if placement.pictured(job) else state.prepare
+    if placement.pictured(job):
+        state.begin("prepared")
     _solve(state)
-    state.found = ahead(state.judge, threads)
+    state.begin("found")
     if makers and _cold():
         tell("the first run compiles, once; this may take a minute")
     with ExitStack() as stack:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from ..parallel import beside, thread_count
 from . import placement
 from .job import Job
 from .placement import LONGER_SIDE, Box
@@ -39,8 +41,6 @@ class Run:
         notes: remarks on the inputs and on the solving.
         figures: what making the products adds to the report.
         fit: the map, once it is there.
-        prepared: gives the texture ready to be filtered.
-        found: gives the solver's own report.
         pins, strokes: what must meet.
     """
 
@@ -57,8 +57,7 @@ class Run:
     pins: Any = None
     strokes: Any = None
     fit: Fit = field(init=False)
-    prepared: Callable[[], Prepared] = field(init=False)
-    found: Callable[[], dict[str, Any]] = field(init=False)
+    _begun: dict[str, Future] = field(default_factory=dict)
 
     @cached_property
     def image(self) -> Image:
@@ -75,8 +74,17 @@ class Run:
         """Whether it lies on a mesh that is the source."""
         return placement.on_mesh(self.job, self.source)
 
-    def prepare(self) -> Prepared:
-        """Make the texture ready to be filtered."""
+    def begin(self, part: str) -> None:
+        """Make `prepared` or `found` beside what follows, if there may be threads."""
+        if thread_count(self.threads) > 1:
+            self._begun[part] = beside(getattr(self, f"_{part}"))
+
+    @cached_property
+    def prepared(self) -> Prepared:
+        """The texture ready to be filtered."""
+        return self._begun["prepared"].result() if "prepared" in self._begun else self._prepared()
+
+    def _prepared(self) -> Prepared:
         from ..resample import Prepared
 
         job = self.job
@@ -84,8 +92,12 @@ class Run:
             placed = self.image.texture(self.box, kind=job.kind, room=self.room)
             return Prepared(placed, job.filter, job.kind, job.edge, room=self.room, threads=self.threads)
 
-    def judge(self) -> dict[str, Any]:
-        """Make the solver's own report."""
+    @cached_property
+    def found(self) -> dict[str, Any]:
+        """The solver's own report."""
+        return self._begun["found"].result() if "found" in self._begun else self._found()
+
+    def _found(self) -> dict[str, Any]:
         with self.timed("evaluate"):
             return self.fit.report()
 
