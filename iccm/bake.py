@@ -122,18 +122,8 @@ def layout(name: str, uv: Real, uv_faces: Index, twin: Index, width: int, height
     Raises:
         InputError: a corner without coordinates, or one that is not finite or absurdly far off.
     """
-    if (uv_faces < 0).any():
-        bad = int(np.flatnonzero((uv_faces < 0).any(axis=1))[0])
-        raise InputError(
-            f"{name}: triangle {bad} has no texture coordinates; leave out --bake to make new ones"
-        )
-    at = np.take(uv, uv_faces, axis=0)  # several times faster than uv[uv_faces]
+    at = check_layout(name, uv, uv_faces)
     low, high = _over_corners(np.minimum, at), _over_corners(np.maximum, at)
-    span = (high - low).max(initial=0.0)
-    if not np.isfinite(span) or span * span > MOST_TILES or np.abs(low).max(initial=0.0) > 1e6:
-        raise InputError(
-            f"{name}: texture coordinates of a triangle are not finite or span {span:.3g} pictures"
-        )
     corners = np.empty_like(at)
     corners[..., 0], corners[..., 1] = at[..., 0] * width, (1 - at[..., 1]) * height
     outside = (np.minimum(low[:, 0], low[:, 1]) < -1e-9) | (np.maximum(high[:, 0], high[:, 1]) > 1 + 1e-9)
@@ -148,6 +138,23 @@ def layout(name: str, uv: Real, uv_faces: Index, twin: Index, width: int, height
         "covered_texels": int(raster.centre.sum()),
     }
     return Layout(corners, raster, report)
+
+
+def check_layout(name: str, uv: Real, uv_faces: Index) -> Real:
+    """The texture coordinates (m, 3, 2) of the triangles' corners; arguments and errors as for `layout`."""
+    if (uv_faces < 0).any():
+        bad = int(np.flatnonzero((uv_faces < 0).any(axis=1))[0])
+        raise InputError(
+            f"{name}: triangle {bad} has no texture coordinates; leave out --bake to make new ones"
+        )
+    at = np.take(uv, uv_faces, axis=0)  # several times faster than uv[uv_faces]
+    low, high = _over_corners(np.minimum, at), _over_corners(np.maximum, at)
+    span = (high - low).max(initial=0.0)
+    if not np.isfinite(span) or span * span > MOST_TILES or np.abs(low).max(initial=0.0) > 1e6:
+        raise InputError(
+            f"{name}: texture coordinates of a triangle are not finite or span {span:.3g} pictures"
+        )
+    return at
 
 
 def bake(

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Float = NDArray[np.float32]
+HALF = np.finfo(np.float16).max
 
 
 def linear_from_srgb(v):
@@ -68,6 +69,8 @@ def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool, associated
         v = np.clip(values[..., k], 0, 1) if top else values[..., k]
         if srgb and k != alpha:
             v = srgb_from_linear(v)
+        if dtype == np.float16:  # a filter may overshoot what half holds
+            v = np.where(np.isinf(v), v, np.clip(v, -HALF, HALF))
         out[..., k] = np.rint(v * top) if top else v
     return out
 

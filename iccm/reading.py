@@ -15,7 +15,7 @@ from .curve import Real
 from .errors import InputError
 from .normals import turned
 from .parallel import over_slices
-from .texture import Texture
+from .texture import Texture, check_kind
 
 SLICE = 1 << 15
 FINE = 4096
@@ -60,10 +60,7 @@ class Reader:
             raise InputError(
                 f"kind {kind!r}, edge {edge!r}: not one of {', '.join(KINDS)}; clamp, transparent"
             )
-        if kind.startswith("normal") and texture.pixels.shape[2] < 3:
-            raise InputError(
-                f"kind {kind!r}: the picture has {texture.pixels.shape[2]} channels; normals need 3"
-            )
+        check_kind(kind, texture.pixels.shape[2])
         self.texture, self.kind = texture, kind
         self.filter = sampling.FILTERS[name]
         self.mixes = kind == "colour" and name != "nearest"

@@ -24,6 +24,34 @@ CHUNK = 1 << 17  # pixels that are filtered at a time
 PIXEL, SAMPLE = 96, 256  # bytes that each pixel of a band, and of those filtered at a time, takes on the way
 
 
+def band_bytes(width: int) -> int:
+    """Bytes that a thread takes to make rows of a picture."""
+    return width * tiles.TILE * PIXEL + CHUNK * SAMPLE
+
+
+def whole_bytes(height: int, width: int, channels: int, itemsize: int) -> int:
+    """Bytes that `whole` takes with padding."""
+    return height * width * (4 * channels * itemsize + 32)
+
+
+def check_padding(associated: bool, fill: str) -> None:
+    """Refuse what cannot be padded.
+
+    Args:
+        associated: whether the picture's colours are premultiplied.
+        fill: as for `warp`.
+
+    Raises:
+        InputError: associated alpha, an unknown way to fill.
+    """
+    if associated:
+        raise InputError(
+            "padding: the texture's alpha is associated, so nothing can be stored where it is zero"
+        )
+    if fill not in ("push-pull", "nearest"):
+        raise InputError(f"fill {fill!r}: not one of push-pull, nearest")
+
+
 @dataclass(frozen=True, eq=False)
 class Warped:
     """A warped picture: (H, W, c) pixels of the texture's type, the index of its alpha channel, and what happened."""
@@ -94,17 +122,13 @@ def whole(
         if progress:
             progress(len(block))
     if padding:
-        out = _padded(out, job.alpha, job.source.texture, padding, fill)
+        check_padding(job.source.texture.associated, fill)
+        out = padded(out, job.alpha, padding, fill)
     return Warped(out, job.alpha, job.diagnostics)
 
 
-def _padded(pixels: NDArray, alpha: int, texture: Texture, reach: int, fill: str) -> NDArray:
-    if texture.associated:
-        raise InputError(
-            "padding: the texture's alpha is associated, so nothing can be stored where it is zero"
-        )
-    if fill not in ("push-pull", "nearest"):
-        raise InputError(f"fill {fill!r}: not one of push-pull, nearest")
+def padded(pixels: NDArray, alpha: int, reach: int, fill: str) -> NDArray:
+    """(h, w, c) straight pixels, their colours extended where the channel `alpha` is 0; arguments as for `warp`."""
     from .padding import pad
 
     colours = [k for k in range(pixels.shape[2]) if k != alpha]
@@ -141,8 +165,8 @@ class Warp:
             band = self.raster.band(row)
             return self._finish(band), band.diagnostics
 
-        each = self.canvas.width * tiles.TILE * PIXEL + CHUNK * SAMPLE
-        threads = self.source.room.threads(threads, each, f"rows of {self.canvas.width} pixels")
+        each, what = band_bytes(self.canvas.width), f"rows of {self.canvas.width} pixels"
+        threads = self.source.room.threads(threads, each, what)
         for block, seen in in_order(finished, range(0, self.canvas.height, tiles.TILE), threads):
             self.diagnostics.add(seen)
             yield block

@@ -19,3 +19,6 @@ class Room:
     def threads(self, asked: int | None, each: int, what: str) -> int | None:
         """How many threads there may be for some work of which each needs so many bytes."""
         return asked
+
+    def check(self, each: int, what: str) -> None:
+        """Refuses, before a map is solved for, work for which there will be no room; arguments as for `threads`."""

@@ -14,6 +14,22 @@ from .room import Room
 
 Box = tuple[complex, complex]
 LARGE = 1 << 27  # numbers in a texture from which it is not turned into floats
+MENDING = 48  # bytes that each texel takes on the way where some are not finite
+
+
+def check_kind(kind: str, channels: int) -> None:
+    """Refuse normals without three channels.
+
+    Raises:
+        InputError: saying how many there are.
+    """
+    if kind.startswith("normal") and channels < 3:
+        raise InputError(f"kind {kind!r}: the picture has {channels} channels; normals need 3")
+
+
+def strip_bytes(height: int, width: int, channels: int) -> int:
+    """Bytes that a thread takes to prepare rows of a texture."""
+    return 16 * min(height, sampling.strip_rows(width, channels)) * width * channels
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +88,7 @@ class Prepared:
         ):
             if given not in known:
                 raise InputError(f"{what} {given!r}: not one of {', '.join(known)}")
-        if kind.startswith("normal") and texture.pixels.shape[2] < 3:
-            raise InputError(
-                f"kind {kind!r}: the picture has {texture.pixels.shape[2]} channels; normals need 3"
-            )
+        check_kind(kind, texture.pixels.shape[2])
         self.texture, self.kind, self.room = texture, kind, room or Room()
         name = "cubic" if filter == "auto" else filter
         self.filter = sampling.FILTERS[name]
@@ -88,7 +101,7 @@ class Prepared:
     def _pyramid(self, edge: int, threads: int | None) -> sampling.Pyramid:
         pixels, texture, room = self.texture.pixels, self.texture, self.room
         rows = sampling.strip_rows(*pixels.shape[1:])
-        threads = room.threads(threads, 16 * rows * pixels[0].size, "the texture")
+        threads = room.threads(threads, strip_bytes(*pixels.shape), "the texture")
         ready: Callable[[NDArray], Float]
         if pixels.dtype.kind == "u" and not texture.associated:
             decode = colour.tables(pixels.dtype, pixels.shape[2], texture.alpha, srgb=self.srgb)

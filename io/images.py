@@ -1,10 +1,12 @@
 """Pictures in files: read as stored (straight alpha, own depth), written with colour space and metadata kept."""
 
+import tempfile
+import zlib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import OpenImageIO as oiio
@@ -16,10 +18,12 @@ from ..sampling import strip_rows
 from .files import open_input
 from .picture import OPAQUE, Image, first_line, prepared, transfer_of
 
-__all__ = ["MAX_PIXELS", "Image", "read", "transfer_of", "write", "write_bands"]
+__all__ = ["MAX_PIXELS", "Image", "check", "read", "transfer_of", "write", "write_bands"]
 
 MAX_PIXELS = 1 << 29
 KEPT = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
+WIDE = {"uint", "int", "uint64", "int64"}  # integers that floats cannot hold
+PNG = b"\x89PNG\r\n\x1a\n"
 # PNG about as small as by default, in a third of the time; filters are numbered by libpng, this one is "up".
 ENCODERS = {"png:compressionLevel": 4, "png:filter": 32, "jpeg:subsampling": "4:4:4"}
 QUALITY = {".jpg": "jpeg:95", ".jpeg": "jpeg:95", ".webp": "lossless", ".jxl": "jpegxl:100"}
@@ -53,9 +57,11 @@ def read(
         room: where the pixels are kept.
 
     Raises:
-        InputError: the file is missing, not a picture, damaged, or too large; the colour space is unknown.
+        InputError: the file is missing, not a flat picture, damaged, or too large; the colour space is unknown.
     """
-    open_input(path)
+    with open_input(path).open("rb") as content:
+        if content.read(len(PNG)) == PNG:
+            _check_png(path, content)
     room = room or Room()
     config = oiio.ImageSpec()
     config["oiio:UnassociatedAlpha"] = 1
@@ -64,24 +70,52 @@ def read(
         raise InputError(f"{path}: cannot be read as a picture: {first_line(oiio.geterror())}")
     try:
         spec = file.spec()
-        if spec.width * spec.height > max_pixels or spec.depth > 1:
+        if spec.width * spec.height > max_pixels:
             raise InputError(
                 f"{path}: {spec.width}x{spec.height} is more than {max_pixels} pixels; raise --max-pixels"
+            )
+        if spec.deep or spec.depth > 1:
+            raise InputError(
+                f"{path}: a {'deep picture' if spec.deep else 'volume'}, which is not read; flatten it first"
             )
         kind = str(spec.format) if not spec.channelformats else "float"
         pixels = _pixels(file, spec, kind if kind in KEPT else "float", room)
         if pixels is None or file.has_error:
             raise InputError(f"{path}: the picture is damaged: {first_line(file.geterror())}")
+        notes = _notes(path, spec, others=file.seek_subimage(1, 0))
     finally:
         file.close()
     pixels = _upright(_displayed(pixels, spec, room), spec)
     return Image(
         pixels if pixels.flags.c_contiguous else _copied(pixels, room(pixels.shape, pixels.dtype), room),
-        spec.alpha_channel,
+        _alpha(spec),
         _is_associated(spec, file.format_name()),
         _known(path, colorspace) if colorspace else _space(spec, pixels.dtype),
         _metadata(spec),
+        notes,
     )
+
+
+def check(path: str | Path, like: Image, height: int, width: int) -> None:
+    """Refuses what `write` would refuse, before there are any pixels: by a trial of one row of the longer side.
+
+    Args:
+        path: the file to write; only its suffix counts.
+        like: alpha, colour space, metadata, type and channels of the picture (its size is not used).
+        height, width: of the picture.
+
+    Raises:
+        InputError: the format does not hold so many pixels or channels, or not the colour space.
+    """
+    side = max(height, width)
+    row = np.zeros((1, side, like.pixels.shape[2]), like.pixels.dtype)
+    with tempfile.TemporaryDirectory() as folder:
+        trial = Path(folder) / f"trial{Path(path).suffix}"
+        try:
+            write(trial, replace(like, pixels=row))
+        except InputError as error:
+            text = str(error).replace(str(trial), str(path)).replace(f"{side}x1", f"{width}x{height}")
+            raise InputError(text) from error
 
 
 def write(path: str | Path, image: Image) -> None:
@@ -110,12 +144,10 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
     with _opened(path) as file:
         for block in blocks:
             ready = prepared(replace(like, pixels=block), suffix)
-            if suffix in OPAQUE and ready.pixels.shape[2] not in (1, 3):
-                raise InputError(
-                    f"{path}: {suffix} holds 1 or 3 channels, not {ready.pixels.shape[2]}; use .tif or .exr"
-                )
-            if row == 0 and not file.open(str(path), _spec(ready, height, width, suffix)):
-                raise InputError(f"{path}: cannot be written: {first_line(file.geterror())}")
+            if row == 0:
+                _check_channels(path, ready, file.supports("nchannels"))
+                if not file.open(str(path), _spec(ready, height, width, suffix)):
+                    raise InputError(f"{path}: cannot be written: {first_line(file.geterror())}")
             rows = np.ascontiguousarray(ready.pixels)
             done = (
                 file.write_image(rows)
@@ -125,6 +157,16 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
             if not done:
                 raise InputError(f"{path}: cannot be written: {first_line(file.geterror())}")
             row += len(rows)
+
+
+def _check_channels(path: str | Path, image: Image, any_number: bool) -> None:
+    """Refuses what would come back as something else: the last of 2 or 4 channels as alpha, 2 and alpha as colours."""
+    suffix, colours = Path(path).suffix.lower(), image.pixels.shape[2] - (image.alpha >= 0)
+    if colours in (1, 3) or (any_number and (colours > 3 or suffix == ".exr")):
+        return
+    held = f"1{', 3 or more' if any_number else ' or 3'} channels{' beside alpha' if suffix not in OPAQUE else ''}"
+    others = ".exr" if any_number or colours == 2 else ".exr or .tif"
+    raise InputError(f"{path}: {suffix} holds {held}, not {colours}; use {others}")
 
 
 @contextmanager
@@ -161,6 +203,38 @@ def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Room) -> NDArray |
     return out
 
 
+def _check_png(path: str | Path, content: BinaryIO) -> None:
+    """Refuses a PNG file that is cut or changed: libpng would print a line of its own.
+
+    Args:
+        path: for messages.
+        content: the file, read up to its first chunk.
+    """
+    name = b""
+    while name != b"IEND":
+        head = content.read(8)
+        left, name = int.from_bytes(head[:4]), head[4:]
+        checksum = zlib.crc32(name)
+        while left and (block := content.read(min(left, 1 << 20))):
+            left, checksum = left - len(block), zlib.crc32(block, checksum)
+        stored = content.read(4)
+        if left or len(stored) < 4:
+            raise InputError(f"{path}: the picture is damaged: the file is cut off")
+        if name[:1].isupper() and stored != checksum.to_bytes(4):  # others are left out by readers
+            raise InputError(f"{path}: the picture is damaged: wrong checksum of {name.decode('latin-1')}")
+
+
+def _notes(path: str | Path, spec: oiio.ImageSpec, *, others: bool) -> tuple[str, ...]:
+    notes = []
+    if others:
+        notes.append(f"{path}: holds several pictures; the first is used")
+    if WIDE.intersection(map(str, spec.channelformats or [spec.format])):
+        notes.append(
+            f"{path}: holds 32-bit integers; they become floats, 1 for the largest, exact to 24 bits"
+        )
+    return tuple(notes)
+
+
 def _copied(pixels: NDArray, out: NDArray, room: Room) -> NDArray:
     """`out` with the pixels in it."""
     step = strip_rows(*pixels.shape[1:])
@@ -168,6 +242,11 @@ def _copied(pixels: NDArray, out: NDArray, room: Room) -> NDArray:
         out[row : row + step] = pixels[row : row + step]
         room.release()
     return out
+
+
+def _alpha(spec: oiio.ImageSpec) -> int:
+    """Index of the alpha channel; the GIF plug-in numbers it from 1."""
+    return min(spec.alpha_channel, spec.nchannels - 1)
 
 
 def _is_associated(spec: oiio.ImageSpec, format: str) -> bool:

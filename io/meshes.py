@@ -191,6 +191,23 @@ def check_output(name: str) -> None:
         raise InputError(f"{name}: cannot hold texture coordinates; use one of {', '.join(WITH_UV)}")
 
 
+def check_texture(name: Path, texture: Path | bytes | None) -> None:
+    """Refuse a texture that the mesh to be written cannot show.
+
+    Args:
+        name: of the mesh.
+        texture: the picture, or its content; None is never refused.
+
+    Raises:
+        InputError: GLB cannot hold the picture, or a material library cannot name its file.
+    """
+    suffix = name.suffix.lower()
+    if suffix == ".glb" and texture is not None:
+        _embeddable(texture)
+    elif suffix == ".obj" and isinstance(texture, Path):
+        mtl.name_of(texture, name.parent)
+
+
 def write(
     file: MeshFile,
     uv: Real,

@@ -83,9 +83,7 @@ def bound(library: Library, rename: dict[str | None, str], plain: str, texture: 
     Raises:
         InputError: the texture's name cannot stand in a material library.
     """
-    name = relative(texture, out.parent)
-    if name != name.strip() or "\n" in name or "\r" in name or name.startswith("-"):
-        raise InputError(f"{texture}: a material library cannot name this file; rename it")
+    name = name_of(texture, out.parent)
     moved = [_moved(line, library.folder, out.parent) for line in library.lines]
     found = Library(tuple(moved), out.parent).materials()
     text: list[str] = []
@@ -102,6 +100,18 @@ def bound(library: Library, rename: dict[str | None, str], plain: str, texture: 
     if plain and plain not in found:
         text += [f"newmtl {plain}", *PLAIN]
     return "\n".join(text) + "\n"
+
+
+def name_of(texture: Path, folder: Path) -> str:
+    """A picture's name in a material library of the folder.
+
+    Raises:
+        InputError: it cannot stand in one.
+    """
+    name = relative(texture, folder)
+    if name != name.strip() or "\n" in name or "\r" in name or name.startswith("-"):
+        raise InputError(f"{texture}: a material library cannot name this file; rename it")
+    return name
 
 
 def relative(file: Path, folder: Path) -> str:

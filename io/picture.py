@@ -35,6 +35,7 @@ class Image:
         associated: whether colours are premultiplied by alpha.
         colorspace: a name that OpenColorIO knows, or "data" for numbers that are no colours.
         metadata: what else the file said, name -> (OpenImageIO type, value); `channels` -> the channels' names.
+        notes: what a user should know about how the file was read.
     """
 
     pixels: NDArray
@@ -42,6 +43,7 @@ class Image:
     associated: bool = False
     colorspace: str = "sRGB"
     metadata: dict[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def texture(self, box: Box, kind: str = "colour", room: Room | None = None) -> Texture:
         """The picture placed in the plane, in sRGB or linear light. `kind` other than "colour" is taken as numbers."""
@@ -56,6 +58,12 @@ class Image:
             linear[row : row + step] = _converted(part, "lin_rec709", np.dtype(np.float32)).pixels
             room.release()
         return Texture(linear, box, self.alpha, "linear", self.associated)
+
+    def covered(self) -> "Image":
+        """A picture of one pixel like that which `warp` makes: alpha is appended where there is none."""
+        channels = self.pixels.shape[2] + (self.alpha < 0)
+        alpha = self.alpha if self.alpha >= 0 else channels - 1
+        return replace(self, pixels=np.zeros((1, 1, channels), self.pixels.dtype), alpha=alpha)
 
     def with_pixels(self, pixels: NDArray, alpha: int) -> "Image":
         """The same kind of picture with other pixels, as `warp` made them from this picture's texture."""
@@ -79,12 +87,13 @@ def transfer_of(colorspace: str) -> str | None:
 def prepared(image: Image, suffix: str) -> Image:
     """The picture as a format can hold it: encoding, association of alpha, channels and depth."""
     encoded = transfer_of(image.colorspace)
+    unsaid = suffix != ".png" and encoded != "srgb" and image.colorspace != "data"  # only PNG says the space
     if suffix in LINEAR and (encoded != "linear" or image.pixels.dtype.kind != "f"):
         space = "data" if image.colorspace == "data" else "lin_rec709"
         image = _converted(
             image, space, np.dtype(np.float16 if image.pixels.dtype == np.uint8 else np.float32)
         )
-    elif suffix in DISPLAY and image.pixels.dtype.kind == "f":
+    elif suffix in DISPLAY and (unsaid or image.pixels.dtype.kind == "f"):
         depth = np.uint16 if np.uint16 in INTEGERS.get(suffix, []) else np.uint8
         image = _converted(image, "data" if image.colorspace == "data" else "sRGB", np.dtype(depth))
     if image.alpha >= 0 and (suffix in OPAQUE or suffix == ".exr"):
@@ -136,8 +145,7 @@ def _converted(image: Image, space: str, dtype: np.dtype) -> Image:
             part = colours[first : first + 3]
             values[..., part] = _ocio(values, part, image, space)
     if dtype.kind != "f":
-        top = np.iinfo(dtype).max
-        values = np.rint(np.clip(values, 0, 1) * top)
+        values = np.rint(np.nan_to_num(np.clip(values, 0, 1), copy=False) * np.iinfo(dtype).max)
     return replace(image, pixels=values.astype(dtype), colorspace=space)
 
 

@@ -59,8 +59,12 @@ def image_of(job: Job, source: Shape, room: Room) -> Image:
 
 def pictured(job: Job) -> bool:
     """Whether the job writes a picture of the texture on the target's canvas."""
-    names = [name for name in job.output if name == "-" or Path(name).suffix.lower() in PICTURES]
-    return bool(names) and not job.bake
+    return bool(pictures(job)) and not job.bake
+
+
+def pictures(job: Job) -> list[str]:
+    """The outputs that are pictures."""
+    return [name for name in job.output if name == "-" or Path(name).suffix.lower() in PICTURES]
 
 
 def square(box: Box) -> Box:

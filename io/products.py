@@ -29,6 +29,7 @@ MESHES = (".obj", ".glb", ".gltf", ".ply", ".off", ".stl")
 WITH_UV = (".obj", ".glb", ".ply")
 HIDES_NOTHING = (".jpg", ".jpeg", ".hdr", ".exr", ".webp")
 PLOTS = (".png", ".svg", ".pdf")
+PADDED = "the whole picture at once (--padding)"
 
 
 def is_mesh(spec: str) -> bool:
@@ -136,13 +137,17 @@ def _write(path: Path | None, write: Callable[[Path], None]) -> None:
 
 def _from_mesh(run: Run) -> Image:
     """The texture of a mesh, carried to the target's canvas."""
+    from ..resample import padded
     from . import transfer
 
     source: Any = run.source
     with run.timed("resample"):
         warped = transfer.warp(source, run.fit.map, run.image, run.canvas, **_sampling(run))
+        pixels = warped.pixels
+        if run.job.padding:
+            pixels = padded(pixels, warped.alpha, run.job.padding, run.job.fill)
     run.figures["pixels"] = warped.diagnostics.as_dict()
-    return run.image.with_pixels(warped.pixels, warped.alpha)
+    return run.image.with_pixels(pixels, warped.alpha)
 
 
 def _warp(run: Run) -> Warp:
@@ -153,12 +158,12 @@ def _warp(run: Run) -> Warp:
 
 def _padded(run: Run) -> Image:
     """The picture with its colours extended beyond the outline, which needs all of it at once."""
-    from ..resample import whole
+    from ..resample import whole, whole_bytes
 
     with run.timed("resample"):
         work, canvas = _warp(run), run.canvas
-        each = canvas.width * canvas.height * (4 * work.channels * work.dtype.itemsize + 32)
-        run.room.threads(1, each, "--padding, for which the whole picture is held,")
+        each = whole_bytes(canvas.height, canvas.width, work.channels, work.dtype.itemsize)
+        run.room.threads(1, each, PADDED)
         reach, fill, progress = run.job.padding or 0, run.job.fill, _advance(run)
         warped = whole(work, padding=reach, fill=fill, threads=run.threads, progress=progress)
     run.figures["pixels"] = warped.diagnostics.as_dict()
@@ -238,12 +243,49 @@ def _shown(run: Run) -> Path | bytes | None:
     return transfer.texture_in(source) if run.on_mesh else None
 
 
-def check_layouts(run: Run) -> None:
-    """Ask for the texture coordinates that the products need, before the solving.
+def check(run: Run) -> None:
+    """Refuse before the solving what the products would refuse after it, and tell what is left out of the texture.
 
     Raises:
-        InputError: a mesh has none.
+        InputError: a mesh without the texture coordinates that are needed, a picture that is too large or has channels
+            or a colour space that its format does not hold, normals or padding of what has none, too little --memory.
     """
+    _check_meshes(run)
+    job, room = run.job, run.room
+    if placement.pictured(job) or job.stmap:
+        low, high = run.target.box
+        width, height = placement.size_of(job, job.size or (placement.LONGER_SIDE,), high - low)
+        if job.stmap:
+            from . import stmap
+
+            room.check(stmap.band_bytes(width), f"rows of {width} pixels")
+    if not (placement.pictured(job) or job.texture or job.bake):
+        return
+    from ..texture import check_kind
+
+    image = run.image
+    for note in image.notes:
+        run.note(note)
+    check_kind(job.kind, image.pixels.shape[2])
+    for name in job.output:
+        if Path(name).suffix.lower() in MESHES:
+            from . import meshes
+
+            meshes.check_texture(Path(name), _shown(run))
+    if job.bake:
+        width, height = _baked_size(run)
+    elif placement.pictured(job):
+        image = image.covered()
+        _check_room(run, image, width, height)
+        if job.padding:
+            from ..resample import check_padding
+
+            check_padding(image.associated, job.fill)
+    for name in placement.pictures(job):
+        _check_picture(run, name, image, width, height)
+
+
+def _check_meshes(run: Run) -> None:
     source, target = cast(Any, run.source), cast(Any, run.target)
     needed = [target] if run.job.bake else []
     if hasattr(source, "flattening"):
@@ -251,8 +293,33 @@ def check_layouts(run: Run) -> None:
         needed += [source] if run.job.bake or run.on_mesh or meshes else []
     for shape in needed:
         _ = shape.uv_faces
+    if run.job.bake:
+        from . import transfer
+
+        transfer.check_layout(target)
     if hasattr(source, "flattening") and not run.on_mesh:
         run.note(f"{source.spec}: names no texture; give one with --texture")
+
+
+def _check_room(run: Run, image: Image, width: int, height: int) -> None:
+    from ..resample import band_bytes, whole_bytes
+    from ..texture import strip_bytes
+
+    run.room.check(strip_bytes(*run.image.pixels.shape), "the texture")
+    run.room.check(band_bytes(width), f"rows of {width} pixels")
+    if run.job.padding:
+        channels, itemsize = image.pixels.shape[2], image.pixels.itemsize
+        run.room.check(whole_bytes(height, width, channels, itemsize), PADDED)
+
+
+def _check_picture(run: Run, name: str, image: Image, width: int, height: int) -> None:
+    from . import images
+
+    job, suffix = run.job, Path(name).suffix.lower()
+    images.check("stdout.png" if name == "-" else name, image, height, width)
+    as_stored = job.kind != "colour" or job.filter == "nearest"
+    if as_stored and run.image.alpha >= 0 and suffix in HIDES_NOTHING:
+        run.note(f"{name}: {suffix} keeps no colours where alpha is 0; use .png or .tif to keep them")
 
 
 def beside(run: Run) -> list[str]:
@@ -269,9 +336,7 @@ def baked(run: Run, path: Path | None, name: Path) -> None:
     """The texture resampled into the layout that the target mesh has."""
     from . import images, transfer
 
-    image = run.image
-    height, width = image.pixels.shape[:2]
-    size = placement.size_of(run.job, run.job.size or (width, height), complex(width, height))
+    image, size = run.image, _baked_size(run)
     options = {**_sampling(run), "padding": run.job.padding, "max_error": run.job.max_pixel_error}
     target: Any = run.target
     with run.timed("resample"):
@@ -279,6 +344,12 @@ def baked(run: Run, path: Path | None, name: Path) -> None:
     run.figures |= figures
     with run.timed("write"):
         _write(path, lambda file: images.write(file, made))
+
+
+def _baked_size(run: Run) -> tuple[int, int]:
+    """Width and height of a baked picture: by default the texture's."""
+    height, width = run.image.pixels.shape[:2]
+    return placement.size_of(run.job, run.job.size or (width, height), complex(width, height))
 
 
 def plot(run: Run, path: Path | None, name: Path) -> None:

@@ -19,6 +19,7 @@ from ..parallel import thread_count
 SHARE = 0.25  # of what is left when the first picture is read: for arrays that stay; the rest is for work
 MIB = 1 << 20
 MARGIN = 64 * MIB  # for what libraries take, and what the allocator does not give back
+SOLVED = 320 * MIB  # what a process holds once it has solved for a map
 
 
 class Bounded(room.Room):
@@ -31,7 +32,8 @@ class Bounded(room.Room):
 
     def __init__(self, limit: int, folder: str | Path | None = None):
         self.limit, self.folder = limit, folder
-        self.left = max(0, int(SHARE * (limit - resident())))
+        self.before = resident()
+        self.left = max(0, int(SHARE * (limit - self.before)))
         self._maps: list[mmap.mmap] = []
 
     def __call__(self, shape: tuple[int, ...], dtype: Any) -> NDArray:
@@ -68,12 +70,23 @@ class Bounded(room.Room):
         Raises:
             InputError: not even one.
         """
-        used = resident() + MARGIN
-        if self.limit - used < each:
-            raise InputError(
-                f"--memory: {self.limit // MIB}M is too little for {what}, which takes {-(-(used + each) // MIB)}M"
-            )
-        return min(thread_count(asked), (self.limit - used) // each)
+        return min(thread_count(asked), self._free(resident(), each, what) // each)
+
+    def check(self, each: int, what: str) -> None:
+        """Refuses, before a map is solved for, work for which there will be no room; arguments as for `threads`.
+
+        Raises:
+            InputError: there will not be.
+        """
+        self._free(resident() + max(0, SOLVED - self.before), each, what)
+
+    def _free(self, held: int, each: int, what: str) -> int:
+        """Bytes left for work of which each piece takes so many."""
+        free = self.limit - held - MARGIN
+        if free < each:
+            takes = -(-(self.limit - free + each) // MIB)
+            raise InputError(f"--memory: {self.limit // MIB}M is too little for {what}, which takes {takes}M")
+        return free
 
 
 def resident() -> int:

@@ -142,14 +142,9 @@ def _read(job: Job, threads: int | None, tell: Tell, progress: Progress | None) 
     room = Bounded(job.memory, _scratch(job)) if job.memory else Room()
     state = Run(job, source, target, room, tell, threads, progress)
     state.pins, state.strokes = constrained(job, source, target)
-    products.check_layouts(state)
+    products.check(state)
     if others := products.beside(state):
         _free(job, others, companions.inputs(job), taken=job.outputs)
-    if placement.pictured(job):
-        low, high = target.box
-        placement.size_of(job, job.size or (placement.LONGER_SIDE,), high - low)
-    if placement.pictured(job) or job.texture or job.bake:
-        assert state.image
     for note in dict.fromkeys(f"{s.spec}: {note}" for s in (source, target) for note in s.notes):
         state.note(note)
     state.seconds["read"] = time.perf_counter() - start

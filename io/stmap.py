@@ -11,6 +11,7 @@ from ..canvas import Box, Canvas
 from ..errors import InputError
 from ..resample import PIXEL, Prepared, Warp
 from ..room import Room
+from ..texture import check_kind
 from ..tiles import TILE
 from . import images
 
@@ -38,10 +39,15 @@ def write(
     like = images.Image(
         np.zeros((1, 1, 4), np.float32), 3, True, "data", {"ImageDescription": ("string", _SAID)}
     )
-    each = canvas.width * TILE * PIXEL
-    threads = (room or Room()).threads(threads, each, f"rows of {canvas.width} pixels")
+    each, what = band_bytes(canvas.width), f"rows of {canvas.width} pixels"
+    threads = (room or Room()).threads(threads, each, what)
     rows = stmap.stmap(map, box, canvas, threads=threads)
     images.write_bands(path, like, canvas.height, canvas.width, rows)
+
+
+def band_bytes(width: int) -> int:
+    """Bytes that a thread takes to make rows of an STMap."""
+    return width * TILE * PIXEL
 
 
 def check(path: str | Path) -> None:
@@ -83,6 +89,8 @@ def apply(
 
     height, width = image.pixels.shape[:2]
     stored = stmap.Stored(st, width / height)
+    check_kind(kind, image.pixels.shape[2])
+    images.check(path, image.covered(), *st.shape[:2])
     texture = image.texture(stored.box, kind=kind, room=room)
     work = Warp(stored, Prepared(texture, filter, kind, edge, room=room, threads=threads), stored.canvas)
 

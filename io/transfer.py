@@ -264,6 +264,17 @@ def _uv_of(source: Shape, box: Box, z: Complex, target: MeshShape, threads: int 
     return uv, {"torn_triangles": torn}
 
 
+def check_layout(target: MeshShape) -> None:
+    """Refuse a layout that cannot be filled.
+
+    Raises:
+        InputError: texture coordinates that are missing, not finite or absurdly far off.
+    """
+    faces = target.uv_faces
+    assert target.file.mesh.uv is not None
+    baking.check_layout(target.spec, target.file.mesh.uv, faces)
+
+
 def bake(
     target: MeshShape,
     map: "HarmonicMap",

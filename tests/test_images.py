@@ -1,5 +1,8 @@
 """Reading and writing pictures: what was stored comes back, and what cannot be read is one line."""
 
+import warnings
+import zlib
+
 import numpy as np
 import OpenImageIO as oiio
 import pytest
@@ -7,6 +10,10 @@ import pytest
 from iccm.errors import InputError
 from iccm.io import images
 from iccm.io.images import Image
+from iccm.io.job import Job
+from iccm.io.run import run
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 40 40"><circle cx="20" cy="20" r="{}"/></svg>'
 
 
 def noise(shape, dtype, seed=0):
@@ -144,3 +151,160 @@ def test_the_time_of_day_is_in_no_file(tmp_path):
     stamped = Image(noise((4, 4, 3), np.float16), metadata={"DateTime": ("string", "2001:02:03 04:05:06")})
     images.write(tmp_path / "b.exr", stamped)
     assert b"2001:02:03" in (tmp_path / "b.exr").read_bytes()
+
+
+def save(path, pixels):
+    """Writes a file as another program would."""
+    kind = {"uint32": "uint", "float32": "float", "float16": "half"}.get(str(pixels.dtype), str(pixels.dtype))
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], kind)
+    file = oiio.ImageOutput.create(str(path))
+    assert file.open(str(path), spec), file.geterror()
+    assert file.write_image(pixels)
+    file.close()
+
+
+def test_a_gif_is_read(tmp_path):
+    from PIL import Image as Pillow
+
+    index = np.zeros((6, 8), np.uint8)
+    index[:, 4:] = 1
+    picture = Pillow.fromarray(index, "P")
+    picture.putpalette([0, 0, 0, 255, 0, 0])
+    picture.save(tmp_path / "a.gif", transparency=0)
+    image = images.read(tmp_path / "a.gif")
+    assert image.alpha == 3
+    assert np.array_equal(image.pixels, np.array([[0, 0, 0, 0], [255, 0, 0, 255]], np.uint8)[index])
+
+
+def test_what_is_left_out_of_a_file_is_told(tmp_path):
+    spec = oiio.ImageSpec(3, 2, 1, "uint8")
+    file = oiio.ImageOutput.create(str(tmp_path / "a.tif"))
+    assert file.open(str(tmp_path / "a.tif"), (spec, spec))
+    for page in range(2):
+        assert page == 0 or file.open(str(tmp_path / "a.tif"), spec, "AppendSubimage")
+        assert file.write_image(np.full((2, 3, 1), 50 * page, np.uint8))
+    file.close()
+    several = images.read(tmp_path / "a.tif")
+    assert several.pixels.max() == 0
+    assert several.notes == (f"{tmp_path / 'a.tif'}: holds several pictures; the first is used",)
+    save(tmp_path / "b.tif", np.array([[[0], [1 << 31]]], np.uint32))
+    (note,) = images.read(tmp_path / "b.tif").notes
+    assert "32-bit integers" in note
+    save(tmp_path / "c.png", np.zeros((2, 2, 3), np.uint8))
+    assert images.read(tmp_path / "c.png").notes == ()
+
+
+def test_a_deep_picture_is_refused(tmp_path):
+    spec = oiio.ImageSpec(2, 1, 2, "float")
+    spec.channelnames, spec.deep = ("A", "Z"), True
+    samples = oiio.DeepData()
+    samples.init(2, 2, [oiio.TypeFloat] * 2, spec.channelnames)
+    file = oiio.ImageOutput.create(str(tmp_path / "a.exr"))
+    assert file.open(str(tmp_path / "a.exr"), spec)
+    assert file.write_deep_image(samples)
+    file.close()
+    with pytest.raises(InputError, match="deep picture"):
+        images.read(tmp_path / "a.exr")
+
+
+@pytest.mark.parametrize("broken", ["cut", "changed", "no chunk"])
+def test_a_broken_png_is_told_by_no_library(tmp_path, capfd, broken):
+    save(tmp_path / "a.png", noise((64, 64, 3), np.uint8))
+    content = bytearray((tmp_path / "a.png").read_bytes())
+    if broken == "changed":
+        content[len(content) // 2] ^= 0x55
+    (tmp_path / "a.png").write_bytes(content[: {"cut": -3000, "no chunk": 8}.get(broken)])
+    with pytest.raises(InputError, match=r"a\.png: the picture is damaged: .*(cut off|checksum of IDAT)"):
+        images.read(tmp_path / "a.png")
+    assert capfd.readouterr().err == ""
+
+
+def test_a_png_whose_comment_is_broken_is_read(tmp_path):
+    save(tmp_path / "a.png", np.full((4, 4, 3), 77, np.uint8))
+    content = (tmp_path / "a.png").read_bytes()
+    comment = b"tEXt" + b"Title\0a leaf"
+    chunk = (len(comment) - 4).to_bytes(4) + comment + (zlib.crc32(comment) ^ 1).to_bytes(4)
+    (tmp_path / "a.png").write_bytes(content[:33] + chunk + content[33:])
+    assert (images.read(tmp_path / "a.png").pixels == 77).all()
+
+
+def test_what_is_not_a_number_is_black_in_integers(tmp_path):
+    pixels = np.array([[[np.nan], [np.inf], [-np.inf], [0.5]]], np.float32)
+    with warnings.catch_warnings(action="error"):
+        images.write(tmp_path / "a.png", Image(pixels, colorspace="data"))
+    assert images.read(tmp_path / "a.png").pixels.ravel().tolist() == [0, 65535, 0, 32768]
+
+
+def test_a_format_that_says_no_colour_space_gets_srgb(tmp_path):
+    dark = Image(np.full((8, 8, 3), 55, np.uint8), colorspace="lin_rec709")
+    for name, expected in (("a.png", 55), ("a.webp", 128), ("a.jpg", 128)):
+        images.write(tmp_path / name, dark)
+        assert np.abs(images.read(tmp_path / name).pixels.astype(int) - expected).max() <= 1
+    images.write(tmp_path / "b.webp", Image(dark.pixels, colorspace="data"))
+    assert (images.read(tmp_path / "b.webp").pixels == 55).all()
+
+
+CHANNELS = [
+    (".png", 4, -1), (".png", 2, -1), (".png", 3, 2), (".webp", 5, 4), (".bmp", 4, -1), (".jpg", 2, -1),
+    (".hdr", 4, -1), (".tif", 2, -1), (".tif", 3, 2),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix, channels, alpha", CHANNELS)
+def test_channels_that_would_become_others_are_refused(tmp_path, suffix, channels, alpha):
+    image = Image(noise((4, 4, channels), np.uint8), alpha)
+    for refuse in (
+        lambda path: images.write(path, image),
+        lambda path: images.check(path, image, 4, 4),
+    ):
+        with pytest.raises(InputError, match=rf"a{suffix}: {suffix} holds 1.* channels.*; use .exr"):
+            refuse(tmp_path / f"a{suffix}")
+    images.check(tmp_path / "a.exr", image, 4, 4)
+    assert not list(tmp_path.glob("*.exr"))
+
+
+def test_a_picture_too_large_for_its_format_is_refused_by_a_trial(tmp_path):
+    like = Image(np.zeros((1, 1, 3), np.uint8))
+    images.check(tmp_path / "a.webp", like, 16383, 5)
+    with pytest.raises(InputError, match=r"a\.webp: .* 16383x16383, you asked for 5x16384"):
+        images.check(tmp_path / "a.webp", like, 16384, 5)
+
+
+@pytest.fixture
+def circles(tmp_path, monkeypatch):
+    """Two drawings and textures in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    for name, radius in (("a", 15), ("b", 18)):
+        (tmp_path / f"{name}.svg").write_text(SVG.format(radius))
+    images.write("five.tif", Image(noise((9, 9, 5), np.uint8)))
+    images.write("straight.png", Image(noise((9, 9, 4), np.uint8), 3))
+    images.write("associated.exr", Image(noise((9, 9, 4), np.float32), 3, True, "lin_rec709"))
+    images.write("grey.png", Image(noise((9, 9, 1), np.uint8)))
+    return Job(source="a.svg", target="b.svg", output=("o.png",), size=(64,))
+
+
+REFUSED = {
+    "channels": ({"texture": "five.tif"}, "holds 1 or 3 channels"),
+    "stdout": ({"texture": "five.tif", "output": ("-",)}, "holds 1 or 3 channels"),
+    "side": ({"output": ("o.webp",), "size": (20000, 4)}, "may not exceed 16383"),
+    "normals": ({"texture": "grey.png", "kind": "normal"}, "normals need 3"),
+    "padding": ({"texture": "associated.exr", "padding": 2}, "associated"),
+    "pixels": ({"output": (), "stmap": "o.exr", "size": (40000,)}, "--max-pixels"),
+    "memory": ({"memory": 1 << 20}, "too little for the texture"),
+    "stmap's memory": ({"output": (), "stmap": "o.exr", "memory": 1 << 20}, "too little for rows of 64"),
+}
+
+
+@pytest.mark.parametrize("which", REFUSED)
+def test_what_cannot_be_written_is_refused_before_the_solving(circles, monkeypatch, which):
+    change, message = REFUSED[which]
+    monkeypatch.setattr("iccm.io.run._solve", lambda state: pytest.fail("solved"))
+    with pytest.raises(InputError, match=message):
+        run(circles.model_copy(update=change))
+
+
+@pytest.mark.parametrize("change, told", [({}, 0), ({"kind": "data"}, 1), ({"filter": "nearest"}, 1)])
+def test_that_colours_under_alpha_0_are_lost_is_told_where_they_are_kept_apart(circles, change, told):
+    job = circles.model_copy(update={"texture": "straight.png", "output": ("o.webp",), **change})
+    notes = [note for note in run(job).notes if "keeps no colours where alpha is 0" in note]
+    assert len(notes) == told

@@ -169,6 +169,13 @@ def test_nearest_makes_no_new_values():
     assert set(np.unique(out.pixels[..., 0])) == {0, 3, 70, 255, 40000}
 
 
+def test_a_filter_that_overshoots_half_stays_finite():
+    picture = np.zeros((20, 20, 1), np.float16)
+    picture[8:12, 8:12], picture[0, 0] = 65504, np.inf
+    out = warp(IDENTITY, Texture(picture, BOX, transfer="linear"), Canvas(90, 90, BOX)).pixels
+    assert out.max() == 65504
+
+
 def test_outside_the_texture_box():
     picture = np.full((20, 20, 3), 200, np.uint8)
     small = (-0.5 - 0.5j, 0.5 + 0.5j)

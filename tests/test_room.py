@@ -41,6 +41,18 @@ def test_as_many_threads_as_fit():
         bounded.threads(1, 1000 * MIB, "work")
 
 
+def test_what_will_not_fit_after_the_solving_is_refused_before(monkeypatch):
+    bounded = room.Bounded(room.SOLVED + room.MARGIN + 150 * MIB)
+    for held, before, fits in ((100, 90, True), (200, 90, False), (400, 400, True), (480, 400, False)):
+        monkeypatch.setattr(room, "resident", lambda held=held: held * MIB)
+        monkeypatch.setattr(bounded, "before", before * MIB)
+        if fits:
+            bounded.check(50 * MIB, "work")
+        else:
+            with pytest.raises(InputError, match="too little for work"):
+                bounded.check(50 * MIB, "work")
+
+
 def test_a_full_disk_is_told(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")

@@ -400,6 +400,53 @@ def test_a_missing_layout_is_told_before_the_solving(tmp_path, monkeypatch, iccm
     ]
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--texture", "c.exr", "-o", "o.glb"], "c.exr: cannot be put into a GLB file"),
+        (["--texture", "-c.png", "-o", "o.obj"], "-c.png: a material library cannot name this file"),
+        (
+            ["--bake", "--size", "64", "--max-pixels", "4000", "-o", "o.png"],
+            "--size: 64x64 is more than 4000",
+        ),
+        (["--bake", "-o", "o.png"], "far.obj: texture coordinates of a triangle are not finite or span"),
+    ],
+)
+def test_what_a_mesh_cannot_show_or_hold_is_told_before_the_solving(
+    tmp_path, monkeypatch, iccm, words, message
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("iccm.fit", lambda *args, **options: pytest.fail("solved"))
+    for name in ("c.exr", "-c.png"):
+        images.write(f"./{name}", colours(8))
+    write_mesh(tmp_path / "a.obj", n=5)
+    far = (tmp_path / "a.obj").read_text().replace("vt 0.000000 0.000000", "vt 1e9 0", 1)
+    (tmp_path / "far.obj").write_text(far)
+    target = "far.obj" if "far" in message else "a.obj"
+    (tmp_path / "a.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><rect width="9" height="9"/></svg>'
+    )
+    done = iccm("map", "a.svg", target, *words)
+    assert done.code == 2
+    assert len(done.lines) == 1
+    assert message in done.err
+
+
+def test_padding_of_a_meshs_texture_on_a_planar_target(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    write_mesh(tmp_path / "a.obj", n=5)
+    images.write("c.png", images.Image(np.full((8, 8, 3), 200, np.uint8)))
+    (tmp_path / "b.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><circle cx="4" cy="4" r="3"/></svg>'
+    )
+    words = ["--method", "paper", "--vertices", "60", "--size", "32", "--padding", "-1", "-o", "o.png"]
+    done = iccm("map", "a.obj", "b.svg", "--texture", "c.png", *words)
+    assert done.code in (0, 1), done.err
+    made = images.read("o.png").pixels
+    assert (made[..., 3] == 0).any()
+    assert (made[..., :3] == 200).all()
+
+
 def test_a_mesh_without_a_texture_is_noted(tmp_path, monkeypatch, iccm):
     monkeypatch.chdir(tmp_path)
     for name in ("a.obj", "b.obj"):
