@@ -69,6 +69,8 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     room = Bounded(given["memory"], Path(output).resolve().parent) if given["memory"] else Room()
     st = maps.read(stmap, max_pixels=limit, room=room)
     picture = images.read(image, max_pixels=limit, colorspace=given["colorspace"], room=room)
+    for note in picture.notes:
+        logs.log.warning(note)
     sampling = {name: given[name] for name in ("filter", "kind", "edge")}
     with _progress() as progress, files.replacing(output, force=given["force"]) as temporary:
         advance = None if progress is None else (lambda rows: progress(rows, st.shape[0]))

@@ -15,7 +15,7 @@ from .curve import Real
 from .errors import InputError
 from .normals import turned
 from .parallel import over_slices
-from .texture import Texture, check_kind
+from .texture import Texture, check_kind, mend
 
 SLICE = 1 << 15
 FINE = 4096
@@ -72,6 +72,8 @@ class Reader:
             associated=texture.associated,
             premultiply=self.mixes,
         )
+        if self.dtype.kind == "f" and self.filter != sampling.NEAREST:
+            mend(picture, texture.alpha if self.mixes else -1)
         rim = sampling.CLAMP if edge == "clamp" else sampling.CLEAR
         self.pyramid = sampling.pyramid(picture, rim, self.filter)
 

@@ -32,6 +32,39 @@ def strip_bytes(height: int, width: int, channels: int) -> int:
     return 16 * min(height, sampling.strip_rows(width, channels)) * width * channels
 
 
+def mend(picture: Float, alpha: int = -1, room: Room | None = None, threads: int | None = None) -> None:
+    """Takes out what is not finite, so that a filter does not spread it: texels around it stand for it.
+
+    Args:
+        picture: (h, w, c) ready to be filtered; changed in place, channel by channel, where it is not finite.
+        alpha: the channel that the others are premultiplied by, or -1; where it is 0 they become 0.
+        room: says whether there is room for that.
+        threads: never change the result.
+
+    Raises:
+        InputError: there is no room.
+    """
+    room, clean = room or Room(), list[bool]()
+
+    def look(part: slice) -> None:
+        clean.append(bool(np.isfinite(picture[part]).all()))
+        room.release()
+
+    over_slices(look, len(picture), threads, sampling.strip_rows(*picture.shape[1:]))
+    if all(clean):
+        return
+    from .padding import pad
+
+    height, width, channels = picture.shape
+    room.threads(1, MENDING * height * width, "a texture that is not finite everywhere")
+    for k in sorted(range(channels), key=lambda k: k != alpha):  # alpha first
+        known = np.isfinite(picture[..., k])
+        picture[..., k][~known] = 0
+        if alpha not in (-1, k):
+            known |= picture[..., alpha] == 0
+        picture[..., k : k + 1] = pad(picture[..., k : k + 1], known, -1)
+
+
 @dataclass(frozen=True, eq=False)
 class Texture:
     """Pixels with their placement in the plane.
@@ -130,6 +163,8 @@ class Prepared:
             room.release()
 
         over_slices(strip, len(pixels), threads, rows)
+        if pixels.dtype.kind == "f" and self.filter != sampling.NEAREST:
+            mend(picture, texture.alpha if self.mixes else -1, room, threads)
         return sampling.pyramid(picture, edge, self.filter, room, threads)
 
     def read(self, z: NDArray, right: NDArray, down: NDArray) -> Float:

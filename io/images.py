@@ -82,17 +82,19 @@ def read(
         pixels = _pixels(file, spec, kind if kind in KEPT else "float", room)
         if pixels is None or file.has_error:
             raise InputError(f"{path}: the picture is damaged: {first_line(file.geterror())}")
-        notes = _notes(path, spec, others=file.seek_subimage(1, 0))
+        others = file.seek_subimage(1, 0)
     finally:
         file.close()
     pixels = _upright(_displayed(pixels, spec, room), spec)
+    holes = _holes(pixels, room) if pixels.dtype.kind == "f" else 0
     return Image(
         pixels if pixels.flags.c_contiguous else _copied(pixels, room(pixels.shape, pixels.dtype), room),
         _alpha(spec),
         _is_associated(spec, file.format_name()),
         _known(path, colorspace) if colorspace else _space(spec, pixels.dtype),
         _metadata(spec),
-        notes,
+        _notes(path, spec, others, holes),
+        holes,
     )
 
 
@@ -224,13 +226,28 @@ def _check_png(path: str | Path, content: BinaryIO) -> None:
             raise InputError(f"{path}: the picture is damaged: wrong checksum of {name.decode('latin-1')}")
 
 
-def _notes(path: str | Path, spec: oiio.ImageSpec, *, others: bool) -> tuple[str, ...]:
+def _holes(pixels: NDArray, room: Room) -> int:
+    """How many texels are not finite in some channel."""
+    count, step = 0, strip_rows(*pixels.shape[1:])
+    for row in range(0, len(pixels), step):
+        finite = np.isfinite(pixels[row : row + step])
+        if not finite.all():
+            count += int((~finite).any(axis=2).sum())
+        room.release()
+    return count
+
+
+def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int) -> tuple[str, ...]:
     notes = []
     if others:
         notes.append(f"{path}: holds several pictures; the first is used")
     if WIDE.intersection(map(str, spec.channelformats or [spec.format])):
         notes.append(
             f"{path}: holds 32-bit integers; they become floats, 1 for the largest, exact to 24 bits"
+        )
+    if holes:
+        notes.append(
+            f"{path}: texels that are not finite: {holes}; filters leave them out, --filter nearest keeps them"
         )
     return tuple(notes)
 

@@ -36,6 +36,7 @@ class Image:
         colorspace: a name that OpenColorIO knows, or "data" for numbers that are no colours.
         metadata: what else the file said, name -> (OpenImageIO type, value); `channels` -> the channels' names.
         notes: what a user should know about how the file was read.
+        holes: how many pixels are not finite.
     """
 
     pixels: NDArray
@@ -44,6 +45,7 @@ class Image:
     colorspace: str = "sRGB"
     metadata: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    holes: int = 0
 
     def texture(self, box: Box, kind: str = "colour", room: Room | None = None) -> Texture:
         """The picture placed in the plane, in sRGB or linear light. `kind` other than "colour" is taken as numbers."""

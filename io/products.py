@@ -303,9 +303,12 @@ def _check_meshes(run: Run) -> None:
 
 def _check_room(run: Run, image: Image, width: int, height: int) -> None:
     from ..resample import band_bytes, whole_bytes
-    from ..texture import strip_bytes
+    from ..texture import MENDING, strip_bytes
 
-    run.room.check(strip_bytes(*run.image.pixels.shape), "the texture")
+    rows, columns, planes = run.image.pixels.shape
+    run.room.check(strip_bytes(rows, columns, planes), "the texture")
+    if run.image.holes:
+        run.room.check(MENDING * rows * columns, "a texture that is not finite everywhere")
     run.room.check(band_bytes(width), f"rows of {width} pixels")
     if run.job.padding:
         channels, itemsize = image.pixels.shape[2], image.pixels.itemsize

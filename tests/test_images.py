@@ -194,6 +194,18 @@ def test_what_is_left_out_of_a_file_is_told(tmp_path):
     assert images.read(tmp_path / "c.png").notes == ()
 
 
+def test_texels_that_are_not_finite_are_counted(tmp_path, monkeypatch):
+    pixels = np.ones((20, 5, 3), np.float32)
+    pixels[3, 2] = np.nan
+    pixels[17, 4, 1] = np.inf
+    save(tmp_path / "a.exr", pixels)
+    monkeypatch.setattr(images, "strip_rows", lambda width, channels: 8)
+    image = images.read(tmp_path / "a.exr")
+    assert image.holes == 2
+    (note,) = image.notes
+    assert "a.exr: texels that are not finite: 2" in note
+
+
 def test_a_deep_picture_is_refused(tmp_path):
     spec = oiio.ImageSpec(2, 1, 2, "float")
     spec.channelnames, spec.deep = ("A", "Z"), True
@@ -279,6 +291,7 @@ def circles(tmp_path, monkeypatch):
     images.write("five.tif", Image(noise((9, 9, 5), np.uint8)))
     images.write("straight.png", Image(noise((9, 9, 4), np.uint8), 3))
     images.write("associated.exr", Image(noise((9, 9, 4), np.float32), 3, True, "lin_rec709"))
+    images.write("holes.exr", Image(np.full((3000, 3000, 1), np.nan, np.float16), colorspace="lin_rec709"))
     images.write("grey.png", Image(noise((9, 9, 1), np.uint8)))
     return Job(source="a.svg", target="b.svg", output=("o.png",), size=(64,))
 
@@ -291,6 +304,7 @@ REFUSED = {
     "padding": ({"texture": "associated.exr", "padding": 2}, "associated"),
     "pixels": ({"output": (), "stmap": "o.exr", "size": (40000,)}, "--max-pixels"),
     "memory": ({"memory": 1 << 20}, "too little for the texture"),
+    "memory for holes": ({"texture": "holes.exr", "memory": 1 << 29}, "not finite everywhere"),
     "stmap's memory": ({"output": (), "stmap": "o.exr", "memory": 1 << 20}, "too little for rows of 64"),
 }
 

@@ -10,6 +10,7 @@ from iccm.coverage import coverage
 from iccm.errors import InputError
 from iccm.harmonic import HarmonicMap
 from iccm.inverse import Inverse
+from iccm.reading import Places, Reader
 from iccm.resample import Texture, warp
 
 BOX = (-1.4 - 1.4j, 1.4 + 1.4j)
@@ -167,6 +168,70 @@ def test_nearest_makes_no_new_values():
         conformal(lambda z: z + 0.2 * z**2), Texture(labels, BOX), Canvas(200, 200, BOX), filter="nearest"
     )
     assert set(np.unique(out.pixels[..., 0])) == {0, 3, 70, 255, 40000}
+
+
+def holed(shape=(100, 120)):
+    """A smooth picture, and the same with a tenth of its texels and a block of one channel that are not finite."""
+    y, x = np.mgrid[: shape[0], : shape[1]] / max(shape)
+    whole = np.dstack([x, y, 0.5 + 0.5 * np.sin(5 * x) * np.cos(4 * y)]).astype(np.float32)
+    broken = whole.copy()
+    broken[np.random.default_rng(0).random(shape) < 0.1] = np.nan
+    broken[40:44, 50:54, 1] = [np.inf, -np.inf, np.nan, np.inf]
+    return whole, broken
+
+
+@pytest.mark.parametrize("size", [20, 100, 400])
+@pytest.mark.parametrize("filter", ["linear", "cubic", "lanczos", "spline"])
+def test_what_is_not_finite_is_left_out_by_filters(filter, size):
+    map = conformal(lambda z: z + 0.2 * z**2)
+    whole, broken = (
+        warp(map, Texture(picture, BOX, transfer="linear"), Canvas(size, size, BOX), filter=filter).pixels
+        for picture in holed()
+    )
+    assert np.isfinite(broken).all()
+    assert np.abs(broken - whole).max() < 0.05
+
+
+def test_what_is_not_finite_stays_where_it_is_under_nearest():
+    broken = holed()[1]
+    map, canvas = conformal(lambda z: z + 0.2 * z**2), Canvas(300, 300, BOX)
+    number = np.arange(broken[..., 0].size, dtype=np.float32).reshape(*broken.shape[:2], 1)
+    made, which = (
+        warp(map, Texture(picture, BOX, transfer="linear"), canvas, filter="nearest").pixels
+        for picture in (broken, number)
+    )
+    inside = which[..., 1] > 0
+    expected = broken.reshape(-1, 3)[which[inside, 0].astype(int)]
+    assert np.array_equal(made[inside, :3], expected, equal_nan=True)
+    assert not np.isfinite(expected).all()
+
+
+@pytest.mark.parametrize("associated", [False, True])
+def test_what_is_not_finite_under_alpha_0_has_no_colour(associated):
+    picture = np.zeros((40, 40, 4), np.float32)
+    picture[:, 20:] = [0.8, 0.4, 0.2, 1]
+    picture[:, :20, :3] = np.nan
+    made = warp(IDENTITY, Texture(picture, BOX, 3, "linear", associated), Canvas(230, 230, BOX)).pixels
+    alpha = made[..., 3:]
+    assert ((alpha > 0.1) & (alpha < 0.9)).any()
+    seen = alpha[..., 0] > 0.01
+    straight = made[seen, :3] / (alpha[seen] if associated else 1)
+    assert np.abs(straight - [0.8, 0.4, 0.2]).max() < 1e-4
+
+
+def test_a_texture_of_holes_only_is_black():
+    picture = np.full((9, 9, 4), np.nan, np.float32)
+    assert not warp(IDENTITY, Texture(picture, BOX, 3, "linear"), Canvas(20, 20, BOX)).pixels.any()
+
+
+def test_a_reader_leaves_out_what_is_not_finite():
+    texture = Texture(holed()[1], BOX, transfer="linear")
+    xy = np.random.default_rng(1).uniform(0, 100, (500, 2))
+    turn = np.tile([1.7, 0.2, -0.1, 0.6], (500, 1))
+    read = {name: Reader(texture, name) for name in ("cubic", "nearest")}
+    made = {name: one(lambda part: Places(xy[part], turn[part]), 500) for name, one in read.items()}
+    assert np.isfinite(made["cubic"]).all()
+    assert 0.02 < np.isnan(made["nearest"]).any(axis=1).mean() < 0.2
 
 
 def test_a_filter_that_overshoots_half_stays_finite():

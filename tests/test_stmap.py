@@ -89,3 +89,20 @@ def test_iccm_apply(tmp_path, capsys):
     assert run(["apply", *files[::-1], "-o", str(tmp_path / "b.png")]) == 2
     assert "not an STMap" in capsys.readouterr().err
     assert not (tmp_path / "b.png").exists()
+
+
+def test_iccm_apply_tells_what_is_left_out_and_refuses_at_once(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    stmap.write("a.exr", curved(), BOX, Canvas(60, 60, BOX))
+    picture = np.ones((8, 8, 5), np.float32)
+    picture[2, 3] = np.nan
+    images.write("p.exr", Image(picture, colorspace="lin_rec709"))
+    done = iccm("apply", "a.exr", "p.exr", "-o", "o.exr")
+    assert done.code == 0
+    assert "note: p.exr: texels that are not finite: 1" in done.err
+    assert np.isfinite(images.read("o.exr").pixels).all()
+    monkeypatch.setattr(stmap, "Prepared", lambda *args, **given: pytest.fail("prepared"))
+    done = iccm("apply", "a.exr", "p.exr", "-o", "o.png")
+    assert done.code == 2
+    assert "o.png: .png holds 1 or 3 channels beside alpha, not 5" in done.err
+    assert not (tmp_path / "o.png").exists()
