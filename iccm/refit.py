@@ -32,7 +32,7 @@ def refit(image: Image, curves: int, tolerance: float) -> list[Complex]:
     lo, hi = np.zeros(curves), np.ones(curves)
     done: list[tuple[NDArray, NDArray, Complex]] = []
     for turn in range(ROUNDS):
-        control, error = _cubics(image, which, lo, hi)
+        control, error = _cubics(image, which, lo, hi, tolerance)
         keep = (error <= tolerance) | (turn == ROUNDS - 1)
         done.append((which[keep], lo[keep], control[keep]))
         if keep.all():
@@ -46,14 +46,23 @@ def refit(image: Image, curves: int, tolerance: float) -> list[Complex]:
 
 
 def _cubics(
-    image: Image, which: NDArray[np.intp], lo: NDArray[np.float64], hi: NDArray[np.float64]
+    image: Image,
+    which: NDArray[np.intp],
+    lo: NDArray[np.float64],
+    hi: NDArray[np.float64],
+    tolerance: float,
 ) -> tuple[Complex, NDArray[np.float64]]:
-    """(p, 4) control points on each interval, and how far they are from the curve."""
+    """(p, 4) control points on each interval, and how far they are from the curve.
+
+    Where the curve all but stands still at an end, as at a corner that the map smooths, its tangent says nothing: the
+    inner control point is the end then, and the cubic's direction that from the other one.
+    """
     u = np.concatenate([[0, STEP, 2 * STEP], INNER, [1 - 2 * STEP, 1 - STEP, 1]])
     t = lo[:, None] + (hi - lo)[:, None] * u
     w = image(np.repeat(which, u.size), t.ravel()).reshape(t.shape)
     start = (-3 * w[:, 0] + 4 * w[:, 1] - w[:, 2]) / (2 * STEP)
     end = (3 * w[:, -1] - 4 * w[:, -2] + w[:, -3]) / (2 * STEP)
+    start[np.abs(start) < tolerance], end[np.abs(end) < tolerance] = 0, 0
     control = np.stack([w[:, 0], w[:, 0] + start / 3, w[:, -1] - end / 3, w[:, -1]], axis=1)
     s = INNER
     basis = np.stack([(1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s**2 * (1 - s), s**3])

@@ -18,7 +18,11 @@ _GROUPS = frozenset(["g", "a", "switch"])
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
 # Clips and masks are not inherited in SVG, but a shape in a clipped group is clipped, too.
-_INHERITED = ("fill", "stroke", "fill-rule", "visibility", "clip-path", "mask")
+_INHERITED = (
+    *("fill", "stroke", "fill-rule", "visibility", "clip-path", "mask", "clip-rule", "paint-order"),
+    *("stroke-width", "stroke-dasharray", "stroke-dashoffset"),
+    *("marker", "marker-start", "marker-mid", "marker-end"),
+)
 MAX_COPIES = 50_000
 
 

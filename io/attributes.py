@@ -1,0 +1,40 @@
+"""The attributes and styles that an element keeps when a drawing is written anew."""
+
+from xml.etree.ElementTree import Element
+
+from . import css
+from .svgxml import local
+
+SPACES = {
+    "": "http://www.w3.org/2000/svg",
+    "xlink": "http://www.w3.org/1999/xlink",
+    "inkscape": "http://www.inkscape.org/namespaces/inkscape",
+}
+# Inkscape's others, and all of sodipodi, say how to make a path again from what it was before.
+_NAMED = {f"{{{SPACES['inkscape']}}}{name}" for name in ("label", "groupmode")}
+_NAMED.add("{http://www.w3.org/XML/1998/namespace}space")
+# Where an element is, which path data replace, and under which conditions it is drawn.
+_PLACED = {"d", "x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "x1", "y1", "x2", "y2", "points"}
+_PLACED |= {"transform", "transform-origin", "transform-box", "viewBox", "preserveAspectRatio", "pathLength"}
+_PLACED |= {"clip-path", "clipPathUnits", "mask", "maskUnits", "maskContentUnits", "href"}
+_PLACED |= {"version", "baseProfile", "requiredExtensions", "requiredFeatures", "systemLanguage"}
+
+
+def kept(sheet: css.Sheet, element: Element, tag: str, *, named: bool) -> dict[str, str]:
+    """The attributes of an element that becomes a `tag`: no place, no script, and no id unless `named`.
+
+    What style sheets said of it by its old tag or id becomes its own style, as far as they don't say it any more.
+    """
+    own = {k: v for k, v in element.attrib.items() if not k.startswith("{")}
+    rest = {k: v for k, v in own.items() if k not in _PLACED and not k.lower().startswith("on")}
+    if not named:
+        rest.pop("id", None)
+    before, after = sheet.style(local(element), own), sheet.style(tag, rest)
+    style = {k: v for k, v in before.items() if after.get(k) != v}
+    style |= {k: own.get(k, "inherit") for k in after if k not in before}
+    style |= css.declarations(rest.pop("style", ""))
+    style = {k: v for k, v in style.items() if k not in _PLACED}
+    if "transform" in after:
+        style["transform"] = "none"
+    rest |= {k: v for k, v in element.attrib.items() if k in _NAMED}
+    return rest | ({"style": ";".join(f"{k}:{v}" for k, v in style.items())} if style else {})

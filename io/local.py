@@ -1,0 +1,95 @@
+"""A map over some shapes in a few numbers: the affine map nearest to it, its scale, and how far these are from all."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cauchy import Complex
+from .affine import Affine
+
+
+@dataclass(frozen=True, eq=False)
+class Local:
+    """A map over some shapes, in coordinates with y down.
+
+    Attributes:
+        affine: the affine map nearest to it.
+        curved: how far from that it is, root mean square, relative to the size of the image.
+        scale: its mean scale along the lines.
+        uneven: the largest scale by the smallest, a twentieth left out at both ends.
+        box: corners of the image's bounding box.
+    """
+
+    affine: Affine
+    curved: float
+    scale: float
+    uneven: float
+    box: tuple[complex, complex]
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A map at points, y down; (p,) arrays.
+
+    Attributes:
+        z, w: points and images.
+        alpha, beta: the derivatives ∂w/∂z and ∂w/∂z̄; not finite where there are none.
+        length: what each point stands for.
+        lined: whether the point is one of a line.
+        control: (any,) points whose convex hull holds the image.
+    """
+
+    z: Complex
+    w: Complex
+    alpha: Complex
+    beta: Complex
+    length: NDArray[np.float64]
+    lined: NDArray[np.bool_]
+    control: Complex
+
+    def part(self, where: slice, lined: NDArray[np.bool_], control: Sequence[Complex]) -> "Samples":
+        """Some of the samples, with what is known of these."""
+        hull = np.concatenate([np.empty(0, np.complex128), *(each.ravel() for each in control)])
+        at = (self.z[where], self.w[where], self.alpha[where], self.beta[where])
+        return Samples(*at, self.length[where], lined, hull)
+
+
+def local(samples: Sequence[Samples]) -> Local | None:
+    """The map over some shapes together; None where nothing of them is left."""
+    names = ("z", "w", "alpha", "beta", "length", "lined", "control")
+    joined = [np.concatenate([getattr(each, name) for each in samples]) for name in names if samples]
+    if not joined:
+        return None
+    *known, hull = joined
+    finite = np.isfinite(known[1]) & np.isfinite(known[2]) & np.isfinite(known[3])
+    z, w, alpha, beta, length, lined = (values[finite] for values in known)
+    if not z.size:
+        return None
+    length = np.maximum(length, max(1e-9 * float(length.max()), 1e-300))
+    affine = _nearest(z, w, alpha, beta, length)
+    away = float(np.average(np.abs(w - affine(z)) ** 2, weights=length)) ** 0.5
+    low, high = (complex(f(hull.real), f(hull.imag)) for f in (np.min, np.max))
+    weight = length * lined if lined.any() else length
+    scales = np.sqrt(np.abs(np.abs(alpha) ** 2 - np.abs(beta) ** 2))
+    order = np.argsort(scales)
+    share = np.cumsum(weight[order]) / weight.sum()
+    small, large = (float(scales[order][np.searchsorted(share, part)]) for part in (0.05, 0.95))
+    uneven = large / small if small else np.inf
+    scale = float(np.average(scales, weights=weight))
+    return Local(affine, away / max(abs(high - low), 1e-300), scale, uneven, (low, high))
+
+
+def _nearest(z: Complex, w: Complex, alpha: Complex, beta: Complex, weight: NDArray[np.float64]) -> Affine:
+    """The affine map nearest to one known by values and derivatives, which decide where the points lie on a line."""
+    centre = np.average(z, weights=weight)
+    step = 0.1 * float(np.average(np.abs(z - centre), weights=weight)) or 1e-9
+    moves = np.array([0, 1, -1, 1j, -1j])[:, None] * step
+    points = (z + moves - centre).ravel()
+    values = (w + alpha * moves + beta * moves.conj()).ravel()
+    each = np.tile(np.sqrt(weight / weight.sum()), moves.size)
+    matrix = np.stack([points / step, points.conj() / step, np.ones_like(points)], axis=1)
+    a, b, c = np.linalg.lstsq(matrix * each[:, None], values * each, rcond=None)[0]
+    linear = Affine(complex(a / step), complex(b / step))
+    return Affine(linear.alpha, linear.beta, complex(c) - linear(complex(centre)))

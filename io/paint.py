@@ -1,0 +1,265 @@
+"""What a drawing defines and its shapes refer to: gradients, patterns and markers, made to follow a map.
+
+None of them has a path. They follow the map's affine part over the shape that they are used on, each use in a copy of
+its own, in the target's units.
+"""
+
+import copy
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from xml.etree.ElementTree import Element
+
+from . import affine
+from .affine import Affine
+from .drawing import Rectangle
+from .local import Local
+from .placed import SVG, Placed, box_of, length_of, restyle
+from .svgtree import _LINKS
+from .svgxml import length, local
+
+CURVED = 0.05  # of a shape's size: from how far off the affine part is worth a note
+UNEVEN = 1.5  # of a line's scale, largest by smallest: from where a constant width is worth a note
+_URL = re.compile(r"""\s*url\(\s*["']?#([^"')]+?)["']?\s*\).*""", re.DOTALL)
+_REFERENCE = re.compile(r"""url\(\s*["']?#([^"')]+?)["']?\s*\)""")
+_FOCUS = (("fx", "x", ""), ("fy", "y", ""), ("fr", "r", ""))
+_GRADIENTS = {
+    "linearGradient": (("x1", "x", "0%"), ("y1", "y", "0%"), ("x2", "x", "100%"), ("y2", "y", "0%")),
+    "radialGradient": (("cx", "x", "50%"), ("cy", "y", "50%"), ("r", "r", "50%"), *_FOCUS),
+}
+SIDES = (("x", "x"), ("y", "y"), ("width", "x"), ("height", "y"))
+
+Apply = Callable[[Local], str]
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """Where a definition is used.
+
+    Attributes:
+        affine: from the user space there to the root's.
+        size: what percentages refer to.
+        shapes: what it is used on.
+    """
+
+    affine: Affine
+    size: tuple[float, float] | None
+    shapes: Sequence[Placed] = ()
+
+    @cached_property
+    def box(self) -> Rectangle:
+        """The bounding box of the shapes in user space; all zero where there are none."""
+        return box_of(self.shapes, self.affine) or (0.0, 0.0, 0.0, 0.0)
+
+    @property
+    def area(self) -> bool:
+        """Whether the box has area: otherwise nothing can be in its units."""
+        return self.box[2] > 0 and self.box[3] > 0
+
+    @property
+    def units(self) -> Affine:
+        """From the bounding box's units to user space."""
+        x, y, width, height = self.box
+        return Affine.matrix(width, 0, 0, height, x, y)
+
+    def rectangle(self, said: Mapping[str, str], units: str, default: Mapping[str, str]) -> Rectangle | None:
+        """x, y, width and height in user space; None where they are in units of a box without area.
+
+        Raises:
+            InputError: one of them is no length.
+        """
+        boxed = said.get(units, "objectBoundingBox") == "objectBoundingBox"
+        if boxed and not self.area:
+            return None
+        size = (1.0, 1.0) if boxed else self.size
+        x, y, w, h = (length(said.get(name, default[name]), size, axis, name) for name, axis in SIDES)
+        if not boxed:
+            return x, y, w, h
+        left, top, width, height = self.box
+        return left + x * width, top + y * height, w * width, h * height
+
+
+@dataclass(eq=False)
+class Definitions:
+    """The document's elements by id, and the definitions that are made for the drawing."""
+
+    ids: Mapping[str, Element]
+    out: Element = field(default_factory=lambda: Element(f"{SVG}defs"))
+
+    def named(self, paint: str, *tags: str) -> Element | None:
+        """The element of one of these kinds that `url(#id)` names."""
+        match = _URL.fullmatch(paint)
+        found = self.ids.get(match[1]) if match else None
+        return found if found is not None and local(found) in tags else None
+
+    def linked(self, element: Element) -> Element | None:
+        """The element that another one's href names."""
+        link = next(filter(None, map(element.get, _LINKS)), "")
+        return self.ids.get(link[1:]) if link.startswith("#") else None
+
+    def new(self, tag: str, attributes: Mapping[str, str] | None = None) -> Element:
+        """A new, empty definition with an id of its own."""
+        number = len(self.out) + 1
+        while f"mapped-{number}" in self.ids:
+            number += len(self.out) + 1
+        made = Element(f"{SVG}{tag}", {"id": f"mapped-{number}", **(attributes or {})})
+        self.out.append(made)
+        return made
+
+    def collect(self, top: Element) -> None:
+        """Adds copies of all that the new document refers to and does not have, and drops what is not referred to."""
+        wanted = [top]
+        known = {e.get("id") for e in top.iter()}
+        made = {e.get("id"): e for e in self.out}
+        self.out[:] = []
+        while wanted:
+            for element in wanted.pop().iter():
+                names = {
+                    name for text in (*element.attrib.values(), element.text or "") for name in _names(text)
+                }
+                if local(element) == "style":  # clip paths and masks are copies of each element's own
+                    names = {n for n in names if local(self.ids.get(n, element)) not in ("clipPath", "mask")}
+                names |= {
+                    element.get(link, "")[1:] for link in _LINKS if element.get(link, "").startswith("#")
+                }
+                for name in sorted(names - known):
+                    found = made.get(name)
+                    if found is None and name in self.ids:
+                        found = copy.deepcopy(self.ids[name])
+                        found.tail = None
+                    if found is not None:
+                        known |= {e.get("id") for e in found.iter()}
+                        self.out.append(found)
+                        wanted.append(found)
+
+    def said(self, element: Element) -> tuple[dict[str, str], Element]:
+        """Attributes with those inherited by href, and the element that the children are taken from."""
+        chain: list[Element] = []
+        following: Element | None = element
+        while following is not None and following not in chain:
+            chain.append(following)
+            following = self.linked(following)
+        said = {k: v for each in reversed(chain) for k, v in each.attrib.items()}
+        return said, next((each for each in chain if len(each)), element)
+
+    def painted(self, found: Element, space: Space) -> tuple[str, Apply] | None:
+        """A gradient or pattern as `url(#id)` of a copy in place; None where its box has no area."""
+        make = self._pattern if local(found) == "pattern" else self._gradient
+        made = make(found, space)
+        return (f"url(#{made[0].get('id')})", made[1]) if made else None
+
+    def _gradient(self, found: Element, space: Space) -> tuple[Element, Apply] | None:
+        said, _ = self.said(found)
+        boxed = said.get("gradientUnits", "objectBoundingBox") == "objectBoundingBox"
+        if boxed and not space.area:
+            return None
+        size = (1.0, 1.0) if boxed else space.size
+        new = self.new(local(found), {_LINKS[1]: f"#{found.get('id')}", "gradientUnits": "userSpaceOnUse"})
+        for name, axis, default in _GRADIENTS[local(found)]:
+            if text := said.get(name, default):
+                new.set(name, f"{length(text, size, axis, name):.9g}")
+        placed = (
+            space.affine
+            @ (space.units if boxed else Affine())
+            @ affine.parse(said.get("gradientTransform", ""))
+        )
+        return new, _following(new, "gradientTransform", placed, "gradient")
+
+    def _pattern(self, found: Element, space: Space) -> tuple[Element, Apply] | None:
+        said, _ = self.said(found)
+        tile = space.rectangle(said, "patternUnits", dict.fromkeys(("x", "y", "width", "height"), "0"))
+        boxed = said.get("patternContentUnits") == "objectBoundingBox" and "viewBox" not in said
+        if not tile or tile[2] <= 0 or tile[3] <= 0 or (boxed and not space.area):
+            return None
+        new = self.new("pattern", {_LINKS[1]: f"#{found.get('id')}", "patternUnits": "userSpaceOnUse"})
+        for (name, _axis), value in zip(SIDES, tile):
+            new.set(name, f"{value:.9g}")
+        if boxed:
+            new.set("patternContentUnits", "userSpaceOnUse")
+            new.set("viewBox", f"0 0 {tile[2] / space.box[2]:.9g} {tile[3] / space.box[3]:.9g}")
+            new.set("preserveAspectRatio", "none")
+        placed = space.affine @ affine.parse(said.get("patternTransform", ""))
+        return new, _following(new, "patternTransform", placed, "pattern")
+
+    def marker(self, found: Element, unit: float) -> tuple[str, Apply] | None:
+        """A marker in user space as `url(#id)` of a copy; None where its unit is the line's width.
+
+        Args:
+            found: the marker.
+            unit: of the user space, in the root's.
+        """
+        if found.get("markerUnits", "strokeWidth") != "userSpaceOnUse":
+            return None
+        new = self.new("marker", {k: v for k, v in found.attrib.items() if k != "id"})
+        new.extend(copy.deepcopy(child) for child in found)
+        sides = [length(found.get(name, "3"), None, "x", name) for name in ("markerWidth", "markerHeight")]
+        new.attrib.setdefault("viewBox", f"0 0 {sides[0]:.9g} {sides[1]:.9g}")
+
+        def apply(over: Local) -> str:
+            for name, side in zip(("markerWidth", "markerHeight"), sides):
+                new.set(name, f"{side * unit * over.scale:.6g}")
+            return ""
+
+        return f"url(#{new.get('id')})", apply
+
+
+def _names(text: str) -> list[str]:
+    return _REFERENCE.findall(text) if "url(" in text else []
+
+
+def _following(new: Element, name: str, placed: Affine, kind: str) -> Apply:
+    def apply(over: Local) -> str:
+        new.set(name, affine.written(over.affine @ placed))
+        return told(kind, over)
+
+    return apply
+
+
+def told(kind: str, over: Local) -> str:
+    """What to note of something that follows only the map's affine part, where that is not near enough."""
+    return f"{kind} that follows the map only by its affine part" if over.curved > CURVED else ""
+
+
+def lined(shape: Placed, element: Element, said: Mapping[str, str], space: Space) -> Apply:
+    """What makes a line's width and dashes follow the map's mean scale along it.
+
+    Raises:
+        InputError: a length is malformed.
+    """
+    unit = scale(space.affine)
+    width, offset = (
+        length(said.get(name, default), space.size, "r", name)
+        for name, default in (("stroke-width", "1"), ("stroke-dashoffset", "0"))
+    )
+    texts = said.get("stroke-dasharray", "none").replace(",", " ").split()
+    dashes = [length(text, space.size, "r", "stroke-dasharray") for text in texts if text != "none"]
+    whole = length(element.get("pathLength") or "0", None, "r", "pathLength")
+    dash_unit = length_of(shape.runs) / whole if whole > 0 else unit
+
+    def apply(over: Local) -> str:
+        style = {"stroke-width": f"{width * unit * over.scale:.6g}"}
+        if dashes:
+            style["stroke-dasharray"] = " ".join(f"{dash * dash_unit * over.scale:.6g}" for dash in dashes)
+            style["stroke-dashoffset"] = f"{offset * dash_unit * over.scale:.6g}"
+        restyle(shape.out, style)
+        wide = max(over.uneven, unevenness(space.affine)) > UNEVEN
+        return (
+            "line of one width where the map would vary it (to keep that, turn strokes into paths)"
+            if wide
+            else ""
+        )
+
+    return apply
+
+
+def scale(map: Affine) -> float:
+    """The factor by which an affine map scales lengths, as the square root of that of areas."""
+    return abs(abs(map.alpha) ** 2 - abs(map.beta) ** 2) ** 0.5
+
+
+def unevenness(map: Affine) -> float:
+    """The largest factor of lengths by the smallest; infinite without area."""
+    large, small = abs(map.alpha) + abs(map.beta), abs(abs(map.alpha) - abs(map.beta))
+    return large / small if small else math.inf

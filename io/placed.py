@@ -1,0 +1,172 @@
+"""A shape of a drawing on its way through a map, and the SVG elements that it becomes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+
+from ..cauchy import Complex
+from ..errors import InputError
+from . import css, svg, svgpath
+from .affine import Affine
+from .curves import Bezier, Piece
+from .drawing import Rectangle
+from .svgpath import LARGEST, Run
+from .svgtree import Drawn
+from .trim import Trimmed
+
+SVG = "{http://www.w3.org/2000/svg}"
+FAR = 10**7  # beyond every canvas
+# What applies to an element as a whole, and what it is where it does not apply.
+_WHOLE = {"opacity": "1", "filter": "none", "mask": "none", "clip-path": "none", "mix-blend-mode": "normal"}
+_ENDS = {"marker-start": "none", "marker-end": "none"}
+_UNSEEN = {"fill-opacity": "0", "stroke-opacity": "0"}
+
+Cubics = tuple[
+    list[Complex], bool
+]  # a run as (k, 4) control points for each of its pieces, and whether it is closed
+
+
+@dataclass(eq=False)
+class Placed:
+    """A shape in the root's user units, y down.
+
+    Attributes:
+        out, parent: the element that it becomes, and that one's parent.
+        runs: the shape; each has at least one piece.
+        own: the styles of the element itself, nothing inherited.
+        filled, lined: what of it is painted.
+        aside: whether it is part of a clip path or a mask: where it surrounds the source, it then reaches on.
+        markers: the marker properties that it has.
+        line_first: whether the line is painted under the fill.
+    """
+
+    out: Element
+    parent: Element
+    runs: list[Run]
+    own: dict[str, str] = field(default_factory=dict)
+    filled: bool = True
+    lined: bool = False
+    aside: bool = False
+    markers: frozenset[str] = frozenset()
+    line_first: bool = False
+
+    def write(self, trimmed: Trimmed, fill: list[Cubics], line: list[Cubics], digits: int) -> None:
+        """Makes the element a path, or a group where fill, line and markers need one each.
+
+        Args:
+            trimmed: what of the shape is inside.
+            fill: closed runs of the fill, where it differs from the line; those around the whole source come last.
+            line: runs of the line, or of both.
+            digits: after the decimal point.
+        """
+        drawn: list[tuple[str, dict[str, str]]] = []
+        if line:
+            style = {"fill": "none"} if fill else {}
+            kept = {"marker-start": trimmed.begins, "marker-mid": False, "marker-end": trimmed.ends}
+            style |= {name: "none" for name in sorted(self.markers) if not kept[name]}
+            drawn.append((_data(line, digits), style))
+            if "marker-mid" in self.markers:  # at the shape's own vertices, not at those that fitting adds
+                bare = [([_outer(run)], closed) for run, closed in line]
+                groups = [[run] for run in bare] if trimmed.cut else [bare]
+                drawn += [(_data(group, digits), _UNSEEN | _ENDS) for group in groups]
+        if fill:
+            around = [turns for turns in trimmed.turns if turns] if self.aside else []
+            data = _data(fill[: len(fill) - len(around)], digits) + "".join(map(_square, around))
+            bare_style = {"stroke": "none"} | dict.fromkeys(sorted(self.markers), "none") if line else {}
+            drawn.insert(len(drawn) if self.line_first else 0, (data, bare_style))
+        if len(drawn) == 1:
+            self.out.set("d", drawn[0][0])
+            restyle(self.out, drawn[0][1])
+            return
+        kept_style = css.declarations(self.out.get("style", ""))
+        whole = {k: v for k, v in (self.own | kept_style).items() if k in _WHOLE}
+        for data, style in drawn:
+            part = SubElement(self.out, self.out.tag, {k: v for k, v in self.out.attrib.items() if k != "id"})
+            part.set("d", data)
+            restyle(part, {k: _WHOLE[k] for k in whole} | style)
+        self.out.tag = f"{SVG}g"
+        self.out.attrib = {k: v for k, v in self.out.attrib.items() if k == "id" or k.startswith("{")}
+        restyle(self.out, whole)
+
+
+def runs_of(drawn: Drawn) -> list[Run]:
+    """The shape's runs in the root's user units, y down; closed ones end where they begin.
+
+    Raises:
+        InputError: a malformed attribute, or coordinates that are too large.
+    """
+    if drawn.tag in ("polyline", "polygon"):
+        found = []
+        for line in svg._polyline(replace(drawn, affine=Affine())):
+            sides: list[Piece] = [Bezier((complex(a), complex(b))) for a, b in pairwise(line.z)]
+            found.append(Run(complex(line.z[0]), sides, line.closed))
+    else:
+        found = svgpath.runs(svg._PATH[drawn.tag](drawn))
+    out = []
+    for run in found:
+        pieces = list(run.pieces)
+        if run.closed and pieces and pieces[-1].last() != run.start:
+            pieces.append(Bezier((pieces[-1].last(), run.start)))
+        if pieces:
+            pieces = [piece.under(drawn.affine) for piece in pieces]
+            out.append(Run(drawn.affine(run.start), pieces, run.closed))
+    rough = [point for run in out for piece in run.pieces for point in (run.start, *piece.rough())]
+    if not all(abs(point) <= LARGEST for point in rough):  # NaN included
+        raise InputError("its coordinates are too large")
+    return out
+
+
+def box_of(shapes: Sequence[Placed], affine: Affine) -> Rectangle | None:
+    """The bounding box of shapes in the user space that `affine` takes to the root's; None without any."""
+    scale = abs(affine.alpha) ** 2 - abs(affine.beta) ** 2
+    pieces = [piece for shape in shapes for run in shape.runs for piece in run.pieces]
+    if not pieces or not scale:
+        return None
+    z = np.concatenate([piece.at(np.linspace(0, 1, 33)) for piece in pieces]) - affine.gamma
+    z = (np.conj(affine.alpha) * z - affine.beta * z.conj()) / scale
+    x, y, width, height = z.real.min(), z.imag.min(), np.ptp(z.real), np.ptp(z.imag)
+    return float(x), float(y), float(width), float(height)
+
+
+def length_of(runs: Sequence[Run]) -> float:
+    """The length of all runs together, in the root's units, to about a thousandth."""
+    z = [piece.at(np.linspace(0, 1, 33)) for run in runs for piece in run.pieces]
+    return float(sum(np.abs(np.diff(points)).sum() for points in z))
+
+
+def restyle(out: Element, style: dict[str, str]) -> None:
+    """Adds declarations to an element's own, which win over attributes and style sheets."""
+    for name in style:
+        out.attrib.pop(name, None)
+    both = css.declarations(out.get("style", "")) | style
+    if both:
+        out.set("style", ";".join(f"{k}:{v}" for k, v in both.items()))
+
+
+def _data(runs: Sequence[Cubics], digits: int) -> str:
+    """Path data of runs."""
+    d = []
+    for run, closed in runs:
+        cubics = np.concatenate(run)
+        d.append("M" + _pair(cubics[0, 0], digits))
+        d += ["C" + " ".join(_pair(p, digits) for p in cubic[1:]) for cubic in cubics]
+        d.append("Z" if closed else "")
+    return "".join(d)
+
+
+def _pair(z: complex, digits: int) -> str:
+    x, y = (f"{v:.{digits}f}".rstrip("0").rstrip(".") if digits else f"{v:.0f}" for v in (z.real, z.imag))
+    return f"{x} {y}"
+
+
+def _outer(run: list[Complex]) -> Complex:
+    """One cubic for each piece, with its ends and its directions there."""
+    return np.array([[fitted[0, 0], fitted[0, 1], fitted[-1, 2], fitted[-1, 3]] for fitted in run])
+
+
+def _square(turns: int) -> str:
+    """A square beyond every canvas, run around so many times, clockwise on the screen where negative."""
+    return f"M-{FAR} -{FAR}{'V{0}H{0}V-{0}Z' if turns > 0 else 'H{0}V{0}H-{0}Z'}".format(FAR) * abs(turns)

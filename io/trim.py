@@ -1,0 +1,249 @@
+"""Runs of a drawing cut at a domain's boundary: what of them is inside, closed so that fills stay as they are.
+
+A run that leaves the domain comes back somewhere, and a fill of what is left of it must paint the same inside. So an
+excursion is replaced by the arc of the boundary between its ends that winds around the inside as often as it does.
+Then the winding number of every point inside is what it was, whatever the fill rule.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from ..cauchy import Complex
+from ..curve import Curve
+from .curves import Bezier, Piece
+from .svgpath import Run
+
+CORNER = 0.2  # radians: where the boundary turns by more, an arc of it is cut in two
+MOST = 4096  # vertices of a piece
+TAIL = 20  # times as far as counts as inside: the longest end of a line that is cut off there
+
+
+@dataclass(frozen=True, eq=False)
+class Span:
+    """The part of a piece between two parameters, run over in unit time."""
+
+    piece: Piece
+    start: float
+    stop: float
+
+    def at(self, t: NDArray[np.float64]) -> Complex:
+        """Points at parameters in [0, 1]."""
+        return self.piece.at(self.start + (self.stop - self.start) * t)
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """The part of a closed curve between two arclengths, backwards where the second is less."""
+
+    rim: Curve
+    start: float
+    stop: float
+
+    def at(self, t: NDArray[np.float64]) -> Complex:
+        """Points at parameters in [0, 1]."""
+        return self.rim.at(self.start + (self.stop - self.start) * t)
+
+
+Part = Piece | Span | Arc
+
+
+@dataclass(frozen=True, eq=False)
+class Trimmed:
+    """What is left of a shape.
+
+    Attributes:
+        line: the runs inside, with whether they are closed.
+        cut: whether anything was cut off.
+        fill: where something was, closed runs that paint what the shape's fill paints inside.
+        turns: and of each run that never comes inside, how often it winds around the domain.
+        begins, ends: whether the shape's first and last point are inside.
+    """
+
+    line: list[tuple[list[Part], bool]]
+    cut: bool = False
+    fill: list[list[Part]] = field(default_factory=list)
+    turns: list[int] = field(default_factory=list)
+    begins: bool = True
+    ends: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class _Stretch:
+    """A part of a run as a polyline.
+
+    Attributes:
+        place: (p,) places, each a piece's number plus the parameter on it; over the run's end where it goes on there.
+        z: (p,) points.
+        away: whether it is outside.
+    """
+
+    place: NDArray[np.float64]
+    z: Complex
+    away: bool
+
+    def between(self, start: float, stop: float, away: bool) -> "_Stretch":
+        """The part between two places."""
+        inner = (self.place > start) & (self.place < stop)
+        place = np.concatenate([[start], self.place[inner], [stop]])
+        return _Stretch(place, _between(self.place, self.z, place), away)
+
+
+class _Ring:
+    """A closed polyline, ready to be crossed."""
+
+    def __init__(self, z: Complex):
+        self.a, self.b = z, np.roll(z, -1)
+        self.tree = shapely.STRtree(shapely.linestrings(_xy(np.column_stack([self.a, self.b]))))
+
+    def crossings(self, place: NDArray[np.float64], z: Complex) -> NDArray[np.float64]:
+        """Where a polyline with known places crosses it, in order."""
+        lines = shapely.linestrings(_xy(np.column_stack([z[:-1], z[1:]])))
+        segment, wall = self.tree.query(lines)
+        p, d, e = z[segment], z[segment + 1] - z[segment], self.b[wall] - self.a[wall]
+        area = _cross(d, e)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part, along = _cross(self.a[wall] - p, e) / area, _cross(self.a[wall] - p, d) / area
+        met = (part >= 0) & (part <= 1) & (along >= 0) & (along <= 1)
+        return np.unique((place[segment] + part * (place[segment + 1] - place[segment]))[met])
+
+
+class Domain:
+    """A domain, ready to cut runs at its boundary, in the plane of the runs.
+
+    Args:
+        rim: the boundary, simple and counter-clockwise.
+        near: what is no farther outside counts as inside, because the boundary is flattened and the drawing is not.
+    """
+
+    def __init__(self, rim: Curve, near: float):
+        self.rim, self.near = rim, near
+        self.polygon = shapely.Polygon(_xy(rim.z))
+        self.reach = shapely.Polygon(self.polygon.buffer(near).exterior)
+        shapely.prepare([self.polygon, self.reach])
+        self.shore = _Ring(shapely.get_coordinates(self.reach.exterior)[:-1] @ [1, 1j])
+        self.ring = _Ring(rim.z)
+        self.inner = complex(*shapely.maximum_inscribed_circle(self.polygon).coords[0])
+
+    @cached_property
+    def _corners(self) -> NDArray[np.float64]:
+        turn = np.abs(np.angle(self.rim.edges / np.roll(self.rim.edges, 1)))
+        return self.rim.knots[:-1][turn > CORNER]
+
+    def trim(self, runs: Sequence[Run]) -> Trimmed:
+        """Cuts the runs of one shape; each of them has at least one piece."""
+        found = [self._stretches(run.pieces, run.closed) for run in runs]
+        if not any(stretch.away for stretches in found for stretch in stretches):
+            return Trimmed([(list(run.pieces), run.closed) for run in runs])
+        ends = self._within(np.array([runs[0].start, runs[-1].pieces[-1].last()]))
+        out = Trimmed([], cut=True, begins=bool(ends[0]), ends=bool(ends[1]))
+        for run, stretches in zip(runs, found):
+            whole = len(stretches) == 1 and run.closed
+            out.line.extend(
+                (_spans(run.pieces, s if whole else self._landed(s)), whole) for s in stretches if not s.away
+            )
+            pieces = run.pieces
+            if not run.closed:  # a fill closes it
+                pieces = [*pieces, Bezier((pieces[-1].last(), run.start))]
+                stretches = self._stretches(pieces, True)
+            if stretches[0].away and len(stretches) == 1:
+                out.turns.append(round(_angle(stretches[0].z - self.inner) / (2 * math.pi)))
+            else:
+                parts = [self._detour(s) if s.away else _spans(pieces, s) for s in stretches]
+                out.fill.append([part for some in parts for part in some])
+        return out
+
+    def around(self, turns: int) -> list[Part]:
+        """The boundary, so many times, clockwise where negative."""
+        return self._arcs(0.0, turns * self.rim.length)
+
+    def _within(self, z: Complex) -> NDArray[np.bool_]:
+        return shapely.contains_xy(self.reach, z.real, z.imag)
+
+    def _stretches(self, pieces: Sequence[Piece], closed: bool) -> list[_Stretch]:
+        """A run as stretches inside and outside by turns; those of a closed one go over its seam."""
+        place, z = _polyline(pieces, self.near / 10)
+        cuts = self.shore.crossings(place, z)
+        whole = _Stretch(place, z, not self._within(z[:1])[0])
+        if not cuts.size:
+            return [whole]
+        cuts = np.concatenate([place[:1], cuts, place[-1:]])
+        away = ~self._within(_between(place, z, (cuts[:-1] + cuts[1:]) / 2))
+        change = np.flatnonzero(np.diff(away)) + 1
+        found = [whole.between(cuts[a], cuts[b], bool(away[a])) for a, b in pairwise([0, *change, len(away)])]
+        if closed and len(found) > 1 and found[0].away == found[-1].away:
+            first, last = found[0], found.pop()
+            place = np.concatenate([last.place, first.place[1:] + len(pieces)])
+            found[0] = _Stretch(place, np.concatenate([last.z, first.z[1:]]), first.away)
+        return found
+
+    def _landed(self, stretch: _Stretch) -> _Stretch:
+        """A stretch inside without what of its ends is beyond the boundary, though still near it."""
+        cuts = self.ring.crossings(stretch.place, stretch.z)
+        if not cuts.size:
+            return stretch
+        ends, outer = stretch.place[[0, -1]], cuts[[0, -1]]
+        tail = np.abs(_between(stretch.place, stretch.z, outer) - stretch.z[[0, -1]])
+        beyond = ~shapely.contains_xy(self.polygon, stretch.z[[0, -1]].real, stretch.z[[0, -1]].imag)
+        start, stop = np.where(beyond & (tail < TAIL * self.near), outer, ends)
+        return stretch.between(start, stop, False) if start < stop else stretch
+
+    def _detour(self, stretch: _Stretch) -> list[Part]:
+        """The boundary's arc between the ends of an excursion that winds around the inside as it does."""
+        a, b = (float(s) for s in self.rim.closest(stretch.z[[0, -1]]))
+        forth = (b - a) % self.rim.length
+        inner = np.concatenate([self.rim.knots, self.rim.knots + self.rim.length])
+        arc = self.rim.at(np.concatenate([[a], inner[(inner > a) & (inner < a + forth)], [b]]))
+        turns = round((_angle(stretch.z - self.inner) - _angle(arc - self.inner)) / (2 * math.pi))
+        return self._arcs(a, a + forth + turns * self.rim.length)
+
+    def _arcs(self, start: float, stop: float) -> list[Part]:
+        """The boundary from one arclength to another, cut at its corners."""
+        low, high = sorted((start, stop))
+        whole = self.rim.length * np.arange(math.floor(low / self.rim.length), high // self.rim.length + 1)
+        corners = np.add.outer(whole, self._corners).ravel()
+        cuts = [low, *corners[(corners > low) & (corners < high)], high]
+        return [Arc(self.rim, float(a), float(b)) for a, b in pairwise(cuts if start <= stop else cuts[::-1])]
+
+
+def _polyline(pieces: Sequence[Piece], tolerance: float) -> tuple[NDArray[np.float64], Complex]:
+    """Places (piece + parameter) and points of a polyline near a run."""
+    counts = [min(MOST, max(1, math.ceil(math.sqrt(piece.bend() / (8 * tolerance))))) for piece in pieces]
+    t = [np.arange(count) / count for count in counts]
+    place = np.concatenate([k + part for k, part in enumerate(t)] + [[len(pieces)]])
+    points = [piece.at(part) for piece, part in zip(pieces, t)]
+    return place, np.concatenate([*points, [pieces[-1].last()]])
+
+
+def _between(place: NDArray[np.float64], z: Complex, at: NDArray[np.float64]) -> Complex:
+    return np.interp(at, place, z.real) + 1j * np.interp(at, place, z.imag)
+
+
+def _spans(pieces: Sequence[Piece], stretch: _Stretch) -> list[Part]:
+    """The pieces of a stretch, the first and the last as far as they are in it."""
+    parts: list[Part] = []
+    for k in range(math.floor(stretch.place[0]), math.ceil(stretch.place[-1])):
+        a, b = max(stretch.place[0] - k, 0.0), min(stretch.place[-1] - k, 1.0)
+        piece = pieces[k % len(pieces)]
+        if b - a > 1e-9:
+            parts.append(Span(piece, a, b) if b - a < 1 else piece)
+    return parts
+
+
+def _angle(z: Complex) -> float:
+    """The angle that a polyline, seen from the origin, runs through."""
+    return float(np.angle(z[1:] * z[:-1].conj()).sum())
+
+
+def _cross(a: Complex, b: Complex) -> NDArray[np.float64]:
+    return (a.conj() * b).imag
+
+
+def _xy(z: Complex) -> NDArray[np.float64]:
+    return np.stack([z.real, z.imag], axis=-1)
