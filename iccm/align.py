@@ -7,7 +7,9 @@ With both boundaries seen as unit circles, every conformal map of one domain ont
 between them, and |f'| on the boundary is the quotient of the harmonic densities times |m'|.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +25,11 @@ CENTRES = 8
 CLEARANCE = 0.25  # least clearance of a centre, relative to the largest
 ROTATIONS = 16
 POLISHED = 6
+FAR = 1.5  # hyperbolic distance from a centre, beyond which another one sees better
+SIMPLEX = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.2]])
+ROUGH = {"maxfev": 250, "xatol": 1e-2, "fatol": 1e-3}
+FINE = {"maxfev": 250, "xatol": 1e-5, "fatol": 1e-7}
+NEAR = 1.05  # candidates this close to the least are polished to the end
 APART = 0.25  # mean distance on the unit circle between the places of candidates that are different
 COARSE = 150  # panels of a boundary while parameters are searched
 # maps this close to the least distortion are all as good (symmetric shapes): the one that turns least is taken
@@ -39,7 +46,7 @@ class Moebius:
     """m(u) = exp(iρ) (u - b) / (1 - conj(b) u) on the circle, in turns; lifted and increasing."""
 
     b: complex
-    rho: float
+    rho: float | Real
 
     def __call__(self, turn: Real) -> Real:
         """Image of boundary points."""
@@ -49,10 +56,6 @@ class Moebius:
         """Preimage of boundary points."""
         angle = TURN * turn - self.rho
         return (angle - 2 * np.angle(1 + np.conj(self.b) * np.exp(1j * angle))) / TURN
-
-    def log_stretch(self, turn: Real) -> Real:
-        """log |m'| at boundary points."""
-        return np.log((1 - abs(self.b) ** 2) / np.abs(1 - np.conj(self.b) * np.exp(1j * TURN * turn)) ** 2)
 
     def inside(self, u: Complex) -> Complex:
         """Image of points of the disc."""
@@ -73,10 +76,12 @@ class Coarse:
         first = np.arange(0, mass.size, max(1, mass.size // COARSE))
         self.length = measure.curve.length
         self.lengths = np.add.reduceat(measure.lengths, first)
+        self.weight = 0.5 * self.lengths / self.length
         mass = np.add.reduceat(mass, first)
         self.turns = np.concatenate([[0.0], np.cumsum(mass)]) / mass.sum()
         self.knots = measure.ends[0] + np.concatenate([[0.0], np.cumsum(self.lengths)])
         self.middles = 0.5 * (self.turns[1:] + self.turns[:-1])
+        self.units = np.exp(1j * TURN * self.middles)
         self.log_density = np.log(mass / self.lengths)
         self._centres = 0.5 * (self.knots[1:] + self.knots[:-1])
 
@@ -84,9 +89,9 @@ class Coarse:
         """s(F), within one lap."""
         return np.interp(turn - np.floor(turn), self.turns, self.knots)
 
-    def density(self, s: Real) -> Real:
-        """log dF/ds at arclengths within one lap."""
-        return np.interp(s, self._centres, self.log_density)
+    def density(self, turn: Real) -> Real:
+        """log dF/ds at s(F)."""
+        return np.interp(self.arclength(turn), self._centres, self.log_density)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,14 +100,22 @@ class View:
 
     measure: HarmonicMeasure
     centre: complex
-    circle: Circle
-    coarse: Coarse
+    mass: Real
 
     @classmethod
-    def of(cls, measure: HarmonicMeasure, centre: complex) -> "View":
-        """The view from a point inside."""
-        mass = measure.masses(np.array([centre]))[0]
-        return cls(measure, centre, Circle(measure, mass), Coarse(measure, mass))
+    def of(cls, measure: HarmonicMeasure, centres: Complex) -> "list[View]":
+        """The views from points inside."""
+        return [cls(measure, c, mass) for c, mass in zip(centres, measure.masses(centres))]
+
+    @cached_property
+    def circle(self) -> Circle:
+        """The boundary as the unit circle."""
+        return Circle(self.measure, self.mass)
+
+    @cached_property
+    def coarse(self) -> Coarse:
+        """The same in a few panels."""
+        return Coarse(self.measure, self.mass)
 
     def disc(self, z: Complex) -> Complex:
         """Images of points inside under the Riemann map to the disc: the Cauchy integral of its boundary values."""
@@ -146,18 +159,26 @@ def centres(curve: Curve, spacing: float) -> Complex:
     return middle[chosen]
 
 
-def distortion(source: Coarse, target: Coarse, m: Moebius) -> float:
-    """Variance of log|f'| over both boundaries, each weighted by its own arclength: zero exactly for similarities."""
-    here = m(source.middles)
-    there = m.inverse(target.middles)
+def distortion(source: Coarse, target: Coarse, m: Moebius) -> Real:
+    """Variance of log|f'| over both boundaries, each weighted by its own arclength: zero exactly for similarities.
+
+    One number, or with m.rho of shape (r, 1) those of r rotations.
+    """
+    # Moebius.__call__ and .inverse, whose quotients give log|m'| too
+    shrunk = np.log1p(-(abs(m.b) ** 2))
+    forward = 1 - np.conj(m.b) * source.units
+    back = 1 + np.conj(m.b) * np.exp(-1j * m.rho) * target.units
+    here = source.middles + (m.rho - 2 * np.angle(forward)) / TURN
+    there = target.middles - (m.rho + 2 * np.angle(back)) / TURN
     stretch = np.concatenate(
         [
-            source.log_density + m.log_stretch(source.middles) - target.density(target.arclength(here)),
-            source.density(source.arclength(there)) + m.log_stretch(there) - target.log_density,
-        ]
+            source.log_density + shrunk - 2 * np.log(np.abs(forward)) - target.density(here),
+            source.density(there) + 2 * np.log(np.abs(back)) - shrunk - target.log_density,
+        ],
+        axis=-1,
     )
-    weight = 0.5 * np.concatenate([source.lengths / source.length, target.lengths / target.length])
-    return float(weight @ (stretch - weight @ stretch) ** 2)
+    weight = np.concatenate([source.weight, target.weight])
+    return (stretch - (stretch @ weight)[..., None]) ** 2 @ weight
 
 
 def search(
@@ -165,20 +186,22 @@ def search(
 ) -> Correspondence:
     """The correspondence of least distortion, or with pins the one that meets them best and then distorts least.
 
-    Every pair of centres and rotations is tried, the best are polished over all three parameters. Where several are
-    as good (symmetric shapes) the one that turns the least from `upright` is taken.
+    Every pair of centres and rotations is tried, the best are polished over all three parameters. Where several maps
+    are as good (symmetric shapes) the one that turns the least from `upright` is taken.
     """
-    views = [[View.of(h, c) for c in centres(h.curve, 0.1)] for h in (source, target)]
-    tried = []
+    views = [View.of(h, centres(h.curve, 0.1)) for h in (source, target)]
+    rotations = TURN * np.arange(ROTATIONS) / ROTATIONS
+    tried: list[Candidate] = []
     for a in views[0]:
         for b in views[1]:
-            objective = _objective(a, b, pins)
+            costs = _objective(a, b, pins)(Moebius(0, rotations[:, None]))
             tried += [
-                (objective([0, 0, TURN * k / ROTATIONS]), TURN * k / ROTATIONS, a, b)
-                for k in range(ROTATIONS)
+                Candidate(cost, a, b, np.array([0, 0, rho])) for cost, rho in zip(costs.tolist(), rotations)
             ]
-    tried.sort(key=lambda t: t[0])
-    found = [_polish(a, b, rho, pins) for _, rho, a, b in _distinct(tried)]
+    tried.sort(key=lambda t: t.cost)
+    rough = [_polish(t, pins, ROUGH) for t in _distinct(tried)]
+    close = NEAR * min(t.cost for t in rough) + 1e-6
+    found = [_finished(t, views, pins) for t in rough if t.cost <= close]
     best = min(found, key=lambda c: c.distortion)
     for c in found:
         if (
@@ -189,45 +212,82 @@ def search(
     return best
 
 
-def _distinct(tried: list[tuple[float, float, View, View]]) -> list[tuple[float, float, View, View]]:
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A Möbius map between two views, by its parameters, and its cost."""
+
+    cost: float
+    source: View
+    target: View
+    p: Real
+
+    def correspondence(self) -> Correspondence:
+        """What it makes of the boundaries."""
+        return Correspondence(self.source, self.target, Moebius.of(self.p), self.cost)
+
+
+def _distinct(tried: list[Candidate]) -> list[Candidate]:
     """The best candidates, no two of which send the boundary to nearly the same places."""
-    chosen: list[tuple[float, float, View, View]] = []
+    chosen: list[Candidate] = []
     places: list[Complex] = []
-    for candidate in tried:
-        _, rho, a, b = candidate
-        probes = np.interp(
-            np.arange(8) / 8 * a.coarse.length + a.coarse.knots[0], a.coarse.knots, a.coarse.turns
-        )
-        place = np.exp(1j * TURN * b.coarse.arclength(probes + rho / TURN) / b.coarse.length)
+    for t in tried:
+        a, b = t.source.coarse, t.target.coarse
+        probes = np.interp(np.arange(8) / 8 * a.length + a.knots[0], a.knots, a.turns)
+        place = np.exp(1j * TURN * b.arclength(probes + t.p[2] / TURN) / b.length)
         if all(np.mean(np.abs(place - other)) > APART for other in places):
-            chosen.append(candidate)
+            chosen.append(t)
             places.append(place)
         if len(chosen) == POLISHED:
             break
     return chosen
 
 
-def _polish(source: View, target: View, rho: float, pins: Complex | None) -> Correspondence:
-    objective = _objective(source, target, pins)
-    simplex = np.array([[0, 0, rho], [0.3, 0, rho], [0, 0.3, rho], [0, 0, rho + 0.2]])
-    options = {"maxfev": 250, "xatol": 1e-5, "fatol": 1e-7, "initial_simplex": simplex}
-    best = minimize(objective, simplex[0], method="Nelder-Mead", options=options)
-    return Correspondence(source, target, Moebius.of(best.x), float(best.fun))
+def _finished(t: Candidate, views: list[list[View]], pins: Complex | None) -> Correspondence:
+    """A candidate polished to the end, from the centres that see it best unless that leads elsewhere."""
+    polished = _polish(_seen_well(t, views), pins, FINE)
+    return (polished if polished.cost <= NEAR * t.cost else _polish(t, pins, FINE)).correspondence()
 
 
-def _objective(source: View, target: View, pins: Complex | None):
+def _seen_well(t: Candidate, views: list[list[View]]) -> Candidate:
+    """About the same map, seen from the two centres between which it is closest to a rotation.
+
+    Polishing may lead far from the centres it began at, where they see everything crowded in one place.
+    """
+    if np.hypot(*t.p[:2]) <= FAR:
+        return t
+    forward, best = t.correspondence().forward, (0.0, t)
+    for a in views[0]:
+        image = forward(a.circle.knots)
+        for b in views[1]:
+            there = b.circle.turn(image)
+            shared = float(np.minimum(np.diff(there), a.circle.mass).sum())
+            if shared > best[0]:
+                middle = there[:-1] - a.circle.turns[:-1] + 0.5 * np.diff(there - a.circle.turns)
+                rho = float(np.angle(a.circle.mass @ np.exp(1j * TURN * middle)))
+                best = shared, Candidate(t.cost, a, b, np.array([0, 0, rho]))
+    return best[1]
+
+
+def _polish(t: Candidate, pins: Complex | None, ends: dict[str, float]) -> Candidate:
+    """The least cost that is found from a candidate."""
+    objective = _objective(t.source, t.target, pins)
+    options = {"initial_simplex": t.p + SIMPLEX, **ends}
+    best = minimize(lambda p: float(objective(Moebius.of(p))), t.p, method="Nelder-Mead", options=options)
+    return Candidate(float(best.fun), t.source, t.target, best.x)
+
+
+def _objective(source: View, target: View, pins: Complex | None) -> Callable[[Moebius], Real]:
     """Distortion of a Möbius map, plus the distance by which it misses the pins where there are any."""
     if pins is None or not pins.size:
-        return lambda p: distortion(source.coarse, target.coarse, Moebius.of(p))
+        return lambda m: distortion(source.coarse, target.coarse, m)
     u, v = source.disc(pins[:, 0]), target.disc(pins[:, 1])
     scale = np.abs(
         cauchy.derivatives(target.measure.z, pins[:, 1]) @ np.exp(1j * TURN * target.circle.turns[:-1])
     )
 
-    def objective(p) -> float:
-        m = Moebius.of(p)
+    def objective(m: Moebius) -> Real:
         miss = np.minimum(np.abs(m.inside(u) - v) / np.maximum(scale, 1e-9), 2.0)
-        return distortion(source.coarse, target.coarse, m) + 1e3 * float(np.mean(miss**2))
+        return distortion(source.coarse, target.coarse, m) + 1e3 * np.mean(miss**2, axis=-1)
 
     return objective
 

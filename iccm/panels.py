@@ -1,5 +1,7 @@
 """Dividing a boundary into panels: small at corners and where the domain is thin."""
 
+from functools import cache
+
 import numpy as np
 
 from .cauchy import Complex
@@ -63,6 +65,7 @@ def graded(curve: Curve, longest: float, at_corners: Real) -> Real:
     return np.concatenate(out)
 
 
+@cache
 def _positions(samples: int) -> Real:
     """Places on an edge at which the panel length is asked for: even ones, and ever closer ones towards both ends."""
     ends = np.concatenate([[0.0], np.geomspace(1e-12, 0.5, 80)])

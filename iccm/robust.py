@@ -144,7 +144,7 @@ def align(problem: Problem, source: Curve, target: Curve, fineness: float) -> Co
         if all((new == old).all() for new, old in zip(deeper, sharp)):
             break
         views = [
-            old if (new == had).all() else View.of(measure(curve, new, spacing), old.centre)
+            old if (new == had).all() else View.of(measure(curve, new, spacing), np.array([old.centre]))[0]
             for old, curve, new, had in zip((c.source, c.target), (source, target), deeper, sharp)
         ]
         c, sharp = Correspondence(views[0], views[1], c.between, c.distortion), deeper

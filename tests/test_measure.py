@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from iccm.align import Moebius, View, search
+from iccm.align import Coarse, Moebius, View, distortion, search
 from iccm.curve import Curve
 from iccm.measure import Circle, HarmonicMeasure, corner_powers
 from iccm.panels import corners, graded, thickness
@@ -127,10 +127,10 @@ def test_turn_and_arclength_are_inverse_and_increasing():
 def test_the_riemann_map_to_the_disc():
     """Between unit circles it is the identity, up to where it is seen from and the turn of its first vertex."""
     h = measure(Curve(circle(200)))
-    view = View.of(h, 0.3 + 0.1j)
+    view = View.of(h, np.array([0.3 + 0.1j]))[0]
     z = inside(circle(), 30)
     u = view.disc(z)
-    a = place(h, view.circle.mass)
+    a = place(h, view.mass)
     expected = (z - a) / (1 - np.conj(a) * z)
     turn = np.vdot(expected, u) / abs(np.vdot(expected, u))
     assert np.abs(u - turn * expected).max() < 2e-3
@@ -143,9 +143,20 @@ def test_moebius_maps_of_the_circle(p):
     image = m(turn)
     assert np.all(np.diff(image) > 0) and np.allclose(m.inverse(image), turn, atol=1e-10)
     assert np.allclose(np.exp(2j * np.pi * image), m.inside(np.exp(2j * np.pi * turn)), atol=1e-12)
-    h = 1e-6
-    slope = (m(turn + h) - m(turn - h)) / (2 * h)
-    assert np.allclose(np.log(slope), m.log_stretch(turn), atol=1e-6)
+
+
+@pytest.mark.parametrize("p", [(0.4, -0.3, 0.7), (0, 0, 2), (-0.2, 0.9, -1)])
+def test_the_distortion_is_the_variance_of_the_log_of_the_derivative(p):
+    h = measure(Curve(circle(200)))
+    disc = Coarse(h, h.lengths / h.curve.length)  # as seen from its middle
+    m = Moebius.of(np.array(p))
+    turn, step = np.linspace(0, 1, 20_000, endpoint=False), 1e-6
+    there = m.inverse(turn)
+    stretch = np.log([(m(x + step) - m(x - step)) / (2 * step) for x in (turn, there)])
+    found = distortion(disc, disc, m)
+    assert found == pytest.approx(stretch.var(), rel=0.03, abs=1e-4)
+    turned = distortion(disc, disc, Moebius(m.b, m.rho + np.array([[0.0], [1.0]])))
+    assert turned[0] == pytest.approx(float(found), rel=1e-12)
 
 
 def test_the_least_distortion_between_similar_shapes_is_the_similarity():
