@@ -9,6 +9,7 @@ from .cauchy import Complex
 
 ROUNDS = 14
 STEP = 1e-3  # of an interval, for the one-sided differences that give its end tangents
+STILL = 0.15  # of a chord: no shorter inner control arm than that shows where the curve goes; a line's is a third
 INNER = np.array([0.15, 0.35, 0.5, 0.65, 0.85])  # where a fit is held against the curve
 
 Image = Callable[[NDArray[np.intp], NDArray[np.float64]], Complex]
@@ -62,7 +63,8 @@ def _cubics(
     w = image(np.repeat(which, u.size), t.ravel()).reshape(t.shape)
     start = (-3 * w[:, 0] + 4 * w[:, 1] - w[:, 2]) / (2 * STEP)
     end = (3 * w[:, -1] - 4 * w[:, -2] + w[:, -3]) / (2 * STEP)
-    start[np.abs(start) < tolerance], end[np.abs(end) < tolerance] = 0, 0
+    least = 3 * np.minimum(tolerance, STILL * np.abs(w[:, -1] - w[:, 0]))
+    start[np.abs(start) < least], end[np.abs(end) < least] = 0, 0
     control = np.stack([w[:, 0], w[:, 0] + start / 3, w[:, -1] - end / 3, w[:, -1]], axis=1)
     s = INNER
     basis = np.stack([(1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s**2 * (1 - s), s**3])

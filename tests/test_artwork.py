@@ -51,6 +51,17 @@ def test_refit_stays_within_its_tolerance():
         assert len(control) < 40
 
 
+def test_refit_goes_straight_where_the_curve_all_but_stands_still():
+    def image(which, t):
+        return np.where(which == 0, t**2 - 1e-4j * t, 1 - (1 - t) ** 2 + 1e-4j * (1 - t))
+
+    first, last = refit(image, 2, 1e-3)
+    cubic, same = first[0], last[-1][::-1]
+    for p in (cubic, same):
+        toward = next(q for q in p[1:] if abs(q - p[0]) > 1e-12) - p[0]
+        assert abs(np.angle(toward / (p[3] - p[0]))) < 0.2
+
+
 def test_paths_are_the_images_of_the_shapes(source, tmp_path):
     map = curved(source)
     artwork.carry(source, map, source, tmp_path / "b.svg", tolerance=0.02)
