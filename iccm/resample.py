@@ -34,24 +34,6 @@ def whole_bytes(height: int, width: int, channels: int, itemsize: int) -> int:
     return height * width * (4 * channels * itemsize + 32)
 
 
-def check_padding(associated: bool, fill: str) -> None:
-    """Refuse what cannot be padded.
-
-    Args:
-        associated: whether the picture's colours are premultiplied.
-        fill: as for `warp`.
-
-    Raises:
-        InputError: associated alpha, an unknown way to fill.
-    """
-    if associated:
-        raise InputError(
-            "padding: the texture's alpha is associated, so nothing can be stored where it is zero"
-        )
-    if fill not in ("push-pull", "nearest"):
-        raise InputError(f"fill {fill!r}: not one of push-pull, nearest")
-
-
 @dataclass(frozen=True, eq=False)
 class Warped:
     """A warped picture: (H, W, c) pixels of the texture's type, the index of its alpha channel, and what happened."""
@@ -122,13 +104,18 @@ def whole(
         if progress:
             progress(len(block))
     if padding:
-        check_padding(job.source.texture.associated, fill)
+        if job.source.texture.associated:
+            raise InputError(
+                "padding: the texture's alpha is associated, so nothing can be stored where it is zero"
+            )
         out = padded(out, job.alpha, padding, fill)
     return Warped(out, job.alpha, job.diagnostics)
 
 
 def padded(pixels: NDArray, alpha: int, reach: int, fill: str) -> NDArray:
     """(h, w, c) straight pixels, their colours extended where the channel `alpha` is 0; arguments as for `warp`."""
+    if fill not in ("push-pull", "nearest"):
+        raise InputError(f"fill {fill!r}: not one of push-pull, nearest")
     from .padding import pad
 
     colours = [k for k in range(pixels.shape[2]) if k != alpha]

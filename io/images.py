@@ -23,6 +23,7 @@ __all__ = ["MAX_PIXELS", "Image", "check", "read", "transfer_of", "write", "writ
 MAX_PIXELS = 1 << 29
 KEPT = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
 WIDE = {"uint", "int", "uint64", "int64"}  # integers that floats cannot hold
+STRAIGHT = {"bmp", "dds", "jpeg2000", "jpegxl"}
 PNG = b"\x89PNG\r\n\x1a\n"
 # PNG about as small as by default, in a third of the time; filters are numbered by libpng, this one is "up".
 ENCODERS = {"png:compressionLevel": 4, "png:filter": 32, "jpeg:subsampling": "4:4:4"}
@@ -37,6 +38,7 @@ FORGOTTEN: tuple[str, ...] = (
     "png:",
     "jpeg:",
     "webp:",
+    "ICCProfile:",
 )
 FORGOTTEN += ("Orientation", "textureformat", "Exif:PixelXDimension", "Exif:PixelYDimension", "thumbnail")
 
@@ -70,10 +72,11 @@ def read(
         raise InputError(f"{path}: cannot be read as a picture: {first_line(oiio.geterror())}")
     try:
         spec = file.spec()
-        if spec.width * spec.height > max_pixels:
-            raise InputError(
-                f"{path}: {spec.width}x{spec.height} is more than {max_pixels} pixels; raise --max-pixels"
-            )
+        for width, height in ((spec.width, spec.height), (spec.full_width, spec.full_height)):
+            if width * height > max_pixels:
+                raise InputError(
+                    f"{path}: {width}x{height} is more than {max_pixels} pixels; raise --max-pixels"
+                )
         if spec.deep or spec.depth > 1:
             raise InputError(
                 f"{path}: a {'deep picture' if spec.deep else 'volume'}, which is not read; flatten it first"
@@ -81,7 +84,7 @@ def read(
         kind = str(spec.format) if not spec.channelformats else "float"
         pixels = _pixels(file, spec, kind if kind in KEPT else "float", room)
         if pixels is None or file.has_error:
-            raise InputError(f"{path}: the picture is damaged: {first_line(file.geterror())}")
+            raise InputError(f"{path}: the pixels cannot be read: {first_line(file.geterror())}")
         others = file.seek_subimage(1, 0)
     finally:
         file.close()
@@ -262,14 +265,14 @@ def _copied(pixels: NDArray, out: NDArray, room: Room) -> NDArray:
 
 
 def _alpha(spec: oiio.ImageSpec) -> int:
-    """Index of the alpha channel; the GIF plug-in numbers it from 1."""
-    return min(spec.alpha_channel, spec.nchannels - 1)
+    """Index of the alpha channel, -1 where it is alone; the GIF plug-in numbers it from 1."""
+    return min(spec.alpha_channel, spec.nchannels - 1) if spec.nchannels > 1 else -1
 
 
 def _is_associated(spec: oiio.ImageSpec, format: str) -> bool:
-    """Whether colours come premultiplied. JPEG XL's plug-in hands them on as stored without saying so: straight."""
-    straight = spec.get_int_attribute("oiio:UnassociatedAlpha") or format == "jpegxl"
-    return spec.alpha_channel >= 0 and not straight
+    """Whether colours come premultiplied; some plug-ins hand on straight ones without saying so."""
+    straight = spec.get_int_attribute("oiio:UnassociatedAlpha") or format in STRAIGHT
+    return _alpha(spec) >= 0 and not straight
 
 
 def _known(path: str | Path, colorspace: str) -> str:
@@ -294,7 +297,8 @@ def _space(spec: oiio.ImageSpec, dtype: np.dtype) -> str:
 
 def _metadata(spec: oiio.ImageSpec) -> dict[str, Any]:
     kept = {a.name: (a.type, a.value) for a in spec.extra_attribs if not a.name.startswith(FORGOTTEN)}
-    return kept | {"channels": tuple(spec.channelnames)}
+    names = tuple(spec.channelnames)
+    return kept | {"channels": ("Y",) if names == ("A",) else names}
 
 
 def _spec(image: Image, height: int, width: int, suffix: str) -> oiio.ImageSpec:
@@ -302,7 +306,7 @@ def _spec(image: Image, height: int, width: int, suffix: str) -> oiio.ImageSpec:
     names = {np.dtype(dtype): name for name, dtype in KEPT.items()}
     spec = oiio.ImageSpec(width, height, channels, names[image.pixels.dtype])
     for name, value in image.metadata.items():
-        if name != "channels":
+        if name != "channels" and (name != "ICCProfile" or _fits(value[1], channels - (image.alpha >= 0))):
             spec.attribute(name, *value)
     said = image.metadata.get("channels", ())
     if len(said) == channels:
@@ -325,6 +329,12 @@ def _spec(image: Image, height: int, width: int, suffix: str) -> oiio.ImageSpec:
     if image.colorspace != "data":
         spec.attribute("oiio:ColorSpace", image.colorspace)
     return spec
+
+
+def _fits(profile: Any, colours: int) -> bool:
+    """Whether an ICC profile is of pictures with so many colours; that of a CMYK file is not of what is read of it."""
+    header = bytes(np.asarray(profile, np.uint8)[:40])
+    return header[36:] == b"acsp" and header[16:20] == {1: b"GRAY", 3: b"RGB "}.get(colours)
 
 
 def _displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Room) -> NDArray:

@@ -88,8 +88,10 @@ def transfer_of(colorspace: str) -> str | None:
 
 def prepared(image: Image, suffix: str) -> Image:
     """The picture as a format can hold it: encoding, association of alpha, channels and depth."""
-    encoded = transfer_of(image.colorspace)
+    before, encoded = image.colorspace, transfer_of(image.colorspace)
     unsaid = suffix != ".png" and encoded != "srgb" and image.colorspace != "data"  # only PNG says the space
+    if suffix in DISPLAY:
+        image = straight(image)
     if suffix in LINEAR and (encoded != "linear" or image.pixels.dtype.kind != "f"):
         space = "data" if image.colorspace == "data" else "lin_rec709"
         image = _converted(
@@ -98,6 +100,8 @@ def prepared(image: Image, suffix: str) -> Image:
     elif suffix in DISPLAY and (unsaid or image.pixels.dtype.kind == "f"):
         depth = np.uint16 if np.uint16 in INTEGERS.get(suffix, []) else np.uint8
         image = _converted(image, "data" if image.colorspace == "data" else "sRGB", np.dtype(depth))
+    if image.colorspace != before:
+        image = replace(image, metadata=_without(image, "ICCProfile", "CICP"))
     if image.alpha >= 0 and (suffix in OPAQUE or suffix == ".exr"):
         image = _associated(image, keep=suffix == ".exr")
     if image.pixels.dtype == np.uint16 and INTEGERS.get(suffix) == [np.uint8]:
@@ -111,9 +115,19 @@ def prepared(image: Image, suffix: str) -> Image:
             image,
             pixels=image.pixels[..., [0, 0, 0, 1][: 3 + (image.alpha >= 0)]],
             alpha=3 if image.alpha >= 0 else -1,
-            metadata=_nameless(image),
+            metadata=_without(image, "channels"),
         )
     return image
+
+
+def straight(image: Image) -> Image:
+    """The picture with alpha divided out, if it is not."""
+    if not image.associated:
+        return image
+    srgb = transfer_of(image.colorspace) == "srgb"
+    values = colour.decode(image.pixels, image.alpha, srgb=srgb, associated=True, premultiply=False)
+    pixels = colour.encode(values, image.pixels.dtype, image.alpha, srgb=srgb)
+    return replace(image, pixels=pixels, associated=False)
 
 
 def _associated(image: Image, *, keep: bool) -> Image:
@@ -128,11 +142,11 @@ def _associated(image: Image, *, keep: bool) -> Image:
     alpha = values[..., image.alpha : image.alpha + 1]
     values = np.delete(values + (1 - alpha), image.alpha, axis=2)
     pixels = colour.encode(values, image.pixels.dtype, -1, srgb=srgb)
-    return replace(image, pixels=pixels, alpha=-1, associated=False, metadata=_nameless(image))
+    return replace(image, pixels=pixels, alpha=-1, associated=False, metadata=_without(image, "channels"))
 
 
-def _nameless(image: Image) -> dict[str, Any]:
-    return {name: value for name, value in image.metadata.items() if name != "channels"}
+def _without(image: Image, *names: str) -> dict[str, Any]:
+    return {name: value for name, value in image.metadata.items() if name not in names}
 
 
 def _converted(image: Image, space: str, dtype: np.dtype) -> Image:

@@ -137,17 +137,24 @@ def _write(path: Path | None, write: Callable[[Path], None]) -> None:
 
 def _from_mesh(run: Run) -> Image:
     """The texture of a mesh, carried to the target's canvas."""
-    from ..resample import padded
     from . import transfer
 
     source: Any = run.source
     with run.timed("resample"):
         warped = transfer.warp(source, run.fit.map, run.image, run.canvas, **_sampling(run))
-        pixels = warped.pixels
-        if run.job.padding:
-            pixels = padded(pixels, warped.alpha, run.job.padding, run.job.fill)
+        made = run.image.with_pixels(warped.pixels, warped.alpha)
     run.figures["pixels"] = warped.diagnostics.as_dict()
-    return run.image.with_pixels(pixels, warped.alpha)
+    return _extended(run, made) if run.job.padding else made
+
+
+def _extended(run: Run, image: Image) -> Image:
+    """The picture with its colours extended beyond the outline."""
+    from ..resample import padded
+    from .picture import straight
+
+    with run.timed("resample"):
+        image = straight(image)
+        return replace(image, pixels=padded(image.pixels, image.alpha, run.job.padding or 0, run.job.fill))
 
 
 def _warp(run: Run) -> Warp:
@@ -157,17 +164,16 @@ def _warp(run: Run) -> Warp:
 
 
 def _padded(run: Run) -> Image:
-    """The picture with its colours extended beyond the outline, which needs all of it at once."""
+    """The picture with padding, which needs all of it at once."""
     from ..resample import whole, whole_bytes
 
     with run.timed("resample"):
         work, canvas = _warp(run), run.canvas
         each = whole_bytes(canvas.height, canvas.width, work.channels, work.dtype.itemsize)
         run.room.threads(1, each, PADDED)
-        reach, fill, progress = run.job.padding or 0, run.job.fill, _advance(run)
-        warped = whole(work, padding=reach, fill=fill, threads=run.threads, progress=progress)
+        warped = whole(work, threads=run.threads, progress=_advance(run))
     run.figures["pixels"] = warped.diagnostics.as_dict()
-    return run.image.with_pixels(warped.pixels, warped.alpha)
+    return _extended(run, run.image.with_pixels(warped.pixels, warped.alpha))
 
 
 def _streamed(run: Run, path: Path) -> None:
@@ -277,10 +283,6 @@ def check(run: Run) -> None:
     elif placement.pictured(job):
         image = image.covered()
         _check_room(run, image, width, height)
-        if job.padding:
-            from ..resample import check_padding
-
-            check_padding(image.associated, job.fill)
     for name in placement.pictures(job):
         _check_picture(run, name, image, width, height)
 
@@ -323,6 +325,9 @@ def _check_picture(run: Run, name: str, image: Image, width: int, height: int) -
     as_stored = job.kind != "colour" or job.filter == "nearest"
     if as_stored and run.image.alpha >= 0 and suffix in HIDES_NOTHING:
         run.note(f"{name}: {suffix} keeps no colours where alpha is 0; use .png or .tif to keep them")
+    usual = "lin_rec709" if image.pixels.dtype.kind == "f" else "sRGB"
+    if suffix in (".tif", ".tiff") and image.colorspace not in (usual, "data", job.colorspace):
+        run.note(f"{name}: {suffix} does not say the colour space {image.colorspace}; its numbers are kept")
 
 
 def beside(run: Run) -> list[str]:

@@ -61,19 +61,65 @@ def test_exr_associates_alpha_and_says_so(tmp_path):
     assert np.allclose(again.pixels, [0.25, 0.25, 0.25, 0.5])
 
 
-def test_metadata_and_icc_profile_are_carried_over(tmp_path):
-    profile = bytes(range(40))
+def with_profile(path, colours):
+    """Writes a picture with an ICC profile of nothing but a header, which says the kind of colours."""
+    header = bytearray(128)
+    header[:4], header[16:20], header[36:40] = (132).to_bytes(4), colours, b"acsp"
+    profile = bytes(header) + bytes(4)
     spec = oiio.ImageSpec(3, 2, 3, "uint8")
     spec.attribute("ImageDescription", "a leaf")
     spec.attribute("ICCProfile", oiio.TypeDesc(f"uint8[{len(profile)}]"), np.frombuffer(profile, np.uint8))
-    file = oiio.ImageOutput.create(str(tmp_path / "a.tif"))
-    assert file.open(str(tmp_path / "a.tif"), spec)
+    file = oiio.ImageOutput.create(str(path))
+    assert file.open(str(path), spec)
     assert file.write_image(np.zeros((2, 3, 3), np.uint8))
     file.close()
+    return profile
+
+
+def test_metadata_and_icc_profile_are_carried_over(tmp_path):
+    profile = with_profile(tmp_path / "a.tif", b"RGB ")
     images.write(tmp_path / "b.tif", images.read(tmp_path / "a.tif"))
     copy = images.read(tmp_path / "b.tif").metadata
     assert copy["ImageDescription"][1] == "a leaf"
     assert bytes(np.asarray(copy["ICCProfile"][1], np.uint8)) == profile
+    assert not [name for name in copy if name.startswith("ICCProfile:")]
+
+
+@pytest.mark.parametrize("colours, suffix", [(b"CMYK", ".png"), (b"CMYK", ".tif"), (b"RGB ", ".exr")])
+def test_the_icc_profile_of_other_pixels_is_not_carried_over(tmp_path, capfd, colours, suffix):
+    """That of a CMYK file, whose pixels are read as RGB, and of a space that the output is no longer in."""
+    with_profile(tmp_path / "a.tif", colours)
+    images.write(tmp_path / f"b{suffix}", images.read(tmp_path / "a.tif"))
+    copy = images.read(tmp_path / f"b{suffix}").metadata
+    assert copy["ImageDescription"][1] == "a leaf"
+    assert "ICCProfile" not in copy
+    assert capfd.readouterr().err == ""
+
+
+def test_alpha_alone_is_a_grey_picture(tmp_path):
+    spec = oiio.ImageSpec(3, 2, 1, "float")
+    spec.channelnames, spec.alpha_channel = ("A",), 0
+    file = oiio.ImageOutput.create(str(tmp_path / "a.exr"))
+    assert file.open(str(tmp_path / "a.exr"), spec)
+    assert file.write_image(np.full((2, 3, 1), 0.5, np.float32))
+    file.close()
+    image = images.read(tmp_path / "a.exr")
+    assert (image.alpha, image.associated) == (-1, False)
+    covered = Image(np.full((2, 3, 2), 0.5, np.float32), 1, True, "lin_rec709", image.metadata)
+    images.write(tmp_path / "b.exr", covered)
+    again = images.read(tmp_path / "b.exr")
+    assert (again.alpha, again.metadata["channels"]) == (1, ("Y", "A"))
+
+
+def test_a_display_window_counts_as_the_pictures_size(tmp_path):
+    spec = oiio.ImageSpec(3, 2, 1, "half")
+    spec.full_width = spec.full_height = 100_000
+    file = oiio.ImageOutput.create(str(tmp_path / "a.exr"))
+    assert file.open(str(tmp_path / "a.exr"), spec)
+    assert file.write_image(np.zeros((2, 3, 1), np.float16))
+    file.close()
+    with pytest.raises(InputError, match="100000x100000 is more than"):
+        images.read(tmp_path / "a.exr")
 
 
 def test_exif_orientation_is_applied(tmp_path):
@@ -301,7 +347,6 @@ REFUSED = {
     "stdout": ({"texture": "five.tif", "output": ("-",)}, "holds 1 or 3 channels"),
     "side": ({"output": ("o.webp",), "size": (20000, 4)}, "may not exceed 16383"),
     "normals": ({"texture": "grey.png", "kind": "normal"}, "normals need 3"),
-    "padding": ({"texture": "associated.exr", "padding": 2}, "associated"),
     "pixels": ({"output": (), "stmap": "o.exr", "size": (40000,)}, "--max-pixels"),
     "memory": ({"memory": 1 << 20}, "too little for the texture"),
     "memory for holes": ({"texture": "holes.exr", "memory": 1 << 29}, "not finite everywhere"),
@@ -315,6 +360,53 @@ def test_what_cannot_be_written_is_refused_before_the_solving(circles, monkeypat
     monkeypatch.setattr("iccm.io.run._solve", lambda state: pytest.fail("solved"))
     with pytest.raises(InputError, match=message):
         run(circles.model_copy(update=change))
+
+
+def test_padding_of_associated_alpha_divides_it_out(circles):
+    """Colours beyond the outline, and those under alpha, are straight; nothing is brighter or darker for it."""
+    pixels = np.full((9, 9, 4), 0.5, np.float32) * [0.8, 0.6, 0.4, 1]
+    images.write("half.exr", Image(pixels.astype(np.float32), 3, True, "lin_rec709"))
+    run(circles.model_copy(update={"texture": "half.exr", "padding": -1, "output": ("o.tif",)}))
+    made = images.read("o.tif")
+    assert not made.associated
+    assert made.pixels[..., 3].min() == 0
+    assert made.pixels[..., 3].max() == pytest.approx(0.5)
+    assert np.abs(made.pixels[..., :3] - [0.8, 0.6, 0.4]).max() < 1e-5
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".webp", ".bmp"])
+@pytest.mark.parametrize("dtype", [np.uint8, np.float32])
+@pytest.mark.parametrize("associated", [False, True])
+def test_colours_over_alpha_mean_the_same_in_every_format(tmp_path, suffix, dtype, associated):
+    from iccm import colour
+
+    def light(image):
+        srgb = image.colorspace == "sRGB"
+        return colour.decode(image.pixels, 3, srgb=srgb, associated=image.associated, premultiply=True)
+
+    values = np.array(
+        [[[0.7, 0.3, 0.1, 1], [0.7, 0.3, 0.1, 0.5], [0, 0.1, 0.9, 0.2], [0, 0, 0, 0]]], np.float32
+    )
+    values[..., :3] *= values[..., 3:] if associated else 1
+    pixels = values if dtype == np.float32 else np.rint(values * 255).astype(dtype)
+    image = Image(pixels, 3, associated, "sRGB" if dtype == np.uint8 else "lin_rec709")
+    images.write(tmp_path / f"a{suffix}", image)
+    again = images.read(tmp_path / f"a{suffix}")
+    assert np.abs(light(again) - light(image)).max() < 0.01
+
+
+@pytest.mark.parametrize(
+    "change, told",
+    [
+        ({"output": ("o.tif",)}, 1),
+        ({"output": ("o.tif",), "colorspace": "ACEScg"}, 0),
+        ({"output": ("o.png",)}, 0),
+    ],
+)
+def test_that_a_format_does_not_say_the_colour_space_is_told(circles, change, told):
+    images.write("linear.png", Image(noise((9, 9, 3), np.uint8), colorspace="lin_rec709"))
+    notes = run(circles.model_copy(update={"texture": "linear.png", **change})).notes
+    assert sum("does not say the colour space lin_rec709" in note for note in notes) == told
 
 
 @pytest.mark.parametrize("change, told", [({}, 0), ({"kind": "data"}, 1), ({"filter": "nearest"}, 1)])
