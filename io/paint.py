@@ -205,6 +205,11 @@ class Definitions:
         return f"url(#{new.get('id')})", apply
 
 
+def shown(picture: Element, placed: Affine) -> Apply:
+    """What places a picture under a map's affine part; `placed` takes its user space to the root's."""
+    return _following(picture, "transform", placed, "part of a picture")
+
+
 def _names(text: str) -> list[str]:
     return _REFERENCE.findall(text) if "url(" in text else []
 

@@ -365,6 +365,34 @@ def test_masks_are_carried_where_they_are_used(tmp_path):
     assert not notes and "m" not in found
 
 
+def test_pictures_are_carried_in_parts(tmp_path):
+    drawing = """<image id="a" x="10" y="20" width="60" height="30" transform="scale(.5)" opacity=".5" href="data:,"/>
+    <image id="b" x="85" width="60" height="9" href="data:,"/><image id="c" x="300" width="9" height="9" href="data:,"/>
+    <image id="d" width="9" height="9" href="d.png"/><image id="e" href="data:,"/>"""
+    found, notes = body(tmp_path, drawing, lambda z: z + 0.002 * z**2)
+    cut = [(referred(found, part, "clip-path")[0], part[0]) for part in found["a"]]
+    z = np.concatenate([outline(corners) for corners, _ in cut])
+    (picture,) = {use.get("{http://www.w3.org/1999/xlink}href") for _, use in cut}
+    assert len(cut) == 3 and found["a"].get("opacity") == ".5" and found[picture[1:]].get("width") == "60"
+    exact = (lambda z: z + 0.002 * z**2)(np.array([5 + 10j, 35 + 10j, 35 + 25j, 5 + 25j]))
+    assert np.abs(z - exact[:, None]).min(axis=1).max() < 0.02
+    for corners, use in cut:
+        place, w = affine.parse(use.get("transform")), outline(corners)
+        middle = (w.real.min() + w.real.max() + 1j * (w.imag.min() + w.imag.max())) / 2
+        back = (np.sqrt(1 + 0.008 * middle) - 1) / 0.004  # in the root's units, half the picture's
+        assert abs(place(2 * back) - middle) < 0.1
+    assert (
+        0 < len(found["b"]) < len(found["a"])
+        and not len(found["c"])
+        and "d" not in found
+        and "e" not in found
+    )
+    assert notes == (
+        "2 × <image> that is not embedded, or without width and height, left out",
+        "1 × shape outside the source, left out",
+    )
+
+
 def test_a_symbol_is_drawn_where_it_is_used_and_clipped_to_its_view(tmp_path):
     drawing = """<symbol id="s" viewBox="0 0 10 10"><rect width="5" height="20"/></symbol>
     <g id="a"><use href="#s" x="10" y="20" width="30" height="30"/></g>
