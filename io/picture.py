@@ -1,6 +1,7 @@
 """Pictures as they are stored, and what formats make of them: colour space, association of alpha, depth."""
 
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -75,6 +76,7 @@ class Image:
         return made
 
 
+@cache
 def transfer_of(colorspace: str) -> str | None:
     """ "srgb" or "linear" for the spaces that the filters decode themselves, None for the others."""
     config = oiio.ColorConfig()
