@@ -19,7 +19,7 @@ from ..parallel import thread_count
 SHARE = 0.25  # of what is left when the first picture is read: for arrays that stay; the rest is for work
 MIB = 1 << 20
 MARGIN = 64 * MIB  # for what libraries take, and what the allocator does not give back
-SOLVED = 320 * MIB  # what a process holds once it has solved for a map
+SOLVED = 340 * MIB  # what a process holds once it has solved for a map, without pictures
 
 
 class Bounded(room.Room):
@@ -32,8 +32,7 @@ class Bounded(room.Room):
 
     def __init__(self, limit: int, folder: str | Path | None = None):
         self.limit, self.folder = limit, folder
-        self.before = resident()
-        self.left = max(0, int(SHARE * (limit - self.before)))
+        self.kept, self.left = 0, max(0, int(SHARE * (limit - resident())))
         self._maps: list[mmap.mmap] = []
 
     def __call__(self, shape: tuple[int, ...], dtype: Any) -> NDArray:
@@ -44,7 +43,7 @@ class Bounded(room.Room):
         """
         wanted = int(np.prod(shape, dtype=np.int64)) * np.dtype(dtype).itemsize
         if wanted <= self.left:
-            self.left -= wanted
+            self.kept, self.left = self.kept + wanted, self.left - wanted
             return np.empty(shape, dtype)
         try:
             with tempfile.TemporaryFile(dir=self.folder) as file:
@@ -78,7 +77,7 @@ class Bounded(room.Room):
         Raises:
             InputError: there will not be.
         """
-        self._free(resident() + max(0, SOLVED - self.before), each, what)
+        self._free(max(resident(), SOLVED + self.kept), each, what)
 
     def _free(self, held: int, each: int, what: str) -> int:
         """Bytes left for work of which each piece takes so many."""

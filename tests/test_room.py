@@ -41,16 +41,20 @@ def test_as_many_threads_as_fit():
         bounded.threads(1, 1000 * MIB, "work")
 
 
-def test_what_will_not_fit_after_the_solving_is_refused_before(monkeypatch):
-    bounded = room.Bounded(room.SOLVED + room.MARGIN + 150 * MIB)
-    for held, before, fits in ((100, 90, True), (200, 90, False), (400, 400, True), (480, 400, False)):
-        monkeypatch.setattr(room, "resident", lambda held=held: held * MIB)
-        monkeypatch.setattr(bounded, "before", before * MIB)
-        if fits:
-            bounded.check(50 * MIB, "work")
-        else:
-            with pytest.raises(InputError, match="too little for work"):
-                bounded.check(50 * MIB, "work")
+@pytest.mark.parametrize(
+    ("held", "kept", "fits"), [(100, 0, True), (200, 140, True), (200, 150, False), (500, 0, False)]
+)
+def test_what_will_not_fit_after_the_solving_is_refused_before(monkeypatch, held, kept, fits):
+    """What the process will hold is counted, or what it holds already; and the pictures that are in memory."""
+    monkeypatch.setattr(room, "resident", lambda: 0)
+    bounded = room.Bounded(room.SOLVED + room.MARGIN + 200 * MIB)
+    bounded((kept * MIB,), np.uint8)
+    monkeypatch.setattr(room, "resident", lambda: held * MIB)
+    if fits:
+        bounded.check(55 * MIB, "work")
+    else:
+        with pytest.raises(InputError, match="too little for work"):
+            bounded.check(55 * MIB, "work")
 
 
 def test_a_full_disk_is_told(tmp_path, monkeypatch):
