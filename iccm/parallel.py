@@ -12,10 +12,12 @@ Result = TypeVar("Result")
 
 
 def thread_count(threads: int | None = None) -> int:
-    """The number of threads to use: as asked, or as many as this process may run on."""
+    """The number of threads to use: as asked, or as many as this process may run on, at most OMP_NUM_THREADS."""
     if threads is not None:
         return max(1, threads)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    most = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0]
+    return min(cores, int(most) or cores) if most.isdecimal() else cores
 
 
 def over_slices(

@@ -32,7 +32,8 @@ def prepare(threads: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
     signal.signal(signal.SIGTERM, _stop)
     threading.Thread(target=_outlive_nobody, daemon=True).start()
-    from . import run  # noqa: F401  now, so that the first job's time is its own
+    from .. import resample, robust  # noqa: F401  now, so that the first job's time is its own
+    from . import images, run  # noqa: F401
 
 
 def work(payload: dict[str, Any]) -> dict[str, Any]:

@@ -1,11 +1,16 @@
 """A job is validated whole, says what is wrong with which option, and survives a trip through JSON."""
 
+import gc
+import os
+
 import pytest
 
-from iccm import InputError
+from iccm import Fit, InputError
 from iccm.cli import deform, map, options
 from iccm.io.job import Job, make, path_of
-from iccm.io.run import check, with_outputs
+from iccm.io.run import check, run, with_outputs
+from iccm.io.state import Run
+from iccm.parallel import thread_count
 
 
 def test_round_trip_through_json():
@@ -127,3 +132,31 @@ def test_outputs_are_checked_before_anything_runs(tmp_path, monkeypatch, options
     with pytest.raises(InputError, match=what):
         check(Job(source="a.png", target="b.svg", **options))
     assert (tmp_path / "there.png").read_bytes() == b"old"
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_what_a_job_made_is_freed_when_it_ends(tmp_path, threads):
+    """Else a worker keeps the maps and pictures of many jobs, until Python next looks for cycles."""
+    (tmp_path / "a.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0H4V3H0z"/></svg>')
+    name = str(tmp_path / "a.svg")
+    job = Job(
+        source=name, target=name, size=40, output=str(tmp_path / "o.png"), report=str(tmp_path / "r.json")
+    )
+    gc.collect()
+    gc.disable()
+    try:
+        assert run(job, threads=threads).ok
+        assert not [o for o in gc.get_objects() if isinstance(o, (Run, Fit))]
+    finally:
+        gc.enable()
+
+
+def test_the_usual_variable_caps_the_threads(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    assert thread_count() == 1 and thread_count(3) == 3
+    monkeypatch.setenv("OMP_NUM_THREADS", "1,4")
+    assert thread_count() == 1
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    for ignored in ("", "many", "0", "99999"):
+        monkeypatch.setenv("OMP_NUM_THREADS", ignored)
+        assert thread_count() == cores

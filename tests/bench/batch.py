@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -61,28 +60,31 @@ def batch(manifest: Path, workers: int, *options: str) -> tuple[float, list[dict
 
 def _watch(process: subprocess.Popen, memory: list[int]) -> None:
     while process.poll() is None:
-        memory.append(sum(map(resident, [process.pid, *children(process.pid)])))
+        memory.append(sum(map(resident, descendants(process.pid))))
         time.sleep(0.25)
 
 
-def children(pid: int) -> list[int]:
-    """Processes whose parent is `pid`."""
-    found = []
+def descendants(pid: int) -> list[int]:
+    """Processes that come from `pid`, the process itself included."""
+    parents = {}
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
-            if int(stat.read_text().rpartition(")")[2].split()[1]) == pid:
-                found.append(int(stat.parent.name))
+            parents[int(stat.parent.name)] = int(stat.read_text().rpartition(")")[2].split()[1])
         except OSError:
             continue
+    found = [pid]
+    for one in found:
+        found += [child for child, parent in parents.items() if parent == one]
     return found
 
 
 def resident(pid: int) -> int:
-    """Memory of a process in KiB."""
+    """Memory of a process in KiB, of what it shares with others its share."""
     try:
-        return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") // 1024
+        rollup = Path(f"/proc/{pid}/smaps_rollup").read_text()
     except OSError:
         return 0
+    return int(rollup.partition("\nPss:")[2].split()[0])
 
 
 def alone(manifest: Path, count: int) -> float:
