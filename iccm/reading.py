@@ -70,7 +70,7 @@ class Reader:
             texture.alpha,
             srgb=self.srgb,
             associated=texture.associated,
-            premultiply=self.mixes,
+            premultiply=self.mixes or texture.associated,
         )
         if self.dtype.kind == "f" and self.filter != sampling.NEAREST:
             mend(picture, texture.alpha if self.mixes else -1)
@@ -116,15 +116,15 @@ class Reader:
         return turned(normals, turn, self.dtype, up=self.kind == "normal", mirrored=mirrored)
 
     def _stored(self, values: Float) -> NDArray:
-        alpha = self.texture.alpha
-        if alpha >= 0 and self.mixes and not self.texture.associated:
+        alpha, associated = self.texture.alpha, self.texture.associated
+        if alpha >= 0 and self.mixes and not associated:
             colours = [k for k in range(self.channels) if k != alpha]
             values[:, colours] /= np.where(values[:, alpha] != 0, values[:, alpha], 1)[:, None]
-        if self.srgb and self.dtype == np.uint8:
+        if self.srgb and self.dtype == np.uint8 and not associated:
             out = np.empty(values.shape, np.uint8)
             _encode(values, alpha, *_steps(), out)
             return out
-        return colour.encode(values[None], self.dtype, alpha, srgb=self.srgb)[0]
+        return colour.encode(values[None], self.dtype, alpha, srgb=self.srgb, associated=associated)[0]
 
 
 @cache

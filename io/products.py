@@ -254,7 +254,7 @@ def check(run: Run) -> None:
 
     Raises:
         InputError: a mesh without the texture coordinates that are needed, a picture that is too large or has channels
-            or a colour space that its format does not hold, normals or padding of what has none, too little --memory.
+            or a colour space that its format does not hold, normals of fewer than three channels, too little --memory.
     """
     _check_meshes(run)
     job, room = run.job, run.room

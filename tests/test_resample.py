@@ -234,6 +234,20 @@ def test_a_reader_leaves_out_what_is_not_finite():
     assert 0.02 < np.isnan(made["nearest"]).any(axis=1).mean() < 0.2
 
 
+@pytest.mark.parametrize("dtype, transfer", [(np.uint8, "srgb"), (np.uint16, "srgb"), (np.float32, "linear")])
+@pytest.mark.parametrize("filter", ["cubic", "nearest"])
+@pytest.mark.parametrize("associated", [False, True])
+def test_a_reader_gives_back_colours_over_alpha_as_they_are_stored(dtype, transfer, filter, associated):
+    value = np.array([0.25, 0.3, 0.1, 0.5])
+    top = 1 if dtype == np.float32 else np.iinfo(dtype).max
+    pixel = (value * top).astype(dtype)
+    texture = Texture(np.broadcast_to(pixel, (9, 9, 4)).copy(), BOX, 3, transfer, associated)
+    xy, turn = np.full((40, 2), 4.3), np.tile([0.5, 0, 0, 0.5], (40, 1))
+    made = Reader(texture, filter)(lambda part: Places(xy[part], turn[part]), 40)
+    assert made.dtype == dtype
+    assert np.abs(made / top - pixel / top).max() < 1e-6
+
+
 def test_a_filter_that_overshoots_half_stays_finite():
     picture = np.zeros((20, 20, 1), np.float16)
     picture[8:12, 8:12], picture[0, 0] = 65504, np.inf
