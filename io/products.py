@@ -323,7 +323,8 @@ def _check_picture(run: Run, name: str, image: Image, width: int, height: int) -
     job, suffix = run.job, Path(name).suffix.lower()
     images.check("stdout.png" if name == "-" else name, image, height, width)
     as_stored = job.kind != "colour" or job.filter == "nearest"
-    if as_stored and run.image.alpha >= 0 and suffix in HIDES_NOTHING:
+    hides = suffix in HIDES_NOTHING and not (suffix == ".exr" and image.associated)
+    if as_stored and run.image.alpha >= 0 and hides:
         run.note(f"{name}: {suffix} keeps no colours where alpha is 0; use .png or .tif to keep them")
     usual = "lin_rec709" if image.pixels.dtype.kind == "f" else "sRGB"
     if suffix in (".tif", ".tiff") and image.colorspace not in (usual, "data", job.colorspace):

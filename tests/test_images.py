@@ -409,7 +409,16 @@ def test_that_a_format_does_not_say_the_colour_space_is_told(circles, change, to
     assert sum("does not say the colour space lin_rec709" in note for note in notes) == told
 
 
-@pytest.mark.parametrize("change, told", [({}, 0), ({"kind": "data"}, 1), ({"filter": "nearest"}, 1)])
+LOSING = [
+    ({}, 0),
+    ({"kind": "data"}, 1),
+    ({"filter": "nearest"}, 1),
+    ({"kind": "data", "output": ("o.exr",)}, 1),
+    ({"kind": "data", "output": ("o.exr",), "texture": "associated.exr"}, 0),
+]
+
+
+@pytest.mark.parametrize("change, told", LOSING)
 def test_that_colours_under_alpha_0_are_lost_is_told_where_they_are_kept_apart(circles, change, told):
     job = circles.model_copy(update={"texture": "straight.png", "output": ("o.webp",), **change})
     notes = [note for note in run(job).notes if "keeps no colours where alpha is 0" in note]
