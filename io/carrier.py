@@ -58,7 +58,10 @@ class Carrier:
 
     def carry(self, shapes: Sequence[Placed], effects: Sequence[Effect]) -> None:
         """Applies the effects, then gives every shape's element its path, or takes the element out."""
-        trimmed = [self.domain.trim([_core(run) for run in shape.runs]) for shape in shapes]
+        trimmed = [
+            self.domain.trim([_core(run) for run in shape.runs], seams=bool(shape.markers))
+            for shape in shapes
+        ]
         parts = [self._parts(shape, each) for shape, each in zip(shapes, trimmed)]
         pieces = [piece for fill, line in parts for run, _ in fill + line for piece in run]
         fitted = refit(lambda which, t: self.image(_points(pieces, which, t)), len(pieces), self.tolerance)

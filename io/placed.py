@@ -37,7 +37,7 @@ class Placed:
         out, parent: the element that it becomes, and that one's parent.
         runs: the shape; each has at least one piece.
         own: the styles of the element itself, nothing inherited.
-        filled, lined: what of it is painted.
+        filled, lined: what of it is painted; markers are painted along a line, even where that is not.
         aside: whether it is part of a clip path or a mask: where it surrounds the source, it then reaches on.
         markers: the marker properties that it has.
         line_first: whether the line is painted under the fill.
@@ -75,8 +75,10 @@ class Placed:
         if fill:
             around = [turns for turns in trimmed.turns if turns] if self.aside else []
             data = _data(fill[: len(fill) - len(around)], digits) + "".join(map(_square, around))
-            bare_style = {"stroke": "none"} | dict.fromkeys(sorted(self.markers), "none") if line else {}
-            drawn.insert(len(drawn) if self.line_first else 0, (data, bare_style))
+            unlined = {"stroke": "none"} | dict.fromkeys(sorted(self.markers), "none") if self.lined else {}
+            drawn.insert(
+                1 if self.line_first and line else 0, (data, unlined)
+            )  # what has only markers stays last
         if len(drawn) == 1:
             self.out.set("d", drawn[0][0])
             restyle(self.out, drawn[0][1])

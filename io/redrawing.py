@@ -143,7 +143,9 @@ class Redrawing:
     def _group(self, tag: str, element: Element, state: _State, parent: Element) -> None:
         first = len(self.shapes)
         group = self._nested(parent, self._styled(element, "g", state))
-        if tag == "use":
+        if tag == "use":  # x and y are part of its transform, for what applies to it, too
+            x, y = (length(state.properties.get(k) or "0", state.size, k, f"<use> {k}") for k in "xy")
+            state = replace(state, affine=state.affine @ affine.translation(x, y))
             self._use(element, state, group)
         elif tag == "svg":
             self._view(element, state, state.properties, group)
@@ -162,12 +164,11 @@ class Redrawing:
             return
         if id(used) in state.used:
             raise InputError(f"<use> of {used.get('id')!r} contains itself")
-        x, y = (length(state.properties.get(k) or "0", state.size, k, f"<use> {k}") for k in "xy")
-        shifted = replace(state, affine=state.affine @ affine.translation(x, y), used=(*state.used, id(used)))
+        inside = replace(state, used=(*state.used, id(used)))
         if local(used) not in ("symbol", "svg"):
-            self.add(used, shifted, group)
+            self.add(used, inside, group)
             return
-        inner = self.walk.enter(used, shifted)
+        inner = self.walk.enter(used, inside)
         if inner is None:
             return
         size = {k: state.properties[k] for k in ("width", "height") if k in state.properties}
@@ -203,15 +204,16 @@ class Redrawing:
         said = state.properties
         out = SubElement(parent, f"{SVG}path", self._styled(element, "path", state))
         marked = {name for name in _MARKERS if said.get(name, said.get("marker", "none")) != "none"}
+        marks = frozenset(marked if tag in _MARKED else ())
         shape = Placed(
             out,
             parent,
             runs,
             own=self.walk.own(element),
             filled=drawn.filled,
-            lined=local(parent) != "clipPath" and drawn._painted("stroke", "none"),
+            lined=local(parent) != "clipPath" and (bool(marks) or drawn._painted("stroke", "none")),
             aside=self.aside,
-            markers=frozenset(marked) if tag in _MARKED else frozenset(),
+            markers=marks,
             line_first=said.get("paint-order", "").strip().startswith("stroke"),
         )
         self.placed.append(shape)

@@ -136,9 +136,9 @@ class Domain:
         turn = np.abs(np.angle(self.rim.edges / np.roll(self.rim.edges, 1)))
         return self.rim.knots[:-1][turn > CORNER]
 
-    def trim(self, runs: Sequence[Run]) -> Trimmed:
-        """Cuts the runs of one shape; each of them has at least one piece."""
-        found = [self._stretches(run.pieces, run.closed) for run in runs]
+    def trim(self, runs: Sequence[Run], *, seams: bool = False) -> Trimmed:
+        """Cuts the runs of one shape; each of them has at least one piece. Lines do not go over a seam with `seams`."""
+        found = [self._stretches(run.pieces, run.closed and not seams) for run in runs]
         if not any(stretch.away for stretches in found for stretch in stretches):
             return Trimmed([(list(run.pieces), run.closed) for run in runs])
         ends = self._within(np.array([runs[0].start, runs[-1].pieces[-1].last()]))
@@ -146,12 +146,14 @@ class Domain:
         for run, stretches in zip(runs, found):
             whole = len(stretches) == 1 and run.closed
             out.line.extend(
-                (_spans(run.pieces, s if whole else self._landed(s)), whole) for s in stretches if not s.away
+                (_spans(run.pieces, s if whole else self._landed(run.pieces, s)), whole)
+                for s in stretches
+                if not s.away
             )
             pieces = run.pieces
             if not run.closed:  # a fill closes it
                 pieces = [*pieces, Bezier((pieces[-1].last(), run.start))]
-                stretches = self._stretches(pieces, True)
+            stretches = self._stretches(pieces, True)
             if stretches[0].away and len(stretches) == 1:
                 out.turns.append(round(_angle(stretches[0].z - self.inner) / (2 * math.pi)))
             else:
@@ -183,16 +185,21 @@ class Domain:
             found[0] = _Stretch(place, np.concatenate([last.z, first.z[1:]]), first.away)
         return found
 
-    def _landed(self, stretch: _Stretch) -> _Stretch:
+    def _landed(self, pieces: Sequence[Piece], stretch: _Stretch) -> _Stretch:
         """A stretch inside without what of its ends is beyond the boundary, though still near it."""
         cuts = self.ring.crossings(stretch.place, stretch.z)
         if not cuts.size:
             return stretch
-        ends, outer = stretch.place[[0, -1]], cuts[[0, -1]]
-        tail = np.abs(_between(stretch.place, stretch.z, outer) - stretch.z[[0, -1]])
-        beyond = ~shapely.contains_xy(self.polygon, stretch.z[[0, -1]].real, stretch.z[[0, -1]].imag)
-        start, stop = np.where(beyond & (tail < TAIL * self.near), outer, ends)
-        return stretch.between(start, stop, False) if start < stop else stretch
+        ends = []
+        for end, cut, inward in ((0, cuts[0], 1), (-1, cuts[-1], -1)):
+            steps = inward * self.near * np.concatenate([[0.0], 0.05 * 2.0 ** np.arange(8)])
+            at = _between(stretch.place, stretch.z, np.array([cut]))
+            near = abs(at[0] - stretch.z[end]) < TAIL * self.near
+            places = np.concatenate([[stretch.place[end]], cut + steps / _speed(pieces, cut) if near else []])
+            z = np.array([_point(pieces, place) for place in places])
+            inside = shapely.contains_xy(self.polygon, z.real, z.imag)
+            ends.append(places[np.argmax(inside)])
+        return stretch.between(*ends, False) if ends[0] < ends[1] else stretch
 
     def _detour(self, stretch: _Stretch) -> list[Part]:
         """The boundary's arc between the ends of an excursion that winds around the inside as it does."""
@@ -234,6 +241,19 @@ def _spans(pieces: Sequence[Piece], stretch: _Stretch) -> list[Part]:
         if b - a > 1e-9:
             parts.append(Span(piece, a, b) if b - a < 1 else piece)
     return parts
+
+
+def _point(pieces: Sequence[Piece], place: float) -> complex:
+    number = max(math.ceil(place) - 1, 0)
+    return complex(pieces[number % len(pieces)].at(np.array([place - number]))[0])
+
+
+def _speed(pieces: Sequence[Piece], place: float) -> float:
+    """How far the run goes there by a unit of place; no less than a thousandth of its piece."""
+    piece, t = pieces[int(place) % len(pieces)], place % 1
+    z = piece.at(np.array([0, 0.5, 1, max(t - 1e-4, 0), min(t + 1e-4, 1)]))
+    size = float(np.abs(np.diff(z[:3])).sum())
+    return max(abs(z[4] - z[3]) / 2e-4, 1e-3 * size, 1e-300)
 
 
 def _angle(z: Complex) -> float:

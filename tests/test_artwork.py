@@ -250,6 +250,31 @@ def test_a_line_ends_where_it_leaves_the_source_and_its_fill_does_not(tmp_path):
     assert svgpath.runs(fill.get("d"))[0].closed
 
 
+def test_a_line_around_the_source_does_not_follow_its_outline(tmp_path):
+    found, _ = body(tmp_path, '<rect id="a" x="-200" y="-200" width="400" height="400" stroke="red"/>')
+    assert style_of(found["a"])["stroke"] == "none"
+
+
+@pytest.mark.parametrize("d", ["M-60 0L93 91", "M-60 -60C0 200 0 89 120 89", "M0 0Q80 80 100 85"])
+def test_a_line_that_is_cut_off_keeps_its_direction(tmp_path, d):
+    found, _ = body(tmp_path, f'<path id="a" d="{d}" fill="none" stroke="red"/>')
+    (before,), (after,) = svgpath.runs(d), svgpath.runs(found["a"].get("d"))
+    true = np.concatenate([piece.at(np.linspace(0, 1, 9000)) for piece in before.pieces])
+    ends = after.pieces[-1].at(np.array([0.9, 1.0]))
+    k = np.abs(true - ends[1]).argmin()
+    assert abs(np.angle((ends[1] - ends[0]) / (true[k] - true[k - 9]))) < 0.1
+    assert abs(max(abs(ends[1].real), abs(ends[1].imag)) - 90) < 0.05
+
+
+def test_a_use_is_clipped_where_it_stands(tmp_path):
+    drawing = """<clipPath id="c"><rect width="5" height="5"/></clipPath>
+    <defs><rect id="r" width="9" height="9"/></defs>
+    <use id="a" href="#r" x="20" y="30" clip-path="url(#c)"/>"""
+    found, _ = body(tmp_path, drawing)
+    z = outline(referred(found, found["a"], "clip-path")[0])
+    assert np.allclose([z.real.min(), z.imag.min()], [20, 30], atol=0.02)
+
+
 def test_widths_and_dashes_follow_the_scale(tmp_path):
     drawing = """<g stroke="red" stroke-width="3" stroke-dasharray="4, 2" stroke-dashoffset="1">
     <path id="a" transform="scale(2)" d="M0 0H10"/><path id="b" pathLength="5" d="M0 0H20"/>
