@@ -21,9 +21,15 @@ class Rule:
 
 @dataclass(frozen=True)
 class Sheet:
-    """Rules by one thing that an element must have: an id, a class, a tag or anything."""
+    """Rules by one thing that an element must have: an id, a class, a tag or anything.
+
+    Attributes:
+        rules: these.
+        unread: how many rules there are beside them, with other selectors.
+    """
 
     rules: Mapping[str, list[Rule]] = field(default_factory=dict)
+    unread: int = 0
 
     def style(self, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
         """What the sheet says of an element."""
@@ -44,7 +50,7 @@ def declarations(text: str) -> dict[str, str]:
 
 def sheet(text: str) -> Sheet:
     """The rules of a style sheet whose selectors are a tag, classes and an id; others, and @-rules, are left out."""
-    rules = defaultdict(list)
+    rules, unread = defaultdict(list), 0
     for order, (selector, body) in enumerate(_rules(_uncommented(text))):
         match = _SIMPLE.fullmatch(selector)
         if match and match[0]:
@@ -52,7 +58,9 @@ def sheet(text: str) -> Sheet:
             ids = sum(part[0] == "#" for part in parts)
             rank = ids, len(parts) - ids, int(tag not in ("", "*")), order
             rules[min(parts, default=tag)].append(Rule(tag, parts, body, rank))
-    return Sheet(dict(rules))
+        else:
+            unread += 1
+    return Sheet(dict(rules), unread)
 
 
 def _rules(text: str) -> Iterator[tuple[str, dict[str, str]]]:

@@ -28,6 +28,7 @@ CELL = (
 )  # of the source's diagonal: size of the parts of a picture that follow the map each by its affine part
 OVERLAP = 0.02  # of a part: so much it reaches under the next, which leaves no seam
 _TEXT = "<{}>, left out (turn it into paths: Inkscape, Path > Object to Path; Illustrator, Type > Create Outlines)"
+_UNREAD = "style rule that is not read but kept: its selector is more than a tag, classes and an id"
 _COPIED = ("title", "desc", "metadata")
 # Drawn only where something refers to them, or not at all.
 _SILENT = {"defs", "clipPath", "mask", "marker", "symbol", "linearGradient", "radialGradient", "pattern"}
@@ -75,7 +76,8 @@ class Redrawing:
         """
         top = root(data)
         box = canvas(top)
-        sheet = css.sheet("\n".join("".join(e.itertext()) for e in top.iter() if local(e) == "style"))
+        styles = [e for e in top.iter() if local(e) == "style"]
+        sheet = css.sheet("\n".join("".join(e.itertext()) for e in styles))
         ids = {e.get("id", ""): e for e in reversed(list(top.iter()))}
         low, high = target.box
         x, y, width, height = low.real, -high.imag, (high - low).real, (high - low).imag
@@ -89,8 +91,8 @@ class Redrawing:
             CELL * source.curve.diagonal,
         )
         out.attrib |= drawing._styled(top, "svg")
-        for style in (e for e in top.iter() if local(e) == "style"):
-            out.append(copy.deepcopy(style))
+        out.extend(copy.deepcopy(styles))
+        drawing.notes[_UNREAD] += sheet.unread
         state = _State(Affine(), box[2:] if box else None, box[:2] if box else (0.0, 0.0))
         inner = drawing.walk.enter(top, state, root=True)
         if inner is not None:

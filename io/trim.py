@@ -199,7 +199,8 @@ class Domain:
             z = np.array([_point(pieces, place) for place in places])
             inside = shapely.contains_xy(self.polygon, z.real, z.imag)
             ends.append(places[np.argmax(inside)])
-        return stretch.between(*ends, False) if ends[0] < ends[1] else stretch
+        start, stop = (float(end) for end in ends)
+        return stretch.between(start, stop, False) if start < stop else stretch
 
     def _detour(self, stretch: _Stretch) -> list[Part]:
         """The boundary's arc between the ends of an excursion that winds around the inside as it does."""

@@ -444,6 +444,12 @@ def test_styles_said_by_tag_or_id_outlast_both(tmp_path):
     assert style_of(found["c"])["transform"] == "none" and abs(outline(found["d"]).real.mean() - 9) < 0.1
 
 
+def test_style_rules_that_are_not_read_are_told(tmp_path):
+    drawing = "<style>@font-face{font-family:x}g>rect,.a .b{stroke-width:9}.c{fill:red}</style><circle r='9'/>"
+    _, notes = body(tmp_path, drawing)
+    assert len(notes) == 1 and notes[0].startswith("2 × style rule that is not read but kept")
+
+
 def test_nothing_that_would_undo_the_map_or_run_is_kept(tmp_path):
     drawing = """<g xmlns:sodipodi="http://sodipodi.sourceforge.net/DTD/sodipodi-0.dtd"
     xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" id="a" inkscape:label="Art" inkscape:groupmode="layer">
