@@ -145,11 +145,9 @@ class Domain:
         out = Trimmed([], cut=True, begins=bool(ends[0]), ends=bool(ends[1]))
         for run, stretches in zip(runs, found):
             whole = len(stretches) == 1 and run.closed
-            out.line.extend(
-                (_spans(run.pieces, s if whole else self._landed(run.pieces, s)), whole)
-                for s in stretches
-                if not s.away
-            )
+            inner = [s if whole else self._landed(run.pieces, s) for s in stretches if not s.away]
+            spans = [_spans(run.pieces, stretch) for stretch in inner]
+            out.line.extend((parts, whole) for parts in spans if parts)
             pieces = run.pieces
             if not run.closed:  # a fill closes it
                 pieces = [*pieces, Bezier((pieces[-1].last(), run.start))]
@@ -157,8 +155,8 @@ class Domain:
             if stretches[0].away and len(stretches) == 1:
                 out.turns.append(round(_angle(stretches[0].z - self.inner) / (2 * math.pi)))
             else:
-                parts = [self._detour(s) if s.away else _spans(pieces, s) for s in stretches]
-                out.fill.append([part for some in parts for part in some])
+                around = [self._detour(s) if s.away else _spans(pieces, s) for s in stretches]
+                out.fill.append([part for parts in around for part in parts])
         return out
 
     def around(self, turns: int) -> list[Part]:

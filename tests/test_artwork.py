@@ -266,6 +266,14 @@ def test_a_line_that_is_cut_off_keeps_its_direction(tmp_path, d):
     assert abs(max(abs(ends[1].real), abs(ends[1].imag)) - 90) < 0.05
 
 
+def test_a_line_that_all_but_misses_the_source_is_left_out_or_short(tmp_path):
+    near = 3e-4 * 180 * 2**0.5
+    lines = [(90 + (near - 10.0**-k) * 2**-0.5) * 2 for k in range(2, 15)]
+    drawing = "".join(f'<path d="M{x - 80} 80L80 {x - 80}Z" stroke="red" fill="none"/>' for x in lines)
+    _, notes = body(tmp_path, drawing)
+    assert sum(int(note.split(" × shape")[0]) for note in notes) == len(lines)
+
+
 def test_a_use_is_clipped_where_it_stands(tmp_path):
     drawing = """<clipPath id="c"><rect width="5" height="5"/></clipPath>
     <defs><rect id="r" width="9" height="9"/></defs>
@@ -445,7 +453,9 @@ def test_styles_said_by_tag_or_id_outlast_both(tmp_path):
 
 
 def test_style_rules_that_are_not_read_are_told(tmp_path):
-    drawing = "<style>@font-face{font-family:x}g>rect,.a .b{stroke-width:9}.c{fill:red}</style><circle r='9'/>"
+    drawing = (
+        "<style>@font-face{font-family:x}g>rect,.a .b{stroke-width:9}.c{fill:red}</style><circle r='9'/>"
+    )
     _, notes = body(tmp_path, drawing)
     assert len(notes) == 1 and notes[0].startswith("2 × style rule that is not read but kept")
 
