@@ -92,14 +92,26 @@ class Carrier:
 
     def image(self, z: Complex) -> Complex:
         """Images of points (p,) inside, or so little outside that they count as on the outline."""
-        return self.map(self._pressed(z))
+        return self._jet(z)[1]
 
-    def _pressed(self, z: Complex) -> Complex:
-        lost = np.isnan(self.map(z))
-        if lost.any():
-            z = z.copy()
-            z[lost] = self.rim.at(self.rim.closest(z[lost]))
-        return z
+    def _jet(self, z: Complex) -> tuple[Complex, ...]:
+        """Points, images and derivatives; points that are not inside are replaced by those of the outline."""
+        z = z.copy()
+        jet = self.map.jet(z)
+        far = float(np.abs(self.rim.z).max())
+        for inward in (
+            0.0,
+            1e-9 * self.map.diagonal + 8 * np.spacing(far),
+        ):  # where rounding puts it outside again
+            lost = np.flatnonzero(np.isnan(jet[0]))
+            if not lost.size:
+                break
+            s = self.rim.closest(z[lost])
+            edge, _ = self.rim.locate(s)
+            z[lost] = self.rim.at(s) - inward * self.rim.normals[edge]
+            for values, found in zip(jet, self.map.jet(z[lost])):
+                values[lost] = found
+        return z, *jet
 
     def _parts(self, shape: Placed, trimmed: Trimmed) -> tuple[list["_Parts"], list["_Parts"]]:
         """What is to be fitted of a shape: runs of its fill, where they differ from the line's, and of its line."""
@@ -116,8 +128,7 @@ class Carrier:
         which = np.repeat(np.arange(len(pieces)), _T.size)
         z = _points(pieces, which, np.tile(_T, len(pieces))).reshape(-1, _T.size)
         length = np.abs(np.diff(z[:, ::2])).ravel()
-        z = self._pressed(z[:, 1::2].ravel())
-        w, alpha, beta = self.map.jet(z)
+        z, w, alpha, beta = self._jet(z[:, 1::2].ravel())
         return Samples(z.conj(), w.conj(), alpha.conj(), beta.conj(), length, length > 0, w)
 
 

@@ -274,6 +274,18 @@ def test_a_line_that_all_but_misses_the_source_is_left_out_or_short(tmp_path):
     assert sum(int(note.split(" × shape")[0]) for note in notes) == len(lines)
 
 
+@pytest.mark.parametrize("far", [0, 1e7])
+def test_drawings_far_from_the_origin_are_carried(tmp_path, far):
+    circle = f'<path id="shape" d="M{far - 80} 0a80 80 0 1 0 160 0a80 80 0 1 0 -160 0"/>'
+    (tmp_path / "a.svg").write_text(f'{HEAD}{circle}<circle id="a" cx="{far}" r="95" stroke="red"/></svg>')
+    source = shapes.read(f"{tmp_path}/a.svg#shape")
+    artwork.carry(source, curved(source, lambda z: z - far), source, tmp_path / "b.svg", tolerance=0.01)
+    found = {e.get("id"): e for e in ElementTree.parse(tmp_path / "b.svg").getroot().iter()}
+    for name in ("shape", "a"):
+        z = outline_points(found[name])
+        assert np.isfinite(z).all() and np.abs(np.abs(z) - 80).max() < 0.05
+
+
 def test_a_use_is_clipped_where_it_stands(tmp_path):
     drawing = """<clipPath id="c"><rect width="5" height="5"/></clipPath>
     <defs><rect id="r" width="9" height="9"/></defs>
