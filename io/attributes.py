@@ -9,6 +9,7 @@ SPACES = {
     "": "http://www.w3.org/2000/svg",
     "xlink": "http://www.w3.org/1999/xlink",
     "inkscape": "http://www.inkscape.org/namespaces/inkscape",
+    "cc": "http://creativecommons.org/ns#",
 }
 # Inkscape's others, and all of sodipodi, say how to make a path again from what it was before.
 _NAMED = {f"{{{SPACES['inkscape']}}}{name}" for name in ("label", "groupmode")}
