@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import count
 from xml.etree.ElementTree import Element
 
 from . import affine
@@ -88,6 +89,10 @@ class Definitions:
     ids: Mapping[str, Element]
     out: Element = field(default_factory=lambda: Element(f"{SVG}defs"))
 
+    def __post_init__(self) -> None:
+        numbered = (f"mapped-{number}" for number in count(1))
+        self._free = (name for name in numbered if name not in self.ids)
+
     def named(self, paint: str, *tags: str) -> Element | None:
         """The element of one of these kinds that `url(#id)` names."""
         match = _URL.fullmatch(paint)
@@ -101,10 +106,7 @@ class Definitions:
 
     def new(self, tag: str, attributes: Mapping[str, str] | None = None) -> Element:
         """A new, empty definition with an id of its own."""
-        number = len(self.out) + 1
-        while f"mapped-{number}" in self.ids:
-            number += len(self.out) + 1
-        made = Element(f"{SVG}{tag}", {"id": f"mapped-{number}", **(attributes or {})})
+        made = Element(f"{SVG}{tag}", {"id": next(self._free), **(attributes or {})})
         self.out.append(made)
         return made
 

@@ -24,9 +24,8 @@ _WHOLE = {"opacity": "1", "filter": "none", "mask": "none", "clip-path": "none",
 _ENDS = {"marker-start": "none", "marker-end": "none"}
 _UNSEEN = {"fill-opacity": "0", "stroke-opacity": "0"}
 
-Cubics = tuple[
-    list[Complex], bool
-]  # a run as (k, 4) control points for each of its pieces, and whether it is closed
+# A run as (k, 4) control points for each of its pieces, and whether it is closed.
+Cubics = tuple[list[Complex], bool]
 
 
 @dataclass(eq=False)
@@ -76,9 +75,8 @@ class Placed:
             around = [turns for turns in trimmed.turns if turns] if self.aside else []
             data = _data(fill[: len(fill) - len(around)], digits) + "".join(map(_square, around))
             unlined = {"stroke": "none"} | dict.fromkeys(sorted(self.markers), "none") if self.lined else {}
-            drawn.insert(
-                1 if self.line_first and line else 0, (data, unlined)
-            )  # what has only markers stays last
+            first = 1 if self.line_first and line else 0  # what has only markers stays last
+            drawn.insert(first, (data, unlined))
         if len(drawn) == 1:
             self.out.set("d", drawn[0][0])
             restyle(self.out, drawn[0][1])

@@ -491,6 +491,25 @@ def test_nothing_that_would_undo_the_map_or_run_is_kept(tmp_path):
     ]
 
 
+def test_what_was_carried_can_be_carried_again(tmp_path):
+    drawing = """<linearGradient id="g"/><clipPath id="c"><rect width="50" height="50"/></clipPath>
+    <rect id="a" width="40" height="30" fill="url(#g)" clip-path="url(#c)"/><circle id="b" r="9" fill="url(#g)"/>"""
+    body(tmp_path, drawing, lambda z: 0.5 * z)
+    once = (tmp_path / "b.svg").read_text()
+    (tmp_path / "a.svg").write_text(once)
+    source = shapes.read(f"{tmp_path}/a.svg#shape")
+    assert not artwork.carry(
+        source, curved(source, lambda z: 2 * z), source, tmp_path / "b.svg", tolerance=0.01
+    )
+    elements = list(ElementTree.parse(tmp_path / "b.svg").getroot().iter())
+    names = [e.get("id") for e in elements if e.get("id")]
+    assert "mapped-1" in once and len(names) == len(set(names))
+    found = {e.get("id"): e for e in elements}
+    place = affine.parse(referred(found, found["b"], "fill").get("gradientTransform"))
+    assert np.abs(place(np.array([0, 1, 1j])) - np.array([-9 - 9j, 9 - 9j, -9 + 9j])).max() < 1e-3
+    assert abs(outline(referred(found, found["a"], "clip-path")[0]).real.max() - 50) < 0.05
+
+
 def test_definitions_are_those_that_are_used(tmp_path):
     drawing = """<defs><linearGradient id="g" xlink:href="#h"/><linearGradient id="h"><stop/></linearGradient>
     <linearGradient id="no"/><pattern id="p" width="1" height="1"><use href="#dot"/></pattern>
