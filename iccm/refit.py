@@ -9,9 +9,8 @@ from .cauchy import Complex
 
 ROUNDS = 14
 STEP = 1e-3  # of an interval, for the one-sided differences that give its end tangents
-STILL = (
-    0.15  # of a chord: no shorter inner control arm than that shows where the curve goes; a line's is a third
-)
+# Of a chord: no shorter control arm than that shows where the curve goes; a straight line's is a third.
+STILL = 0.15
 INNER = np.array([0.15, 0.35, 0.5, 0.65, 0.85])  # where a fit is held against the curve
 
 Image = Callable[[NDArray[np.intp], NDArray[np.float64]], Complex]
