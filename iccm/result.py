@@ -115,7 +115,7 @@ class Fit:
         f_z, f_zbar = self.fast.derivatives(self.interior)
         dilatation = harmonic.dilatation(f_z, f_zbar)
         area = np.log10(np.maximum(np.abs(harmonic.area_scale(f_z, f_zbar)), 1e-300))
-        pin_errors = np.abs(self.map(self.pins[:, 0]) - self.pins[:, 1]) / self.diagonal
+        pin_errors = np.abs(self._image_of(self.pins[:, 0]) - self.pins[:, 1]) / self.diagonal
         return {
             "status": self.status.name.lower(),
             "message": self.status.value,
@@ -137,9 +137,13 @@ class Fit:
             "notes": list(self.notes),
         }
 
+    def _image_of(self, z: Complex) -> Complex:
+        """The map at points of the source, some of which the map's polygon may leave outside."""
+        return self.map(Curve(self.map.polygon).pulled_in(z))
+
     def _stroke_error(self, source: Curve, target: Curve) -> float:
         """Root mean square distance of a stroke's image to its target, relative."""
-        image = self.map(source.at(np.linspace(0, source.length, 50)))
+        image = self._image_of(source.at(np.linspace(0, source.length, 50)))
         return float(np.sqrt(np.mean(np.abs(target.at(target.closest(image)) - image) ** 2))) / self.diagonal
 
 

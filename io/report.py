@@ -18,13 +18,18 @@ if TYPE_CHECKING:
     from .state import Run
 
 SCHEMA = "iccm.report/1"
+OFF = 30  # tolerances: an outline farther from the target's is told
+DEEP = 0.05  # of the source's diagonal: folds that may reach farther inside are told
 
 
 def build(run: Run) -> dict[str, Any]:
     """The report: what the solver found, then time, inputs with their hashes, options and version.
 
-    Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same job then gives the same bytes.
+    What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
+    job then gives the same bytes.
     """
+    for doubt in doubts(run.found, run.job.tolerance, run.job.quasi is not None):
+        run.note(doubt)
     report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
     if "SOURCE_DATE_EPOCH" not in os.environ:
         parts = {name: value for name, value in run.seconds.items() if name != "total"}
@@ -39,6 +44,30 @@ def build(run: Run) -> dict[str, Any]:
     report["inputs"] = [{"path": name, "sha256": files.sha256(name)} for name in companions.inputs(run.job)]
     report["job"] = run.job.model_dump(mode="json", exclude_defaults=True, exclude={"force"})
     return plain(report)
+
+
+def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
+    """Sentences on what a solver that ended well leaves wrong with the picture: pins and strokes may contradict the
+    outline or each other.
+
+    Args:
+        found: the solver's own report.
+        tolerance: the gap that would do.
+        quasi: whether the map was free to be quasi-conformal.
+    """
+    said = []
+    gap, injective = (found["boundary"] or {}).get("hausdorff", 0.0), found["injective"]
+    if found["status"] not in ("gap", "crowded") and gap > OFF * tolerance:
+        said.append(f"the outline's image is up to {gap:.2g} of the diagonal away from the target's")
+    if not injective["certified"]:
+        said.append(f"the map is not one-to-one, so the picture overlaps itself ({injective['obstacle']})")
+    elif injective["depth"] >= DEEP:
+        where = f"nearer to the outline than {injective['depth']:.2g} of the diagonal"
+        said.append(f"the picture may overlap itself {where} ({injective['obstacle']})")
+    if not (found["pins"] or found["strokes"]):
+        return said
+    cure = "move pins and strokes, or lower their weights" + ("" if quasi else ", or try --quasi 0.01")
+    return [f"{text}; {cure}" for text in said]
 
 
 def plain(value: Any) -> Any:

@@ -274,6 +274,17 @@ def test_require_injective_turns_a_failed_certificate_into_exit_code_1(shapes, i
     assert typed.code == 1 and ("not certified" in typed.lines[-1] or free.code == 1)
 
 
+def test_constraints_that_spoil_the_picture_are_told(shapes, iccm):
+    pins = ("--pin", "30,50:70,50", "--pin", "70,50:30,50", "--pin", "50,30:50,30", "--pin", "50,70:50,70")
+    typed = iccm("map", "disk.svg", "disk.svg", *QUICK, *pins, "--pin-weight", "1000", "--report", "-")
+    notes = json.loads(typed.out)["notes"]
+    assert [f"note: {note}" for note in notes] == [line for line in typed.lines if line.startswith("note")]
+    assert any("picture overlaps itself" in note and "--quasi" in note for note in notes)
+    assert any("away from the target's" in note for note in notes)
+    gentle = iccm("map", "disk.svg", "disk.svg", *QUICK, "--pin", "30,50:31,50", "--report", "-")
+    assert json.loads(gentle.out)["notes"] == []
+
+
 def test_quiet_verbose_and_json_messages(shapes, iccm):
     arguments = ("map", "square.svg", "blob.svg", *QUICK, "--report", "r.json", "--force")
     assert iccm(*arguments, "-q").err == ""

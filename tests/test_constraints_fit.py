@@ -217,3 +217,12 @@ def test_a_stroke_and_a_pin_together():
     fit = iccm.deform(SOURCE, strokes=[(ARM, GOAL)], pins=[[-0.2 - 0.4j, -0.2 - 0.5j]])
     assert fit.report()["strokes"][0]["error"] < 0.02 and misses(fit).max() < 0.05
     assert {"pins", "strokes"} <= set(fit.energies[-1])
+
+
+def test_errors_of_constraints_on_the_outline_are_those_of_the_nearest_point_of_the_map():
+    """The map's polygon cuts a fine outline's corners, and a map says nothing outside its polygon."""
+    circle = np.exp(2j * np.pi * np.arange(400) / 400)
+    stroke = circle[1:4], 2 * circle[1:4]
+    fit = iccm.deform(circle, pins=[[1, 2], [circle[201], 2 * circle[201]]], strokes=[stroke], vertices=40)
+    report = fit.report()
+    assert max(found["error"] for found in [*report["pins"], *report["strokes"]]) < 5e-3
