@@ -38,6 +38,12 @@ from . import files
 from .shapes import Shape
 
 MAX_BYTES = 16 * 2**20
+MESSAGES = {
+    "extra_forbidden": "unknown key",
+    "missing": "is missing",
+    "model_type": "must be an object, {…}",
+    "tuple_type": "is no place; write [x, y], or on a mesh [x, y, z] or the number of a vertex",
+}
 Number = Annotated[float, Field(allow_inf_nan=False, ge=-1e100, le=1e100, strict=True)]
 Point = tuple[Number, Number]
 Vertex = Annotated[int, Field(ge=0, strict=True)]
@@ -231,8 +237,6 @@ def _first(error: ValidationError) -> str:
     errors = error.errors(include_url=False, include_context=False, include_input=False)
     parts = [str(part) for part in errors[0]["loc"] if part not in ("plane", "space", "vertex")]
     place = ".".join(parts) or "the file"
-    message = {"extra_forbidden": "unknown key", "missing": "is missing"}.get(
-        errors[0]["type"], errors[0]["msg"]
-    )
+    message = MESSAGES.get(errors[0]["type"], errors[0]["msg"])
     more = f" (and {len(errors) - 1} more mistakes)" if len(errors) > 1 else ""
     return f"{place[:200]}: {message}{more}"

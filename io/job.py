@@ -152,9 +152,14 @@ def make(values: dict[str, Any]) -> Job:
     try:
         return Job(**values)
     except ValidationError as error:
-        raise InputError(
-            "; ".join(f"--{key.replace('_', '-')}: {text}" for key, text in mistakes(error))
-        ) from None
+        raise InputError("; ".join(_of_option(key, text) for key, text in mistakes(error))) from None
+
+
+def _of_option(key: str, text: str) -> str:
+    """A mistake in the words of the command line, which counts from 1; one that concerns no option as it is."""
+    option, _, rest = key.partition(".")
+    number = f" {int(rest.split('.')[0]) + 1}" if rest[:1].isdecimal() else ""
+    return f"--{option.replace('_', '-')}{number}: {text}" if option else text
 
 
 def mistakes(error: ValidationError) -> list[tuple[str, str]]:

@@ -44,6 +44,11 @@ def read(
                 _candidate(drawn, chosen, drawing, flatness)
         except InputError as error:
             raise InputError(f"{path}: {drawn.name}: {error}") from error
+    if chosen is not None and chosen in document.tags and chosen not in drawing.ids:
+        drawing.ids.append(chosen)
+        which = f"<{document.tags[chosen]}> {chosen!r}"
+        reason = f"{which} draws no outline; show it if it is hidden, turn text into paths"
+        drawing.refused.append((0.0, InputError(reason)))
     drawing.outlines.sort(key=lambda o: -o.area)
     return drawing
 

@@ -74,10 +74,12 @@ class Drawn:
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A parsed document: its canvas in user units (None when it states none), and what it draws in order."""
+    """A parsed document: its canvas in user units (None when it states none), what it draws in order, and the tags of
+    all its elements by id and Inkscape label."""
 
     canvas: Rectangle | None
     shapes: list[Drawn]
+    tags: Mapping[str, str]
 
 
 def parse(data: bytes) -> Document:
@@ -92,7 +94,8 @@ def parse(data: bytes) -> Document:
     sheet = css.sheet("\n".join("".join(e.itertext()) for e in top.iter() if local(e) == "style"))
     walk = _Walk({e.get("id", ""): e for e in reversed(list(top.iter()))}, sheet)
     state = _State(Affine(), box[2:] if box else None, box[:2] if box else (0.0, 0.0))
-    return Document(box, list(walk.children(top, walk.enter(top, state, root=True))))
+    shapes = list(walk.children(top, walk.enter(top, state, root=True)))
+    return Document(box, shapes, {n: local(e) for e in top.iter() for n in (e.get("id"), e.get(_LABEL)) if n})
 
 
 @dataclass(frozen=True, eq=False)

@@ -95,7 +95,8 @@ PIN = '{"source": [1, 2], "target": [3, 4]'
     [
         ("", "empty"),
         ("{", "not JSON: "),
-        ("[]", "the file: "),
+        ("[]", "the file: must be an object"),
+        ('{"pins": [{"source": "v1", "target": [3, 4]}]}', r"pins\.0\.source: is no place; write \[x, y\]"),
         ("[" * 100_000, "nested too deeply"),
         ('{"pegs": []}', "pegs: unknown key"),
         ('{"pins": [' + PIN + ', "colour": 1}]}', r"pins\.0\.colour: unknown key"),

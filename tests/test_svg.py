@@ -484,3 +484,13 @@ def test_pins_and_strokes_are_read_and_never_the_domain(svg):
     assert not arm.closed and arm.z[0] == 0 and arm.z[-1] == 80 - 80j and arm.z.size > 10
     assert np.array_equal(shape.strokes["stroke-leg"].z, [1 - 2j, 3 - 4j])
     assert shape.strokes["stroke-loop"].z[0] == shape.strokes["stroke-loop"].z[-1]
+
+
+def test_an_id_that_draws_no_outline_is_not_called_missing(svg):
+    body = (
+        '<rect width="9" height="9"/><text id="title">x</text>'
+        '<g style="display:none"><rect id="old" width="9" height="9"/></g>'
+    )
+    one_line(lambda: svg(body, chosen="#title"), "<text> 'title' draws no outline", "text into paths")
+    one_line(lambda: svg(body, chosen="#old"), "<rect> 'old' draws no outline", "hidden")
+    one_line(lambda: svg(body, chosen="#young"), "no 'young' in the file")
