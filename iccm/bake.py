@@ -25,6 +25,7 @@ from .texture import Texture
 
 MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file
 ROWS = 64
+ROUNDED = 1e-6  # texels beyond the texture's edge that are still on it
 
 Origins = tuple[
     Complex, Complex, Complex
@@ -57,11 +58,13 @@ class Surface:
 
     Attributes:
         locator: of the flattening.
-        corners: (m, 3, 2) texture coordinates of its triangles in texels, y down.
+        corners: (m, 3, 2) texture coordinates of its triangles in texels, y down; beyond the texture it repeats.
+        size: the texture's width and height in texels.
     """
 
     locator: Locator
     corners: Real
+    size: tuple[int, int]
 
     @property
     def scale(self) -> complex:
@@ -74,6 +77,8 @@ class Surface:
         """Places of the points z, given their derivatives by the output's x and y."""
         triangle, weights = self.locator(z, threads)
         place = np.einsum("pk,pkc->pc", weights, self.corners[triangle])
+        beyond = (place < -ROUNDED) | (place > np.add(self.size, ROUNDED))
+        place = np.where(beyond, np.mod(place, self.size), place)
         at = self.locator.flat[self.locator.faces[triangle]]
         e1, e2 = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
         area = (e1.conj() * e2).imag
@@ -86,6 +91,12 @@ class Surface:
         tangent = np.sign(turned) * (e1 * d2[:, 1] - e2 * d1[:, 1])  # where x grows and y does not
         steps = (step * tangent.conj() for step in (zx, zy))
         return Places(place, turn, *(np.where(turned > 0, step.conj(), step) for step in steps))
+
+    @classmethod
+    def of(cls, locator: Locator, uv: Real, size: tuple[int, int]) -> "Surface":
+        """From (m, 3, 2) texture coordinates, v up; each triangle comes to where its middle is on the texture."""
+        corners = np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1)
+        return cls(locator, (corners - np.floor(corners.mean(axis=1, keepdims=True))) * size, size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,17 +134,16 @@ def layout(name: str, uv: Real, uv_faces: Index, twin: Index, width: int, height
         InputError: a corner without coordinates, or one that is not finite or absurdly far off.
     """
     at = check_layout(name, uv, uv_faces)
-    low, high = _over_corners(np.minimum, at), _over_corners(np.maximum, at)
     corners = np.empty_like(at)
     corners[..., 0], corners[..., 1] = at[..., 0] * width, (1 - at[..., 1]) * height
-    outside = (np.minimum(low[:, 0], low[:, 1]) < -1e-9) | (np.maximum(high[:, 0], high[:, 1]) > 1 + 1e-9)
-    raster = rasterise(corners, width, height, border=open_edges(uv_faces, twin), wrap=bool(outside.any()))
+    beyond = outside(at)
+    raster = rasterise(corners, width, height, border=open_edges(uv_faces, twin), wrap=bool(beyond.any()))
     turn = _turns(corners)
     report = {
         "charts": int(np.count_nonzero(np.bincount(charts(uv_faces, len(uv))[uv_faces[:, 0]]))),
         "mirrored_triangles": int((turn > 0).sum()),  # y is down
         "flat_triangles": int((turn == 0).sum()),
-        "outside_triangles": int(outside.sum()),
+        "outside_triangles": int(beyond.sum()),
         "overlapping_texels": raster.overlaps,
         "covered_texels": int(raster.centre.sum()),
     }
@@ -314,6 +324,12 @@ def _into(triangle: Complex, w: Complex) -> Complex:
     weights = np.stack([((q - p).conj() * (w - p)).imag / area for p, q in ((b, c), (c, a), (a, b))], axis=1)
     weights = np.maximum(weights, 0)
     return np.einsum("pk,pk->p", weights / weights.sum(axis=1, keepdims=True), triangle)
+
+
+def outside(corners: Real) -> NDArray[np.bool_]:
+    """(m,) which triangles of (m, 3, 2) texture coordinates leave 0..1."""
+    low, high = _over_corners(np.minimum, corners), _over_corners(np.maximum, corners)
+    return (np.minimum(low[:, 0], low[:, 1]) < -1e-9) | (np.maximum(high[:, 0], high[:, 1]) > 1 + 1e-9)
 
 
 def _over_corners(function: np.ufunc, corners: Real) -> Real:

@@ -99,7 +99,6 @@ def _mesh(path: Path) -> dict[str, Any]:
     file = meshes.read(str(path))
     mesh = file.mesh
     sizes, counts = np.unique(mesh.sizes, return_counts=True)
-    named = meshes.texture_of(file)
     return {
         "kind": "mesh",
         "vertices": len(mesh.points),
@@ -107,7 +106,7 @@ def _mesh(path: Path) -> dict[str, Any]:
         "sides": {str(size): int(count) for size, count in zip(sizes, counts)},
         "parts": file.obj.parts()[:MOST] if file.obj else [],
         "uv_charts": 0 if mesh.uv_corners is None else _charts(mesh),
-        "texture": "in the file" if file.picture is not None else str(named) if named else None,
+        "textures": ["in the file"] if file.picture is not None else list(map(str, meshes.textures_of(file))),
         **_surface(mesh),
         "notes": list(file.notes)[:MOST],
     }

@@ -170,15 +170,15 @@ def _picture(piece) -> bytes | None:
     return made.getvalue()
 
 
-def texture_of(file: MeshFile) -> Path | None:
-    """The picture file of the first face's material, for an OBJ."""
+def textures_of(file: MeshFile) -> list[Path]:
+    """The different picture files that the materials of an OBJ's faces name, in the order of the faces."""
     if file.obj is None:
-        return None
+        return []
     which, uses = file.obj.current("usemtl")
-    first = which[np.flatnonzero(file.faces)[0]] if file.faces.any() else -1
-    if first < 0:
-        return None
-    return _library(file.obj)[0].texture(uses[first].text)
+    library = _library(file.obj)[0]
+    used = dict.fromkeys(which[np.flatnonzero(file.faces)].tolist())
+    found = (library.texture(uses[k].text) for k in used if k >= 0)
+    return list(dict.fromkeys(picture for picture in found if picture is not None))
 
 
 def check_output(name: str) -> None:

@@ -46,12 +46,13 @@ def image_of(job: Job, source: Shape, room: Room) -> Image:
     """
     from . import images
 
+    limits: dict[str, Any] = {"max_pixels": job.max_pixels, "colorspace": job.colorspace, "room": room}
     if job.texture:
-        return images.read(job.texture, max_pixels=job.max_pixels, colorspace=job.colorspace, room=room)
+        return images.read(job.texture, **limits)
     if on_mesh(job, source):
         from . import transfer
 
-        return transfer.own_texture(source)  # type: ignore[arg-type]
+        return transfer.own_texture(source, **limits)  # type: ignore[arg-type]
     from ..checkerboard import checkerboard
 
     return images.Image(checkerboard(1024))

@@ -295,12 +295,26 @@ def _check_meshes(run: Run) -> None:
         needed += [source] if run.job.bake or run.on_mesh or meshes else []
     for shape in needed:
         _ = shape.uv_faces
-    if run.job.bake:
-        from . import transfer
+    if not (run.job.bake or hasattr(source, "flattening")):
+        return
+    from . import transfer
 
+    if run.job.bake:
         transfer.check_layout(target)
-    if hasattr(source, "flattening") and not run.on_mesh:
-        run.note(f"{source.spec}: names no texture; give one with --texture")
+    if run.job.stmap and (run.job.bake or source.file.mesh.uv is not None):
+        raise InputError(
+            f"{(target if run.job.bake else source).spec}: an STMap cannot hold its texture coordinates; leave out "
+            f"{'--bake' if run.job.bake else '--stmap'}, and carry each picture with --texture"
+        )
+    if run.job.bake or placement.pictured(run.job):
+        for shape in needed:
+            for note in transfer.beyond_unit(shape):
+                run.note(note)
+    if hasattr(source, "flattening"):
+        if not run.on_mesh:
+            run.note(f"{source.spec}: names no texture; give one with --texture")
+        for note in transfer.several_textures(source) if not run.job.texture else ():
+            run.note(note)
 
 
 def _check_room(run: Run, image: Image, width: int, height: int) -> None:
@@ -351,6 +365,9 @@ def baked(run: Run, path: Path | None, name: Path) -> None:
     with run.timed("resample"):
         made, figures = transfer.bake(target, run.fit.map, run.source, image, run.box, size, **options)
     run.figures |= figures
+    if figures["overlapping_texels"]:
+        text = f"{figures['overlapping_texels']} texels lie in several triangles of its layout; the first one's is kept"
+        run.note(f"{target.spec}: {text}")
     with run.timed("write"):
         _write(path, lambda file: images.write(file, made))
 

@@ -150,9 +150,9 @@ def read(spec: str, *, cut: bool = False) -> MeshShape:
     if len(flat.patch.seam):
         notes.append(f"cut open along {len(flat.patch.seam)} edges")
     if len(flat.patch.loops) > 1:
-        notes.append(
-            f"{len(flat.patch.loops) - 1} holes stay holes; boundary loop {file.loop} is the outline"
-        )
+        holes = len(flat.patch.loops) - 1
+        kept = f"{holes} hole{'s stay holes' if holes > 1 else ' stays a hole'}"
+        notes.append(f"{kept}; boundary loop {file.loop} is the outline")
     return MeshShape(
         spec=spec,
         path=file.path,
@@ -167,8 +167,12 @@ def read(spec: str, *, cut: bool = False) -> MeshShape:
     )
 
 
-def own_texture(shape: MeshShape) -> Image:
-    """The texture that a mesh file names or holds.
+def own_texture(shape: MeshShape, **options: Any) -> Image:
+    """The texture that a mesh file names or holds; of several the first.
+
+    Args:
+        shape: the mesh.
+        options: as in `iccm.io.images.read`, for a texture in a file of its own.
 
     Raises:
         InputError: there is none.
@@ -177,10 +181,10 @@ def own_texture(shape: MeshShape) -> Image:
         pixels = _decoded(shape.spec, shape.file.picture)
         opaque = bool((pixels[..., 3] == 255).all())
         return Image(pixels[..., :3].copy() if opaque else pixels, alpha=-1 if opaque else 3)
-    named = meshes.texture_of(shape.file)
-    if named is None:
+    named = meshes.textures_of(shape.file)
+    if not named:
         raise InputError(f"{shape.spec}: names no texture; give one with --texture")
-    return images.read(named)
+    return images.read(named[0], **options)
 
 
 def _decoded(spec: str, picture: bytes) -> NDArray[np.uint8]:
@@ -194,8 +198,31 @@ def _decoded(spec: str, picture: bytes) -> NDArray[np.uint8]:
 
 
 def texture_in(shape: MeshShape) -> Path | bytes | None:
-    """The texture file that an OBJ's material names, or the content of the one that another format holds."""
-    return shape.file.picture or meshes.texture_of(shape.file)
+    """The first texture file that an OBJ's materials name, or the content of the one that another format holds."""
+    return shape.file.picture or next(iter(meshes.textures_of(shape.file)), None)
+
+
+def several_textures(shape: MeshShape) -> list[str]:
+    """A note where the faces of a mesh show several pictures, of which one is carried."""
+    named = meshes.textures_of(shape.file)
+    if len(named) < 2:
+        return []
+    return [
+        f"{shape.spec}: {named[0]} is taken for all of its {len(named)} textures; file#material picks one"
+    ]
+
+
+def beyond_unit(shape: MeshShape) -> list[str]:
+    """A note where a mesh's texture coordinates leave 0..1."""
+    uv = shape.file.mesh.uv
+    assert uv is not None
+    outside = int(baking.outside(uv[shape.uv_faces]).sum())
+    if not outside:
+        return []
+    return [
+        f"{shape.spec}: {outside} triangles have texture coordinates outside 0..1, where the texture repeats; "
+        "tiles (UDIM) are not told apart"
+    ]
 
 
 def new_uvs(
@@ -322,8 +349,7 @@ def placing(source: Shape, texture) -> baking.Plane | baking.Surface:
     uv, faces = source.file.mesh.uv, source.uv_faces
     assert uv is not None
     height, width = texture.pixels.shape[:2]
-    corners = np.stack([uv[faces, 0] * width, (1 - uv[faces, 1]) * height], axis=-1)
-    return baking.Surface(source.locator, corners)
+    return baking.Surface.of(source.locator, uv[faces], (width, height))
 
 
 def warp(

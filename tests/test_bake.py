@@ -341,7 +341,7 @@ def test_normals_of_a_textured_mesh_come_from_the_frame_of_its_chart(place, matr
     found = flatten(patch(mesh))
     object.__setattr__(found, "flat", found.flat + (mesh.points[0, :2] @ [1, 1j] - found.flat[0]))
     uv = place(mesh.uv)[mesh.uv_corners[found.patch.corner]]
-    source = baking.Surface(Locator(found), np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1) * 16)
+    source = baking.Surface.of(Locator(found), uv, (16, 16))
     faces = mesh.uv_corners[found.patch.corner]
     grid = baking.layout("grid", mesh.uv, faces, found.patch.triangles.twin, 32, 32)
     identity = Pullback(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))

@@ -498,3 +498,69 @@ def test_a_texture_of_another_format_becomes_png(tmp_path):
         transfer.new_uvs(
             target, identity(target), plane, target.box, out, name=out, texture=tmp_path / "c.tif"
         )
+
+
+def put_on_two(folder, name="a.obj"):
+    """A mesh whose lower faces show red.png and whose upper ones show blue.png."""
+    for colour, pixel in (("red", (255, 0, 0)), ("blue", (0, 0, 255))):
+        images.write(folder / f"{colour}.png", images.Image(np.full((4, 4, 3), pixel, np.uint8)))
+    text = [f"newmtl {colour}\nmap_Kd {colour}.png" for colour in ("red", "blue")]
+    (folder / "a.mtl").write_text("\n".join(["newmtl plain", *text, ""]))
+    lines = write_mesh(folder / name, n=6, head="mtllib a.mtl").read_text().splitlines()
+    first = next(k for k, line in enumerate(lines) if line.startswith("f"))
+    for at, material in ((first + 24, "blue"), (first + 6, "red"), (first, "plain")):
+        lines.insert(at, f"usemtl {material}")
+    (folder / name).write_text("\n".join(lines) + "\n")
+
+
+def test_one_of_several_textures_is_carried_with_a_note(tmp_path, shapes, iccm):
+    put_on_two(shapes)
+    words = ["square.svg", "--method", "paper", "--vertices", "60", "--size", "32", "-o"]
+    both = iccm("map", "a.obj", *words, "both.png")
+    note = "note: a.obj: red.png is taken for all of its 2 textures; file#material picks one"
+    assert note in both.lines and images.read("both.png").pixels[16, 16].tolist() == [255, 0, 0, 255]
+    one = iccm("map", "a.obj#blue", *words, "one.png")
+    assert "textures" not in one.err and images.read("one.png").pixels[16, 16].tolist() == [0, 0, 255, 255]
+
+
+def test_a_texture_repeats_beyond_its_edges(tmp_path):
+    """Coordinates two pictures to the right and one down show the same, up to the outline; so do triangles across."""
+    flat = {"height": lambda x, y: 0 * x, "n": 2}
+    near, far, across = (transfer.read(str(write_mesh(tmp_path / f"{k}.obj", **flat))) for k in "abc")
+    far.file.mesh.uv[:] += (2, -1)
+    across.file.mesh.uv[:] *= 1.45
+    border = 0.013 * (1 + 1j)  # pixels on the outline have their centres outside
+    canvas = Canvas(64, 64, (near.box[0] - border, near.box[1] + border))
+    shown = [transfer.warp(s, identity(s), colours(64), canvas).pixels for s in (near, far, across)]
+    assert np.abs(shown[0].astype(int) - shown[1]).max() <= 1
+    u = 1.45 * (canvas.centres(32, 1).real.ravel() - near.box[0].real)
+    clear = np.abs(u - np.round(u)) > 0.05  # the filter sees both sides of an edge of the texture
+    assert np.abs(shown[2][32, clear, 0] - 255 * np.mod(u[clear], 1)).max() < 3
+    assert [len(transfer.beyond_unit(s)) for s in (near, far, across)] == [0, 1, 1]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["a.obj", "square.svg"], "a.obj: an STMap cannot hold its texture coordinates; leave out --stmap"),
+        (
+            ["square.svg", "a.obj", "--bake"],
+            "a.obj: an STMap cannot hold its texture coordinates; leave out --bake",
+        ),
+    ],
+)
+def test_an_stmap_that_would_pass_over_texture_coordinates_is_refused(shapes, iccm, words, message):
+    write_mesh(shapes / "a.obj", n=5)
+    done = iccm("map", *words, "--stmap", "m.exr")
+    assert done.code == 2 and message in done.lines[-1] and not (shapes / "m.exr").exists()
+
+
+def test_a_layout_that_overlaps_or_leaves_the_unit_square_is_told(shapes, iccm):
+    text = write_mesh(shapes / "a.obj", n=6).read_text()
+    (shapes / "a.obj").write_text(text.replace("vt 1.0", "vt 1.5").replace("vt 0.833333", "vt 1.25"))
+    words = ["--bake", "--method", "paper", "--vertices", "60", "--size", "32", "-o", "o.png"]
+    done = iccm("map", "square.svg", "a.obj", *words)
+    assert any("a.obj: 24 triangles have texture coordinates outside 0..1" in line for line in done.lines), (
+        done.err
+    )
+    assert any("texels lie in several triangles" in line for line in done.lines)
