@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import click
 
+from ..errors import InputError
 from . import logs, options
 from .map import _progress
 
@@ -14,7 +16,9 @@ from .map import _progress
 @click.command()
 @click.argument("stmap")
 @click.argument("image")
-@click.option("-o", "--output", metavar="FILE", required=True, help="The picture to write.")
+@click.option(
+    "-o", "--output", metavar="FILE", required=True, help="The picture to write; - for a PNG on stdout."
+)
 @click.option(
     "--filter",
     type=click.Choice(["auto", "nearest", "linear", "cubic", "lanczos"]),
@@ -59,21 +63,29 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
 
     Exit code: 0 done, 2 an input is wrong.
     """
-    from ..io import files, images
+    from ..io import files, images, products
     from ..io import stmap as maps
     from ..io.room import Bounded
     from ..room import Room
 
     limit, threads = given["max_pixels"], given["threads"]
-    files.check_output(output, force=given["force"])
+    inputs = [Path(name).resolve() for name in (stmap, image)]
+    if output != "-" and files.check_output(output, force=given["force"]) in inputs:
+        raise InputError(f"{output}: is also an input; name another output")
     room = Bounded(given["memory"], Path(output).resolve().parent) if given["memory"] else Room()
     st = maps.read(stmap, max_pixels=limit, room=room)
     picture = images.read(image, max_pixels=limit, colorspace=given["colorspace"], room=room)
     for note in picture.notes:
         logs.log.warning(note)
     sampling = {name: given[name] for name in ("filter", "kind", "edge")}
-    with _progress() as progress, files.replacing(output, force=given["force"]) as temporary:
+    with ExitStack() as stack:
+        progress = stack.enter_context(_progress())
         advance = None if progress is None else (lambda rows: progress(rows, st.shape[0]))
-        maps.apply(st, picture, temporary, room=room, threads=threads, progress=advance, **sampling)
-    logs.log.info(f"wrote {output}")
+        temporary = (
+            None if output == "-" else stack.enter_context(files.replacing(output, force=given["force"]))
+        )
+        sampling |= {"room": room, "threads": threads, "progress": advance}
+        products.put(temporary, lambda file: maps.apply(st, picture, file, **sampling))
+    if temporary:
+        logs.log.info(f"wrote {output}")
     return 0

@@ -29,7 +29,7 @@ def replacing(path: str | os.PathLike, *, force: bool = False) -> Iterator[Path]
         InputError: the folder is missing or not writable, `path` is not a plain file, it exists without
             `force`, or the disk is full.
     """
-    path = check_output(path, force=force)
+    given, path = path, check_output(path, force=force)
     temporary = _sibling(path)
     try:
         yield temporary
@@ -40,7 +40,7 @@ def replacing(path: str | os.PathLike, *, force: bool = False) -> Iterator[Path]
         os.replace(temporary, path)
         _flush(path.parent)
     except InputError as error:  # what is wrong with the temporary file is wrong with this one
-        raise InputError(str(error).replace(str(temporary), str(path))) from error
+        raise InputError(str(error).replace(str(temporary), str(given))) from error
     except OSError as error:
         if error.errno in _FULL or error.filename in (str(temporary), temporary):
             raise InputError(f"{path}: cannot be written: {_reason(error)}") from error

@@ -119,12 +119,12 @@ def picture(run: Run, path: Path | None, name: Path) -> None:
     if run.on_mesh or run.job.padding:
         image = _from_mesh(run) if run.on_mesh else _padded(run)
         with run.timed("write"):
-            _write(path, lambda file: images.write(file, image))
+            put(path, lambda file: images.write(file, image))
     else:
-        _write(path, lambda file: _streamed(run, file))
+        put(path, lambda file: _streamed(run, file))
 
 
-def _write(path: Path | None, write: Callable[[Path], None]) -> None:
+def put(path: Path | None, write: Callable[[Path], None]) -> None:
     """Write to a file, or as PNG to stdout."""
     if path is not None:
         write(path)
@@ -369,7 +369,7 @@ def baked(run: Run, path: Path | None, name: Path) -> None:
         text = f"{figures['overlapping_texels']} texels lie in several triangles of its layout; the first one's is kept"
         run.note(f"{target.spec}: {text}")
     with run.timed("write"):
-        _write(path, lambda file: images.write(file, made))
+        put(path, lambda file: images.write(file, made))
 
 
 def _baked_size(run: Run) -> tuple[int, int]:

@@ -106,3 +106,21 @@ def test_iccm_apply_tells_what_is_left_out_and_refuses_at_once(tmp_path, monkeyp
     assert done.code == 2
     assert "o.png: .png holds 1 or 3 channels beside alpha, not 5" in done.err
     assert not (tmp_path / "o.png").exists()
+
+
+def test_iccm_apply_writes_to_stdout_and_keeps_its_inputs(tmp_path, monkeypatch, iccm, shell):
+    monkeypatch.chdir(tmp_path)
+    stmap.write("a.exr", curved(), BOX, Canvas(30, 30, BOX))
+    images.write("p.png", Image((smooth(20, 20) * 255).astype(np.uint8)))
+    done = shell("iccm apply a.exr p.png -o - > o.png && iccm apply a.exr p.png -o same.png", cwd=tmp_path)
+    assert done.returncode == 0 and done.stderr == "wrote same.png\n"
+    assert (tmp_path / "o.png").read_bytes() == (tmp_path / "same.png").read_bytes()
+    for name in ("a.exr", "./p.png"):
+        before = (tmp_path / name).read_bytes()
+        done = iccm("apply", "a.exr", "p.png", "-o", name, "--force")
+        assert done.code == 2 and done.lines == [f"error: {name}: is also an input; name another output"]
+        assert (tmp_path / name).read_bytes() == before
+    done = iccm("apply", "a.exr", "p.png", "-o", "o.obj")
+    assert done.code == 2 and done.lines[-1].startswith(
+        "error: o.obj: no picture format has the suffix '.obj'"
+    )
