@@ -28,7 +28,7 @@ from .result import Fit, Status, boundary_samples, hausdorff
 from .riemann_hilbert import newton, shares
 from .solve import assemble, finish, iterate
 from .start import constraint_points
-from .strain import CircleMap, State, strain
+from .strain import CircleMap, State, followed, strain
 from .system import System
 from .terms import Basis
 from .vertices import Allowance, around_corners, clean, radius_along
@@ -215,7 +215,7 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
         assert best is not None
         if best[0] <= settings.tolerance or settings.vertices or best[1] > GAIN * before:
             break
-        error /= 2
+        c, error = followed(c, states[-1]), error / 2
     assert best is not None
     return best[2], energies
 

@@ -93,6 +93,10 @@ class CircleMap:
         gaps /= gaps.sum()
         return CircleMap(self.a, self.b[0] + shift + np.concatenate([[0.0], np.cumsum(gaps[:-1])]))
 
+    def shifted(self, turn: Real, by: Real) -> "CircleMap":
+        """Images moved by amounts that are given at some points, linear between them."""
+        return CircleMap(self.a, np.maximum.accumulate(self.b + np.interp(self.a, turn, by, period=1.0)))
+
 
 def _apart(a: Real, b: Real) -> list[int]:
     """Indices of knots that double precision tells apart, on both circles."""
@@ -153,6 +157,15 @@ def lay(c: Correspondence, pairs: Callable, allowed: Allowance, most: int) -> St
     fine_s, fine_tau = pairs(c)
     s, tau = place(fine_s, fine_tau, source, target, allowed, most)
     return State.of(source, target, s, tau, allowed)
+
+
+def followed(c: Correspondence, state: State) -> Correspondence:
+    """The correspondence brought to where Newton's method moved the vertices' images.
+
+    Steps of the strain leave the target's corners where they are (`strain_step`); this moves them.
+    """
+    between, turn = circle_map(c), c.source.circle.turn(state.s)
+    return replace(c, between=between.shifted(turn, c.target.circle.turn(state.tau) - between(turn)))
 
 
 def circle_map(c: Correspondence) -> CircleMap:

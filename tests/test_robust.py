@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import iccm
-from iccm import cauchy
+from iccm import cauchy, robust
 from iccm.curve import Curve
 from iccm.result import Status
 from iccm.riemann_hilbert import consistency, cyclic_gaps, ordered, raised, shares
+from iccm.strain import CircleMap, followed
 from tests.shapes import arrow, blob, circle, ell, inside, pear, refined, square, star
 
 COMB = np.array([0, 7, 7 + 3j, 6 + 3j, 6 + 1j, 4 + 1j, 4 + 3j, 3 + 3j, 3 + 1j, 1 + 1j, 1 + 3j, 3j])
@@ -232,3 +233,40 @@ def test_raised_values_are_consistent_to_third_order(uneven):
 def test_raised_values_of_a_similarity_are_the_values():
     z = star(30, 5, 0.5)
     assert np.allclose(raised((2 - 1j) * z + 3, z), (2 - 1j) * z + 3, atol=1e-13)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-3, 0.05, 3.0])
+def test_a_circle_map_stays_increasing_however_its_images_are_moved(size):
+    rng = np.random.default_rng(3)
+    a, b = np.sort(rng.random(40)), np.sort(rng.random(40)) + 0.3
+    turn = np.sort(rng.random(25)) + rng.integers(-2, 3, 25)
+    by = size * rng.uniform(-1, 1, 25)
+    moved = CircleMap(a, b).shifted(turn, by)
+    places = np.linspace(-1, 2, 500)
+    assert np.all(np.diff(moved(places)) > 0) and np.allclose(moved(places + 1), moved(places) + 1)
+    assert np.allclose(moved.inverse(moved(moved.a)), moved.a, atol=1e-12)
+    if size <= 1e-3:  # no two images change places
+        assert np.allclose(moved(a), b + np.interp(a, turn, by, period=1), atol=1e-12)
+    assert np.allclose(
+        CircleMap(a, b).shifted(turn, np.full(25, size))(places), CircleMap(a, b)(places) + size
+    )
+
+
+def test_the_images_that_newton_found_are_the_next_correspondence():
+    """Strains leave the target's corners alone: without this their vertices are placed beside them for ever."""
+    found = []
+
+    def watched(c, state):
+        found.append((c, state, followed(c, state)))
+        return found[-1][-1]
+
+    def apart(c, state):
+        turns = c.target.circle.turn(c.forward(state.s)) - c.target.circle.turn(state.tau)
+        return np.abs(turns - np.round(turns)).mean()
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(robust, "followed", watched)
+        iccm.fit(pear(), star(), tolerance=2e-4)
+    assert found
+    for before, state, after in found:
+        assert apart(after, state) < 2 / 3 * apart(before, state)  # there are fewer knots than vertices
