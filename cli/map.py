@@ -19,6 +19,7 @@ from . import logs, options
 @options.CONSTRAINTS
 @options.SOLVER
 @options.RASTER
+@options.BAKE
 @options.MESH
 @logs.options
 def command(**given: Any) -> int:

@@ -34,7 +34,7 @@ OUTPUTS = together(
         multiple=True,
         metavar="FILE",
         help="What to write, by suffix: a picture (.png .jpg .tif .exr .webp .hdr), a mesh (.obj), artwork (.svg); "
-        "- for a PNG on stdout. May be repeated.  [default: SOURCE-TARGET.png here, when nothing else is written]",
+        "- for a PNG on stdout. May be repeated.  [default: SOURCE-TARGET.png or SHAPE-deformed.png here, when nothing else is written]",
     ),
     click.option("--report", metavar="FILE.json", help="Figures of the run as JSON; - for stdout."),
     click.option("--plot", metavar="FILE.png", help="A figure: grids, energy, distortion (.png .svg .pdf)."),
@@ -121,11 +121,11 @@ RASTER = together(
     MEMORY,
 )
 
+BAKE = click.option(
+    "--bake", is_flag=True, help="Fill the texture layout that the target mesh has, not a new one."
+)
 MESH = together(
     click.option("--cut", is_flag=True, help="Cut a closed mesh, or one with handles, open."),
-    click.option(
-        "--bake", is_flag=True, help="Fill the texture layout that the target mesh has, not a new one."
-    ),
     click.option(
         "--threads", type=click.IntRange(1), help="For the pixels; never changes the result.  [default: all]"
     ),

@@ -64,10 +64,12 @@ def maker(name: str, job: Job) -> Maker:
     if job.bake and not onto_mesh:
         raise InputError(f"{job.target or job.source}: --bake needs a mesh as target")
     if suffix in MESHES:
-        if not onto_mesh:
+        if job.target is None:
             raise InputError(
-                f"{name}: a mesh is written for a mesh as target; {job.target or job.source} is none"
+                f"{name}: a deformation is in the plane and writes no mesh; use a picture's suffix"
             )
+        if not onto_mesh:
+            raise InputError(f"{name}: a mesh is written for a mesh as target; {job.target} is none")
         _known(name, WITH_UV, "-o")
         return mesh
     if suffix == ".svg":

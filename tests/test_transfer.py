@@ -500,6 +500,13 @@ def test_a_texture_of_another_format_becomes_png(tmp_path):
         )
 
 
+def test_a_deformation_writes_no_mesh_and_bakes_nothing(shapes, iccm):
+    write_mesh(shapes / "a.obj", n=5)
+    done = iccm("deform", "a.obj", "--pin", "v1:v2", "-o", "o.obj")
+    assert done.code == 2 and "a deformation is in the plane and writes no mesh" in done.lines[-1]
+    assert "No such option" in iccm("deform", "a.obj", "--pin", "v1:v2", "--bake").lines[-1]
+
+
 def put_on_two(folder, name="a.obj"):
     """A mesh whose lower faces show red.png and whose upper ones show blue.png."""
     for colour, pixel in (("red", (255, 0, 0)), ("blue", (0, 0, 255))):
