@@ -16,7 +16,7 @@ from .svgxml import MAX_DEPTH, canvas, length, local, root, view_box
 SHAPES = frozenset(["path", "rect", "circle", "ellipse", "line", "polyline", "polygon"])
 _GROUPS = frozenset(["g", "a", "switch"])
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
-_LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
+LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
 # Clips and masks are not inherited in SVG, but a shape in a clipped group is clipped, too.
 _INHERITED = (
     *("fill", "stroke", "fill-rule", "visibility", "clip-path", "mask", "clip-rule", "paint-order"),
@@ -93,13 +93,13 @@ def parse(data: bytes) -> Document:
     box = canvas(top)
     sheet = css.sheet("\n".join("".join(e.itertext()) for e in top.iter() if local(e) == "style"))
     walk = _Walk({e.get("id", ""): e for e in reversed(list(top.iter()))}, sheet)
-    state = _State(Affine(), box[2:] if box else None, box[:2] if box else (0.0, 0.0))
+    state = State(Affine(), box[2:] if box else None, box[:2] if box else (0.0, 0.0))
     shapes = list(walk.children(top, walk.enter(top, state, root=True)))
     return Document(box, shapes, {n: local(e) for e in top.iter() for n in (e.get("id"), e.get(_LABEL)) if n})
 
 
 @dataclass(frozen=True, eq=False)
-class _State:
+class State:
     """What children inherit."""
 
     affine: Affine
@@ -122,7 +122,7 @@ class _Walk:
         own = {k.rpartition("}")[2]: v for k, v in element.attrib.items() if not k.startswith("{")}
         return own | self.sheet.style(local(element), own) | css.declarations(own.get("style", ""))
 
-    def enter(self, element: Element, state: _State, *, root: bool = False) -> _State | None:
+    def enter(self, element: Element, state: State, *, root: bool = False) -> State | None:
         """The state inside an element, or None when it is not displayed."""
         own = self.own(element)
         if own.get("display") == "none" or own.get("opacity", "").strip() in ("0", "0%", "0.0"):
@@ -139,12 +139,12 @@ class _Walk:
             depth=state.depth + 1,
         )
 
-    def children(self, element: Element, state: _State | None) -> Iterator[Drawn]:
+    def children(self, element: Element, state: State | None) -> Iterator[Drawn]:
         if state is not None:
             for child in element:
                 yield from self.element(child, state)
 
-    def element(self, element: Element, outer: _State) -> Iterator[Drawn]:
+    def element(self, element: Element, outer: State) -> Iterator[Drawn]:
         tag = local(element)
         if tag not in SHAPES and tag not in _GROUPS and tag not in ("svg", "use"):
             return
@@ -166,8 +166,8 @@ class _Walk:
             names = state.groups[len(outer.groups) :]
             yield Drawn(tag, state.properties, state.affine, state.size, names, outer.groups)
 
-    def use(self, element: Element, state: _State) -> Iterator[Drawn]:
-        link = next(filter(None, map(element.get, _LINKS)), "")
+    def use(self, element: Element, state: State) -> Iterator[Drawn]:
+        link = next(filter(None, map(element.get, LINKS)), "")
         target = self.ids.get(link[1:]) if link.startswith("#") else None
         if target is None:  # elsewhere, or nowhere: SVG draws nothing, and no other file is read
             return
@@ -186,7 +186,7 @@ class _Walk:
             yield from self.children(target, _inside_viewport(inner, dict(inner.properties) | size))
 
 
-def _transform(properties: Mapping[str, str], state: _State) -> Affine:
+def _transform(properties: Mapping[str, str], state: State) -> Affine:
     own = affine.parse(properties.get("transform", ""))
     if "transform-origin" not in properties:
         return own
@@ -199,7 +199,7 @@ def _transform(properties: Mapping[str, str], state: _State) -> Affine:
     return affine.translation(*at) @ own @ affine.translation(-at[0], -at[1])
 
 
-def _inside_viewport(state: _State, attributes: Mapping[str, str]) -> _State:
+def _inside_viewport(state: State, attributes: Mapping[str, str]) -> State:
     """The state inside a nested svg or a symbol, whose rectangle and viewBox `attributes` give."""
     x, y = (length(attributes.get(k) or "0", state.size, k, k) for k in "xy")
     whole = "100%" if state.size else None

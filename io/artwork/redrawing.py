@@ -11,17 +11,18 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element, SubElement
 
-from ..errors import InputError
-from . import affine, attributes, css, svg, svgtree
-from .affine import Affine
+from ...errors import InputError
+from .. import affine, css, svg, svgtree
+from ..affine import Affine
+from ..drawing import Rectangle
+from ..shapes import Shape
+from ..svgtree import Drawn, State
+from ..svgxml import canvas, length, local, root
+from . import attributes
 from .carrier import OUTSIDE, Effect
-from .drawing import Rectangle
 from .filters import MARGIN, filtered
 from .paint import SIDES, Definitions, Space, lined, scale, shown
 from .placed import SVG, Placed, box_of, restyle, runs_of
-from .shapes import Shape
-from .svgtree import Drawn, _State
-from .svgxml import canvas, length, local, root
 
 CELL = (
     1 / 24
@@ -93,7 +94,7 @@ class Redrawing:
         out.attrib |= drawing._styled(top, "svg")
         out.extend(copy.deepcopy(styles))
         drawing.notes[_UNREAD] += sheet.unread
-        state = _State(Affine(), box[2:] if box else None, box[:2] if box else (0.0, 0.0))
+        state = State(Affine(), box[2:] if box else None, box[:2] if box else (0.0, 0.0))
         inner = drawing.walk.enter(top, state, root=True)
         if inner is not None:
             drawing._children(top, inner, out)
@@ -109,11 +110,11 @@ class Redrawing:
         if len(self.definitions.out):
             self.out.insert(0, self.definitions.out)
 
-    def _children(self, element: Element, state: _State, parent: Element) -> None:
+    def _children(self, element: Element, state: State, parent: Element) -> None:
         for child in element:
             self.add(child, state, parent)
 
-    def add(self, element: Element, outer: _State, parent: Element) -> None:
+    def add(self, element: Element, outer: State, parent: Element) -> None:
         """Adds an element, and what is in it, to the parent in the new document."""
         tag = local(element)
         if tag in _COPIED:
@@ -142,7 +143,7 @@ class Redrawing:
         elif tag and tag not in _SILENT:
             self.notes[(_TEXT if tag in ("text", "flowRoot") else "<{}>, left out").format(tag)] += 1
 
-    def _group(self, tag: str, element: Element, state: _State, parent: Element) -> None:
+    def _group(self, tag: str, element: Element, state: State, parent: Element) -> None:
         first = len(self.shapes)
         group = self._nested(parent, self._styled(element, "g", state))
         if tag == "use":  # x and y are part of its transform, for what applies to it, too
@@ -160,7 +161,7 @@ class Redrawing:
         if group is not parent:
             self._applied(element, state, group, self.shapes[first:])
 
-    def _use(self, element: Element, state: _State, group: Element) -> None:
+    def _use(self, element: Element, state: State, group: Element) -> None:
         used = self.definitions.linked(element)
         if used is None:
             return
@@ -180,7 +181,7 @@ class Redrawing:
         if view is not group:
             self._applied(used, inner, view, self.shapes[first:])
 
-    def _view(self, element: Element, state: _State, said: Mapping[str, str], group: Element) -> None:
+    def _view(self, element: Element, state: State, said: Mapping[str, str], group: Element) -> None:
         """The inside of a nested svg or a symbol, clipped to its rectangle where it reaches out of that."""
         first = len(self.shapes)
         inner = svgtree._inside_viewport(state, said)
@@ -195,7 +196,7 @@ class Redrawing:
         if place and not _holds(place, box):
             restyle(inside, {"clip-path": self._clip_to(place, state)[0]})
 
-    def _shape(self, tag: str, element: Element, state: _State, outer: _State, parent: Element) -> None:
+    def _shape(self, tag: str, element: Element, state: State, outer: State, parent: Element) -> None:
         names = state.groups[len(outer.groups) :]
         if any(name.startswith((svg.PIN, svg.STROKE)) for name in names):
             return
@@ -232,10 +233,10 @@ class Redrawing:
         if shape.lined and said.get("vector-effect") != "non-scaling-stroke":
             self.effects.append(Effect([shape], lined(shape, element, said, space)))
 
-    def _picture(self, element: Element, state: _State, parent: Element) -> None:
+    def _picture(self, element: Element, state: State, parent: Element) -> None:
         """A picture in parts: each is cut out as the map has it, and shows the picture under the affine part there."""
         said = state.properties
-        link = next((k for k in svgtree._LINKS if element.get(k, "").strip().startswith("data:")), None)
+        link = next((k for k in svgtree.LINKS if element.get(k, "").strip().startswith("data:")), None)
         sides = {k: said[k] for k in ("x", "y", "width", "height") if said.get(k, "auto").strip() != "auto"}
         if link is None or len({"width", "height"} & sides.keys()) < 2:
             self.notes["<image> that is not embedded, or without width and height, left out"] += 1
@@ -253,7 +254,7 @@ class Redrawing:
         for cell in _cells(place, state.affine, self.cell):
             clip, corners = self._clip_to(cell, state)
             part = SubElement(group, f"{SVG}g", {"clip-path": clip})
-            use = SubElement(part, f"{SVG}use", {svgtree._LINKS[1]: f"#{picture.get('id')}"})
+            use = SubElement(part, f"{SVG}use", {svgtree.LINKS[1]: f"#{picture.get('id')}"})
             self.effects.append(Effect(corners, shown(use, state.affine)))
             shapes += corners
         self.pictures.append(group)
@@ -273,7 +274,7 @@ class Redrawing:
                 restyle(shape.out, {name: made[0]})
                 self.effects.append(Effect([shape], made[1]))
 
-    def _applied(self, element: Element, state: _State, out: Element, shapes: list[Placed]) -> None:
+    def _applied(self, element: Element, state: State, out: Element, shapes: list[Placed]) -> None:
         """Gives `out` the clip path, mask and filter that its element has, each one of its own to be mapped."""
         own = self.walk.own(element)
         space = Space(state.affine, state.size, shapes)
@@ -293,7 +294,7 @@ class Redrawing:
                 self.notes[f"{name} without its element in the file or without area, left out"] += 1
             restyle(out, {name: made or "none"})
 
-    def _clip(self, found: Element, state: _State, space: Space) -> str | None:
+    def _clip(self, found: Element, state: State, space: Space) -> str | None:
         inner = self._entered(found, state, space, "clipPathUnits")
         if inner is None:
             return None
@@ -303,7 +304,7 @@ class Redrawing:
             self._applied(found, inner, mapped, self.shapes)
         return f"url(#{mapped.get('id')})"
 
-    def _mask(self, found: Element, state: _State, space: Space) -> str | None:
+    def _mask(self, found: Element, state: State, space: Space) -> str | None:
         inner = self._entered(found, state, space, "maskContentUnits")
         place = space.rectangle(self.walk.own(found), "maskUnits", MARGIN)
         if inner is None or place is None:
@@ -318,14 +319,14 @@ class Redrawing:
             self._applied(found, inner, mapped, self.shapes)
         return f"url(#{mapped.get('id')})"
 
-    def _filter(self, found: Element, state: _State, space: Space) -> str | None:
+    def _filter(self, found: Element, state: State, space: Space) -> str | None:
         made = filtered(self.definitions, found, space)
         if made is None:
             return None
         self.effects.append(Effect(space.shapes, made[1]))
         return made[0]
 
-    def _entered(self, found: Element, state: _State, space: Space, units: str) -> _State | None:
+    def _entered(self, found: Element, state: State, space: Space, units: str) -> State | None:
         """The state inside a clip path or mask, which inherits from where it is written, not from where it is used."""
         if len(state.used) > MOST_USED:
             raise InputError(f"clip paths, masks and <use> refer to each other more than {MOST_USED} deep")
@@ -345,7 +346,7 @@ class Redrawing:
             depth=state.depth + 1,
         )
 
-    def _clip_to(self, place: Rectangle, state: _State) -> tuple[str, list[Placed]]:
+    def _clip_to(self, place: Rectangle, state: State) -> tuple[str, list[Placed]]:
         """A clip path of a rectangle in the state's user space, and its shape."""
         mapped = self.definitions.new("clipPath")
         with self._elsewhere():
@@ -363,7 +364,7 @@ class Redrawing:
         finally:
             self.shapes, self.aside = shapes, aside
 
-    def _styled(self, element: Element, tag: str, state: _State | None = None) -> dict[str, str]:
+    def _styled(self, element: Element, tag: str, state: State | None = None) -> dict[str, str]:
         """What an element keeps of its attributes; no id where it may be there twice."""
         once = (state is None or not state.used) and tag not in ("clipPath", "mask")
         return attributes.kept(self.walk.sheet, element, tag, named=once)

@@ -7,13 +7,14 @@ gradients, patterns and filters its affine part. Of what lies outside the source
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ..errors import InputError
-from ..evaluate import Evaluator
-from ..harmonic import HarmonicMap
-from . import attributes, files, svg
+from ...errors import InputError
+from ...evaluate import Evaluator
+from ...harmonic import HarmonicMap
+from .. import files, svg
+from ..shapes import Shape
+from . import attributes
 from .carrier import Carrier
 from .redrawing import Redrawing
-from .shapes import Shape
 
 TOLERANCE = 2e-4  # of the target's diagonal
 

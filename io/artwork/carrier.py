@@ -8,16 +8,16 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cauchy import Complex
-from ..curve import Curve
-from ..evaluate import Evaluator
-from ..harmonic import HarmonicMap
-from ..refit import refit
-from .affine import Affine
+from ...cauchy import Complex
+from ...curve import Curve
+from ...evaluate import Evaluator
+from ...harmonic import HarmonicMap
+from ...refit import refit
+from ..affine import Affine
+from ..shapes import Shape
+from ..svgpath import Run
 from .local import Local, Samples, local
 from .placed import Placed
-from .shapes import Shape
-from .svgpath import Run
 from .trim import Domain, Part, Trimmed
 
 NEAR = 3e-4  # of the source's diagonal: no farther outside counts as on the outline, which is flattened

@@ -15,10 +15,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from ..cauchy import Complex
-from ..curve import Curve
-from .curves import Bezier, Piece
-from .svgpath import Run
+from ...cauchy import Complex
+from ...curve import Curve
+from ..curves import Bezier, Piece
+from ..svgpath import Run
 
 CORNER = 0.2  # radians: where the boundary turns by more, an arc of it is cut in two
 MOST = 4096  # vertices of a piece

@@ -7,14 +7,14 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from ..cauchy import Complex
-from ..errors import InputError
-from . import css, svg, svgpath
-from .affine import Affine
-from .curves import Bezier, Piece
-from .drawing import Rectangle
-from .svgpath import LARGEST, Run
-from .svgtree import Drawn
+from ...cauchy import Complex
+from ...errors import InputError
+from .. import css, svg, svgpath
+from ..affine import Affine
+from ..curves import Bezier, Piece
+from ..drawing import Rectangle
+from ..svgpath import LARGEST, Run
+from ..svgtree import Drawn
 from .trim import Trimmed
 
 SVG = "{http://www.w3.org/2000/svg}"

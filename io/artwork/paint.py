@@ -13,13 +13,13 @@ from functools import cached_property
 from itertools import count
 from xml.etree.ElementTree import Element
 
-from . import affine
-from .affine import Affine
-from .drawing import Rectangle
+from .. import affine
+from ..affine import Affine
+from ..drawing import Rectangle
+from ..svgtree import LINKS
+from ..svgxml import length, local
 from .local import Local
 from .placed import SVG, Placed, box_of, length_of, restyle
-from .svgtree import _LINKS
-from .svgxml import length, local
 
 CURVED = 0.05  # of a shape's size: from how far off the affine part is worth a note
 UNEVEN = 1.5  # of a line's scale, largest by smallest: from where a constant width is worth a note
@@ -101,7 +101,7 @@ class Definitions:
 
     def linked(self, element: Element) -> Element | None:
         """The element that another one's href names."""
-        link = next(filter(None, map(element.get, _LINKS)), "")
+        link = next(filter(None, map(element.get, LINKS)), "")
         return self.ids.get(link[1:]) if link.startswith("#") else None
 
     def new(self, tag: str, attributes: Mapping[str, str] | None = None) -> Element:
@@ -124,7 +124,7 @@ class Definitions:
                 if local(element) == "style":  # clip paths and masks are copies of each element's own
                     names = {n for n in names if local(self.ids.get(n, element)) not in ("clipPath", "mask")}
                 names |= {
-                    element.get(link, "")[1:] for link in _LINKS if element.get(link, "").startswith("#")
+                    element.get(link, "")[1:] for link in LINKS if element.get(link, "").startswith("#")
                 }
                 for name in sorted(names - known):
                     found = made.get(name)
@@ -158,7 +158,7 @@ class Definitions:
         if boxed and not space.area:
             return None
         size = (1.0, 1.0) if boxed else space.size
-        new = self.new(local(found), {_LINKS[1]: f"#{found.get('id')}", "gradientUnits": "userSpaceOnUse"})
+        new = self.new(local(found), {LINKS[1]: f"#{found.get('id')}", "gradientUnits": "userSpaceOnUse"})
         for name, axis, default in _GRADIENTS[local(found)]:
             if text := said.get(name, default):
                 new.set(name, f"{length(text, size, axis, name):.9g}")
@@ -175,7 +175,7 @@ class Definitions:
         boxed = said.get("patternContentUnits") == "objectBoundingBox" and "viewBox" not in said
         if not tile or tile[2] <= 0 or tile[3] <= 0 or (boxed and not space.area):
             return None
-        new = self.new("pattern", {_LINKS[1]: f"#{found.get('id')}", "patternUnits": "userSpaceOnUse"})
+        new = self.new("pattern", {LINKS[1]: f"#{found.get('id')}", "patternUnits": "userSpaceOnUse"})
         for (name, _axis), value in zip(SIDES, tile):
             new.set(name, f"{value:.9g}")
         if boxed:

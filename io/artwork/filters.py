@@ -6,13 +6,13 @@ import math
 from dataclasses import replace
 from xml.etree.ElementTree import Element
 
-from ..errors import InputError
-from .affine import Affine
+from ...errors import InputError
+from ..affine import Affine
+from ..svgpath import numbers
+from ..svgtree import LINKS
+from ..svgxml import local
 from .local import Local
 from .paint import SIDES, Apply, Definitions, Space, scale, told
-from .svgpath import numbers
-from .svgtree import _LINKS
-from .svgxml import local
 
 MARGIN = {"x": "-10%", "y": "-10%", "width": "120%", "height": "120%"}
 _PLACES = {"fePointLight": [("x", "y")], "feSpotLight": [("x", "y"), ("pointsAtX", "pointsAtY")]}
@@ -37,7 +37,7 @@ def filtered(definitions: Definitions, found: Element, space: Space) -> tuple[st
     boxed = said.get("primitiveUnits") == "objectBoundingBox"
     if not region or (boxed and not space.area):
         return None
-    kept = {k: v for k, v in said.items() if k not in (*_LINKS, *MARGIN, "id", "primitiveUnits")}
+    kept = {k: v for k, v in said.items() if k not in (*LINKS, *MARGIN, "id", "primitiveUnits")}
     new = definitions.new("filter", kept | {"filterUnits": "userSpaceOnUse"})
     new.extend(copy.deepcopy(child) for child in source)
     for element in new.iter():
