@@ -32,9 +32,8 @@ FINE = {"maxfev": 250, "xatol": 1e-5, "fatol": 1e-7}
 NEAR = 1.05  # candidates this close to the least are polished to the end
 APART = 0.25  # mean distance on the unit circle between the places of candidates that are different
 COARSE = 150  # panels of a boundary while parameters are searched
-# maps this close to the least distortion are all as good (symmetric shapes): the one that turns least is taken
-NEAR_TIE = 1.005
-LESS = 0.2  # radians that count as less: two polishings of one optimum differ by less
+UPSIDE_DOWN = 1.25  # a map that turns the picture upside down is as good as one that distorts so much more
+SYMMETRIC = 1e-4  # distortion, below which it is chosen by the turn alone
 TURN = 2 * np.pi
 
 if TYPE_CHECKING:
@@ -186,8 +185,8 @@ def search(
 ) -> Correspondence:
     """The correspondence of least distortion, or with pins the one that meets them best and then distorts least.
 
-    Every pair of centres and rotations is tried, the best are polished over all three parameters. Where several maps
-    are as good (symmetric shapes) the one that turns the least from `upright` is taken.
+    Every pair of centres and rotations is tried, the best are polished over all three parameters. Of maps that distort
+    about as much, as between symmetric shapes, the one that turns the least from `upright` is taken; pins choose alone.
     """
     views = [View.of(h, centres(h.curve, 0.1)) for h in (source, target)]
     rotations = TURN * np.arange(ROTATIONS) / ROTATIONS
@@ -199,17 +198,15 @@ def search(
                 Candidate(cost, a, b, np.array([0, 0, rho])) for cost, rho in zip(costs.tolist(), rotations)
             ]
     tried.sort(key=lambda t: t.cost)
-    rough = [_polish(t, pins, ROUGH) for t in _distinct(tried)]
-    close = NEAR * min(t.cost for t in rough) + 1e-6
-    found = [_finished(t, views, pins) for t in rough if t.cost <= close]
-    best = min(found, key=lambda c: c.distortion)
-    for c in found:
-        if (
-            c.distortion <= NEAR_TIE * best.distortion + 1e-6
-            and _turned(c, upright) < _turned(best, upright) - LESS
-        ):
-            best = c
-    return best
+
+    def score(c: Correspondence) -> float:
+        if pins is not None and pins.size:
+            return c.distortion
+        return (c.distortion + SYMMETRIC) * (1 + (UPSIDE_DOWN - 1) * (_turned(c, upright) / np.pi) ** 2)
+
+    rough = [(score(t.correspondence()), t) for t in (_polish(t, pins, ROUGH) for t in _distinct(tried))]
+    close = NEAR * min(cost for cost, _ in rough) + 1e-6
+    return min((_finished(t, views, pins) for cost, t in rough if cost <= close), key=score)
 
 
 @dataclass(frozen=True, eq=False)
