@@ -12,7 +12,7 @@ import click
 
 from .. import __version__
 from . import logs
-from .failures import explain
+from .failures import INPUT, explain
 
 COMMANDS = {
     "map": "Map one shape onto another and carry a texture through the map.",
@@ -45,15 +45,23 @@ class Commands(click.Group):
             formatter.write_dl(list(COMMANDS.items()))
 
 
-@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(
+    cls=Commands,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
 @click.version_option(__version__, prog_name="iccm")
-def iccm() -> None:
+@click.pass_context
+def iccm(ctx: click.Context) -> int:
     """Texture transfer between planar shapes by (quasi-)conformal maps.
 
     \b
     Example:  iccm map rose.svg leaf.svg --texture petals.png -o rose-on-leaf.png
     Help:     iccm map --help
     """
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help(), err=True)
+    return INPUT
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

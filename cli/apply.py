@@ -67,6 +67,7 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     from ..io import stmap as maps
     from ..io.room import Bounded
     from ..room import Room
+    from ..texture import check_kind
 
     limit, threads = given["max_pixels"], given["threads"]
     inputs = [Path(name).resolve() for name in (stmap, image)]
@@ -75,6 +76,7 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     room = Bounded(given["memory"], Path(output).resolve().parent) if given["memory"] else Room()
     st = maps.read(stmap, max_pixels=limit, room=room)
     picture = images.read(image, max_pixels=limit, colorspace=given["colorspace"], room=room)
+    check_kind(given["kind"], picture.pixels.shape[2], image)
     for note in picture.notes:
         logs.log.warning(note)
     sampling = {name: given[name] for name in ("filter", "kind", "edge")}

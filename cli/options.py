@@ -34,7 +34,8 @@ OUTPUTS = together(
         multiple=True,
         metavar="FILE",
         help="What to write, by suffix: a picture (.png .jpg .tif .exr .webp .hdr), a mesh (.obj), artwork (.svg); "
-        "- for a PNG on stdout. May be repeated.  [default: SOURCE-TARGET.png or SHAPE-deformed.png here, when nothing else is written]",
+        "- for a PNG on stdout. May be repeated.  [default, when nothing else is written: SOURCE-TARGET.png or "
+        "SHAPE-deformed.png here]",
     ),
     click.option("--report", metavar="FILE.json", help="Figures of the run as JSON; - for stdout."),
     click.option("--plot", metavar="FILE.png", help="A figure: grids, energy, distortion (.png .svg .pdf)."),

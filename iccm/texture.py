@@ -17,14 +17,16 @@ LARGE = 1 << 27  # numbers in a texture from which it is not turned into floats
 MENDING = 48  # bytes that each texel takes on the way where some are not finite
 
 
-def check_kind(kind: str, channels: int) -> None:
-    """Refuse normals without three channels.
+def check_kind(kind: str, channels: int, name: str = "the picture") -> None:
+    """Refuse normals without three channels; `name` is the picture's.
 
     Raises:
         InputError: saying how many there are.
     """
     if kind.startswith("normal") and channels < 3:
-        raise InputError(f"kind {kind!r}: the picture has {channels} channels; normals need 3")
+        raise InputError(
+            f"kind {kind!r}: {name} has {channels} channel{'s' * (channels > 1)}; normals need 3"
+        )
 
 
 def strip_bytes(height: int, width: int, channels: int) -> int:

@@ -157,6 +157,8 @@ def make(values: dict[str, Any]) -> Job:
 
 def _of_option(key: str, text: str) -> str:
     """A mistake in the words of the command line, which counts from 1; one that concerns no option as it is."""
+    if key in ("source", "target"):
+        return f"{key.upper()}: {text}"
     option, _, rest = key.partition(".")
     number = f" {int(rest.split('.')[0]) + 1}" if rest[:1].isdecimal() else ""
     return f"--{option.replace('_', '-')}{number}: {text}" if option else text

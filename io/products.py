@@ -274,7 +274,7 @@ def check(run: Run) -> None:
     image = run.image
     for note in image.notes:
         run.note(note)
-    check_kind(job.kind, image.pixels.shape[2])
+    check_kind(job.kind, image.pixels.shape[2], job.texture or job.source)
     for name in job.output:
         if Path(name).suffix.lower() in MESHES:
             from . import meshes

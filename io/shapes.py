@@ -105,10 +105,8 @@ def drawn(
             f"flatness {flatness:g}: a number from 1e-9 to 0.1, relative to the shape's size, is needed"
         )
     if path.suffix.lower() not in READERS:
-        raise InputError(
-            f"{path}: no shape is read from {path.suffix or 'a file without suffix'!r};"
-            f" use one of {', '.join(sorted(READERS))}"
-        )
+        kind = repr(path.suffix) if path.suffix else "a file without suffix"
+        raise InputError(f"{path}: no shape is read from {kind}; use one of {', '.join(sorted(READERS))}")
     reader, limit = READERS[path.suffix.lower()]
     number = chosen if chosen is not None and chosen.isdecimal() else None
     drawing = reader(path, chosen, flatness=flatness, max_bytes=max_bytes or limit)

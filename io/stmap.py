@@ -11,7 +11,6 @@ from ..canvas import Box, Canvas
 from ..errors import InputError
 from ..resample import PIXEL, Prepared, Warp
 from ..room import Room
-from ..texture import check_kind
 from ..tiles import TILE
 from . import images
 
@@ -89,7 +88,6 @@ def apply(
 
     height, width = image.pixels.shape[:2]
     stored = stmap.Stored(st, width / height)
-    check_kind(kind, image.pixels.shape[2])
     images.check(path, image.covered(), *st.shape[:2])
     texture = image.texture(stored.box, kind=kind, room=room)
     work = Warp(stored, Prepared(texture, filter, kind, edge, room=room, threads=threads), stored.canvas)

@@ -224,7 +224,9 @@ def test_deform_moves_pins_and_keeps_the_rest_near(shapes, iccm):
         (("map", "empty.svg", "blob.svg"), ["empty.svg"]),
         (("map", "nothing.svg", "blob.svg"), ["nothing.svg"]),
         (("map", "crossed.svg", "blob.svg"), ["crossed.svg"]),
-        (("map", "notes.txt", "blob.svg"), ["notes.txt"]),
+        (("map", "notes.txt", "blob.svg"), ["notes.txt: no shape is read from '.txt'"]),
+        (("map", "notes", "blob.svg"), ["notes: no shape is read from a file without suffix"]),
+        (("map", "", "blob.svg"), ["SOURCE: "]),
         (("map", "square.svg", "blob.svg", "--texture", "none.png"), ["none.png", "no such file"]),
         (("map", "square.svg", "blob.svg", "--texture", "notes.png"), ["notes.png"]),
         (("map", "square.svg", "blob.svg", "-o", "no/where.png"), ["no/where.png", "does not exist"]),
@@ -350,6 +352,8 @@ def test_version_and_help(iccm):
     assert iccm("--version").out == f"iccm, version {core.__version__}\n"
     help_text = iccm("--help").out
     assert all(name in help_text for name in cli.COMMANDS)
+    alone = iccm()
+    assert alone.code == 2 and alone.out == "" and alone.err == help_text
 
 
 @pytest.mark.parametrize("name", cli.COMMANDS)

@@ -346,7 +346,7 @@ REFUSED = {
     "channels": ({"texture": "five.tif"}, "holds 1 or 3 channels"),
     "stdout": ({"texture": "five.tif", "output": ("-",)}, "holds 1 or 3 channels"),
     "side": ({"output": ("o.webp",), "size": (20000, 4)}, "may not exceed 16383"),
-    "normals": ({"texture": "grey.png", "kind": "normal"}, "normals need 3"),
+    "normals": ({"texture": "grey.png", "kind": "normal"}, "grey.png has 1 channel; normals need 3"),
     "pixels": ({"output": (), "stmap": "o.exr", "size": (40000,)}, "--max-pixels"),
     "memory": ({"memory": 1 << 20}, "too little for the texture"),
     "memory for holes": ({"texture": "holes.exr", "memory": 1 << 29}, "not finite everywhere"),
