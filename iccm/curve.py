@@ -1,5 +1,6 @@
 """Curves in the plane: complex vertices, closed (a domain's boundary) or open (a stroke)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -31,8 +32,8 @@ class Curve:
         """The boundary of a domain: finite, no repeated neighbours, simple, turned counter-clockwise.
 
         Raises:
-            InputError: NaN or infinite vertices, fewer than three distinct ones, no area, a self-intersection
-            (with its place).
+            InputError: no (n,) numbers, NaN or infinite vertices, fewer than three distinct ones, no area, a
+            self-intersection (with its place).
         """
         curve = cls(_distinct(_finite(z, name), closed=True))
         if curve.z.size < 3:
@@ -51,7 +52,7 @@ class Curve:
         """An open polyline of at least two distinct vertices.
 
         Raises:
-            InputError: NaN or infinite vertices, or fewer than two distinct ones.
+            InputError: no (n,) numbers, NaN or infinite vertices, or fewer than two distinct ones.
         """
         curve = cls(_distinct(_finite(z, name), closed=False), closed=False)
         if curve.z.size < 2:
@@ -98,11 +99,8 @@ class Curve:
     def diameter(self) -> float:
         """Largest distance of two vertices; unlike the diagonal, the same however the curve is turned, and
         never more."""
-        hull = shapely.get_coordinates(
-            shapely.MultiPoint(np.column_stack([self.z.real, self.z.imag])).convex_hull
-        )
-        corners = hull @ np.array([1, 1j])
-        return float(np.abs(corners[:, None] - corners[None, :]).max())
+        points = shapely.MultiPoint(np.column_stack([self.z.real, self.z.imag]))
+        return _widest(shapely.get_coordinates(points.convex_hull) @ np.array([1, 1j]))
 
     @cached_property
     def normals(self) -> Complex:
@@ -174,8 +172,39 @@ def resampled_knots(curve: Curve, count: int, corner: float = np.pi / 6) -> Real
     return np.concatenate(spans)
 
 
+def _widest(hull: Complex) -> float:
+    """Largest distance of two corners of a convex polygon (first one repeated) or segment.
+
+    The two are antipodal: lines through them are parallel that leave all else between (Shamos, *Computational
+    Geometry*, 1978). One is an end of an edge, the other the corner where the edges turn the opposite way.
+    """
+    if hull.size < 4:
+        return float(abs(hull[-1] - hull[0]))
+    z = hull[:-1] if Curve(hull[:-1]).area > 0 else hull[:0:-1]
+    turn = np.unwrap(np.angle(np.roll(z, -1) - z))
+    opposite = np.searchsorted(turn, turn[0] + np.mod(turn - turn[0] + np.pi, 2 * np.pi))
+    across = z[(opposite[:, None] + [-1, 0, 1]) % z.size]  # its neighbours too: angles are rounded
+    return float(max(np.abs(across - end[:, None]).max() for end in (z, np.roll(z, -1))))
+
+
+def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
+    """(n,) complex numbers, or (n, columns).
+
+    Raises:
+        InputError: no numbers, or another shape.
+    """
+    try:
+        z = np.asarray(z, dtype=np.complex128)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: no array of complex numbers x + iy ({error})") from error
+    if z.ndim != 1 + bool(columns) or (columns and z.shape[1] != columns):
+        wanted = f"(n, {columns})" if columns else "(n,)"
+        raise InputError(f"{name}: an array of shape {z.shape}; {wanted} complex numbers x + iy are needed")
+    return z
+
+
 def _finite(z: ArrayLike, name: str) -> Complex:
-    z = np.asarray(z, dtype=np.complex128).ravel()
+    z = as_complex(z, name)
     bad = np.flatnonzero(~np.isfinite(z))
     if bad.size:
         raise InputError(f"{name}: vertex {bad[0]} is not a finite number")

@@ -1,13 +1,13 @@
 """What is to be solved, in coordinates where both shapes have radius one about their centroids."""
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .cauchy import Complex
-from .curve import Curve, Real
+from .curve import Curve, Real, as_complex
 from .errors import InputError
 from .harmonic import HarmonicMap
 
@@ -61,6 +61,8 @@ class Options:
                 raise InputError(f"{f.name}: {value} is not a finite number of at least 0")
         if self.vertices is not None and not 3 <= self.vertices <= 4000:
             raise InputError(f"vertices: {self.vertices} is not between 3 and 4000")
+        if self.tolerance == 0:
+            raise InputError("tolerance: 0 cannot be reached; give a number above")
         if not (self.samples_per_edge >= 1 and self.max_iterations >= 1 and 0 < self.tangential <= 1):
             raise InputError(
                 "samples_per_edge and max_iterations must be at least 1, tangential above 0 and at most 1"
@@ -117,7 +119,7 @@ class Problem:
         s, t = Frame.of(source), Frame.of(target or source)
         pins = _pins(pins)
         _inside(source, pins[:, 0], "pin")
-        pairs = [(_stroke(a, "source stroke"), _stroke(b, "target stroke")) for a, b in strokes or []]
+        pairs = [_strokes(k, pair) for k, pair in enumerate(strokes or [])]
         for a, _ in pairs:
             _inside(source, a.z, "source stroke vertex")
         unit_pins = np.column_stack([s.unit(pins[:, 0]), t.unit(pins[:, 1])])
@@ -168,12 +170,20 @@ def _mirror(curve: Curve) -> Curve:
     return Curve(np.roll(curve.z.conj()[::-1], 1))
 
 
+def _strokes(k: int, pair) -> tuple[Curve, Curve]:
+    if not hasattr(pair, "__len__") or len(pair) != 2:
+        raise InputError(f"strokes: number {k + 1} is no pair of polylines, source and target")
+    return _stroke(pair[0], "source stroke"), _stroke(pair[1], "target stroke")
+
+
 def _stroke(shape, name: str) -> Curve:
     return Curve.stroke(shape.z if isinstance(shape, Curve) else shape, name)
 
 
 def _pins(pins: ArrayLike | Sequence | None) -> Complex:
-    array = np.asarray(pins if pins is not None else [], dtype=np.complex128).reshape(-1, 2)
+    if pins is None or (isinstance(pins, Sized) and not len(pins)):
+        return np.empty((0, 2), dtype=np.complex128)
+    array = as_complex(pins, "pins", 2)
     if not np.isfinite(array).all():
         raise InputError("pins: not all coordinates are finite numbers")
     return array

@@ -102,6 +102,20 @@ def test_closest_points_are_the_closest(closed, seed):
     assert np.allclose(np.abs(curve.at(s) - w), brute_distance(curve, w), atol=1e-12)
 
 
+CLOUDS = st.lists(st.tuples(st.integers(-9, 9), st.integers(-9, 9)), min_size=2, max_size=40)
+
+
+@given(CLOUDS, st.floats(0, 7), st.booleans())
+def test_the_diameter_is_the_largest_distance_of_two_vertices(points, turn, closed):
+    z = np.exp(1j * turn) * (np.array(points) @ [1, 1j])
+    assert Curve(z, closed).diameter == pytest.approx(np.abs(z[:, None] - z).max(), rel=1e-14, abs=1e-14)
+
+
+@pytest.mark.parametrize("shape", [circle(41), circle(40), arrow(), ell(), pear(), np.repeat(square(), 2)])
+def test_the_diameter_of_a_domain(shape):
+    assert Curve(shape).diameter == np.abs(shape[:, None] - shape).max()
+
+
 def test_points_outside_are_pulled_to_the_boundary_and_others_stay():
     curve = Curve(square())
     w = np.array([0.3 + 0.2j, 2 + 0.5j, -3 - 3j])

@@ -248,6 +248,15 @@ BAD_INPUT = {
         {"strokes": [([0, 0.5], [1, 1])]},
         "target stroke: a stroke needs at",
     ),
+    "pairs of coordinates": (
+        ([[0, 0], [1, 0], [1, 1]], square()),
+        {},
+        "source: an array of shape (3, 2); (n,) complex numbers x + iy are needed",
+    ),
+    "words": (("abc", square()), {}, "source: no array of complex numbers"),
+    "flat pins": ((square(), ell()), {"pins": [0, 1, 2]}, "pins: an array of shape (3,); (n, 2) complex"),
+    "ragged pins": ((square(), ell()), {"pins": [[0, 1], [0]]}, "pins: no array of complex numbers"),
+    "lone stroke": ((square(), ell()), {"strokes": [0.5]}, "strokes: number 1 is no pair of polylines"),
 }
 
 
@@ -258,6 +267,17 @@ def test_bad_input_is_refused_in_one_line(name, method):
     with pytest.raises(iccm.InputError, match=re.escape(message)) as caught:
         iccm.fit(*shapes, method=method, **options)
     assert "\n" not in str(caught.value)
+
+
+def test_a_tolerance_of_zero_is_refused():
+    with pytest.raises(iccm.InputError, match="tolerance: 0 cannot be reached"):
+        iccm.fit(square(), ell(), tolerance=0)
+
+
+def test_an_outline_of_very_many_vertices_is_mapped():
+    """All of them are corners of its convex hull: their distances in pairs would take 37 GB."""
+    fit = iccm.fit(square(), np.exp(2j * np.pi * np.arange(50_000) / 50_000))
+    assert fit.status.ok and "50000 vertices simplified" in fit.notes[0]
 
 
 def test_an_unknown_option_is_a_type_error():
