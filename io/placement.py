@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 Box = tuple[complex, complex]
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".webp", ".hdr", ".bmp")
 LONGER_SIDE = 1024
+OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is told
 
 
 def on_mesh(job: Job, source: Any) -> bool:
@@ -36,6 +37,28 @@ def texture_box(job: Job, source: Shape) -> Box:
 def covered(job: Job, source: Shape) -> Box:
     """What of the source --texture-box names."""
     return source.box if job.texture_box == "viewbox" else source.curve.box
+
+
+def off_canvas(job: Job, source: Shape, target: Shape) -> list[str]:
+    """Notes on shapes that reach out of their canvas: nothing of the target is seen there, no texture covers the
+    source."""
+    said = []
+    if job.target and (out := _reach(target)) > OFF:
+        said.append(f"{target.spec}: {out:.0%} of its extent lies outside its canvas, where pictures end")
+    if (job.texture or pictured(job)) and job.texture_box == "viewbox" and (out := _reach(source)) > OFF:
+        cure = "use --texture-box bbox to cover it"
+        said.append(
+            f"{source.spec}: {out:.0%} of its extent lies outside its canvas, where the texture ends; {cure}"
+        )
+    return said
+
+
+def _reach(shape: Shape) -> float:
+    """How far a shape reaches out of its canvas, relative to its size in that direction; at most 1."""
+    (low, high), (here, there) = shape.box, shape.curve.box
+    over = (low.real - here.real, there.real - high.real), (low.imag - here.imag, there.imag - high.imag)
+    size = there - here
+    return min(1.0, max(max(over[0]) / size.real, max(over[1]) / size.imag))
 
 
 def image_of(job: Job, source: Shape, room: Room) -> Image:

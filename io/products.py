@@ -261,6 +261,8 @@ def check(run: Run) -> None:
     _check_meshes(run)
     job, room = run.job, run.room
     if placement.pictured(job) or job.stmap:
+        for note in placement.off_canvas(job, run.source, run.target):
+            run.note(note)
         low, high = run.target.box
         width, height = placement.size_of(job, job.size or (placement.LONGER_SIDE,), high - low)
         if job.stmap:
