@@ -63,7 +63,7 @@ def command(
     )
     shape = transfer.read(mesh, cut=cut)
     for note in shape.notes:
-        logs.log.warning(note)
+        logs.log.warning(f"{mesh}: {note}")
     with ExitStack() as stack:
         flatten_report.write_all(shape, output, uv, plot, report, stack, force=force)
     for line in flatten_report.summary(shape):

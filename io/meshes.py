@@ -140,7 +140,8 @@ def _read_other(path: Path) -> Reader:
         if uv is not None:
             mesh = Mesh.triangles(name, points, piece.faces, uv=uv, uv_corners=mesh.corners)
         left = len(pieces) - 1
-        notes = (f"left out {left} other geometries; {path}#name picks one",) if left and not part else ()
+        others = f"left out {left} other geometr{'ies' if left > 1 else 'y'}"
+        notes = (others + ("" if part else f"; {path}#name picks one"),) if left else ()
         return MeshFile(path, mesh, np.ones(len(piece.faces), bool), None, _picture(piece), loop, notes)
 
     return picked, list(pieces)

@@ -113,7 +113,7 @@ class MeshShape(Shape):
         """(m, 3) texture coordinate of each triangle's corner, in the file's own layout.
 
         Raises:
-            InputError: the mesh has no texture coordinates everywhere.
+            InputError: the mesh has no texture coordinates everywhere, or some that are not finite.
         """
         mesh = self.file.mesh
         if mesh.uv is None or mesh.uv_corners is None:
@@ -121,10 +121,16 @@ class MeshShape(Shape):
                 f"{self.spec}: has no texture coordinates of its own; make them with iccm map … -o uv.obj"
             )
         faces = mesh.uv_corners[self.flattening.patch.corner]
-        if (faces < 0).any():
-            triangle = int(np.flatnonzero((faces < 0).any(axis=1))[0])
+        missing, broken = faces < 0, ~np.isfinite(mesh.uv[faces]).all(axis=-1)
+        if (missing | broken).any():
+            triangle, corner = np.argwhere(missing | broken)[0]
             face = np.searchsorted(mesh.starts, self.flattening.patch.corner[triangle, 0], side="right") - 1
-            raise InputError(f"{self.spec}: {mesh.face_name(int(face))}: has no texture coordinates")
+            what = (
+                "has no texture coordinates"
+                if missing[triangle, corner]
+                else "its coordinates are not finite"
+            )
+            raise InputError(f"{self.spec}: {mesh.face_name(int(face))}: {what}")
         return faces
 
 

@@ -507,6 +507,35 @@ def test_a_deformation_writes_no_mesh_and_bakes_nothing(shapes, iccm):
     assert "No such option" in iccm("deform", "a.obj", "--pin", "v1:v2", "--bake").lines[-1]
 
 
+def test_texture_coordinates_that_are_not_finite_are_refused(shapes, iccm):
+    text = write_mesh(shapes / "a.obj", n=5).read_text()
+    (shapes / "a.obj").write_text(text.replace("vt 0.000000 0.000000", "vt nan 0", 1))
+    images.write("c.png", colours(8))
+    done = iccm("map", "a.obj", "square.svg", "--texture", "c.png", "-o", "o.png")
+    assert done.code == 2 and "a.obj: face 1 (line 73): its coordinates are not finite" in done.lines[-1], (
+        done.err
+    )
+
+
+def test_geometries_that_are_left_out_are_told(shapes, iccm):
+    import trimesh
+
+    scene = trimesh.Scene(
+        {name: trimesh.creation.icosahedron().slice_plane([0, 0, 0], [0, 0, 1]) for name in "ab"}
+    )
+    scene.export("two.glb")
+    said = "left out 1 other geometry"
+    words = ["--texture", "c.png", "--method", "paper", "--vertices", "60", "-o"]
+    images.write("c.png", colours(8))
+    done = iccm("map", "square.svg", "two.glb#b", *words, "o.glb")
+    assert f"note: two.glb#b: {said}" in done.lines, done.err
+    assert f"note: two.glb#a: {said}" in iccm("flatten", "two.glb#a", "-o", "a.svg").lines
+    assert (
+        f"note: two.glb: {said}; two.glb#name picks one"
+        in iccm("map", "square.svg", "two.glb", *words, "p.glb").lines
+    )
+
+
 def put_on_two(folder, name="a.obj"):
     """A mesh whose lower faces show red.png and whose upper ones show blue.png."""
     for colour, pixel in (("red", (255, 0, 0)), ("blue", (0, 0, 255))):
