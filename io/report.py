@@ -48,7 +48,7 @@ def build(run: Run) -> dict[str, Any]:
 
 def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
     """Sentences on what a solver that ended well leaves wrong with the picture: pins and strokes may contradict the
-    outline or each other.
+    outline or each other. They name the part of the report that says how much, and change with nothing else.
 
     Args:
         found: the solver's own report.
@@ -58,12 +58,11 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
     said = []
     gap, injective = (found["boundary"] or {}).get("hausdorff", 0.0), found["injective"]
     if found["status"] not in ("gap", "crowded") and gap > OFF * tolerance:
-        said.append(f"the outline's image is up to {gap:.2g} of the diagonal away from the target's")
+        said.append("the outline's image is far from the target's (boundary)")
     if not injective["certified"]:
-        said.append(f"the map is not one-to-one, so the picture overlaps itself ({injective['obstacle']})")
+        said.append("the map is not one-to-one, so the picture overlaps itself (injective)")
     elif injective["depth"] >= DEEP:
-        where = f"nearer to the outline than {injective['depth']:.2g} of the diagonal"
-        said.append(f"the picture may overlap itself {where} ({injective['obstacle']})")
+        said.append("the picture may overlap itself near the outline (injective)")
     if not (found["pins"] or found["strokes"]):
         return said
     cure = "move pins and strokes, or lower their weights" + ("" if quasi else ", or try --quasi 0.01")

@@ -282,7 +282,7 @@ def test_constraints_that_spoil_the_picture_are_told(shapes, iccm):
     notes = json.loads(typed.out)["notes"]
     assert [f"note: {note}" for note in notes] == [line for line in typed.lines if line.startswith("note")]
     assert any("picture overlaps itself" in note and "--quasi" in note for note in notes)
-    assert any("away from the target's" in note for note in notes)
+    assert any("far from the target's (boundary)" in note for note in notes)
     gentle = iccm("map", "disk.svg", "disk.svg", *QUICK, "--pin", "30,50:31,50", "--report", "-")
     assert json.loads(gentle.out)["notes"] == []
 
