@@ -32,8 +32,12 @@ FINE = {"maxfev": 250, "xatol": 1e-5, "fatol": 1e-7}
 NEAR = 1.05  # candidates this close to the least are polished to the end
 APART = 0.25  # mean distance on the unit circle between the places of candidates that are different
 COARSE = 150  # panels of a boundary while parameters are searched
-UPSIDE_DOWN = 1.25  # a map that turns the picture upside down is as good as one that distorts so much more
-SYMMETRIC = 1e-4  # distortion, below which it is chosen by the turn alone
+UPRIGHT = np.radians(30)  # turns that do not count, and so do not decide between neighbouring optima
+UPSIDE_DOWN = 1.5  # a map that turns the picture upside down is as good as one that distorts so much more
+LESS = 0.05  # radians that a turn must be less by, to be worth it
+FLAT = 3e-3  # distortions that differ by less are the same
+SYMMETRIC = 0.05  # distortion that a turn by a right angle is worth by itself, which decides between equals
+EQUAL = 1e-6  # scores that differ by less are the same: the first is taken
 TURN = 2 * np.pi
 
 if TYPE_CHECKING:
@@ -83,10 +87,15 @@ class Coarse:
         self.units = np.exp(1j * TURN * self.middles)
         self.log_density = np.log(mass / self.lengths)
         self._centres = 0.5 * (self.knots[1:] + self.knots[:-1])
+        self._places, self.places = measure.curve.at(self.knots), measure.curve.at(self._centres)
 
     def arclength(self, turn: Real) -> Real:
         """s(F), within one lap."""
         return np.interp(turn - np.floor(turn), self.turns, self.knots)
+
+    def place(self, turn: Real) -> Complex:
+        """Place on the boundary at s(F), linear inside panels."""
+        return np.interp(turn - np.floor(turn), self.turns, self._places)
 
     def density(self, turn: Real) -> Real:
         """log dF/ds at s(F)."""
@@ -180,47 +189,119 @@ def distortion(source: Coarse, target: Coarse, m: Moebius) -> Real:
     return (stretch - (stretch @ weight)[..., None]) ** 2 @ weight
 
 
+def charged(distortion: Real, cosine: Real) -> Real:
+    """Distortion, and more by the cosine of the angle that the picture is turned by: it is looked at upright."""
+    beyond = np.maximum(np.cos(UPRIGHT) - cosine, 0) / (np.cos(UPRIGHT) + 1)
+    return distortion * (1 + (UPSIDE_DOWN - 1) * beyond) + SYMMETRIC * (1 - cosine)
+
+
 def search(
     source: HarmonicMeasure, target: HarmonicMeasure, pins: Complex | None = None, upright: complex = 1.0
 ) -> Correspondence:
     """The correspondence of least distortion, or with pins the one that meets them best and then distorts least.
 
     Every pair of centres and rotations is tried, the best are polished over all three parameters. Of maps that distort
-    about as much, as between symmetric shapes, the one that turns the least from `upright` is taken; pins choose alone.
+    about as much the one that turns the least from `upright` is taken, and none that turns where any turn is as good,
+    as between discs. Pins choose alone.
     """
     views = [View.of(h, centres(h.curve, 0.1)) for h in (source, target)]
-    rotations = TURN * np.arange(ROTATIONS) / ROTATIONS
-    tried: list[Candidate] = []
-    for a in views[0]:
-        for b in views[1]:
-            costs = _objective(a, b, pins)(Moebius(0, rotations[:, None]))
-            tried += [
-                Candidate(cost, a, b, np.array([0, 0, rho])) for cost, rho in zip(costs.tolist(), rotations)
-            ]
-    tried.sort(key=lambda t: t.cost)
-
-    def score(c: Correspondence) -> float:
-        if pins is not None and pins.size:
-            return c.distortion
-        return (c.distortion + SYMMETRIC) * (1 + (UPSIDE_DOWN - 1) * (_turned(c, upright) / np.pi) ** 2)
-
-    rough = [(score(t.correspondence()), t) for t in (_polish(t, pins, ROUGH) for t in _distinct(tried))]
-    close = NEAR * min(cost for cost, _ in rough) + 1e-6
-    return min((_finished(t, views, pins) for cost, t in rough if cost <= close), key=score)
+    wish = Wish(pins if pins is not None and pins.size else None, upright)
+    pairs = [(a, b) for a in views[0] for b in views[1]]
+    tried = [t for a, b in pairs for t in wish.rotations(a, b)]
+    tried.sort(key=lambda t: round(t.score / EQUAL))
+    starts = _distinct(tried)
+    rough = [wish.polished(t, ROUGH) for t in starts]
+    close = NEAR * min(t.score for t in rough) + 1e-6
+    found = [*starts, *(wish.finished(t, views) for t in rough if t.score <= close)]
+    least = min(t.score for t in found)
+    best = wish.stood(next(t for t in found if t.score <= least + EQUAL))
+    return Correspondence(best.source, best.target, Moebius.of(best.p), best.cost)
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A Möbius map between two views, by its parameters, and its cost."""
+    """A Möbius map between two views, by its parameters; its cost, and its score among others, less being better."""
 
+    score: float
     cost: float
     source: View
     target: View
     p: Real
 
-    def correspondence(self) -> Correspondence:
-        """What it makes of the boundaries."""
-        return Correspondence(self.source, self.target, Moebius.of(self.p), self.cost)
+
+@dataclass(frozen=True, eq=False)
+class Wish:
+    """What a correspondence is chosen by: pins, else distortion and the turn from `upright`."""
+
+    pins: Complex | None
+    upright: complex
+
+    def rotations(self, a: View, b: View) -> list[Candidate]:
+        """Rotations of the circle, all round."""
+        rho = TURN * np.arange(ROTATIONS) / ROTATIONS
+        m = Moebius(0, rho[:, None])
+        costs = self.cost(a, b)(m)
+        scores = self.score(a, b, m, costs)
+        return [
+            Candidate(score, cost, a, b, np.array([0, 0, r]))
+            for score, cost, r in zip(scores.tolist(), costs.tolist(), rho)
+        ]
+
+    def candidate(self, a: View, b: View, p: Real) -> Candidate:
+        """With its cost and score."""
+        m = Moebius.of(p)
+        cost = self.cost(a, b)(m)
+        return Candidate(float(self.score(a, b, m, cost)), float(cost), a, b, p)
+
+    def polished(self, t: Candidate, ends: dict[str, float]) -> Candidate:
+        """The least cost that is found from a candidate."""
+        return self._least(t, ends, self.cost(t.source, t.target))
+
+    def finished(self, t: Candidate, views: list[list[View]]) -> Candidate:
+        """A candidate polished to the end, from the centres that see it best unless that leads elsewhere."""
+        polished = self.polished(_seen_well(t, views), FINE)
+        return polished if polished.cost <= NEAR * t.cost else self.polished(t, FINE)
+
+    def stood(self, t: Candidate) -> Candidate:
+        """A candidate turned upright, if any turn is as good, as between discs."""
+        if self.pins is not None or self.cosine(t.source, t.target, Moebius.of(t.p)) > np.cos(LESS):
+            return t
+        cost = self.cost(t.source, t.target)
+        up = self._least(t, FINE, lambda m: cost(m) + SYMMETRIC * (1 - self.cosine(t.source, t.target, m)))
+        cosines = [self.cosine(c.source, c.target, Moebius.of(c.p)) for c in (t, up)]
+        less = np.arccos(np.clip(cosines[0], -1, 1)) - np.arccos(np.clip(cosines[1], -1, 1))
+        return up if up.cost <= t.cost + FLAT and less > LESS else t
+
+    def _least(self, t: Candidate, ends: dict[str, float], cost: Callable[[Moebius], Real]) -> Candidate:
+        options = {"initial_simplex": t.p + SIMPLEX, **ends}
+        best = minimize(lambda p: float(cost(Moebius.of(p))), t.p, method="Nelder-Mead", options=options)
+        return self.candidate(t.source, t.target, best.x)
+
+    def score(self, a: View, b: View, m: Moebius, cost: Real) -> Real:
+        """Of maps with their costs."""
+        if self.pins is not None:
+            return cost
+        return charged(cost, self.cosine(a, b, m))
+
+    def cosine(self, a: View, b: View, m: Moebius) -> Real:
+        """Of the angle by which a map turns the boundary about its middle, from the upright; m as for `distortion`."""
+        z, w = a.coarse, b.coarse
+        moment = w.place(m(z.middles)) @ (z.weight * (self.upright * z.places).conj())
+        return moment.real / np.maximum(np.abs(moment), 1e-300)
+
+    def cost(self, a: View, b: View) -> Callable[[Moebius], Real]:
+        """Distortion of a Möbius map, plus the distance by which it misses the pins where there are any."""
+        pins = self.pins
+        if pins is None:
+            return lambda m: distortion(a.coarse, b.coarse, m)
+        u, v = a.disc(pins[:, 0]), b.disc(pins[:, 1])
+        scale = np.abs(cauchy.derivatives(b.measure.z, pins[:, 1]) @ np.exp(1j * TURN * b.circle.turns[:-1]))
+
+        def cost(m: Moebius) -> Real:
+            miss = np.minimum(np.abs(m.inside(u) - v) / np.maximum(scale, 1e-9), 2.0)
+            return distortion(a.coarse, b.coarse, m) + 1e3 * np.mean(miss**2, axis=-1)
+
+        return cost
 
 
 def _distinct(tried: list[Candidate]) -> list[Candidate]:
@@ -239,12 +320,6 @@ def _distinct(tried: list[Candidate]) -> list[Candidate]:
     return chosen
 
 
-def _finished(t: Candidate, views: list[list[View]], pins: Complex | None) -> Correspondence:
-    """A candidate polished to the end, from the centres that see it best unless that leads elsewhere."""
-    polished = _polish(_seen_well(t, views), pins, FINE)
-    return (polished if polished.cost <= NEAR * t.cost else _polish(t, pins, FINE)).correspondence()
-
-
 def _seen_well(t: Candidate, views: list[list[View]]) -> Candidate:
     """About the same map, seen from the two centres between which it is closest to a rotation.
 
@@ -252,7 +327,8 @@ def _seen_well(t: Candidate, views: list[list[View]]) -> Candidate:
     """
     if np.hypot(*t.p[:2]) <= FAR:
         return t
-    forward, best = t.correspondence().forward, (0.0, t)
+    forward = Correspondence(t.source, t.target, Moebius.of(t.p), t.cost).forward
+    best = (0.0, t)
     for a in views[0]:
         image = forward(a.circle.knots)
         for b in views[1]:
@@ -261,35 +337,5 @@ def _seen_well(t: Candidate, views: list[list[View]]) -> Candidate:
             if shared > best[0]:
                 middle = there[:-1] - a.circle.turns[:-1] + 0.5 * np.diff(there - a.circle.turns)
                 rho = float(np.angle(a.circle.mass @ np.exp(1j * TURN * middle)))
-                best = shared, Candidate(t.cost, a, b, np.array([0, 0, rho]))
+                best = shared, Candidate(t.score, t.cost, a, b, np.array([0, 0, rho]))
     return best[1]
-
-
-def _polish(t: Candidate, pins: Complex | None, ends: dict[str, float]) -> Candidate:
-    """The least cost that is found from a candidate."""
-    objective = _objective(t.source, t.target, pins)
-    options = {"initial_simplex": t.p + SIMPLEX, **ends}
-    best = minimize(lambda p: float(objective(Moebius.of(p))), t.p, method="Nelder-Mead", options=options)
-    return Candidate(float(best.fun), t.source, t.target, best.x)
-
-
-def _objective(source: View, target: View, pins: Complex | None) -> Callable[[Moebius], Real]:
-    """Distortion of a Möbius map, plus the distance by which it misses the pins where there are any."""
-    if pins is None or not pins.size:
-        return lambda m: distortion(source.coarse, target.coarse, m)
-    u, v = source.disc(pins[:, 0]), target.disc(pins[:, 1])
-    scale = np.abs(
-        cauchy.derivatives(target.measure.z, pins[:, 1]) @ np.exp(1j * TURN * target.circle.turns[:-1])
-    )
-
-    def objective(m: Moebius) -> Real:
-        miss = np.minimum(np.abs(m.inside(u) - v) / np.maximum(scale, 1e-9), 2.0)
-        return distortion(source.coarse, target.coarse, m) + 1e3 * np.mean(miss**2, axis=-1)
-
-    return objective
-
-
-def _turned(c: Correspondence, upright: complex) -> float:
-    """Angle by which a correspondence turns the boundary about the centroids, from the upright."""
-    z, w = c.source.measure.z, c.target.measure.curve.at(c.forward(c.source.measure.ends))
-    return float(np.abs(np.angle(np.sum(c.source.measure.lengths * w * (upright * z).conj()))))

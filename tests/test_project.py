@@ -62,7 +62,10 @@ def test_the_lint_target_checks_the_staged_tree():
 
 def test_packages_are_mapped_to_the_folders():
     mapping = PROJECT["tool"]["setuptools"]["package-dir"]
-    assert mapping == {"iccm": "iccm", "iccm.cli": "cli", "iccm.io": "io"}
+    assert mapping == {"iccm": "iccm", "iccm.cli": "cli", "iccm.io": "io", "iccm.io.artwork": "io/artwork"}
+    assert PROJECT["tool"]["setuptools"]["packages"] == list(mapping)
+    code = [path for folder in ("iccm", "io", "cli") for path in (ROOT / folder).rglob("*.py")]
+    assert {path.parent.relative_to(ROOT).as_posix() for path in code} == set(mapping.values())
     for name, folder in mapping.items():
         module = __import__(name, fromlist=["x"])
         assert Path(module.__file__).parent == ROOT / folder

@@ -118,6 +118,37 @@ def test_a_similar_shape_gives_the_similarity():
     assert np.abs(fit.map(z) - ((0.3 + 0.2j) * z + 5)).max() < 1e-12 * fit.diagonal
 
 
+@pytest.mark.parametrize(("n", "m", "phase"), [(60, 97, 0.1), (200, 61, 0.1), (60, 97, 1.0)])
+def test_a_disc_onto_a_disc_stands_upright(n, m, phase):
+    """Any turn is as good, wherever the vertices are: the picture stays as it is looked at."""
+    fit = iccm.fit(circle(n), 2 * circle(m) * np.exp(1j * phase))
+    z = inside(circle())
+    turn = np.vdot(z, fit.map(z))
+    assert abs(np.angle(turn)) < np.radians(3)
+
+
+@pytest.mark.parametrize("turn", [0.2, 0.6, -0.4])
+def test_a_turned_hexagon_follows_the_nearest_corner(turn):
+    hexagon = np.exp(2j * np.pi * np.arange(6) / 6)
+    fit = iccm.fit(hexagon, hexagon * np.exp(1j * turn))
+    nearest = (turn + np.pi / 6) % (np.pi / 3) - np.pi / 6
+    z = inside(hexagon)
+    assert np.abs(fit.map(z) - z * np.exp(1j * nearest)).max() < 0.01
+
+
+def test_upright_counts_more_than_a_little_distortion_and_less_than_much():
+    """A blunt arrow upside down: with hardly a head it stays upright, with a sharp one it follows the shape."""
+
+    def arrow_up(head):
+        return np.array([-1 - 1.2j, 1 - 1.2j, 1 + 1j, head * 1j + 1j, -1 + 1j])
+
+    for head, upright in ((0.05, True), (2.0, False)):
+        fit = iccm.fit(arrow_up(head), -arrow_up(head))
+        z = inside(arrow_up(head))
+        centred = z - z.mean()
+        assert (np.vdot(centred, fit.map(z)).real > 0) == upright
+
+
 def difference(name, source, target, pre=lambda z: z, post=lambda w: w):
     """The largest difference between the map of a pair and that of the pair moved, relative."""
     z = inside(PAIRS[name][0], 60, 0.02)
