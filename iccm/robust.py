@@ -45,7 +45,7 @@ DEEPENINGS = 3
 MANY = 1000  # vertices of an outline before it is simplified
 SIMPLIFY = 0.2  # by this share of the tolerance
 FIRST_ERROR = (
-    0.5  # of the interpolation between vertices, as a share of the tolerance; halved from round to round
+    0.6  # of the interpolation between vertices, as a share of the tolerance; halved from round to round
 )
 LEAST_ERROR = 1e-7  # relative to the diagonal
 ROUNDS = 4
