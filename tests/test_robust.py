@@ -1,6 +1,7 @@
 """The robust method: the target is reached, what is promised of the result holds, whatever way the input is given."""
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -301,3 +302,13 @@ def test_the_images_that_newton_found_are_the_next_correspondence():
     assert found
     for before, state, after in found:
         assert apart(after, state) < 2 / 3 * apart(before, state)  # there are fewer knots than vertices
+
+
+def test_the_first_example_of_the_readme_is_met():
+    """A leaf with forty teeth: their corners are met too."""
+    from iccm.io import shapes
+
+    rose, leaf = (
+        shapes.read(f"{Path(__file__).parents[1]}/samples/rose-leaf/{n}.svg") for n in ("rose", "leaf")
+    )
+    assert iccm.fit(rose.curve, leaf.curve).status is Status.REACHED
