@@ -358,7 +358,10 @@ def magick(path, pairs):
 
 
 def peak():
-    """Largest resident size of this process so far, GB."""
+    """Largest resident size of this process so far, GB; getrusage counts that of the process it was forked from too."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        return int(status.read_text().partition("VmHWM:")[2].split()[0]) * 1024e-9
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024e-9
 
 
