@@ -107,14 +107,16 @@ def newton(
         q = np.sqrt(shares(source, s, target, tau)) / allowed(s, stretches(s, source, tau, target))
         before = float(np.linalg.norm(q * residual))
         steps = _steps(defect, residual, target, tau, q)
+        tried: list[tuple[float, float, Real, Complex]] = []
         while damping <= MOST_DAMPING:
             trial = ordered(tau, steps(damping), target.length)
             found = defect @ target.at(trial)
-            after = float(np.linalg.norm(q * found))
-            if after < before:
-                break
+            tried.append((float(np.linalg.norm(q * found)), damping, trial, found))
+            if len(tried) > 1 and tried[-2][0] < min(before, tried[-1][0]):
+                break  # the first damping that helps may hardly help: steps that are put in order are other steps
             damping *= 10
-        else:
+        after, damping, trial, found = min(tried, key=lambda t: t[0])
+        if after >= before:
             break
         tau, residual, damping = trial, found, max(damping / 10, LEAST_DAMPING)
         if after > SETTLED * before:
