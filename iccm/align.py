@@ -211,11 +211,10 @@ def search(
     tried.sort(key=lambda t: round(t.score / EQUAL))
     starts = _distinct(tried)
     rough = [wish.polished(t, ROUGH) for t in starts]
-    close = NEAR * min(t.score for t in rough) + 1e-6
+    close = NEAR * min(t.score for t in rough) + EQUAL
     found = [*starts, *(wish.finished(t, views) for t in rough if t.score <= close)]
     least = min(t.score for t in found)
-    best = wish.stood(next(t for t in found if t.score <= least + EQUAL))
-    return Correspondence(best.source, best.target, Moebius.of(best.p), best.cost)
+    return wish.stood(next(t for t in found if t.score <= least + EQUAL)).correspondence
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,6 +226,11 @@ class Candidate:
     source: View
     target: View
     p: Real
+
+    @property
+    def correspondence(self) -> Correspondence:
+        """What it makes of the boundaries."""
+        return Correspondence(self.source, self.target, Moebius.of(self.p), self.cost)
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,15 +251,19 @@ class Wish:
             for score, cost, r in zip(scores.tolist(), costs.tolist(), rho)
         ]
 
-    def candidate(self, a: View, b: View, p: Real) -> Candidate:
-        """With its cost and score."""
-        m = Moebius.of(p)
-        cost = self.cost(a, b)(m)
-        return Candidate(float(self.score(a, b, m, cost)), float(cost), a, b, p)
+    def polished(self, t: Candidate, ends: dict[str, float], turn: float = 0.0) -> Candidate:
+        """The least cost that is found from a candidate, `turn` being the price of a turn by a right angle."""
+        a, b, cost = t.source, t.target, self.cost(t.source, t.target)
 
-    def polished(self, t: Candidate, ends: dict[str, float]) -> Candidate:
-        """The least cost that is found from a candidate."""
-        return self._least(t, ends, self.cost(t.source, t.target))
+        def objective(p: Real) -> float:
+            m = Moebius.of(p)
+            return float(cost(m) + turn * (1 - self.cosine(a, b, m)) if turn else cost(m))
+
+        options = {"initial_simplex": t.p + SIMPLEX, **ends}
+        p = minimize(objective, t.p, method="Nelder-Mead", options=options).x
+        m = Moebius.of(p)
+        found = cost(m)
+        return Candidate(float(self.score(a, b, m, found)), float(found), a, b, p)
 
     def finished(self, t: Candidate, views: list[list[View]]) -> Candidate:
         """A candidate polished to the end, from the centres that see it best unless that leads elsewhere."""
@@ -264,18 +272,14 @@ class Wish:
 
     def stood(self, t: Candidate) -> Candidate:
         """A candidate turned upright, if any turn is as good, as between discs."""
-        if self.pins is not None or self.cosine(t.source, t.target, Moebius.of(t.p)) > np.cos(LESS):
+        if self.pins is not None or (turned := self._turned(t)) < LESS:
             return t
-        cost = self.cost(t.source, t.target)
-        up = self._least(t, FINE, lambda m: cost(m) + SYMMETRIC * (1 - self.cosine(t.source, t.target, m)))
-        cosines = [self.cosine(c.source, c.target, Moebius.of(c.p)) for c in (t, up)]
-        less = np.arccos(np.clip(cosines[0], -1, 1)) - np.arccos(np.clip(cosines[1], -1, 1))
-        return up if up.cost <= t.cost + FLAT and less > LESS else t
+        up = self.polished(t, FINE, turn=SYMMETRIC)
+        return up if up.cost <= t.cost + FLAT and turned - self._turned(up) > LESS else t
 
-    def _least(self, t: Candidate, ends: dict[str, float], cost: Callable[[Moebius], Real]) -> Candidate:
-        options = {"initial_simplex": t.p + SIMPLEX, **ends}
-        best = minimize(lambda p: float(cost(Moebius.of(p))), t.p, method="Nelder-Mead", options=options)
-        return self.candidate(t.source, t.target, best.x)
+    def _turned(self, t: Candidate) -> float:
+        """Radians from the upright."""
+        return float(np.arccos(np.clip(self.cosine(t.source, t.target, Moebius.of(t.p)), -1, 1)))
 
     def score(self, a: View, b: View, m: Moebius, cost: Real) -> Real:
         """Of maps with their costs."""
@@ -327,8 +331,7 @@ def _seen_well(t: Candidate, views: list[list[View]]) -> Candidate:
     """
     if np.hypot(*t.p[:2]) <= FAR:
         return t
-    forward = Correspondence(t.source, t.target, Moebius.of(t.p), t.cost).forward
-    best = (0.0, t)
+    forward, best = t.correspondence.forward, (0.0, t)
     for a in views[0]:
         image = forward(a.circle.knots)
         for b in views[1]:

@@ -14,9 +14,9 @@ GRADE = 0.4  # growth of the panel length with the distance from a corner
 THIN = 0.35  # longest panel relative to the local thickness
 
 
-def corners(curve: Curve) -> np.ndarray:
-    """Indices of the vertices that turn by more than CORNER."""
-    return np.flatnonzero(np.abs(np.angle(curve.edges / np.roll(curve.edges, 1))) > CORNER)
+def corners(curve: Curve, least: float = CORNER) -> np.ndarray:
+    """Indices of the vertices that turn by more than `least`, in radians."""
+    return np.flatnonzero(np.abs(np.angle(curve.edges / np.roll(curve.edges, 1))) > least)
 
 
 def thickness(curve: Curve, per_length: float) -> tuple[np.ndarray, Complex, Real]:

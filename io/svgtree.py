@@ -14,7 +14,7 @@ from .drawing import Rectangle
 from .svgxml import MAX_DEPTH, canvas, length, local, root, view_box
 
 SHAPES = frozenset(["path", "rect", "circle", "ellipse", "line", "polyline", "polygon"])
-_GROUPS = frozenset(["g", "a", "switch"])
+GROUPS = frozenset(["g", "a", "switch"])
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
 # Clips and masks are not inherited in SVG, but a shape in a clipped group is clipped, too.
@@ -90,12 +90,28 @@ def parse(data: bytes) -> Document:
             length or viewBox.
     """
     top = root(data)
+    box, walk, inside = begin(top)
+    shapes = list(walk.children(top, inside))
+    return Document(box, shapes, {n: local(e) for e in top.iter() for n in (e.get("id"), e.get(_LABEL)) if n})
+
+
+def begin(top: Element) -> tuple[Rectangle | None, "Walk", "State | None"]:
+    """A document's canvas, what walks over its elements, and the state inside its root, None when it is not displayed.
+
+    Raises:
+        InputError: a malformed transform, length or viewBox.
+    """
     box = canvas(top)
     sheet = css.sheet("\n".join("".join(e.itertext()) for e in top.iter() if local(e) == "style"))
-    walk = _Walk({e.get("id", ""): e for e in reversed(list(top.iter()))}, sheet)
+    walk = Walk({e.get("id", ""): e for e in reversed(list(top.iter()))}, sheet)
     state = State(Affine(), box[2:] if box else None, box[:2] if box else (0.0, 0.0))
-    shapes = list(walk.children(top, walk.enter(top, state, root=True)))
-    return Document(box, shapes, {n: local(e) for e in top.iter() for n in (e.get("id"), e.get(_LABEL)) if n})
+    return box, walk, walk.enter(top, state, root=True)
+
+
+def linked(ids: Mapping[str, Element], element: Element) -> Element | None:
+    """The element of the same document that another one's href names."""
+    link = next(filter(None, map(element.get, LINKS)), "")
+    return ids.get(link[1:]) if link.startswith("#") else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +127,7 @@ class State:
     depth: int = 0
 
 
-class _Walk:
+class Walk:
     """The document in drawing order."""
 
     def __init__(self, ids: Mapping[str, Element], sheet: css.Sheet):
@@ -140,13 +156,15 @@ class _Walk:
         )
 
     def children(self, element: Element, state: State | None) -> Iterator[Drawn]:
+        """What the children of an element draw."""
         if state is not None:
             for child in element:
                 yield from self.element(child, state)
 
     def element(self, element: Element, outer: State) -> Iterator[Drawn]:
+        """What an element draws."""
         tag = local(element)
-        if tag not in SHAPES and tag not in _GROUPS and tag not in ("svg", "use"):
+        if tag not in SHAPES and tag not in GROUPS and tag not in ("svg", "use"):
             return
         self.copies += bool(outer.used)
         if self.copies > MAX_COPIES or outer.depth > MAX_DEPTH:
@@ -156,10 +174,10 @@ class _Walk:
         state = self.enter(element, outer)
         if state is None:
             return
-        if tag in _GROUPS:
+        if tag in GROUPS:
             yield from self.children(element, state)
         elif tag == "svg":
-            yield from self.children(element, _inside_viewport(state, state.properties))
+            yield from self.children(element, inside_viewport(state, state.properties))
         elif tag == "use":
             yield from self.use(element, state)
         elif state.properties.get("visibility", "visible") == "visible":
@@ -167,12 +185,12 @@ class _Walk:
             yield Drawn(tag, state.properties, state.affine, state.size, names, outer.groups)
 
     def use(self, element: Element, state: State) -> Iterator[Drawn]:
-        link = next(filter(None, map(element.get, LINKS)), "")
-        target = self.ids.get(link[1:]) if link.startswith("#") else None
+        """What a `use` draws."""
+        target = linked(self.ids, element)
         if target is None:  # elsewhere, or nowhere: SVG draws nothing, and no other file is read
             return
         if id(target) in state.used:
-            raise InputError(f"<use> of {link!r} contains itself")
+            raise InputError(f"<use> of {'#' + target.get('id', '')!r} contains itself")
         shift = affine.translation(
             *(length(state.properties.get(k) or "0", state.size, k, f"<use> {k}") for k in "xy")
         )
@@ -183,7 +201,7 @@ class _Walk:
         inner = self.enter(target, state)
         if inner is not None:
             size = {k: state.properties[k] for k in ("width", "height") if k in state.properties}
-            yield from self.children(target, _inside_viewport(inner, dict(inner.properties) | size))
+            yield from self.children(target, inside_viewport(inner, dict(inner.properties) | size))
 
 
 def _transform(properties: Mapping[str, str], state: State) -> Affine:
@@ -199,7 +217,7 @@ def _transform(properties: Mapping[str, str], state: State) -> Affine:
     return affine.translation(*at) @ own @ affine.translation(-at[0], -at[1])
 
 
-def _inside_viewport(state: State, attributes: Mapping[str, str]) -> State:
+def inside_viewport(state: State, attributes: Mapping[str, str]) -> State:
     """The state inside a nested svg or a symbol, whose rectangle and viewBox `attributes` give."""
     x, y = (length(attributes.get(k) or "0", state.size, k, k) for k in "xy")
     whole = "100%" if state.size else None

@@ -16,7 +16,7 @@ from xml.etree.ElementTree import Element
 from .. import affine
 from ..affine import Affine
 from ..drawing import Rectangle
-from ..svgtree import LINKS
+from ..svgtree import LINKS, linked
 from ..svgxml import length, local
 from .local import Local
 from .placed import SVG, Placed, box_of, length_of, restyle
@@ -99,11 +99,6 @@ class Definitions:
         found = self.ids.get(match[1]) if match else None
         return found if found is not None and local(found) in tags else None
 
-    def linked(self, element: Element) -> Element | None:
-        """The element that another one's href names."""
-        link = next(filter(None, map(element.get, LINKS)), "")
-        return self.ids.get(link[1:]) if link.startswith("#") else None
-
     def new(self, tag: str, attributes: Mapping[str, str] | None = None) -> Element:
         """A new, empty definition with an id of its own."""
         made = Element(f"{SVG}{tag}", {"id": next(self._free), **(attributes or {})})
@@ -142,7 +137,7 @@ class Definitions:
         following: Element | None = element
         while following is not None and following not in chain:
             chain.append(following)
-            following = self.linked(following)
+            following = linked(self.ids, following)
         said = {k: v for each in reversed(chain) for k, v in each.attrib.items()}
         return said, next((each for each in chain if len(each)), element)
 

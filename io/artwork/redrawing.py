@@ -12,12 +12,12 @@ from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element, SubElement
 
 from ...errors import InputError
-from .. import affine, css, svg, svgtree
+from .. import affine, svg, svgtree
 from ..affine import Affine
 from ..drawing import Rectangle
 from ..shapes import Shape
 from ..svgtree import Drawn, State
-from ..svgxml import canvas, length, local, root
+from ..svgxml import length, local, root
 from . import attributes
 from .carrier import OUTSIDE, Effect
 from .filters import MARGIN, filtered
@@ -58,7 +58,7 @@ class Redrawing:
 
     out: Element
     definitions: Definitions
-    walk: svgtree._Walk
+    walk: svgtree.Walk
     region: dict[str, str]
     cell: float
     placed: list[Placed] = field(default_factory=list)
@@ -76,26 +76,21 @@ class Redrawing:
             InputError: it is malformed.
         """
         top = root(data)
-        box = canvas(top)
-        styles = [e for e in top.iter() if local(e) == "style"]
-        sheet = css.sheet("\n".join("".join(e.itertext()) for e in styles))
-        ids = {e.get("id", ""): e for e in reversed(list(top.iter()))}
+        _, walk, inner = svgtree.begin(top)
         low, high = target.box
         x, y, width, height = low.real, -high.imag, (high - low).real, (high - low).imag
         around = (x - width, y - height, 3 * width, 3 * height)
         out = Element(f"{SVG}svg", {"viewBox": " ".join(f"{v:.9g}" for v in (x, y, width, height))})
         drawing = cls(
             out,
-            Definitions(ids),
-            svgtree._Walk(ids, sheet),
+            Definitions(walk.ids),
+            walk,
             {name: f"{value:.9g}" for (name, _), value in zip(SIDES, around)},
             CELL * source.curve.diagonal,
         )
         out.attrib |= drawing._styled(top, "svg")
-        out.extend(copy.deepcopy(styles))
-        drawing.notes[_UNREAD] += sheet.unread
-        state = State(Affine(), box[2:] if box else None, box[:2] if box else (0.0, 0.0))
-        inner = drawing.walk.enter(top, state, root=True)
+        out.extend(copy.deepcopy(e) for e in top.iter() if local(e) == "style")
+        drawing.notes[_UNREAD] += walk.sheet.unread
         if inner is not None:
             drawing._children(top, inner, out)
             drawing._applied(top, inner, out, drawing.shapes)
@@ -119,7 +114,7 @@ class Redrawing:
         tag = local(element)
         if tag in _COPIED:
             parent.append(copy.deepcopy(element))
-        elif tag in svgtree.SHAPES or tag in (*svgtree._GROUPS, "svg", "use", "image"):
+        elif tag in svgtree.SHAPES or tag in (*svgtree.GROUPS, "svg", "use", "image"):
             state = self.walk.enter(element, outer)
             self.walk.copies += bool(outer.used)
             if self.walk.copies > svgtree.MAX_COPIES or outer.depth > svgtree.MAX_DEPTH:
@@ -162,7 +157,7 @@ class Redrawing:
             self._applied(element, state, group, self.shapes[first:])
 
     def _use(self, element: Element, state: State, group: Element) -> None:
-        used = self.definitions.linked(element)
+        used = svgtree.linked(self.walk.ids, element)
         if used is None:
             return
         if id(used) in state.used:
@@ -184,7 +179,7 @@ class Redrawing:
     def _view(self, element: Element, state: State, said: Mapping[str, str], group: Element) -> None:
         """The inside of a nested svg or a symbol, clipped to its rectangle where it reaches out of that."""
         first = len(self.shapes)
-        inner = svgtree._inside_viewport(state, said)
+        inner = svgtree.inside_viewport(state, said)
         inside = self._nested(group, {})
         self._children(element, inner, inside)
         box = box_of(self.shapes[first:], state.affine)
@@ -377,7 +372,7 @@ class Redrawing:
 
 def _understood(element: Element) -> bool:
     """Whether a <switch> takes this child."""
-    drawn = local(element) in (*svgtree.SHAPES, *svgtree._GROUPS, "svg", "use", "text", "image")
+    drawn = local(element) in (*svgtree.SHAPES, *svgtree.GROUPS, "svg", "use", "text", "image")
     speaks = element.get("systemLanguage", "en").partition("-")[0].strip() == "en"
     return drawn and "requiredExtensions" not in element.attrib and speaks
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...cauchy import Complex
 from ...curve import Curve
+from ...panels import corners
 from ..curves import Bezier, Piece
 from ..svgpath import Run
 
@@ -27,31 +28,19 @@ TAIL = 20  # times as far as counts as inside: the longest end of a line that is
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """The part of a piece between two parameters, run over in unit time."""
+    """The part of a piece between two parameters, or of a closed curve between two arclengths, run over in unit time;
+    backwards where the second is less."""
 
-    piece: Piece
+    whole: Piece | Curve
     start: float
     stop: float
 
     def at(self, t: NDArray[np.float64]) -> Complex:
         """Points at parameters in [0, 1]."""
-        return self.piece.at(self.start + (self.stop - self.start) * t)
+        return self.whole.at(self.start + (self.stop - self.start) * t)
 
 
-@dataclass(frozen=True, eq=False)
-class Arc:
-    """The part of a closed curve between two arclengths, backwards where the second is less."""
-
-    rim: Curve
-    start: float
-    stop: float
-
-    def at(self, t: NDArray[np.float64]) -> Complex:
-        """Points at parameters in [0, 1]."""
-        return self.rim.at(self.start + (self.stop - self.start) * t)
-
-
-Part = Piece | Span | Arc
+Part = Piece | Span
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,8 +122,7 @@ class Domain:
 
     @cached_property
     def _corners(self) -> NDArray[np.float64]:
-        turn = np.abs(np.angle(self.rim.edges / np.roll(self.rim.edges, 1)))
-        return self.rim.knots[:-1][turn > CORNER]
+        return self.rim.knots[:-1][corners(self.rim, CORNER)]
 
     def trim(self, runs: Sequence[Run], *, seams: bool = False) -> Trimmed:
         """Cuts the runs of one shape; each of them has at least one piece. Lines do not go over a seam with `seams`."""
@@ -215,7 +203,9 @@ class Domain:
         whole = self.rim.length * np.arange(math.floor(low / self.rim.length), high // self.rim.length + 1)
         corners = np.add.outer(whole, self._corners).ravel()
         cuts = [low, *corners[(corners > low) & (corners < high)], high]
-        return [Arc(self.rim, float(a), float(b)) for a, b in pairwise(cuts if start <= stop else cuts[::-1])]
+        return [
+            Span(self.rim, float(a), float(b)) for a, b in pairwise(cuts if start <= stop else cuts[::-1])
+        ]
 
 
 def _polyline(pieces: Sequence[Piece], tolerance: float) -> tuple[NDArray[np.float64], Complex]:
