@@ -25,10 +25,8 @@ test-slow: $(READY)
 lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	mkdir -p build/typecheck/iccm
-	ln -sfn ../../../cli build/typecheck/iccm/cli
-	ln -sfn ../../../io build/typecheck/iccm/io
-	cd build/typecheck/iccm && find . -maxdepth 1 -name '*.py*' -delete && ln -sf ../../../iccm/*.py* .
+	rm -rf build/typecheck && mkdir -p build/typecheck
+	cp -R iccm build/typecheck/iccm && cp -R cli io build/typecheck/iccm
 	cd build/typecheck && ../../$(BIN)/mypy --config-file ../../pyproject.toml -p iccm
 
 bench: $(READY)

@@ -63,11 +63,13 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
 
     Exit code: 0 done, 2 an input is wrong.
     """
-    from ..io import files, images, products
-    from ..io import stmap as maps
-    from ..io.room import Bounded
-    from ..room import Room
-    from ..texture import check_kind
+    from ..io import files
+    from ..io.memory import Bounded
+    from ..io.pictures import image_files
+    from ..io.pictures import stmap_files as maps
+    from ..io.run import outputs
+    from ..memory import Room
+    from ..pixels.texture import check_kind
 
     limit, threads = given["max_pixels"], given["threads"]
     inputs = [Path(name).resolve() for name in (stmap, image)]
@@ -75,7 +77,7 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
         raise InputError(f"{output}: is also an input; name another output")
     room = Bounded(given["memory"], Path(output).resolve().parent) if given["memory"] else Room()
     st = maps.read(stmap, max_pixels=limit, room=room)
-    picture = images.read(image, max_pixels=limit, colorspace=given["colorspace"], room=room)
+    picture = image_files.read(image, max_pixels=limit, colorspace=given["colorspace"], room=room)
     check_kind(given["kind"], picture.pixels.shape[2], image)
     for note in picture.notes:
         logs.log.warning(note)
@@ -87,7 +89,7 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
             None if output == "-" else stack.enter_context(files.replacing(output, force=given["force"]))
         )
         sampling |= {"room": room, "threads": threads, "progress": advance}
-        products.put(temporary, lambda file: maps.apply(st, picture, file, **sampling))
+        outputs.put(temporary, lambda file: maps.apply(st, picture, file, **sampling))
     if temporary:
         logs.log.info(f"wrote {output}")
     return 0

@@ -54,8 +54,8 @@ def command(jobs: str, root: str | None, only_check: bool, **given: Any) -> int:
 
     Exit code: 0 all done, 1 some are not, 2 the manifest is wrong, 130 or 143 stopped by a signal.
     """
-    from ..io import batch
-    from ..io.journal import Journal
+    from ..io.batch import dispatch
+    from ..io.batch.journal import Journal
 
     folder = Path(root if root is not None else os.path.dirname(jobs) or ".")
     tasks = _tasks(jobs, folder, outside=given["outside"], force=given["force"])
@@ -63,12 +63,12 @@ def command(jobs: str, root: str | None, only_check: bool, **given: Any) -> int:
     if only_check:
         logs.log.info(f"{len(tasks)} jobs, no mistakes")
         return 0
-    tasks = batch.prepared(tasks, book, resume=given["resume"])
-    policy = batch.Policy(given["retries"], given["timeout"], given["fail_fast"], given["threads"])
+    tasks = dispatch.prepared(tasks, book, resume=given["resume"])
+    policy = dispatch.Policy(given["retries"], given["timeout"], given["fail_fast"], given["threads"])
     start = time.perf_counter()
     with _signals() as caught, _pool(len(tasks), given) as pool:
         options = {"resume": given["resume"], "stopping": lambda: bool(caught), "warn": logs.log.warning}
-        counts = _report(batch.execute(tasks, pool, book, policy, **options), len(tasks))
+        counts = _report(dispatch.execute(tasks, pool, book, policy, **options), len(tasks))
     _summary(counts, time.perf_counter() - start)
     if caught:
         return 128 + caught[0]
@@ -78,7 +78,7 @@ def command(jobs: str, root: str | None, only_check: bool, **given: Any) -> int:
 def _tasks(jobs: str, folder: Path, *, outside: bool, force: bool) -> list[Any]:
     from dataclasses import replace
 
-    from ..io import manifest
+    from ..io.batch import manifest
 
     text = sys.stdin.read() if jobs == "-" else manifest.load(jobs)
     tasks = manifest.read(text, jobs, root=folder, outside=outside)
@@ -89,7 +89,7 @@ def _tasks(jobs: str, folder: Path, *, outside: bool, force: bool) -> list[Any]:
 
 @contextmanager
 def _pool(count: int, given: dict[str, Any]) -> Iterator[Any]:
-    from ..io import pools
+    from ..io.batch import pools
 
     if given["dask"]:
         pool: pools.Pool = pools.Dask(given["dask"])
@@ -124,7 +124,7 @@ def _report(results: Iterator[dict[str, Any]], count: int) -> Counter[str]:
     """Results to stdout, troubles and progress to stderr; how many ended in which way."""
     from tqdm import tqdm
 
-    from ..io.report import plain
+    from ..io.run.report import plain
 
     counts: Counter[str] = Counter()
     level = {"done": logs.log.debug, "poor": logs.log.warning, "cancelled": logs.log.debug}

@@ -41,7 +41,7 @@ def command(run: str, baselines: str, update: bool, **given: Any) -> int:
 
 
 def _update(run: Path, baselines: Path) -> int:
-    from ..io import regression
+    from ..io.check import regression
 
     new, gone = regression.update(run, baselines)
     logs.log.info(f"{len(new)} baselines stored in {baselines}, {len(gone)} removed")
@@ -49,7 +49,8 @@ def _update(run: Path, baselines: Path) -> int:
 
 
 def _check(run: Path, baselines: Path, given: dict[str, Any]) -> int:
-    from ..io import compare, files, regression
+    from ..io import files
+    from ..io.check import compare, regression
 
     start = time.perf_counter()
     usual = baselines / regression.SETTINGS

@@ -47,26 +47,25 @@ def command(
 
     Exit code: 0 done, 2 an input is wrong.
     """
-    from ..io import flatfile, flatten_report, transfer
-    from ..io.meshes import check_output
+    from ..io.meshes.mesh_files import check_output
+    from ..io.run import flat_files, flatten
+    from ..io.shapes import mesh_shape
 
     if not (output or uv or report or plot):
-        output = (f"{Path(transfer.meshes.split(mesh)[0]).stem}-flat.svg",)
+        output = (f"{Path(mesh_shape.mesh_files.split(mesh)[0]).stem}-flat.svg",)
     for name in output:
-        flatfile.check(name)
+        flat_files.check(name)
     if uv:
         check_output(uv)
     if plot and Path(plot).suffix.lower() not in (".png", ".svg", ".pdf"):
         raise InputError(f"{plot}: unknown suffix for --plot; use one of .png .svg .pdf")
-    outputs = flatten_report.checked(
-        [*output, uv, plot, None if report == "-" else report], mesh, force=force
-    )
-    shape = transfer.read(mesh, cut=cut)
+    outputs = flatten.checked([*output, uv, plot, None if report == "-" else report], mesh, force=force)
+    shape = mesh_shape.read(mesh, cut=cut)
     for note in shape.notes:
         logs.log.warning(f"{mesh}: {note}")
     with ExitStack() as stack:
-        flatten_report.write_all(shape, output, uv, plot, report, stack, force=force)
-    for line in flatten_report.summary(shape):
+        flatten.write_all(shape, output, uv, plot, report, stack, force=force)
+    for line in flatten.summary(shape):
         logs.log.info(line)
     for name in outputs:
         logs.log.info(f"wrote {name}")

@@ -18,7 +18,7 @@ def command(file: tuple[str, ...], as_json: bool) -> int:
     import json
 
     from ..io.describe import describe, lines
-    from ..io.report import plain
+    from ..io.run.report import plain
 
     for name in file:
         facts = describe(Path(name))

@@ -59,9 +59,9 @@ def _progress() -> Iterator[Callable[[int, int], None] | None]:
 
 def execute(given: dict[str, Any]) -> int:
     """Run the job of these options, tell about it on stderr, and give the exit code."""
-    from ..io.job import make
-    from ..io.report import summary
-    from ..io.run import run
+    from ..io.run.execute import run
+    from ..io.run.job import make
+    from ..io.run.report import summary
 
     threads = given.pop("threads")
     job = make(options.values(given))

@@ -47,7 +47,7 @@ OUTPUTS = together(
 def _bytes(ctx: click.Context, parameter: click.Parameter, value: str | None) -> int | None:
     if value is None:
         return None
-    from ..io.job import memory
+    from ..io.run.job import memory
 
     try:
         return memory(value)
@@ -153,10 +153,10 @@ SOLVER = together(
     ),
     click.option(
         "--method",
-        type=_choice("robust", "paper"),
-        default="robust",
+        type=_choice("conformal", "paper"),
+        default="conformal",
         show_default=True,
-        help="robust finds its own start and vertices; paper is Algorithm 1 as published.",
+        help="conformal finds its own start and vertices; paper is Algorithm 1 as published.",
     ),
     click.option(
         "--order", type=click.IntRange(0, 1), help="Distance of zeroth or first order.  [default: by method]"

@@ -1,6 +1,5 @@
 """Curves in the plane: complex vertices, closed (a domain's boundary) or open (a stroke)."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,10 +8,8 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from shapely.validation import explain_validity
 
-from .cauchy import Complex
+from .arrays import Complex, Real, as_complex
 from .errors import InputError
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,22 +182,6 @@ def _widest(hull: Complex) -> float:
     opposite = np.searchsorted(turn, turn[0] + np.mod(turn - turn[0] + np.pi, 2 * np.pi))
     across = z[(opposite[:, None] + [-1, 0, 1]) % z.size]  # its neighbours too: angles are rounded
     return float(max(np.abs(across - end[:, None]).max() for end in (z, np.roll(z, -1))))
-
-
-def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
-    """(n,) complex numbers, or (n, columns).
-
-    Raises:
-        InputError: no numbers, or another shape.
-    """
-    try:
-        z = np.asarray(z, dtype=np.complex128)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: no array of complex numbers x + iy ({error})") from error
-    if z.ndim != 1 + bool(columns) or (columns and z.shape[1] != columns):
-        wanted = f"(n, {columns})" if columns else "(n,)"
-        raise InputError(f"{name}: an array of shape {z.shape}; {wanted} complex numbers x + iy are needed")
-    return z
 
 
 def _finite(z: ArrayLike, name: str) -> Complex:

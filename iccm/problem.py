@@ -6,10 +6,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .cauchy import Complex
-from .curve import Curve, Real, as_complex
+from .arrays import Complex, Real, as_complex
+from .curve import Curve
 from .errors import InputError
-from .harmonic import HarmonicMap
+from .maps.harmonic import HarmonicMap
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Options:
     """How to solve. Weights are relative to the closeness of the boundary, lengths to the radius of a shape.
 
     Attributes:
-        method: "paper" for Algorithm 1 as published, "robust" for the global start and the adaptive boundary.
+        method: "paper" for Algorithm 1 as published, "conformal" for the global start and the adaptive boundary.
         order: 0 for the distance to closest points, 1 for the first-order distance of §3.4.
         quasi: None for a conformal map, else the weight of E_q.
         pin_weight: β of §3.1.
@@ -29,12 +29,12 @@ class Options:
         samples_per_edge: boundary samples of each source edge.
         max_iterations: most local and global steps.
         decrease: stop when the energy falls by less than this share of itself in one step; None is 1e-4, and 2e-3
-            for the constraints of the robust method.
+            for the constraints of the conformal method.
         threshold: stop when the energy is below this.
-        tolerance: the boundary gap aimed at, relative to the diagonal of the target (robust).
+        tolerance: the boundary gap aimed at, relative to the diagonal of the target (conformal).
     """
 
-    method: str = "robust"
+    method: str = "conformal"
     order: int | None = None
     quasi: float | None = None
     pin_weight: float = 1.0
@@ -51,8 +51,8 @@ class Options:
 
     def __post_init__(self):
         """Reject values outside their range."""
-        if self.method not in ("paper", "robust"):
-            raise InputError(f"method: {self.method!r} is not one of paper, robust")
+        if self.method not in ("paper", "conformal"):
+            raise InputError(f"method: {self.method!r} is not one of paper, conformal")
         if self.order not in (None, 0, 1):
             raise InputError(f"order: {self.order!r} is not 0 or 1")
         for f in fields(self):

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import shapely
 
-from . import harmonic
-from .cauchy import Complex
+from .arrays import Complex
 from .curve import Curve
-from .harmonic import HarmonicMap
+from .maps import harmonic
+from .maps.harmonic import HarmonicMap
 
 if TYPE_CHECKING:
-    from .evaluate import Evaluator
+    from .maps.evaluate import Evaluator
 
 INTERIOR_POINTS = 2000
 
@@ -66,14 +66,14 @@ class Fit:
 
     def inverse(self, w: Complex) -> Complex:
         """Points z with map(z) = w; NaN where w has none. Any shape in, the same shape out."""
-        from .inverse import inverse
+        from .maps.inverse import inverse
 
         return inverse(self.map, w)
 
     @cached_property
     def fast(self) -> "Evaluator":
         """The map made ready for many evaluations."""
-        from .evaluate import Evaluator
+        from .maps.evaluate import Evaluator
 
         return Evaluator(self.map)
 
@@ -110,7 +110,7 @@ class Fit:
 
     def report(self) -> dict[str, Any]:
         """The figures of the JSON report that depend on the map alone; lengths relative to `diagonal`."""
-        from .certificate import certify
+        from .maps.injectivity import certify
 
         f_z, f_zbar = self.fast.derivatives(self.interior)
         dilatation = harmonic.dilatation(f_z, f_zbar)

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from . import files, shapes
-from .placement import PICTURES
-from .products import MESHES, is_mesh
+from . import files
+from .run.outputs import MESHES, is_mesh
+from .run.raster_size import PICTURES
+from .shapes import shape as shapes
 
 MANIFESTS = (".toml", ".jsonl", ".ndjson")
 MOST = 20
@@ -69,9 +70,9 @@ def _outline(number: int, outline: Any) -> dict[str, Any]:
 
 
 def _picture(path: Path) -> dict[str, Any]:
-    from . import images
+    from .pictures import image_files
 
-    image = images.read(path)
+    image = image_files.read(path)
     height, width, channels = image.pixels.shape
     facts = {
         "kind": "picture",
@@ -92,11 +93,11 @@ def _picture(path: Path) -> dict[str, Any]:
 
 
 def _mesh(path: Path) -> dict[str, Any]:
-    from . import meshes
+    from .meshes import mesh_files
 
     if not is_mesh(str(path)):
         return _shape(path)
-    file = meshes.read(str(path))
+    file = mesh_files.read(str(path))
     mesh = file.mesh
     sizes, counts = np.unique(mesh.sizes, return_counts=True)
     return {
@@ -106,7 +107,9 @@ def _mesh(path: Path) -> dict[str, Any]:
         "sides": {str(size): int(count) for size, count in zip(sizes, counts)},
         "parts": file.obj.parts()[:MOST] if file.obj else [],
         "uv_charts": 0 if mesh.uv_corners is None else _charts(mesh),
-        "textures": ["in the file"] if file.picture is not None else list(map(str, meshes.textures_of(file))),
+        "textures": ["in the file"]
+        if file.picture is not None
+        else list(map(str, mesh_files.textures_of(file))),
         **_surface(mesh),
         "notes": list(file.notes)[:MOST],
     }
@@ -129,17 +132,17 @@ def _charts(mesh: Any) -> int:
 
 def _surface(mesh: Any) -> dict[str, Any]:
     """Boundary loops and genus, or why the mesh is no patch."""
-    from ..patch import patch
+    from ..meshes.disk_patch import disk_patch
 
     try:
-        whole = patch(mesh)
+        whole = disk_patch(mesh)
     except InputError as error:
         return {"patch": str(error)}
     return {"boundary_loops": [int(loop.size) for loop in whole.loops], "genus": int(whole.genus)}
 
 
 def _constraints(path: Path) -> dict[str, Any]:
-    from . import constraints
+    from .shapes import constraints
 
     listed = constraints.read(path)
     return {
@@ -149,7 +152,7 @@ def _constraints(path: Path) -> dict[str, Any]:
 
 
 def _manifest(path: Path) -> dict[str, Any]:
-    from . import manifest
+    from .batch import manifest
 
     tasks = manifest.read(manifest.load(str(path)), str(path), root=path.parent)
     names = [task.name for task in tasks[:MOST]]

@@ -129,7 +129,7 @@ def _a_map() -> str:
     """A square onto itself must be the identity, and so must a picture through it; compiles the kernels."""
     import iccm
 
-    from ..resample import Canvas, Texture, warp
+    from ..pixels.warp import Canvas, Texture, warp
 
     square = np.array([0, 1, 1 + 1j, 1j])
     start = time.perf_counter()

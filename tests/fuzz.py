@@ -188,23 +188,26 @@ def mend(data: bytearray) -> None:
 
 def read(kind: str, folder: Path, data: bytes) -> None:
     """Read an input as the command line would."""
-    from iccm.io import constraints, describe, images, manifest, shapes, transfer
+    from iccm.io import describe
+    from iccm.io.batch import manifest
+    from iccm.io.pictures import image_files
+    from iccm.io.shapes import constraints, mesh_shape, shape
 
     path = folder / f"x.{kind}"
     path.write_bytes(data)
     if kind == "svg":
         describe.describe(path)
-        shapes.read(str(path))
+        shape.read(str(path))
     elif kind == "obj":
         (folder / "m.mtl").write_bytes(MTL)
         describe.describe(path)
-        transfer.read(str(path), cut=True)
+        mesh_shape.read(str(path), cut=True)
     elif kind == "mtl":
         (folder / "o.obj").write_bytes(OBJ.replace(b"m.mtl", b"x.mtl"))
-        transfer.texture_in(transfer.read(str(folder / "o.obj")))
+        mesh_shape.texture_in(mesh_shape.read(str(folder / "o.obj")))
     elif kind == "png":
-        images.read(path, max_pixels=1 << 20)
-        shapes.read(str(path))
+        image_files.read(path, max_pixels=1 << 20)
+        shape.read(str(path))
     elif kind == "json":
         constraints.read(path)
     else:

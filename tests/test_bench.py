@@ -90,7 +90,7 @@ def test_a_pair_is_measured_by_both_methods(capsys):
     source, target = (shapes.sample(f"ci/shapes/{name}.svg").curve for name in ("pebble", "drop"))
     rows = {method: [solver.measured(source, target, method=method)] for method in solver.METHODS}
     solver.summary(rows)
-    assert rows["robust"][0].gap <= min(1e-3, rows["paper"][0].gap)
+    assert rows["conformal"][0].gap <= min(1e-3, rows["paper"][0].gap)
     assert "certified injective" in capsys.readouterr().out
 
 

@@ -1,4 +1,8 @@
-"""What may import what, and what an import costs."""
+"""What may import what, and what an import costs.
+
+ORDER lists the rooms from the top of the house to its cellar (docs/architecture.md): a room may import those below it,
+inside functions too, and nothing imports in a circle.
+"""
 
 import ast
 import subprocess
@@ -8,56 +12,145 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-BELOW = {"iccm": {"iccm"}, "io": {"iccm", "io"}, "cli": {"iccm", "io", "cli"}}
+ORDER = (
+    "cli",
+    "io.describe io.doctor",
+    "io.check",
+    "io.batch",
+    "io.run",
+    "io.artwork",
+    "io.shapes",
+    "io.meshes",
+    "io.pictures",
+    "io.svg",
+    "io.memory",
+    "io.files",
+    "solve",
+    "conformal",
+    "paper",
+    "problem result",
+    "meshes",
+    "pixels",
+    "maps",
+    "curve",
+    "arrays",
+    "parallel memory",
+    "errors",
+)
+FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}
 HEAVY = ("click", "OpenImageIO", "trimesh", "pydantic", "matplotlib", "svgelements")
+MOST_MODULES = 17
 
 
-def layer_of(folder: str, node: ast.Import | ast.ImportFrom) -> set[str]:
-    """The layers of this package that an import statement in `folder` reaches."""
+def name_of(path: Path) -> str:
+    """A file's module, without the leading `iccm.`; a package's own file is the package."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    parts = parts[1:] if parts[0] == "iccm" else parts
+    return ".".join(parts).removesuffix("__init__").rstrip(".")
+
+
+FILES = {name_of(path): path for part in ("iccm", "io", "cli") for path in (ROOT / part).rglob("*.py")}
+
+
+def room_of(module: str) -> str:
+    """The room that a module is in: itself, or its folder."""
+    parts = module.split(".")
+    return next((".".join(parts[:k]) for k in (2, 1) if ".".join(parts[:k]) in FLOOR), module)
+
+
+def targets(module: str, package: bool, node: ast.AST, modules=FILES) -> set[str]:
+    """The modules of this package that an import statement reaches."""
     if isinstance(node, ast.Import):
-        absolute = [alias.name.split(".") for alias in node.names]
-    elif node.level == 0:
-        absolute = [[*(node.module or "").split("."), alias.name] for alias in node.names]
+        dotted = [alias.name for alias in node.names]
+    elif isinstance(node, ast.ImportFrom):
+        here = ["iccm", *(part for part in module.split(".") if part)]
+        base = here[: len(here) - node.level + package] if node.level else []
+        dotted = [".".join([*base, *filter(None, [node.module]), alias.name]) for alias in node.names]
     else:
-        here = ["iccm"] if folder == "iccm" else ["iccm", *folder.split("/")]
-        base = here[: len(here) - node.level + 1]
-        absolute = [[*base, *(node.module or "").split("."), alias.name] for alias in node.names]
-    names = [[part for part in parts if part] for parts in absolute]
-    return {parts[1] if parts[1:2] and parts[1] in BELOW else "iccm" for parts in names if parts[0] == "iccm"}
+        return set()
+    found = {name.removeprefix("iccm").lstrip(".") for name in dotted if name.split(".")[0] == "iccm"}
+    return {name if name in modules else name.rpartition(".")[0] for name in found}
 
 
-def upward(folder: str, code: str) -> set[str]:
-    """The layers above `folder` that this code imports."""
-    imports = [node for node in ast.walk(ast.parse(code)) if isinstance(node, ast.Import | ast.ImportFrom)]
-    return set().union(*(layer_of(folder, node) for node in imports)) - BELOW[folder.split("/")[0]]
+def imports(module: str) -> set[str]:
+    path = FILES[module]
+    tree = ast.parse(path.read_text())
+    found = (targets(module, path.name == "__init__.py", node) for node in ast.walk(tree))
+    return set().union(*found) - {module}
 
 
-@pytest.mark.parametrize("folder", BELOW)
-def test_imports_never_go_upwards(folder):
-    found = {
-        str(path): upward(path.parent.relative_to(ROOT).as_posix(), path.read_text())
-        for path in (ROOT / folder).rglob("*.py")
-    }
-    assert found and not {path: layers for path, layers in found.items() if layers}
+GRAPH = {module: imports(module) for module in FILES}
+
+
+def backwards(graph: dict[str, set[str]]) -> list[tuple[str, str]]:
+    """Imports that run up the house, the packages' own (documentation and lazy names) apart."""
+    pairs = [(a, b) for a, reached in graph.items() for b in reached if room_of(a) in FLOOR]
+    return [(a, b) for a, b in pairs if b in FLOOR or room_of(b) in FLOOR if floor(a) > floor(b)]
+
+
+def floor(module: str) -> int:
+    return FLOOR[room_of(module)]
+
+
+def circles(graph: dict[str, set[str]]) -> list[set[str]]:
+    """Sets of modules that reach each other."""
+    reach = {module: reached(graph, module) for module in graph}
+    return [{a, b} for a in graph for b in reach[a] if a < b and a in reach.get(b, ())]
+
+
+def reached(graph: dict[str, set[str]], start: str) -> set[str]:
+    seen: set[str] = set()
+    left = [start]
+    while left:
+        new = graph.get(left.pop(), set()) - seen
+        seen |= new
+        left += new
+    return seen
+
+
+def test_every_module_is_in_a_room():
+    rooms = {room_of(module) for module in FILES if module not in ("", "io")}
+    assert rooms <= set(FLOOR), rooms - set(FLOOR)
+
+
+def test_imports_run_one_way():
+    assert not backwards(GRAPH)
+
+
+def test_nothing_imports_in_a_circle():
+    assert not circles(GRAPH)
+
+
+def test_no_folder_has_too_many_modules():
+    counts: dict[Path, int] = {}
+    for path in FILES.values():
+        counts[path.parent] = counts.get(path.parent, 0) + (path.name != "__init__.py")
+    assert max(counts.values()) <= MOST_MODULES, counts
 
 
 @pytest.mark.parametrize(
-    ("folder", "code", "layers"),
+    ("module", "code", "found"),
     [
-        ("iccm", "from .io import files", {"io"}),
-        ("iccm", "from . import cli", {"cli"}),
-        ("iccm", "import iccm.io.files", {"io"}),
-        ("io", "from ..cli import logs", {"cli"}),
-        ("io", "from .. import cli", {"cli"}),
-        ("io", "from iccm import cli", {"cli"}),
-        ("io", "from . import files\nfrom ..errors import InputError\nimport io", set()),
-        ("cli", "from ..io import files\nfrom . import logs", set()),
-        ("io/artwork", "from .. import files\nfrom ... import errors\nfrom . import trim", set()),
-        ("io/artwork", "from ...cli import logs", {"cli"}),
+        ("maps.inverse", "from ..io import files", {"io.files"}),
+        ("solve", "from . import cli", {"cli"}),
+        ("solve", "import iccm.io.files", {"io.files"}),
+        ("io.run.job", "def f():\n    from ...cli import logs", {"cli.logs"}),
+        ("io.files", "from iccm import curve", {"curve"}),
+        (
+            "io.svg.reader",
+            "from . import tree\nfrom ...errors import InputError\nimport io",
+            {"io.svg.tree", "errors"},
+        ),
     ],
 )
-def test_the_scan_sees_an_upward_import(folder, code, layers):
-    assert upward(folder, code) == layers
+def test_the_scan_sees_an_import(module, code, found):
+    assert set().union(*(targets(module, False, node) for node in ast.walk(ast.parse(code)))) == found
+
+
+def test_the_scan_sees_arrows_that_run_back_and_circles():
+    graph = {"curve": {"maps.inverse"}, "maps.inverse": {"curve"}}
+    assert backwards(graph) == [("curve", "maps.inverse")]
+    assert circles(graph) == [{"curve", "maps.inverse"}]
 
 
 def loaded(statement: str) -> set[str]:
@@ -70,9 +163,9 @@ def loaded(statement: str) -> set[str]:
 
 
 def test_the_core_leaves_the_outer_libraries_alone():
-    names = sorted(path.stem for path in (ROOT / "iccm").glob("*.py") if path.stem != "__init__")
+    names = sorted(name for name in FILES if name and name.split(".")[0] not in ("io", "cli"))
     modules = loaded("import " + ", ".join(f"iccm.{name}" for name in names))
-    assert "iccm.cauchy" in modules
+    assert "iccm.maps.cauchy_green" in modules
     assert not modules.intersection(HEAVY)
     assert not {name for name in modules if name.startswith(("iccm.cli", "iccm.io"))}
 

@@ -51,9 +51,8 @@ def test_mypy_sees_an_error_in_every_layer(tmp_path):
 def test_the_lint_target_checks_the_staged_tree():
     recipe = (ROOT / "Makefile").read_text().partition("\nlint:")[2].partition("\n\n")[0]
     for part in (
-        "ln -sfn ../../../cli",
-        "ln -sfn ../../../io",
-        "../../../iccm/*.py",
+        "cp -R iccm build/typecheck/iccm",
+        "cp -R cli io build/typecheck/iccm",
         "cd build/typecheck &&",
         "-p iccm",
     ):
@@ -61,11 +60,12 @@ def test_the_lint_target_checks_the_staged_tree():
 
 
 def test_packages_are_mapped_to_the_folders():
-    mapping = PROJECT["tool"]["setuptools"]["package-dir"]
-    assert mapping == {"iccm": "iccm", "iccm.cli": "cli", "iccm.io": "io", "iccm.io.artwork": "io/artwork"}
-    assert PROJECT["tool"]["setuptools"]["packages"] == list(mapping)
+    given = PROJECT["tool"]["setuptools"]["package-dir"]
+    assert {given[name] for name in ("iccm", "iccm.cli", "iccm.io")} == {"iccm", "cli", "io"}
     code = [path for folder in ("iccm", "io", "cli") for path in (ROOT / folder).rglob("*.py")]
-    assert {path.parent.relative_to(ROOT).as_posix() for path in code} == set(mapping.values())
+    folders = {path.parent.relative_to(ROOT).as_posix() for path in code}
+    mapping = {"iccm." + f.replace("/", ".").removeprefix("iccm.") if f != "iccm" else f: f for f in folders}
+    assert sorted(PROJECT["tool"]["setuptools"]["packages"]) == sorted(mapping)
     for name, folder in mapping.items():
         module = __import__(name, fromlist=["x"])
         assert Path(module.__file__).parent == ROOT / folder

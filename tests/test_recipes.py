@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from iccm.cli import COMMANDS
-from iccm.io import compare, manifest
-from iccm.io.job import Job
+from iccm.io.batch import manifest
+from iccm.io.check import compare
+from iccm.io.run.job import Job
 
 README = (Path(__file__).parents[1] / "README.md").read_text()
 RECIPES = re.findall(r"<!-- tested -->\n```sh\n(.*?)```", README, re.DOTALL)
@@ -65,7 +66,7 @@ def test_the_python_of_the_readme_runs():
 
 
 def test_the_constraints_of_the_readme_are_valid(folder):
-    from iccm.io import constraints
+    from iccm.io.shapes import constraints
 
     (folder / "c.json").write_text(blocks("json")[0])
     assert len(constraints.read(folder / "c.json").pins) == 1

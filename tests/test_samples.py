@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from iccm.io import images
+from iccm.io.pictures import image_files
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 LONG = {"rose-leaf", "square-country", "polyline", "strokes", "face-pins", "hexagon-surface"}
@@ -49,7 +49,7 @@ def premultiplied(picture):
 
 
 def baseline(name):
-    return images.read(SAMPLES / name / "picture.png").pixels
+    return image_files.read(SAMPLES / name / "picture.png").pixels
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_a_sample_makes_its_picture(name, tmp_path):
     for command in RUN.commands(folder):
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-    made, kept = images.read(folder / "out/picture.png").pixels, baseline(name)
+    made, kept = image_files.read(folder / "out/picture.png").pixels, baseline(name)
     if name in FREE:
         made, kept = made[..., 3:], kept[..., 3:]
     assert difference(made, kept) < LIMIT

@@ -8,10 +8,11 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ...errors import InputError
-from ...evaluate import Evaluator
-from ...harmonic import HarmonicMap
-from .. import files, svg
-from ..shapes import Shape
+from ...maps.evaluate import Evaluator
+from ...maps.harmonic import HarmonicMap
+from .. import files
+from ..shapes.shape import Shape
+from ..svg import reader
 from . import attributes
 from .carrier import Carrier
 from .redrawing import Redrawing
@@ -45,7 +46,7 @@ def carry(
     if source.path.suffix.lower() != ".svg":
         raise InputError(f"{source.path}: artwork is carried from SVG files only")
     try:
-        drawing = Redrawing.of(files.read_bytes(source.path, max_bytes=svg.MAX_BYTES), source, target)
+        drawing = Redrawing.of(files.read_bytes(source.path, max_bytes=reader.MAX_BYTES), source, target)
     except InputError as error:
         raise InputError(f"{source.path}: {error}") from error
     carrier = Carrier(map, source, tolerance or TOLERANCE * target.curve.diagonal)

@@ -2,8 +2,8 @@
 
 from xml.etree.ElementTree import Element
 
-from .. import css
-from ..svgxml import local
+from ..svg import css
+from ..svg.document import local
 
 SPACES = {
     "": "http://www.w3.org/2000/svg",

@@ -8,14 +8,14 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cauchy import Complex
+from ...arrays import Complex
 from ...curve import Curve
-from ...evaluate import Evaluator
-from ...harmonic import HarmonicMap
-from ...refit import refit
-from ..affine import Affine
-from ..shapes import Shape
-from ..svgpath import Run
+from ...maps.bezier_fit import refit
+from ...maps.evaluate import Evaluator
+from ...maps.harmonic import HarmonicMap
+from ..shapes.shape import Shape
+from ..svg.affine import Affine
+from ..svg.path_data import Run
 from .local import Local, Samples, local
 from .placed import Placed
 from .trim import Domain, Part, Trimmed

@@ -7,10 +7,10 @@ from dataclasses import replace
 from xml.etree.ElementTree import Element
 
 from ...errors import InputError
-from ..affine import Affine
-from ..svgpath import numbers
-from ..svgtree import LINKS
-from ..svgxml import local
+from ..svg.affine import Affine
+from ..svg.document import local
+from ..svg.path_data import numbers
+from ..svg.tree import LINKS
 from .local import Local
 from .paint import SIDES, Apply, Definitions, Space, scale, told
 

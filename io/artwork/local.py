@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cauchy import Complex
-from ..affine import Affine
+from ...arrays import Complex
+from ..svg.affine import Affine
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,11 +13,11 @@ from functools import cached_property
 from itertools import count
 from xml.etree.ElementTree import Element
 
-from .. import affine
-from ..affine import Affine
-from ..drawing import Rectangle
-from ..svgtree import LINKS, linked
-from ..svgxml import length, local
+from ..svg import affine
+from ..svg.affine import Affine
+from ..svg.document import length, local
+from ..svg.drawing import Rectangle
+from ..svg.tree import LINKS, linked
 from .local import Local
 from .placed import SVG, Placed, box_of, length_of, restyle
 

@@ -7,14 +7,14 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from ...cauchy import Complex
+from ...arrays import Complex
 from ...errors import InputError
-from .. import css, svg, svgpath
-from ..affine import Affine
-from ..curves import Bezier, Piece
-from ..drawing import Rectangle
-from ..svgpath import LARGEST, Run
-from ..svgtree import Drawn
+from ..svg import css, path_data, reader
+from ..svg.affine import Affine
+from ..svg.curves import Bezier, Piece
+from ..svg.drawing import Rectangle
+from ..svg.path_data import LARGEST, Run
+from ..svg.tree import Drawn
 from .trim import Trimmed
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -100,11 +100,11 @@ def runs_of(drawn: Drawn) -> list[Run]:
     """
     if drawn.tag in ("polyline", "polygon"):
         found = []
-        for line in svg._polyline(replace(drawn, affine=Affine())):
+        for line in reader._polyline(replace(drawn, affine=Affine())):
             sides: list[Piece] = [Bezier((complex(a), complex(b))) for a, b in pairwise(line.z)]
             found.append(Run(complex(line.z[0]), sides, line.closed))
     else:
-        found = svgpath.runs(svg._PATH[drawn.tag](drawn))
+        found = path_data.runs(reader._PATH[drawn.tag](drawn))
     out = []
     for run in found:
         pieces = list(run.pieces)

@@ -12,12 +12,12 @@ from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element, SubElement
 
 from ...errors import InputError
-from .. import affine, svg, svgtree
-from ..affine import Affine
-from ..drawing import Rectangle
-from ..shapes import Shape
-from ..svgtree import Drawn, State
-from ..svgxml import length, local, root
+from ..shapes.shape import Shape
+from ..svg import affine, reader, tree
+from ..svg.affine import Affine
+from ..svg.document import length, local, root
+from ..svg.drawing import Rectangle
+from ..svg.tree import Drawn, State
 from . import attributes
 from .carrier import OUTSIDE, Effect
 from .filters import MARGIN, filtered
@@ -58,7 +58,7 @@ class Redrawing:
 
     out: Element
     definitions: Definitions
-    walk: svgtree.Walk
+    walk: tree.Walk
     region: dict[str, str]
     cell: float
     placed: list[Placed] = field(default_factory=list)
@@ -76,7 +76,7 @@ class Redrawing:
             InputError: it is malformed.
         """
         top = root(data)
-        _, walk, inner = svgtree.begin(top)
+        _, walk, inner = tree.begin(top)
         low, high = target.box
         x, y, width, height = low.real, -high.imag, (high - low).real, (high - low).imag
         around = (x - width, y - height, 3 * width, 3 * height)
@@ -114,16 +114,16 @@ class Redrawing:
         tag = local(element)
         if tag in _COPIED:
             parent.append(copy.deepcopy(element))
-        elif tag in svgtree.SHAPES or tag in (*svgtree.GROUPS, "svg", "use", "image"):
+        elif tag in tree.SHAPES or tag in (*tree.GROUPS, "svg", "use", "image"):
             state = self.walk.enter(element, outer)
             self.walk.copies += bool(outer.used)
-            if self.walk.copies > svgtree.MAX_COPIES or outer.depth > svgtree.MAX_DEPTH:
+            if self.walk.copies > tree.MAX_COPIES or outer.depth > tree.MAX_DEPTH:
                 raise InputError(
-                    f"<use> makes more than {svgtree.MAX_COPIES} elements, or nests them too deeply"
+                    f"<use> makes more than {tree.MAX_COPIES} elements, or nests them too deeply"
                 )
             if state is None:
                 self.notes["hidden element (display: none, opacity 0), left out"] += not self.aside
-            elif tag in svgtree.SHAPES:
+            elif tag in tree.SHAPES:
                 try:
                     self._shape(tag, element, state, outer, parent)
                 except InputError as error:
@@ -157,7 +157,7 @@ class Redrawing:
             self._applied(element, state, group, self.shapes[first:])
 
     def _use(self, element: Element, state: State, group: Element) -> None:
-        used = svgtree.linked(self.walk.ids, element)
+        used = tree.linked(self.walk.ids, element)
         if used is None:
             return
         if id(used) in state.used:
@@ -179,7 +179,7 @@ class Redrawing:
     def _view(self, element: Element, state: State, said: Mapping[str, str], group: Element) -> None:
         """The inside of a nested svg or a symbol, clipped to its rectangle where it reaches out of that."""
         first = len(self.shapes)
-        inner = svgtree.inside_viewport(state, said)
+        inner = tree.inside_viewport(state, said)
         inside = self._nested(group, {})
         self._children(element, inner, inside)
         box = box_of(self.shapes[first:], state.affine)
@@ -193,7 +193,7 @@ class Redrawing:
 
     def _shape(self, tag: str, element: Element, state: State, outer: State, parent: Element) -> None:
         names = state.groups[len(outer.groups) :]
-        if any(name.startswith((svg.PIN, svg.STROKE)) for name in names):
+        if any(name.startswith((reader.PIN, reader.STROKE)) for name in names):
             return
         drawn = Drawn(tag, state.properties, state.affine, state.size, names, outer.groups)
         runs = runs_of(drawn)
@@ -231,7 +231,7 @@ class Redrawing:
     def _picture(self, element: Element, state: State, parent: Element) -> None:
         """A picture in parts: each is cut out as the map has it, and shows the picture under the affine part there."""
         said = state.properties
-        link = next((k for k in svgtree.LINKS if element.get(k, "").strip().startswith("data:")), None)
+        link = next((k for k in tree.LINKS if element.get(k, "").strip().startswith("data:")), None)
         sides = {k: said[k] for k in ("x", "y", "width", "height") if said.get(k, "auto").strip() != "auto"}
         if link is None or len({"width", "height"} & sides.keys()) < 2:
             self.notes["<image> that is not embedded, or without width and height, left out"] += 1
@@ -249,7 +249,7 @@ class Redrawing:
         for cell in _cells(place, state.affine, self.cell):
             clip, corners = self._clip_to(cell, state)
             part = SubElement(group, f"{SVG}g", {"clip-path": clip})
-            use = SubElement(part, f"{SVG}use", {svgtree.LINKS[1]: f"#{picture.get('id')}"})
+            use = SubElement(part, f"{SVG}use", {tree.LINKS[1]: f"#{picture.get('id')}"})
             self.effects.append(Effect(corners, shown(use, state.affine)))
             shapes += corners
         self.pictures.append(group)
@@ -372,7 +372,7 @@ class Redrawing:
 
 def _understood(element: Element) -> bool:
     """Whether a <switch> takes this child."""
-    drawn = local(element) in (*svgtree.SHAPES, *svgtree.GROUPS, "svg", "use", "text", "image")
+    drawn = local(element) in (*tree.SHAPES, *tree.GROUPS, "svg", "use", "text", "image")
     speaks = element.get("systemLanguage", "en").partition("-")[0].strip() == "en"
     return drawn and "requiredExtensions" not in element.attrib and speaks
 

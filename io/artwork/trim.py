@@ -15,11 +15,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from ...cauchy import Complex
+from ...arrays import Complex
+from ...conformal.panels import corners
 from ...curve import Curve
-from ...panels import corners
-from ..curves import Bezier, Piece
-from ..svgpath import Run
+from ..svg.curves import Bezier, Piece
+from ..svg.path_data import Run
 
 CORNER = 0.2  # radians: where the boundary turns by more, an arc of it is cut in two
 MOST = 4096  # vertices of a piece

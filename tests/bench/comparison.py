@@ -20,7 +20,7 @@ import numpy as np
 
 import iccm
 from iccm import Curve, Fit
-from iccm.io import constraints
+from iccm.io.shapes import constraints
 from iccm.result import hausdorff
 
 from . import pictures, rivals, shapes

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 import iccm
 from iccm import Curve, Fit
-from iccm.harmonic import area_scale, dilatation
-from iccm.io import constraints
+from iccm.io.shapes import constraints
+from iccm.maps.harmonic import area_scale, dilatation
 from iccm.result import interior_grid
 
 from . import comparison, orders, pictures, shapes
@@ -65,7 +65,7 @@ def said(fit: Fit, *names: str) -> str:
 
 
 def convergence() -> list[Row]:
-    """Fig. 2: Algorithm 1 step by step, its energy, and where the robust method ends."""
+    """Fig. 2: Algorithm 1 step by step, its energy, and where the conformal method ends."""
     source, target = (shapes.sample(f"raster/{name}.svg").curve for name in ("whale", "fish"))
     figure, panels = sheet(4, 2, 2.4, -0.55)
     box, rows = around(target, margin=0.08), []
@@ -87,8 +87,8 @@ def convergence() -> list[Row]:
     fit = iccm.fit(source, target)
     textured(rest[6], fit, board(source), box)
     outline(rest[6], target.z)
-    title(rest[6], "robust", said(fit, "gap"))
-    rows.append(("robust", said(fit, "gap", "area")))
+    title(rest[6], "conformal", said(fit, "gap"))
+    rows.append(("conformal", said(fit, "gap", "area")))
     pictures.save(figure, "convergence")
     return rows
 

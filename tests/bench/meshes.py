@@ -15,14 +15,16 @@ from pathlib import Path
 import igl
 import numpy as np
 
-from iccm import bake, flatten
-from iccm.harmonic import HarmonicMap
-from iccm.io import images, obj, objwrite, transfer
-from iccm.mesh import Mesh
-from iccm.patch import patch
-from iccm.pullback import Pullback
-from iccm.reading import Reader
-from iccm.resample import Texture
+from iccm.io.meshes import obj, obj_write
+from iccm.io.pictures import image_files
+from iccm.io.shapes import mesh_shape
+from iccm.maps.extended_inverse import Pullback
+from iccm.maps.harmonic import HarmonicMap
+from iccm.meshes import bake, flatten
+from iccm.meshes.disk_patch import disk_patch
+from iccm.meshes.mesh import Mesh
+from iccm.pixels.sampler import Reader
+from iccm.pixels.warp import Texture
 
 from . import surfaces
 
@@ -61,7 +63,7 @@ def files() -> None:
         every = np.ones(len(faces), bool)
 
         def rewrite() -> None:
-            other.write_bytes(objwrite.retextured(whole, every, mesh.uv, faces.ravel()))
+            other.write_bytes(obj_write.retextured(whole, every, mesh.uv, faces.ravel()))
 
         again, *_ = best(rewrite)
     print(
@@ -73,11 +75,11 @@ def files() -> None:
 def flattening() -> None:
     """A patch of a hundred thousand vertices."""
     mesh = triangles(316)
-    checks, _, piece = best(lambda: patch(mesh))
+    checks, _, piece = best(lambda: disk_patch(mesh))
     solve, *_ = best(lambda: flatten.lscm(piece, piece.loops[0]), 1)
 
     def everything() -> None:
-        found = flatten.flatten(patch(mesh))
+        found = flatten.flatten(disk_patch(mesh))
         found.report()
         assert found.boundary.z.size
 
@@ -94,7 +96,7 @@ def repair() -> None:
     k = np.arange(t.size).reshape(t.shape)
     quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], axis=-1).reshape(-1)
     points = np.column_stack([(r * np.cos(t)).ravel(), (r * np.sin(t)).ravel(), 0.12 * t.ravel()])
-    piece = patch(Mesh("ramp", points, quads, 4 * np.arange(quads.size // 4 + 1)))
+    piece = disk_patch(Mesh("ramp", points, quads, 4 * np.arange(quads.size // 4 + 1)))
     lscm, *_ = best(lambda: flatten.lscm(piece, piece.loops[0]), 1)
     start = time.perf_counter()
     found = flatten.flatten(piece)
@@ -107,7 +109,7 @@ def repair() -> None:
 def baking(size: int = 4096) -> None:
     """A million triangles into size² texels."""
     mesh = triangles(708)
-    piece = patch(mesh)
+    piece = disk_patch(mesh)
     flat = (piece.points[:, 0] + 1j * piece.points[:, 1]).astype(complex)
     side = np.linspace(-1, 1, 20, endpoint=False)
     square = np.concatenate([side - 1j, 1 + 1j * side, -side + 1j, -1 - 1j * side])
@@ -135,7 +137,7 @@ def angles() -> None:
             z, quads = surfaces.square_grid(n) if name != "face" else surfaces.polar_grid(n, 2 * n)
             corners = np.concatenate([np.array(f) for f in quads])
             starts = np.concatenate([[0], np.cumsum([len(f) for f in quads])])
-            found = flatten.flatten(patch(Mesh(name, getattr(surfaces, name)(z), corners, starts)))
+            found = flatten.flatten(disk_patch(Mesh(name, getattr(surfaces, name)(z), corners, starts)))
             errors.append(found.report()["dilatation"]["p95"] - 1)
         rates = np.log2(np.array(errors[:-1]) / errors[1:])
         shown = ", ".join(f"{e:.4f}" for e in errors)
@@ -146,10 +148,10 @@ def angles() -> None:
 
 def rebake(mesh: str, picture: str) -> None:
     """A textured mesh baked into its own layout, through a cut and its flattening; every texel should be as it was."""
-    shape, image = transfer.read(mesh, cut=True), images.read(picture)
+    shape, image = mesh_shape.read(mesh, cut=True), image_files.read(picture)
     same = HarmonicMap(shape.curve.z, shape.curve.z, 0 * shape.curve.z)
     height, width = image.pixels.shape[:2]
-    made, report = transfer.bake(shape, same, shape, image, shape.box, (width, height), padding=0)
+    made, report = mesh_shape.bake(shape, same, shape, image, shape.box, (width, height), padding=0)
     reached = made.pixels.any(axis=2)
     error = np.abs(made.pixels.astype(float) - image.pixels)[reached]
     print(

@@ -17,8 +17,8 @@ from PIL import Image
 from scipy.ndimage import distance_transform_edt
 
 from iccm import Curve, Fit
-from iccm.checkerboard import checkerboard
-from iccm.resample import Canvas, Texture, warp
+from iccm.pixels.checkerboard import checkerboard
+from iccm.pixels.warp import Canvas, Texture, warp
 
 from .rivals import Mesh
 

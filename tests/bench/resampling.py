@@ -15,10 +15,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from iccm.canvas import Canvas, Diagnostics, Raster
-from iccm.harmonic import HarmonicMap
-from iccm.inverse import Inverse
-from iccm.resample import Prepared, Texture, Warp, warp
+from iccm.maps.harmonic import HarmonicMap
+from iccm.maps.inverse import Inverse
+from iccm.pixels.canvas import Canvas, Diagnostics, Raster
+from iccm.pixels.warp import Prepared, Texture, Warp, warp
 
 BOX = (-1.4 - 1.4j, 1.4 + 1.4j)
 VERTICES = 300
@@ -238,24 +238,26 @@ def scaling(sizes=(1024, 2048, 4096, 8192, 16384)):
 
 def one(size, name=None):
     """One streamed warp, in this process, of a file's texture or one of 2048²."""
-    from iccm.io import images
+    from iccm.io.pictures import image_files
 
     noise = np.random.default_rng(0)
-    texture = images.read(name).pixels if name else noise.integers(0, 256, (2048, 2048, 4), dtype=np.uint8)
+    texture = (
+        image_files.read(name).pixels if name else noise.integers(0, 256, (2048, 2048, 4), dtype=np.uint8)
+    )
     map, canvas = maps()["conformal"], Canvas(size, size, BOX)
     warp(map, Texture(texture[:64, :64], BOX, 3), Canvas(64, 64, BOX))  # kernels are loaded
     with tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()
         work = Warp(map, Prepared(Texture(texture, BOX, 3)), canvas)
-        like = images.Image(texture, 3)
-        images.write_bands(Path(folder) / "out.tif", like, size, size, work.blocks())
+        like = image_files.Image(texture, 3)
+        image_files.write_bands(Path(folder) / "out.tif", like, size, size, work.blocks())
         took = time.perf_counter() - start
     print(json.dumps({"seconds": took, "peak": peak()}))
 
 
 def large(size=16384):
     """A texture as large as the result, from file to file: minutes, and only when asked for."""
-    from iccm.io import images
+    from iccm.io.pictures import image_files
 
     y, x = np.indices((256, size))
     strips = (
@@ -268,7 +270,7 @@ def large(size=16384):
     )
     with tempfile.TemporaryDirectory() as folder:
         name = f"{folder}/texture.tif"
-        images.write_bands(name, images.Image(np.zeros((1, 1, 4), np.uint8), 3), size, size, strips)
+        image_files.write_bands(name, image_files.Image(np.zeros((1, 1, 4), np.uint8), 3), size, size, strips)
         line = [sys.executable, "-m", "tests.bench.resampling", "one", str(size), name]
         found = json.loads(subprocess.run(line, capture_output=True, text=True, check=True).stdout)
     print(

@@ -15,9 +15,9 @@ from scipy.spatial import Delaunay
 from skimage.transform import ThinPlateSplineTransform
 
 from iccm import Curve
-from iccm.measure import inner_points
-from iccm.system import System
-from iccm.terms import Basis, Target, closeness, consistency
+from iccm.conformal.harmonic_measure import inner_points
+from iccm.paper.energies import Basis, Target, closeness, consistency
+from iccm.paper.least_squares import System
 
 SHIFTS = 120
 FLAT = 1e-12  # area of a triangle that is none, relative to the shape's

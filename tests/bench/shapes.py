@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 
 from iccm import Curve, InputError
-from iccm.io import shapes as files
+from iccm.io.shapes import shape as files
 
 ROOT = Path(__file__).resolve().parents[2]
 CACHE = ROOT / "build" / "bench"

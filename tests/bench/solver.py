@@ -1,4 +1,4 @@
-"""The solver on random pairs of real silhouettes, `paper` and `robust` side by side; time against vertices.
+"""The solver on random pairs of real silhouettes, `paper` and `conformal` side by side; time against vertices.
 
 python -m tests.bench.solver [--pairs 40] [--seed 1] [--atlas 110m|50m|10m] [--largest 4000] [--outlines 2]
 """
@@ -15,7 +15,7 @@ from tests import exact
 
 from . import shapes
 
-METHODS = ("paper", "robust")
+METHODS = ("paper", "conformal")
 DEPTH = 1e-3  # of the certificate, relative to the source's diagonal
 LONG = 5000  # vertices of an outline that counts as long
 SIZES = (250, 500, 1000, 2000, 4000)
@@ -63,7 +63,7 @@ def pairs(count: int, seed: int, scale: str) -> dict[str, list[Row]]:
     drawn = shapes.pairs(count, seed, scale)
     print(f"## {count} random pairs (seed {seed}), countries at 1:{scale}")
     print("lengths relative to the target's diagonal; area: log10 of the area scale, 5 % to 95 %;")
-    print("iterations of robust: rounds of placing vertices after the first")
+    print("iterations of conformal: rounds of placing vertices after the first")
     head = "gap      rms      certified  area  vert  iter  seconds"
     print(f"{'pair':46} method  {head}  status")
     rows: dict[str, list[Row]] = {name: [] for name in METHODS}
@@ -88,7 +88,7 @@ def line(row: Row) -> str:
 
 
 def summary(rows: dict[str, list[Row]]) -> None:
-    """Quantiles of both methods, and what was asked of `robust`."""
+    """Quantiles of both methods, and what was asked of `conformal`."""
     print("\nquantiles (50 %, 90 %, 100 %)")
     for name in ("gap", "rms", "spread", "vertices", "iterations", "seconds"):
         cells = [
@@ -97,13 +97,13 @@ def summary(rows: dict[str, list[Row]]) -> None:
         print(f"  {name:11}" + "   ".join(f"{m:7}{c}" for m, c in zip(rows, cells)))
     shares = ", ".join(f"{method} {share_certified(found):.0%}" for method, found in rows.items())
     print(f"  certified injective at a depth of {DEPTH:g} or less: {shares} of the pairs")
-    robust = rows["robust"]
+    conformal = rows["conformal"]
     wanted = [
-        ("median gap at most 1e-3", quantile(robust, "gap", 0.5), 1e-3),
-        ("90 % gap at most 5e-3", quantile(robust, "gap", 0.9), 5e-3),
-        ("not certified on at most 10 %", 1 - share_certified(robust), 0.1),
-        ("median seconds at most 1", quantile(robust, "seconds", 0.5), 1.0),
-        ("90 % seconds at most 3", quantile(robust, "seconds", 0.9), 3.0),
+        ("median gap at most 1e-3", quantile(conformal, "gap", 0.5), 1e-3),
+        ("90 % gap at most 5e-3", quantile(conformal, "gap", 0.9), 5e-3),
+        ("not certified on at most 10 %", 1 - share_certified(conformal), 0.1),
+        ("median seconds at most 1", quantile(conformal, "seconds", 0.5), 1.0),
+        ("90 % seconds at most 3", quantile(conformal, "seconds", 0.9), 3.0),
     ]
     for what, value, bound in wanted:
         print(f"  {'holds   ' if value <= bound else 'FAILS   '} {what}: {value:.2g}")
@@ -123,7 +123,7 @@ def scaling(largest: int) -> float:
     """Time against vertices on one pair; the exponent of the power law through the points from 500 vertices up."""
     source = shapes.sample("hexagon-blob/hexagon.svg").curve
     target = shapes.sample("hexagon-blob/blob.svg").curve
-    print("\n## Time against vertices, robust, hexagon → blob, a tolerance that asks for all allowed")
+    print("\n## Time against vertices, conformal, hexagon → blob, a tolerance that asks for all allowed")
     print("vertices  seconds  gap")
     points = []
     for size in [n for n in SIZES if n <= largest]:
@@ -160,7 +160,7 @@ def long_outlines(count: int) -> list[Row]:
     atlas = shapes.countries("10m")
     names = sorted((n for n in atlas if atlas[n].z.size >= LONG), key=lambda n: atlas[n].z.size)[:count]
     disk = np.exp(2j * np.pi * np.arange(64) / 64)
-    print("\n## Long outlines onto a 64-gon, robust")
+    print("\n## Long outlines onto a 64-gon, conformal")
     rows = []
     for name in names:
         rows.append(measured(atlas[name], disk))

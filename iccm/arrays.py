@@ -1,0 +1,30 @@
+"""The types of arrays that all rooms share, and conversions to them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import InputError
+
+Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
+Index = NDArray[np.int64]
+Box = tuple[complex, complex]
+"""Lower left and upper right corner."""
+
+
+def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
+    """(n,) complex numbers, or (n, columns).
+
+    Raises:
+        InputError: no numbers, or another shape.
+    """
+    try:
+        z = np.asarray(z, dtype=np.complex128)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: no array of complex numbers x + iy ({error})") from error
+    if z.ndim != 1 + bool(columns) or (columns and z.shape[1] != columns):
+        wanted = f"(n, {columns})" if columns else "(n,)"
+        raise InputError(f"{name}: an array of shape {z.shape}; {wanted} complex numbers x + iy are needed")
+    return z

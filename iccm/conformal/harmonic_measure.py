@@ -1,0 +1,233 @@
+"""Harmonic measure of a domain by finite elements: the boundary values of the Riemann map to the disc.
+
+The harmonic measure of a boundary arc seen from a point a is the probability that a Brownian path from a first
+leaves through it; times 2π
+it is the angle of the arc's image on the unit circle. On a Delaunay triangulation the stiffness matrix is an M-matrix,
+so that no digits cancel: masses of 1e-50 in a deep fjord are as sharp, relatively, as those next to a.
+Boundary integral
+equations with the free-space logarithm (Symm) are more accurate at the same cost, but only absolutely, which
+crowding forbids.
+"""
+
+import numpy as np
+import scipy.sparse as sparse
+from scipy.interpolate import PchipInterpolator
+from scipy.sparse.linalg import splu
+from scipy.spatial import Delaunay, cKDTree
+
+from ..arrays import Complex, Real
+from ..curve import Curve
+from .panels import CORNER
+
+GROW = 0.35  # growth of the element size with the distance from the boundary
+EMPTY = 1e-3  # mass of a boundary vertex without an inner neighbour, relative to its neighbours' (a convex corner)
+SHAKE = 0.1  # of the points, relative to their cell
+SUBDIVISIONS = 6  # of a panel, for interpolation
+REPAIRS = 30  # rounds of splitting panels that are no edges of the triangulation
+
+
+class HarmonicMeasure:
+    """Harmonic measure of the panels of a boundary, seen from any point inside.
+
+    Attributes:
+        curve: the boundary.
+        ends: (p,) arclengths at which panels start; those asked for, and more where the triangulation needed them.
+        z: (p,) panel ends.
+        lengths: (p,) panel lengths.
+    """
+
+    def __init__(self, curve: Curve, ends: Real):
+        """Triangulate the inside and factor its stiffness matrix."""
+        self.curve = curve
+        inner = inner_points(curve, ends)
+        for _ in range(REPAIRS):
+            nodes = np.concatenate([curve.at(ends), inner])
+            triangles = _triangulate(curve, nodes)
+            missing = _missing(triangles, ends.size, nodes.size)
+            if not missing.any():
+                break
+            following = np.append(ends[1:], ends[0] + curve.length)
+            ends = np.sort(np.concatenate([ends, 0.5 * (ends + following)[missing]]))
+        self.ends, self.z = ends, nodes[: ends.size]
+        self.lengths = np.diff(np.append(ends, ends[0] + curve.length))
+        stiffness, middles = _stiffness(nodes, triangles, ends.size)
+        boundary = np.concatenate([np.arange(ends.size), middles])
+        unknown = stiffness.diagonal() > 0
+        unknown[boundary] = False
+        free = np.flatnonzero(unknown)
+        self._corner = np.flatnonzero(free < nodes.size)
+        self._tree = cKDTree(_xy(nodes[free[self._corner]]))
+        options = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
+        self._factors = splu(stiffness[free][:, free].tocsc(), permc_spec="MMD_AT_PLUS_A", options=options)
+        self._outflow = -stiffness[boundary][:, free]
+
+    def masses(self, centres: Complex) -> Real:
+        """(c, p) positive masses of the panels, seen from the nodes closest to the centres; each row sums to one."""
+        source = np.zeros((self._factors.shape[0], centres.size))
+        source[self._corner[self._tree.query(_xy(centres))[1]], np.arange(centres.size)] = 1.0
+        flux = (self._outflow @ self._factors.solve(source)).T
+        ends, middles = flux[:, : self.ends.size], np.maximum(flux[:, self.ends.size :], 1e-300)
+        before = np.roll(middles, 1, axis=1)
+        # the flux at an end belongs to the panels on both sides, a quarter of their middles' each where the
+        # density is even
+        ends = np.clip(ends, -0.2 * np.minimum(middles, before), 0.5 * (middles + before))
+        share = ends * middles / (middles + before)
+        mass = np.maximum(middles + share + np.roll(ends - share, -1, axis=1), 1e-300)
+        return mass / mass.sum(axis=1, keepdims=True)
+
+
+class Circle:
+    """A boundary as the unit circle seen from one centre: arclength s ↔ turns F, both lifted to the line, both
+    increasing."""
+
+    def __init__(self, measure: HarmonicMeasure, mass: Real):
+        """From the masses of the panels."""
+        self.length = measure.curve.length
+        self.lengths, self.mass = measure.lengths, mass
+        turns = np.concatenate([[0.0], np.cumsum(mass)])
+        self.turns = turns / turns[-1]
+        self.knots = np.append(measure.ends, measure.ends[0] + self.length)
+        power, falling = corner_powers(measure)
+        self._subdivide(power, falling)
+
+    def _subdivide(self, power: Real, falling: np.ndarray) -> None:
+        """A table finer than the panels: monotone cubic inside them, a power law in those that touch a corner."""
+        parts = np.where(power == 1, SUBDIVISIONS, 1)
+        panel = np.repeat(np.arange(parts.size), parts)
+        t = (np.arange(panel.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[panel]
+        long_s = np.concatenate([self.knots[:-1] - self.length, self.knots, self.knots[1:] + self.length])
+        long_turn = np.concatenate([self.turns[:-1] - 1, self.turns, self.turns[1:] + 1])
+        s = self.knots[panel] + t * self.lengths[panel]
+        turn = np.where(t == 0, self.turns[panel], PchipInterpolator(long_s, long_turn)(s))
+        self._table_s, self._table_turn = np.append(s, self.knots[-1]), np.append(turn, 1.0)
+        self._power, self._falling = power[panel], falling[panel]
+
+    def turn(self, s: Real) -> Real:
+        """F(s)."""
+        lap = np.floor((s - self.knots[0]) / self.length)
+        k, t = _place(self._table_s, s - lap * self.length)
+        bent = self._bend(t, k, self._power[k])
+        return lap + self._table_turn[k] + (self._table_turn[k + 1] - self._table_turn[k]) * bent
+
+    def arclength(self, turn: Real) -> Real:
+        """s(F)."""
+        lap = np.floor(turn)
+        k, t = _place(self._table_turn, turn - lap)
+        bent = self._bend(t, k, 1 / self._power[k])
+        return lap * self.length + self._table_s[k] + (self._table_s[k + 1] - self._table_s[k]) * bent
+
+    def _bend(self, t: Real, k: np.ndarray, power: Real) -> Real:
+        """t to a power, counted from the end of panel k that is a corner."""
+        return np.where(self._falling[k], 1 - (1 - t) ** power, t**power)
+
+
+def corner_powers(measure: HarmonicMeasure) -> tuple[Real, np.ndarray]:
+    """Exponents π/angle with which the harmonic measure grows from a corner, for the panels that touch one, else 1.
+
+    Returns:
+        (p,) exponents, and whether the corner is at the panel's end rather than at its start.
+    """
+    before = np.roll(measure.z, 1)
+    angle = np.mod(np.angle((before - measure.z) / (np.roll(measure.z, -1) - measure.z)), 2 * np.pi)
+    power = np.where(np.abs(angle - np.pi) > CORNER, np.pi / np.maximum(angle, 0.05), 1.0)
+    at_end = np.roll(power, -1)
+    falling = (power == 1) & (at_end != 1)
+    both = (power != 1) & (at_end != 1)
+    return np.where(both, 1.0, np.where(falling, at_end, power)), falling
+
+
+def _place(knots: Real, x: Real) -> tuple[np.ndarray, Real]:
+    """Interval of increasing knots that holds x, and the position in it, in [0, 1]."""
+    k = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, knots.size - 2)
+    return k, np.clip((x - knots[k]) / np.maximum(knots[k + 1] - knots[k], 1e-300), 0.0, 1.0)
+
+
+def inner_points(curve: Curve, ends: Real) -> Complex:
+    """Points for a graded triangulation: centres of the leaves of a quadtree whose cells grow away from the panels."""
+    z = curve.at(ends)
+    panel = np.abs(np.roll(z, -1) - z)
+    places = np.concatenate([z, 0.5 * (z + np.roll(z, -1))])
+    sizes = np.concatenate([np.minimum(panel, np.roll(panel, 1)), panel])
+    tree = cKDTree(_xy(places))
+    lo, hi = curve.box
+    side = max((hi - lo).real, (hi - lo).imag) / 8
+    x = np.arange(lo.real + side / 2, hi.real + side / 2, side)
+    y = np.arange(lo.imag + side / 2, hi.imag + side / 2, side)
+    cells, leaves = (x[:, None] + 1j * y[None, :]).ravel(), []
+    shake = np.random.default_rng(0)  # no four points on a circle, whose triangulation rounding would decide
+    while cells.size:
+        distance, k = tree.query(_xy(cells), k=4)
+        split = side > (sizes[k] + GROW * distance).min(axis=1)
+        shift = SHAKE * side * (shake.uniform(-1, 1, cells.size) + 1j * shake.uniform(-1, 1, cells.size))
+        leaves.append((cells + shift)[~split & (distance[:, 0] > 0.55 * side)])
+        cells, away = cells[split], distance[split, 0] > side
+        away[away] = ~curve.contains(cells[away])
+        cells = (cells[~away, None] + side / 4 * np.array([1 + 1j, 1 - 1j, -1 + 1j, -1 - 1j])).ravel()
+        side /= 2
+    points = np.concatenate(leaves)
+    return points[curve.contains(points)]
+
+
+def _triangulate(curve: Curve, nodes: Complex) -> np.ndarray:
+    triangles = Delaunay(_xy(nodes)).simplices
+    return triangles[curve.contains(nodes[triangles].mean(axis=1))]
+
+
+def _missing(triangles: np.ndarray, panels: int, nodes: int) -> np.ndarray:
+    """Which panels are no edges of the triangulation."""
+    present = [_keys(triangles[:, k], triangles[:, (k + 1) % 3], nodes) for k in range(3)]
+    start = np.arange(panels)
+    return ~np.isin(_keys(start, (start + 1) % panels, nodes), np.concatenate(present))
+
+
+def _stiffness(nodes: Complex, triangles: np.ndarray, panels: int):
+    """Quadratic elements: the stiffness matrix on vertices and edge middles, and the middles' indices of the panels.
+
+    With S_ij the linear elements' integrals of grad λ_i · grad λ_j (minus half a cotangent off the diagonal),
+    the quadratic ones are
+    K_ii = S_ii, K_ij = -S_ij/3, K_i,ij = 4/3 S_ij, K_ij,ij = 8/3 (S_ii + S_jj + S_ij), K_ij,jk = 8/3 S_ik.
+    """
+    middle, count = _edge_numbers(triangles, panels, nodes.size)
+    s = np.empty((3, 3, len(triangles)))
+    for k in range(3):
+        apex = nodes[triangles[:, k]]
+        corner = (nodes[triangles[:, (k + 1) % 3]] - apex).conj() * (nodes[triangles[:, (k + 2) % 3]] - apex)
+        s[(k + 1) % 3, (k + 2) % 3] = s[(k + 2) % 3, (k + 1) % 3] = (
+            -0.5 * corner.real / np.maximum(np.abs(corner.imag), 1e-300)
+        )
+    for k in range(3):
+        s[k, k] = -s[k, (k + 1) % 3] - s[k, (k + 2) % 3]
+    entries = []
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        vi, mi = triangles[:, i], middle[:, i]
+        entries += [(vi, vi, s[i, i]), (mi, mi, 8 / 3 * (s[j, j] + s[k, k] + s[j, k]))]
+        for a, b in ((j, k), (k, j)):
+            vb, mb = triangles[:, a], middle[:, b]
+            entries += [(vi, vb, -s[i, a] / 3), (vi, mb, 4 / 3 * s[i, a]), (mb, vi, 4 / 3 * s[i, a])]
+            entries += [(mi, middle[:, a], 8 / 3 * s[i, a])]
+    rows, columns, values = (np.concatenate(part) for part in zip(*entries))
+    size = nodes.size + count
+    return sparse.coo_array((values, (rows, columns)), (size, size)).tocsr(), nodes.size + np.arange(panels)
+
+
+def _edge_numbers(triangles: np.ndarray, panels: int, nodes: int) -> tuple[np.ndarray, int]:
+    """(t, 3) numbers, after the nodes', of the edges opposite to a triangle's vertices, and their count;
+    panels come first."""
+    keys = np.stack(
+        [_keys(triangles[:, (k + 1) % 3], triangles[:, (k + 2) % 3], nodes) for k in range(3)], axis=1
+    )
+    start = np.arange(panels)
+    first = _keys(start, (start + 1) % panels, nodes)
+    listed = np.concatenate([first, np.setdiff1d(np.unique(keys), first)])
+    order = np.argsort(listed)
+    return nodes + order[np.searchsorted(listed[order], keys)], listed.size
+
+
+def _keys(a: np.ndarray, b: np.ndarray, nodes: int) -> np.ndarray:
+    """One number for each unordered pair of nodes."""
+    return np.minimum(a, b).astype(np.int64) * nodes + np.maximum(a, b)
+
+
+def _xy(z: Complex) -> Real:
+    return np.column_stack([z.real, z.imag])

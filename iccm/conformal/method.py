@@ -1,0 +1,253 @@
+"""The conformal method: a global start, boundary vertices where the map needs them, Newton's method, a measured gap.
+
+What goes past the paper's limits (local minima, missed limbs, folds near the boundary):
+
+1. harmonic measure of both domains gives the boundary correspondence of a conformal map, its three free parameters
+   chosen for the least distortion or by the pins (`measure`, `align`);
+2. vertices are placed so that the interpolation error is even, on the source's corners and at the preimages of the
+   target's detail alike (`vertices`);
+3. Newton's method makes the boundary values those of a holomorphic map (`riemann_hilbert`);
+4. the gap is measured, the vertices placed anew from the better correspondence, until it is within the tolerance;
+5. pins, strokes and quasi-conformal terms are then added by the first-order iteration of §3.4.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from ..arrays import Complex, Real
+from ..curve import Curve
+from ..maps.harmonic import HarmonicMap
+from ..paper.algorithm1 import assemble, finish, iterate
+from ..paper.energies import Basis
+from ..paper.initial import constraint_points
+from ..paper.least_squares import System
+from ..problem import Options, Problem, from_farthest
+from ..result import Fit, Status, boundary_samples, hausdorff
+from .correspondence import CircleMap, Correspondence, View
+from .harmonic_measure import HarmonicMeasure
+from .normalisation import search
+from .panels import corners, graded
+from .relaxation import State, followed, strain
+from .riemann_hilbert import newton, shares
+from .vertices import Allowance, around_corners, clean, radius_along
+
+PANEL = 0.05  # longest panel of the harmonic measure, in radii, at COARSEST
+AT_CORNERS = 1e-3  # panel length at corners, in radii, at COARSEST
+COARSEST, FINEST = (
+    1e-3,
+    1e-6,
+)  # tolerances: between them panels shrink with the fourth root, at corners with the power 2/3
+LEAST_AT_CORNERS = 1e-6
+LARGEST_IMAGE = 0.01  # of a panel at a corner, relative to the diagonal of the other shape
+DEEPENINGS = 3
+MANY = 1000  # vertices of an outline before it is simplified
+SIMPLIFY = 0.2  # by this share of the tolerance
+FIRST_ERROR = (
+    0.6  # of the interpolation between vertices, as a share of the tolerance; halved from round to round
+)
+LEAST_ERROR = 1e-7  # relative to the diagonal
+ROUNDS = 4
+STRAINS = 8  # steps of a round
+SLIDES = 3
+GAIN = 0.8  # a round that leaves more than this share of the gap is the last
+FOLDS = (
+    0.25  # a residual above the error allowed hints at folds: such maps count as worse, by this power of it
+)
+MOST_VERTICES = 1500
+CONSISTENCY = 1e-3
+SETTLED = 2e-3  # relative decrease of the energy at which constraints count as met
+ULPS = 16  # least distance of vertices in the user's coordinates, in units of the last place
+CROWDED = 1e-14  # harmonic measure, below which the places on the source are not told apart
+
+
+def solve(problem: Problem, settings: Options) -> Fit:
+    """See `iccm.fit`. Solved from a canonical vertex and hand, so that the result does not depend on the input's."""
+    if problem.handedness < 0:
+        polygon, phi, psi, *rest = _solve(problem.mirrored(), settings)
+        fit = finish(problem, polygon.conj()[::-1], phi.conj()[::-1], psi.conj()[::-1], *rest)
+    else:
+        fit = finish(problem, *_solve(problem, settings))
+    # judged as it is reported: in the user's frame, against the target as it was given
+    if fit.status in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
+        return replace(fit, status=Status.REACHED)
+    return fit
+
+
+def _solve(problem: Problem, settings: Options):
+    """Polygon, φ, ψ, energies, status and notes, in the unit frames."""
+    assert problem.target is not None
+    source, notes = simplified(from_farthest(problem.source), settings.tolerance, "source")
+    target, more = simplified(from_farthest(problem.target), settings.tolerance, "target")
+    fineness = float(np.clip(settings.tolerance / COARSEST, FINEST / COARSEST, 1.0))
+    chosen = align(problem, source, target, fineness)
+    crowded = crowding(chosen)
+    notes += more + list(crowded.values())
+    state, energies = correspond(chosen, settings)
+    keep = told_apart(problem.source_frame.world(source.at(state.s)))
+    state = replace(state, s=state.s[keep], tau=state.tau[keep])
+    polygon = Curve(source.at(state.s))
+    basis = Basis(polygon.z, settings.quasi is not None)
+    x = basis.coefficients(state.phi)
+    status = Status.CROWDED if "target" in crowded else Status.GAP
+    if problem.pins.size or problem.strokes or settings.quasi is not None or settings.smoothness:
+        weights = shares(source, state.s, target, state.tau)
+        x, energies, status = improve(replace(problem, target=target), settings, basis, polygon, weights, x)
+    return polygon.z, *basis.split(x), energies, status, notes
+
+
+def told_apart(z: Complex) -> list[int]:
+    """Indices of vertices that the rounding of the user's coordinates leaves apart from the one before."""
+    least = ULPS * np.spacing(np.abs(z).max())
+    keep = [0]
+    for k in range(1, z.size):
+        if abs(z[k] - z[keep[-1]]) > least and abs(z[k] - z[0]) > least:
+            keep.append(k)
+    return keep
+
+
+def simplified(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[str]]:
+    """A long outline without the detail far below the tolerance, and a note that says so."""
+    if curve.z.size <= MANY:
+        return curve, []
+    for share in SIMPLIFY * tolerance * 2.0 ** np.arange(7):
+        ring = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag])).simplify(share * curve.diameter)
+        z = shapely.get_coordinates(ring.exterior)[:-1] @ np.array([1, 1j])
+        if z.size <= MOST_VERTICES // 2:
+            break
+    if z.size == curve.z.size:
+        return curve, []
+    note = f"{name}: {curve.z.size} vertices simplified to {z.size}, by at most {share:.1g} of the diagonal"
+    return Curve.domain(z, name), [note]
+
+
+def align(problem: Problem, source: Curve, target: Curve, fineness: float) -> Correspondence:
+    """The boundary correspondence of the conformal map to start from.
+
+    Args:
+        problem: for its pins and strokes.
+        source, target: the boundaries, perhaps simplified.
+        fineness: the tolerance relative to COARSEST, at most one.
+    """
+    spacing = PANEL * fineness**0.25
+    inside, wanted = constraint_points(problem)
+    near = target.at(target.closest(wanted))
+    pins = np.column_stack([source.pulled_in(inside), np.where(target.contains(wanted), wanted, near)])
+    sharp = [at_corners(curve, AT_CORNERS * fineness ** (2 / 3)) for curve in (source, target)]
+    c = search(measure(source, sharp[0], spacing), measure(target, sharp[1], spacing), pins, problem.upright)
+    for _ in range(DEEPENINGS):
+        deeper = [
+            deepened(source, sharp[0], c.forward, target),
+            deepened(target, sharp[1], c.backward, source),
+        ]
+        if all((new == old).all() for new, old in zip(deeper, sharp)):
+            break
+        views = [
+            old if (new == had).all() else View.of(measure(curve, new, spacing), np.array([old.centre]))[0]
+            for old, curve, new, had in zip((c.source, c.target), (source, target), deeper, sharp)
+        ]
+        c, sharp = Correspondence(views[0], views[1], c.between, c.distortion), deeper
+    return c
+
+
+def measure(curve: Curve, sharp: Real, spacing: float) -> HarmonicMeasure:
+    """The harmonic measure of a boundary on panels graded towards its corners."""
+    return HarmonicMeasure(curve, graded(curve, spacing, sharp))
+
+
+def at_corners(curve: Curve, most: float) -> Real:
+    """(c,) panel lengths at the corners: as asked for, less beside short edges."""
+    beside = np.minimum(curve.lengths, np.roll(curve.lengths, 1))[corners(curve)]
+    share = np.clip(curve.z.size / 2000, 0.1, 0.5)  # a thousand corners cannot all be graded finely
+    return np.minimum(share * beside, most)
+
+
+def deepened(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: Curve) -> Real:
+    """Panel lengths at the corners, shorter where the other side of the correspondence blows a corner's panels up."""
+    s = curve.knots[:-1][corners(curve)]
+    extent = np.maximum(to(s + sharp) - to(s), to(s) - to(s - sharp)) / other.diagonal
+    shrink = np.clip((LARGEST_IMAGE / np.maximum(extent, 1e-9)) ** 1.5, 1e-2, 1.0)
+    return np.where(extent > LARGEST_IMAGE, np.maximum(sharp * shrink, LEAST_AT_CORNERS), sharp)
+
+
+def crowding(c: Correspondence) -> dict[str, str]:
+    """Notes, by "source" and "target", where parts of one boundary meet less of the other's than double precision can
+    tell apart."""
+    there = np.diff(c.between.inverse(c.target.circle.turns))
+    here = np.diff(c.between(c.source.circle.turns))
+    parts = [("target", c.target.circle, there), ("source", c.source.circle, here)]
+    shares = {name: float(v.lengths[gaps < CROWDED].sum() / v.length) for name, v, gaps in parts}
+    return {
+        name: f"crowding: {share:.1%} of the {name}'s boundary has harmonic measure below {CROWDED:.0e} a panel"
+        for name, share in shares.items()
+        if share >= 1e-3
+    }
+
+
+def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[str, float]]]:
+    """Vertices and their images: strain, slide, measure, until the gap is within the tolerance.
+
+    Returns:
+        The best state, and the energies of each step.
+    """
+    source, target = c.source.measure.curve, c.target.measure.curve
+    error = FIRST_ERROR * settings.tolerance * target.diameter
+    radius, most = radius_along(source, PANEL), settings.vertices or MOST_VERTICES
+    c = replace(c, between=CircleMap.of(c))
+    energies: list[dict[str, float]] = []
+    best: tuple[float, float, State] | None = None  # score, gap, state
+    for _ in range(ROUNDS):
+        allowed = Allowance(radius, error, LEAST_ERROR * target.diameter)
+        c, states = strain(c, pairs, allowed, most, STRAINS)
+        state = states[-1]
+        tau, residual = newton(source, state.s, target, state.tau, SLIDES, allowed)
+        states.append(replace(state, tau=tau, residual=residual))
+        energies += [{"consistency": e.energy, "total": e.energy} for e in states]
+        before = best[1] if best else np.inf
+        for candidate in (states[-1], states[-2], states[0]):
+            gap = gap_of(candidate)
+            score = gap * max(1.0, candidate.norm) ** FOLDS
+            if best is None or score < best[0]:
+                best = (score, gap, candidate)
+            if score <= settings.tolerance:
+                break
+        assert best is not None
+        if best[0] <= settings.tolerance or settings.vertices or best[1] > GAIN * before:
+            break
+        c, error = followed(c, states[-1]), error / 2
+    assert best is not None
+    return best[2], energies
+
+
+def pairs(c: Correspondence) -> tuple[Real, Real]:
+    """The correspondence at the panels' ends and middles of both shapes and around their corners."""
+    ends = [np.concatenate([m.ends, m.ends + 0.5 * m.lengths]) for m in (c.source.measure, c.target.measure)]
+    source, target = c.source.measure.curve, c.target.measure.curve
+    s = np.concatenate([ends[0], np.mod(around_corners(source), source.length)])
+    tau = np.concatenate([ends[1], np.mod(around_corners(target), target.length)])
+    return clean(np.concatenate([s, c.backward(tau)]), np.concatenate([c.forward(s), tau]), source, target)
+
+
+def gap_of(state: State) -> float:
+    """Two-sided Hausdorff distance of the image of the boundary to the target, relative to its diameter."""
+    polygon = state.source.at(state.s)
+    image = HarmonicMap(polygon, state.phi, np.zeros_like(polygon))(boundary_samples(polygon, 2))
+    return hausdorff(Curve(image), state.target) / state.target.diameter
+
+
+def improve(problem: Problem, settings: Options, basis: Basis, polygon: Curve, weights: Real, x: np.ndarray):
+    """Constraints and quasi-conformal freedom, by local and global steps from the conformal map.
+
+    Steps of first order need fewer iterations, but with ψ free they end in worse minima (measured), so there the
+    default is zeroth order.
+    """
+    order = settings.order if settings.order is not None else int(settings.quasi is None)
+    mu = CONSISTENCY if settings.consistency is None else settings.consistency
+    decrease = SETTLED if settings.decrease is None else settings.decrease
+    settings = replace(settings, order=order, consistency=mu, samples_per_edge=2, decrease=decrease)
+    system = System(
+        assemble(problem, settings, basis, polygon, weights), settings.tangential if order else 1.0
+    )
+    return iterate(system, x, settings)

@@ -1,0 +1,72 @@
+"""Dividing a boundary into panels: small at corners and where the domain is thin."""
+
+from functools import cache
+
+import numpy as np
+
+from ..arrays import Complex, Real
+from ..curve import Curve
+
+CORNER = np.radians(
+    12
+)  # a vertex that turns by more is a corner: densities and derivatives are singular there
+GRADE = 0.4  # growth of the panel length with the distance from a corner
+THIN = 0.35  # longest panel relative to the local thickness
+
+
+def corners(curve: Curve, least: float = CORNER) -> np.ndarray:
+    """Indices of the vertices that turn by more than `least`, in radians."""
+    return np.flatnonzero(np.abs(np.angle(curve.edges / np.roll(curve.edges, 1))) > least)
+
+
+def thickness(curve: Curve, per_length: float) -> tuple[np.ndarray, Complex, Real]:
+    """Radius of the largest disc inside that touches the boundary at sample points (the shrinking ball at them).
+
+    Returns:
+        Edge index, point and radius of each sample; samples are about `per_length` apart, at least one an edge.
+    """
+    counts = np.maximum(1, np.ceil(curve.lengths / per_length)).astype(int)
+    edge = np.repeat(np.arange(counts.size), counts)
+    t = (np.arange(edge.size) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[edge]
+    z = curve.z[edge] + t * curve.edges[edge]
+    d = z[None, :] - z[:, None]
+    ahead = -(curve.normals[edge].conj()[:, None] * d).real
+    seen = (ahead > 1e-9 * curve.diagonal) & (edge[:, None] != edge[None, :])
+    radius = np.where(seen, np.abs(d) ** 2 / np.where(seen, 2 * ahead, 1.0), np.inf).min(axis=1)
+    return edge, z, np.minimum(radius, curve.diagonal)
+
+
+def graded(curve: Curve, longest: float, at_corners: Real) -> Real:
+    """Arclengths of panel ends, all vertices of the curve among them.
+
+    Args:
+        curve: the boundary.
+        longest: longest panel.
+        at_corners: (c,) panel length at each of `corners(curve)`.
+
+    Returns:
+        (p,) increasing arclengths; the division of an edge does not depend on where the curve starts or which
+        way it runs.
+    """
+    where = curve.z[corners(curve)]
+    edge, z, radius = thickness(curve, longest)
+    out = []
+    for k, length in enumerate(curve.lengths):
+        mine = edge == k
+        t = _positions(int(mine.sum()))
+        here = curve.z[k] + t * curve.edges[k]
+        thin = np.interp(t, np.abs(z[mine] - curve.z[k]) / length, radius[mine])
+        size = np.clip(THIN * thin, 0.02 * longest, longest)
+        if where.size:
+            size = np.minimum(size, (at_corners + GRADE * np.abs(here[:, None] - where)).min(axis=1))
+        work = np.concatenate([[0.0], np.cumsum(np.diff(t) * length * 0.5 * (1 / size[1:] + 1 / size[:-1]))])
+        count = max(1, int(np.ceil(work[-1] - 1e-6)))
+        out.append(curve.knots[k] + length * np.interp(work[-1] * np.arange(count) / count, work, t))
+    return np.concatenate(out)
+
+
+@cache
+def _positions(samples: int) -> Real:
+    """Places on an edge at which the panel length is asked for: even ones, and ever closer ones towards both ends."""
+    ends = np.concatenate([[0.0], np.geomspace(1e-12, 0.5, 80)])
+    return np.unique(np.concatenate([np.linspace(0, 1, 4 * samples + 1), ends, 1 - ends]))

@@ -1,0 +1,154 @@
+"""Newton's method for the boundary correspondence of a conformal map.
+
+Let τ_j be the target arclength of source vertex j. The values T(τ_j) are the boundary values of a holomorphic
+map exactly when the
+coordinates reproduce them, (C_v - I) T(τ) = 0: the consistency energy with the closeness held at zero. Its unknowns are
+n real numbers instead of the 2n of Eq. 13, with the target's tangents in the place of its normals (a
+Riemann-Hilbert problem;
+R. Wegmann, *Methods for numerical conformal mapping*, Handbook of Complex Analysis 2, 2005).
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import scipy.linalg
+
+from ..arrays import Complex, Real
+from ..curve import Curve
+from ..maps import cauchy_green
+from .panels import CORNER
+from .vertices import Allowance
+
+LEAST_DAMPING = 1e-6  # relative; picks the least change among the three real parameters that are free
+MOST_DAMPING = 1e2
+SETTLED = 0.98  # stop when a step leaves more than this share of the residual
+FLOOR = 1e-13  # of the largest diagonal entry: columns below it carry rounding only
+RAISE = 1 / 6
+SHORTEST = 1e-15  # gap, relative to the length of the boundary
+
+
+def cyclic_gaps(s: Real, length: float) -> Real:
+    """(n,) steps from each arclength to the next, the last to the first one lap on."""
+    return np.diff(np.append(s, s[0] + length))
+
+
+def shares(source: Curve, s: Real, target: Curve, tau: Real) -> Real:
+    """(n,) quadrature weights from both sides, ½(ds/|S| + dτ/|T|): a limb counts even where its preimage is tiny."""
+    parts = [cyclic_gaps(s, source.length) / source.length, cyclic_gaps(tau, target.length) / target.length]
+    gaps = 0.5 * (parts[0] + parts[1])
+    return 0.5 * (gaps + np.roll(gaps, 1))
+
+
+def stretches(s: Real, source: Curve, tau: Real, target: Curve) -> Real:
+    """(n,) growth of lengths at the vertices, dτ/ds."""
+    ds, dtau = cyclic_gaps(s, source.length), cyclic_gaps(tau, target.length)
+    return (dtau + np.roll(dtau, 1)) / (ds + np.roll(ds, 1))
+
+
+def raised(w: Complex, z: Complex) -> Complex:
+    """Values φ for linear interpolation whose mean on every edge is that of the holomorphic function through w.
+
+    Linear interpolation errs by w'' Δz²/12 on the average. Vertices raised by a sixth of their distance from the linear
+    function through their neighbours make up for it, so that maps of smooth boundaries err by O(h³), not O(h²).
+
+    Args:
+        w: (n,) values at the vertices.
+        z: (n,) vertices.
+    """
+    before, after = _neighbours(z)
+    return w + (before + after) * w - before * np.roll(w, 1) - after * np.roll(w, -1)
+
+
+def consistency(z: Complex) -> Complex:
+    """(n, n) matrix D: D w = 0 for the boundary values w of a holomorphic map at vertices z, as (C_v - I) w = 0.
+
+    With φ = (I + P) w the raised values, linear interpolation errs by an oscillation without mean, of which one half
+    is holomorphic: at vertices the coordinates give C_v φ = ½ (w + φ), to third order.
+    """
+    matrix = cauchy_green.coordinates(z, z)
+    matrix[np.diag_indices_from(matrix)] -= 0.5
+    before, after = _neighbours(z)
+    matrix += (
+        matrix * (before + after) - np.roll(matrix * before, -1, axis=1) - np.roll(matrix * after, 1, axis=1)
+    )
+    matrix[np.diag_indices_from(matrix)] -= 0.5
+    return matrix
+
+
+def _neighbours(z: Complex) -> tuple[Complex, Complex]:
+    """A sixth of the weights of the vertices before and after in linear interpolation; zero at corners, where w is
+    not smooth."""
+    ahead = np.roll(z, -1) - z
+    back = np.roll(ahead, 1)
+    share = np.where(np.abs(np.angle(ahead / back)) < CORNER, RAISE, 0.0) / (ahead + back)
+    return ahead * share, back * share
+
+
+def newton(
+    source: Curve, s: Real, target: Curve, tau: Real, iterations: int, allowed: Allowance
+) -> tuple[Real, Complex]:
+    """Move τ along the target until its values are consistent.
+
+    Args:
+        source: the source boundary.
+        s: (n,) increasing arclengths of the polygon's vertices.
+        target: the target boundary.
+        tau: (n,) increasing arclengths of their images, lifted.
+        iterations: most steps; fewer where the residual stops falling.
+        allowed: the error allowed at each place, by which residuals are divided.
+
+    Returns:
+        τ, and the defect (C_v - I) T(τ) at the vertices.
+    """
+    defect = consistency(source.at(s))
+    tau, residual = tau.copy(), defect @ target.at(tau)
+    damping = LEAST_DAMPING
+    for _ in range(iterations):
+        q = np.sqrt(shares(source, s, target, tau)) / allowed(s, stretches(s, source, tau, target))
+        before = float(np.linalg.norm(q * residual))
+        steps = _steps(defect, residual, target, tau, q)
+        tried: list[tuple[float, float, Real, Complex]] = []
+        while damping <= MOST_DAMPING:
+            trial = ordered(tau, steps(damping), target.length)
+            found = defect @ target.at(trial)
+            tried.append((float(np.linalg.norm(q * found)), damping, trial, found))
+            if len(tried) > 1 and tried[-2][0] < min(before, tried[-1][0]):
+                break  # the first damping that helps may hardly help: steps that are put in order are other steps
+            damping *= 10
+        after, damping, trial, found = min(tried, key=lambda t: t[0])
+        if after >= before:
+            break
+        tau, residual, damping = trial, found, max(damping / 10, LEAST_DAMPING)
+        if after > SETTLED * before:
+            break
+    return tau, residual
+
+
+def _steps(defect: Complex, residual: Complex, target: Curve, tau: Real, q: Real) -> Callable[[float], Real]:
+    """Levenberg-Marquardt steps of ‖q (C_v - I) T(τ)‖² in τ, scaled by the local spacing, as a function of the
+    damping."""
+    edge, _ = target.locate(tau)
+    gaps = cyclic_gaps(tau, target.length)
+    scale = 0.5 * (gaps + np.roll(gaps, 1))
+    tangent = target.edges[edge] / target.lengths[edge] * scale
+    a = q[:, None] * defect * tangent
+    gram = a.real.T @ a.real + a.imag.T @ a.imag
+    load = a.real.T @ (q * residual).real + a.imag.T @ (q * residual).imag
+    diagonal = gram.diagonal()
+
+    def step(damping: float) -> Real:
+        damped = gram + np.diag(damping * diagonal + FLOOR * diagonal.max())
+        return -scale * scipy.linalg.cho_solve(scipy.linalg.cho_factor(damped, check_finite=False), load)
+
+    return step
+
+
+def ordered(tau: Real, step: Real, length: float) -> Real:
+    """τ + step with every gap kept positive: a gap shrinks exponentially where the step would turn it around."""
+    gaps = np.maximum(cyclic_gaps(tau, length), SHORTEST * length)
+    change = (np.roll(step, -1) - step) / gaps
+    gaps = gaps * np.where(change > -0.5, 1 + change, 0.5 * np.exp(np.clip(2 * change + 1, -5, 0)))
+    gaps = np.maximum(gaps, SHORTEST * length)
+    gaps *= length / gaps.sum()
+    moved = np.concatenate([[0.0], np.cumsum(gaps[:-1])])
+    return moved + np.mean(tau + step - moved)

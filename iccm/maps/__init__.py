@@ -1,0 +1,1 @@
+"""What a map between planar domains is: harmonic maps, their evaluation, inverse, boundary image and injectivity."""

@@ -1,0 +1,72 @@
+"""Curves carried through a map, fitted again with cubic Béziers within a tolerance."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Complex
+
+ROUNDS = 14
+STEP = 1e-3  # of an interval, for the one-sided differences that give its end tangents
+# Of a chord: no shorter control arm than that shows where the curve goes; a straight line's is a third.
+STILL = 0.15
+INNER = np.array([0.15, 0.35, 0.5, 0.65, 0.85])  # where a fit is held against the curve
+
+Image = Callable[[NDArray[np.intp], NDArray[np.float64]], Complex]
+
+
+def refit(image: Image, curves: int, tolerance: float) -> list[Complex]:
+    """Cubic Béziers for many curves at once.
+
+    An interval gets the cubic with the curve's ends and end tangents; where it is farther away than the tolerance at
+    the same parameter, the interval is halved.
+
+    Args:
+        image: (which (p,), t (p,)) -> (p,) points; curve number and parameter in [0, 1].
+        curves: how many there are.
+        tolerance: largest distance, in the image's units.
+
+    Returns:
+        For every curve its (k, 4) control points in order; each cubic begins where the one before ends.
+    """
+    which = np.arange(curves)
+    lo, hi = np.zeros(curves), np.ones(curves)
+    done: list[tuple[NDArray, NDArray, Complex]] = []
+    for turn in range(ROUNDS):
+        control, error = _cubics(image, which, lo, hi, tolerance)
+        keep = (error <= tolerance) | (turn == ROUNDS - 1)
+        done.append((which[keep], lo[keep], control[keep]))
+        if keep.all():
+            break
+        which, lo, hi = which[~keep], lo[~keep], hi[~keep]
+        middle = 0.5 * (lo + hi)
+        which, lo, hi = np.tile(which, 2), np.concatenate([lo, middle]), np.concatenate([middle, hi])
+    which, lo, control = (np.concatenate(part) for part in zip(*done))
+    order = np.lexsort([lo, which])
+    return np.split(control[order], np.searchsorted(which[order], np.arange(1, curves)))
+
+
+def _cubics(
+    image: Image,
+    which: NDArray[np.intp],
+    lo: NDArray[np.float64],
+    hi: NDArray[np.float64],
+    tolerance: float,
+) -> tuple[Complex, NDArray[np.float64]]:
+    """(p, 4) control points on each interval, and how far they are from the curve.
+
+    Where the curve all but stands still at an end, as at a corner that the map smooths, its tangent says nothing: the
+    inner control point is the end then, and the cubic's direction that from the other one.
+    """
+    u = np.concatenate([[0, STEP, 2 * STEP], INNER, [1 - 2 * STEP, 1 - STEP, 1]])
+    t = lo[:, None] + (hi - lo)[:, None] * u
+    w = image(np.repeat(which, u.size), t.ravel()).reshape(t.shape)
+    start = (-3 * w[:, 0] + 4 * w[:, 1] - w[:, 2]) / (2 * STEP)
+    end = (3 * w[:, -1] - 4 * w[:, -2] + w[:, -3]) / (2 * STEP)
+    least = 3 * np.minimum(tolerance, STILL * np.abs(w[:, -1] - w[:, 0]))
+    start[np.abs(start) < least], end[np.abs(end) < least] = 0, 0
+    control = np.stack([w[:, 0], w[:, 0] + start / 3, w[:, -1] - end / 3, w[:, -1]], axis=1)
+    s = INNER
+    basis = np.stack([(1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s**2 * (1 - s), s**3])
+    return control, np.abs(control @ basis - w[:, 3:-3]).max(axis=1)

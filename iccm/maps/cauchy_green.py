@@ -1,0 +1,147 @@
+"""Cauchy-Green coordinates of a polygon and their derivatives.
+
+Weber, Ben-Chen, Gotsman, *Complex Barycentric Coordinates with Applications to Planar Shape Deformation*,
+Eurographics 2009; Segall, Ben-Chen, *Iterative Closest Conformal Maps between Planar Domains*, SGP 2016, Appendix A.
+
+For a counter-clockwise polygon z_0 .. z_{n-1} with A_e = z_{e+1} - z_e and B_j = z_j - z, edge e contributes
+
+    C :  B_{e+1}/A_e · L_e  to column e,   -B_e/A_e · L_e  to column e+1,     L_e = log(B_{e+1} / B_e)
+    D :  -L_e/A_e           to column e,    L_e/A_e        to column e+1
+
+each divided by 2πi, so one logarithm per point and edge serves both.
+"""
+
+import cmath
+import math
+
+import numpy as np
+from numba import njit
+
+from ..arrays import Complex
+from ..parallel import over_slices
+
+TAU_I = 2j * np.pi
+BLOCK_ENTRIES = 1 << 21  # entries of one complex block: 32 MB, a handful of which are alive at a time
+SLICE = 64  # points a thread takes at a time
+ON_EDGE = 1e-9  # radians: an edge seen under an angle this close to -π is one the point lies on
+ROUNDING = (
+    4e-16  # relative error of a coordinate, which turns the angle by itself over the distance to an end
+)
+MOST_SLACK = 0.5  # radians
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def edge_log(a, b, edge):
+    """log(b / a), accurate when the edge b - a is short against a."""
+    a2 = max(a.real * a.real + a.imag * a.imag, 1e-300)
+    re = (edge.real * a.real + edge.imag * a.imag) / a2
+    im = (edge.imag * a.real - edge.real * a.imag) / a2
+    s = 2 * re + re * re + im * im
+    if -0.5 < s < 1.0:
+        return complex(0.5 * math.log1p(s), math.atan2(im, 1 + re))
+    b2 = max(b.real * b.real + b.imag * b.imag, 1e-300)
+    return complex(
+        0.5 * math.log(b2 / a2),
+        math.atan2(b.imag * a.real - b.real * a.imag, b.real * a.real + b.imag * a.imag),
+    )
+
+
+@njit(cache=True, nogil=True)
+def _edge_logs(polygon, z, out):
+    """L_e = log(B_{e+1} / B_e) of one point, the limit from inside, on edges and vertices too.
+
+    On edge e the imaginary part is +π; at vertex j the pair of edges (j-1, j) holds (0, log(B_{j+1}/B_{j-1})) with
+    imaginary part in (0, 2π): the principal value is wrong at convex vertices.
+    """
+    n = polygon.size
+    at = -1
+    for e in range(n):
+        if polygon[e] == z:
+            at = e
+    for e in range(n):
+        start, end = polygon[e] - z, polygon[(e + 1) % n] - z
+        if start == 0 or end == 0:
+            out[e] = 0
+            continue
+        log = edge_log(start, end, polygon[(e + 1) % n] - polygon[e])
+        if log.imag < MOST_SLACK - math.pi:
+            slack = ON_EDGE + ROUNDING * (1 + abs(z)) / min(abs(start), abs(end))
+            if log.imag < min(slack, MOST_SLACK) - math.pi:
+                log += 2j * math.pi
+        out[e] = log
+    if at >= 0:
+        pair = cmath.log((polygon[(at + 1) % n] - z) / (polygon[at - 1] - z))
+        out[at] = pair if pair.imag > 0 else pair + 2j * math.pi
+
+
+@njit(cache=True, nogil=True)
+def _edge_weights(polygon, z, out):
+    """L_e / (2πi A_e) of one point: what both the coordinates and their derivatives are made of."""
+    _edge_logs(polygon, z, out)
+    for e in range(polygon.size):
+        out[e] /= 2j * math.pi * (polygon[(e + 1) % polygon.size] - polygon[e])
+
+
+@njit(cache=True, nogil=True)
+def _coordinates(polygon, z, out):
+    weights = np.empty(polygon.size, dtype=np.complex128)
+    for p in range(z.size):
+        _edge_weights(polygon, z[p], weights)
+        out[p] = 0
+        for e in range(polygon.size):
+            f = (e + 1) % polygon.size
+            out[p, e] += (polygon[f] - z[p]) * weights[e]
+            out[p, f] -= (polygon[e] - z[p]) * weights[e]
+
+
+@njit(cache=True, nogil=True)
+def _derivatives(polygon, z, out):
+    weights = np.empty(polygon.size, dtype=np.complex128)
+    for p in range(z.size):
+        _edge_weights(polygon, z[p], weights)
+        out[p] = 0
+        for e in range(polygon.size):
+            out[p, e] -= weights[e]
+            out[p, (e + 1) % polygon.size] += weights[e]
+
+
+def coordinates(polygon: Complex, z: Complex) -> Complex:
+    """Cauchy-Green coordinates C_j(z) (paper, Appendix A).
+
+    Args:
+        polygon: (n,) counter-clockwise vertices.
+        z: (p,) points inside, on edges or on vertices (there: the limit from inside).
+
+    Returns:
+        (p, n) matrix with Σ_j C_j = 1 and Σ_j C_j z_j = z. No memory beyond it.
+    """
+    return _filled(_coordinates, polygon, z)
+
+
+def derivatives(polygon: Complex, z: Complex) -> Complex:
+    """D_j(z) = dC_j/dz (paper, Appendix A), (p, n), for points off the vertices, where it does not exist."""
+    return _filled(_derivatives, polygon, z)
+
+
+def _filled(kernel, polygon: Complex, z: Complex) -> Complex:
+    """The matrix that a kernel fills, on all threads; what it holds does not depend on their number."""
+    polygon, z = np.ascontiguousarray(polygon, dtype=complex), np.ascontiguousarray(z, dtype=complex)
+    out = np.empty((z.size, polygon.size), dtype=np.complex128)
+    over_slices(lambda rows: kernel(polygon, z[rows], out[rows]), z.size, step=SLICE)
+    return out
+
+
+def second_derivatives(polygon: Complex, z: Complex) -> Complex:
+    """D2_j(z) = d²C_j/dz² (paper, Appendix A), (p, n), for points off the vertices."""
+    out = np.empty((z.size, polygon.size), dtype=np.complex128)
+    for rows in blocks(z.size, polygon.size):
+        b = polygon[None, :] - z[rows, None]
+        pair = 1.0 / (TAU_I * b * np.roll(b, -1, axis=1))  # 1 / (B_j B_{j+1})
+        out[rows] = np.roll(pair, 1, axis=1) - pair
+    return out
+
+
+def blocks(rows: int, columns: int) -> list[slice]:
+    """Slices that cut `rows` into blocks of at most BLOCK_ENTRIES entries."""
+    step = max(1, BLOCK_ENTRIES // max(1, columns))
+    return [slice(k, min(k + step, rows)) for k in range(0, rows, step)]

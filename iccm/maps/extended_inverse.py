@@ -1,0 +1,93 @@
+"""Where points of the target come from, those just outside the image of the source included."""
+
+from dataclasses import dataclass, field
+from threading import Lock
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ..arrays import Complex, Real
+from ..curve import Curve
+from ..parallel import over_slices
+from .harmonic import HarmonicMap
+from .inverse import Inverse
+
+SLICE = 1 << 15
+
+
+@dataclass(eq=False)
+class Pullback:
+    """The inverse of a map, continued past the image of the boundary by its nearest point.
+
+    A map meets the target's outline only to within a gap, so points on that outline may have no preimage; they take the
+    one of the nearest point of the image's outline. How many there were and how far they lay is kept.
+
+    Attributes:
+        map: source to target.
+        threads: as many as there are processors by default.
+        outside: number of points so far that had no preimage.
+        away: the farthest of them lay this far from the image.
+    """
+
+    map: HarmonicMap
+    threads: int | None = None
+    outside: int = field(default=0, init=False)
+    away: float = field(default=0.0, init=False)
+    _counting: Lock = field(default_factory=Lock, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self.inverse = Inverse(self.map)
+        self.rim = Curve(self.inverse.outline.w)
+
+    def __call__(self, w: Complex) -> Complex:
+        """(p,) preimages of (p,) points, never NaN for a finite point."""
+        z = self.inverse(w, self.threads)
+        lost = np.flatnonzero(np.isnan(z))
+        if lost.size:
+            z[lost], away = self._from_rim(w[lost])
+            with self._counting:
+                self.outside += lost.size
+                self.away = max(self.away, float(away.max()))
+        return z
+
+    def _from_rim(self, w: Complex) -> tuple[Complex, Real]:
+        edge, t = self.rim.locate(self.rim.closest(w))
+        after = (edge + 1) % self.rim.z.size
+        foot = self.rim.z[edge] * (1 - t) + self.rim.z[after] * t
+        z = self.inverse.outline.z
+        return z[edge] * (1 - t) + z[after] * t, np.abs(w - foot)
+
+    def slopes(self, z: Complex) -> tuple[Complex, Complex]:
+        """z_w and z_w̄ of the inverse at points z of the source; NaN where the map has no derivative or folds."""
+        _, a, b = self.inverse.forward.jet(z, self.threads)
+        jacobian = np.abs(a) ** 2 - np.abs(b) ** 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            z_w, z_wbar = a.conj() / jacobian, -b / jacobian
+        bad = ~(jacobian > 0) | ~np.isfinite(z_w + z_wbar)
+        z_w[bad] = z_wbar[bad] = complex(np.nan, np.nan)
+        return z_w, z_wbar
+
+
+def bends(faces: NDArray, w: Complex, z_w: Complex, z_wbar: Complex, threads: int | None = None) -> Real:
+    """(m,) estimate of how far the inverse strays from its linear interpolation in each triangle (m, 3).
+
+    Along an edge e a smooth function differs from its chord by about |slope(b) e - slope(a) e| / 8. Unknown slopes
+    give inf.
+    """
+    out = np.empty(len(faces))
+    faces = np.ascontiguousarray(faces)
+    over_slices(lambda part: _bends(faces[part], w, z_w, z_wbar, out[part]), len(out), threads, SLICE)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _bends(faces, w, z_w, z_wbar, out):
+    for t in range(faces.shape[0]):
+        worst = 0.0
+        for k in range(3):
+            a, b = faces[t, k], faces[t, (k + 1) % 3]
+            e = w[b] - w[a]
+            off = abs((z_w[b] - z_w[a]) * e + (z_wbar[b] - z_wbar[a]) * e.conjugate()) / 8
+            worst = max(worst, off) if off == off else np.inf
+        out[t] = worst

@@ -1,0 +1,24 @@
+"""Where large arrays are kept, and how much work may be in memory at a time. `iccm.io.memory` has one with a bound."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Room:
+    """Memory without a bound."""
+
+    def __call__(self, shape: tuple[int, ...], dtype: Any) -> NDArray:
+        """An array of any content."""
+        return np.empty(shape, dtype)
+
+    def release(self) -> None:
+        """Called between pieces of work: what the arrays hold need not be at hand."""
+
+    def threads(self, asked: int | None, each: int, what: str) -> int | None:
+        """How many threads there may be for some work of which each needs so many bytes."""
+        return asked
+
+    def check(self, each: int, what: str) -> None:
+        """Refuses, before a map is solved for, work for which there will be no room; arguments as for `threads`."""

@@ -1,0 +1,1 @@
+"""Triangle meshes: topology, patches, cuts, flattening, and textures baked into their layouts."""

@@ -1,0 +1,138 @@
+"""Opening a surface into a disk: closed ones along a path, handles along short loops, further where areas suffer."""
+
+from itertools import pairwise
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import minimum_spanning_tree
+
+from ..arrays import Index, Real
+from .patch import Patch
+from .topology import walk
+
+
+def opened(whole: Patch) -> Patch:
+    """A disk, with or without holes: a closed surface cut between far-apart vertices, handles along loops."""
+    if whole.genus:
+        result = whole.cut(_on(whole, *handle_loops(whole)))
+        if (
+            result.genus or result.triangles.components().any()
+        ):  # loops that touch a hole twice part the surface
+            result = whole.cut(_on(whole, *spanning_cut(whole)))
+        return result
+    far = int(np.argmax(_paths(whole, np.array([0]))[0]))
+    reach, before = _paths(whole, np.array([far]))
+    way = walk(before, int(np.argmax(reach)))
+    if len(way) == 2:  # one edge alone does not open a surface
+        way = _detour(whole, way)
+    return whole.cut(_on(whole, np.array(way[:-1]), np.array(way[1:])))
+
+
+def extended(opening: Patch, to: int) -> Patch:
+    """The patch cut further, along the shortest path from its boundary to one of its inner vertices."""
+    border = np.unique(np.concatenate(opening.loops))
+    way = walk(_paths(opening, border)[1], to)
+    if len(way) < 2:
+        return opening
+    return opening.cut(_on(opening, np.array(way[:-1]), np.array(way[1:])))
+
+
+def vertex_path(patch: Patch, stops: list[int]) -> Index:
+    """The vertices along the shortest ways on edges from each of the stops to the next."""
+    way = stops[:1]
+    for start, end in pairwise(stops):
+        way += walk(_paths(patch, np.array([start]))[1], end)[-2::-1]
+    return np.array(way)
+
+
+def handle_loops(whole: Patch) -> tuple[Index, Index]:
+    """The ends of the edges of 2g loops that open all handles.
+
+    Erickson, Whittlesey, *Greedy Optimal Homotopy and Homology Generators*, SODA 2005.
+    A tree of shortest paths, a tree of triangles joined across the other edges, those of the longest loops first;
+    each of the 2g edges in neither tree closes a loop through the root. A hole counts as one more triangle, so that
+    it stays a hole.
+    """
+    shape = whole.triangles
+    reach, before = _paths(whole, np.array([0]))
+    half = np.flatnonzero((shape.twin > np.arange(shape.twin.size)) | (shape.twin < 0))
+    a, b = shape.tail[half], shape.head[half]
+    in_tree = (before[a] == b) | (before[b] == a)
+    left, right = half // 3, np.where(shape.twin[half] >= 0, shape.twin[half] // 3, 0)
+    right = np.where(shape.twin[half] >= 0, right, len(shape.faces) + _hole_of(whole, a))
+    inner_diagonal = ~whole.drawn[half]
+    length = reach[a] + reach[b] + np.linalg.norm(whole.points[a] - whole.points[b], axis=1)
+    cost = np.where(
+        inner_diagonal, 1.0, 3.0 - length / (length.max() + 1e-300)
+    )  # the least cost is joined first
+    free = np.flatnonzero(~in_tree)
+    joined = _spanning(left[free], right[free], cost[free], len(shape.faces) + len(whole.loops))
+    closing = free[~joined]
+    ways = [walk(before, int(v)) for e in closing for v in (a[e], b[e])]
+    tails = [np.array(way[:-1], np.int64) for way in ways]
+    heads = [np.array(way[1:], np.int64) for way in ways]
+    return np.concatenate([*tails, a[closing]]), np.concatenate([*heads, b[closing]])
+
+
+def spanning_cut(whole: Patch) -> tuple[Index, Index]:
+    """The ends of edges that open the surface into one disk without holes: those that no tree of triangles crosses.
+
+    Loose ends are taken back; what remains joins handles and holes.
+    """
+    shape = whole.triangles
+    half = np.flatnonzero(shape.twin > np.arange(shape.twin.size))
+    a, b = shape.tail[half], shape.head[half]
+    length = np.linalg.norm(whole.points[a] - whole.points[b], axis=1)
+    reach = _paths(whole, np.array([0]))[0]
+    cost = np.where(
+        whole.drawn[half], 3.0 - (reach[a] + reach[b] + length) / (2 * reach.max() + length.max()), 0.5
+    )
+    left = ~_spanning(half // 3, shape.twin[half] // 3, cost, len(shape.faces))
+    fixed = np.zeros(shape.count, bool)
+    fixed[shape.tail[shape.twin < 0]] = True
+    while True:
+        degree = np.bincount(np.concatenate([a[left], b[left]]), minlength=shape.count)
+        loose = (degree == 1) & ~fixed
+        ends = left & (loose[a] | loose[b])
+        if not ends.any():
+            return a[left], b[left]
+        left &= ~ends
+
+
+def _paths(patch: Patch, sources: Index) -> tuple[Real, Index]:
+    return patch.triangles.paths(patch.points, sources, patch.drawn)
+
+
+def _on(patch: Patch, a: Index, b: Index):
+    return patch.triangles.along((a, b))
+
+
+def _detour(patch: Patch, way: list[int]) -> list[int]:
+    """The way through a third vertex next to both of its ends' neighbours, along edges of the file."""
+    ends = patch.triangles.tail[patch.drawn], patch.triangles.head[patch.drawn]
+    near = [np.union1d(ends[1][ends[0] == v], ends[0][ends[1] == v]) for v in way]
+    common = np.intersect1d(near[0], near[1])
+    return [way[0], int(common[0]), way[1]] if common.size else [int(np.setdiff1d(near[0], way)[0]), *way]
+
+
+def _hole_of(patch: Patch, vertex: Index) -> Index:
+    """Which boundary loop each vertex lies on; 0 where it lies on none."""
+    number = np.zeros(patch.triangles.count, np.int64)
+    for k, loop in enumerate(patch.loops):
+        number[loop] = k
+    return number[vertex]
+
+
+def _spanning(a: Index, b: Index, cost: Real, count: int) -> np.ndarray:
+    """Whether each edge a - b is in a minimum spanning tree; between two nodes only the cheapest can be."""
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    order = np.lexsort([cost, low * count + high])
+    key = (low * count + high)[order]
+    first = order[np.append(True, key[1:] != key[:-1])] if order.size else order
+    tree = minimum_spanning_tree(
+        coo_matrix((cost[first], (low[first], high[first])), shape=(count, count))
+    ).tocoo()
+    inside = np.isin(low[first] * count + high[first], tree.row.astype(np.int64) * count + tree.col)
+    chosen = np.zeros(a.size, bool)
+    chosen[first[inside]] = True
+    return chosen

@@ -1,0 +1,102 @@
+"""Which triangle of a flattened patch a point of the plane lies in."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ..arrays import Complex, Index, Real
+from ..parallel import over_slices
+from .flatten import Flattening
+from .rasterise import rasterise
+
+GRID = 1024  # cells of the longer side of the grid of starting triangles
+
+
+class Locator:
+    """Point location by walking from triangle to triangle, started from a grid.
+
+    Args:
+        flattening: the patch; its triangles do not overlap.
+    """
+
+    def __init__(self, flattening: Flattening):
+        self.faces = flattening.patch.faces
+        self.flat = flattening.flat
+        self.twin = flattening.patch.triangles.twin
+        low = complex(self.flat.real.min(), self.flat.imag.min())
+        size = max(np.ptp(self.flat.real), np.ptp(self.flat.imag))
+        self.low, self.scale = low - size * (1 + 1j) / GRID, (GRID - 2) / size
+        at = (self.flat - self.low) * self.scale
+        corners = np.stack([at.real, at.imag], axis=-1)[self.faces]
+        self.grid = self._filled(rasterise(corners, GRID, GRID, border=np.ones(len(self.faces), bool)).owner)
+
+    @staticmethod
+    def _filled(owner: NDArray[np.int32]) -> NDArray[np.int32]:
+        """The grid with empty cells given the nearest cell's triangle."""
+        from scipy.ndimage import distance_transform_edt
+
+        rows, columns = distance_transform_edt(owner < 0, return_distances=False, return_indices=True)
+        return owner[rows, columns]
+
+    def __call__(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
+        """(p,) triangle and (p, 3) barycentric coordinates of points.
+
+        Points of a hole or outside count as being on the border of a triangle near by.
+        """
+        at = (z - self.low) * self.scale
+        column, row = (np.clip(c.astype(np.int64), 0, GRID - 1) for c in (at.real, at.imag))
+        start = self.grid[row, column]
+        triangle, weights = np.empty(z.size, np.int64), np.empty((z.size, 3))
+        over_slices(
+            lambda part: _walk(
+                self.flat, self.faces, self.twin, z[part], start[part], triangle[part], weights[part]
+            ),
+            z.size,
+            threads,
+        )
+        return triangle, weights
+
+
+@njit(cache=True, nogil=True)
+def _cross(o, a, b):
+    return (a.real - o.real) * (b.imag - o.imag) - (a.imag - o.imag) * (b.real - o.real)
+
+
+@njit(cache=True, nogil=True)
+def _walk(flat, faces, twin, z, start, triangle, weights):
+    """Cross the edge that the point lies farthest beyond until it lies beyond none, or a border stops the walk."""
+    for i in range(z.size):
+        t, steps = start[i], 0
+        while True:
+            a, b, c = flat[faces[t, 0]], flat[faces[t, 1]], flat[faces[t, 2]]
+            area = _cross(a, b, c)
+            w = (_cross(b, c, z[i]) / area, _cross(c, a, z[i]) / area, _cross(a, b, z[i]) / area)
+            worst, beyond = -1, 0.0
+            for k in range(3):  # weight k belongs to the edge from corner k + 1 to k + 2
+                if w[k] < beyond and twin[3 * t + (k + 1) % 3] >= 0:
+                    worst, beyond = k, w[k]
+            if worst < 0 or steps > 4096:
+                break
+            t = twin[3 * t + (worst + 1) % 3] // 3
+            steps += 1
+        triangle[i] = t
+        _clamped(a, b, c, z[i], w, weights[i])
+
+
+@njit(cache=True, nogil=True)
+def _clamped(a, b, c, z, w, out):
+    """Barycentric coordinates of the triangle's point nearest to z, given z's own."""
+    out[0], out[1], out[2] = w
+    if min(w[0], w[1], w[2]) >= 0:
+        return
+    p = (a, b, c)
+    least = np.inf
+    for k in range(3):
+        u, v = p[k], p[(k + 1) % 3]
+        e = v - u
+        s = ((z - u) * e.conjugate()).real / max(abs(e) ** 2, 1e-300)
+        s = min(max(s, 0.0), 1.0)
+        d = abs(u + s * e - z)
+        if d < least:
+            least = d
+            out[k], out[(k + 1) % 3], out[(k + 2) % 3] = 1 - s, s, 0.0

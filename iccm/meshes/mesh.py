@@ -1,0 +1,237 @@
+"""Polygon meshes as arrays: the noun every mesh format is read into, its element checks and its triangles.
+
+Nothing here trusts its input. libigl does (an index out of range ends the process), so `checked` comes before it.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Index, Real
+from ..errors import InputError
+
+FLAT = 1e-14  # a face with less area than this times its longest edge squared has no usable angles
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Polygons over points in space, with texture coordinates a corner.
+
+    Attributes:
+        name: what messages call it, usually the file's name with the part picked.
+        points: (n, 3) positions.
+        corners: (c,) vertex of each corner, face after face.
+        starts: (f + 1,) first corner of each face.
+        uv: (t, 2) texture coordinates, v up, or None.
+        uv_corners: (c,) texture coordinate of each corner, -1 where it has none, or None.
+        base: number the file format gives the first vertex and face: 1 in OBJ, 0 elsewhere.
+        lines: (f,) line of the file each face stands on, or None.
+        whole: whether it is all of the file's mesh, so that a vertex that no face uses is worth a note.
+    """
+
+    name: str
+    points: Real
+    corners: Index
+    starts: Index
+    uv: Real | None = None
+    uv_corners: Index | None = None
+    base: int = 0
+    lines: Index | None = None
+    whole: bool = True
+
+    @classmethod
+    def triangles(cls, name: str, points: Real, faces: Index, **more) -> "Mesh":
+        """A mesh of triangles from (n, 3) points and (m, 3) vertex indices."""
+        faces = np.asarray(faces, dtype=np.int64)
+        return cls(name, np.asarray(points, float), faces.ravel(), 3 * np.arange(len(faces) + 1), **more)
+
+    @property
+    def sizes(self) -> Index:
+        """(f,) number of corners of each face."""
+        return np.diff(self.starts)
+
+    def face_name(self, face: int) -> str:
+        """What to call a face in a message."""
+        line = f" (line {self.lines[face]})" if self.lines is not None else ""
+        return f"face {face + self.base}{line}"
+
+    def vertex_name(self, vertex: int) -> str:
+        """What to call a vertex in a message."""
+        return f"vertex {vertex + self.base}"
+
+    def part(self, faces: NDArray[np.bool_], name: str) -> "Mesh":
+        """The mesh of the faces marked in (f,), over the same points."""
+        keep = np.repeat(faces, self.sizes)
+        return replace(
+            self,
+            name=name,
+            corners=self.corners[keep],
+            starts=np.concatenate([[0], np.cumsum(self.sizes[faces])]),
+            uv_corners=None if self.uv_corners is None else self.uv_corners[keep],
+            lines=None if self.lines is None else self.lines[faces],
+            whole=False,
+        )
+
+
+def checked(mesh: Mesh) -> Mesh:
+    """The mesh itself, when every element of it is sound.
+
+    Raises:
+        InputError: naming the first element at fault: no faces, an index out of range, a face with fewer than
+            three corners or with the same vertex twice, a vertex that is not finite.
+    """
+    if not mesh.points.size:
+        raise InputError(f"{mesh.name}: no vertices; is this a mesh?")
+    if mesh.starts.size < 2:
+        raise InputError(
+            f"{mesh.name}: {len(mesh.points)} vertices and no faces; a point cloud has no surface to map"
+        )
+    _refuse(mesh, mesh.sizes < 3, "has fewer than 3 corners")
+    outside = (mesh.corners < 0) | (mesh.corners >= len(mesh.points))
+    if outside.any():
+        corner = int(np.flatnonzero(outside)[0])
+        vertex = int(mesh.corners[corner])
+        what = f"vertex {vertex + mesh.base}" if vertex >= 0 else "a vertex before the first one"
+        place = mesh.face_name(_face_of(mesh, corner))
+        raise InputError(
+            f"{mesh.name}: {place}: names {what}, but the file has {len(mesh.points)}; was it cut short?"
+        )
+    if mesh.uv_corners is not None and mesh.uv is not None:
+        _refuse_corner(
+            mesh, mesh.uv_corners >= len(mesh.uv), "names a texture coordinate that the file does not have"
+        )
+    repeated = mesh.corners == mesh.corners[_next_corner(mesh)]
+    ordered = np.lexsort([mesh.corners, np.repeat(np.arange(mesh.sizes.size), mesh.sizes)])
+    twice = np.zeros(mesh.corners.size, bool)
+    twice[1:] = mesh.corners[ordered][1:] == mesh.corners[ordered][:-1]
+    twice[mesh.starts[:-1]] = False
+    if repeated.any() or twice.any():
+        corner = int(np.flatnonzero(repeated | twice)[0])
+        face = _face_of(mesh, corner)
+        raise InputError(
+            f"{mesh.name}: {mesh.face_name(face)}: names a vertex twice; remove the face or the repetition"
+        )
+    bad = ~np.isfinite(mesh.points).all(axis=1)
+    if bad.any():
+        vertex = int(np.flatnonzero(bad)[0])
+        raise InputError(f"{mesh.name}: {mesh.vertex_name(vertex)}: is not a finite position")
+    return mesh
+
+
+def triangulated(mesh: Mesh) -> Index:
+    """(m, 3) corners (indices into mesh.corners) of the triangles of a checked mesh, face after face.
+
+    Quads take the diagonal whose two triangles agree with the quad's own normal, the shorter one if both do; larger
+    polygons a fan where that has no turned triangle, ears otherwise.
+
+    Raises:
+        InputError: naming the first face without area.
+    """
+    first, sizes = mesh.starts[:-1], mesh.sizes
+    faces = [np.flatnonzero(sizes == 3), np.flatnonzero(sizes == 4)]
+    parts = [first[faces[0], None] + np.arange(3)]
+    owners = [faces[0]]
+    if faces[1].size:
+        quads = _split_quads(mesh.points[mesh.corners[first[faces[1], None] + np.arange(4)]])
+        parts.append((first[faces[1], None, None] + quads).reshape(-1, 3))
+        owners.append(np.repeat(faces[1], 2))
+    for face in np.flatnonzero(sizes > 4):
+        pieces = _split_polygon(mesh.points[mesh.corners[first[face] : first[face] + sizes[face]]])
+        parts.append(first[face] + pieces)
+        owners.append(np.full(len(pieces), face))
+    corners, owner = np.concatenate(parts), np.concatenate(owners)
+    order = np.argsort(owner, kind="stable")
+    corners, owner = corners[order], owner[order]
+    _refuse_flat(mesh, mesh.points[mesh.corners[corners]], owner)
+    return corners
+
+
+def face_areas(triangle: Real) -> Real:
+    """(m,) areas of (m, 3, 3) triangles in space."""
+    across = np.cross(triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0])
+    return 0.5 * np.sqrt(np.einsum("ij,ij->i", across, across))
+
+
+def _refuse_flat(mesh: Mesh, triangle: Real, owner: Index) -> None:
+    sides = triangle - np.roll(triangle, -1, axis=1)
+    longest = np.einsum("ijk,ijk->ij", sides, sides).max(axis=1)
+    flat = face_areas(triangle) <= FLAT * longest
+    if flat.any():
+        face = int(owner[np.flatnonzero(flat)[0]])
+        raise InputError(f"{mesh.name}: {mesh.face_name(face)}: has no area; merge its vertices or remove it")
+
+
+def _face_of(mesh: Mesh, corner: int) -> int:
+    return int(np.searchsorted(mesh.starts, corner, side="right")) - 1
+
+
+def _next_corner(mesh: Mesh) -> Index:
+    following = np.arange(1, mesh.corners.size + 1)
+    following[mesh.starts[1:] - 1] = mesh.starts[:-1]
+    return following
+
+
+def _refuse(mesh: Mesh, faces: NDArray[np.bool_], what: str) -> None:
+    if faces.any():
+        raise InputError(f"{mesh.name}: {mesh.face_name(int(np.flatnonzero(faces)[0]))}: {what}")
+
+
+def _refuse_corner(mesh: Mesh, corners: NDArray[np.bool_], what: str) -> None:
+    if corners.any():
+        raise InputError(
+            f"{mesh.name}: {mesh.face_name(_face_of(mesh, int(np.flatnonzero(corners)[0])))}: {what}"
+        )
+
+
+def _split_quads(quad: Real) -> Index:
+    """(q, 2, 3) local corners of the two triangles of (q, 4, 3) quads."""
+    diagonals = np.array([[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]])
+    normal = np.cross(quad[:, 2] - quad[:, 0], quad[:, 3] - quad[:, 1])
+    agree = [_agreement(quad[:, way], normal).min(axis=1) for way in diagonals]
+    length = [np.linalg.norm(quad[:, a] - quad[:, b], axis=1) for a, b in ((0, 2), (1, 3))]
+    both = (agree[0] > 0) & (agree[1] > 0)
+    other = np.where(both, length[1] < length[0] * (1 - 1e-9), agree[1] > agree[0])
+    return diagonals[other.astype(int)]
+
+
+def _agreement(triangles: Real, normal: Real) -> Real:
+    """Dot product of each triangle's area vector (…, 3, 3) with its polygon's normal."""
+    across = np.cross(triangles[:, :, 1] - triangles[:, :, 0], triangles[:, :, 2] - triangles[:, :, 0])
+    return np.einsum("qti,qi->qt", across, normal)
+
+
+def _split_polygon(polygon: Real) -> Index:
+    """(k - 2, 3) local corners of the triangles of a (k, 3) polygon with more than four corners."""
+    k = len(polygon)
+    normal = np.cross(polygon, np.roll(polygon, -1, axis=0)).sum(axis=0)
+    fan = np.column_stack([np.zeros(k - 2, int), np.arange(1, k - 1), np.arange(2, k)])
+    if (_agreement(polygon[None, fan], normal[None]) > 0).all():
+        return fan
+    return _ears(polygon, normal)
+
+
+def _ears(polygon: Real, normal: Real) -> Index:
+    """Ear clipping in the plane across the normal, the best-shaped ear first."""
+    axis = np.eye(3)[np.argmin(np.abs(normal))]
+    right = np.cross(axis, normal)
+    up = np.cross(normal, right)
+    z = polygon @ right / np.linalg.norm(right) + 1j * (polygon @ up) / np.linalg.norm(up)
+    left, ears = list(range(len(z))), []
+    while len(left) > 3:
+        scores = [_ear_score(z, left, k) for k in range(len(left))]
+        k = int(np.argmax(scores))
+        ears.append([left[k - 1], left[k], left[(k + 1) % len(left)]])
+        del left[k]
+    return np.array([*ears, left])
+
+
+def _ear_score(z: NDArray[np.complex128], left: list[int], k: int) -> float:
+    """Area over longest side squared of the ear at place k; negative when it is none."""
+    a, b, c = z[left[k - 1]], z[left[k]], z[left[(k + 1) % len(left)]]
+    area = ((b - a).conjugate() * (c - a)).imag
+    others = z[[i for i in left if z[i] not in (a, b, c)]]
+    turns = [((q - p).conjugate() * (others - p)).imag >= 0 for p, q in ((a, b), (b, c), (c, a))]
+    blocked = np.logical_and.reduce(turns).any()
+    size = max(abs(b - a), abs(c - b), abs(a - c)) ** 2
+    return float(area / size) - (2.0 if blocked else 0.0)

@@ -1,0 +1,94 @@
+"""A piece of a mesh that can be flattened: one sound, oriented disk, with or without holes."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Index, Real
+from ..errors import InputError
+from .mesh import Mesh
+from .topology import Triangles
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """Triangles of a mesh with numbers of their own; a vertex on a cut appears once for each side.
+
+    Attributes:
+        mesh: where they come from.
+        points: (p, 3) positions.
+        triangles: the (m, 3) faces over them, oriented alike.
+        vertex: (p,) vertex of the mesh behind each.
+        corner: (m, 3) corner of the mesh behind each triangle's corner.
+        seam: (s, 2) vertices of the mesh joined by the edges that were cut.
+        notes: what was set right on the way.
+    """
+
+    mesh: Mesh
+    points: Real
+    triangles: Triangles
+    vertex: Index
+    corner: Index
+    seam: Index = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    notes: tuple[str, ...] = ()
+
+    @property
+    def faces(self) -> Index:
+        """(m, 3) vertices of the triangles."""
+        return self.triangles.faces
+
+    @cached_property
+    def loops(self) -> list[Index]:
+        """Boundary loops, the longest in space first, each with the surface on its left."""
+        return sorted(self.triangles.loops(), key=lambda loop: -self._length(loop))
+
+    def _length(self, loop: Index) -> float:
+        return float(np.linalg.norm(self.points[loop] - self.points[np.roll(loop, -1)], axis=1).sum())
+
+    @cached_property
+    def drawn(self) -> NDArray[np.bool_]:
+        """(3m,) which half-edges are edges of the file's polygons, not diagonals: only along these may a cut run."""
+        face = np.searchsorted(self.mesh.starts, self.corner[:, 0], side="right")
+        twin = self.triangles.twin
+        own = np.repeat(face, 3)
+        return (twin < 0) | (own != own[twin])
+
+    @property
+    def genus(self) -> int:
+        """Number of handles."""
+        euler = self.triangles.count - self.triangles.edge_count + len(self.faces)
+        return (2 - euler - len(self.loops)) // 2
+
+    def flat_vertex(self, vertex: int) -> int:
+        """The first of the patch's vertices that stands for a vertex of the mesh.
+
+        Raises:
+            InputError: the patch does not use that vertex.
+        """
+        found = np.flatnonzero(self.vertex == vertex)
+        if not found.size:
+            raise InputError(
+                f"{self.mesh.name}: {self.mesh.vertex_name(vertex)}: no face of the patch uses it"
+            )
+        return int(found[0])
+
+    def cut(self, half_edges: NDArray[np.bool_]) -> "Patch":
+        """The patch opened along the edges under the marked half-edges (3m,)."""
+        fan = self.triangles.fans(half_edges)
+        first = np.unique(fan, return_index=True)[1]
+        old = self.triangles.tail[first]
+        inner = np.flatnonzero(half_edges & (self.triangles.twin > np.arange(half_edges.size)))
+        edges = np.column_stack(
+            [self.vertex[self.triangles.tail[inner]], self.vertex[self.triangles.head[inner]]]
+        )
+        return Patch(
+            self.mesh,
+            self.points[old],
+            Triangles(fan.reshape(-1, 3), first.size),
+            self.vertex[old],
+            self.corner,
+            np.concatenate([self.seam, edges]),
+            self.notes,
+        )

@@ -1,0 +1,151 @@
+"""A textured surface as a picture: parallel projection, depth buffer, soft light. No display and no driver needed."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ..arrays import Index, Real
+from ..pixels.sampler import Places, Reader
+from .rasterise import affine
+
+SAMPLES = 2  # a pixel and axis
+AMBIENT = 0.35
+CREASE = 0.7  # cosine of 45 degrees
+
+
+def view(points: Real, faces: Index) -> Real:
+    """(3, 3) rows right, up, towards the viewer: a little aside of the surface's mean normal, +y up.
+
+    A closed surface, whose mean normal is about zero, is seen from front left and above.
+    """
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    mean = across.sum(axis=0) / max(np.linalg.norm(across, axis=1).sum(), 1e-300)
+    if np.linalg.norm(mean) < 0.2:
+        return _frame(np.array([-0.55, 0.35, 0.75]), np.array([0.0, 1.0, 0.0]))
+    up = (
+        np.array([0.0, 1.0, 0.0]) if abs(mean[1]) < 0.9 * np.linalg.norm(mean) else np.array([0.0, 0.0, -1.0])
+    )
+    front = _frame(mean, up)
+    return _frame(front[2] + 0.42 * front[0] + 0.32 * front[1], up)
+
+
+def render(
+    points: Real, faces: Index, uv: Real, read: Reader | None, size: int, axes: Real | None = None
+) -> NDArray[np.uint8]:
+    """An (h, w, 4) picture with transparent background, `size` pixels on its longer side.
+
+    Args:
+        points: (n, 3) positions.
+        faces: (m, 3) vertices.
+        uv: (m, 3, 2) places of the corners in the texture, in texels, y down.
+        read: the texture, None for plain clay.
+        size: pixels.
+        axes: as `view` gives; chosen by it if None.
+    """
+    axes = view(points, faces) if axes is None else axes
+    seen = points @ axes.T
+    low, high = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
+    scale = SAMPLES * (size - 2) / max(*(high - low), 1e-300)
+    width, height = (int(np.ceil(e)) for e in (high - low) * scale + 2 * SAMPLES)
+    screen = (seen[:, :2] - low) * scale + SAMPLES
+    screen[:, 1] = height - screen[:, 1]
+    width, height = width + width % SAMPLES, height + height % SAMPLES
+    corners = screen[faces]
+    owner, depth = np.full((height, width), -1, np.int32), np.full((height, width), -np.inf, np.float32)
+    slopes = affine(corners, seen[:, 2][faces])
+    _nearest(corners, slopes, owner, depth)
+    at = np.flatnonzero(owner >= 0)
+    own = owner.ravel()[at]
+    colour = _texels(corners, uv, own, at, width, read)
+    shade = affine(corners, _light(points, faces, axes))[own]
+    light = shade[:, 0] + shade[:, 1] * (at % width + 0.5) + shade[:, 2] * (at // width + 0.5)
+    picture = np.zeros((height * width, 4), np.float32)
+    picture[at, :3] = colour * light[:, None]
+    picture[at, 3] = 1.0
+    small = picture.reshape(height // SAMPLES, SAMPLES, width // SAMPLES, SAMPLES, 4).mean(axis=(1, 3))
+    small[..., :3] /= np.maximum(small[..., 3:], 1e-6)
+    return np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8)
+
+
+def _frame(toward: Real, up: Real) -> Real:
+    toward = toward / np.linalg.norm(toward)
+    right = np.cross(up, toward)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(toward, right), toward])
+
+
+def _light(points: Real, faces: Index, axes: Real) -> Real:
+    """(m, 3) brightness at each triangle's corners: a lamp over the viewer's left shoulder, both sides lit.
+
+    A corner takes the normal of its vertex, but that of its triangle across an edge sharper than CREASE.
+    """
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    mean = np.zeros_like(points)
+    for k in range(3):
+        np.add.at(mean, faces[:, k], across)
+    flat, smooth = _unit(across)[:, None], _unit(mean)[faces]
+    alike = np.einsum("mij,mkj->mk", flat, smooth) > CREASE
+    normal = np.where(alike[..., None], smooth, flat)
+    lamp = axes.T @ np.array([-0.35, 0.5, 0.8])
+    return AMBIENT + (1 - AMBIENT) * np.abs(normal @ (lamp / np.linalg.norm(lamp)))
+
+
+def _unit(vectors: Real) -> Real:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
+
+
+def _texels(corners: Real, uv: Real, own: NDArray, at: Index, width: int, read: Reader | None) -> Real:
+    if read is None:
+        return np.full((at.size, 3), 0.8, np.float32)
+    across = affine(corners, uv[..., 0])
+    down = affine(corners, uv[..., 1])
+    x, y = at % width + 0.5, at // width + 0.5
+
+    def places(p: slice) -> Places:
+        u, v = across[own[p]], down[own[p]]
+        xy = np.column_stack([c[:, 0] + c[:, 1] * x[p] + c[:, 2] * y[p] for c in (u, v)])
+        return Places(xy, np.column_stack([u[:, 1], u[:, 2], v[:, 1], v[:, 2]]))
+
+    pixels = read(places, at.size)
+    top = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
+    values = pixels.astype(np.float32) / top
+    return values[:, :3] if values.shape[1] >= 3 else np.repeat(values[:, :1], 3, axis=1)
+
+
+@njit(cache=True, nogil=True)
+def _nearest(corners, slopes, owner, depth):
+    """Each sample's triangle nearest to the viewer."""
+    height, width = owner.shape
+    for t in range(corners.shape[0]):
+        tri = corners[t]
+        turn = (tri[1, 0] - tri[0, 0]) * (tri[2, 1] - tri[0, 1]) - (tri[1, 1] - tri[0, 1]) * (
+            tri[2, 0] - tri[0, 0]
+        )
+        if turn == 0:
+            continue
+        x0, x1 = (
+            max(0, int(np.floor(tri[:, 0].min() - 0.5))),
+            min(width - 1, int(np.ceil(tri[:, 0].max() - 0.5))),
+        )
+        y0, y1 = (
+            max(0, int(np.floor(tri[:, 1].min() - 0.5))),
+            min(height - 1, int(np.ceil(tri[:, 1].max() - 0.5))),
+        )
+        for y in range(y0, y1 + 1):
+            for x in range(x0, x1 + 1):
+                inside = True
+                for k in range(3):
+                    q = (k + 1) % 3
+                    e = (tri[q, 0] - tri[k, 0]) * (y + 0.5 - tri[k, 1]) - (tri[q, 1] - tri[k, 1]) * (
+                        x + 0.5 - tri[k, 0]
+                    )
+                    if e * turn < 0:
+                        inside = False
+                        break
+                if inside:
+                    d = slopes[t, 0] + slopes[t, 1] * (x + 0.5) + slopes[t, 2] * (y + 0.5)
+                    if d > depth[y, x]:
+                        depth[y, x] = d
+                        owner[y, x] = t

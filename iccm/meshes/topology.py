@@ -1,0 +1,155 @@
+"""How the triangles of a mesh hang together: edges, components, orientation, fans, boundary loops, cuts.
+
+Half-edge 3 f + k runs from corner k of triangle f to its next corner. libigl is not asked: it takes sound
+meshes for granted.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components, dijkstra
+
+from ..arrays import Index, Real
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """Triangles over numbered vertices.
+
+    Attributes:
+        faces: (m, 3) vertices, all of 0 .. count - 1 in use.
+        count: number of vertices.
+    """
+
+    faces: Index
+    count: int
+
+    @cached_property
+    def tail(self) -> Index:
+        """(3m,) vertex each half-edge starts from."""
+        return self.faces.ravel()
+
+    @cached_property
+    def head(self) -> Index:
+        """(3m,) vertex each half-edge ends at."""
+        return np.roll(self.faces, -1, axis=1).ravel()
+
+    @cached_property
+    def _sorted_edges(self) -> tuple[Index, Index]:
+        """(3m,) half-edges sorted by the edge they lie on, and where each edge's begin."""
+        key = self._edge_key(self.tail, self.head)
+        order = np.argsort(key, kind="stable")
+        begins = np.flatnonzero(np.diff(key[order], prepend=-1))
+        return order, begins
+
+    @property
+    def edge_count(self) -> int:
+        """Number of edges."""
+        return self._sorted_edges[1].size
+
+    def crowded_edge(self) -> tuple[int, int] | None:
+        """The ends of the first edge with more than two triangles."""
+        order, begins = self._sorted_edges
+        many = np.flatnonzero(np.diff(begins, append=order.size) > 2)
+        if not many.size:
+            return None
+        half = order[begins[many]].min()
+        return int(self.tail[half]), int(self.head[half])
+
+    @cached_property
+    def twin(self) -> Index:
+        """(3m,) the other half-edge on the same edge, -1 on the boundary. Only where no edge is crowded."""
+        order, begins = self._sorted_edges
+        inner = begins[np.diff(begins, append=order.size) == 2]
+        twin = np.full(order.size, -1)
+        twin[order[inner]], twin[order[inner + 1]] = order[inner + 1], order[inner]
+        return twin
+
+    def components(self) -> Index:
+        """(m,) component of each triangle, joined across edges; the first triangle's is 0."""
+        inner = np.flatnonzero(self.twin >= 0)
+        return _labels(inner // 3, self.twin[inner] // 3, len(self.faces))
+
+    def oriented(self) -> tuple["Triangles", int] | None:
+        """The triangles turned to agree with most of them and how many were; None for a one-sided surface.
+
+        Two copies of every triangle, one a side, are joined across edges: a surface is one-sided exactly when both
+        copies of a triangle meet.
+        """
+        inner = np.flatnonzero(self.twin >= 0)
+        same = self.tail[inner] == self.tail[self.twin[inner]]
+        if not same.any():
+            return self, 0
+        a, b, m = inner // 3, self.twin[inner] // 3, len(self.faces)
+        side = _labels(np.append(a, a + m), np.append(b + same * m, b + ~same * m), 2 * m)
+        if (side[:m] == side[m:]).any():
+            return None
+        turn = side[:m] != side[0]
+        turn = ~turn if 2 * turn.sum() > m else turn
+        faces = np.where(turn[:, None], self.faces[:, ::-1], self.faces)
+        return Triangles(faces, self.count), int(turn.sum())
+
+    def fans(self, cut: NDArray[np.bool_] | None = None) -> Index:
+        """(3m,) which fan of triangles each corner belongs to, when the half-edges in `cut` part their triangles.
+
+        Without a cut a vertex has one fan, or the surface touches itself there. With one, fans are the new vertices.
+        """
+        joined = np.flatnonzero(self.twin >= 0 if cut is None else (self.twin >= 0) & ~cut)
+        other = self.twin[joined]
+        return _labels(joined, 3 * (other // 3) + (other + 1) % 3, 3 * len(self.faces))
+
+    def loops(self) -> list[Index]:
+        """Boundary loops as vertices, the surface on their left. Only for oriented triangles with one fan a vertex."""
+        border = np.flatnonzero(self.twin < 0)
+        after = dict(zip(self.tail[border].tolist(), self.head[border].tolist()))
+        loops = []
+        while after:
+            start, step = after.popitem()
+            loop = [start]
+            while step != start:
+                loop.append(step)
+                step = after.pop(step)
+            loops.append(np.array(loop))
+        return loops
+
+    def paths(self, points: Real, sources: Index, usable: NDArray[np.bool_]) -> tuple[Real, Index]:
+        """(n,) length of the shortest way along usable half-edges (3m,) from a source, and the vertex before each.
+
+        The vertex before a source is negative.
+        """
+        half = np.flatnonzero(usable & ((self.twin < 0) | (self.twin > np.arange(self.twin.size))))
+        a, b = self.tail[half], self.head[half]
+        length = np.linalg.norm(points[a] - points[b], axis=1)
+        graph = coo_matrix((length, (a, b)), shape=(self.count, self.count)).tocsr()
+        reach, before, _ = dijkstra(
+            graph, directed=False, indices=sources, min_only=True, return_predecessors=True
+        )
+        return reach, before
+
+    def along(self, ends: tuple[Index, Index]) -> NDArray[np.bool_]:
+        """(3m,) which half-edges lie on the edges between ends[0] and ends[1]."""
+        return np.isin(self._edge_key(self.tail, self.head), self._edge_key(*ends))
+
+    def _edge_key(self, a: Index, b: Index) -> Index:
+        return np.minimum(a, b) * self.count + np.maximum(a, b)
+
+
+def walk(before: Index, end: int) -> list[int]:
+    """The way from `end` back to a source, following `before` of `Triangles.paths`."""
+    way = [end]
+    while before[way[-1]] >= 0:
+        way.append(int(before[way[-1]]))
+    return way
+
+
+def _labels(a: Index, b: Index, count: int) -> Index:
+    """(count,) component of each node of a graph with edges a[i] - b[i], numbered by first appearance."""
+    graph = coo_matrix((np.ones(a.size, np.int8), (a, b)), shape=(count, count))
+    label = connected_components(graph, directed=False)[1].astype(np.int64)
+    first = np.unique(label, return_index=True)[1]
+    rank = np.empty(first.size, np.int64)
+    rank[np.argsort(first)] = np.arange(first.size)
+    return rank[label]

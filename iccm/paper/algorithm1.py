@@ -1,0 +1,131 @@
+"""Algorithm 1 of the paper: closest points, then the map closest to them (§2, §3.4, §4.1)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arrays import Complex, Real
+from ..curve import Curve
+from ..problem import Options, Problem, measure_of
+from ..result import Fit, Status
+from . import initial
+from .energies import Basis, Target, Term, closeness, consistency, points, quasiconformal, smoothness, stroke
+from .least_squares import System
+
+PAPER_VERTICES = 200
+DECREASE = 1e-4
+STROKE_SAMPLES = 50
+HALVINGS = 6  # of a first-order step that does not lower the energy
+
+
+def solve(problem: Problem, settings: Options) -> Fit:
+    """The map onto a target: Algorithm 1, from arclength or from the constraints."""
+    polygon = problem.source.resample(settings.vertices or PAPER_VERTICES)
+    basis = Basis(polygon.z, settings.quasi is not None)
+    terms = assemble(problem, settings, basis, polygon)
+    system = System(terms, settings.tangential if settings.order == 1 else 1.0)
+    targets = first_targets(problem, settings, system, polygon, basis)
+    x, energies, status = iterate(system, system.solve(targets), settings)
+    return finish(problem, basis.polygon, *basis.split(x), energies, status)
+
+
+def deform(problem: Problem, settings: Options) -> Fit:
+    """The map without a target, by the constraints alone (§3.3)."""
+    polygon = problem.source.resample(settings.vertices or PAPER_VERTICES)
+    basis = Basis(polygon.z, settings.quasi is not None)
+    terms = assemble(problem, settings, basis, polygon)
+    system = System(terms, settings.tangential if settings.order == 1 else 1.0)
+    x, energies, status = iterate(system, initial.from_constraints(problem, basis, polygon), settings)
+    return finish(problem, basis.polygon, *basis.split(x), energies, status)
+
+
+def assemble(
+    problem: Problem, settings: Options, basis: Basis, polygon: Curve, share: Real | None = None
+) -> list[Term]:
+    """All energies of a problem (paper §4.1); `share` weighs the vertices, by their part of the source's
+    length if None."""
+    if share is None:
+        share = (polygon.lengths + np.roll(polygon.lengths, 1)) / (2 * polygon.length)
+    per_edge = settings.samples_per_edge
+    z, measure = polygon.sample(per_edge), np.repeat(0.5 * (share + np.roll(share, -1)) / per_edge, per_edge)
+    tangent = settings.order == 1
+    terms: list[Term] = []
+    if problem.target is not None:
+        terms.append(closeness(basis, z, measure, problem.target, tangent=tangent))
+    if problem.pins.size:
+        terms.append(
+            points(basis, polygon.pulled_in(problem.pins[:, 0]), problem.pins[:, 1], settings.pin_weight)
+        )
+    for a, b in problem.strokes:
+        samples = polygon.pulled_in(a.at(np.linspace(0, a.length, STROKE_SAMPLES)))
+        terms.append(stroke(basis, samples, b, settings.stroke_weight, tangent=tangent))
+    if settings.quasi is not None:
+        terms.append(quasiconformal(basis, z, measure, settings.quasi))
+    if settings.smoothness:
+        terms.append(smoothness(basis, polygon.sample(1), measure_of(polygon, 1), settings.smoothness))
+    if settings.consistency:
+        terms.append(consistency(basis, share, settings.consistency))
+    return terms
+
+
+def first_targets(
+    problem: Problem, settings: Options, system: System, polygon: Curve, basis: Basis
+) -> list[Target]:
+    """ŵ⁰: by arclength, or closest points to the image under the constraints alone (§3.1); never with normals."""
+    if problem.pins.size or problem.strokes:
+        guess = system.targets(initial.from_constraints(problem, basis, polygon))
+    else:
+        boundary = initial.arclength(problem, settings.samples_per_edge, polygon)
+        rest = system.targets(basis.similarity(1, 0))[1:]
+        guess = [Target(boundary), *rest]
+    return [Target(t.points) for t in guess]
+
+
+def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, list[dict[str, float]], Status]:
+    """Algorithm 1: closest points, then the map closest to them, until the energy settles.
+
+    Energies are those of the map against its own closest points, which no step of zeroth order increases; a step of
+    first order is halved until it lowers the energy.
+    """
+    targets = system.targets(x)
+    energies = [system.energies(x, targets)]
+    decrease = DECREASE if settings.decrease is None else settings.decrease
+    for _ in range(settings.max_iterations):
+        if energies[-1]["total"] <= settings.threshold:
+            return x, energies, Status.THRESHOLD
+        x, targets, energy = _descend(system, x, targets, energies[-1]["total"])
+        energies.append(energy)
+        if energies[-2]["total"] - energy["total"] <= decrease * energies[-2]["total"]:
+            return x, energies, Status.DECREASE
+    return x, energies, Status.LIMIT
+
+
+def _descend(system: System, x: Complex, targets: list[Target], before: float):
+    """One global step and the local step after it; the old state where no part of the step lowers the energy."""
+    step = system.solve(targets, x) - x
+    for halving in range(HALVINGS):
+        trial = x + step * 0.5**halving
+        found = system.targets(trial)
+        energy = system.energies(trial, found)
+        if energy["total"] <= before:
+            return trial, found, energy
+    return x, targets, system.energies(x, targets)
+
+
+def finish(
+    problem: Problem,
+    polygon: Complex,
+    phi: Complex,
+    psi: Complex,
+    energies: list[dict[str, float]],
+    status: Status,
+    notes: Sequence[str] = (),
+) -> Fit:
+    """The result in the user's coordinates."""
+    s, t = problem.source_frame, problem.target_frame
+    target = problem.target and Curve(t.world(problem.target.z))
+    pins = np.column_stack([s.world(problem.pins[:, 0]), t.world(problem.pins[:, 1])])
+    strokes = [(Curve(s.world(a.z), False), Curve(t.world(b.z), False)) for a, b in problem.strokes]
+    source = Curve(s.world(problem.source.z))
+    world = problem.world(polygon, phi, psi)
+    return Fit(world, status, energies, source, target, pins, strokes, list(notes))

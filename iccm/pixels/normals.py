@@ -1,0 +1,36 @@
+"""Tangent-space normals under a map: they turn with it, and are mirrored where it is."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Complex
+
+
+def turned(
+    stored: NDArray[np.float32],
+    turn: Complex,
+    dtype: np.dtype,
+    *,
+    up: bool,
+    mirrored: NDArray[np.bool_] | None = None,
+) -> NDArray[np.float32]:
+    """Normals turned in the plane by the angle of a complex number and made unit again.
+
+    In integers the middle value, 128 of 255, is exactly zero, so that a flat surface stays flat.
+
+    Args:
+        stored: (p, 3) normals as 0..1.
+        turn: (p,) not zero.
+        dtype: of the picture they come from and go to.
+        up: whether y is stored upwards.
+        mirrored: (p,) those whose y is then turned about.
+    """
+    top = 1.0 if dtype.kind == "f" else float(np.iinfo(dtype).max)
+    middle, span = (0.5, 0.5) if top == 1 else ((top + 1) / 2 / top, (top - 1) / 2 / top)
+    n = (stored - middle) / span
+    flat = (n[:, 0] + 1j * (n[:, 1] if up else -n[:, 1])) * turn / np.abs(turn)
+    if mirrored is not None:
+        flat = np.where(mirrored, flat.conj(), flat)
+    n[:, 0], n[:, 1] = flat.real, flat.imag if up else -flat.imag
+    length = np.linalg.norm(n, axis=1, keepdims=True)
+    return (n / np.where(length > 0, length, 1) * span + middle).astype(np.float32)

@@ -1,0 +1,97 @@
+"""Maps as pictures: where in a texture each pixel comes from.
+
+The convention is that of Nuke's STMap and Fusion's UV map: red is s, from 0 at the left edge of the texture to 1 at its
+right edge, green is t, from 0 at the *bottom* edge to 1 at the top edge, so the first texel's centre is at half a
+texel. OpenImageIO's `st_warp` counts t from the top: give it `flip_t`. Alpha holds the coverage; where it is 0, s and t
+say nothing and are 0.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Box
+from ..maps.evaluate import Evaluator
+from ..maps.harmonic import HarmonicMap
+from ..maps.inverse import Inverse
+from ..parallel import in_order
+from . import inverse_tiles
+from .canvas import Band, Canvas, Diagnostics, Raster
+
+FINEST = 16384  # texels across: the accuracy that suits any picture
+
+
+def stmap(
+    map: HarmonicMap | Evaluator | Inverse,
+    box: Box,
+    canvas: Canvas,
+    *,
+    max_error: float = 0.05,
+    texels: int = FINEST,
+    threads: int | None = None,
+) -> Iterator[NDArray[np.float32]]:
+    """The rows of an STMap, band by band from the top.
+
+    Args:
+        map: source → target.
+        box: what of the source's plane the texture will cover.
+        canvas: the raster, in the target's plane.
+        max_error: of s and t, in texels of a texture that is `texels` across.
+        texels: see there.
+        threads: as many as there are processors by default; the result does not depend on it.
+
+    Yields:
+        (rows, W, 4) s, t, 0, coverage.
+    """
+    inverse = map if isinstance(map, Inverse) else Inverse(map, 2 * min(canvas.step))
+    size = box[1] - box[0]
+    raster = Raster(inverse, canvas, max_error / texels * min(size.real, size.imag), slopes=False)
+
+    def rows(row: int) -> NDArray[np.float32]:
+        band = raster.band(row)
+        seen = band.coverage > 0
+        out = np.zeros((*seen.shape, 4), dtype=np.float32)
+        z = band.z[seen] - box[0]
+        out[seen, 0], out[seen, 1], out[seen, 3] = z.real / size.real, z.imag / size.imag, band.coverage[seen]
+        return out
+
+    yield from in_order(rows, range(0, canvas.height, inverse_tiles.TILE), threads)
+
+
+class Stored:
+    """An STMap in the place of a `Raster`: (H, W, c) with s, t in the first two channels and alpha, if any, last.
+
+    Args:
+        st: the map's pixels; without a fourth channel, pixels where s and t are both 0 or not finite are empty.
+        aspect: width over height of the texture, whose box then is (0, aspect + 1j).
+    """
+
+    def __init__(self, st: NDArray, aspect: float):
+        self.st, self.aspect = st, aspect
+        self.canvas = Canvas(st.shape[1], st.shape[0], (0j, complex(st.shape[1], st.shape[0])))
+        self.box = (0j, complex(aspect, 1))
+
+    def band(self, row: int) -> Band:
+        """The band that starts at the given row."""
+        last = min(row + inverse_tiles.TILE, self.canvas.height)
+        first, end = max(row - 1, 0), min(last + 1, self.canvas.height)
+        st = self.st[first:end].astype(np.float64)
+        z = st[..., 0] * self.aspect + 1j * st[..., 1]
+        cover = st[..., 3] if st.shape[2] > 3 else ((st[..., 0] != 0) | (st[..., 1] != 0)).astype(float)
+        z[~np.isfinite(z) | ~(cover > 0)] = complex(np.nan, np.nan)
+        keep = slice(row - first, row - first + last - row)
+        right, down = (_slope(z, axis)[keep].astype(np.complex64) for axis in (1, 0))
+        z = z[keep]
+        covered = np.where(np.isnan(z), 0, np.clip(cover[keep], 0, 1)).astype(np.float32)
+        return Band(row, covered, z, right, down, Diagnostics(inside=int((covered > 0).sum())))
+
+
+def _slope(z: NDArray[np.complex128], axis: int) -> NDArray[np.complex128]:
+    """Change from a pixel to the next along an axis: central, or one-sided where a neighbour is unknown, or 0."""
+    pad = [(1, 1) if k == axis else (0, 0) for k in range(2)]
+    wide = np.diff(np.pad(z, pad, constant_values=np.nan), axis=axis)
+    n = z.shape[axis]
+    before, after = np.take(wide, range(n), axis), np.take(wide, range(1, n + 1), axis)
+    out = np.where(np.isnan(before), after, np.where(np.isnan(after), before, 0.5 * (before + after)))
+    return np.nan_to_num(out, nan=0.0)

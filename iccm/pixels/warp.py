@@ -1,0 +1,184 @@
+"""Carries a texture through a map: the inverse at every pixel, filtered by its Jacobian, smooth at the outline."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Box
+from ..errors import InputError
+from ..maps.evaluate import Evaluator
+from ..maps.harmonic import HarmonicMap
+from ..maps.inverse import Inverse
+from ..parallel import in_order
+from . import inverse_tiles
+from .canvas import Band, Canvas, Diagnostics, Raster
+from .normals import turned
+from .stmap import Stored
+from .texture import Prepared, Texture
+
+__all__ = ["Box", "Canvas", "Prepared", "Texture", "Warp", "Warped", "warp", "whole"]
+
+
+CHUNK = 1 << 17  # pixels that are filtered at a time
+PIXEL, SAMPLE = 96, 256  # bytes that each pixel of a band, and of those filtered at a time, takes on the way
+
+
+def band_bytes(width: int) -> int:
+    """Bytes that a thread takes to make rows of a picture."""
+    return width * inverse_tiles.TILE * PIXEL + CHUNK * SAMPLE
+
+
+def whole_bytes(height: int, width: int, channels: int, itemsize: int) -> int:
+    """Bytes that `whole` takes with padding."""
+    return height * width * (4 * channels * itemsize + 32)
+
+
+@dataclass(frozen=True, eq=False)
+class Warped:
+    """A warped picture: (H, W, c) pixels of the texture's type, the index of its alpha channel, and what happened."""
+
+    pixels: NDArray
+    alpha: int
+    diagnostics: Diagnostics
+
+
+def warp(
+    map: HarmonicMap | Evaluator | Inverse | Stored,
+    texture: Texture,
+    canvas: Canvas,
+    *,
+    filter: str = "auto",
+    kind: str = "colour",
+    edge: str = "clamp",
+    antialias: bool = True,
+    padding: int = 0,
+    fill: str = "push-pull",
+    max_error: float = 0.05,
+    threads: int | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> Warped:
+    """The texture seen through the map.
+
+    Args:
+        map: source → target, or a stored one.
+        texture: placed in the source's plane; a stored map's `box` is where it goes.
+        canvas: the raster to make, in the target's plane; the stored map's own.
+        filter: "nearest", "linear", "cubic" (Catmull-Rom), "lanczos", "spline" (quintic, for smooth pictures that are
+            enlarged; cubic where they are shrunk), or "auto" (cubic).
+        kind: "colour" (filtered in linear light, premultiplied), "data" (numbers, filtered as they are), or "normal"
+            and "normal-down" (tangent-space normals with y up or down, turned with the map and renormalised).
+        edge: outside the texture's box its edge is repeated ("clamp") or nothing is there ("transparent").
+        antialias: whether alpha holds the coverage of outline pixels; else it is all or nothing.
+        padding: pixels to extend the colours beyond the outline (alpha stays), -1 for all. Needs straight alpha.
+        fill: how, "push-pull" (smooth) or "nearest".
+        max_error: of the texture coordinates, in texels.
+        threads: as many as there are processors by default; the result does not depend on it.
+        progress: called with the number of rows done.
+
+    Returns:
+        Pixels of the texture's type; an alpha channel is appended when the texture has none.
+
+    Raises:
+        InputError: an unknown filter, kind or edge; normals without three channels; padding of associated alpha.
+    """
+    ready = Prepared(texture, filter, kind, edge, threads=threads)
+    job = Warp(map, ready, canvas, antialias=antialias, max_error=max_error)
+    return whole(job, padding=padding, fill=fill, threads=threads, progress=progress)
+
+
+def whole(
+    job: "Warp",
+    *,
+    padding: int = 0,
+    fill: str = "push-pull",
+    threads: int | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> Warped:
+    """All of a warp's pixels at once; arguments as for `warp`."""
+    out = np.zeros((job.canvas.height, job.canvas.width, job.channels), dtype=job.dtype)
+    row = 0
+    for block in job.blocks(threads):
+        out[row : row + len(block)] = block
+        row += len(block)
+        if progress:
+            progress(len(block))
+    if padding:
+        if job.source.texture.associated:
+            raise InputError(
+                "padding: the texture's alpha is associated, so nothing can be stored where it is zero"
+            )
+        out = padded(out, job.alpha, padding, fill)
+    return Warped(out, job.alpha, job.diagnostics)
+
+
+def padded(pixels: NDArray, alpha: int, reach: int, fill: str) -> NDArray:
+    """(h, w, c) straight pixels, their colours extended where the channel `alpha` is 0; arguments as for `warp`."""
+    if fill not in ("push-pull", "nearest"):
+        raise InputError(f"fill {fill!r}: not one of push-pull, nearest")
+    from .padding import pad
+
+    colours = [k for k in range(pixels.shape[2]) if k != alpha]
+    out = pixels.copy()
+    out[..., colours] = pad(pixels[..., colours], pixels[..., alpha] > 0, reach, fill)
+    return out
+
+
+class Warp:
+    """A warp made ready: everything that is not one band's own. Arguments as in `warp`."""
+
+    def __init__(
+        self,
+        map: HarmonicMap | Evaluator | Inverse | Stored,
+        source: Prepared,
+        canvas: Canvas,
+        *,
+        antialias: bool = True,
+        max_error: float = 0.05,
+    ):
+        self.source, self.canvas, self.antialias = source, canvas, antialias
+        self.alpha, self.channels, self.dtype = source.alpha, source.channels, source.texture.pixels.dtype
+        self.diagnostics = Diagnostics()
+        if isinstance(map, Stored):
+            self.raster: Raster | Stored = map
+        else:
+            inverse = map if isinstance(map, Inverse) else Inverse(map, 2 * min(canvas.step))
+            self.raster = Raster(inverse, canvas, max_error * min(1 / s for s in source.texture.scale))
+
+    def blocks(self, threads: int | None = None) -> Iterator[NDArray]:
+        """(rows, W, c) finished pixels from top to bottom."""
+
+        def finished(row: int) -> tuple[NDArray, Diagnostics]:
+            band = self.raster.band(row)
+            return self._finish(band), band.diagnostics
+
+        each, what = band_bytes(self.canvas.width), f"rows of {self.canvas.width} pixels"
+        threads = self.source.room.threads(threads, each, what)
+        for block, seen in in_order(finished, range(0, self.canvas.height, inverse_tiles.TILE), threads):
+            self.diagnostics.add(seen)
+            yield block
+
+    def _finish(self, band: Band) -> NDArray:
+        """Stored pixels of a band; zero where nothing is."""
+        at = np.flatnonzero(band.coverage)
+        out = np.zeros((band.coverage.size, self.channels), dtype=self.dtype)
+        cover = band.coverage.ravel()
+        if not self.antialias:
+            cover = (cover >= 0.5).astype(np.float32)
+        for first in range(0, at.size, CHUNK):
+            part = at[first : first + CHUNK]
+            out[part] = self.source.stored(self._filtered(band, part), cover[part])
+            self.source.room.release()
+        return out.reshape(*band.coverage.shape, self.channels)
+
+    def _filtered(self, band: Band, at: NDArray[np.intp]) -> NDArray[np.float32]:
+        """(p, c) linear values of the band's pixels numbered `at`."""
+        z, right, down = (a.ravel()[at] for a in (band.z, band.right, band.down))
+        out = self.source.read(z, right, down)
+        if self.source.kind.startswith("normal"):
+            dx, dy = self.canvas.step
+            inverse = right / dx + 1j * down / dy  # along the inverse's derivative: the map's angle, negated
+            turn = np.where(inverse != 0, inverse, 1).conj()
+            out[:, :3] = turned(out[:, :3], turn, self.dtype, up=self.source.kind == "normal")
+        return out

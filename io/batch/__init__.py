@@ -1,0 +1,1 @@
+"""Many jobs: manifests, pools of workers, a journal to resume from."""

@@ -1,0 +1,156 @@
+"""Where jobs run: processes of this machine, or an existing Dask cluster. Both are `concurrent.futures` executors."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import time
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from typing import Any, Protocol
+
+from ...errors import InputError
+from . import worker
+
+GRACE = 3.0
+PATIENCE = "10s"
+
+
+class Pool(Protocol):
+    """`size` jobs at a time."""
+
+    size: int
+
+    def submit(self, payload: dict[str, Any]) -> Future:
+        """Start a job; the future's exception means that its worker died."""
+
+    def abandon(self, futures: list[Future]) -> None:
+        """Stop jobs that run, by force if need be."""
+
+    def close(self) -> None:
+        """Let go of the workers."""
+
+
+class Processes:
+    """Processes of this machine, each an executor of its own.
+
+    A pool of one process is broken by its own job only, and can be killed when its time is up; one pool of many
+    would lose every pending job when any worker dies.
+    """
+
+    def __init__(self, size: int, threads: int) -> None:
+        """Start `size` workers, each with `threads` threads."""
+        self.size, self._threads = size, threads
+        self._lanes = [_Lane(threads) for _ in range(size)]
+
+    def submit(self, payload: dict[str, Any]) -> Future:
+        """Start a job on an idle process, or on a new one; waits for a process that still starts."""
+        for lane in [lane for lane in self._lanes if lane.broken]:
+            self._drop(lane)
+        idle = [lane for lane in self._lanes if lane.idle]
+        if not idle:
+            idle = [_Lane(self._threads)]
+            self._lanes += idle
+        return idle[0].submit(payload)
+
+    def abandon(self, futures: list[Future]) -> None:
+        """Terminate the processes that run these jobs, all at once, and kill those that stay."""
+        lanes = [lane for lane in self._lanes if lane.future in futures]
+        for lane in lanes:
+            lane.signal(signal.SIGTERM)
+        deadline = time.monotonic() + GRACE
+        for lane in lanes:
+            while not lane.broken and time.monotonic() < deadline:
+                time.sleep(0.02)
+            lane.signal(getattr(signal, "SIGKILL", signal.SIGTERM))
+            self._drop(lane)
+
+    def close(self) -> None:
+        """End the idle workers, and wait until they have: Python's own end would race with theirs."""
+        lanes = list(self._lanes)
+        with ThreadPoolExecutor(len(lanes) or 1) as closing:
+            list(closing.map(lambda lane: self._drop(lane, wait=lane.idle), lanes))
+
+    def _drop(self, lane: _Lane, wait: bool = False) -> None:
+        self._lanes.remove(lane)
+        lane.executor.shutdown(wait=wait, cancel_futures=True)
+
+
+class _Lane:
+    """One worker process and its job."""
+
+    def __init__(self, threads: int) -> None:
+        spawn = multiprocessing.get_context("spawn")  # a fork after numba's threads have started would hang
+        self.executor: Executor = ProcessPoolExecutor(1, spawn, worker.prepare, (threads,))
+        self._pid = self.executor.submit(os.getpid)
+        self.future: Future = self._pid
+
+    @property
+    def idle(self) -> bool:
+        """Whether it can take a job."""
+        return self.future is self._pid or (self.future.done() and not self.broken)
+
+    @property
+    def broken(self) -> bool:
+        """Whether its process is gone."""
+        return self.future.done() and not self.future.cancelled() and self.future.exception() is not None
+
+    def submit(self, payload: dict[str, Any]) -> Future:
+        """Start a job, once the process is ready: its time starts here. A dead process is an answer too."""
+        try:
+            self._pid.result()
+            self.future = self.executor.submit(worker.work, payload)
+        except BrokenExecutor as error:
+            self.future = Future()
+            self.future.set_exception(error)
+        return self.future
+
+    def signal(self, number: int) -> None:
+        """Send a signal to the process, if it lives."""
+        if self.broken:
+            return
+        with contextlib.suppress(Exception):
+            os.kill(self._pid.result(timeout=GRACE), number)
+
+
+class Dask:
+    """An existing Dask cluster: `size` is the number of its threads. A job that runs there cannot be killed."""
+
+    def __init__(self, address: str) -> None:
+        """Connect to a scheduler.
+
+        Raises:
+            InputError: distributed is not installed, or nobody answers.
+        """
+        try:
+            from distributed import Client
+        except ImportError:
+            raise InputError("--dask: distributed is not installed; run `pip install 'iccm[dask]'`") from None
+        try:
+            self._client = Client(address, timeout=PATIENCE)
+        except (OSError, ValueError) as error:
+            raise InputError(
+                f"--dask: {address}: no scheduler answers: {' '.join(str(error).split())}"
+            ) from None
+        self.size = sum(self._client.nthreads().values())
+        if not self.size:
+            self._client.close()
+            raise InputError(
+                f"--dask: {address}: the scheduler has no workers; start some with `dask worker {address}`"
+            )
+        self._executor = self._client.get_executor(pure=False, retries=0)
+
+    def submit(self, payload: dict[str, Any]) -> Future:
+        """Start a job somewhere."""
+        return self._executor.submit(worker.work, payload)
+
+    def abandon(self, futures: list[Future]) -> None:
+        """Cancel: what already runs there ends in its own time."""
+        for future in futures:
+            future.cancel()
+
+    def close(self) -> None:
+        """Leave the cluster as it was."""
+        self._executor.shutdown(wait=False)
+        self._client.close()

@@ -1,0 +1,115 @@
+"""What runs in a worker of a batch. Nothing heavy is imported at the top: threads are capped before numpy loads."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+import traceback
+from typing import Any, NoReturn
+
+THREADS = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMBA_NUM_THREADS",
+    "OPENCV_FOR_THREADS_NUM",
+)
+GRACE = 5.0
+NOTES = 5
+
+
+class Stopped(BaseException):
+    """The parent asked the worker to stop: temporary files are removed on the way out."""
+
+
+def prepare(threads: int) -> None:
+    """Make a fresh process a worker: threads capped, signals set, and an end when the parent ends."""
+    for name in THREADS:
+        os.environ[name] = "1" if name.startswith(("OPENBLAS", "MKL")) else str(threads)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
+    signal.signal(signal.SIGTERM, _stop)
+    threading.Thread(target=_outlive_nobody, daemon=True).start()
+    from ...pixels import warp  # noqa: F401  now, so that the first job's time is its own
+    from ..pictures import image_files  # noqa: F401
+
+
+def work(payload: dict[str, Any]) -> dict[str, Any]:
+    """Run one job and describe what came of it; only a dying process does not answer.
+
+    Args:
+        payload: `job` as JSON, `threads`, and `folder`, which relative paths start from.
+    """
+    start = time.perf_counter()
+    try:
+        if os.getcwd() != payload["folder"]:
+            os.chdir(payload["folder"])
+        result = _run(payload)
+    except Stopped:
+        os._exit(128 + signal.SIGTERM)
+    except Exception as error:
+        result = _failure(error)
+    return {**result, "seconds": round(time.perf_counter() - start, 4)}
+
+
+def _run(payload: dict[str, Any]) -> dict[str, Any]:
+    from .. import files
+    from ..run.execute import run
+    from ..run.job import Job
+
+    outcome = run(Job(**payload["job"]), threads=payload["threads"])
+    return {
+        "status": "done" if outcome.ok else "poor",
+        "message": outcome.message,
+        "outputs": [{"path": path, "sha256": files.sha256(path)} for path in outcome.written],
+        "figures": {
+            k: v
+            for k, v in outcome.report.items()
+            if k in ("boundary", "dilatation", "log10_area", "injective")
+        },
+        "notes": _few(outcome.notes),
+    }
+
+
+def _few(notes: tuple[str, ...]) -> list[str]:
+    """The first notes; a drawing with a thousand strokes would otherwise drown the results."""
+    return [*notes[:NOTES], *([f"and {len(notes) - NOTES} more"] if len(notes) > NOTES else [])]
+
+
+def _failure(error: Exception) -> dict[str, Any]:
+    """The same sentences as the command line's, without importing it."""
+    from ...errors import IccmError
+
+    if isinstance(error, IccmError):
+        status, message = "failed", str(error)
+    elif isinstance(error, OSError) and error.strerror:
+        status, message = (
+            "failed",
+            f"{error.filename}: {error.strerror}" if error.filename else error.strerror,
+        )
+    elif isinstance(error, MemoryError):
+        status, message = "failed", "out of memory; ask for a smaller size or fewer vertices"
+    else:
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        place = f"{os.path.basename(where.filename)}:{where.lineno}"
+        status, message = (
+            "error",
+            f"internal error, please report it ({type(error).__name__}: {error}, {place})",
+        )
+    return {"status": status, "message": " ".join(message.split()), "outputs": [], "figures": {}, "notes": []}
+
+
+def _stop(number: int, frame: object) -> NoReturn:
+    raise Stopped
+
+
+def _outlive_nobody() -> None:
+    """End with the parent, however it ends: an orphan would wait for jobs for ever."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(GRACE)
+        os._exit(1)

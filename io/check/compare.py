@@ -1,0 +1,214 @@
+"""Results against baselines: pictures pixel by pixel, reports figure by figure. Nothing is resized or converted."""
+
+from __future__ import annotations
+
+import fnmatch
+import json
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ...errors import InputError
+from .. import files
+from ..run.job import mistakes
+from ..run.raster_size import PICTURES
+
+MAX_BYTES = 1 << 28
+
+
+class Pictures(BaseModel):
+    """How far pictures may be apart: differences relative to white, structural similarity from 0 to 1."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    max: float = Field(2 / 255, ge=0)
+    rms: float = Field(0.001, ge=0)
+    ssim: float = Field(0.999, ge=-1, le=1)
+
+
+class Figure(BaseModel):
+    """How far a figure of a report may be from its baseline; within either is enough."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    rel: float = Field(1e-6, ge=0)
+    abs: float = Field(1e-9, ge=0)
+    ignore: bool = False
+
+
+REPORT = {
+    "seconds*": Figure(ignore=True),
+    "version": Figure(ignore=True),
+    "inputs.*.path": Figure(ignore=True),
+    "job.*": Figure(ignore=True),
+}
+
+
+class Tolerances(BaseModel):
+    """`tolerances.toml`: one table for pictures, one of key patterns for reports; the last pattern that fits counts."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    pictures: Pictures = Pictures()
+    report: dict[str, Figure] = {}
+
+    def figure(self, key: str) -> Figure:
+        """The tolerance of a report's key, such as `boundary.rms`."""
+        fitting = [f for pattern, f in {**REPORT, **self.report}.items() if fnmatch.fnmatchcase(key, pattern)]
+        return fitting[-1] if fitting else Figure()
+
+
+@dataclass
+class Verdict:
+    """What comparing one file found.
+
+    Attributes:
+        name: path relative to both folders.
+        problems: a sentence for each difference that is too large; empty when the file passes.
+        figures: what was measured.
+    """
+
+    name: str
+    problems: list[str] = field(default_factory=list)
+    figures: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing is too far from its baseline."""
+        return not self.problems
+
+
+def tolerances(path: Path | None) -> Tolerances:
+    """Tolerances from a file, the defaults without one.
+
+    Raises:
+        InputError: every mistake in it.
+    """
+    if path is None:
+        return Tolerances()
+    try:
+        return Tolerances(**tomllib.loads(files.read_bytes(path, max_bytes=MAX_BYTES).decode()))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: {error}") from None
+    except ValidationError as error:
+        raise InputError("; ".join(f"{path}: {key}: {text}" for key, text in mistakes(error))) from None
+
+
+def compare(name: str, run: Path, baseline: Path, allowed: Tolerances) -> Verdict:
+    """Compare one file with its baseline by what its suffix says it is."""
+    verdict = Verdict(name)
+    if not run.is_file():
+        verdict.problems.append("missing from the run")
+    elif not baseline.is_file():
+        verdict.problems.append("has no baseline; --update makes it one")
+    elif baseline.suffix.lower() in PICTURES:
+        _pictures(run, baseline, allowed.pictures, verdict)
+    elif baseline.suffix.lower() == ".json":
+        _reports(run, baseline, allowed, verdict)
+    elif files.sha256(run) != files.sha256(baseline):
+        verdict.problems.append("the bytes differ")
+    return verdict
+
+
+def _pictures(run: Path, baseline: Path, allowed: Pictures, verdict: Verdict) -> None:
+    a, b = _pixels(run), _pixels(baseline)
+    if a.shape != b.shape or a.dtype != b.dtype:
+        verdict.problems.append(f"is {_said(a)} where the baseline is {_said(b)}")
+        return
+    x, y = scaled(a), scaled(b)
+    if not np.array_equal(np.isfinite(x), np.isfinite(y)):
+        verdict.problems.append("NaN or infinity in other pixels than the baseline")
+        return
+    x, y = finite(x), finite(y)
+    gap = np.abs(x - y)
+    verdict.figures = {
+        "max": float(gap.max()),
+        "rms": float(np.sqrt((gap**2).mean())),
+        "ssim": similarity(x, y),
+    }
+    for name, limit in (("max", allowed.max), ("rms", allowed.rms)):
+        if verdict.figures[name] > limit * (1 + 1e-9):
+            worst = np.unravel_index(int(gap.max(axis=2).argmax()), gap.shape[:2])
+            where = f", largest at column {worst[1]}, row {worst[0]}"
+            verdict.problems.append(
+                f"{name} difference {verdict.figures[name]:.4g} is more than {limit:.4g}{where}"
+            )
+    if verdict.figures["ssim"] < allowed.ssim:
+        verdict.problems.append(
+            f"structural similarity {verdict.figures['ssim']:.5f} is less than {allowed.ssim:g}"
+        )
+
+
+def _pixels(path: Path) -> np.ndarray:
+    from ..pictures import image_files
+
+    return image_files.read(path).pixels
+
+
+def _said(pixels: np.ndarray) -> str:
+    height, width, channels = pixels.shape
+    return f"{width}x{height} with {channels} channels of {pixels.dtype}"
+
+
+def scaled(pixels: np.ndarray) -> np.ndarray:
+    """(h, w, c) float64, 1 for white."""
+    white = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1.0
+    return pixels.astype(np.float64) / white
+
+
+def finite(x: np.ndarray) -> np.ndarray:
+    """x with 0 for NaN and infinity."""
+    return np.where(np.isfinite(x), x, 0.0)
+
+
+def similarity(x: np.ndarray, y: np.ndarray) -> float:
+    """Mean structural similarity over the channels; pictures under 7 pixels are equal or not."""
+    from skimage.metrics import structural_similarity
+
+    if min(x.shape[:2]) < 7:
+        return float(np.array_equal(x, y))
+    span = max(1.0, float(max(x.max(), y.max()) - min(x.min(), y.min())))
+    return float(structural_similarity(x, y, channel_axis=2, data_range=span))
+
+
+def _reports(run: Path, baseline: Path, allowed: Tolerances, verdict: Verdict) -> None:
+    a, b = flat(_json(run)), flat(_json(baseline))
+    for key in [*b, *(key for key in a if key not in b)]:
+        tolerance = allowed.figure(key)
+        if tolerance.ignore:
+            continue
+        if key not in a or key not in b:
+            verdict.problems.append(f"{key}: {'missing' if key not in a else 'not in the baseline'}")
+        elif not _same(a[key], b[key], tolerance):
+            verdict.problems.append(f"{key}: {_value(a[key])} where the baseline has {_value(b[key])}")
+
+
+def _json(path: Path) -> Any:
+    try:
+        return json.loads(files.read_bytes(path, max_bytes=MAX_BYTES))
+    except (ValueError, RecursionError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: is not JSON: {error}") from None
+
+
+def flat(value: Any, key: str = "") -> dict[str, Any]:
+    """Leaves by their dotted path; an empty list or table is a leaf, so that its disappearance shows."""
+    if isinstance(value, dict | list) and value:
+        items = value.items() if isinstance(value, dict) else enumerate(value)
+        return {
+            k: v for name, item in items for k, v in flat(item, f"{key}.{name}" if key else str(name)).items()
+        }
+    return {key: value}
+
+
+def _same(a: Any, b: Any, tolerance: Figure) -> bool:
+    numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in (a, b))
+    if not numbers:
+        return type(a) is type(b) and a == b
+    return abs(a - b) <= max(tolerance.rel * abs(b), tolerance.abs)
+
+
+def _value(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else json.dumps(value)

@@ -1,0 +1,146 @@
+"""A whole folder of results against a folder of baselines: which files, diff pictures, JUnit XML, new baselines."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...errors import InputError
+from .. import files
+from .compare import PICTURES, Tolerances, Verdict, compare, finite, scaled
+
+SETTINGS = "tolerances.toml"
+
+
+def names(folder: Path) -> list[str]:
+    """The files of a folder and below as relative paths with /; hidden ones and the tolerances are left out.
+
+    Raises:
+        InputError: the folder does not exist.
+    """
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder")
+    found = [path.relative_to(folder) for path in folder.rglob("*") if path.is_file()]
+    return sorted(
+        p.as_posix()
+        for p in found
+        if p.as_posix() != SETTINGS and not any(q.startswith(".") for q in p.parts)
+    )
+
+
+def check(run: Path, baselines: Path, allowed: Tolerances) -> list[Verdict]:
+    """A verdict for every file that is in either folder.
+
+    Raises:
+        InputError: a folder is missing, or both are empty: a comparison of nothing would always pass.
+    """
+    both = sorted({*names(run), *names(baselines)})
+    if not both:
+        raise InputError(f"{baselines}: nothing to compare; run with --update to store baselines")
+    verdicts = []
+    for name in both:
+        try:
+            verdicts.append(compare(name, run / name, baselines / name, allowed))
+        except InputError as error:
+            verdicts.append(Verdict(name, [str(error)]))
+    return verdicts
+
+
+def update(run: Path, baselines: Path) -> tuple[list[str], list[str]]:
+    """Make the run the baselines: the files written, and the old ones removed because the run lacks them.
+
+    Raises:
+        InputError: the run is empty or the folder cannot be written.
+    """
+    new = names(run)
+    if not new:
+        raise InputError(f"{run}: nothing to store as baselines")
+    baselines.mkdir(parents=True, exist_ok=True)
+    gone = [name for name in names(baselines) if name not in set(new)]
+    for name in new:
+        (baselines / name).parent.mkdir(parents=True, exist_ok=True)
+        with files.replacing(baselines / name, force=True) as path:
+            shutil.copyfile(run / name, path)
+    for name in gone:
+        (baselines / name).unlink()
+    return new, gone
+
+
+def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | None:
+    """Baseline, run and their difference (stretched to full contrast) side by side; None where there is no pair.
+
+    A pair of different sizes is laid side by side without a difference: neither is resized.
+    """
+    from ..pictures import image_files
+
+    pair = [baselines / verdict.name, run / verdict.name]
+    if Path(verdict.name).suffix.lower() not in PICTURES or not all(path.is_file() for path in pair):
+        return None
+    try:
+        shown = [_shown(image_files.read(path).pixels) for path in pair]
+    except InputError:
+        return None
+    if shown[0].shape == shown[1].shape:
+        gap = np.abs(shown[0] - shown[1])
+        shown.append(gap / max(float(gap.max()), 1e-9))
+    path = folder / f"{verdict.name}.diff.png"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    picture = image_files.Image(
+        np.round(255 * _beside(shown)).astype(np.uint8),
+        alpha=-1,
+        associated=False,
+        colorspace="sRGB",
+        metadata={},
+    )
+    with files.replacing(path, force=True) as temporary:
+        image_files.write(temporary, picture)
+    return path
+
+
+def _shown(pixels: np.ndarray) -> np.ndarray:
+    """(h, w, 3) in 0..1: grey repeated, alpha over grey."""
+    x = np.clip(finite(scaled(pixels)), 0, 1)
+    if x.shape[2] in (2, 4):
+        x = x[..., :-1] * x[..., -1:] + 0.5 * (1 - x[..., -1:])
+    return np.repeat(x[..., :1], 3, axis=2) if x.shape[2] < 3 else x[..., :3]
+
+
+def _beside(pictures: list[np.ndarray]) -> np.ndarray:
+    height, gap = max(p.shape[0] for p in pictures), 8
+    padded = [np.pad(p, ((0, height - p.shape[0]), (0, gap), (0, 0)), constant_values=1.0) for p in pictures]
+    return np.concatenate(padded, axis=1)[:, :-gap]
+
+
+def junit(verdicts: Iterable[Verdict], seconds: float) -> bytes:
+    """JUnit XML: one test case a file. Time and date follow SOURCE_DATE_EPOCH."""
+    verdicts = list(verdicts)
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    now = datetime.fromtimestamp(int(epoch), UTC) if epoch else datetime.now(UTC)
+    counts = {"tests": str(len(verdicts)), "failures": str(sum(not v.ok for v in verdicts)), "errors": "0"}
+    time = "0" if epoch else f"{seconds:.3f}"
+    stamp = now.strftime("%Y-%m-%dT%H:%M:%S")
+    root = ElementTree.Element("testsuites", counts)
+    suite = ElementTree.SubElement(
+        root, "testsuite", {"name": "iccm check", **counts, "time": time, "timestamp": stamp}
+    )
+    for verdict in verdicts:
+        case = ElementTree.SubElement(
+            suite, "testcase", {"classname": "iccm.check", "name": _xml(verdict.name), "time": "0"}
+        )
+        if not verdict.ok:
+            failure = ElementTree.SubElement(case, "failure", {"message": _xml(verdict.problems[0])})
+            failure.text = _xml("\n".join(verdict.problems))
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+
+
+def _xml(text: str) -> str:
+    """Text without the characters that XML cannot hold."""
+    text = text.encode("utf-8", "replace").decode()
+    return "".join(c if c in "\t\n" or ord(c) >= 0x20 else "?" for c in text)

@@ -1,0 +1,356 @@
+"""Meshes from files of every format, and back with new texture coordinates.
+
+OBJ keeps its bytes (`obj`, `objwrite`, `mtl`); GLB, PLY, OFF and STL go through trimesh on the same noun.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Index, Real
+from ...errors import InputError
+from ...meshes.mesh import Mesh
+from .. import files
+from . import material_library, obj, obj_write
+from .obj import Obj
+
+MAX_BYTES = 4 << 30
+THROUGH_TRIMESH = (".glb", ".gltf", ".ply", ".off", ".stl")
+SUFFIXES = (".obj", *THROUGH_TRIMESH)
+WITH_UV = (".obj", ".glb", ".ply")
+NEW = "iccm"  # a material of ours
+PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"  # how such files begin
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFile:
+    """A mesh as a file holds it.
+
+    Attributes:
+        path: the file.
+        mesh: its polygons, or those of the part picked.
+        faces: (f,) which faces of the whole file that part is.
+        obj: the file itself when it is an OBJ.
+        picture: the texture inside the file, as the PNG or JPEG file that it is there, when it has one.
+        loop: number of the boundary loop picked, 1 being the longest.
+        notes: what was left out.
+    """
+
+    path: Path
+    mesh: Mesh
+    faces: NDArray[np.bool_]
+    obj: Obj | None = None
+    picture: bytes | None = None
+    loop: int = 1
+    notes: tuple[str, ...] = ()
+
+
+def is_mesh(spec: str) -> bool:
+    """Whether `file` or `file#part` names a mesh by its suffix, an OBJ only if it has more than one face."""
+    path = split(spec)[0]
+    suffix = path.suffix.lower()
+    if suffix != ".obj":
+        return suffix in THROUGH_TRIMESH
+    faces = 0
+    with files.open_input(path).open("rb") as lines:
+        for line in lines:
+            faces += line[:2] in (b"f ", b"f\t")
+            if faces > 1:
+                return True
+    return False
+
+
+def split(spec: str) -> tuple[Path, str | None]:
+    """`file#part` as file and part; a file that is really called so is taken whole."""
+    for at in [len(spec), *(k for k in range(len(spec) - 1, 0, -1) if spec[k] == "#")]:
+        if Path(spec[:at]).is_file():
+            return Path(spec[:at]), spec[at + 1 :] or None
+    file, _, part = spec.partition("#")
+    return Path(file), part or None
+
+
+def read(spec: str) -> MeshFile:
+    """The mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
+
+    A part is an OBJ object, group or material, or a GLB geometry; a loop is a number, 1 for the longest boundary.
+
+    Raises:
+        InputError: the file cannot be read, or has no such part.
+    """
+    path, chosen = split(spec)
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise InputError(f"{path}: no mesh is read from {suffix!r}; use one of {', '.join(SUFFIXES)}")
+    whole = _read_obj(path) if suffix == ".obj" else _read_other(path)
+    part, loop = _part_and_loop(chosen, whole[1])
+    return whole[0](part, loop)
+
+
+Reader = tuple[Callable[[str | None, int], MeshFile], list[str]]
+
+
+def _part_and_loop(chosen: str | None, names: list[str]) -> tuple[str | None, int]:
+    """A number is a loop, unless a part is called so."""
+    if chosen is None or chosen in names:
+        return chosen, 1
+    part, mark, last = chosen.rpartition("#")
+    if last.isdecimal():
+        return (part if mark else None), int(last)
+    return chosen, 1
+
+
+def _read_obj(path: Path) -> Reader:
+    whole = obj.read(path)
+
+    def picked(part: str | None, loop: int) -> MeshFile:
+        faces = whole.faces_of(part) if part else np.ones(len(whole.face_at), bool)
+        return MeshFile(path, whole.mesh(part), faces, whole, loop=loop)
+
+    return picked, whole.parts()
+
+
+def _read_other(path: Path) -> Reader:
+    import trimesh
+
+    data = files.open_input(path, max_bytes=MAX_BYTES)
+    try:
+        scene = trimesh.load_scene(data, process=False)
+        pieces = {name: piece for name, piece in scene.geometry.items() if isinstance(piece, trimesh.Trimesh)}
+        placed = {name: _placed(scene, name, piece) for name, piece in pieces.items()}
+    except Exception as error:  # whatever a parser stumbles over: the file is at fault
+        reason = " ".join(str(error).split())[:120] or type(error).__name__
+        raise InputError(f"{path}: is no readable {path.suffix[1:].upper()} file: {reason}") from error
+
+    def picked(part: str | None, loop: int) -> MeshFile:
+        if part is not None and part not in pieces:
+            raise InputError(
+                f"{path}#{part}: no geometry is called '{part}'; there is {', '.join(pieces) or 'none'}"
+            )
+        chosen = part or next(iter(pieces), None)
+        if chosen is None:
+            raise InputError(f"{path}: no faces; a point cloud has no surface to map")
+        name = str(path) + (f"#{part}" if part else "")
+        points, piece = placed[chosen], pieces[chosen]
+        uv = getattr(piece.visual, "uv", None)
+        uv = None if uv is None or not len(uv) else np.asarray(uv, float)
+        mesh = Mesh.triangles(name, points, piece.faces, uv=uv)
+        if uv is not None:
+            mesh = Mesh.triangles(name, points, piece.faces, uv=uv, uv_corners=mesh.corners)
+        left = len(pieces) - 1
+        others = f"left out {left} other geometr{'ies' if left > 1 else 'y'}"
+        notes = (others + ("" if part else f"; {path}#name picks one"),) if left else ()
+        return MeshFile(path, mesh, np.ones(len(piece.faces), bool), None, _picture(piece), loop, notes)
+
+    return picked, list(pieces)
+
+
+def _placed(scene, name: str, piece) -> Real:
+    """The points of a geometry where its first node puts it."""
+    for node in scene.graph.nodes_geometry:
+        transform, geometry = scene.graph[node]
+        if geometry == name:
+            return np.asarray(piece.vertices, float) @ transform[:3, :3].T + transform[:3, 3]
+    return np.asarray(piece.vertices, float)
+
+
+def _picture(piece) -> bytes | None:
+    """The texture of a geometry: its bytes as they are embedded, or as PNG where Pillow has them no more."""
+    material = getattr(piece.visual, "material", None)
+    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    if (
+        image is None or getattr(image, "format", None) is None
+    ):  # none, or trimesh's stand-in, which no file holds
+        return None
+    if isinstance(getattr(image, "fp", None), BytesIO):
+        return image.fp.getvalue()
+    made = BytesIO()
+    image.save(made, "PNG")
+    return made.getvalue()
+
+
+def textures_of(file: MeshFile) -> list[Path]:
+    """The different picture files that the materials of an OBJ's faces name, in the order of the faces."""
+    if file.obj is None:
+        return []
+    which, uses = file.obj.current("usemtl")
+    library = _library(file.obj)[0]
+    used = dict.fromkeys(which[np.flatnonzero(file.faces)].tolist())
+    found = (library.texture(uses[k].text) for k in used if k >= 0)
+    return list(dict.fromkeys(picture for picture in found if picture is not None))
+
+
+def check_output(name: str) -> None:
+    """Refuse an output that cannot hold texture coordinates.
+
+    Raises:
+        InputError: naming the suffixes that can.
+    """
+    if Path(name).suffix.lower() not in WITH_UV:
+        raise InputError(f"{name}: cannot hold texture coordinates; use one of {', '.join(WITH_UV)}")
+
+
+def check_texture(name: Path, texture: Path | bytes | None) -> None:
+    """Refuse a texture that the mesh to be written cannot show.
+
+    Args:
+        name: of the mesh.
+        texture: the picture, or its content; None is never refused.
+
+    Raises:
+        InputError: GLB cannot hold the picture, or a material library cannot name its file.
+    """
+    suffix = name.suffix.lower()
+    if suffix == ".glb" and texture is not None:
+        _embeddable(texture)
+    elif suffix == ".obj" and isinstance(texture, Path):
+        material_library.name_of(texture, name.parent)
+
+
+def write(
+    file: MeshFile,
+    uv: Real,
+    uv_corners: Index,
+    triangles: Index,
+    out: Path,
+    *,
+    name: Path,
+    texture: Path | bytes | None = None,
+    force: bool = False,
+) -> tuple[list[str], list[str]]:
+    """Write the mesh with new texture coordinates.
+
+    Args:
+        file: as read; from OBJ to OBJ everything else stays as it is.
+        uv: (t, 2) coordinates, v up.
+        uv_corners: (c,) coordinate of each corner of file.mesh.
+        triangles: (m, 3) corners of its triangles, for formats of triangles.
+        out: where to write now, a temporary file beside `name`.
+        name: what it will be called.
+        texture: the picture to show, or its content; None to leave materials alone.
+        force: whether the `companions` may be replaced.
+
+    Returns:
+        The other files written, and notes on what could not be kept.
+    """
+    check_output(str(name))
+    if name.suffix.lower() != ".obj":
+        _write_other(file.mesh, uv, uv_corners, triangles, out, name.suffix.lower(), texture)
+        lost = texture is not None and name.suffix.lower() == ".ply"
+        return [], [f"{name}: PLY names no texture; its coordinates are for the one given"] if lost else []
+    whole = file.obj or obj.parse(_as_obj(file.mesh), name)
+    faces = file.faces if file.obj else np.ones(len(whole.face_at), bool)
+    if texture is None:
+        out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners))
+        return [], []
+    library, *beside = (Path(other) for other in companions(name, texture))
+    materials, notes = _library(whole)
+    rename, plain = _renamed(whole, faces)
+    binding = obj_write.Binding(library.name, rename, plain)
+    out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners, binding))
+    shown = texture if isinstance(texture, Path) else beside[0]
+    text = material_library.bound(materials, rename, plain, shown, library)
+    content = [
+        text.encode("utf-8", "surrogateescape"),
+        *([_embeddable(texture)] if isinstance(texture, bytes) else []),
+    ]
+    for path, data in zip((library, *beside), content):
+        with files.replacing(path, force=force) as temporary:
+            temporary.write_bytes(data)
+    return [str(library), *map(str, beside)], notes
+
+
+def companions(name: Path, texture: Path | bytes | None) -> list[str]:
+    """The files that `write` puts beside an output: an OBJ's material library, and a picture that is no file yet."""
+    if texture is None or name.suffix.lower() != ".obj":
+        return []
+    library = str(name.with_suffix(".mtl"))
+    if isinstance(texture, Path):
+        return [library]
+    suffix = ".jpg" if texture.startswith(JPEG) else ".png"
+    return [library, str(name.with_name(f"{name.stem}-texture{suffix}"))]
+
+
+def _library(whole: Obj) -> tuple[material_library.Library, list[str]]:
+    return material_library.read(
+        whole.path.parent, [s.text for s in whole.statements if s.keyword == "mtllib"]
+    )
+
+
+def _renamed(whole: Obj, faces: NDArray[np.bool_]) -> tuple[dict[str | None, str], str]:
+    """New material names of the faces that change: their own where no other face uses it. And one for faces without."""
+    which, uses = whole.current("usemtl")
+    names: list[str | None] = [s.text for s in uses] + [None]
+    inside = {names[k] for k in np.unique(which[faces])}
+    outside = {names[k] for k in np.unique(which[~faces])}
+    taken = {n for n in names if n}
+
+    def fresh(name: str) -> str:
+        while name in taken:
+            name += "_"
+        taken.add(name)
+        return name
+
+    rename = {
+        m: fresh(NEW if m is None else f"{m}_{NEW}") if m is None or m in outside else m for m in inside
+    }
+    return rename, fresh(f"{NEW}_plain") if None in outside else ""
+
+
+def _as_obj(mesh: Mesh) -> bytes:
+    """An OBJ file of a mesh from another format."""
+    points = ("v %.10g %.10g %.10g\n" * len(mesh.points)) % tuple(mesh.points.ravel().tolist())
+    faces = ("f %d %d %d\n" * mesh.sizes.size) % tuple((mesh.corners + 1).tolist())
+    return (points + faces).encode()
+
+
+def _write_other(
+    mesh: Mesh, uv, uv_corners, triangles, out: Path, suffix: str, texture: Path | bytes | None
+) -> None:
+    """GLB or PLY: a vertex for every pair of position and texture coordinate."""
+    import trimesh
+    from PIL import Image
+    from trimesh.exchange.gltf import export_glb
+
+    pairs = np.column_stack([mesh.corners[triangles].ravel(), uv_corners[triangles].ravel()])
+    pairs, index = np.unique(pairs, axis=0, return_inverse=True)
+    piece = trimesh.Trimesh(mesh.points[pairs[:, 0]], index.reshape(-1, 3), process=False)
+    uv = uv[pairs[:, 1]]
+    if suffix == ".ply":
+        piece.visual = trimesh.visual.TextureVisuals(uv=uv)
+        out.write_bytes(trimesh.exchange.ply.export_ply(piece))
+        return
+    content = _embeddable(texture) if texture is not None else b""
+    material = trimesh.visual.material.PBRMaterial(metallicFactor=0.0)
+    if content:
+        material.baseColorTexture = Image.new("RGB", (1, 1))
+
+    def embed(buffers, tree) -> None:  # the file itself in place of what trimesh would encode again
+        for image in tree["images"]:
+            buffers[list(buffers)[image["bufferView"]]] = content + bytes(-len(content) % 4)
+            image["mimeType"] = "image/jpeg" if content.startswith(JPEG) else "image/png"
+
+    piece.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
+    out.write_bytes(export_glb(piece.scene(), buffer_postprocessor=embed))
+
+
+def _embeddable(texture: Path | bytes) -> bytes:
+    """The content of a PNG or JPEG file, or another picture as PNG.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    content = texture if isinstance(texture, bytes) else files.open_input(texture).read_bytes()
+    if content.startswith((PNG, JPEG)):
+        return content
+    try:
+        made = BytesIO()
+        Image.open(BytesIO(content)).save(made, "PNG")
+    except (OSError, UnidentifiedImageError, ValueError) as error:
+        raise InputError(f"{texture!s}: cannot be put into a GLB file; use a PNG or JPEG texture") from error
+    return made.getvalue()

@@ -1,0 +1,218 @@
+"""OBJ files that keep their bytes: what is not changed is written back as it was read.
+
+Vertex and face order, polygons, groups, smoothing, materials, comments, spacing, line ends and negative indices all
+stay. New texture coordinates change the `vt` lines and the texture indices of `f` lines, a texture also `mtllib` and
+`usemtl`.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Index, Real
+from ...errors import InputError
+from ...meshes.mesh import Mesh
+from .. import files
+
+MAX_BYTES = 4 << 30
+NUMBER_WIDTH = 32  # bytes of a number that numpy may convert many at a time
+WRONG = {
+    1: "a face needs at least 3 corners; was the file cut short?",
+    2: "a corner is not of the form v, v/vt, v//vn or v/vt/vn with whole numbers other than 0",
+    3: "too few numbers; was the file cut short?",
+}
+
+
+@dataclass(frozen=True)
+class Statement:
+    """An `o`, `g`, `usemtl` or `mtllib` line: its first byte, its end with the line's end, keyword and the rest."""
+
+    at: int
+    end: int
+    keyword: str
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class Obj:
+    """The bytes of an OBJ file and what they say. Indices are zero-based; -1 means absent.
+
+    Attributes:
+        path: the file.
+        data: its bytes.
+        v: (n, 3) positions.
+        vt: (t, 2) texture coordinates.
+        vt_at: (t,) first byte of each `vt` line.
+        face_at: (f,) first byte of each `f` line.
+        starts: (f + 1,) first corner of each face.
+        corner_at: (c,) first byte of each corner.
+        corners: (c, 2) vertex and texture coordinate of each corner.
+        relative: (c,) whether the texture index is written as a negative number.
+        statements: `o`, `g`, `usemtl` and `mtllib` lines in file order.
+    """
+
+    path: Path
+    data: bytes
+    v: Real
+    vt: Real
+    vt_at: Index
+    face_at: Index
+    starts: Index
+    corner_at: Index
+    corners: Index
+    relative: NDArray[np.bool_]
+    statements: tuple[Statement, ...]
+
+    @cached_property
+    def line_ends(self) -> Index:
+        """Bytes of the file's line ends, to turn a byte into a line number."""
+        return line_ends(self.data)
+
+    def mesh(self, part: str | None = None) -> Mesh:
+        """The polygons, or those of the object, group or material called `part`.
+
+        Raises:
+            InputError: nothing is called so; the message lists what there is.
+        """
+        lines = np.searchsorted(self.line_ends, self.face_at) + 1
+        has_uv = bool(len(self.vt)) and bool((self.corners[:, 1] >= 0).any())
+        uv, uv_corners = (self.vt, self.corners[:, 1]) if has_uv else (None, None)
+        whole = Mesh(str(self.path), self.v, self.corners[:, 0], self.starts, uv, uv_corners, 1, lines)
+        return whole if part is None else whole.part(self.faces_of(part), f"{self.path}#{part}")
+
+    def faces_of(self, part: str) -> NDArray[np.bool_]:
+        """(f,) whether each face belongs to the object, group or material called `part`.
+
+        Raises:
+            InputError: nothing with a face is called so.
+        """
+        for keyword in ("o", "g", "usemtl"):
+            marked = self._marked(keyword, part)
+            if marked.any():
+                return marked
+        raise InputError(
+            f"{self.path}#{part}: nothing with faces is called '{part}'; there is {self._choices()}"
+        )
+
+    def parts(self) -> list[str]:
+        """Names of the objects, groups and materials that have faces, in file order."""
+        named: dict[str, None] = {}
+        for s in self.statements:
+            for name in s.text.split() if s.keyword == "g" else [s.text]:
+                if s.keyword != "mtllib" and name and self._marked(s.keyword, name).any():
+                    named[name] = None
+        return list(named)
+
+    def current(self, keyword: str) -> tuple[Index, list[Statement]]:
+        """(f,) which `keyword` statement is in force at each face, -1 before the first; and those statements."""
+        said = [s for s in self.statements if s.keyword == keyword]
+        return np.searchsorted([s.at for s in said], self.face_at) - 1, said
+
+    def _marked(self, keyword: str, name: str) -> NDArray[np.bool_]:
+        which, said = self.current(keyword)
+        good = np.array(
+            [name == s.text or (keyword == "g" and name in s.text.split()) for s in said] + [False]
+        )
+        return good[which]
+
+    def _choices(self) -> str:
+        names = self.parts()
+        return (
+            ", ".join(f"'{n}'" for n in names[:8]) + (" …" if len(names) > 8 else "")
+            if names
+            else "no named part"
+        )
+
+
+def line_ends(data: bytes) -> Index:
+    """Bytes at which lines end: \\n, or \\r in a file that has no \\n."""
+    raw = np.frombuffer(data, np.uint8)
+    ends = np.flatnonzero(raw == 10)
+    return ends if ends.size else np.flatnonzero(raw == 13)
+
+
+def read(path: str | Path) -> Obj:
+    """Read an OBJ file.
+
+    Raises:
+        InputError: naming file, line and fault: a number or an index that is none, a face with fewer than 3 corners.
+    """
+    return parse(files.read_bytes(path, max_bytes=MAX_BYTES), Path(path))
+
+
+def parse(data: bytes, path: Path) -> Obj:
+    """What the bytes of an OBJ file say; `path` is for messages.
+
+    Raises:
+        InputError: as `read`.
+    """
+    from . import obj_scan  # numba: imported where used
+
+    raw = np.frombuffer(data, np.uint8)
+    lines, c = obj_scan.count(raw)
+    v, vt = np.zeros((lines[obj_scan.VERTEX], 3)), np.zeros((lines[obj_scan.TEXTURE], 2))
+    vt_at, face_at, starts, corner_at, statement_at = (
+        np.zeros(k, np.int64)
+        for k in (len(vt), lines[obj_scan.FACE], lines[obj_scan.FACE] + 1, c, lines[obj_scan.STATEMENT])
+    )
+    corners, relative = np.zeros((c, 2), np.int64), np.zeros(c, bool)
+    slow = [np.zeros((a.size, 2), np.int64) for a in (v, vt)]
+    code, at, *found = obj_scan.fill(
+        raw, v, vt, vt_at, face_at, starts, corner_at, corners, relative, statement_at, *slow
+    )
+    if code:
+        raise InputError(f"{path}: {_place(data, at)}: {WRONG[code]}")
+    for values, listed, k in zip((v, vt), slow, found):
+        _convert(data, path, values, listed[:k])
+    said = tuple(_statement(data, int(k)) for k in statement_at)
+    return Obj(path, data, v, vt, vt_at, face_at, starts, corner_at, corners, relative, said)
+
+
+def _convert(data: bytes, path: Path, values: Real, listed: Index) -> None:
+    """Convert the numbers the scanner left: values.flat[listed[:, 0]] stands at byte listed[:, 1]."""
+    if not len(listed):
+        return
+    raw = np.frombuffer(data + b" " * NUMBER_WIDTH, np.uint8)
+    text = raw[listed[:, 1, None] + np.arange(NUMBER_WIDTH)].copy()
+    over = np.cumsum((text <= 32) | (text == 92), axis=1) > 0
+    text[over] = 0
+    strings = text.view(f"S{NUMBER_WIDTH}").ravel()
+    try:
+        if not over[:, -1].all():
+            raise ValueError("a number longer than the table is wide")
+        values.ravel()[listed[:, 0]] = strings.astype(np.float64)
+    except ValueError:  # find the one at fault, or convert the overlong ones
+        for place, at in listed:
+            values.ravel()[place] = _one_number(data, path, int(at))
+
+
+def _one_number(data: bytes, path: Path, at: int) -> float:
+    word = data[at : at + 400].split(maxsplit=1)[0].rstrip(b"\\")
+    try:
+        return float(word)
+    except ValueError:
+        shown = word[:30].decode("utf-8", "replace")
+        raise InputError(f"{path}: {_place(data, at)}: '{shown}' is not a number") from None
+
+
+def _place(data: bytes, at: int) -> str:
+    return f"line {int(np.searchsorted(line_ends(data), at)) + 1}"
+
+
+def _statement(data: bytes, at: int) -> Statement:
+    end = at
+    while True:
+        stop = [k for k in (data.find(b"\n", end), data.find(b"\r", end)) if k >= 0]
+        end = min(stop, default=len(data))
+        if end == 0 or end >= len(data) or data[end - 1 : end] != b"\\":
+            break
+        end += 2 if data[end : end + 2] == b"\r\n" else 1
+    text = data[at:end].decode("utf-8", "surrogateescape").replace("\\\r\n", " ").replace("\\\n", " ")
+    keyword, _, rest = (
+        text.strip().partition(" ") if "\t" not in text.strip()[:8] else text.strip().partition("\t")
+    )
+    after = end + (2 if data[end : end + 2] == b"\r\n" else 1)
+    return Statement(at, min(after, len(data)), keyword, rest.strip())

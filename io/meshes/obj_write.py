@@ -1,0 +1,139 @@
+"""New texture coordinates, and a texture, for an OBJ file that stays as it is everywhere else."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Index, Real
+from .obj import Obj
+
+Edit = tuple[int, int, bytes]  # replace data[start:end] by these bytes
+
+
+@dataclass(frozen=True)
+class Binding:
+    """How faces come by their texture.
+
+    Attributes:
+        library: file name for the `mtllib` line.
+        rename: new material name by old one, for the faces that change; None is "no material".
+        plain: the material of the other faces that had none.
+    """
+
+    library: str
+    rename: dict[str | None, str]
+    plain: str
+
+
+def retextured(
+    obj: Obj, faces: NDArray[np.bool_], uv: Real, uv_corners: Index, binding: Binding | None = None
+) -> bytes:
+    """The file's bytes with new texture coordinates for some faces.
+
+    Args:
+        obj: the file.
+        faces: (f,) the faces that change.
+        uv: (t, 2) their texture coordinates, v up.
+        uv_corners: (c,) coordinate of each of their corners, in file order.
+        binding: the texture, if there is one.
+    """
+    corner_changes = np.repeat(faces, np.diff(obj.starts))
+    keep_old = bool((obj.corners[~corner_changes, 1] >= 0).any())
+    newline = b"\r\n" if b"\r\n" in obj.data[:4096] else b"\n"
+    at = _line_of_first_change(obj, faces, keep_old)
+    edits: list[Edit] = [] if keep_old else _runs_of_lines(obj)
+    edits.append((at, at, _vt_lines(uv, newline)))
+    changed, index = _new_indices(obj, corner_changes, uv_corners, len(uv), at, keep_old)
+    if binding is not None:
+        edits += _binding_edits(obj, faces, binding, newline)
+    return _apply(obj, edits, changed, index)
+
+
+def _line_of_first_change(obj: Obj, faces: NDArray[np.bool_], keep_old: bool) -> int:
+    """Where the new vt lines go: where the old ones began, but before the first face that needs them."""
+    first = int(obj.face_at[np.flatnonzero(faces)[0]])
+    return min(first, int(obj.vt_at[0])) if len(obj.vt_at) and not keep_old else first
+
+
+def _runs_of_lines(obj: Obj) -> list[Edit]:
+    """Deletions of all vt lines, neighbouring lines in one piece."""
+    if not len(obj.vt_at):
+        return []
+    ends = np.append(obj.line_ends, len(obj.data) - 1)
+    stop = ends[np.searchsorted(ends, obj.vt_at)] + 1
+    while (more := _continued(obj.data, stop)).any():
+        stop[more] = ends[np.searchsorted(ends, stop[more])] + 1
+    begins = np.flatnonzero(np.append(True, obj.vt_at[1:] != stop[:-1]))
+    last = np.append(begins[1:], len(stop)) - 1
+    return [(int(a), int(b), b"") for a, b in zip(obj.vt_at[begins], stop[last])]
+
+
+def _continued(data: bytes, stop: Index) -> NDArray[np.bool_]:
+    """Whether the line that ends before each byte goes on after a backslash."""
+    raw = np.frombuffer(b"  " + data, np.uint8)
+    before = np.where(raw[stop] == 13, raw[stop - 1], raw[stop])  # raw is shifted by two
+    return (before == 92) & (stop < len(data))
+
+
+def _vt_lines(uv: Real, newline: bytes) -> bytes:
+    line = "vt %.10g %.10g" + newline.decode()
+    return ((line * len(uv)) % tuple(uv.ravel().tolist())).encode()
+
+
+def _new_indices(obj, corner_changes, uv_corners, added: int, at: int, keep_old: bool) -> tuple[Index, Index]:
+    """(corners whose text changes, their new texture index): the part's own, and others the new lines displace."""
+    old = obj.corners[:, 1]
+    index = old.copy()
+    before = int(np.searchsorted(obj.vt_at, at))
+    if keep_old:
+        index[old >= before] += added
+        index[corner_changes] = before + uv_corners
+        after = np.repeat(obj.face_at >= at, np.diff(obj.starts))
+        moved = np.where(obj.relative, after != (old >= before), old >= before) & (old >= 0)
+    else:
+        index[corner_changes] = uv_corners
+        moved = np.zeros(old.size, bool)
+    changed = np.flatnonzero(corner_changes | moved)
+    return changed, index[changed]
+
+
+def _binding_edits(obj: Obj, faces: NDArray[np.bool_], binding: Binding, newline: bytes) -> list[Edit]:
+    """mtllib in place of the first one, or at the head; usemtl around the runs of faces that change material."""
+    line = f"mtllib {binding.library}".encode("utf-8", "surrogateescape") + newline
+    said = [s for s in obj.statements if s.keyword == "mtllib"]
+    edits: list[Edit] = [(s.at, s.end, line if k == 0 else b"") for k, s in enumerate(said)]
+    if not said:
+        edits.append((0, 0, line))
+    which, uses = obj.current("usemtl")
+    names: list[str | None] = [s.text for s in uses] + [None]  # -1 is before the first
+    breaks = np.append(True, (which[1:] != which[:-1]) | (faces[1:] != faces[:-1]))
+    begins = np.flatnonzero(breaks)
+    previous: str | None = None
+    for k, face in enumerate(begins):
+        own = names[which[face]]
+        wanted = binding.rename.get(own, own) if faces[face] else own
+        stated = own if k == 0 or which[face] != which[face - 1] else previous
+        if wanted != stated:
+            use = f"usemtl {wanted if wanted is not None else binding.plain}".encode(
+                "utf-8", "surrogateescape"
+            )
+            edits.append((int(obj.face_at[face]), int(obj.face_at[face]), use + newline))
+        previous = wanted
+    return edits
+
+
+def _apply(obj: Obj, edits: list[Edit], changed: Index, index: Index) -> bytes:
+    """The bytes with corner indices rewritten and the edits made; edits at one byte keep their order."""
+    from . import obj_scan
+
+    raw = np.frombuffer(obj.data, np.uint8)
+    places = obj.corner_at[changed]
+    out = np.empty(len(obj.data) + 16 * changed.size + 16, np.uint8)
+    pieces, position = [], 0
+    for start, end, text in [*sorted(edits, key=lambda e: e[:2]), (len(obj.data), len(obj.data), b"")]:
+        a, b = np.searchsorted(places, [position, start])
+        size = obj_scan.rewrite(raw, position, start, places[a:b], index[a:b], out)
+        pieces += [out[:size].tobytes(), text]
+        position = max(position, end)
+    return b"".join(pieces)

@@ -1,0 +1,1 @@
+"""Pictures in files: read as stored, written with colour space and metadata kept."""

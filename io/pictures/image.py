@@ -1,0 +1,187 @@
+"""Pictures as they are stored, and what formats make of them: colour space, association of alpha, depth."""
+
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+from numpy.typing import NDArray
+
+from ...arrays import Box
+from ...errors import InputError
+from ...memory import Room
+from ...pixels import colour
+from ...pixels.filters import strip_rows
+from ...pixels.texture import Texture
+
+DISPLAY = {".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tga", ".gif"}  # hold encoded colours only
+LINEAR = {".exr", ".hdr"}  # hold linear, associated floats only
+COLOURED = {".webp", ".hdr", ".bmp", ".jxl"}  # hold no grey
+OPAQUE = {".jpg", ".jpeg", ".hdr"}  # hold no alpha
+INTEGERS: dict[str, list[type]] = {
+    ".jpg": [np.uint8],
+    ".webp": [np.uint8],
+    ".bmp": [np.uint8],
+    ".png": [np.uint8, np.uint16],
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """A picture as stored.
+
+    Attributes:
+        pixels: (h, w, c) uint8, uint16, float16 or float32, row 0 on top.
+        alpha: index of the alpha channel, or -1.
+        associated: whether colours are premultiplied by alpha.
+        colorspace: a name that OpenColorIO knows, or "data" for numbers that are no colours.
+        metadata: what else the file said, name -> (OpenImageIO type, value); `channels` -> the channels' names.
+        notes: what a user should know about how the file was read.
+        holes: how many pixels are not finite.
+    """
+
+    pixels: NDArray
+    alpha: int = -1
+    associated: bool = False
+    colorspace: str = "sRGB"
+    metadata: dict[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    holes: int = 0
+
+    def texture(self, box: Box, kind: str = "colour", room: Room | None = None) -> Texture:
+        """The picture placed in the plane, in sRGB or linear light. `kind` other than "colour" is taken as numbers."""
+        transfer = "linear" if kind != "colour" else transfer_of(self.colorspace)
+        if transfer is not None:
+            return Texture(self.pixels, box, self.alpha, transfer, self.associated)
+        room = room or Room()
+        linear = room(self.pixels.shape, np.float32)
+        step = strip_rows(*linear.shape[1:])
+        for row in range(0, len(linear), step):
+            part = replace(self, pixels=self.pixels[row : row + step])
+            linear[row : row + step] = _converted(part, "lin_rec709", np.dtype(np.float32)).pixels
+            room.release()
+        return Texture(linear, box, self.alpha, "linear", self.associated)
+
+    def covered(self) -> "Image":
+        """A picture of one pixel like that which `warp` makes: alpha is appended where there is none."""
+        channels = self.pixels.shape[2] + (self.alpha < 0)
+        alpha = self.alpha if self.alpha >= 0 else channels - 1
+        return replace(self, pixels=np.zeros((1, 1, channels), self.pixels.dtype), alpha=alpha)
+
+    def with_pixels(self, pixels: NDArray, alpha: int) -> "Image":
+        """The same kind of picture with other pixels, as `warp` made them from this picture's texture."""
+        made = replace(self, pixels=pixels, alpha=alpha)
+        if pixels.dtype != self.pixels.dtype:
+            made = _converted(replace(made, colorspace="lin_rec709"), self.colorspace, self.pixels.dtype)
+        return made
+
+
+@cache
+def transfer_of(colorspace: str) -> str | None:
+    """ "srgb" or "linear" for the spaces that the filters decode themselves, None for the others."""
+    config = oiio.ColorConfig()
+    if config.equivalent(colorspace, "sRGB"):
+        return "srgb"
+    resolved = config.resolve(colorspace)
+    if colorspace == "data" or resolved in ("Raw", "ACEScg", "ACES2065-1") or "Linear" in resolved:
+        return "linear"
+    return None
+
+
+def prepared(image: Image, suffix: str) -> Image:
+    """The picture as a format can hold it: encoding, association of alpha, channels and depth."""
+    before, encoded = image.colorspace, transfer_of(image.colorspace)
+    unsaid = suffix != ".png" and encoded != "srgb" and image.colorspace != "data"  # only PNG says the space
+    if suffix in DISPLAY:
+        image = straight(image)
+    if suffix in LINEAR and (encoded != "linear" or image.pixels.dtype.kind != "f"):
+        space = "data" if image.colorspace == "data" else "lin_rec709"
+        image = _converted(
+            image, space, np.dtype(np.float16 if image.pixels.dtype == np.uint8 else np.float32)
+        )
+    elif suffix in DISPLAY and (unsaid or image.pixels.dtype.kind == "f"):
+        depth = np.uint16 if np.uint16 in INTEGERS.get(suffix, []) else np.uint8
+        image = _converted(image, "data" if image.colorspace == "data" else "sRGB", np.dtype(depth))
+    if image.colorspace != before:
+        image = replace(image, metadata=_without(image, "ICCProfile", "CICP"))
+    if image.alpha >= 0 and (suffix in OPAQUE or suffix == ".exr"):
+        image = _associated(image, keep=suffix == ".exr")
+    if image.pixels.dtype == np.uint16 and INTEGERS.get(suffix) == [np.uint8]:
+        image = replace(image, pixels=np.rint(image.pixels / 257.0).astype(np.uint8))
+    if (
+        suffix in COLOURED
+        and image.pixels.shape[2] < 3
+        and (image.alpha >= 0) == (image.pixels.shape[2] == 2)
+    ):
+        image = replace(
+            image,
+            pixels=image.pixels[..., [0, 0, 0, 1][: 3 + (image.alpha >= 0)]],
+            alpha=3 if image.alpha >= 0 else -1,
+            metadata=_without(image, "channels"),
+        )
+    return image
+
+
+def straight(image: Image) -> Image:
+    """The picture with alpha divided out, if it is not."""
+    if not image.associated:
+        return image
+    srgb = transfer_of(image.colorspace) == "srgb"
+    values = colour.decode(image.pixels, image.alpha, srgb=srgb, associated=True, premultiply=False)
+    pixels = colour.encode(values, image.pixels.dtype, image.alpha, srgb=srgb)
+    return replace(image, pixels=pixels, associated=False)
+
+
+def _associated(image: Image, *, keep: bool) -> Image:
+    """Alpha multiplied in, and without `keep` removed, the picture being laid on white."""
+    srgb = transfer_of(image.colorspace) == "srgb"
+    values = colour.decode(
+        image.pixels, image.alpha, srgb=srgb, associated=image.associated, premultiply=True
+    )
+    if keep:
+        pixels = colour.encode(values, image.pixels.dtype, image.alpha, srgb=srgb, associated=True)
+        return replace(image, pixels=pixels, associated=True)
+    alpha = values[..., image.alpha : image.alpha + 1]
+    values = np.delete(values + (1 - alpha), image.alpha, axis=2)
+    pixels = colour.encode(values, image.pixels.dtype, -1, srgb=srgb)
+    return replace(image, pixels=pixels, alpha=-1, associated=False, metadata=_without(image, "channels"))
+
+
+def _without(image: Image, *names: str) -> dict[str, Any]:
+    return {name: value for name, value in image.metadata.items() if name not in names}
+
+
+def _converted(image: Image, space: str, dtype: np.dtype) -> Image:
+    """The picture in another colour space and depth; alpha keeps its association."""
+    old = image.pixels.dtype
+    values = image.pixels.astype(np.float32)
+    if old.kind != "f":
+        values /= np.iinfo(old).max
+    if "data" not in (image.colorspace, space) and image.colorspace != space:
+        colours = [k for k in range(values.shape[2]) if k != image.alpha]
+        for first in range(0, len(colours), 3):
+            part = colours[first : first + 3]
+            values[..., part] = _ocio(values, part, image, space)
+    if dtype.kind != "f":
+        values = np.rint(np.nan_to_num(np.clip(values, 0, 1), copy=False) * np.iinfo(dtype).max)
+    return replace(image, pixels=values.astype(dtype), colorspace=space)
+
+
+def _ocio(values: NDArray, part: list[int], image: Image, space: str) -> NDArray:
+    """Up to three channels through OpenColorIO, alpha divided out meanwhile; fewer than three stand for grey."""
+    rgb = values[..., [*part, *[part[0]] * (3 - len(part))]] if len(part) < 3 else values[..., part]
+    alpha = values[..., image.alpha : image.alpha + 1] if image.associated and image.alpha >= 0 else None
+    if alpha is not None:
+        rgb = rgb / np.where(alpha != 0, alpha, 1)
+    source = oiio.ImageBuf(np.ascontiguousarray(rgb))
+    made = oiio.ImageBufAlgo.colorconvert(source, image.colorspace, space)
+    if made.has_error or not made.initialized:
+        raise InputError(f"colour space {image.colorspace!r} to {space!r}: {first_line(made.geterror())}")
+    out = np.asarray(made.get_pixels(oiio.FLOAT))[..., : len(part)]
+    return out if alpha is None else out * alpha
+
+
+def first_line(text: str) -> str:
+    """The first line of a library's message."""
+    return (text or "unknown reason").strip().splitlines()[0]

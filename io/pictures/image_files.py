@@ -1,0 +1,364 @@
+"""Pictures in files: read as stored (straight alpha, own depth), written with colour space and metadata kept."""
+
+import tempfile
+import zlib
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+import OpenImageIO as oiio
+from numpy.typing import NDArray
+
+from ...errors import InputError
+from ...memory import Room
+from ...pixels.filters import strip_rows
+from ..files import open_input
+from .image import OPAQUE, Image, first_line, prepared, transfer_of
+
+__all__ = ["MAX_PIXELS", "Image", "check", "read", "transfer_of", "write", "write_bands"]
+
+MAX_PIXELS = 1 << 29
+KEPT = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
+WIDE = {"uint", "int", "uint64", "int64"}  # integers that floats cannot hold
+STRAIGHT = {"bmp", "dds", "jpeg2000", "jpegxl"}
+PNG = b"\x89PNG\r\n\x1a\n"
+# PNG about as small as by default, in a third of the time; filters are numbered by libpng, this one is "up".
+ENCODERS = {"png:compressionLevel": 4, "png:filter": 32, "jpeg:subsampling": "4:4:4"}
+QUALITY = {".jpg": "jpeg:95", ".jpeg": "jpeg:95", ".webp": "lossless", ".jxl": "jpegxl:100"}
+# What describes the old file's storage rather than the picture.
+FORGOTTEN: tuple[str, ...] = (
+    "oiio:",
+    "compression",
+    "planarconfig",
+    "tiff:",
+    "openexr:",
+    "png:",
+    "jpeg:",
+    "webp:",
+    "ICCProfile:",
+)
+FORGOTTEN += ("Orientation", "textureformat", "Exif:PixelXDimension", "Exif:PixelYDimension", "thumbnail")
+
+
+def read(
+    path: str | Path,
+    *,
+    max_pixels: int = MAX_PIXELS,
+    colorspace: str | None = None,
+    room: Room | None = None,
+) -> Image:
+    """Reads the first picture of a file as it is stored, upright.
+
+    Args:
+        path: any format that OpenImageIO reads.
+        max_pixels: the largest width × height that is accepted.
+        colorspace: overrules what the file says.
+        room: where the pixels are kept.
+
+    Raises:
+        InputError: the file is missing, not a flat picture, damaged, or too large; the colour space is unknown.
+    """
+    with open_input(path).open("rb") as content:
+        if content.read(len(PNG)) == PNG:
+            _check_png(path, content)
+    room = room or Room()
+    config = oiio.ImageSpec()
+    config["oiio:UnassociatedAlpha"] = 1
+    file = oiio.ImageInput.open(str(path), config)
+    if file is None:
+        raise InputError(f"{path}: cannot be read as a picture: {first_line(oiio.geterror())}")
+    try:
+        spec = file.spec()
+        for width, height in ((spec.width, spec.height), (spec.full_width, spec.full_height)):
+            if width * height > max_pixels:
+                raise InputError(
+                    f"{path}: {width}x{height} is more than {max_pixels} pixels; raise --max-pixels"
+                )
+        if spec.deep or spec.depth > 1:
+            raise InputError(
+                f"{path}: a {'deep picture' if spec.deep else 'volume'}, which is not read; flatten it first"
+            )
+        kind = str(spec.format) if not spec.channelformats else "float"
+        pixels = _pixels(file, spec, kind if kind in KEPT else "float", room)
+        if pixels is None or file.has_error:
+            raise InputError(f"{path}: the pixels cannot be read: {first_line(file.geterror())}")
+        others = file.seek_subimage(1, 0)
+    finally:
+        file.close()
+    pixels = _upright(_displayed(pixels, spec, room), spec)
+    holes = _holes(pixels, room) if pixels.dtype.kind == "f" else 0
+    return Image(
+        pixels if pixels.flags.c_contiguous else _copied(pixels, room(pixels.shape, pixels.dtype), room),
+        _alpha(spec),
+        _is_associated(spec, file.format_name()),
+        _known(path, colorspace) if colorspace else _space(spec, pixels.dtype),
+        _metadata(spec),
+        _notes(path, spec, others, holes),
+        holes,
+    )
+
+
+def check(path: str | Path, like: Image, height: int, width: int) -> None:
+    """Refuses what `write` would refuse, before there are any pixels: by a trial of one row of the longer side.
+
+    Args:
+        path: the file to write; only its suffix counts.
+        like: alpha, colour space, metadata, type and channels of the picture (its size is not used).
+        height, width: of the picture.
+
+    Raises:
+        InputError: the format does not hold so many pixels or channels, or not the colour space.
+    """
+    side = max(height, width)
+    row = np.zeros((1, side, like.pixels.shape[2]), like.pixels.dtype)
+    with tempfile.TemporaryDirectory() as folder:
+        trial = Path(folder) / f"trial{Path(path).suffix}"
+        try:
+            write(trial, replace(like, pixels=row))
+        except InputError as error:
+            text = str(error).replace(str(trial), str(path)).replace(f"{side}x1", f"{width}x{height}")
+            raise InputError(text) from error
+
+
+def write(path: str | Path, image: Image) -> None:
+    """Writes a picture in the format of the path's suffix, converted where the format demands it.
+
+    Display formats get sRGB, EXR and HDR linear light; EXR associates alpha; where there is no alpha the picture is
+    laid on white.
+
+    Raises:
+        InputError: the suffix is unknown or the file cannot be written.
+    """
+    write_bands(path, image, image.pixels.shape[0], image.pixels.shape[1], iter([image.pixels]))
+
+
+def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: Iterable[NDArray]) -> None:
+    """Writes (rows, width, c) blocks that follow each other from the top, as `write`, without ever holding them all.
+
+    Args:
+        path: the file.
+        like: what the blocks are: alpha, colour space, metadata and type (its own pixels are not used).
+        height, width: of the whole picture.
+        blocks: rows of `like`'s kind.
+    """
+    suffix = Path(path).suffix.lower()
+    row = 0
+    with _opened(path) as file:
+        for block in blocks:
+            ready = prepared(replace(like, pixels=block), suffix)
+            if row == 0:
+                _check_channels(path, ready, file.supports("nchannels"))
+                if not file.open(str(path), _spec(ready, height, width, suffix)):
+                    raise InputError(f"{path}: cannot be written: {first_line(file.geterror())}")
+            rows = np.ascontiguousarray(ready.pixels)
+            done = (
+                file.write_image(rows)
+                if len(rows) == height
+                else file.write_scanlines(row, row + len(rows), 0, rows)
+            )
+            if not done:
+                raise InputError(f"{path}: cannot be written: {first_line(file.geterror())}")
+            row += len(rows)
+
+
+def _check_channels(path: str | Path, image: Image, any_number: bool) -> None:
+    """Refuses what would come back as something else: the last of 2 or 4 channels as alpha, 2 and alpha as colours."""
+    suffix, colours = Path(path).suffix.lower(), image.pixels.shape[2] - (image.alpha >= 0)
+    if colours in (1, 3) or (any_number and (colours > 3 or suffix == ".exr")):
+        return
+    held = f"1{', 3 or more' if any_number else ' or 3'} channels{' beside alpha' if suffix not in OPAQUE else ''}"
+    others = ".exr" if any_number or colours == 2 else ".exr or .tif"
+    raise InputError(f"{path}: {suffix} holds {held}, not {colours}; use {others}")
+
+
+@contextmanager
+def _opened(path: str | Path) -> Iterator[Any]:
+    file = oiio.ImageOutput.create(str(path))
+    if file is None:
+        oiio.geterror()
+        raise InputError(
+            f"{path}: no picture format has the suffix {Path(path).suffix!r}; use .png, .tif or .exr"
+        )
+    try:
+        yield file
+    finally:
+        closed = file.close()
+    if not closed:
+        raise InputError(f"{path}: cannot be written: {first_line(file.geterror())}")
+
+
+def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Room) -> NDArray | None:
+    """The (h, w, c) pixels, some rows at a time: the library's own reading of all holds them twice."""
+    c, tall = spec.nchannels, max(1, spec.tile_height)
+    step = -(-strip_rows(spec.width, c) // tall) * tall
+    out = room((spec.height, spec.width, c), KEPT[kind])
+    for row in range(0, spec.height, step):
+        top, end = spec.y + row, spec.y + min(row + step, spec.height)
+        if spec.tile_width:
+            rows = file.read_tiles(spec.x, spec.x + spec.width, top, end, 0, 1, 0, c, kind)
+        else:
+            rows = file.read_scanlines(top, end, 0, 0, c, kind)
+        if rows is None:
+            return None
+        out[row : row + step] = np.asarray(rows).reshape(end - top, spec.width, c)
+        room.release()
+    return out
+
+
+def _check_png(path: str | Path, content: BinaryIO) -> None:
+    """Refuses a PNG file that is cut or changed: libpng would print a line of its own.
+
+    Args:
+        path: for messages.
+        content: the file, read up to its first chunk.
+    """
+    name = b""
+    while name != b"IEND":
+        head = content.read(8)
+        left, name = int.from_bytes(head[:4]), head[4:]
+        checksum = zlib.crc32(name)
+        while left and (block := content.read(min(left, 1 << 20))):
+            left, checksum = left - len(block), zlib.crc32(block, checksum)
+        stored = content.read(4)
+        if left or len(stored) < 4:
+            raise InputError(f"{path}: the picture is damaged: the file is cut off")
+        if name[:1].isupper() and stored != checksum.to_bytes(4):  # others are left out by readers
+            raise InputError(f"{path}: the picture is damaged: wrong checksum of {name.decode('latin-1')}")
+
+
+def _holes(pixels: NDArray, room: Room) -> int:
+    """How many texels are not finite in some channel."""
+    count, step = 0, strip_rows(*pixels.shape[1:])
+    for row in range(0, len(pixels), step):
+        finite = np.isfinite(pixels[row : row + step])
+        if not finite.all():
+            count += int((~finite).any(axis=2).sum())
+        room.release()
+    return count
+
+
+def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int) -> tuple[str, ...]:
+    notes = []
+    if others:
+        notes.append(f"{path}: holds several pictures; the first is used")
+    if WIDE.intersection(map(str, spec.channelformats or [spec.format])):
+        notes.append(
+            f"{path}: holds 32-bit integers; they become floats, 1 for the largest, exact to 24 bits"
+        )
+    if holes:
+        notes.append(
+            f"{path}: texels that are not finite: {holes}; filters leave them out, --filter nearest keeps them"
+        )
+    return tuple(notes)
+
+
+def _copied(pixels: NDArray, out: NDArray, room: Room) -> NDArray:
+    """`out` with the pixels in it."""
+    step = strip_rows(*pixels.shape[1:])
+    for row in range(0, len(pixels), step):
+        out[row : row + step] = pixels[row : row + step]
+        room.release()
+    return out
+
+
+def _alpha(spec: oiio.ImageSpec) -> int:
+    """Index of the alpha channel, -1 where it is alone; the GIF plug-in numbers it from 1."""
+    return min(spec.alpha_channel, spec.nchannels - 1) if spec.nchannels > 1 else -1
+
+
+def _is_associated(spec: oiio.ImageSpec, format: str) -> bool:
+    """Whether colours come premultiplied; some plug-ins hand on straight ones without saying so."""
+    straight = spec.get_int_attribute("oiio:UnassociatedAlpha") or format in STRAIGHT
+    return _alpha(spec) >= 0 and not straight
+
+
+def _known(path: str | Path, colorspace: str) -> str:
+    config = oiio.ColorConfig()
+    names = [*config.getColorSpaceNames(), *config.getAliases(colorspace)]
+    if colorspace != "data" and config.resolve(colorspace) not in names:
+        raise InputError(
+            f"{path}: colour space {colorspace!r} is unknown; use sRGB, lin_rec709, data, or one of OpenColorIO's"
+        )
+    return colorspace
+
+
+def _space(spec: oiio.ImageSpec, dtype: np.dtype) -> str:
+    """The colour space that the file names; without one sRGB for integers, linear for floats."""
+    said = spec.get_string_attribute("oiio:ColorSpace")
+    config = oiio.ColorConfig()
+    if said and config.resolve(said) in config.getColorSpaceNames():
+        usual = [name for name in ("sRGB", "lin_rec709") if config.equivalent(said, name)]
+        return usual[0] if usual else said
+    return "lin_rec709" if dtype.kind == "f" else "sRGB"
+
+
+def _metadata(spec: oiio.ImageSpec) -> dict[str, Any]:
+    kept = {a.name: (a.type, a.value) for a in spec.extra_attribs if not a.name.startswith(FORGOTTEN)}
+    names = tuple(spec.channelnames)
+    return kept | {"channels": ("Y",) if names == ("A",) else names}
+
+
+def _spec(image: Image, height: int, width: int, suffix: str) -> oiio.ImageSpec:
+    channels = image.pixels.shape[2]
+    names = {np.dtype(dtype): name for name, dtype in KEPT.items()}
+    spec = oiio.ImageSpec(width, height, channels, names[image.pixels.dtype])
+    for name, value in image.metadata.items():
+        if name != "channels" and (name != "ICCProfile" or _fits(value[1], channels - (image.alpha >= 0))):
+            spec.attribute(name, *value)
+    said = image.metadata.get("channels", ())
+    if len(said) == channels:
+        spec.channelnames = said
+    elif len(said) == channels - 1 and image.alpha == channels - 1:
+        spec.channelnames = (*said, "A")
+    elif image.alpha < 0 and channels > 3:  # else the fourth would be called alpha
+        spec.channelnames = tuple(f"channel{k}" for k in range(channels))
+    elif channels == 2 and image.alpha == 1:
+        spec.channelnames = ("Y", "A")
+    spec.alpha_channel = image.alpha
+    if image.alpha >= 0 and not image.associated:
+        spec.attribute("oiio:UnassociatedAlpha", 1)
+    if suffix in QUALITY:
+        spec.attribute("Compression", QUALITY[suffix])
+    for name, value in ENCODERS.items():
+        spec.attribute(name, value)
+    if "DateTime" not in image.metadata:
+        spec.attribute("DateTime", "")  # else EXR gets the time of day, and the same job other bytes
+    if image.colorspace != "data":
+        spec.attribute("oiio:ColorSpace", image.colorspace)
+    return spec
+
+
+def _fits(profile: Any, colours: int) -> bool:
+    """Whether an ICC profile is of pictures with so many colours; that of a CMYK file is not of what is read of it."""
+    header = bytes(np.asarray(profile, np.uint8)[:40])
+    return header[36:] == b"acsp" and header[16:20] == {1: b"GRAY", 3: b"RGB "}.get(colours)
+
+
+def _displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Room) -> NDArray:
+    """The pixels of the display window: an EXR may store more or less than that."""
+    full = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
+    if full == (spec.x, spec.y, spec.width, spec.height) or min(full[2:]) <= 0:
+        return pixels
+    shape = (spec.full_height, spec.full_width, pixels.shape[2])
+    out = _copied(np.broadcast_to(pixels.dtype.type(0), shape), room(shape, pixels.dtype), room)
+    dx, dy = spec.x - spec.full_x, spec.y - spec.full_y
+    x0, y0 = max(dx, 0), max(dy, 0)
+    x1, y1 = min(dx + spec.width, spec.full_width), min(dy + spec.height, spec.full_height)
+    if x1 > x0 and y1 > y0:
+        _copied(pixels[y0 - dy : y1 - dy, x0 - dx : x1 - dx], out[y0:y1, x0:x1], room)
+    return out
+
+
+def _upright(pixels: NDArray, spec: oiio.ImageSpec) -> NDArray:
+    """The pixels as a viewer shows them: EXIF orientations 1 to 8."""
+    turn = spec.get_int_attribute("Orientation", 1)
+    if turn in (5, 6, 7, 8):
+        pixels = pixels.swapaxes(0, 1)
+    if turn in (3, 4, 7, 8):
+        pixels = pixels[::-1]
+    if turn in (2, 3, 6, 7):
+        pixels = pixels[:, ::-1]
+    return pixels

@@ -1,0 +1,102 @@
+"""STMap files, see `iccm.pixels.stmap` for the convention."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Box
+from ...errors import InputError
+from ...memory import Room
+from ...pixels import stmap
+from ...pixels.canvas import Canvas
+from ...pixels.inverse_tiles import TILE
+from ...pixels.warp import PIXEL, Prepared, Warp
+from . import image_files
+
+SUFFIXES = (".exr", ".tif", ".tiff")
+_SAID = "STMap: R = s from the left, G = t from the bottom, 0..1; A = coverage"
+
+
+def write(
+    path: str | Path, map, box: Box, canvas: Canvas, *, room: Room | None = None, threads: int | None = None
+) -> None:
+    """Writes a map as a float STMap (.exr or .tif), as it is computed.
+
+    Args:
+        path: the file.
+        map: source → target.
+        box: what of the source's plane textures will cover.
+        canvas: the raster, in the target's plane.
+        room: says how many threads there may be.
+        threads: for the pixels.
+
+    Raises:
+        InputError: a suffix whose format does not hold floats, or the file cannot be written.
+    """
+    check(path)
+    like = image_files.Image(
+        np.zeros((1, 1, 4), np.float32), 3, True, "data", {"ImageDescription": ("string", _SAID)}
+    )
+    each, what = band_bytes(canvas.width), f"rows of {canvas.width} pixels"
+    threads = (room or Room()).threads(threads, each, what)
+    rows = stmap.stmap(map, box, canvas, threads=threads)
+    image_files.write_bands(path, like, canvas.height, canvas.width, rows)
+
+
+def band_bytes(width: int) -> int:
+    """Bytes that a thread takes to make rows of an STMap."""
+    return width * TILE * PIXEL
+
+
+def check(path: str | Path) -> None:
+    """Refuses a suffix whose format does not hold floats."""
+    if Path(path).suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path}: an STMap holds floats; use one of {' '.join(SUFFIXES)}")
+
+
+def read(path: str | Path, *, max_pixels: int = image_files.MAX_PIXELS, room: Room | None = None) -> NDArray:
+    """The (h, w, c) floats of an STMap.
+
+    Raises:
+        InputError: the file cannot be read, holds fewer than two channels or no floats.
+    """
+    found = image_files.read(path, max_pixels=max_pixels, room=room)
+    if found.pixels.shape[2] < 2 or found.pixels.dtype.kind != "f":
+        raise InputError(
+            f"{path}: not an STMap: {found.pixels.shape[2]} channels of {found.pixels.dtype}; "
+            "it needs at least 2 of floats"
+        )
+    return found.pixels
+
+
+def apply(
+    st: NDArray,
+    image: image_files.Image,
+    path: str | Path,
+    *,
+    filter: str = "auto",
+    kind: str = "colour",
+    edge: str = "clamp",
+    room: Room | None = None,
+    threads: int | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> None:
+    """Writes a picture warped through an STMap, as it is computed. `room` is where the picture is kept,
+    the other arguments are those of `iccm.resample.warp`."""
+    from dataclasses import replace
+
+    height, width = image.pixels.shape[:2]
+    stored = stmap.Stored(st, width / height)
+    image_files.check(path, image.covered(), *st.shape[:2])
+    texture = image.texture(stored.box, kind=kind, room=room)
+    work = Warp(stored, Prepared(texture, filter, kind, edge, room=room, threads=threads), stored.canvas)
+
+    def blocks():
+        for block in work.blocks(threads):
+            yield image.with_pixels(block, work.alpha).pixels
+            if progress:
+                progress(len(block))
+
+    image_files.write_bands(path, replace(image, alpha=work.alpha), st.shape[0], st.shape[1], blocks())

@@ -1,0 +1,64 @@
+"""The constraints of a job in the core plane: those drawn in the files, those listed, those typed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...errors import InputError
+from .job import Job, Place
+
+if TYPE_CHECKING:
+    from ..shapes.shape import Shape
+
+
+def constrained(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
+    """The pins (k, 2) and pairs of strokes of a job; None where there are none.
+
+    Raises:
+        InputError: a name without its partner, a place that a file does not have, a point outside the source.
+    """
+    pins, strokes = _drawn(job, source, target)
+    typed = [[placed(source, here), placed(target, there)] for here, there in job.pin]
+    pins = np.concatenate([np.reshape(pins, (-1, 2)), np.reshape(np.array(typed, dtype=complex), (-1, 2))])
+    _inside(source, "pin", list(pins[:, 0]))
+    _inside(source, "vertex of a stroke", [z for stroke in strokes for z in stroke[0].z])
+    return (pins if len(pins) else None), (strokes or None)
+
+
+def placed(shape: Shape, place: Place) -> complex:
+    """A place that the user typed, in the core plane.
+
+    Raises:
+        InputError: a vertex or a point in space where the shape is no mesh.
+    """
+    find = getattr(shape, "place", None)
+    text = place if isinstance(place, str) else ",".join(map(repr, place))
+    if find is not None:
+        return complex(find(text))
+    if isinstance(place, str) or len(place) != 2:
+        raise InputError(f"--pin: {text}: {shape.spec} is no mesh; write X,Y")
+    return complex(shape.to_core(place))
+
+
+def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
+    if not (job.constraints or any(shape.pins or shape.strokes for shape in (source, target))):
+        return [], []
+    from ..shapes import constraints
+
+    listed = constraints.read(job.constraints) if job.constraints else None
+    return constraints.pair(source, target, listed)
+
+
+def _inside(shape: Shape, what: str, points: list[complex]) -> None:
+    """Say in the file's own units which point of the source lies outside it."""
+    z = np.array(points, dtype=complex)
+    if not z.size:
+        return
+    gap = np.abs(shape.curve.at(shape.curve.closest(z)) - z)
+    outside = np.flatnonzero(~shape.curve.contains(z) & (gap > 1e-6 * shape.curve.diagonal))
+    if outside.size:
+        x, y = shape.to_file(z[outside[0]])
+        where = f"({x:g}, {y:g}) is outside the shape by {gap[outside[0]]:.3g}"
+        raise InputError(f"{shape.spec}: {what} {outside[0] + 1}: {where}; move it inside")

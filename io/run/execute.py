@@ -1,0 +1,190 @@
+"""Run a job: read its inputs, solve, write what was asked for."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Iterable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...errors import InputError
+from ...memory import Room
+from .. import files
+from ..memory import Bounded
+from ..meshes import size_limits
+from ..shapes import shape
+from . import inputs as companions
+from . import outputs as products
+from . import raster_size, report
+from .constraints import constrained
+from .job import WRITTEN, Job, path_of
+from .state import Progress, Run, Tell
+
+if TYPE_CHECKING:
+    from ..shapes.shape import Shape
+
+SOLVER = (
+    "quasi", "method", "order", "max_iterations", "tolerance", "vertices", "pin_weight", "stroke_weight", "smoothness"
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What came of a job.
+
+    Attributes:
+        ok: whether the result is as good as was asked for; exit code 0 or 1.
+        message: one sentence.
+        report: the figures, see `report.build`.
+        written: the files.
+        notes: remarks on the inputs and on the solving.
+    """
+
+    ok: bool
+    message: str
+    report: dict[str, Any]
+    written: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def run(
+    job: Job, *, threads: int | None = None, tell: Tell = lambda note: None, progress: Progress | None = None
+) -> Outcome:
+    """Do all of a job.
+
+    Args:
+        job: what to do.
+        threads: threads for the pixels, None for all cores; never changes the result.
+        tell: is given each remark on the inputs as it is made.
+        progress: is given rows done and rows in all, of each picture.
+
+    Raises:
+        InputError: an input or output is wrong. Nothing has been written then.
+    """
+    start = time.perf_counter()
+    job = with_outputs(job)
+    makers = check(job)
+    state = _read(job, threads, tell, progress)
+    if raster_size.pictured(job):
+        state.begin("prepared")
+    _solve(state)
+    state.begin("found")
+    if makers and _cold():
+        tell("the first run compiles, once; this may take a minute")
+    with ExitStack() as stack:
+        for name, make in makers.items():
+            temporary = stack.enter_context(files.replacing(name, force=job.force)) if name != "-" else None
+            make(state, temporary, Path(name))
+        state.seconds["total"] = time.perf_counter() - start
+        figures = report.build(state)
+        if job.report:
+            report.write(figures, job.report, stack, force=job.force)
+    ok, message = report.verdict(state, figures)
+    return Outcome(
+        ok, message, figures, (*job.outputs, *state.figures.get("also_written", [])), tuple(state.notes)
+    )
+
+
+def _cold() -> bool:
+    """Whether the kernels have never been compiled here; elsewhere than beside the modules nobody looks."""
+    import iccm
+
+    kernels = (Path(iccm.__file__).parent / "pixels" / "__pycache__").glob("filters.*.nbi")
+    return "NUMBA_CACHE_DIR" not in os.environ and not any(kernels)
+
+
+def with_outputs(job: Job) -> Job:
+    """The job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else."""
+    if job.output or any(getattr(job, field) for field in WRITTEN):
+        return job
+    names = [
+        Path(path_of(spec)).stem + spec[len(path_of(spec)) :] for spec in (job.source, job.target) if spec
+    ]
+    name = "-".join(names if job.target else [*names, "deformed"]).replace("#", "-")
+    return job.model_copy(update={"output": (name + products.suffix_for(job),)})
+
+
+def check(job: Job) -> dict[str, products.Maker]:
+    """What makes each output, after checking that all of them can be written and no input is among them.
+
+    Raises:
+        InputError: an unknown suffix, or as `_free`.
+    """
+    makers = {name: products.maker(name, job) for name in job.output}
+    if job.plot:
+        makers[job.plot] = products.plotter(job.plot)
+    if job.stmap:
+        makers[job.stmap] = products.stmapper(job.stmap)
+    _free(job, job.outputs, job.inputs)
+    return makers
+
+
+def _free(job: Job, outputs: Iterable[str], inputs: Iterable[str], taken: Iterable[str] = ()) -> None:
+    """Refuse outputs that cannot be written, are inputs, are named twice or taken by others.
+
+    Raises:
+        InputError: a folder that is missing or not writable, a file that exists.
+    """
+    read, seen = ({Path(name).resolve() for name in names} for names in (inputs, taken))
+    for name in outputs:
+        real = files.check_output(name, force=job.force)
+        if real in read:
+            raise InputError(f"{name}: is also an input; name another output")
+        if real in seen:
+            raise InputError(f"{name}: is named for two outputs; give each its own")
+        seen.add(real)
+
+
+def _read(job: Job, threads: int | None, tell: Tell, progress: Progress | None) -> Run:
+    """The job's inputs; what is wrong with them, or with --size, is told before the solving."""
+    start = time.perf_counter()
+    source = read(job.source, job)
+    target = read(job.target, job) if job.target else source
+    room = Bounded(job.memory, _scratch(job)) if job.memory else Room()
+    state = Run(job, source, target, room, tell, threads, progress)
+    state.pins, state.strokes = constrained(job, source, target)
+    products.check(state)
+    if others := products.beside(state):
+        _free(job, others, companions.inputs(job), taken=job.outputs)
+    for note in dict.fromkeys(f"{s.spec}: {note}" for s in (source, target) for note in s.notes):
+        state.note(note)
+    state.seconds["read"] = time.perf_counter() - start
+    return state
+
+
+def _scratch(job: Job) -> Path:
+    """The folder of the first output: the disk that has room for the picture has it for the scratch file."""
+    return Path(job.outputs[0]).resolve().parent if job.outputs else Path(tempfile.gettempdir())
+
+
+def _solve(state: Run) -> None:
+    import iccm
+
+    job, curve = state.job, state.source.curve
+    options = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
+    with state.timed("solve"):
+        if job.target:
+            target = state.target.curve
+            state.fit = iccm.fit(curve, target, pins=state.pins, strokes=state.strokes, **options)
+        else:
+            state.fit = iccm.deform(curve, pins=state.pins, strokes=state.strokes, **options)
+    for note in state.fit.notes:
+        state.note(note)
+
+
+def read(spec: str, job: Job) -> Shape:
+    """A shape from a drawing, a picture or a mesh.
+
+    Raises:
+        InputError: it cannot be read, is no domain, or is larger than --max-faces or --max-pixels allow.
+    """
+    if not products.is_mesh(spec):
+        return shape.read(spec)
+    from ..shapes import mesh_shape
+
+    size_limits.faces(Path(path_of(spec)), job.max_faces)
+    return mesh_shape.read(spec, cut=job.cut)

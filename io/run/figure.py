@@ -1,0 +1,209 @@
+"""The figure of a run: grids, energy, maps of distortion. matplotlib objects, never pyplot: no display, no state."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+import shapely
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize, TwoSlopeNorm
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import FuncFormatter
+
+from ...maps.evaluate import Evaluator
+from ...maps.harmonic import area_scale, dilatation
+from .report import summary
+
+if TYPE_CHECKING:
+    from .state import Run
+
+LINES, PER_LINE, PIXELS = 24, 400, 220
+INK, SOFT, ACROSS, UP, MARK = "#22262b", "#8a929b", "#2a78b8", "#d1662b", "#b0122f"
+
+
+def draw(run: Run, path: Path) -> None:
+    """Draw the figure of a run into a .png, .svg or .pdf file.
+
+    Six panels: the source with a grid and its pins, the grid's image over the target, the energy against the
+    iteration, the logarithm of the area scale and the dilatation over the source, and the report in words.
+    """
+    figure = Figure(figsize=(15, 9.4), layout=ConstrainedLayoutEngine(w_pad=0.15, h_pad=0.12))
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(2, 3)
+    _grids(run, panels[0, 0], panels[0, 1])
+    _energy(run.fit.energies, panels[0, 2])
+    _distortion(run, figure, panels[1, 0], panels[1, 1])
+    _words(run, panels[1, 2])
+    # Element ids would otherwise be random; the date follows SOURCE_DATE_EPOCH.
+    with mpl.rc_context({"svg.hashsalt": "iccm"}):
+        metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+        figure.savefig(path, dpi=100, metadata=metadata.get(path.suffix.lower()))
+
+
+def grid(outline: np.ndarray, lines: int = LINES, per_line: int = PER_LINE) -> tuple[np.ndarray, np.ndarray]:
+    """Grid lines inside an outline: (lines, points) complex arrays, NaN outside, first across and then up."""
+    low, high = (
+        complex(outline.real.min(), outline.imag.min()),
+        complex(outline.real.max(), outline.imag.max()),
+    )
+    step = max((high - low).real, (high - low).imag) / lines
+    columns = np.arange(low.real + step / 2, high.real, step)
+    rows = np.arange(low.imag + step / 2, high.imag, step)
+    x, y = np.linspace(low.real, high.real, per_line), np.linspace(low.imag, high.imag, per_line)
+    return _inside(x[None, :] + 1j * rows[:, None], outline), _inside(
+        columns[:, None] + 1j * y[None, :], outline
+    )
+
+
+def _inside(z: np.ndarray, outline: np.ndarray, margin: float = 0.0) -> np.ndarray:
+    region = shapely.Polygon(np.column_stack([outline.real, outline.imag])).buffer(-margin)
+    shapely.prepare(region)
+    return np.where(shapely.contains_xy(region, z.real, z.imag), z, complex(np.nan, np.nan))
+
+
+def _grids(run: Run, left: Any, right: Any) -> None:
+    outline = run.fit.source.z
+    evaluate = Evaluator(run.fit.map)
+    for lines, colour in zip(grid(run.fit.map.polygon), (ACROSS, UP)):
+        _strands(left, lines, colour)
+        _strands(right, _apply(evaluate, lines), colour)
+    _outline(left, outline, INK, 1.4)
+    if run.job.target is not None:
+        _outline(right, run.target.curve.z, INK, 2.6, alpha=0.25)
+    _outline(right, run.fit.image, INK, 1.0)
+    pins = run.fit.pins
+    if pins.size:
+        left.plot(pins[:, 0].real, pins[:, 0].imag, "o", color=MARK, ms=5)
+        right.plot(pins[:, 1].real, pins[:, 1].imag, "o", color=MARK, ms=7, mfc="none")
+        image = run.fit.map(pins[:, 0])
+        right.plot(image.real, image.imag, ".", color=MARK, ms=5)
+    for source, target in run.fit.strokes:
+        left.plot(source.z.real, source.z.imag, color=MARK, lw=1.6)
+        right.plot(target.z.real, target.z.imag, color=MARK, lw=1.6)
+    _frame(left, f"source: {Path(run.job.source).name}")
+    _frame(
+        right, f"its image over the target: {Path(run.job.target).name}" if run.job.target else "its image"
+    )
+
+
+def _apply(evaluate: Any, z: np.ndarray) -> np.ndarray:
+    """f where z is a number, NaN elsewhere."""
+    known = np.isfinite(z)
+    image = np.full(z.shape, complex(np.nan, np.nan))
+    image[known] = evaluate(z[known])
+    return image
+
+
+def _strands(axes: Any, lines: np.ndarray, colour: str) -> None:
+    points = np.stack([lines.real, lines.imag], axis=-1)
+    axes.add_collection(LineCollection(list(points), colors=colour, linewidths=0.7))
+
+
+def _outline(axes: Any, z: np.ndarray, colour: str, width: float, alpha: float = 1.0) -> None:
+    closed = np.append(z, z[:1])
+    axes.plot(closed.real, closed.imag, color=colour, lw=width, alpha=alpha, solid_joinstyle="round")
+
+
+def _frame(axes: Any, title: str) -> None:
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    axes.set_title(_clipped(title), fontsize=11, color=INK)
+
+
+def _clipped(text: str, width: int = 52) -> str:
+    return text if len(text) <= width else text[: width - 1] + "…"
+
+
+def _energy(energies: list[dict[str, float]], axes: Any) -> None:
+    """Energy of each term against the iteration, both logarithmic."""
+    names = [name for name in (energies[0] if energies else {}) if name != "total"]
+    for name in names if len(names) > 1 else []:
+        _curve(axes, [step.get(name, np.nan) for step in energies], name, lw=1.0, alpha=0.8)
+    _curve(axes, [step["total"] for step in energies], "total", lw=2.0, color=INK)
+    axes.set_xlabel("iteration")
+    axes.set_title("energy", fontsize=11, color=INK)
+    axes.grid(True, which="both", color="#e3e6ea", lw=0.6)
+    axes.spines[["top", "right"]].set_visible(False)
+    if len(names) > 1:
+        axes.legend(frameon=False, fontsize=9)
+
+
+def _curve(axes: Any, values: list[float], name: str, **style: Any) -> None:
+    y = np.array(values, dtype=float)
+    marker = "o" if y.size < 20 else None  # a line of few points would not be seen
+    axes.loglog(
+        np.arange(1, y.size + 1), np.where(y > 0, y, np.nan), label=name, marker=marker, ms=4, **style
+    )
+
+
+def _distortion(run: Run, figure: Any, left: Any, right: Any) -> None:
+    """log10 of the area scale (relative to its median) and the dilatation, over the source."""
+    outline = run.fit.source.z
+    low, high = run.fit.source.box
+    step = max((high - low).real, (high - low).imag) / PIXELS
+    x, y = np.arange(low.real + step / 2, high.real, step), np.arange(low.imag + step / 2, high.imag, step)
+    z = _inside(x[None, :] + 1j * y[:, None], run.fit.map.polygon, margin=1e-3 * run.fit.source.diagonal)
+    area, shear = np.full(z.shape, np.nan), np.full(z.shape, np.nan)
+    known = np.isfinite(z)
+    f_z, f_zbar = Evaluator(run.fit.map).derivatives(z[known])
+    area[known], shear[known] = area_scale(f_z, f_zbar), dilatation(f_z, f_zbar)
+    extent = (low.real, low.real + x.size * step, low.imag, low.imag + y.size * step)
+    _area(figure, left, area, extent)
+    _shear(figure, right, shear, area, extent)
+    for axes in (left, right):
+        _outline(axes, outline, INK, 1.0)
+
+
+def _area(figure: Any, axes: Any, area: np.ndarray, extent: tuple) -> None:
+    value = np.log10(np.where(area > 0, area, np.nan))
+    value -= np.nanmedian(value) if np.isfinite(value).any() else 0
+    reach = max(0.1, float(np.nanquantile(np.abs(value), 0.98)) if np.isfinite(value).any() else 1)
+    image = axes.imshow(
+        value, origin="lower", extent=extent, cmap="RdBu_r", norm=TwoSlopeNorm(0, -reach, reach)
+    )
+    _folded(axes, area, extent)
+    figure.colorbar(image, ax=axes, shrink=0.75, extend="both")
+    _frame(axes, "log10 area scale, relative to its median")
+
+
+def _shear(figure: Any, axes: Any, shear: np.ndarray, area: np.ndarray, extent: tuple) -> None:
+    finite = shear[np.isfinite(shear)]
+    top = max(1.05, float(np.quantile(finite, 0.98)) if finite.size else 2)
+    image = axes.imshow(shear, origin="lower", extent=extent, cmap="viridis", norm=Normalize(1, top))
+    _folded(axes, area, extent)
+    bar = figure.colorbar(image, ax=axes, shrink=0.75, extend="max")
+    bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
+    _frame(axes, "dilatation (1: conformal)")
+
+
+def _folded(axes: Any, area: np.ndarray, extent: tuple) -> None:
+    """Paint red where the map turns over."""
+    red = np.zeros((*area.shape, 4))
+    red[area <= 0] = (0.85, 0, 0.1, 1)
+    axes.imshow(red, origin="lower", extent=extent)
+
+
+def _words(run: Run, axes: Any) -> None:
+    axes.set_axis_off()
+    lines = [run.fit.status.value, "", *summary(run.found)]
+    wrapped = [
+        part
+        for number, line in enumerate(lines)
+        for part in textwrap.wrap(line, 50, subsequent_indent=" " * (12 if number else 0)) or [""]
+    ]
+    axes.text(
+        0,
+        1,
+        "\n".join(wrapped),
+        va="top",
+        family="monospace",
+        fontsize=10,
+        color=INK,
+        transform=axes.transAxes,
+    )

@@ -1,0 +1,97 @@
+"""A flattening as a file: its outline (SVG), the flat mesh (OBJ), the mesh with flat positions as coordinates."""
+
+from pathlib import Path
+
+import numpy as np
+
+from ...arrays import Index, Real
+from ...errors import InputError
+from ..meshes import mesh_files
+from ..shapes.mesh_shape import MeshShape
+
+SUFFIXES = (".svg", ".obj")
+PER_LINE = 8
+
+
+def check(name: str) -> None:
+    """Refuse an output of another kind.
+
+    Raises:
+        InputError: naming the suffixes.
+    """
+    if Path(name).suffix.lower() not in SUFFIXES:
+        raise InputError(
+            f"{name}: a flattening is written as .svg (outline) or .obj (flat mesh); --uv writes meshes"
+        )
+
+
+def write(shape: MeshShape, out: Path) -> None:
+    """Write the flattening: what, is up to the suffix of `out`."""
+    text = svg(shape) if out.suffix.lower() == ".svg" else flat_obj(shape)
+    out.write_text(text, encoding="utf-8")
+
+
+def svg(shape: MeshShape) -> str:
+    """The outline and the holes as paths; user units are the mesh's, y down as in every SVG."""
+    low, high = shape.box
+    margin = 0.02 * abs(high - low)
+    size = high - low + 2 * margin * (1 + 1j)
+    view = f"{low.real - margin:.9g} {-high.imag - margin:.9g} {size.real:.9g} {size.imag:.9g}"
+    flat, patch = shape.flattening.flat, shape.flattening.patch
+    thin = f'fill="none" stroke="#8a929b" stroke-width="{0.002 * abs(high - low):.3g}"'
+    holes = [loop for loop in patch.loops if not np.array_equal(loop, shape.flattening.loop)]
+    lines = [f'<path id="outline" fill="#22262b" d="{_path(shape.curve.z)}"/>']
+    lines += [f'<path id="hole-{k + 1}" {thin} d="{_path(flat[loop])}"/>' for k, loop in enumerate(holes)]
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{view}">'
+    return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', head, *lines, "</svg>", ""])
+
+
+def flat_obj(shape: MeshShape) -> str:
+    """The polygons at their flat positions (z = 0), with the texture coordinates that they have."""
+    patch, mesh, flat = shape.flattening.patch, shape.file.mesh, shape.flattening.flat
+    corner = np.zeros(mesh.corners.size, np.int64)
+    corner[patch.corner] = patch.faces
+    xyz = np.column_stack([flat.real, flat.imag, np.zeros(flat.size)])
+    text = ["# flattened by iccm\n", ("v %.10g %.10g %.10g\n" * flat.size) % tuple(xyz.ravel().tolist())]
+    uv = mesh.uv_corners
+    if mesh.uv is not None and uv is not None and (uv >= 0).all():
+        text.append(("vt %.10g %.10g\n" * len(mesh.uv)) % tuple(mesh.uv.ravel().tolist()))
+    else:
+        uv = None
+    sizes = [int(size) for size in np.unique(mesh.sizes)]
+    text += [_faces(corner, uv, mesh.starts[:-1][mesh.sizes == size], size) for size in sizes]
+    return "".join(text)
+
+
+def unit_uvs(shape: MeshShape) -> Real:
+    """(p, 2) flat positions scaled alike in both directions into 0..1."""
+    low, high = shape.box
+    at = (shape.flattening.flat - low) / max((high - low).real, (high - low).imag)
+    return np.column_stack([at.real, at.imag])
+
+
+def write_uvs(shape: MeshShape, out: Path, name: Path) -> None:
+    """Write the mesh with its flattening as texture coordinates.
+
+    Raises:
+        InputError: the format holds none.
+    """
+    patch, mesh = shape.flattening.patch, shape.file.mesh
+    corners = np.zeros(mesh.corners.size, np.int64)
+    corners[patch.corner] = patch.faces
+    mesh_files.write(shape.file, unit_uvs(shape), corners, patch.corner, out, name=name)
+
+
+def _path(z) -> str:
+    """A closed path, a few points a line so that tools that read lines survive it."""
+    words = [f"{p.real:.9g},{-p.imag:.9g}" for p in z]
+    rows = [" ".join(words[k : k + PER_LINE]) for k in range(0, len(words), PER_LINE)]
+    return "M" + "\n".join(rows) + "Z"
+
+
+def _faces(corner: Index, uv: Index | None, starts: Index, size: int) -> str:
+    at = starts[:, None] + np.arange(size)
+    if uv is None:
+        return (("f" + " %d" * size + "\n") * len(starts)) % tuple((corner[at] + 1).ravel().tolist())
+    both = np.stack([corner[at] + 1, uv[at] + 1], axis=-1)
+    return (("f" + " %d/%d" * size + "\n") * len(starts)) % tuple(both.ravel().tolist())

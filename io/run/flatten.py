@@ -1,0 +1,82 @@
+"""What `iccm flatten` writes and tells."""
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from ... import __version__
+from ...errors import InputError
+from .. import files
+from ..meshes import mesh_files
+from ..shapes.mesh_shape import MeshShape
+from . import flat_files, report
+
+SCHEMA = "iccm.flatten/1"
+
+
+def checked(names: list[str | None], mesh: str, *, force: bool) -> list[str]:
+    """The outputs that are asked for, after checking that each can be written.
+
+    Raises:
+        InputError: one cannot be written, is named twice, or is the mesh itself.
+    """
+    outputs = [name for name in names if name]
+    seen = {mesh_files.split(mesh)[0].resolve()}
+    for name in outputs:
+        real = files.check_output(name, force=force)
+        if real in seen:
+            raise InputError(f"{name}: is the input, or named for two outputs; name another file")
+        seen.add(real)
+    return outputs
+
+
+def figures(shape: MeshShape) -> dict[str, Any]:
+    """The report: conformal error, area distortion, holes, seam; lengths in the mesh's units."""
+    low, high = shape.box
+    return report.plain(
+        {
+            "schema": SCHEMA,
+            "version": __version__,
+            **shape.flattening.report(),
+            "box": [low, high],
+            "boundary_loops": [len(loop) for loop in shape.flattening.patch.loops],
+            "notes": list(shape.notes),
+            "inputs": [{"path": str(shape.path), "sha256": files.sha256(shape.path)}],
+        }
+    )
+
+
+def write_all(
+    shape: MeshShape,
+    output: tuple[str, ...],
+    uv: str | None,
+    plot: str | None,
+    to: str | None,
+    stack: ExitStack,
+    *,
+    force: bool,
+) -> None:
+    """Write every output; the files appear when the stack is left."""
+    for name in output:
+        flat_files.write(shape, stack.enter_context(files.replacing(name, force=force)))
+    if uv:
+        flat_files.write_uvs(shape, stack.enter_context(files.replacing(uv, force=force)), Path(uv))
+    if plot:
+        from . import mesh_figure
+
+        mesh_figure.draw(shape, stack.enter_context(files.replacing(plot, force=force)))
+    if to:
+        report.write(figures(shape), to, stack, force=force)
+
+
+def summary(shape: MeshShape) -> list[str]:
+    """The figures that a person wants to see, a line each."""
+    found = shape.flattening.report()
+    spread = found["log10_area"]["p95"] - found["log10_area"]["p05"]
+    error = ", ".join(f"{name} {value:.4g}" for name, value in found["dilatation"].items())
+    return [
+        f"mesh        {found['triangles']} triangles, {found['boundary_vertices']} boundary vertices, "
+        f"{found['holes']} holes, {found['seam_edges']} seam edges",
+        f"dilatation  {error} ({found['method']})",
+        f"log10 area  p05 to p95 {spread:.3g}",
+    ]

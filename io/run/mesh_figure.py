@@ -1,0 +1,123 @@
+"""The figure of a mesh: its flattening with a grid, and the textured surface from a good angle."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from ...arrays import Box, Complex
+from ...maps.evaluate import Evaluator
+from ...maps.extended_inverse import Pullback
+from ...maps.harmonic import HarmonicMap
+from ...meshes.render import render
+from ...pixels.checkerboard import checkerboard
+from ...pixels.sampler import Reader
+from ...pixels.warp import Texture
+from ..shapes.mesh_shape import MeshShape, placing
+from ..shapes.shape import Shape
+from .figure import grid
+
+INK, ACROSS, UP, EDGE, MARK = "#22262b", "#2a78b8", "#d1662b", "#c6ccd2", "#b0122f"
+MOST_EDGES = 20000
+PIXELS = 900
+
+
+def draw(
+    target: MeshShape,
+    path: Path,
+    *,
+    map: HarmonicMap | None = None,
+    source: Shape | None = None,
+    texture: Texture | None = None,
+    pins: Complex | None = None,
+) -> None:
+    """Draw the figure of a mesh into a .png, .svg or .pdf file.
+
+    Args:
+        target: the mesh.
+        path: the file.
+        map: from the source's plane to the target's; without one the flattening itself shows a checkerboard.
+        source: the map's source.
+        texture: placed in the source's plane; with a mesh as source, that mesh's texture.
+        pins: (k, 2) places in the source's and the target's plane.
+    """
+    figure = Figure(figsize=(13, 6.4), layout="constrained")
+    FigureCanvasAgg(figure)
+    left, right = figure.subplots(1, 2)
+    _flat(left, target, map)
+    if pins is not None and len(pins):
+        _pins(left, map, np.reshape(pins, (-1, 2)))
+    right.imshow(surface(target, map, source, texture), interpolation="none")
+    for axes, title in ((left, "flattened"), (right, Path(target.spec).name)):
+        axes.set_aspect("equal")
+        axes.set_axis_off()
+        axes.set_title(title, fontsize=11, color=INK)
+    with mpl.rc_context({"svg.hashsalt": "iccm"}):
+        nothing = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+        figure.savefig(path, dpi=100, metadata=nothing.get(path.suffix.lower()))
+
+
+def surface(
+    target: MeshShape,
+    map: HarmonicMap | None = None,
+    source: Shape | None = None,
+    texture: Texture | None = None,
+    size: int = PIXELS,
+) -> NDArray[np.uint8]:
+    """(h, w, 4) picture of the textured surface; a checkerboard where there is no texture."""
+    piece = target.flattening.patch
+    z = target.flattening.flat if map is None else Pullback(map)(target.flattening.flat)
+    if texture is None:
+        box = target.box if map is None or source is None else source.box
+        texture = Texture(checkerboard(1024), _square(box))
+        source = None
+    place = placing(source if source is not None else target_plane(target), texture)
+    still = np.zeros(z.size, complex)
+    uv = place.texels(z, still, still)[0][piece.faces]
+    return render(piece.points, piece.faces, uv, Reader(texture), size)
+
+
+def target_plane(target: MeshShape) -> Shape:
+    """The target's plane as a plain shape."""
+    return Shape(target.spec, target.path, target.curve, target.box, False, {}, {})
+
+
+def _flat(axes: Axes, target: MeshShape, map: HarmonicMap | None) -> None:
+    flat, piece = target.flattening.flat, target.flattening.patch
+    half = np.flatnonzero(piece.drawn & (piece.triangles.twin > np.arange(piece.drawn.size)))
+    if half.size <= MOST_EDGES:
+        ends = np.stack([flat[piece.triangles.tail[half]], flat[piece.triangles.head[half]]], axis=1)
+        _strands(axes, ends, EDGE, 0.4)
+    if map is not None:
+        evaluate = Evaluator(map)
+        for lines, colour in zip(grid(map.polygon), (ACROSS, UP)):
+            known = np.isfinite(lines)
+            image = np.full(lines.shape, complex(np.nan, np.nan))
+            image[known] = evaluate(lines[known])
+            _strands(axes, image, colour, 0.7)
+    for loop in piece.loops:
+        closed = np.append(flat[loop], flat[loop[:1]])
+        axes.plot(closed.real, closed.imag, color=INK, lw=1.2)
+
+
+def _pins(axes: Axes, map: HarmonicMap | None, pins: Complex) -> None:
+    """Where pins should go, circled, and where they went."""
+    axes.plot(pins[:, 1].real, pins[:, 1].imag, "o", color=MARK, ms=7, mfc="none")
+    if map is not None:
+        image = map(pins[:, 0])
+        axes.plot(image.real, image.imag, ".", color=MARK, ms=5)
+
+
+def _strands(axes: Axes, lines: Complex, colour: str, width: float) -> None:
+    points = np.stack([lines.real, lines.imag], axis=-1)
+    axes.add_collection(LineCollection(list(points), colors=colour, linewidths=width))
+
+
+def _square(box: Box) -> Box:
+    middle, half = (box[0] + box[1]) / 2, max((box[1] - box[0]).real, (box[1] - box[0]).imag) / 2
+    return middle - half * (1 + 1j), middle + half * (1 + 1j)

@@ -1,0 +1,399 @@
+"""What a run can write: pictures, meshes, baked textures, figures."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from ...errors import InputError
+from . import raster_size
+from .job import Job, path_of
+from .raster_size import PICTURES
+from .state import Run
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ...pixels.warp import Warp
+    from ..pictures.image_files import Image
+
+Maker = Callable[[Run, Path | None, Path], None]
+"""Writes one product of a run: the run, a temporary file (None for stdout), the final name."""
+
+MESHES = (".obj", ".glb", ".gltf", ".ply", ".off", ".stl")
+WITH_UV = (".obj", ".glb", ".ply")
+HIDES_NOTHING = (".jpg", ".jpeg", ".hdr", ".exr", ".webp")
+PLOTS = (".png", ".svg", ".pdf")
+PADDED = "the whole picture at once (--padding)"
+
+
+def is_mesh(spec: str) -> bool:
+    """Whether a spec names a mesh: by suffix, and for OBJ by what is in it."""
+    if Path(path_of(spec)).suffix.lower() not in MESHES:
+        return False
+    from ..shapes import mesh_shape
+
+    return mesh_shape.is_mesh(spec)
+
+
+def suffix_for(job: Job) -> str:
+    """Of the output that is written when none is named: a mesh for a mesh, else a picture."""
+    if job.target is None or job.bake or not is_mesh(job.target):
+        return ".png"
+    suffix = Path(path_of(job.target)).suffix.lower()
+    return suffix if suffix in WITH_UV else ".obj"
+
+
+def maker(name: str, job: Job) -> Maker:
+    """What writes an output, by its suffix.
+
+    Raises:
+        InputError: nothing does, or not for this target.
+    """
+    suffix = Path(name).suffix.lower()
+    onto_mesh = bool(job.target) and is_mesh(job.target or "")
+    if job.memory and (onto_mesh or is_mesh(job.source)):
+        raise InputError(
+            "--memory: for pictures between planar shapes; with a mesh, ask for a smaller --size"
+        )
+    if job.bake and not onto_mesh:
+        raise InputError(f"{job.target or job.source}: --bake needs a mesh as target")
+    if suffix in MESHES:
+        if job.target is None:
+            raise InputError(
+                f"{name}: a deformation is in the plane and writes no mesh; use a picture's suffix"
+            )
+        if not onto_mesh:
+            raise InputError(f"{name}: a mesh is written for a mesh as target; {job.target} is none")
+        _known(name, WITH_UV, "-o")
+        return mesh
+    if suffix == ".svg":
+        if Path(path_of(job.source)).suffix.lower() != ".svg" or onto_mesh:
+            raise InputError(
+                f"{name}: artwork is carried from an SVG to a planar shape; use a picture's suffix"
+            )
+        return artwork
+    if name != "-":
+        _known(name, PICTURES, "-o")
+    if job.padding and not job.bake and suffix in HIDES_NOTHING:
+        raise InputError(
+            f"{name}: {suffix} keeps no colours where alpha is 0, so no --padding; use .png or .tif"
+        )
+    return baked if job.bake else picture
+
+
+def plotter(name: str) -> Maker:
+    """What draws the figure.
+
+    Raises:
+        InputError: unknown suffix.
+    """
+    _known(name, PLOTS, "--plot")
+    return plot
+
+
+def stmapper(name: str) -> Maker:
+    """What writes the map itself.
+
+    Raises:
+        InputError: a suffix whose format does not hold floats.
+    """
+    from ..pictures import stmap_files
+
+    stmap_files.check(name)
+    return stmapped
+
+
+def _known(name: str, suffixes: tuple[str, ...], option: str) -> None:
+    if Path(name).suffix.lower() not in suffixes:
+        raise InputError(f"{name}: unknown suffix for {option}; use one of {' '.join(suffixes)}")
+
+
+def picture(run: Run, path: Path | None, name: Path) -> None:
+    """The texture carried to the target's canvas, in the texture's own depth and colour space."""
+    from ..pictures import image_files
+
+    if run.on_mesh or run.job.padding:
+        image = _from_mesh(run) if run.on_mesh else _padded(run)
+        with run.timed("write"):
+            put(path, lambda file: image_files.write(file, image))
+    else:
+        put(path, lambda file: _streamed(run, file))
+
+
+def put(path: Path | None, write: Callable[[Path], None]) -> None:
+    """Write to a file, or as PNG to stdout."""
+    if path is not None:
+        write(path)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        write(Path(folder) / "picture.png")
+        with open(Path(folder) / "picture.png", "rb") as file:
+            shutil.copyfileobj(file, sys.stdout.buffer)
+
+
+def _from_mesh(run: Run) -> Image:
+    """The texture of a mesh, carried to the target's canvas."""
+    from ..shapes import mesh_shape
+
+    source: Any = run.source
+    with run.timed("resample"):
+        warped = mesh_shape.warp(source, run.fit.map, run.image, run.canvas, **_sampling(run))
+        made = run.image.with_pixels(warped.pixels, warped.alpha)
+    run.figures["pixels"] = warped.diagnostics.as_dict()
+    return _extended(run, made) if run.job.padding else made
+
+
+def _extended(run: Run, image: Image) -> Image:
+    """The picture with its colours extended beyond the outline."""
+    from ...pixels.warp import padded
+    from ..pictures.image import straight
+
+    with run.timed("resample"):
+        image = straight(image)
+        return replace(image, pixels=padded(image.pixels, image.alpha, run.job.padding or 0, run.job.fill))
+
+
+def _warp(run: Run) -> Warp:
+    from ...pixels.warp import Warp
+
+    return Warp(run.fit.fast, run.prepared, run.canvas, max_error=run.job.max_pixel_error)
+
+
+def _padded(run: Run) -> Image:
+    """The picture with padding, which needs all of it at once."""
+    from ...pixels.warp import whole, whole_bytes
+
+    with run.timed("resample"):
+        work, canvas = _warp(run), run.canvas
+        each = whole_bytes(canvas.height, canvas.width, work.channels, work.dtype.itemsize)
+        run.room.threads(1, each, PADDED)
+        warped = whole(work, threads=run.threads, progress=_advance(run))
+    run.figures["pixels"] = warped.diagnostics.as_dict()
+    return _extended(run, run.image.with_pixels(warped.pixels, warped.alpha))
+
+
+def _streamed(run: Run, path: Path) -> None:
+    """The picture, written as it is made: memory for some rows only."""
+    from ..pictures import image_files
+
+    def blocks() -> Iterator[NDArray]:
+        for block in work.blocks(run.threads):
+            if advance:
+                advance(len(block))
+            yield run.image.with_pixels(block, work.alpha).pixels
+
+    with run.timed("resample"):
+        work, advance = _warp(run), _advance(run)
+        like = replace(run.image, alpha=work.alpha)
+        image_files.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
+    run.figures["pixels"] = work.diagnostics.as_dict()
+
+
+def _sampling(run: Run) -> dict[str, Any]:
+    job = run.job
+    return {"filter": job.filter, "kind": job.kind, "edge": job.edge, "threads": run.threads}
+
+
+def _advance(run: Run) -> Callable[[int], None] | None:
+    progress = run.progress
+    return None if progress is None else lambda done: progress(done, run.canvas.height)
+
+
+def stmapped(run: Run, path: Path | None, name: Path) -> None:
+    """The map as an STMap: for each pixel of the target its place in the texture."""
+    from ..pictures import stmap_files
+
+    assert path is not None
+    box = raster_size.covered(run.job, run.source)
+    with run.timed("resample"):
+        stmap_files.write(path, run.fit.fast, box, run.canvas, room=run.room, threads=run.threads)
+
+
+def artwork(run: Run, path: Path | None, name: Path) -> None:
+    """The drawing inside the source shape as SVG: its paths mapped, its styles kept."""
+    from ..artwork import carry
+
+    assert path is not None
+    with run.timed("artwork"):
+        for note in carry(run.source, run.fit.map, run.target, path):
+            run.note(note)
+
+
+def mesh(run: Run, path: Path | None, name: Path) -> None:
+    """The target mesh with texture coordinates that show the texture: nothing is resampled."""
+    from ..shapes import mesh_shape
+
+    assert path is not None
+    box = raster_size.covered(run.job, run.source)
+    target: Any = run.target
+    options: dict[str, Any] = {"texture": _shown(run), "force": run.job.force, "threads": run.threads}
+    with run.timed("write"):
+        figures = mesh_shape.new_uvs(target, run.fit.map, run.source, box, path, name=name, **options)
+    for note in figures.pop("material_notes"):
+        run.note(note)
+    before = run.figures.get("also_written", [])
+    run.figures |= figures | {"also_written": [*before, *figures["also_written"]]}
+
+
+def _shown(run: Run) -> Path | bytes | None:
+    """The picture that a mesh with new coordinates shows: --texture, or that of a mesh source."""
+    from ..shapes import mesh_shape
+
+    if run.job.texture:
+        return Path(run.job.texture)
+    source: Any = run.source
+    return mesh_shape.texture_in(source) if run.on_mesh else None
+
+
+def check(run: Run) -> None:
+    """Refuse before the solving what the products would refuse after it, and tell what is left out of the texture.
+
+    Raises:
+        InputError: a mesh without the texture coordinates that are needed, a picture that is too large or has channels
+            or a colour space that its format does not hold, normals of fewer than three channels, too little --memory.
+    """
+    _check_meshes(run)
+    job, room = run.job, run.room
+    if raster_size.pictured(job) or job.stmap:
+        for note in raster_size.off_canvas(job, run.source, run.target):
+            run.note(note)
+        low, high = run.target.box
+        width, height = raster_size.size_of(job, job.size or (raster_size.LONGER_SIDE,), high - low)
+        if job.stmap:
+            from ..pictures import stmap_files
+
+            room.check(stmap_files.band_bytes(width), f"rows of {width} pixels")
+    if not (raster_size.pictured(job) or job.texture or job.bake):
+        return
+    from ...pixels.texture import check_kind
+
+    image = run.image
+    for note in image.notes:
+        run.note(note)
+    check_kind(job.kind, image.pixels.shape[2], job.texture or job.source)
+    for name in job.output:
+        if Path(name).suffix.lower() in MESHES:
+            from ..meshes import mesh_files
+
+            mesh_files.check_texture(Path(name), _shown(run))
+    if job.bake:
+        width, height = _baked_size(run)
+    elif raster_size.pictured(job):
+        image = image.covered()
+        _check_room(run, image, width, height)
+    for name in raster_size.pictures(job):
+        _check_picture(run, name, image, width, height)
+
+
+def _check_meshes(run: Run) -> None:
+    source, target = cast(Any, run.source), cast(Any, run.target)
+    needed = [target] if run.job.bake else []
+    if hasattr(source, "flattening"):
+        meshes = any(Path(name).suffix.lower() in MESHES for name in run.job.output)
+        needed += [source] if run.job.bake or run.on_mesh or meshes else []
+    for shape in needed:
+        _ = shape.uv_faces
+    if not (run.job.bake or hasattr(source, "flattening")):
+        return
+    from ..shapes import mesh_shape
+
+    if run.job.bake:
+        mesh_shape.check_layout(target)
+    if run.job.stmap and (run.job.bake or source.file.mesh.uv is not None):
+        raise InputError(
+            f"{(target if run.job.bake else source).spec}: an STMap cannot hold its texture coordinates; leave out "
+            f"{'--bake' if run.job.bake else '--stmap'}, and carry each picture with --texture"
+        )
+    if run.job.bake or raster_size.pictured(run.job):
+        for shape in needed:
+            for note in mesh_shape.beyond_unit(shape):
+                run.note(note)
+    if hasattr(source, "flattening"):
+        if not run.on_mesh:
+            run.note(f"{source.spec}: names no texture; give one with --texture")
+        for note in mesh_shape.several_textures(source) if not run.job.texture else ():
+            run.note(note)
+
+
+def _check_room(run: Run, image: Image, width: int, height: int) -> None:
+    from ...pixels.texture import MENDING, strip_bytes
+    from ...pixels.warp import band_bytes, whole_bytes
+
+    rows, columns, planes = run.image.pixels.shape
+    run.room.check(strip_bytes(rows, columns, planes), "the texture")
+    if run.image.holes:
+        run.room.check(MENDING * rows * columns, "a texture that is not finite everywhere")
+    run.room.check(band_bytes(width), f"rows of {width} pixels")
+    if run.job.padding:
+        channels, itemsize = image.pixels.shape[2], image.pixels.itemsize
+        run.room.check(whole_bytes(height, width, channels, itemsize), PADDED)
+
+
+def _check_picture(run: Run, name: str, image: Image, width: int, height: int) -> None:
+    from ..pictures import image_files
+
+    job, suffix = run.job, Path(name).suffix.lower()
+    image_files.check("stdout.png" if name == "-" else name, image, height, width)
+    as_stored = job.kind != "colour" or job.filter == "nearest"
+    hides = suffix in HIDES_NOTHING and not (suffix == ".exr" and image.associated)
+    if as_stored and run.image.alpha >= 0 and hides:
+        run.note(f"{name}: {suffix} keeps no colours where alpha is 0; use .png or .tif to keep them")
+    usual = "lin_rec709" if image.pixels.dtype.kind == "f" else "sRGB"
+    if suffix in (".tif", ".tiff") and image.colorspace not in (usual, "data", job.colorspace):
+        run.note(f"{name}: {suffix} does not say the colour space {image.colorspace}; its numbers are kept")
+
+
+def beside(run: Run) -> list[str]:
+    """The files that the job's meshes bring along: material libraries and pictures."""
+    names = [Path(name) for name in run.job.output if Path(name).suffix.lower() == ".obj"]
+    if not names:
+        return []
+    from ..meshes import mesh_files
+
+    return [other for name in names for other in mesh_files.companions(name, _shown(run))]
+
+
+def baked(run: Run, path: Path | None, name: Path) -> None:
+    """The texture resampled into the layout that the target mesh has."""
+    from ..pictures import image_files
+    from ..shapes import mesh_shape
+
+    image, size = run.image, _baked_size(run)
+    options = {**_sampling(run), "padding": run.job.padding, "max_error": run.job.max_pixel_error}
+    target: Any = run.target
+    with run.timed("resample"):
+        made, figures = mesh_shape.bake(target, run.fit.map, run.source, image, run.box, size, **options)
+    run.figures |= figures
+    if figures["overlapping_texels"]:
+        text = f"{figures['overlapping_texels']} texels lie in several triangles of its layout; the first one's is kept"
+        run.note(f"{target.spec}: {text}")
+    with run.timed("write"):
+        put(path, lambda file: image_files.write(file, made))
+
+
+def _baked_size(run: Run) -> tuple[int, int]:
+    """Width and height of a baked picture: by default the texture's."""
+    height, width = run.image.pixels.shape[:2]
+    return raster_size.size_of(run.job, run.job.size or (width, height), complex(width, height))
+
+
+def plot(run: Run, path: Path | None, name: Path) -> None:
+    """The figure of the run; for a mesh its flattening and its textured surface."""
+    assert path is not None
+    with run.timed("plot"):
+        if not hasattr(run.target, "flattening"):
+            from . import figure as figure
+
+            figure.draw(run, path)
+            return
+        from . import mesh_figure
+
+        target: Any = run.target
+        placed = run.image.texture(run.box, kind=run.job.kind)
+        mesh_figure.draw(target, path, map=run.fit.map, source=run.source, texture=placed, pins=run.fit.pins)

@@ -1,0 +1,147 @@
+"""The report of a run: one JSON object, `iccm.report/1`, described in the README."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ... import __version__
+from .. import files
+from . import inputs as companions
+
+if TYPE_CHECKING:
+    from .state import Run
+
+SCHEMA = "iccm.report/1"
+OFF = 30  # tolerances: an outline farther from the target's is told
+DEEP = 0.05  # of the source's diagonal: folds that may reach farther inside are told
+
+
+def build(run: Run) -> dict[str, Any]:
+    """The report: what the solver found, then time, inputs with their hashes, options and version.
+
+    What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
+    job then gives the same bytes.
+    """
+    for doubt in doubts(run.found, run.job.tolerance, run.job.quasi is not None):
+        run.note(doubt)
+    report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
+    if "SOURCE_DATE_EPOCH" not in os.environ:
+        parts = {name: value for name, value in run.seconds.items() if name != "total"}
+        report["seconds"] = {
+            "solve": 0.0,
+            "evaluate": 0.0,
+            "resample": 0.0,
+            **parts,
+            "total": run.seconds["total"],
+        }
+    report["notes"] = run.notes
+    report["inputs"] = [{"path": name, "sha256": files.sha256(name)} for name in companions.inputs(run.job)]
+    report["job"] = run.job.model_dump(mode="json", exclude_defaults=True, exclude={"force"})
+    return plain(report)
+
+
+def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
+    """Sentences on what a solver that ended well leaves wrong with the picture: pins and strokes may contradict the
+    outline or each other. They name the part of the report that says how much, and change with nothing else.
+
+    Args:
+        found: the solver's own report.
+        tolerance: the gap that would do.
+        quasi: whether the map was free to be quasi-conformal.
+    """
+    said = []
+    gap, injective = (found["boundary"] or {}).get("hausdorff", 0.0), found["injective"]
+    if found["status"] not in ("gap", "crowded") and gap > OFF * tolerance:
+        said.append("the outline's image is far from the target's (boundary)")
+    if not injective["certified"]:
+        said.append("the map is not one-to-one, so the picture overlaps itself (injective)")
+    elif injective["depth"] >= DEEP:
+        said.append("the picture may overlap itself near the outline (injective)")
+    if not (found["pins"] or found["strokes"]):
+        return said
+    cure = "move pins and strokes, or lower their weights" + ("" if quasi else ", or try --quasi 0.01")
+    return [f"{text}; {cure}" for text in said]
+
+
+def plain(value: Any) -> Any:
+    """Only what JSON can say: numpy becomes lists and numbers, complex numbers pairs, NaN and infinity null.
+
+    File names that are no UTF-8 keep their odd bytes as escapes.
+    """
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [plain(item) for item in value]
+    if isinstance(value, str):
+        return value.encode("utf-8", "backslashreplace").decode()
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, complex):
+        return [plain(value.real), plain(value.imag)]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def text(report: dict[str, Any]) -> str:
+    """The report as it is written: one key a line, ending in a newline."""
+    return json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def write(report: dict[str, Any], name: str, stack: ExitStack, *, force: bool) -> None:
+    """Write the report to stdout, or to a file that appears when the stack is left."""
+    if name == "-":
+        sys.stdout.write(text(report))
+    else:
+        stack.enter_context(files.replacing(name, force=force)).write_text(text(report), encoding="utf-8")
+
+
+def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
+    """Whether the result is good enough, and a sentence on it."""
+    status = run.fit.status
+    if not status.ok:
+        return False, status.value
+    if run.job.require_injective and not report.get("injective", {}).get("certified", False):
+        return False, "the map is not certified injective (--require-injective)"
+    return True, status.value
+
+
+def summary(report: dict[str, Any]) -> list[str]:
+    """The figures that a person wants to see, a line each."""
+    lines = []
+    boundary, dilatation = report.get("boundary", {}), report.get("dilatation", {})
+    area, injective = report.get("log10_area", {}), report.get("injective", {})
+    if boundary:
+        rms, gap = _short(boundary.get("rms")), _short(boundary.get("hausdorff"))
+        lines.append(f"boundary    rms {rms}, Hausdorff {gap} of the diagonal")
+    if dilatation:
+        lines.append(
+            "dilatation  " + ", ".join(f"{name} {_short(value)}" for name, value in dilatation.items())
+        )
+    if area:
+        lines.append("log10 area  " + ", ".join(f"{name} {_short(value)}" for name, value in area.items()))
+    if injective:
+        lines.append(f"injective   {_injective(injective)}")
+    if report.get("pins"):
+        lines.append(f"pins        largest error {_short(max(pin['error'] for pin in report['pins']))}")
+    if "seconds" in report:
+        parts = {k: v for k, v in report["seconds"].items() if v >= 0.005}
+        lines.append("seconds     " + ", ".join(f"{name} {value:.2f}" for name, value in parts.items()))
+    return lines
+
+
+def _injective(found: dict[str, Any]) -> str:
+    if found.get("certified"):
+        return f"certified from a depth of {_short(found.get('depth'))} of the diagonal"
+    return f"not certified; {found.get('obstacle', 'unknown')}"
+
+
+def _short(value: Any) -> str:
+    return f"{value:.3g}" if isinstance(value, int | float) else "unknown"

@@ -1,0 +1,143 @@
+"""A job under way: its inputs, the map, and what has been found so far."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from ...arrays import Box
+from ...parallel import beside, thread_count
+from . import raster_size
+from .job import Job
+from .raster_size import LONGER_SIDE
+
+if TYPE_CHECKING:
+    from ...memory import Room
+    from ...pixels.warp import Canvas, Prepared
+    from ...solve import Fit
+    from ..pictures.image_files import Image
+    from ..shapes.shape import Shape
+
+Tell = Callable[[str], None]
+Progress = Callable[[int, int], None]
+
+
+@dataclass
+class Run:
+    """A job under way.
+
+    Attributes:
+        job: what to do.
+        source, target: its shapes; the same for a deformation.
+        room: makes the large arrays, within --memory.
+        tell: is given each remark as it is made.
+        threads: for the pixels; None for all cores.
+        progress: is given rows done and rows in all.
+        seconds: what each part took.
+        notes: remarks on the inputs and on the solving.
+        figures: what making the products adds to the report.
+        fit: the map, once it is there.
+        pins, strokes: what must meet.
+    """
+
+    job: Job
+    source: Shape
+    target: Shape
+    room: Room
+    tell: Tell
+    threads: int | None = None
+    progress: Progress | None = None
+    seconds: dict[str, float] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    figures: dict[str, Any] = field(default_factory=dict)
+    pins: Any = None
+    strokes: Any = None
+    fit: Fit = field(init=False)
+    _begun: dict[str, Future] = field(default_factory=dict)
+
+    @cached_property
+    def image(self) -> Image:
+        """The texture."""
+        return raster_size.image_of(self.job, self.source, self.room)
+
+    @cached_property
+    def box(self) -> Box:
+        """Its place in the source's plane."""
+        return raster_size.texture_box(self.job, self.source)
+
+    @cached_property
+    def on_mesh(self) -> bool:
+        """Whether it lies on a mesh that is the source."""
+        return raster_size.on_mesh(self.job, self.source)
+
+    def begin(self, part: str) -> None:
+        """Make `prepared` or `found` beside what follows, if there may be threads."""
+        if thread_count(self.threads) > 1:
+            self._begun[part] = beside(getattr(self, f"_{part}"))
+
+    @cached_property
+    def prepared(self) -> Prepared:
+        """The texture ready to be filtered."""
+        return self._begun["prepared"].result() if "prepared" in self._begun else self._prepared()
+
+    def _prepared(self) -> Prepared:
+        from ...pixels.warp import Prepared
+
+        job = self.job
+        with self.timed("prepare"):
+            placed = self.image.texture(self.box, kind=job.kind, room=self.room)
+            return Prepared(placed, job.filter, job.kind, job.edge, room=self.room, threads=self.threads)
+
+    @cached_property
+    def found(self) -> dict[str, Any]:
+        """The solver's own report."""
+        return self._begun["found"].result() if "found" in self._begun else self._found()
+
+    def _found(self) -> dict[str, Any]:
+        with self.timed("evaluate"):
+            return self.fit.report()
+
+    @cached_property
+    def canvas(self) -> Canvas:
+        """The target's raster: its canvas, grown about its middle to the proportions of --size.
+
+        Raises:
+            InputError: more pixels than --max-pixels.
+        """
+        from ...pixels.warp import Canvas
+
+        low, high = self._extent()
+        width, height = raster_size.size_of(self.job, self.job.size or (LONGER_SIDE,), high - low)
+        scale = max((high - low).real / width, (high - low).imag / height)
+        middle, half = (low + high) / 2, scale * complex(width, height) / 2
+        return Canvas(width, height, (middle - half, middle + half))
+
+    def _extent(self) -> Box:
+        """The target's canvas; a deformed shape may leave that of the source, which grows."""
+        low, high = self.target.box
+        if self.job.target is not None:
+            return low, high
+        image = self.fit.image
+        return (
+            complex(min(low.real, image.real.min()), min(low.imag, image.imag.min())),
+            complex(max(high.real, image.real.max()), max(high.imag, image.imag.max())),
+        )
+
+    def note(self, remark: str) -> None:
+        """Add a remark."""
+        self.notes.append(remark)
+        self.tell(remark)
+
+    @contextmanager
+    def timed(self, part: str) -> Iterator[None]:
+        """Add the block's time to `part` of the report."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[part] = self.seconds.get(part, 0.0) + time.perf_counter() - start

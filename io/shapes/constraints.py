@@ -1,0 +1,242 @@
+"""Pins and strokes: pairs drawn in two files, or listed in a JSON file.
+
+Drawn: elements whose id or Inkscape label is `pin-NAME` (a circle's or ellipse's centre) or `stroke-NAME` (a path); the
+same name in source and target makes a pair.
+
+Listed, coordinates in the units of the source and target files::
+
+    {
+      "pins": [
+        {"name": "nose", "source": [120, 80], "target": [310.5, 42], "weight": 1}
+      ],
+      "strokes": [
+        {"name": "arm", "source": [[10, 10], [40, 12]], "target": [[5, 90], [9, 70], [30, 66]],
+         "weight": 1, "ends": "free"}
+      ]
+    }
+
+`name` (for messages), `weight` (relative to the other pins or strokes, 1) and `ends` are optional. A stroke with ends
+"free" slides along its target; with "stick" its first and last points also are pinned to those of the target.
+
+On a mesh a place may also be a point in space, [x, y, z], which means the nearest vertex, or the number of a vertex as
+the file counts; a stroke of such numbers follows the mesh's edges from each to the next.
+"""
+
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
+
+from ...arrays import Complex, Real
+from ...curve import Curve
+from ...errors import InputError
+from .. import files
+from .shape import Shape
+
+MAX_BYTES = 16 * 2**20
+MESSAGES = {
+    "extra_forbidden": "unknown key",
+    "missing": "is missing",
+    "model_type": "must be an object, {…}",
+    "tuple_type": "is no place; write [x, y], or on a mesh [x, y, z] or the number of a vertex",
+}
+Number = Annotated[float, Field(allow_inf_nan=False, ge=-1e100, le=1e100, strict=True)]
+Point = tuple[Number, Number]
+Vertex = Annotated[int, Field(ge=0, strict=True)]
+
+
+def _kind(value: Any) -> str:
+    """Which form of a place is meant, so that a mistake in it is told as one of that form."""
+    if isinstance(value, int) and not isinstance(value, bool):
+        return "vertex"
+    return "space" if isinstance(value, list | tuple) and len(value) == 3 else "plane"
+
+
+Place = Annotated[
+    Annotated[Point, Tag("plane")]
+    | Annotated[tuple[Number, Number, Number], Tag("space")]
+    | Annotated[Vertex, Tag("vertex")],
+    Discriminator(_kind),
+]
+Weight = Annotated[float, Field(gt=0, le=1e12, strict=True)]
+
+
+class _Entry(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    name: str = Field(default="", max_length=200)
+    weight: Weight = 1.0
+
+
+class Pin(_Entry):
+    """A point of the source and where it should go, in file units."""
+
+    source: Place
+    target: Place
+
+
+class Stroke(_Entry):
+    """A polyline of the source and the one that it should lie on, in file units."""
+
+    source: list[Place] = Field(min_length=2)
+    target: list[Place] = Field(min_length=2)
+    ends: Literal["free", "stick"] = "free"
+
+
+class Listed(BaseModel):
+    """What a constraints file holds."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    pins: list[Pin] = []
+    strokes: list[Stroke] = []
+
+
+@dataclass(frozen=True, eq=False)
+class Constraints:
+    """Constraints in the core plane.
+
+    Attributes:
+        pins: (k, 2) points of the source and of the target.
+        pin_weights: (k,) positive, relative to each other.
+        strokes: open curves of the source, each with one of the target.
+        stroke_weights: one positive number a stroke, relative to each other.
+    """
+
+    pins: Complex
+    pin_weights: Real
+    strokes: list[tuple[Curve, Curve]]
+    stroke_weights: Real
+
+
+def read(path: str | Path, *, max_bytes: int = MAX_BYTES) -> Listed:
+    """The pins and strokes of a JSON file (see the module for its form; - for stdin), in file units.
+
+    Raises:
+        InputError: not JSON, an unknown or missing key, a value out of range; the message names the key.
+    """
+    data = (
+        sys.stdin.buffer.read(max_bytes) if str(path) == "-" else files.read_bytes(path, max_bytes=max_bytes)
+    )
+    try:
+        return Listed.model_validate(json.loads(data, object_pairs_hook=_once))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    except ValidationError as error:
+        raise InputError(f"{path}: {_first(error)}") from error
+    except RecursionError as error:
+        raise InputError(f"{path}: nested too deeply") from error
+    except ValueError as error:
+        raise InputError(f"{path}: not JSON: {str(error).splitlines()[0]}") from error
+
+
+def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Constraints:
+    """All constraints of a run: the pairs drawn in both files, then those that are listed.
+
+    With one shape as both, what is drawn in it stays where it is.
+
+    Raises:
+        InputError: a drawn name without its partner, or a stroke whose points all coincide.
+    """
+    listed = listed or Listed()
+    pins = [(*_both(source.pins, target.pins, name), 1.0) for name in _paired(source, target, "pins")]
+    pins += [(_at(source, p.source), _at(target, p.target), p.weight) for p in listed.pins]
+    names = _paired(source, target, "strokes")
+    strokes = [(*_both(source.strokes, target.strokes, name), 1.0) for name in names]
+    for number, stroke in enumerate(listed.strokes):
+        a, b = _curves(stroke, number, source, target)
+        strokes.append((a, b, stroke.weight))
+        if stroke.ends == "stick":
+            pins += [(a.z[end], b.z[end], stroke.weight) for end in (0, -1)]
+    return Constraints(
+        np.array([p[:2] for p in pins], dtype=complex).reshape(-1, 2),
+        np.array([p[2] for p in pins], dtype=float),
+        [(a, b) for a, b, _ in strokes],
+        np.array([weight for _, _, weight in strokes], dtype=float),
+    )
+
+
+def pair(
+    source: Shape, target: Shape, listed: Listed | None = None
+) -> tuple[Complex, list[tuple[Curve, Curve]]]:
+    """Pins (k, 2) and pairs of strokes in the core plane, for a solver that weighs them all alike.
+
+    Raises:
+        InputError: as `collect`, and weights that differ.
+    """
+    found = collect(source, target, listed)
+    for weights, kind in ((found.pin_weights, "pin"), (found.stroke_weights, "stroke")):
+        if weights.size and np.ptp(weights):
+            raise InputError(
+                f"{kind}s: weights that differ are not supported; use --{kind}-weight for all of them"
+            )
+    return found.pins, found.strokes
+
+
+def _paired(source: Shape, target: Shape, kind: str) -> list[str]:
+    """The names drawn in both files, in the source's order."""
+    here, there = getattr(source, kind), getattr(target, kind)
+    for alone, by, other in (
+        (here.keys() - there.keys(), source, target),
+        (there.keys() - here.keys(), target, source),
+    ):
+        if alone:
+            names = ", ".join(sorted(alone)[:12])
+            raise InputError(
+                f"{by.path}: {names}: not drawn in {other.path}; draw each in both files, or in none"
+            )
+    return list(here)
+
+
+def _both(here: dict[str, Any], there: dict[str, Any], name: str) -> tuple[Any, Any]:
+    return here[name], there[name]
+
+
+def _curves(stroke: Stroke, number: int, source: Shape, target: Shape) -> tuple[Curve, Curve]:
+    name = f"strokes.{number}{f' ({stroke.name})' if stroke.name else ''}"
+    return (
+        _stroke(source, stroke.source, f"{name}: source"),
+        _stroke(target, stroke.target, f"{name}: target"),
+    )
+
+
+def _stroke(shape: Shape, places: list[Any], name: str) -> Curve:
+    """The polyline through places; on a mesh, vertices alone are joined along edges."""
+    if hasattr(shape, "along") and all(isinstance(place, int) for place in places):
+        return shape.along(places)
+    return Curve.stroke([_at(shape, place) for place in places], name)
+
+
+def _at(shape: Shape, place: Any) -> complex:
+    """A place in the core plane.
+
+    Raises:
+        InputError: a vertex or a point in space where there is no mesh.
+    """
+    if not isinstance(place, int) and len(place) == 2:
+        return complex(shape.to_core(place))
+    if not hasattr(shape, "vertex"):
+        raise InputError(f"{shape.spec}: {place} is a place on a mesh, and this is none; write [x, y]")
+    return shape.vertex(place) if isinstance(place, int) else complex(shape.to_core(place))
+
+
+def _once(items: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object whose keys are all different: JSON leaves open what a repeated one means."""
+    found: dict[str, Any] = {}
+    for key, value in items:
+        if key in found:
+            raise InputError(f"the key {key!r} is given twice in one object")
+        found[key] = value
+    return found
+
+
+def _first(error: ValidationError) -> str:
+    """The first thing that is wrong, with its place, and how many more there are."""
+    errors = error.errors(include_url=False, include_context=False, include_input=False)
+    parts = [str(part) for part in errors[0]["loc"] if part not in ("plane", "space", "vertex")]
+    place = ".".join(parts) or "the file"
+    message = MESSAGES.get(errors[0]["type"], errors[0]["msg"])
+    more = f" (and {len(errors) - 1} more mistakes)" if len(errors) > 1 else ""
+    return f"{place[:200]}: {message}{more}"

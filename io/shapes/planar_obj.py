@@ -1,0 +1,175 @@
+"""Planar OBJ files as outlines: closed polylines (`l`), or the boundary loops of faces. y points up, as in the core."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Complex, Real
+from ...errors import InputError
+from .. import files
+from ..meshes import obj
+from ..meshes.obj import Obj
+from ..svg.drawing import Drawing
+from ..svg.fill import outlines
+from ..svg.path_data import LARGEST
+
+MAX_BYTES = 1 << 30
+FLAT = 1e-6  # largest deviation from a plane z = constant, relative to the extent
+
+_LINE = re.compile(rb"^[ \t]*l[ \t]+([^\r\n]*)", re.MULTILINE)
+_VERTEX = re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE)
+_INDEX = re.compile(rb"([+-]?\d{1,18})(?:/[+-]?\d*)?")
+
+Edges = NDArray[np.int64]  # (e, 2) pairs of vertices, from 0
+
+
+def read(
+    path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = MAX_BYTES
+) -> Drawing:
+    """The closed outlines of an OBJ file in a plane z = constant, or those of the object or group `chosen`.
+
+    Polylines that share ends are joined; vertices at the same place are one. Without any `l` the outlines are the
+    boundary loops of the faces. Loops inside others are holes. `flatness` is not used: nothing is curved.
+
+    Raises:
+        InputError: not OBJ, an index out of range, or vertices in no plane z = constant.
+    """
+    files.open_input(path, max_bytes=max_bytes)
+    content = obj.read(path)
+    if not len(content.v):
+        raise InputError(f"{path}: has no vertices (lines that begin with v)")
+    polylines = _polylines(content)
+    ids = list(dict.fromkeys(name for name, _ in polylines)) if polylines else content.parts()
+    parts = polylines or _boundary(content, chosen if chosen in ids else None)
+    points = _planar(content, np.unique(np.concatenate([edges for _, edges in parts])))
+    (x, y), (width, height) = points.min(axis=0).tolist(), np.ptp(points, axis=0).tolist()
+    drawing = Drawing([], (x, y, width, height), flip=False, ids=[name for name in ids if name])
+    for name, edges in _gathered(parts, chosen).items():
+        _add(drawing, content, name, edges)
+    drawing.outlines.sort(key=lambda o: -o.area)
+    return drawing
+
+
+def _gathered(parts: list[tuple[str, Edges]], chosen: str | None) -> dict[str, Edges]:
+    """The edges of each named part that is wanted, together."""
+    wanted = [(name, edges) for name, edges in parts if chosen in (None, name)]
+    names = dict.fromkeys(name for name, _ in wanted)
+    return {name: np.concatenate([e for n, e in wanted if n == name]) for name in names}
+
+
+def _add(drawing: Drawing, content: Obj, name: str, edges: Edges) -> None:
+    """Adds a part's outlines, or why there are none."""
+    points = _planar(content, np.unique(edges))
+    place, merged = np.unique(content.v[:, :2], axis=0, return_inverse=True)
+    z = place.view(np.complex128).ravel()  # of vertices not in use, too, whatever they hold
+    label = repr(name) if name else "the polylines"
+    try:
+        rings = [z[ring] for ring in _rings(merged.reshape(-1)[edges], z)]
+        found, refused = outlines(rings, "evenodd", label)
+        drawing.outlines.extend(found)
+        drawing.refused.extend(refused)
+    except InputError as error:
+        drawing.refused.append((float(np.prod(np.ptp(points, axis=0))), error))
+
+
+def _planar(content: Obj, used: NDArray) -> Real:
+    """x and y of the vertices in use.
+
+    Raises:
+        InputError: they are not finite, or z differs.
+    """
+    v = content.v[used]
+    wrong = ~(np.abs(v) <= LARGEST).all(axis=1)
+    if wrong.any():
+        raise InputError(f"{content.path}: vertex {int(used[wrong][0]) + 1} is not finite, or too large")
+    if np.ptp(v[:, 2]) > FLAT * np.ptp(v, axis=0).max():
+        raise InputError(f"{content.path}: is not in a plane z = constant; flatten it first: iccm flatten")
+    return v[:, :2]
+
+
+def _polylines(content: Obj) -> list[tuple[str, Edges]]:
+    """The `l` lines as edges, each with the object or group that is in force there."""
+    vertices = None
+    found = []
+    said = [s for s in content.statements if s.keyword in ("o", "g")]
+    places = [s.at for s in said]
+    for line in _LINE.finditer(content.data):
+        words = line[1].split(b"#")[0].replace(b"\\", b" ").split()
+        index = np.array([_index(content, word, line.start()) for word in words], dtype=np.int64)
+        if index.size < 2:
+            raise InputError(f"{_place(content, line.start())}: l needs at least 2 vertices")
+        if (index < 0).any():  # counted back from the vertices so far
+            if vertices is None:
+                vertices = np.array([m.start() for m in _VERTEX.finditer(content.data)])
+            index = np.where(index < 0, index + np.searchsorted(vertices, line.start()) + 1, index)
+        bad = (index < 1) | (index > len(content.v))
+        if bad.any():
+            raise InputError(
+                f"{_place(content, line.start())}: there is no vertex {words[int(np.argmax(bad))].decode()}"
+            )
+        number = int(np.searchsorted(places, line.start())) - 1
+        name = said[number].text if number >= 0 else ""
+        found.append((name, np.column_stack([index[:-1], index[1:]]) - 1))
+    return found
+
+
+def _index(content: Obj, word: bytes, at: int) -> int:
+    match = _INDEX.fullmatch(word)
+    if not match or not int(match[1]):
+        shown = word[:24].decode("utf-8", "replace")
+        raise InputError(f"{_place(content, at)}: {shown!r} is not a vertex")
+    return int(match[1])
+
+
+def _place(content: Obj, at: int) -> str:
+    return f"{content.path}: line {int(np.searchsorted(content.line_ends, at)) + 1}"
+
+
+def _boundary(content: Obj, part: str | None) -> list[tuple[str, Edges]]:
+    """The edges that only one face has: of the whole mesh, or of one part."""
+    if not len(content.face_at):
+        raise InputError(f"{content.path}: has neither polylines (l) nor faces (f)")
+    mesh = content.mesh(part)
+    corners = mesh.corners
+    bad = (corners < 0) | (corners >= len(content.v))
+    if bad.any():
+        raise InputError(
+            f"{content.path}: a face names vertex {int(corners[bad][0]) + 1}, which is not there"
+        )
+    after = np.arange(1, len(corners) + 1)
+    after[mesh.starts[1:] - 1] = mesh.starts[:-1]
+    edges = np.sort(np.column_stack([corners, corners[after]]), axis=1)
+    single, count = np.unique(edges, axis=0, return_counts=True)
+    if not (count == 1).any():
+        raise InputError(
+            f"{content.path}: the faces have no boundary; cut and flatten the mesh first: iccm flatten"
+        )
+    return [(part or "", single[count == 1])]
+
+
+def _rings(edges: Edges, z: Complex) -> Iterator[NDArray]:
+    """The closed walks that the edges make, when every vertex has exactly two of them.
+
+    Raises:
+        InputError: an end, or a vertex where lines branch.
+    """
+    edges = np.unique(np.sort(edges[edges[:, 0] != edges[:, 1]], axis=1), axis=0)
+    both = np.concatenate([edges, edges[:, ::-1]])
+    both = both[np.argsort(both[:, 0], kind="stable")]
+    vertex, start, degree = np.unique(both[:, 0], return_index=True, return_counts=True)
+    for wrong, what in ((degree == 1, "the outline is open: it ends"), (degree > 2, "lines branch")):
+        if wrong.any():
+            at = " and ".join(f"({p.real:g}, {p.imag:g})" for p in z[vertex[wrong]][:2])
+            raise InputError(f"{what} at {at}; every outline must be one closed loop")
+    near = {int(v): (int(both[s, 1]), int(both[s + 1, 1])) for v, s in zip(vertex, start)}
+    while near:
+        first = previous = next(iter(near))
+        here, ring = near.pop(first)[0], [first]
+        while here != first:
+            ring.append(here)
+            a, b = near.pop(here)
+            previous, here = here, b if a == previous else a
+        yield np.array(ring)

@@ -1,0 +1,1 @@
+"""SVG: XML read safely, what is drawn, and the outlines of what is filled."""

@@ -1,0 +1,123 @@
+"""Affine maps of the plane, as SVG writes them: `transform` lists, viewports and their composition."""
+
+import math
+import re
+from dataclasses import dataclass
+
+from ...errors import InputError
+
+_FUNCTION = re.compile(r"[\s,]*+([A-Za-z]++)\s*+\(([^()]*+)\)")
+_ARGUMENT = re.compile(r"\s*+(?:,\s*+)?([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)(px|deg)?")
+_ALLOWED = {
+    "matrix": (6,),
+    "translate": (1, 2),
+    "scale": (1, 2),
+    "rotate": (1, 3),
+    "skewX": (1,),
+    "skewY": (1,),
+}
+
+
+@dataclass(frozen=True)
+class Affine:
+    """z -> alpha z + beta conj(z) + gamma on points x + iy (whatever way y points)."""
+
+    alpha: complex = 1
+    beta: complex = 0
+    gamma: complex = 0
+
+    @classmethod
+    def matrix(cls, a: float, b: float, c: float, d: float, e: float, f: float) -> "Affine":
+        """SVG's matrix(a b c d e f): x' = a x + c y + e, y' = b x + d y + f."""
+        return cls(complex(a + d, b - c) / 2, complex(a - d, b + c) / 2, complex(e, f))
+
+    def __call__(self, z):
+        """The image of a complex number or array."""
+        return self.alpha * z + self.beta * z.conjugate() + self.gamma
+
+    def __matmul__(self, inner: "Affine") -> "Affine":
+        """The map that applies `inner` first, as nested SVG elements do."""
+        return Affine(
+            self.alpha * inner.alpha + self.beta * inner.beta.conjugate(),
+            self.alpha * inner.beta + self.beta * inner.alpha.conjugate(),
+            self(complex(inner.gamma)),
+        )
+
+
+def written(map: Affine) -> str:
+    """The map as SVG's matrix(a b c d e f)."""
+    x, y, at = map.alpha + map.beta, map.alpha - map.beta, complex(map.gamma)
+    return "matrix(" + " ".join(f"{v:.9g}" for v in (x.real, x.imag, -y.imag, y.real, at.real, at.imag)) + ")"
+
+
+def parse(text: str) -> Affine:
+    """The map that a `transform` attribute describes; empty or `none` is the identity.
+
+    Raises:
+        InputError: an unknown function, a wrong number of arguments or anything that is not a number.
+    """
+    result, position = Affine(), 0
+    if text.strip() in ("", "none"):
+        return result
+    while match := _FUNCTION.match(text, position):
+        result = result @ _function(match[1], match[2])
+        position = match.end()
+    if text[position:].strip(" \t\r\n,"):
+        raise InputError(f"transform: {text[position:].strip()[:24]!r} is not understood")
+    return result
+
+
+def _function(name: str, text: str) -> Affine:
+    values, position = [], 0
+    while match := _ARGUMENT.match(text, position):
+        values.append(float(match[1]))
+        position = match.end()
+    if (
+        text[position:].strip()
+        or len(values) not in _ALLOWED.get(name, ())
+        or not all(map(math.isfinite, values))
+    ):
+        raise InputError(f"transform: {name}({text.strip()[:32]}) is not understood")
+    if name == "matrix":
+        return Affine.matrix(*values)
+    if name == "translate":
+        return translation(*values)
+    if name == "scale":
+        return Affine.matrix(values[0], 0, 0, values[-1], 0, 0)
+    if name == "rotate":
+        return rotation(*values)
+    shear = math.tan(math.radians(values[0]))
+    return Affine.matrix(1, 0, shear, 1, 0, 0) if name == "skewX" else Affine.matrix(1, shear, 0, 1, 0, 0)
+
+
+def translation(x: float, y: float = 0) -> Affine:
+    """A shift by (x, y)."""
+    return Affine(gamma=complex(x, y))
+
+
+def rotation(degrees: float, x: float = 0, y: float = 0) -> Affine:
+    """SVG's rotate: about (x, y), from the x axis towards the y axis."""
+    turn, centre = complex(math.cos(math.radians(degrees)), math.sin(math.radians(degrees))), complex(x, y)
+    return Affine(turn, 0, centre - turn * centre)
+
+
+def viewport(
+    place: tuple[float, float, float, float], box: tuple[float, float, float, float], aspect: str
+) -> Affine:
+    """The map from a viewBox (x, y, width, height) to the rectangle `place` under `preserveAspectRatio`.
+
+    Raises:
+        InputError: `aspect` is malformed.
+    """
+    match = re.fullmatch(
+        r"(?:defer\s+)?(?:(none)|x(Min|Mid|Max)Y(Min|Mid|Max))(?:\s+(meet|slice))?", aspect.strip()
+    )
+    if not match:
+        raise InputError(f"preserveAspectRatio {aspect[:32]!r} is not understood")
+    sx, sy = place[2] / box[2], place[3] / box[3]
+    if not match[1]:
+        sx = sy = max(sx, sy) if match[4] == "slice" else min(sx, sy)
+    part = {"Min": 0.0, "Mid": 0.5, "Max": 1.0, None: 0.0}
+    x = place[0] + (place[2] - sx * box[2]) * part[match[2]] - sx * box[0]
+    y = place[1] + (place[3] - sy * box[3]) * part[match[3]] - sy * box[1]
+    return Affine.matrix(sx, 0, 0, sy, x, y)

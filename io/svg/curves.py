@@ -1,0 +1,133 @@
+"""Pieces of curves in the plane, Bézier and elliptical: points of them, and polylines within a tolerance."""
+
+import cmath
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ...arrays import Complex
+from .affine import Affine
+
+
+class Piece(ABC):
+    """One piece, run over in unit time."""
+
+    @abstractmethod
+    def under(self, affine: Affine) -> "Piece":
+        """Its image."""
+
+    @abstractmethod
+    def at(self, t: np.ndarray) -> Complex:
+        """Points at parameters in [0, 1]."""
+
+    @abstractmethod
+    def bend(self) -> float:
+        """A bound on |f''|."""
+
+    @abstractmethod
+    def last(self) -> complex:
+        """Its end, exactly."""
+
+    def rough(self) -> list[complex]:
+        """A few points on it: their box is never larger than the curve's."""
+        return [*self.at(np.array([0.25, 0.5, 0.75])), self.last()] if self.bend() else [self.last()]
+
+    def points(self, tolerance: float) -> Complex:
+        """Vertices of a polyline at most `tolerance` away, without the start.
+
+        With uniform parameter steps h the error of a chord is at most h² max|f''| / 8.
+        """
+        bend = self.bend()
+        if not bend or not tolerance:
+            return np.array([self.last()])
+        count = max(1, math.ceil(math.sqrt(bend / (8 * tolerance))))
+        points = self.at(np.arange(1, count + 1) / count)
+        points[-1] = self.last()
+        return points
+
+
+@dataclass(frozen=True, eq=False)
+class Bezier(Piece):
+    """A Bézier curve of degree 1 to 3, by its control points."""
+
+    p: tuple[complex, ...]
+
+    def under(self, affine: Affine) -> "Bezier":
+        """Its image."""
+        return Bezier(tuple(affine(point) for point in self.p))
+
+    def last(self) -> complex:
+        """Its end, exactly."""
+        return self.p[-1]
+
+    def bend(self) -> float:
+        """A bound on |f''|."""
+        degree = len(self.p) - 1
+        return degree * (degree - 1) * float(np.abs(np.diff(self.p, 2)).max()) if degree > 1 else 0.0
+
+    def at(self, t: np.ndarray) -> Complex:
+        """Points at parameters in [0, 1], by de Casteljau."""
+        points = [np.full(t.shape, point) for point in self.p]
+        while len(points) > 1:
+            points = [a * (1 - t) + b * t for a, b in pairwise(points)]
+        return points[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Arc(Piece):
+    """centre + u cos θ + v sin θ, θ from `begin` over `sweep`, up to the exact `end`."""
+
+    centre: complex
+    u: complex
+    v: complex
+    begin: float
+    sweep: float
+    end: complex
+
+    def under(self, affine: Affine) -> "Arc":
+        """Its image."""
+        centre = affine(self.centre)
+        u, v = (affine(axis) - affine(0j) for axis in (self.u, self.v))
+        return Arc(centre, u, v, self.begin, self.sweep, affine(self.end))
+
+    def last(self) -> complex:
+        """Its end, exactly."""
+        return self.end
+
+    def bend(self) -> float:
+        """A bound on |f''|."""
+        return math.hypot(abs(self.u), abs(self.v)) * self.sweep**2
+
+    def at(self, t: np.ndarray) -> Complex:
+        """Points at parameters in [0, 1]."""
+        angle = self.begin + self.sweep * t
+        return self.centre + self.u * np.cos(angle) + self.v * np.sin(angle)
+
+
+def bezier(points: list[complex]) -> Bezier:
+    """The Bézier curve with these control points."""
+    return Bezier(tuple(points))
+
+
+def arc(
+    start: complex, rx: float, ry: float, turned: float, large: float, sweep: float, end: complex
+) -> Piece:
+    """SVG's elliptical arc (SVG 2, appendix B.2): radii that are too small are enlarged; without radii it is a line."""
+    rx, ry, turn = abs(rx), abs(ry), cmath.exp(1j * math.radians(turned % 360))
+    half = (start - end) / 2 * turn.conjugate()
+    a = (
+        complex(half.real / rx, half.imag / ry) if rx and ry else 0j
+    )  # half the chord, the ellipse made a unit circle
+    if not (0 < abs(a) < 1e30):
+        return Bezier((start, end))
+    grow = max(1.0, abs(a))
+    a, rx, ry = a / grow, rx * grow, ry * grow
+    away = math.sqrt(max(0.0, 1 - abs(a) ** 2)) / abs(a)
+    centre = -1j * a * (away if large != sweep else -away)
+    begin, until = cmath.phase(a - centre), cmath.phase(-a - centre)
+    angle = (until - begin) % (2 * math.pi) if sweep else -((begin - until) % (2 * math.pi))
+    middle = (start + end) / 2 + turn * complex(rx * centre.real, ry * centre.imag)
+    return Arc(middle, turn * rx, 1j * turn * ry, begin, angle, end)

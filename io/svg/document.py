@@ -1,0 +1,125 @@
+"""SVG as XML, read safely, and the attributes that give it a size."""
+
+import re
+from collections.abc import Mapping
+from xml.etree.ElementTree import Element, ParseError, TreeBuilder
+
+from defusedxml import DefusedXmlException, EntitiesForbidden
+from defusedxml.ElementTree import XMLParser
+
+from ...errors import InputError
+from .drawing import Rectangle
+from .path_data import LARGEST, numbers
+
+_SPACES = ("", "http://www.w3.org/2000/svg")
+_UNITS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96 / 2.54, "mm": 96 / 25.4, "q": 24 / 25.4, "pt": 96 / 72}
+_UNITS |= {"pc": 16.0, "em": 16.0, "rem": 16.0, "ex": 8.0}  # of the default font: text has no place here
+_LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%|[A-Za-z]*)\s*")
+MAX_DEPTH = 200
+MAX_ELEMENTS = 300_000
+
+
+def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "length") -> float:
+    """A length in user units (px at 96 dpi).
+
+    Raises:
+        InputError: malformed, of an unknown unit, or a percentage of nothing.
+    """
+    match = _LENGTH.fullmatch(text[:100])
+    if (
+        not match
+        or (match[2] != "%" and match[2].lower() not in _UNITS)
+        or not abs(float(match[1])) <= LARGEST
+    ):
+        raise InputError(f"{name} {text[:24]!r} is not a length")
+    if match[2] != "%":
+        return float(match[1]) * _UNITS[match[2].lower()]
+    if size is None:
+        raise InputError(f"{name} {text[:24]!r}: a percentage needs a viewBox to refer to")
+    whole = {"x": size[0], "y": size[1], "r": ((size[0] ** 2 + size[1] ** 2) / 2) ** 0.5}[axis]
+    return float(match[1]) / 100 * whole
+
+
+class _Builder(TreeBuilder):
+    """Counts while it builds, so that a bomb of elements ends before the memory does."""
+
+    depth = count = 0
+
+    def start(self, tag, attrs):
+        self.depth += 1
+        self.count += 1
+        if self.depth > MAX_DEPTH:
+            raise InputError(f"elements are nested more than {MAX_DEPTH} deep")
+        if self.count > MAX_ELEMENTS:
+            raise InputError(f"more than {MAX_ELEMENTS} elements")
+        return super().start(tag, attrs)
+
+    def end(self, tag):
+        self.depth -= 1
+        return super().end(tag)
+
+
+def root(data: bytes) -> Element:
+    """The document's <svg>. Entities are refused, and nothing outside the bytes is read.
+
+    Raises:
+        InputError: not XML, not SVG, entities, too deep or too many elements.
+    """
+    parser = XMLParser(target=_Builder())
+    try:
+        parser.feed(data)
+        found = parser.close()
+    except EntitiesForbidden as error:
+        raise InputError(
+            f"declares the XML entity {error.name!r}; save it as plain SVG without entities"
+        ) from error
+    except DefusedXmlException as error:
+        raise InputError("refers to another file in its XML; save it as plain SVG") from error
+    except ParseError as error:
+        raise InputError(f"not well-formed XML: {error}") from error
+    except (ValueError, LookupError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"not readable as XML: {str(error).splitlines()[0]}") from error
+    if local(found) != "svg":
+        raise InputError(f"the root element is <{str(found.tag)[:40]}>, not <svg>")
+    return found
+
+
+def local(element: Element) -> str:
+    """The tag's name when it is SVG's (or has no namespace), otherwise nothing."""
+    space, _, name = str(element.tag).rpartition("}")
+    return name if space.lstrip("{") in _SPACES else ""
+
+
+def canvas(element: Element) -> Rectangle | None:
+    """The root's viewBox, else its width and height in px, else None.
+
+    Raises:
+        InputError: malformed, or without area.
+    """
+    if "viewBox" in element.attrib:
+        return view_box(element.attrib)
+    width, height = (element.get(name, "100%").strip() for name in ("width", "height"))
+    if width.endswith("%") or height.endswith("%") or "auto" in (width, height):
+        return None
+    size = length(width, None, "x", "width"), length(height, None, "y", "height")
+    if min(size) <= 0:
+        raise InputError(f"width and height are {size[0]:g} and {size[1]:g}; they must be positive")
+    return 0.0, 0.0, *size
+
+
+def view_box(attributes: Mapping[str, str]) -> Rectangle:
+    """x, y, width and height of a viewBox attribute.
+
+    Raises:
+        InputError: not four numbers, or without area.
+    """
+    text = attributes["viewBox"]
+    try:
+        x, y, width, height = numbers(text)
+    except ValueError as error:
+        raise InputError(f"viewBox {text[:48]!r} is not four numbers") from error
+    if width <= 0 or height <= 0:
+        raise InputError(f"viewBox {text[:48]!r} has no area")
+    return x, y, width, height

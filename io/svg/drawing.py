@@ -1,0 +1,33 @@
+"""What a file of any format draws: outlines to choose a domain from, a canvas, and constraints."""
+
+from dataclasses import dataclass, field
+
+from ...arrays import Complex
+from .fill import Outline, Refused
+
+Rectangle = tuple[float, float, float, float]  # x, y, width, height
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """What a file holds, whatever its format; x + iy as in the file.
+
+    Attributes:
+        outlines: candidates for the domain, the largest first.
+        rectangle: x, y, width and height of the canvas, None where the file has none.
+        flip: whether the file's y axis points down.
+        pins: places of pins by name.
+        strokes: polylines of strokes by name.
+        notes: what was left out or changed on the way.
+        refused: (enclosed area, message) of what looks like a domain but is not one.
+        ids: the names that select something.
+    """
+
+    outlines: list[Outline]
+    rectangle: Rectangle | None
+    flip: bool
+    pins: dict[str, complex] = field(default_factory=dict)
+    strokes: dict[str, Complex] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    refused: list[Refused] = field(default_factory=list)
+    ids: list[str] = field(default_factory=list)

@@ -1,0 +1,162 @@
+"""What a fill shows: from closed runs of points to the outlines of the regions that are painted."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex
+from ...errors import InputError
+
+# A crossing is harmless, and repaired, when the loops it makes have at most this part of the area.
+HARMLESS = 1e-3
+
+Refused = tuple[float, InputError]
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """One painted region, in the file's units and directions (x + iy as written).
+
+    Attributes:
+        name: what it comes from, for messages.
+        z: (n,) vertices of its outer boundary, not repeated at the end.
+        area: area enclosed by the outer boundary, holes included.
+        holes: number of holes.
+    """
+
+    name: str
+    z: Complex
+    area: float
+    holes: int
+
+
+def outlines(rings: Sequence[Complex], rule: str, name: str) -> tuple[list[Outline], list[Refused]]:
+    """The regions that filling the rings together by `rule` (nonzero or evenodd) paints, the largest first.
+
+    Rings are closed implicitly, and may overlap, nest and touch each other: what counts is what the fill shows. A ring
+    that crosses itself is refused and the others are painted without it, except where the crossings make loops of
+    less than HARMLESS of its area: these are cut off.
+
+    Returns:
+        The outlines, and what was refused: the area at stake, and an error that says where and why.
+
+    Raises:
+        InputError: no ring encloses anything.
+    """
+    rings = [ring for ring in (distinct(r) for r in rings) if ring.size]
+    whole = [ring for ring in rings if ring.size > 2]
+    if not whole:
+        raise InputError(
+            f"{name}: {max((r.size for r in rings), default=0)} distinct points; at least 3 are needed"
+        )
+    simple: list[Complex] = []
+    refused: list[Refused] = []
+    for ring in whole:
+        lobes, twisted, place = _untangled(ring)
+        simple.extend(lobes)
+        if place:
+            refused.append(
+                (twisted, InputError(f"{name}: the outline crosses itself {place}; remove the crossing"))
+            )
+    polygons = [shapely.Polygon(_xy(ring)) for ring in simple] if len(simple) == 1 else painted(simple, rule)
+    found = [_outline(polygon, name) for polygon in polygons]
+    if not found and not refused:
+        raise InputError(f"{name}: encloses no area")
+    return sorted(found, key=lambda o: -o.area), refused
+
+
+def distinct(z: Complex) -> Complex:
+    """A ring without repeated neighbours (to 1e-12 of its size)."""
+    if z.size < 2:
+        return z
+    tiny = 1e-12 * max(np.ptp(z.real), np.ptp(z.imag))
+    keep = np.abs(z - np.roll(z, 1)) > tiny
+    return z[keep] if keep.any() else z[:1]
+
+
+def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
+    """The polygons that filling the rings by `rule` paints, whatever crosses what."""
+    if not rings:
+        return []
+    faces, winding = _faces(rings)
+    inside = winding % 2 != 0 if rule == "evenodd" else winding != 0
+    return _polygons(shapely.union_all(faces[inside]))
+
+
+def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
+    """Simple rings that paint the same: the ring itself, or its lobes where it touches itself or all but does.
+
+    A crossing turns part of what is enclosed the other way round, or encloses it twice. When that is much there are no
+    rings, but the area enclosed and the place of a crossing.
+    """
+    if _flat(ring):
+        return [], 0.0, ""
+    polygon = shapely.Polygon(_xy(ring))
+    if polygon.is_valid:
+        return [ring], 0.0, ""
+    faces, winding = _faces([ring])
+    area = shapely.area(faces)
+    sign = 1 if area @ winding > 0 else -1
+    once, twisted = winding == sign, (winding != sign) & (winding != 0)
+    if area[twisted].sum() > HARMLESS * area[once].sum():
+        return [], float(area[winding != 0].sum()), _place(polygon)
+    lobes = shapely.orient_polygons(_polygons(shapely.union_all(faces[once])), exterior_cw=sign < 0)
+    return [_z(part) for lobe in lobes for part in (lobe.exterior, *lobe.interiors)], 0.0, ""
+
+
+def _faces(rings: Sequence[Complex]) -> tuple[np.ndarray, np.ndarray]:
+    """The faces that the rings cut the plane into, and how often the rings wind around each."""
+    closed = [shapely.LinearRing(_xy(ring)) for ring in rings]
+    faces = np.array(shapely.get_parts(shapely.polygonize([shapely.unary_union(closed)])))
+    points = shapely.point_on_surface(faces)
+    winding = np.zeros(len(faces), dtype=int)
+    near = shapely.STRtree(points)
+    for ring, line in zip(rings, closed):
+        inside = near.query(shapely.box(*line.bounds))
+        winding[inside] += _winding(ring, shapely.get_coordinates(points[inside]))
+    return faces, winding
+
+
+def _winding(ring: Complex, points: np.ndarray) -> np.ndarray:
+    """How often a ring winds around each of (p, 2) points off it: signed crossings of the ray to the right."""
+    a, b = ring, np.roll(ring, -1)
+    total = np.zeros(len(points), dtype=int)
+    for k, (x, y) in enumerate(points):
+        up, down = (a.imag <= y) & (b.imag > y), (a.imag > y) & (b.imag <= y)
+        side = ((b - a).conj() * (complex(x, y) - a)).imag
+        total[k] = np.count_nonzero(up & (side > 0)) - np.count_nonzero(down & (side < 0))
+    return total
+
+
+def _outline(polygon: shapely.Polygon, name: str) -> Outline:
+    z = _z(polygon.exterior)
+    return Outline(name, z, shapely.Polygon(polygon.exterior).area, len(polygon.interiors))
+
+
+def _polygons(geometry: shapely.Geometry) -> list[shapely.Polygon]:
+    return [part for part in shapely.get_parts(geometry) if part.geom_type == "Polygon" and part.area > 0]
+
+
+def _flat(ring: Complex) -> bool:
+    """Whether all points lie on a line, to within rounding."""
+    w = ring - ring[0]
+    far = w[np.argmax(np.abs(w))]
+    return bool(np.abs((w * far.conjugate()).imag).max() <= 1e-13 * abs(far) ** 2)
+
+
+def _place(polygon: shapely.Polygon) -> str:
+    """Where an invalid polygon is so, in the file's own coordinates."""
+    reason = shapely.is_valid_reason(polygon)
+    return (
+        f"at ({', '.join(reason.split('[')[1].rstrip(']').split()[:2])})" if "[" in reason else f"({reason})"
+    )
+
+
+def _xy(z: Complex) -> np.ndarray:
+    return np.column_stack([z.real, z.imag])
+
+
+def _z(ring: shapely.LinearRing) -> Complex:
+    return shapely.get_coordinates(ring)[:-1] @ np.array([1, 1j])

@@ -1,0 +1,182 @@
+"""SVG path data to polylines: the grammar checked strictly, curves flattened to a tolerance.
+
+Written out here because svgelements, which knows all of it, cuts malformed data short without a word, misreads numbers
+like `5.` and fails on arcs with extreme radii.
+"""
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...arrays import Complex
+from ...errors import InputError
+from .affine import Affine
+from .curves import Piece, arc, bezier
+
+_COUNTS = {"M": 2, "Z": 0, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7}
+# possessive quantifiers (++, *+): no backtracking, so that a megabyte of spaces is read as fast as any other
+_SPACE = re.compile(r"\s*+")
+_COMMAND = re.compile(r"[A-Za-z]")
+_NUMBER = re.compile(r"\s*+(?:,\s*+)?([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)")
+_FLAG = re.compile(r"\s*+(?:,\s*+)?([01])")
+LARGEST = 1e60  # of a coordinate, an argument or a length: products of a few of them stay finite
+
+
+@dataclass(frozen=True, eq=False)
+class Subpath:
+    """One run of a path: complex vertices in the file's directions, and whether it was closed by Z."""
+
+    z: Complex
+    closed: bool
+
+
+def commands(d: str) -> Iterator[tuple[str, list[float]]]:
+    """The commands of path data with their arguments, in order.
+
+    Raises:
+        InputError: anything that SVG's grammar does not allow, with the place (a character number from 1).
+    """
+    position, previous = _skip(d, 0), ""
+    while position < len(d):
+        match = _COMMAND.match(d, position)
+        if not match or match[0].upper() not in _COUNTS:
+            raise InputError(
+                f"d: character {position + 1}: {d[position : position + 12]!r} is not a path command"
+            )
+        if not previous and match[0] not in "Mm":
+            raise InputError(f"d: character {position + 1}: path data must begin with M, not {match[0]!r}")
+        previous = match[0]
+        arguments, position = _arguments(d, match.end(), previous)
+        yield previous, arguments
+
+
+def _arguments(d: str, position: int, command: str) -> tuple[list[float], int]:
+    count, start = _COUNTS[command.upper()], position
+    found: list[float] = []
+    while True:
+        flag = command in "Aa" and len(found) % 7 in (3, 4)
+        match = (_FLAG if flag else _NUMBER).match(d, position) if count else None
+        if not match:
+            break
+        if not abs(float(match[1])) <= LARGEST:
+            raise InputError(f"d: character {position + 1}: the number is too large")
+        found.append(float(match[1]))
+        position = match.end()
+    position = _skip(d, position)
+    if count and (not found or len(found) % count):
+        raise InputError(
+            f"d: character {position + 1}: command {command} (character {start}) takes {count} numbers a time,"
+            f" {len(found)} are given before {d[position : position + 12] or 'the end'!r}"
+        )
+    return found, position
+
+
+def _skip(d: str, position: int) -> int:
+    return _SPACE.match(d, position).end()  # type: ignore[union-attr]
+
+
+def numbers(text: str) -> list[float]:
+    """A list of numbers separated as in SVG, as in `points` and `viewBox`.
+
+    Raises:
+        InputError: anything else in it, with its place.
+    """
+    found, position = [], 0
+    while match := _NUMBER.match(text, position):
+        found.append(float(match[1]))
+        position = match.end()
+    if text[position:].strip() or not all(abs(x) <= LARGEST for x in found):
+        raise InputError(
+            f"character {position + 1}: {text[position:].strip()[:12]!r} is not a number in range"
+        )
+    return found
+
+
+@dataclass(eq=False)
+class Run:
+    """Where the pen was put down, what it drew, and whether Z closed it."""
+
+    start: complex
+    pieces: list[Piece] = field(default_factory=list)
+    closed: bool = False
+
+
+def runs(d: str) -> list[Run]:
+    """The runs of path data in its own coordinates; a run begins at every M, and after every Z.
+
+    Raises:
+        InputError: as `commands`.
+    """
+    found: list[Run] = []
+    pen = _Pen()
+    for command, values in commands(d):
+        kind, count = command.upper(), _COUNTS[command.upper()]
+        if kind == "Z":
+            if pen.down:
+                found[-1].closed = True
+            pen = _Pen(pen.start, pen.start)
+        for k in range(0, len(values), count or 1):
+            group = values[k : k + count]
+            if kind == "M" and k == 0:
+                to = (pen.at if command == "m" else 0) + complex(*group)
+                pen = _Pen(to, to)
+                continue
+            if not pen.down:
+                pen.down = True
+                found.append(Run(pen.at))
+            found[-1].pieces.append(pen.draw("L" if kind == "M" else kind, command.islower(), group))
+    return found
+
+
+@dataclass
+class _Pen:
+    """The state of a path: where the pen is, where its run began, and the last control point of a curve."""
+
+    at: complex = 0j
+    start: complex = 0j
+    last: str = ""
+    control: complex = 0j
+    down: bool = False
+
+    def draw(self, kind: str, relative: bool, values: list[float]) -> Piece:
+        """The piece of one command; `values` are its numbers."""
+        origin = self.at if relative else 0j
+        if kind in "HV":
+            x = values[0] + origin.real if kind == "H" else self.at.real
+            y = values[0] + origin.imag if kind == "V" else self.at.imag
+            points = [complex(x, y)]
+        else:
+            tail = values[5:] if kind == "A" else values
+            points = [origin + complex(x, y) for x, y in zip(tail[::2], tail[1::2])]
+        if kind in "ST":  # the control point of the same kind of curve before, mirrored
+            same = self.last in ("CS" if kind == "S" else "QT")
+            points.insert(0, 2 * self.at - self.control if self.last and same else self.at)
+        here, self.at, self.last = self.at, points[-1], kind
+        self.control = points[-2] if len(points) > 1 else self.at
+        if kind != "A":
+            return bezier([here, *points])
+        rx, ry, turned, large, sweep = values[:5]
+        return arc(here, rx, ry, turned, large, sweep, self.at)
+
+
+def subpaths(d: str, affine: Affine, flatness: float) -> list[Subpath]:
+    """The runs of path data under an affine map, each flattened to `flatness` times its own diagonal.
+
+    A run never deviates from its curve by more than the tolerance, and every end of a segment stays a vertex: with
+    uniform parameter steps h the error of a chord is at most h² max|f''| / 8.
+
+    Raises:
+        InputError: as `commands`.
+    """
+    return [_flatten(run, affine, flatness) for run in runs(d)]
+
+
+def _flatten(run: Run, affine: Affine, flatness: float) -> Subpath:
+    pieces = [piece.under(affine) for piece in run.pieces]
+    start = affine(run.start)
+    rough = np.array([start, *(point for piece in pieces for point in piece.rough())])
+    tolerance = flatness * math.hypot(np.ptp(rough.real), np.ptp(rough.imag))
+    return Subpath(np.concatenate([[start], *(piece.points(tolerance) for piece in pieces)]), run.closed)

@@ -1,0 +1,205 @@
+"""SVG files as outlines and drawn constraints, in the root's user units (those of its viewBox), y down as written."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from ...arrays import Complex
+from ...errors import InputError
+from .. import files
+from . import tree
+from .drawing import Drawing
+from .fill import distinct, outlines
+from .path_data import LARGEST, Subpath, numbers, subpaths
+from .tree import Drawn
+
+MAX_BYTES = 32 * 2**20
+PIN, STROKE = "pin-", "stroke-"
+# An unfilled run counts as closed when its ends are nearer than this part of its size.
+GAP = 0.01
+
+
+def read(
+    path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = MAX_BYTES
+) -> Drawing:
+    """The outlines that an SVG shows, or those of the element or group that has the id or Inkscape label `chosen`.
+
+    Only what is displayed counts: no `defs`, `display: none`, clip paths, text or images. Without `chosen`, shapes
+    that are neither filled nor stroked (icon sets draw such frames) are no candidates either. Every outline is one
+    region of what an element's fill shows. SVG closes the open runs of a filled shape, and so does this, with a note;
+    an open run of an unfilled one is refused unless its ends all but meet.
+
+    Raises:
+        InputError: not SVG, malformed attributes, malformed pins or strokes.
+    """
+    data = files.read_bytes(path, max_bytes=max_bytes)
+    try:
+        document = tree.parse(data)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    drawing = Drawing([], document.canvas, flip=True)
+    for drawn in document.shapes:
+        try:
+            if not _constraint(drawn, drawing, flatness):
+                _candidate(drawn, chosen, drawing, flatness)
+        except InputError as error:
+            raise InputError(f"{path}: {drawn.name}: {error}") from error
+    if chosen is not None and chosen in document.tags and chosen not in drawing.ids:
+        drawing.ids.append(chosen)
+        which = f"<{document.tags[chosen]}> {chosen!r}"
+        reason = f"{which} draws no outline; show it if it is hidden, turn text into paths"
+        drawing.refused.append((0.0, InputError(reason)))
+    drawing.outlines.sort(key=lambda o: -o.area)
+    return drawing
+
+
+def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, flatness: float) -> None:
+    """Adds a shape's outlines to the drawing, or the reason why it has none."""
+    names = (*drawn.groups, *drawn.names)
+    drawing.ids.extend(name for name in names if name not in drawing.ids)
+    if (chosen is None and not drawn.visible) or (chosen is not None and chosen not in names):
+        return
+    runs = runs_of(drawn, flatness)
+    rings = []
+    for run in runs:
+        try:
+            rings.append(_ring(run, drawn, drawing))
+        except InputError as error:
+            drawing.refused.append((float(np.ptp(run.z.real) * np.ptp(run.z.imag)), error))
+    if runs and not rings:
+        return
+    try:
+        found, refused = outlines(rings, drawn.properties.get("fill-rule", "nonzero").strip(), drawn.name)
+    except InputError as error:
+        found, refused = [], [(0.0, error)]
+    drawing.outlines.extend(found)
+    drawing.refused.extend(refused)
+    clips = [k for k in ("clip-path", "mask") if drawn.properties.get(k, "none").strip() != "none"]
+    drawing.notes.extend(f"{drawn.name}: its {clip} is ignored" for clip in clips)
+
+
+def _ring(run: Subpath, drawn: Drawn, drawing: Drawing) -> Complex:
+    z = distinct(run.z)
+    gap = abs(run.z[-1] - run.z[0])
+    if run.closed or z.size < 3 or gap <= GAP * abs(complex(np.ptp(z.real), np.ptp(z.imag))):
+        return z
+    ends = " and ".join(f"({p.real:g}, {p.imag:g})" for p in (run.z[0], run.z[-1]))
+    if not drawn.filled:
+        raise InputError(f"{drawn.name}: the outline is open: its ends are {ends}; close it with Z")
+    drawing.notes.append(f"{drawn.name}: closed the open outline between {ends}, as SVG fills it")
+    return z
+
+
+def _constraint(drawn: Drawn, drawing: Drawing, flatness: float) -> bool:
+    """Whether the shape is a pin or a stroke; if so, adds it to the drawing."""
+    name = next((n for n in reversed(drawn.names) if n.startswith((PIN, STROKE))), None)
+    if name is None:
+        return False
+    known = drawing.pins if name.startswith(PIN) else drawing.strokes
+    if name in known:
+        raise InputError(f"a second {name!r}; names of pins and strokes must differ")
+    if name.startswith(PIN):
+        drawing.pins[name] = _centre(drawn)
+        return True
+    runs = runs_of(drawn, flatness)
+    if len(runs) != 1:
+        raise InputError(f"a stroke is one run; this has {len(runs)}")
+    z = np.append(runs[0].z, runs[0].z[:1]) if runs[0].closed else runs[0].z
+    if np.ptp(z.real) == np.ptp(z.imag) == 0:
+        raise InputError("a stroke needs at least 2 distinct points")
+    drawing.strokes[name] = z
+    return True
+
+
+def _centre(drawn: Drawn) -> complex:
+    if drawn.tag not in ("circle", "ellipse"):
+        raise InputError("a pin is the centre of a circle or an ellipse; draw one")
+    return drawn.affine(complex(drawn.length("cx", "x"), drawn.length("cy", "y")))
+
+
+def runs_of(drawn: Drawn, flatness: float) -> list[Subpath]:
+    """The runs of a shape in the root's user units, flattened to `flatness` times each run's diagonal.
+
+    Raises:
+        InputError: a malformed attribute, or coordinates that are not finite.
+    """
+    a = drawn.affine
+    if not all(abs(part) <= LARGEST for part in (a.alpha, a.beta, a.gamma)):  # NaN included
+        raise InputError("its transforms are too large")
+    if drawn.tag in ("polyline", "polygon"):
+        runs = _polyline(drawn)
+    else:
+        runs = subpaths(_PATH[drawn.tag](drawn), drawn.affine, flatness)
+    if not all((np.abs(run.z) <= LARGEST).all() for run in runs):
+        raise InputError("coordinates are too large")
+    return runs
+
+
+def _polyline(drawn: Drawn) -> list[Subpath]:
+    try:
+        values = numbers(drawn.properties.get("points", ""))
+    except InputError as error:
+        raise InputError(f"points: {error}") from error
+    if len(values) % 2:
+        raise InputError(f"points: {len(values)} numbers; x and y of each point are needed")
+    z = drawn.affine(np.array(values).reshape(-1, 2) @ np.array([1, 1j]))
+    return [Subpath(z, drawn.tag == "polygon")] if values else []
+
+
+def _line(drawn: Drawn) -> str:
+    return _text("M", (drawn.length(f"{axis}{end}", axis) for end in "12" for axis in "xy"))
+
+
+def _ellipse(drawn: Drawn) -> str:
+    if drawn.tag == "circle":
+        rx = ry = _positive(drawn, "r", "r")
+    else:
+        rx, ry = _positive(drawn, "rx", "x"), _positive(drawn, "ry", "y")
+        rx, ry = (rx if "rx" in drawn.properties else ry), (ry if "ry" in drawn.properties else rx)
+    x, y = drawn.length("cx", "x"), drawn.length("cy", "y")
+    if not rx or not ry:
+        return ""
+    halves = [_text("A", (rx, ry, 0, 0, 1, x + side * rx, y)) for side in (-1, 1)]
+    return f"{_text('M', (x + rx, y))}{halves[0]}{halves[1]}Z"
+
+
+def _rectangle(drawn: Drawn) -> str:
+    x, y, w, h = drawn.length("x", "x"), drawn.length("y", "y"), _positive(drawn, "width", "x"), 0.0
+    h = _positive(drawn, "height", "y")
+    if not w or not h:
+        return ""
+    given = [k for k in ("rx", "ry") if drawn.properties.get(k, "auto").strip() != "auto"]
+    radii = {k: _positive(drawn, k, k[1]) for k in given}
+    rx = min(radii.get("rx", radii.get("ry", 0.0)), w / 2)
+    ry = min(radii.get("ry", radii.get("rx", 0.0)), h / 2)
+    if not rx or not ry:
+        return _text("M", (x, y, x + w, y, x + w, y + h, x, y + h)) + "Z"
+    corners = [
+        (x + w - rx, y, x + w, y + ry),
+        (x + w, y + h - ry, x + w - rx, y + h),
+        (x + rx, y + h, x, y + h - ry),
+        (x, y + ry, x + rx, y),
+    ]
+    sides = (_text("L", c[:2]) + _text("A", (rx, ry, 0, 0, 1, *c[2:])) for c in corners)
+    return _text("M", (x + rx, y)) + "".join(sides) + "Z"
+
+
+def _positive(drawn: Drawn, name: str, axis: str) -> float:
+    value = drawn.length(name, axis)
+    if value < 0:
+        raise InputError(f"{name} is {value:g}; it must not be negative")
+    return value
+
+
+def _text(command: str, values: Iterable[float]) -> str:
+    return command + " ".join(repr(float(v)) if v not in (0, 1) else str(int(v)) for v in values)
+
+
+_PATH = {
+    "path": lambda drawn: drawn.properties.get("d", ""),
+    "line": _line,
+    "circle": _ellipse,
+    "ellipse": _ellipse,
+    "rect": _rectangle,
+}

@@ -1,0 +1,234 @@
+"""An SVG document as the list of shapes that it draws: XML read safely, `use` expanded, styles inherited.
+
+Nothing outside the file is ever read: entities are refused, and links to anything but an id of the file are ignored.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from xml.etree.ElementTree import Element
+
+from ...errors import InputError
+from . import affine, css
+from .affine import Affine
+from .document import MAX_DEPTH, canvas, length, local, root, view_box
+from .drawing import Rectangle
+
+SHAPES = frozenset(["path", "rect", "circle", "ellipse", "line", "polyline", "polygon"])
+GROUPS = frozenset(["g", "a", "switch"])
+_LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
+LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
+# Clips and masks are not inherited in SVG, but a shape in a clipped group is clipped, too.
+_INHERITED = (
+    *("fill", "stroke", "fill-rule", "visibility", "clip-path", "mask", "clip-rule", "paint-order"),
+    *("stroke-width", "stroke-dasharray", "stroke-dashoffset"),
+    *("marker", "marker-start", "marker-mid", "marker-end"),
+)
+MAX_COPIES = 50_000
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """One shape that the document draws.
+
+    Attributes:
+        tag: one of SHAPES.
+        properties: attributes and styles by name, those of the style sheet and of parents included.
+        affine: from the shape's own coordinates to the root's user units.
+        size: width and height that percentages refer to; None where the document states none.
+        names: its own id and Inkscape label, as far as it has them.
+        groups: ids and labels of everything that it is inside of.
+    """
+
+    tag: str
+    properties: Mapping[str, str]
+    affine: Affine
+    size: tuple[float, float] | None
+    names: tuple[str, ...]
+    groups: tuple[str, ...] = ()
+
+    def length(self, name: str, axis: str, default: float = 0.0) -> float:
+        """A length attribute in user units; `axis` (x, y or r) says what a percentage refers to."""
+        text = self.properties.get(name, "")
+        return length(text, self.size, axis, name) if text.strip() not in ("", "auto") else default
+
+    @property
+    def name(self) -> str:
+        """How messages name the shape."""
+        return f"<{self.tag}> {self.names[0]!r}" if self.names else f"<{self.tag}> without id"
+
+    @property
+    def filled(self) -> bool:
+        """Whether its inside is painted; SVG closes open runs of such a shape."""
+        return self._painted("fill", "black")
+
+    @property
+    def visible(self) -> bool:
+        """Whether anything of it is painted."""
+        return self.filled or self._painted("stroke", "none")
+
+    def _painted(self, kind: str, default: str) -> bool:
+        paint = self.properties.get(kind, default).strip()
+        opacity = self.properties.get(f"{kind}-opacity", "1").strip().rstrip("%")
+        return paint not in ("none", "transparent") and opacity not in ("0", "0.0", ".0")
+
+
+@dataclass(frozen=True, eq=False)
+class Document:
+    """A parsed document: its canvas in user units (None when it states none), what it draws in order, and the tags of
+    all its elements by id and Inkscape label."""
+
+    canvas: Rectangle | None
+    shapes: list[Drawn]
+    tags: Mapping[str, str]
+
+
+def parse(data: bytes) -> Document:
+    """The shapes that an SVG document draws.
+
+    Raises:
+        InputError: not XML, not SVG, entities, too deep or too many elements, a `use` of itself, a malformed transform,
+            length or viewBox.
+    """
+    top = root(data)
+    box, walk, inside = begin(top)
+    shapes = list(walk.children(top, inside))
+    return Document(box, shapes, {n: local(e) for e in top.iter() for n in (e.get("id"), e.get(_LABEL)) if n})
+
+
+def begin(top: Element) -> tuple[Rectangle | None, "Walk", "State | None"]:
+    """A document's canvas, what walks over its elements, and the state inside its root, None when it is not displayed.
+
+    Raises:
+        InputError: a malformed transform, length or viewBox.
+    """
+    box = canvas(top)
+    sheet = css.sheet("\n".join("".join(e.itertext()) for e in top.iter() if local(e) == "style"))
+    walk = Walk({e.get("id", ""): e for e in reversed(list(top.iter()))}, sheet)
+    state = State(Affine(), box[2:] if box else None, box[:2] if box else (0.0, 0.0))
+    return box, walk, walk.enter(top, state, root=True)
+
+
+def linked(ids: Mapping[str, Element], element: Element) -> Element | None:
+    """The element of the same document that another one's href names."""
+    link = next(filter(None, map(element.get, LINKS)), "")
+    return ids.get(link[1:]) if link.startswith("#") else None
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """What children inherit."""
+
+    affine: Affine
+    size: tuple[float, float] | None
+    origin: tuple[float, float] = (0.0, 0.0)
+    properties: Mapping[str, str] = field(default_factory=dict)
+    groups: tuple[str, ...] = ()
+    used: tuple[int, ...] = ()
+    depth: int = 0
+
+
+class Walk:
+    """The document in drawing order."""
+
+    def __init__(self, ids: Mapping[str, Element], sheet: css.Sheet):
+        self.ids, self.sheet, self.copies = ids, sheet, 0
+
+    def own(self, element: Element) -> dict[str, str]:
+        """The element's attributes and styles by name, nothing inherited."""
+        own = {k.rpartition("}")[2]: v for k, v in element.attrib.items() if not k.startswith("{")}
+        return own | self.sheet.style(local(element), own) | css.declarations(own.get("style", ""))
+
+    def enter(self, element: Element, state: State, *, root: bool = False) -> State | None:
+        """The state inside an element, or None when it is not displayed."""
+        own = self.own(element)
+        if own.get("display") == "none" or own.get("opacity", "").strip() in ("0", "0%", "0.0"):
+            return None
+        kept = {k: state.properties[k] for k in _INHERITED if k in state.properties}
+        properties = kept | {k: v for k, v in own.items() if v != "inherit"}
+        names = tuple(dict.fromkeys(n for n in (element.get("id"), element.get(_LABEL)) if n))
+        transform = Affine() if root else _transform(properties, state)
+        return replace(
+            state,
+            affine=state.affine @ transform,
+            properties=properties,
+            groups=state.groups if root else state.groups + names,
+            depth=state.depth + 1,
+        )
+
+    def children(self, element: Element, state: State | None) -> Iterator[Drawn]:
+        """What the children of an element draw."""
+        if state is not None:
+            for child in element:
+                yield from self.element(child, state)
+
+    def element(self, element: Element, outer: State) -> Iterator[Drawn]:
+        """What an element draws."""
+        tag = local(element)
+        if tag not in SHAPES and tag not in GROUPS and tag not in ("svg", "use"):
+            return
+        self.copies += bool(outer.used)
+        if self.copies > MAX_COPIES or outer.depth > MAX_DEPTH:
+            raise InputError(
+                f"<use> makes more than {MAX_COPIES} elements, or nests them over {MAX_DEPTH} deep"
+            )
+        state = self.enter(element, outer)
+        if state is None:
+            return
+        if tag in GROUPS:
+            yield from self.children(element, state)
+        elif tag == "svg":
+            yield from self.children(element, inside_viewport(state, state.properties))
+        elif tag == "use":
+            yield from self.use(element, state)
+        elif state.properties.get("visibility", "visible") == "visible":
+            names = state.groups[len(outer.groups) :]
+            yield Drawn(tag, state.properties, state.affine, state.size, names, outer.groups)
+
+    def use(self, element: Element, state: State) -> Iterator[Drawn]:
+        """What a `use` draws."""
+        target = linked(self.ids, element)
+        if target is None:  # elsewhere, or nowhere: SVG draws nothing, and no other file is read
+            return
+        if id(target) in state.used:
+            raise InputError(f"<use> of {'#' + target.get('id', '')!r} contains itself")
+        shift = affine.translation(
+            *(length(state.properties.get(k) or "0", state.size, k, f"<use> {k}") for k in "xy")
+        )
+        state = replace(state, affine=state.affine @ shift, used=(*state.used, id(target)))
+        if local(target) not in ("symbol", "svg"):
+            yield from self.element(target, state)
+            return
+        inner = self.enter(target, state)
+        if inner is not None:
+            size = {k: state.properties[k] for k in ("width", "height") if k in state.properties}
+            yield from self.children(target, inside_viewport(inner, dict(inner.properties) | size))
+
+
+def _transform(properties: Mapping[str, str], state: State) -> Affine:
+    own = affine.parse(properties.get("transform", ""))
+    if "transform-origin" not in properties:
+        return own
+    words = [*properties["transform-origin"].split(), "50%"][:2]
+    words = [
+        {"left": "0", "top": "0", "center": "50%", "right": "100%", "bottom": "100%"}.get(w, w) for w in words
+    ]
+    at = [length(w, state.size, axis, "transform-origin") for w, axis in zip(words, "xy")]
+    at = [a + o for a, o in zip(at, state.origin)]
+    return affine.translation(*at) @ own @ affine.translation(-at[0], -at[1])
+
+
+def inside_viewport(state: State, attributes: Mapping[str, str]) -> State:
+    """The state inside a nested svg or a symbol, whose rectangle and viewBox `attributes` give."""
+    x, y = (length(attributes.get(k) or "0", state.size, k, k) for k in "xy")
+    whole = "100%" if state.size else None
+    sides = [attributes.get(k, whole) for k in ("width", "height")]
+    sides = [whole if text == "auto" else text for text in sides]
+    if None in sides:
+        return replace(state, affine=state.affine @ affine.translation(x, y), origin=(0.0, 0.0))
+    width, height = (length(t or "", state.size, k, k) for t, k in zip(sides, "xy"))
+    if "viewBox" not in attributes or width <= 0 or height <= 0:
+        shifted = state.affine @ affine.translation(x, y)
+        return replace(state, affine=shifted, size=(width, height), origin=(0.0, 0.0))
+    box = view_box(attributes)
+    fit = affine.viewport((x, y, width, height), box, attributes.get("preserveAspectRatio", "xMidYMid"))
+    return replace(state, affine=state.affine @ fit, size=box[2:], origin=box[:2])

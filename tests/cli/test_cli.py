@@ -1,0 +1,417 @@
+"""The command line: what it writes, what it says, and how it fails."""
+
+import json
+import re
+from pathlib import Path
+
+import click
+import numpy as np
+import pytest
+
+import iccm as core
+from iccm import cli
+from iccm.cli import failures, logs
+from iccm.io.pictures import image_files
+
+QUICK = ("--method", "paper", "--order", "0", "--vertices", "60")
+PICTURE = (*QUICK, "--size", "48")
+
+
+def names(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+def test_a_map_alone_writes_a_picture_and_says_what_it_did(shapes, iccm):
+    typed = iccm("map", "square.svg", "blob.svg", *PICTURE)
+    assert typed.code == 0 and typed.out == ""
+    image = image_files.read("square-blob.png")
+    assert image.pixels.shape == (48, 48, 4) and image.alpha == 3
+    assert image.pixels[24, 24, 3] == 255 and image.pixels[0, 0, 3] == 0
+    assert len(np.unique(image.pixels[image.pixels[..., 3] == 255], axis=0)) > 20
+    assert any(line.startswith("boundary") for line in typed.lines)
+    assert "wrote square-blob.png" in typed.lines and "decreases" in typed.lines[-1]
+
+
+def test_an_existing_picture_is_kept_without_force(shapes, iccm):
+    (shapes / "square-blob.png").write_bytes(b"mine")
+    typed = iccm("map", "square.svg", "blob.svg", *PICTURE)
+    errors = [line for line in typed.lines if line.startswith("error: ")]
+    assert typed.code == 2 and errors == [
+        "error: square-blob.png: the file exists; use --force to replace it"
+    ]
+    assert (shapes / "square-blob.png").read_bytes() == b"mine"
+    assert iccm("map", "square.svg", "blob.svg", *PICTURE, "--force").code == 0
+    assert (shapes / "square-blob.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_report_on_stdout_is_the_whole_of_stdout(shapes, iccm):
+    typed = iccm("map", "square.svg", "blob.svg", *QUICK, "--report", "-")
+    report = json.loads(typed.out)
+    assert report["schema"] == "iccm.report/1" and report["version"] == core.__version__
+    assert report["status"] == "decrease" and report["boundary"]["hausdorff"] < 0.01
+    assert {"median", "p95", "max"} <= report["dilatation"].keys()
+    assert {"p05", "median", "p95"} <= report["log10_area"].keys()
+    assert {"certified", "depth", "zeros"} <= report["injective"].keys()
+    assert {"solve", "evaluate", "resample", "total"} <= report["seconds"].keys()
+    assert [item["path"] for item in report["inputs"]] == ["square.svg", "blob.svg"]
+    assert all(re.fullmatch("[0-9a-f]{64}", item["sha256"]) for item in report["inputs"])
+    assert names(shapes) == {"square.svg", "blob.svg", "disk.svg"}
+
+
+def test_all_outputs_of_one_run(shapes, iccm):
+    outputs = ("-o", "a.png", "-o", "b.tif", "--report", "r.json", "--plot", "p.png", "--size", "40x30")
+    typed = iccm("map", "square.svg", "disk.svg#rim", *QUICK, *outputs)
+    assert typed.code == 0, typed.err
+    assert names(shapes) == {"square.svg", "blob.svg", "disk.svg", "a.png", "b.tif", "r.json", "p.png"}
+    assert image_files.read("a.png").pixels.shape == (30, 40, 4)
+    assert np.array_equal(image_files.read("a.png").pixels, image_files.read("b.tif").pixels)
+    assert image_files.read("p.png").pixels.shape[:2] == (940, 1500)
+    assert json.loads((shapes / "r.json").read_text())["job"]["size"] == [40, 30]
+
+
+def test_picture_on_stdout(shapes, shell):
+    line = "iccm map square.svg blob.svg --method paper --vertices 40 --size 32 -q -o - > out.png && iccm info out.png"
+    done = shell(line)
+    assert done.returncode == 0 and done.stderr == "" and "size: 32 32" in done.stdout
+
+
+def test_identity_returns_the_texture_unchanged(shapes, iccm):
+    """No mirror and no half-pixel shift: an asymmetric picture over the whole canvas, a pixel a texel."""
+    rng = np.random.default_rng(7)
+    pixels = rng.integers(0, 256, (50, 50, 3), dtype=np.uint8)
+    image_files.write(shapes / "t.png", image_files.Image(pixels))
+    typed = iccm(
+        "map", "square.svg", "square.svg", "--texture", "t.png", *QUICK, "--size", "50", "-o", "o.png"
+    )
+    assert typed.code == 0, typed.err
+    out = image_files.read("o.png").pixels
+    inner = np.s_[7:43, 7:43]
+    assert np.array_equal(out[inner][..., :3], pixels[inner])
+    assert (out[:4, :, 3] == 0).all() and (out[inner][..., 3] == 255).all()
+
+
+def test_pins_in_file_units_land_where_they_should(shapes, iccm):
+    """A red dot at (30, 40) of the source's file, and nothing else, must come out at (60, 35) of the target's."""
+    y, x = np.mgrid[0:100, 0:100] + 0.5
+    dot = np.hypot(x - 30, y - 40) < 4
+    image_files.write(
+        shapes / "dot.png", image_files.Image(np.where(dot[..., None], [255, 0, 0], 255).astype(np.uint8))
+    )
+    options = (
+        *QUICK,
+        "--texture",
+        "dot.png",
+        "--size",
+        "100",
+        "-o",
+        "o.png",
+        "--quasi",
+        "0.01",
+        "--pin-weight",
+        "10",
+    )
+    typed = iccm("map", "disk.svg", "disk.svg", *options, "--pin", "30,40:60,35", "--pin", "50,80:50,80")
+    assert typed.code in (0, 1), typed.err
+    out = image_files.read("o.png").pixels.astype(float)
+    red = (out[..., 0] - out[..., 1]) * out[..., 3] / 255
+    place = np.average(x, weights=red), np.average(y, weights=red)
+    assert np.hypot(place[0] - 60, place[1] - 35) < 2
+
+
+def test_constraints_from_a_file(shapes, iccm):
+    pins = [{"source": [30, 40], "target": [35, 42]}, {"source": [60, 60], "target": [60, 60]}]
+    (shapes / "c.json").write_text(json.dumps({"pins": pins}))
+    typed = iccm(
+        "map", "disk.svg", "disk.svg", *QUICK, "--constraints", "c.json", "--quasi", "0.01", "--report", "-"
+    )
+    assert len(json.loads(typed.out)["pins"]) == 2
+    (shapes / "c.json").write_text('{"pens": []}')
+    typed = iccm("map", "disk.svg", "disk.svg", "--constraints", "c.json")
+    assert typed.code == 2 and "c.json: pens: unknown key" in typed.err
+
+
+def test_constraints_from_stdin(shapes, shell):
+    line = """echo '{"pins": [{"source": [50, 50], "target": [52, 50]}]}' | """
+    options = "--method paper --quasi 0.01 --report - -q | tail -n 1"
+    done = shell(line + "iccm map disk.svg disk.svg --constraints - " + options)
+    assert done.returncode == 0 and done.stdout == "}\n", done.stderr
+
+
+def test_the_bytes_do_not_depend_on_threads_or_cores(shapes, shell):
+    lines = (
+        "iccm map square.svg blob.svg --size 64 -q -o a.png; NUMBA_NUM_THREADS=1 iccm map square.svg blob.svg"
+    )
+    done = shell(f"export SOURCE_DATE_EPOCH=1; {lines} --size 64 -q -o b.png --threads 1")
+    assert done.returncode == 0, done.stderr
+    assert (shapes / "a.png").read_bytes() == (shapes / "b.png").read_bytes()
+
+
+def test_a_picture_without_padding_is_written_as_it_is_made_and_is_the_same(shapes, iccm):
+    rng = np.random.default_rng(3)
+    image_files.write(
+        shapes / "t.png", image_files.Image(rng.integers(0, 256, (40, 40, 4), dtype=np.uint8), alpha=3)
+    )
+    arguments = ("map", "square.svg", "blob.svg", *QUICK, "--texture", "t.png", "--size", "130x150")
+    assert iccm(*arguments, "-o", "rows.png").code == 0
+    assert iccm(*arguments, "-o", "whole.png", "--padding", "1").code == 0
+    rows, whole = image_files.read("rows.png").pixels, image_files.read("whole.png").pixels
+    assert rows.shape == (150, 130, 4)
+    assert np.array_equal(rows[rows[..., 3] > 0], whole[rows[..., 3] > 0])
+    assert np.array_equal(rows[..., 3], whole[..., 3])
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".exr", ".webp"])
+def test_padding_that_a_format_would_lose_is_refused(shapes, iccm, suffix):
+    ran = iccm("map", "square.svg", "blob.svg", *PICTURE, "-o", f"a{suffix}", "--padding", "2")
+    assert ran.code == 2 and "no --padding" in ran.err and len(ran.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("suffix", [".png", ".exr"])
+def test_a_bound_on_memory_does_not_change_a_picture(shapes, iccm, monkeypatch, suffix):
+    from iccm.io import memory as room
+
+    kind = np.float16 if suffix == ".exr" else np.uint8
+    pixels = (np.random.default_rng(3).random((300, 200, 4)) * 255).astype(kind)
+    image_files.write(shapes / f"t{suffix}", image_files.Image(pixels, 3, suffix == ".exr", "sRGB"))
+    arguments = ("map", "square.svg", "blob.svg", *QUICK, "--texture", f"t{suffix}", "--size", "130x150")
+    assert iccm(*arguments, "-o", f"free{suffix}", "--stmap", "free-map.exr").code == 0
+    monkeypatch.setattr(room, "SHARE", 0)  # nothing stays in memory
+    assert iccm(*arguments, "-o", f"bound{suffix}", "--stmap", "map.exr", "--memory", "4G").code == 0
+    assert Path(f"bound{suffix}").read_bytes() == Path(f"free{suffix}").read_bytes()
+    assert Path("map.exr").read_bytes() == Path("free-map.exr").read_bytes()
+    for name, bound in (("a", ()), ("b", ("--memory", "4G"))):
+        assert iccm("apply", "map.exr", f"t{suffix}", "-o", f"{name}{suffix}", *bound).code == 0
+    assert Path(f"a{suffix}").read_bytes() == Path(f"b{suffix}").read_bytes()
+    assert not [path for path in Path().iterdir() if path.name.startswith((".", "tmp"))]
+
+
+@pytest.mark.parametrize(
+    ("memory", "said"),
+    [("10M", "10M is too little for"), ("two", "'two' is no size"), ("-1G", "no size"), ("0", "memory")],
+)
+def test_a_bound_on_memory_that_cannot_be_kept_is_refused(shapes, iccm, memory, said):
+    ran = iccm("map", "square.svg", "blob.svg", *QUICK, "-o", "a.png", "--memory", memory)
+    assert ran.code == 2 and said in ran.err and len(ran.err.splitlines()) == 1
+    assert not Path("a.png").exists()
+
+
+def test_artwork_is_carried_as_paths(shapes, iccm):
+    drawing = '<path d="M10 10H90V90H10Z"/><circle cx="40" cy="45" r="6" fill="red"/>'
+    (shapes / "art.svg").write_text(
+        (shapes / "square.svg").read_text().replace('<path d="M10 10H90V90H10Z"/>', drawing)
+    )
+    typed = iccm("map", "art.svg", "blob.svg", *QUICK, "-o", "o.svg")
+    assert typed.code == 0, typed.err
+    assert "red" in (shapes / "o.svg").read_text() and "<path" in (shapes / "o.svg").read_text()
+    image_files.write(shapes / "p.png", image_files.Image(np.zeros((9, 9, 3), np.uint8)))
+    typed = iccm("map", "p.png", "blob.svg", *QUICK, "-o", "o2.svg")
+    assert typed.code == 2 and "from an SVG" in typed.err
+
+
+def test_deform_moves_pins_and_keeps_the_rest_near(shapes, iccm):
+    pins = ("--pin", "30,50:30,50", "--pin", "70,50:70,45", "--pin", "50,70:50,70")
+    typed = iccm("deform", "disk.svg", *pins, "--report", "r.json", "-o", "d.png", "--size", "40")
+    assert typed.code in (0, 1), typed.err
+    report = json.loads((shapes / "r.json").read_text())
+    assert report["boundary"] is None and max(pin["error"] for pin in report["pins"]) < 0.02
+    assert image_files.read("d.png").pixels[..., 3].any()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (("map", "none.svg", "blob.svg"), ["none.svg", "no such file"]),
+        (("map", "square.svg", "blob.svg#leaf"), ["blob.svg#leaf", "leaf"]),
+        (("map", "square.svg", "disk.svg#leaf"), ["disk.svg#leaf", "rim"]),
+        (("map", "empty.svg", "blob.svg"), ["empty.svg"]),
+        (("map", "nothing.svg", "blob.svg"), ["nothing.svg"]),
+        (("map", "crossed.svg", "blob.svg"), ["crossed.svg"]),
+        (("map", "notes.txt", "blob.svg"), ["notes.txt: no shape is read from '.txt'"]),
+        (("map", "notes", "blob.svg"), ["notes: no shape is read from a file without suffix"]),
+        (("map", "", "blob.svg"), ["SOURCE: "]),
+        (("map", "square.svg", "blob.svg", "--texture", "none.png"), ["none.png", "no such file"]),
+        (("map", "square.svg", "blob.svg", "--texture", "notes.png"), ["notes.png"]),
+        (("map", "square.svg", "blob.svg", "-o", "no/where.png"), ["no/where.png", "does not exist"]),
+        (("map", "square.svg", "blob.svg", "-o", "x.gif7"), ["x.gif7", "suffix"]),
+        (("map", "square.svg", "blob.svg", "--pin", "1,2,3"), ["--pin", "SX,SY:TX,TY"]),
+        (("map", "square.svg", "blob.svg", "--pin", "1,2:30,40"), ["square.svg: pin 1", "outside", "(1, 2)"]),
+        (("map", "square.svg", "blob.svg", "--size", "99999x99999"), ["--size", "--max-pixels"]),
+        (("map", "square.svg"), ["Missing argument", "iccm map --help"]),
+        (("map", "square.svg", "blob.svg", "--bogus"), ["--bogus", "iccm map --help"]),
+        (("bogus",), ["bogus", "iccm --help"]),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(shapes, iccm, arguments, parts):
+    (shapes / "empty.svg").write_text("")
+    (shapes / "nothing.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"/>')
+    (shapes / "crossed.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0 9 9H0L9 0Z"/></svg>'
+    )
+    for name in ("notes.txt", "notes.png"):
+        (shapes / name).write_text("hello")
+    before = names(shapes)
+    method = () if arguments == ("bogus",) else QUICK
+    typed = iccm(*arguments, *method)
+    assert typed.code == 2 and typed.out == ""
+    errors = [line for line in typed.lines if not line.startswith("note: ")]
+    assert len(errors) == 1 and errors[0].startswith("error: ") and "Traceback" not in typed.err
+    assert all(part in errors[0] for part in parts), errors
+    assert names(shapes) == before
+
+
+def test_not_converged_is_exit_code_1_with_the_picture(shapes, iccm):
+    typed = iccm("map", "square.svg", "blob.svg", *PICTURE, "--max-iterations", "1", "-o", "o.png")
+    assert (
+        typed.code == 1
+        and typed.lines[-1].startswith("error: The iteration limit")
+        and "o.png" in names(shapes)
+    )
+
+
+def test_require_injective_turns_a_failed_certificate_into_exit_code_1(shapes, iccm):
+    """A three-lobed target seen from one that is mirrored by its pins cannot be covered one to one."""
+    pins = ("--pin", "30,50:70,50", "--pin", "70,50:30,50", "--pin", "50,30:50,30", "--pin", "50,70:50,70")
+    options = (*QUICK, *pins, "--pin-weight", "1000", "--report", "-")
+    free = iccm("map", "disk.svg", "disk.svg", *options)
+    assert json.loads(free.out)["injective"]["certified"] is False
+    typed = iccm("map", "disk.svg", "disk.svg", *options, "--require-injective")
+    assert typed.code == 1 and ("not certified" in typed.lines[-1] or free.code == 1)
+
+
+def test_constraints_that_spoil_the_picture_are_told(shapes, iccm):
+    pins = ("--pin", "30,50:70,50", "--pin", "70,50:30,50", "--pin", "50,30:50,30", "--pin", "50,70:50,70")
+    typed = iccm("map", "disk.svg", "disk.svg", *QUICK, *pins, "--pin-weight", "1000", "--report", "-")
+    notes = json.loads(typed.out)["notes"]
+    assert [f"note: {note}" for note in notes] == [line for line in typed.lines if line.startswith("note")]
+    assert any("picture overlaps itself" in note and "--quasi" in note for note in notes)
+    assert any("far from the target's (boundary)" in note for note in notes)
+    gentle = iccm("map", "disk.svg", "disk.svg", *QUICK, "--pin", "30,50:31,50", "--report", "-")
+    assert json.loads(gentle.out)["notes"] == []
+
+
+def test_a_shape_that_leaves_its_canvas_is_told(shapes, iccm):
+    far = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} 100"><path d="M10 10H90V90H10Z"/></svg>'
+    for name, width in (("half", 50), ("out", 5)):
+        (shapes / f"{name}.svg").write_text(far.format(width))
+    done = iccm("map", "half.svg", "out.svg", *PICTURE)
+    assert [line for line in done.lines if line.startswith("note")] == [
+        "note: out.svg: 100% of its extent lies outside its canvas, where pictures end",
+        "note: half.svg: 50% of its extent lies outside its canvas, where the texture ends; "
+        "use --texture-box bbox to cover it",
+    ]
+    assert "canvas" not in iccm("map", "half.svg", "disk.svg", *PICTURE, "--texture-box", "bbox").err
+
+
+def test_quiet_verbose_and_json_messages(shapes, iccm):
+    arguments = ("map", "square.svg", "blob.svg", *QUICK, "--report", "r.json", "--force")
+    assert iccm(*arguments, "-q").err == ""
+    lines = [json.loads(line) for line in iccm(*arguments, "--log-format", "json").lines]
+    assert {"level", "message"} <= lines[0].keys() and lines[-1]["level"] == "info"
+    typed = iccm("map", "none.svg", "blob.svg", "--log-format", "json")
+    assert json.loads(typed.err)["level"] == "error"
+    assert iccm("map", "none.svg", "blob.svg", "-q").lines == ["error: none.svg: no such file"]
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "message"),
+    [
+        (KeyboardInterrupt(), 130, "interrupted"),
+        (logs.Terminated(15), 143, "stopped by signal 15"),
+        (MemoryError(), 70, "out of memory"),
+        (ZeroDivisionError("of pigs"), 70, "internal error, please report it (ZeroDivisionError: of pigs)"),
+        (OSError(28, "No space left on device", "x.png"), 2, "x.png: No space left on device"),
+        (core.InputError("a.svg: is\nwrong"), 2, "a.svg: is wrong"),
+        (click.UsageError("no"), 2, "no"),
+    ],
+)
+def test_every_failure_is_one_line(capsys, monkeypatch, error, code, message):
+    def fail(*arguments, **options):
+        raise error
+
+    monkeypatch.setattr(cli.iccm, "main", fail)
+    assert cli.run([]) == code
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"error: {message}")
+
+
+def test_a_signal_inside_compiled_code_is_told_as_one(capsys, monkeypatch):
+    def fail(*arguments, **options):
+        raise SystemError("a result with an exception set") from logs.Terminated(15)
+
+    monkeypatch.setattr(cli.iccm, "main", fail)
+    assert cli.run([]) == 143
+    assert capsys.readouterr().err == "error: stopped by signal 15\n"
+
+
+def test_debug_shows_the_traceback(shapes, iccm):
+    assert "Traceback" in iccm("map", "none.svg", "blob.svg", "--debug").err
+
+
+def test_a_reader_that_goes_away_is_no_error(shapes, shell):
+    done = shell(
+        "set -o pipefail; iccm map square.svg blob.svg --method paper --vertices 40 --report - -q | head -c 1"
+    )
+    assert done.stderr == "" and done.returncode in (0, failures.PIPE)
+
+
+def test_sigterm_leaves_no_temporary_file(shapes, shell):
+    line = "iccm map square.svg blob.svg --method paper --size 9000 & sleep 2; kill -TERM $!; wait $!"
+    done = shell(line)
+    assert done.returncode in (0, 143)
+    assert names(shapes) <= {"square.svg", "blob.svg", "disk.svg", "square-blob.png"}
+    if done.returncode == 143:
+        assert "stopped by signal 15" in done.stderr and "square-blob.png" not in names(shapes)
+
+
+def test_version_and_help(iccm):
+    assert iccm("--version").out == f"iccm, version {core.__version__}\n"
+    help_text = iccm("--help").out
+    assert all(name in help_text for name in cli.COMMANDS)
+    alone = iccm()
+    assert alone.code == 2 and alone.out == "" and alone.err == help_text
+
+
+@pytest.mark.parametrize("name", cli.COMMANDS)
+def test_every_command_has_help(iccm, name):
+    typed = iccm(name, "--help")
+    assert typed.code == 0 and "--log-format" in typed.out and "Usage: iccm" in typed.out
+
+
+def test_completion_scripts_are_made(shell):
+    for name in ("bash", "zsh", "fish"):
+        done = shell(f"_ICCM_COMPLETE={name}_source iccm")
+        assert done.returncode == 0 and "iccm" in done.stdout
+
+
+def test_info_and_doctor(shapes, iccm):
+    typed = iccm("info", "disk.svg", "--json")
+    facts = json.loads(typed.out)
+    assert facts["kind"] == "shapes" and facts["ids"] == ["rim"] and facts["canvas"] == [0, 0, 100, 100]
+    assert facts["outlines"][0]["area"] == pytest.approx(np.pi * 40**2, rel=1e-3)
+    assert iccm("info", "none.svg").code == 2
+    (shapes / "j.toml").write_text('[[job]]\nsource = "disk.svg"\ntarget = "blob.svg"')
+    assert "jobs: 1" in iccm("info", "j.toml").out
+    doctor = iccm("doctor")
+    assert doctor.code == 0 and "a square onto itself is right" in doctor.out
+
+
+def test_info_tells_about_meshes_pictures_and_constraints(shapes, iccm):
+    corners = (
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt .5 .5\nvt .6 .5\nvt .6 .6\n"
+    )
+    (shapes / "m.obj").write_text(corners + "g one\nf 1/1 2/2 3/3\ng two\nf 1/5 3/6 4/7\n")
+    facts = json.loads(iccm("info", "m.obj", "--json").out)
+    assert (facts["kind"], facts["vertices"], facts["faces"], facts["uv_charts"]) == ("mesh", 4, 2, 2)
+    assert facts["parts"] and facts["boundary_loops"] == [4] and facts["genus"] == 0
+    (shapes / "c.json").write_text('{"pins": [{"source": [1, 2], "target": [3, 4]}]}')
+    assert "pins: 1" in iccm("info", "c.json").out
+    image_files.write(shapes / "p.png", image_files.Image(np.full((5, 7, 3), 9, np.uint8)))
+    assert "size: 7 5" in iccm("info", "p.png").out
+
+
+def test_file_names_that_are_no_text_are_refused_in_one_line(shapes, shell):
+    name = r"""name=$(printf 'caf\351'); cp square.svg "$name.svg"; """
+    for line in ('iccm map "$name.svg" blob.svg', """echo '{"source": "caf*.svg"}' | iccm batch - -j 1"""):
+        done = shell(name + line)
+        assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "not UTF-8" in done.stderr
+    assert shell(name + 'iccm info --json "$name.svg"').returncode == 0

@@ -1,0 +1,316 @@
+"""Conformal: the target is reached, what is promised of the result holds, whatever way the input is given."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm.conformal import method as conformal
+from iccm.conformal.correspondence import CircleMap
+from iccm.conformal.relaxation import followed
+from iccm.conformal.riemann_hilbert import consistency, cyclic_gaps, ordered, raised, shares
+from iccm.curve import Curve
+from iccm.maps import cauchy_green
+from iccm.result import Status
+from tests.shapes import arrow, blob, circle, ell, inside, pear, refined, square, star
+
+COMB = np.array([0, 7, 7 + 3j, 6 + 3j, 6 + 1j, 4 + 1j, 4 + 3j, 3 + 3j, 3 + 1j, 1 + 1j, 1 + 3j, 3j])
+PAIRS = {
+    "smooth": (pear(), blob()),
+    "smooth to corners": (pear(), arrow()),
+    "corners to smooth": (arrow(), blob()),
+    "corners to corners": (arrow(), ell()),
+    "limbs": (star(100, 5, 0.5), blob()),
+    "comb": (pear(), COMB),
+}
+
+
+@cache
+def fitted(name):
+    return iccm.fit(*PAIRS[name])
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_the_target_is_reached_one_to_one(name):
+    """Also from both sides: every part of the target is covered, where the paper's method leaves limbs out."""
+    fit = fitted(name)
+    report = fit.report()
+    assert report["boundary"]["hausdorff"] < 1e-3 and report["boundary"]["rms"] < 2e-4
+    assert report["injective"]["certified"] and report["injective"]["depth"] < 1e-2
+    assert fit.map.conformal and report["dilatation"]["max"] == 1
+    assert fit.status in (Status.REACHED, Status.GAP)
+    assert fit.status.ok == (fit.status is Status.REACHED)
+    assert report["boundary"]["rms"] < report["boundary"]["hausdorff"]
+
+
+def test_the_paper_misses_what_the_robust_method_reaches():
+    paper = iccm.fit(*PAIRS["comb"], method="paper")
+    assert paper.report()["boundary"]["hausdorff"] > 20 * fitted("comb").report()["boundary"]["hausdorff"]
+
+
+def test_the_gap_is_within_the_tolerance_when_it_says_so():
+    for tolerance in (1e-2, 1e-3, 1e-4):
+        fit = iccm.fit(pear(), blob(), tolerance=tolerance)
+        assert fit.status is Status.REACHED or tolerance < 1e-3
+        assert fit.status.ok == (fit.report()["boundary"]["hausdorff"] < tolerance)
+    assert fit.report()["boundary"]["hausdorff"] < 1e-3  # what cannot be reached is not given up either
+
+
+def test_vertices_caps_the_number_of_vertices():
+    counts = [iccm.fit(pear(40), arrow(), vertices=n).map.polygon.size for n in (60, 120)]
+    assert counts[0] <= 66 < counts[1] <= 130
+    few = iccm.fit(pear(40), arrow(), vertices=41)
+    assert few.map.polygon.size <= 60 and np.isfinite(few.map.phi).all()
+
+
+def test_the_sources_own_vertices_are_kept():
+    polygon = fitted("corners to corners").map.polygon
+    assert np.abs(polygon[:, None] - arrow()).min(axis=0).max() < 1e-9
+
+
+def test_a_long_outline_is_simplified_and_that_is_told():
+    fit = iccm.fit(pear(3000), arrow())
+    assert fit.status in (Status.REACHED, Status.GAP)
+    assert len(fit.notes) == 1 and fit.notes[0].startswith("source: 3000 vertices simplified to ")
+    assert fit.report()["boundary"]["hausdorff"] < 2e-3
+    assert fit.report()["notes"] == fit.notes
+    assert fitted("smooth").notes == []
+
+
+def test_crowding_is_told_and_never_nan():
+    """The far end of a corridor of twenty widths is out of reach of double precision."""
+    hall = np.array([-2 - 2j, 2 - 2j, 2 - 0.5j, 24 - 0.5j, 24 + 0.5j, 2 + 0.5j, 2 + 2j, -2 + 2j])
+    fit = iccm.fit(circle(60), hall)
+    report = fit.report()
+    assert np.isfinite(fit.map.phi).all() and np.isfinite(fit.map.polygon).all()
+    assert np.isfinite([report["boundary"]["rms"], report["log10_area"]["p05"]]).all()
+    assert fit.status is Status.CROWDED and fit.notes[0].startswith("crowding: ")
+
+
+def test_a_limb_too_crowded_to_map_is_still_part_of_the_domain():
+    """All its vertices are kept, though their images coincide: without them the source would be another shape."""
+    hall = np.array([-2 - 2j, 2 - 2j, 2 - 0.5j, 24 - 0.5j, 24 + 0.5j, 2 + 0.5j, 2 + 2j, -2 + 2j])
+    fit = iccm.fit(hall, circle(60))
+    assert np.abs(fit.map.polygon[:, None] - hall).min(axis=0).max() < 1e-9
+    assert fit.status is Status.REACHED and fit.report()["injective"]["certified"]
+    assert any(note.startswith("crowding") for note in fit.notes)
+
+
+def test_a_shape_far_from_the_origin_loses_only_its_digits():
+    """As with metres of a national grid: the same map, to the rounding of the coordinates."""
+    z, far = inside(pear(), 60, 0.02), 4e5 + 5e6j
+    fit = iccm.fit(pear() + far, arrow() - far)
+    near = fitted("smooth to corners")
+    assert np.abs(fit.map(z + far) + far - near.map(z)).max() < 1e-3 * near.diagonal
+    report = fit.report()
+    assert report["boundary"]["hausdorff"] < 3e-3 and report["injective"]["depth"] < 0.02
+
+
+def test_a_shape_onto_itself_is_the_identity():
+    for shape in (pear(), arrow(), COMB):
+        fit = iccm.fit(shape, shape)
+        z = inside(shape)
+        assert np.abs(fit.map(z) - z).max() < 1e-12 * fit.diagonal
+
+
+def test_a_similar_shape_gives_the_similarity():
+    fit = iccm.fit(pear(), (0.3 + 0.2j) * pear() + 5)
+    z = inside(pear())
+    assert np.abs(fit.map(z) - ((0.3 + 0.2j) * z + 5)).max() < 1e-12 * fit.diagonal
+
+
+@pytest.mark.parametrize(("n", "m", "phase"), [(60, 97, 0.1), (200, 61, 0.1), (60, 97, 1.0)])
+def test_a_disc_onto_a_disc_stands_upright(n, m, phase):
+    """Any turn is as good, wherever the vertices are: the picture stays as it is looked at."""
+    fit = iccm.fit(circle(n), 2 * circle(m) * np.exp(1j * phase))
+    z = inside(circle())
+    turn = np.vdot(z, fit.map(z))
+    assert abs(np.angle(turn)) < np.radians(3)
+
+
+@pytest.mark.parametrize("turn", [0.2, 0.6, -0.4])
+def test_a_turned_hexagon_follows_the_nearest_corner(turn):
+    hexagon = np.exp(2j * np.pi * np.arange(6) / 6)
+    fit = iccm.fit(hexagon, hexagon * np.exp(1j * turn))
+    nearest = (turn + np.pi / 6) % (np.pi / 3) - np.pi / 6
+    z = inside(hexagon)
+    assert np.abs(fit.map(z) - z * np.exp(1j * nearest)).max() < 0.01
+
+
+def test_upright_counts_more_than_a_little_distortion_and_less_than_much():
+    """A blunt arrow upside down: with hardly a head it stays upright, with a sharp one it follows the shape."""
+
+    def arrow_up(head):
+        return np.array([-1 - 1.2j, 1 - 1.2j, 1 + 1j, head * 1j + 1j, -1 + 1j])
+
+    for head, upright in ((0.05, True), (2.0, False)):
+        fit = iccm.fit(arrow_up(head), -arrow_up(head))
+        z = inside(arrow_up(head))
+        centred = z - z.mean()
+        assert (np.vdot(centred, fit.map(z)).real > 0) == upright
+
+
+def difference(name, source, target, pre=lambda z: z, post=lambda w: w):
+    """The largest difference between the map of a pair and that of the pair moved, relative."""
+    z = inside(PAIRS[name][0], 60, 0.02)
+    moved = iccm.fit(source, target)
+    return np.abs(post(moved.map(pre(z))) - fitted(name).map(z)).max() / fitted(name).diagonal
+
+
+ASYMMETRIC = ("smooth", "smooth to corners")
+
+
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_the_start_vertex_does_not_matter(name):
+    source, target = PAIRS[name]
+    assert difference(name, np.roll(source, 3), target) < 1e-6
+    assert difference(name, source, np.roll(target, 2)) < 1e-6
+
+
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_the_direction_does_not_matter(name):
+    source, target = PAIRS[name]
+    assert difference(name, source[::-1], target[::-1]) < 1e-6
+
+
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_mirrored_shapes_have_the_mirrored_map(name):
+    source, target = PAIRS[name]
+    assert difference(name, source.conj(), target.conj(), np.conj, np.conj) < 1e-6
+
+
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_scaling_and_shifting_commute(name):
+    source, target = PAIRS[name]
+    assert difference(name, 1000 * source, 1e-3 * target, lambda z: 1000 * z, lambda w: 1000 * w) < 1e-6
+    assert difference(name, source + 1e6, target - 1e6j, lambda z: z + 1e6, lambda w: w + 1e6j) < 1e-6
+
+
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_turning_commutes(name):
+    source, target = PAIRS[name]
+    a, b = np.exp(0.7j), np.exp(-0.1j)
+    assert difference(name, a * source, a * target, lambda z: a * z, lambda w: w / a) < 1e-6
+    assert difference(name, source, b * target, post=lambda w: w / b) < 1e-6
+
+
+def test_the_same_input_gives_the_same_bytes():
+    again = iccm.fit(*PAIRS["corners to corners"])
+    assert again.map.phi.tobytes() == fitted("corners to corners").map.phi.tobytes()
+    assert again.map.polygon.tobytes() == fitted("corners to corners").map.polygon.tobytes()
+
+
+def test_the_inverse_composed_with_the_map_is_the_identity():
+    for name in ("smooth", "corners to corners"):
+        z = inside(PAIRS[name][0])
+        assert np.abs(fitted(name).inverse(fitted(name).map(z)) - z).max() < 1e-9
+
+
+def test_pins_turn_a_symmetric_pair():
+    """Any turn of a disc is as good; pins say which one is wanted."""
+    turn = np.exp(2.5j)
+    z = np.array([0.5, 0.5j, -0.4 + 0.3j])
+    fit = iccm.fit(circle(80), circle(80), pins=np.column_stack([z, turn * z]))
+    w = inside(circle(80))
+    assert np.abs(fit.map(w) - turn * w).max() < 5e-3
+
+
+def test_ordered_steps_never_turn_a_gap_around():
+    rng = np.random.default_rng(0)
+    tau = np.sort(rng.uniform(0, 1, 50))
+    for size in (1e-3, 0.1, 10):
+        moved = ordered(tau, size * rng.normal(size=50), 1.0)
+        assert np.all(np.diff(moved) > 0) and moved[-1] - moved[0] < 1
+    still = ordered(tau, np.zeros(50), 1.0)
+    assert np.allclose(still, tau)
+    assert np.allclose(ordered(tau, np.full(50, 0.3), 1.0), tau + 0.3)
+
+
+def test_shares_weigh_both_sides_and_sum_to_one():
+    source, target = Curve(square()), Curve(arrow())
+    s = np.sort(np.random.default_rng(1).uniform(0, source.length, 30))
+    tau = np.sort(np.random.default_rng(2).uniform(0, target.length, 30))
+    weight = shares(source, s, target, tau)
+    assert weight.sum() == pytest.approx(1) and (weight > 0).all()
+    gaps = cyclic_gaps(s, source.length)
+    assert gaps.sum() == pytest.approx(source.length)
+    # a sample with hardly any source arc around it still carries half of its target arc
+    s[10:13] = s[10] + np.array([0, 1e-9, 2e-9])
+    around = cyclic_gaps(tau, target.length)[10:12].sum() / target.length
+    assert shares(source, np.sort(s), target, tau)[11] == pytest.approx(around / 4, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_source_of_many_short_edges():
+    fit = iccm.fit(refined(COMB, 60), pear(500))
+    assert fit.report()["boundary"]["hausdorff"] < 2e-3
+    assert fit.report()["injective"]["certified"]
+
+
+@pytest.mark.parametrize("uneven", [0.0, 0.3])
+def test_raised_values_are_consistent_to_third_order(uneven):
+    """For w = exp(z) on a circle; the plain values, (C_v - I) w, only to second order."""
+    ns, raised_errors, plain_errors = (40, 80, 160), [], []
+    for n in ns:
+        t = 2 * np.pi * np.arange(n) / n
+        z = np.exp(1j * (t + uneven * np.sin(t)))
+        w, c = np.exp(z), cauchy_green.coordinates(z, z)
+        raised_errors.append(np.abs(consistency(z) @ w).max())
+        plain_errors.append(np.abs(c @ w - w).max())
+        assert np.allclose(c @ raised(w, z) - 0.5 * (w + raised(w, z)), consistency(z) @ w, atol=1e-12)
+    assert -np.polyfit(np.log(ns), np.log(raised_errors), 1)[0] > 2.9, raised_errors
+    assert -np.polyfit(np.log(ns), np.log(plain_errors), 1)[0] < 2.2, plain_errors
+
+
+def test_raised_values_of_a_similarity_are_the_values():
+    z = star(30, 5, 0.5)
+    assert np.allclose(raised((2 - 1j) * z + 3, z), (2 - 1j) * z + 3, atol=1e-13)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-3, 0.05, 3.0])
+def test_a_circle_map_stays_increasing_however_its_images_are_moved(size):
+    rng = np.random.default_rng(3)
+    a, b = np.sort(rng.random(40)), np.sort(rng.random(40)) + 0.3
+    turn = np.sort(rng.random(25)) + rng.integers(-2, 3, 25)
+    by = size * rng.uniform(-1, 1, 25)
+    moved = CircleMap(a, b).shifted(turn, by)
+    places = np.linspace(-1, 2, 500)
+    assert np.all(np.diff(moved(places)) > 0) and np.allclose(moved(places + 1), moved(places) + 1)
+    assert np.allclose(moved.inverse(moved(moved.a)), moved.a, atol=1e-12)
+    if size <= 1e-3:  # no two images change places
+        assert np.allclose(moved(a), b + np.interp(a, turn, by, period=1), atol=1e-12)
+    assert np.allclose(
+        CircleMap(a, b).shifted(turn, np.full(25, size))(places), CircleMap(a, b)(places) + size
+    )
+
+
+def test_the_images_that_newton_found_are_the_next_correspondence():
+    """Strains leave the target's corners alone: without this their vertices are placed beside them for ever."""
+    found = []
+
+    def watched(c, state):
+        found.append((c, state, followed(c, state)))
+        return found[-1][-1]
+
+    def apart(c, state):
+        turns = c.target.circle.turn(c.forward(state.s)) - c.target.circle.turn(state.tau)
+        return np.abs(turns - np.round(turns)).mean()
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(conformal, "followed", watched)
+        iccm.fit(pear(), star(), tolerance=2e-4)
+    assert found
+    for before, state, after in found:
+        assert apart(after, state) < 2 / 3 * apart(before, state)  # there are fewer knots than vertices
+
+
+def test_the_first_example_of_the_readme_is_met():
+    """A leaf with forty teeth: their corners are met too."""
+    from iccm.io.shapes import shape as shapes
+
+    rose, leaf = (
+        shapes.read(f"{Path(__file__).parents[3]}/samples/rose-leaf/{n}.svg") for n in ("rose", "leaf")
+    )
+    assert iccm.fit(rose.curve, leaf.curve).status is Status.REACHED

@@ -1,0 +1,128 @@
+"""The certificate accepts maps known to be injective and rejects maps known to fold."""
+
+import numpy as np
+import pytest
+
+from iccm.maps.harmonic import HarmonicMap
+from iccm.maps.injectivity import DEPTHS, at_depth, certify
+from tests.shapes import circle, ell, inside, pear, refined, square, star
+
+
+def map_of(polygon, phi, psi=None):
+    zero = np.zeros(polygon.size, complex)
+    return HarmonicMap(polygon, phi(polygon), zero if psi is None else psi(polygon))
+
+
+INJECTIVE = {
+    "identity": (ell(8), lambda z: z, None),
+    "similarity far away": (ell(8), lambda z: (2 - 1j) * z + 1e4, None),
+    "moebius": (circle(200), lambda z: (z - 0.5) / (1 - 0.5 * z), None),
+    "mild quadratic": (circle(200), lambda z: z + 0.4 * z**2, None),
+    "exp": (star(200), np.exp, None),
+    "z² away from its zero": (square(20) + 1.5, lambda z: z**2, None),
+    "stretch": (star(200), lambda z: z, lambda z: 0.6 * z.conj()),
+    "harmonic": (circle(200), lambda z: z + 0.1 * z**2, lambda z: (0.2 * z + 0.1 * z**2).conj()),
+}
+
+FOLDED = {
+    "z² around 0": (circle(100), lambda z: z**2, None),
+    "z³ around 0": (pear(100), lambda z: z**3, None),
+    "cusp passed": (circle(400), lambda z: z + 0.7 * z**2, None),
+    "figure eight": (circle(100), lambda z: z / 2 + z**2 / 4, lambda z: (z / 2 - z**2 / 4).conj()),
+    "covered twice, no zero": (refined(np.array([-1 - 7j, 1 - 7j, 1 + 7j, -1 + 7j]), 60), np.exp, None),
+    "reflection": (star(100), lambda z: 0 * z, lambda z: z.conj()),
+    "antiholomorphic part wins": (star(100), lambda z: 0.5 * z, lambda z: 0.7 * z.conj()),
+    "wins on one side only": (circle(200), lambda z: z, lambda z: (0.3 * z + 0.5 * z**2).conj()),
+    "constant": (square(5), lambda z: 0 * z + 1, None),
+}
+
+
+@pytest.mark.parametrize("name", INJECTIVE)
+def test_maps_known_to_be_injective_are_accepted(name):
+    found = certify(map_of(*INJECTIVE[name]))
+    assert found.certified and found.simple and found.zeros == 0 and found.beltrami < 1
+    assert found.depth <= 1e-4
+
+
+@pytest.mark.parametrize("name", FOLDED)
+def test_maps_known_to_fold_are_rejected(name):
+    f = map_of(*FOLDED[name])
+    for depth in DEPTHS[::2]:
+        if depth <= 0.05:
+            assert not at_depth(f, depth).certified, depth
+    assert certify(f, DEPTHS[DEPTHS < 0.05]).report()["certified"] is False
+
+
+@pytest.mark.parametrize("power", [2, 3, 5])
+def test_zeros_of_the_derivative_are_counted(power):
+    found = at_depth(map_of(circle(200), lambda z: z**power), 0.01)
+    assert found.zeros == power - 1 and not found.simple
+
+
+def test_zeros_close_to_the_boundary_are_counted_where_they_are():
+    """f' = 1 + 1.04 z has its zero at -0.96, 0.04 inside: counted at a depth of 0.01 of the diagonal, not at 0.05."""
+    f = map_of(circle(800), lambda z: z + 0.52 * z**2)
+    assert at_depth(f, 0.01).zeros == 1 and at_depth(f, 0.05).zeros == 0
+    assert not at_depth(f, 0.01).certified and at_depth(f, 0.05).certified
+    found = certify(f)
+    assert found.certified and 0.01 < found.depth < 0.05
+
+
+def test_a_fold_between_coarse_samples_is_seen():
+    """A zero of f' close to the middle of a long edge, where the polygon has no vertex: samples are added there."""
+    zero = -0.98j
+    f = map_of(square(40), lambda z: (z - zero) ** 2)
+    coarse = at_depth(HarmonicMap(f.polygon, f.phi, f.psi), 1e-3)
+    assert coarse.zeros == 1 and not coarse.certified
+
+
+def test_beltrami_is_the_largest_quotient():
+    f = map_of(circle(400), lambda z: z, lambda z: (0.2 * z + 0.2 * z**2).conj())
+    expected = 0.2 + 0.4 * (1 - 1e-3 * 2 * np.sqrt(2))  # |f_z̄| = |0.2 + 0.4 z| is largest at the boundary
+    assert at_depth(f, 1e-3).beltrami == pytest.approx(expected, abs=3e-3)
+
+
+def test_without_an_inside_nothing_is_certified():
+    assert not at_depth(map_of(square(4), lambda z: z), 0.9).certified
+
+
+def test_parts_that_fall_apart_must_not_overlap():
+    """A dumbbell loses its neck when moved inwards; halves with one image are seen."""
+    right = np.array([1 - 0.05j, 1 - 1j, 3 - 1j, 3 + 1j, 1 + 1j, 1 + 0.05j])
+    dumbbell = refined(np.concatenate([right, -right]), 20)
+    apart = map_of(dumbbell, lambda z: z)
+    onto = map_of(dumbbell, lambda z: z**2)
+    assert at_depth(apart, 0.02).certified
+    found = at_depth(onto, 0.02)
+    assert found.zeros == 0 and not found.simple and not found.certified
+
+
+def test_an_accepted_map_has_no_two_points_with_one_image():
+    """The certificate against its meaning: distances shrink by a bounded factor only."""
+    f = map_of(*INJECTIVE["harmonic"])
+    z = inside(f.polygon, 100, 0.02)
+    w = f(z)
+    pairs = np.triu_indices(w.size, 1)
+    assert np.min(np.abs(w[pairs[0]] - w[pairs[1]]) / np.abs(z[pairs[0]] - z[pairs[1]])) > 0.1
+
+
+def test_the_report_is_plain_data():
+    report = certify(map_of(*INJECTIVE["identity"])).report()
+    assert report["certified"] is True and report["simple_image"] is True
+    assert {k: type(v) for k, v in report.items()} == {
+        "certified": bool,
+        "depth": float,
+        "zeros": int,
+        "max_beltrami": float,
+        "simple_image": bool,
+        "obstacle": str,
+    }
+
+
+def test_what_stands_in_the_way_is_said():
+    folded = certify(map_of(circle(100), lambda z: z**2)).report()
+    assert folded["obstacle"] == "at depth 1e-01: f_z has 1 zero, the image of the boundary crosses itself"
+    fine = certify(map_of(circle(200), lambda z: z)).report()
+    assert fine["obstacle"] == "" and fine["certified"]
+    near = certify(map_of(circle(400), lambda z: z + 0.505 * z**2))
+    assert near.certified and near.depth > 1e-4 and "f_z has 1 zero" in near.obstacle

@@ -1,0 +1,247 @@
+"""Meshes that cannot be used: one line that names the first element at fault, whatever the format. And repairs."""
+
+import struct
+
+import numpy as np
+import pytest
+
+from iccm.errors import InputError
+from iccm.io.meshes import mesh_files
+from iccm.io.shapes import mesh_shape
+from iccm.meshes.disk_patch import disk_patch
+from iccm.meshes.mesh import Mesh, checked, triangulated
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+TWO = SQUARE + "f 1 2 3\nf 1 3 4\n"
+
+
+def moebius(n=12):
+    t = 2 * np.pi * np.arange(n) / n
+    points = []
+    for s in (-0.3, 0.3):
+        r = 1 + s * np.cos(t / 2)
+        points.append(np.column_stack([r * np.cos(t), r * np.sin(t), s * np.sin(t / 2)]))
+    lines = ["v {} {} {}".format(*p) for p in np.concatenate(points)]
+    for k in range(n):
+        a, b = k + 1, (k + 1) % n + 1
+        c, d = a + n, b + n
+        if k == n - 1:
+            b, d = d, b
+        lines += [f"f {a} {b} {d}", f"f {a} {d} {c}"]
+    return "\n".join(lines)
+
+
+def grid_text(n):
+    x, y = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
+    k = np.arange(n * n).reshape(n, n) + 1
+    faces = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], axis=-1).reshape(-1, 4)
+    v = ("v %.6f %.6f 0.125\n" * (n * n)) % tuple(np.column_stack([x.ravel(), y.ravel()]).ravel().tolist())
+    return v + ("f %d %d %d %d\n" * len(faces)) % tuple(faces.ravel().tolist())
+
+
+BAD = {
+    "out of range": (SQUARE + "f 1 2 3\nf 1 3 5\n", "face 2 (line 6): names vertex 5, but the file has 4"),
+    "far out of range": (SQUARE + "f 1 2 99999999999\n", "face 1 (line 5): names vertex 99999999999"),
+    "before the first": (SQUARE + "f 1 2 -5\n", "face 1 (line 5): names a vertex before the first one"),
+    "repeated index": (SQUARE + "f 1 2 3\nf 1 3 3\n", "face 2 (line 6): names a vertex twice"),
+    "repeated apart": (SQUARE + "f 1 2 3\nf 1 2 1 4\n", "face 2 (line 6): names a vertex twice"),
+    "not a number": (TWO.replace("v 1 1 0", "v 1 nan 0"), "vertex 3: is not a finite position"),
+    "infinite": (TWO.replace("v 1 1 0", "v 1 -inf 0"), "vertex 3: is not a finite position"),
+    "no area": (SQUARE.replace("1 1 0", "2 0 0") + "f 1 2 4\nf 1 2 3\n", "face 2 (line 6): has no area"),
+    "no area at all": ("v 1 1 1\n" * 3 + "f 1 2 3\n", "face 1 (line 4): has no area"),
+    "crowded edge": (
+        TWO + "v 2 2 2\nf 1 3 5\n",
+        "the edge from vertex 3 to vertex 1 has more than two faces",
+    ),
+    "bow tie": (SQUARE + "v 2 0 0\nv 2 1 0\nf 1 2 4\nf 2 3 4\n" + "v 3 3 3\n" + "f 2 5 6\n", "pieces"),
+    "two pieces": (
+        TWO + "v 5 0 0\nv 6 0 0\nv 5 1 0\nf 5 6 7\n",
+        "2 pieces that no edge connects; the second",
+    ),
+    "one-sided": (moebius(), "the surface is one-sided"),
+    "empty file": (" \n", "no vertices"),
+    "point cloud": (SQUARE, "4 vertices and no faces; a point cloud"),
+    "faces alone": ("f 1 2 3\nf 1 3 4\nf 2 3 4\n", "no vertices"),
+    "two corners": (SQUARE + "f 1 2\nf 1 2 3\n", "line 5: a face needs at least 3 corners"),
+    "uv out of range": (
+        SQUARE + "vt 0 0\nf 1/1 2/1 3/2\nf 1 3 4\n",
+        "face 1 (line 6): names a texture coordinate",
+    ),
+    "no such part": (TWO, "'hat'; there is no named part"),
+    "cut in the middle": (grid_text(80)[: len(grid_text(80)) // 2], "no faces"),
+    "cut in the faces": (grid_text(80)[:-11], "line 12641: a face needs at least 3 corners"),
+    "cut in an index": (grid_text(80)[:-9], "vertex 6: the surface touches itself"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_mesh_is_one_line_that_names_the_place(case, tmp_path):
+    text, message = BAD[case]
+    path = tmp_path / "m.obj"
+    path.write_text(text)
+    spec = f"{path}#hat" if case == "no such part" else str(path)
+    with pytest.raises(InputError) as error:
+        mesh_shape.read(spec)
+    assert message in str(error.value)
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def bow_tie():
+    """Two fans around vertex 0, joined far away by a ring: one piece that touches itself at a point."""
+    ring = np.exp(2j * np.pi * np.arange(8) / 8)
+    inner, outer = ring, 2 * ring
+    points = np.concatenate([[0], inner, outer])
+    faces = [[1 + k, 9 + k, 9 + (k + 1) % 8] for k in range(8)]
+    faces += [[1 + k, 9 + (k + 1) % 8, 1 + (k + 1) % 8] for k in range(8)]
+    faces += [[0, 1, 2], [0, 5, 6]]
+    return Mesh.triangles("tie", np.column_stack([points.real, points.imag, 0 * points.real]), faces)
+
+
+def test_a_vertex_where_the_surface_touches_itself_is_named():
+    with pytest.raises(InputError, match=r"vertex 0: the surface touches itself there \(a bow tie\)"):
+        disk_patch(bow_tie())
+
+
+def test_faces_turned_the_other_way_are_turned_and_told():
+    mesh = Mesh.triangles(
+        "m", [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0]], [[0, 1, 2], [0, 3, 2], [1, 4, 2]]
+    )
+    piece = disk_patch(mesh)
+    assert piece.notes == ("1 triangles turned the other way are turned to agree with the rest",)
+    normal = np.cross(*(piece.points[piece.faces[:, k]] - piece.points[piece.faces[:, 0]] for k in (1, 2)))
+    assert (normal[:, 2] > 0).all()
+    assert (mesh.corners[piece.corner] == piece.vertex[piece.faces]).all()
+
+
+def test_unused_vertices_are_left_out_and_told():
+    mesh = Mesh.triangles("m", [[9, 9, 9], [0, 0, 0], [np.e, 0, 0], [0, 1, 0]], [[1, 2, 3]])
+    piece = disk_patch(mesh)
+    assert piece.vertex.tolist() == [1, 2, 3]
+    assert "1 vertices that no face of it uses" in piece.notes[0]
+
+
+def test_a_soup_of_triangles_is_joined_where_vertices_coincide():
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+    piece = disk_patch(Mesh.triangles("soup", corners, [[0, 1, 2], [3, 4, 5]]))
+    assert piece.triangles.count == 4
+    assert "2 vertices that coincide" in piece.notes[0]
+
+
+def test_a_seam_of_coinciding_vertices_stays_open_in_one_piece():
+    t = np.linspace(0, 2 * np.pi, 13)  # the first and the last column coincide
+    ring = np.column_stack([np.cos(t), 0 * t, np.sin(t)])
+    k = np.arange(12)
+    faces = np.column_stack([k, k + 13, k + 1, k + 1, k + 13, k + 14]).reshape(-1, 3)
+    piece = disk_patch(Mesh.triangles("tube", np.vstack([ring, ring + np.array([0, 1, 0])]), faces))
+    assert len(piece.loops) == 1
+    assert piece.notes == ()
+
+
+def polygon_mesh(z):
+    points = np.column_stack([np.real(z), np.imag(z), 0 * np.real(z)])
+    return Mesh("p", points, np.arange(len(z)), np.array([0, len(z)]))
+
+
+@pytest.mark.parametrize(
+    "z",
+    [
+        [0, 2, 2 + 2j, 0.2 + 1.8j],
+        [0, 2, 0.5 + 0.5j, 2j],  # a dart: only one diagonal is inside
+        [2, 0.5 + 0.5j, 2j, 0],
+        np.exp(2j * np.pi * np.arange(7) / 7),
+        [0, 4, 4 + 3j, 3 + 3j, 3 + 1j, 1 + 1j, 1 + 3j, 3j],  # a U
+        [0, 1, 2, 3, 3 + 1j, 2 + 1j, 1 + 1j, 1j],  # straight corners
+    ],
+)
+def test_polygons_become_triangles_inside_them(z):
+    z = np.array(z, complex)
+    corners = triangulated(checked(polygon_mesh(z)))
+    p = z[corners]
+    area = 0.5 * ((p[:, 1] - p[:, 0]).conj() * (p[:, 2] - p[:, 0])).imag
+    assert len(corners) == len(z) - 2
+    assert (area > 0).all()
+    assert area.sum() == pytest.approx(0.5 * (z.conj() * np.roll(z, -1)).imag.sum())
+
+
+def ply(path, faces="3 0 1 2\n3 0 2 3\n", vertices="0 0 0\n1 0 0\n1 1 0\n0 1 0\n"):
+    path.write_text(
+        f"ply\nformat ascii 1.0\nelement vertex {vertices.count(chr(10))}\nproperty float x\nproperty float y\n"
+        f"property float z\nelement face {faces.count(chr(10))}\nproperty list uchar int vertex_indices\nend_header\n"
+        f"{vertices}{faces}"
+    )
+
+
+def stl(path):
+    triangles = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]], "<f4")
+    body = b"".join(struct.pack("<3f", 0, 0, 1) + t.tobytes() + b"\0\0" for t in triangles)
+    path.write_bytes(b" " * 80 + struct.pack("<I", 2) + body)
+
+
+def test_other_formats_give_the_same_square(tmp_path):
+    ply(tmp_path / "m.ply")
+    stl(tmp_path / "m.stl")
+    (tmp_path / "m.off").write_text("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n")
+    for name in ("m.ply", "m.stl", "m.off"):
+        shape = mesh_shape.read(str(tmp_path / name))
+        assert shape.curve.area == pytest.approx(1)
+        assert shape.curve.z.size == 4
+
+
+GARBAGE = {
+    "m.ply": b"ply\nformat binary_little_endian 1.0\nelement ver",
+    "m.off": b"OFF\n3 1 0\n0 0 0\n1 0 0\n",
+}
+GARBAGE |= {"m.glb": b"glTF\2\0\0\0\xff\0\0\0\x40\0\0\0JSON{", "m.stl": b"nothing", "m.gltf": b"{}"}
+
+
+@pytest.mark.parametrize("name", GARBAGE)
+def test_garbage_in_other_formats_is_one_line(name, tmp_path):
+    (tmp_path / name).write_bytes(GARBAGE[name])
+    with pytest.raises(InputError) as error:
+        mesh_shape.read(str(tmp_path / name))
+    assert name in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_ply_with_an_index_out_of_range_or_no_faces_is_refused(tmp_path):
+    ply(tmp_path / "far.ply", faces="3 0 1 2\n3 0 2 9\n")
+    with pytest.raises(InputError, match="face 1: names vertex 9, but the file has 4"):
+        mesh_shape.read(str(tmp_path / "far.ply"))
+    ply(tmp_path / "cloud.ply", faces="")
+    with pytest.raises(InputError, match="point cloud"):
+        mesh_shape.read(str(tmp_path / "cloud.ply"))
+
+
+def test_names_with_hashes_parts_and_loops(tmp_path):
+    path = tmp_path / "a#b.obj"
+    path.write_text("g top\n" + TWO + "g 7\nf 1 4 2\n")
+    assert mesh_files.split(str(path)) == (path, None)
+    assert mesh_files.split(f"{path}#top#2") == (path, "top#2")
+    top = mesh_files.read(f"{path}#top#2")
+    assert (top.loop, top.mesh.sizes.size) == (2, 2)
+    assert mesh_files.read(f"{path}#2").loop == 2
+    assert (mesh_files.read(f"{path}#7").loop, mesh_files.read(f"{path}#7").mesh.sizes.size) == (1, 1)
+
+
+def test_an_obj_without_faces_is_a_drawing_not_a_mesh(tmp_path):
+    path = tmp_path / "m.obj"
+    path.write_text(SQUARE + "l 1 2 3 4 1\n")
+    assert not mesh_shape.is_mesh(str(path))
+    path.write_text(TWO)
+    assert mesh_shape.is_mesh(f"{path}#x")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("where", "message"), [(0.3, "too few numbers"), (0.7, "a face needs at least 3 corners")]
+)
+def test_a_file_of_200_megabytes_cut_in_the_middle(where, message, tmp_path):
+    text = grid_text(1800).encode()
+    assert len(text) > 200_000_000
+    path = tmp_path / "big.obj"
+    path.write_bytes(text[: text.index(b"\n", int(where * len(text))) + 9])
+    with pytest.raises(InputError) as error:
+        mesh_shape.read(str(path))
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)

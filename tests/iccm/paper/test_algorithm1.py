@@ -1,0 +1,285 @@
+"""Algorithm 1 of the paper: energies, how it ends, invariance, bad input."""
+
+import re
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm.curve import Curve
+from iccm.paper.algorithm1 import assemble, first_targets, iterate
+from iccm.paper.energies import Basis
+from iccm.paper.initial import arclength
+from iccm.paper.least_squares import System
+from iccm.problem import Options, Problem
+from iccm.result import Status
+from tests.shapes import arrow, blob, circle, ell, inside, pear, square, star
+
+PAPER = {"method": "paper", "vertices": 40, "max_iterations": 25}
+PINS = np.array([[0.2, 1], [-0.3 + 0.2j, 2 + 0.5j]])
+STROKES = [(np.array([-0.3, 0.3 + 0.1j]), np.array([0.5 + 0.5j, 2 + 0.3j]))]
+JOBS = {
+    "conformal": {},
+    "pins": {"pins": PINS},
+    "strokes": {"strokes": STROKES},
+    "quasi": {"quasi": 0.1},
+    "consistent": {"consistency": 1e-3},
+    "all": {"pins": PINS, "strokes": STROKES, "quasi": 0.05, "smoothness": 1e-4},
+}
+
+
+@pytest.fixture(params=JOBS)
+def job(request):
+    return {**PAPER, **JOBS[request.param]}
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_the_energy_never_increases(job, order):
+    fit = iccm.fit(pear(), arrow(), **job, order=order)
+    total = np.array([e["total"] for e in fit.energies])
+    assert fit.iterations == total.size - 1 >= 10
+    assert np.all(np.diff(total) <= 1e-14 * total[:-1])
+    assert total[-1] < 0.6 * total[0]
+
+
+@pytest.mark.parametrize("name", JOBS)
+def test_both_halves_of_each_step_lower_the_energy(name):
+    """Zeroth order, by hand: the global step at fixed targets, the local step at a fixed map."""
+    constraints = {k: v for k, v in JOBS[name].items() if k in ("pins", "strokes")}
+    rest = {k: v for k, v in JOBS[name].items() if k not in constraints}
+    problem, options = Problem.of(pear(), arrow(), **constraints), Options(method="paper", **rest)
+    polygon = problem.source.resample(40)
+    basis = Basis(polygon.z, options.quasi is not None)
+    system = System(assemble(problem, options, basis, polygon))
+    targets = first_targets(problem, options, system, polygon, basis)
+    x = system.solve(targets)
+    before = system.energies(x, targets)["total"]
+    for _ in range(20):
+        targets = system.targets(x)
+        local = system.energies(x, targets)["total"]
+        x = system.solve(targets)
+        after = system.energies(x, targets)["total"]
+        assert after <= local * (1 + 1e-13) and local <= before * (1 + 1e-13)
+        before = after
+    names = {"closeness", *constraints, "total"}
+    assert names <= set(system.energies(x, targets))
+
+
+def test_the_arclength_start_pairs_equal_shares_of_the_boundaries():
+    problem = Problem.of(square(), arrow())
+    assert problem.target is not None
+    polygon = problem.source.resample(40)
+    w = arclength(problem, 3, polygon)
+    share = (np.arange(120) + 0.5) / 120
+    assert np.allclose(w, problem.target.at(share * problem.target.length))
+
+
+def test_how_it_ends_is_told():
+    def end(**options):
+        return iccm.fit(pear(), blob(), method="paper", vertices=40, **options)
+
+    assert end(max_iterations=3).status is Status.LIMIT and not Status.LIMIT.ok
+    assert end(max_iterations=3).iterations == 3
+    assert end(threshold=1e-2).status is Status.THRESHOLD
+    fit = end(decrease=0.05)
+    assert fit.status is Status.DECREASE and fit.status.ok
+    last = [e["total"] for e in fit.energies]
+    assert last[-2] - last[-1] <= 0.05 * last[-2] and last[-3] - last[-2] > 0.05 * last[-3]
+
+
+def test_a_step_that_does_not_lower_the_energy_is_undone():
+    """A system whose local step answers with ever farther targets: the map stays where it was."""
+
+    class Hostile(System):
+        def energies(self, x, targets):
+            return {"total": 1.0 + float(np.abs(x).max() > 0)}
+
+    problem, options = Problem.of(square(), arrow()), Options(method="paper")
+    polygon = problem.source.resample(20)
+    basis = Basis(polygon.z)
+    x, energies, status = iterate(
+        Hostile(assemble(problem, options, basis, polygon)), np.zeros(20, complex), options
+    )
+    assert not x.any() and status is Status.DECREASE and len(energies) == 2
+
+
+def test_a_shape_onto_itself_is_the_identity():
+    for shape in (arrow(), square(), ell()):
+        fit = iccm.fit(shape, shape, method="paper", vertices=60)
+        z = inside(shape)
+        assert np.abs(fit.map(z) - z).max() < 1e-12
+        assert fit.status is Status.THRESHOLD
+
+
+def similarity(job, a, b, c, d):
+    """The job with source points moved by a z + b and target points by c w + d."""
+    moved = dict(job)
+    if "pins" in job:
+        moved["pins"] = np.column_stack([a * job["pins"][:, 0] + b, c * job["pins"][:, 1] + d])
+    if "strokes" in job:
+        moved["strokes"] = [(a * p + b, c * q + d) for p, q in job["strokes"]]
+    return moved
+
+
+MOVES = {
+    "similar": (2 * np.exp(0.7j), 3 - 2j, 0.3 * np.exp(-2.1j), -10 + 4j),
+    "thousandfold": (1000, 0, 1000, 0),
+    "far": (1, 1e6, 1, -1e6j),
+    "small": (1e-6, 0, 1e4, 0),
+}
+
+
+@pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.parametrize("move", MOVES)
+def test_similarities_commute_with_the_result(job, order, move):
+    a, b, c, d = MOVES[move]
+    source, target, z = pear(), arrow(), inside(pear())
+    fit = iccm.fit(source, target, **job, order=order)
+    moved = iccm.fit(a * source + b, c * target + d, **similarity(job, a, b, c, d), order=order)
+    error = np.abs(moved.map(a * z + b) - (c * fit.map(z) + d)).max() / moved.diagonal
+    assert error < 1e-8
+    # the diagonal of the bounding box, the unit of reports, turns with the shape: compare lengths themselves
+    rms = [f.boundary["rms"] * f.diagonal for f in (fit, moved)]
+    assert rms[1] == pytest.approx(abs(c) * rms[0], rel=1e-6)
+
+
+def test_a_mirror_image_gives_the_mirrored_map():
+    source, target, z = pear(), arrow(), inside(pear())
+    fit = iccm.fit(source, target, **PAPER)
+    mirrored = iccm.fit(source.conj(), target.conj(), **PAPER)
+    # mirroring turns the outline round; both keep their first vertex, so the arclength start is the mirrored one
+    assert np.abs(mirrored.map(z.conj()) - fit.map(z).conj()).max() < 1e-8
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_reversing_the_vertices_changes_nothing(job, order):
+    """The other way from the same first vertex; where an outline starts does matter to the paper's start."""
+    source, target = pear(), arrow()
+    z = inside(source)
+    fit = iccm.fit(source, target, **job, order=order)
+    other = iccm.fit(np.roll(source[::-1], 1), np.roll(target[::-1], 1), **job, order=order)
+    assert np.abs(fit.map(z) - other.map(z)).max() < 1e-12
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_the_same_input_gives_the_same_bytes(job, order):
+    a, b = (iccm.fit(pear(), arrow(), **job, order=order) for _ in range(2))
+    assert a.map.phi.tobytes() == b.map.phi.tobytes() and a.map.psi.tobytes() == b.map.psi.tobytes()
+
+
+def test_curves_and_arrays_are_the_same_input():
+    a = iccm.fit(pear(), arrow(), **PAPER)
+    b = iccm.fit(Curve.domain(pear()), Curve.domain(arrow()), **PAPER)
+    assert a.map.phi.tobytes() == b.map.phi.tobytes()
+
+
+def test_first_order_needs_a_third_of_the_iterations_for_the_same_energy():
+    """§3.4, on four pairs of five at least: the two orders do not always end in the same local minimum."""
+    pairs = [(pear(), blob()), (pear(), arrow()), (star(), circle(60)), (ell(4), square()), (blob(), arrow())]
+    caught_up = []
+    for source, target in pairs:
+        options = {"method": "paper", "vertices": 60, "decrease": 0}
+        zeroth, first = (iccm.fit(source, target, order=k, **options) for k in (0, 1))
+        goal = (1 + 1e-6) * zeroth.energies[-1]["total"]
+        reached = [k for k, e in enumerate(first.energies) if e["total"] <= goal]
+        caught_up.append(bool(reached) and 3 * reached[0] <= zeroth.iterations)
+    assert sum(caught_up) >= 4
+
+
+def test_the_map_takes_the_boundary_near_the_target():
+    fit = iccm.fit(pear(), blob(), method="paper")
+    assert fit.report()["boundary"]["hausdorff"] < 1e-2 and fit.report()["boundary"]["rms"] < 3e-3
+    assert fit.report()["injective"]["certified"]
+
+
+def test_the_report_has_what_was_asked_for():
+    fit = iccm.fit(pear(), blob(), pins=PINS * 0.2, strokes=[([0, 0.2], [0, 0.2])], **PAPER, quasi=0.1)
+    report = fit.report()
+    assert report["status"] == fit.status.name.lower() and report["message"] == fit.status.value
+    assert report["vertices"] == fit.map.polygon.size and report["iterations"] == fit.iterations
+    assert len(report["pins"]) == 2 and len(report["strokes"]) == 1
+    expected = np.abs(fit.map(PINS[:, 0] * 0.2) - PINS[:, 1] * 0.2) / Curve(blob()).diagonal
+    assert np.allclose([p["error"] for p in report["pins"]], expected)
+    assert 1 <= report["dilatation"]["median"] <= report["dilatation"]["p95"] <= report["dilatation"]["max"]
+    assert report["log10_area"]["p05"] <= report["log10_area"]["median"] <= report["log10_area"]["p95"]
+
+
+BAD_OPTIONS = {
+    "method": ("magic", "method: 'magic' is not one of paper, conformal"),
+    "order": (2, "order: 2 is not 0 or 1"),
+    "quasi": (-1, "quasi: -1 is not a finite number of at least 0"),
+    "pin_weight": (np.nan, "pin_weight: nan is not a finite number"),
+    "tolerance": (np.inf, "tolerance: inf is not a finite number"),
+    "vertices": (2, "vertices: 2 is not between 3 and 4000"),
+    "samples_per_edge": (0, "samples_per_edge and max_iterations must be at least 1"),
+    "max_iterations": (0, "samples_per_edge and max_iterations must be at least 1"),
+    "tangential": (0, "tangential above 0"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_OPTIONS)
+@pytest.mark.parametrize(
+    "call", [lambda **k: iccm.fit(square(), ell(), **k), lambda **k: iccm.deform(square(), **k)]
+)
+def test_options_out_of_range_are_refused_in_one_line(name, call):
+    value, message = BAD_OPTIONS[name]
+    with pytest.raises(iccm.InputError, match=re.escape(message)) as caught:
+        call(**{name: value})
+    assert "\n" not in str(caught.value)
+
+
+BAD_INPUT = {
+    "nan source": (([np.nan, 1, 1j], square()), {}, "source: vertex 0 is not a finite number"),
+    "flat target": ((square(), [0, 1, 2]), {}, "target: the outline encloses no area"),
+    "crossing": (([0, 2 + 2j, 2, 1j], square()), {}, "source: the outline is not simple"),
+    "nan pin": ((square(), ell()), {"pins": [[0, np.nan]]}, "pins: not all coordinates are finite numbers"),
+    "pin outside": (
+        (square(), ell()),
+        {"pins": [[0, 0], [3 + 1j, 0]]},
+        "pin 2: (3, 1) is outside the source shape, by 2; move it inside",
+    ),
+    "stroke outside": (
+        (square(), ell()),
+        {"strokes": [([0, 2], [0, 1])]},
+        "source stroke vertex 2: (2, 0) is outside the source shape",
+    ),
+    "short stroke": (
+        (square(), ell()),
+        {"strokes": [([0, 0.5], [1, 1])]},
+        "target stroke: a stroke needs at",
+    ),
+    "pairs of coordinates": (
+        ([[0, 0], [1, 0], [1, 1]], square()),
+        {},
+        "source: an array of shape (3, 2); (n,) complex numbers x + iy are needed",
+    ),
+    "words": (("abc", square()), {}, "source: no array of complex numbers"),
+    "flat pins": ((square(), ell()), {"pins": [0, 1, 2]}, "pins: an array of shape (3,); (n, 2) complex"),
+    "ragged pins": ((square(), ell()), {"pins": [[0, 1], [0]]}, "pins: no array of complex numbers"),
+    "lone stroke": ((square(), ell()), {"strokes": [0.5]}, "strokes: number 1 is no pair of polylines"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_INPUT)
+@pytest.mark.parametrize("method", ["paper", "conformal"])
+def test_bad_input_is_refused_in_one_line(name, method):
+    shapes, options, message = BAD_INPUT[name]
+    with pytest.raises(iccm.InputError, match=re.escape(message)) as caught:
+        iccm.fit(*shapes, method=method, **options)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_tolerance_of_zero_is_refused():
+    with pytest.raises(iccm.InputError, match="tolerance: 0 cannot be reached"):
+        iccm.fit(square(), ell(), tolerance=0)
+
+
+def test_an_outline_of_very_many_vertices_is_mapped():
+    """All of them are corners of its convex hull: their distances in pairs would take 37 GB."""
+    fit = iccm.fit(square(), np.exp(2j * np.pi * np.arange(50_000) / 50_000))
+    assert fit.status.ok and "50000 vertices simplified" in fit.notes[0]
+
+
+def test_an_unknown_option_is_a_type_error():
+    with pytest.raises(TypeError, match="verticse"):
+        iccm.fit(square(), ell(), verticse=5)

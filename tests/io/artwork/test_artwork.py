@@ -1,0 +1,550 @@
+"""SVG drawings carried through a map: true to the tolerance, styles kept, what is left out is told."""
+
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from iccm.curve import Curve
+from iccm.errors import InputError
+from iccm.io import artwork
+from iccm.io.shapes import shape
+from iccm.io.svg import affine, css, path_data, reader, tree
+from iccm.maps.bezier_fit import refit
+from iccm.maps.harmonic import HarmonicMap
+
+HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="-100 -100 200 200">'
+DRAWING = """<style>.hot{fill:red}</style><defs><circle id="dot" r="5"/></defs>
+<path id="shape" d="M90 0 C90 50 50 90 0 90 S-90 50 -90 0 S-50 -90 0 -90 S90 -50 90 0Z" fill="tan"/>
+<g transform="translate(10 5) scale(2)" stroke="blue"><circle class="hot" r="10" stroke-width="1.5"/></g>
+<use xlink:href="#dot" x="-40" y="30" fill="green"/>
+<polyline points="-50,-20 0,-30 40,-50" fill="none" stroke="black"/>
+<rect x="60" y="-20" width="80" height="40" opacity="0.5"/>
+<rect x="300" y="0" width="10" height="10"/><text>no</text><circle id="pin-a" r="1"/></svg>"""
+
+
+@pytest.fixture
+def source(tmp_path):
+    (tmp_path / "a.svg").write_text(HEAD + DRAWING)
+    return shape.read(f"{tmp_path}/a.svg#shape")
+
+
+def curved(source, g=lambda z: z + 0.003 * z**2):
+    p = source.curve.resample(300).z
+    return HarmonicMap(p, g(p), 0 * p)
+
+
+def drawn(path):
+    return tree.parse(path.read_bytes()).shapes
+
+
+def test_refit_stays_within_its_tolerance():
+    def image(which, t):
+        return np.where(which == 0, np.exp(2j * np.pi * t), t + 1j * np.sin(9 * t))
+
+    cubics = refit(image, 2, 1e-4)
+    for k, control in enumerate(cubics):
+        s = np.linspace(0, 1, 50)
+        basis = np.stack([(1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s**2 * (1 - s), s**3])
+        points = (control @ basis).ravel()
+        truth = Curve(image(np.full(20000, k), np.linspace(0, 1, 20000)), closed=False)
+        assert np.abs(truth.at(truth.closest(points)) - points).max() < 1.2e-4
+        assert np.array_equal(control[1:, 0], control[:-1, 3])
+        assert len(control) < 40
+
+
+def test_refit_goes_straight_where_the_curve_all_but_stands_still():
+    def image(which, t):
+        return np.where(which == 0, t**2 - 1e-4j * t, 1 - (1 - t) ** 2 + 1e-4j * (1 - t))
+
+    first, last = refit(image, 2, 1e-3)
+    cubic, same = first[0], last[-1][::-1]
+    for p in (cubic, same):
+        toward = next(q for q in p[1:] if abs(q - p[0]) > 1e-12) - p[0]
+        assert abs(np.angle(toward / (p[3] - p[0]))) < 0.2
+
+
+def test_paths_are_the_images_of_the_shapes(source, tmp_path):
+    map = curved(source)
+    artwork.carry(source, map, source, tmp_path / "b.svg", tolerance=0.02)
+    circle = next(d for d in drawn(tmp_path / "b.svg") if d.properties.get("class") == "hot")
+    (run,) = reader.runs_of(circle, 1e-6)
+    theta = np.linspace(0, 2 * np.pi, 4000)
+    truth = map((10 - 5j) + 20 * np.exp(1j * theta))
+    gap = np.abs(np.conj(run.z)[:, None] - truth).min(axis=1)
+    assert run.closed
+    assert gap.max() < 0.03
+
+
+def test_styles_groups_and_definitions_are_kept(source, tmp_path):
+    notes = artwork.carry(source, curved(source), source, tmp_path / "b.svg")
+    text = (tmp_path / "b.svg").read_text()
+    assert ".hot{fill:red}" in text
+    assert 'stroke="blue"' in text
+    assert "transform" not in text
+    shown = drawn(tmp_path / "b.svg")
+    assert [d.properties.get("fill") for d in shown] == ["tan", "red", "green", "none", None]
+    lined = float(shown[1].properties["stroke-width"])
+    assert abs(lined - 1.5 * 2 * abs(1 + 0.006 * (10 - 5j))) < 0.1
+    assert any("<text>" in note for note in notes)
+    assert any("outside the source, left out" in note for note in notes)
+    assert any("cut off" in note for note in notes)
+
+
+def test_the_identity_draws_the_same(source, tmp_path):
+    artwork.carry(source, curved(source, lambda z: z), source, tmp_path / "b.svg", tolerance=0.01)
+    before = {d.tag: d for d in drawn(source.path)}
+    after = drawn(tmp_path / "b.svg")
+    line, same = reader.runs_of(before["polyline"], 1e-5)[0].z, reader.runs_of(after[3], 1e-5)[0].z
+    assert np.abs(same[[0, -1]] - line[[0, -1]]).max() < 0.01
+    assert np.abs(same[:, None] - line).min(axis=0).max() < 0.01
+
+
+def test_only_svg_has_artwork(source, tmp_path):
+    from dataclasses import replace
+
+    with pytest.raises(InputError, match="SVG"):
+        artwork.carry(replace(source, path=tmp_path / "a.png"), curved(source), source, tmp_path / "b.svg")
+
+
+CLIPPED = """<style>.c{clip-path:url(#round)}</style><defs>
+<clipPath id="round" transform="translate(5 0)"><circle r="10" clip-rule="evenodd"/><use href="#bar"/></clipPath>
+<rect id="bar" x="20" y="-5" width="10" height="10"/>
+<clipPath id="all"><rect x="-900" y="-900" width="1800" height="1800"/></clipPath>
+<clipPath id="none"><rect x="500" y="500" width="4" height="4"/></clipPath>
+<clipPath id="box" clipPathUnits="objectBoundingBox"><rect width=".5" height="1"/></clipPath>
+<linearGradient id="base" gradientUnits="userSpaceOnUse" x2="9" gradientTransform="scale(2)"/>
+<linearGradient id="g" xlink:href="#base"/></defs>
+<path id="shape" d="M-90 -90H90V90H-90Z" fill="tan"/>
+<g transform="scale(2)"><rect class="c" id="a" x="-20" y="-20" width="40" height="40" fill="url(#g)"/></g>
+<rect class="c" id="b" width="40" height="40"/>
+<rect id="c" width="40" height="40" clip-path="url(#all)"/>
+<rect id="d" width="40" height="40" style="clip-path:url('#none')"/>
+<rect id="e" width="40" height="20" clip-path="url(#box)"/></svg>"""
+
+
+def carried(tmp_path, g=lambda z: z, drawing=CLIPPED):
+    (tmp_path / "a.svg").write_text(HEAD + drawing)
+    source = shape.read(f"{tmp_path}/a.svg#shape")
+    notes = artwork.carry(source, curved(source, g), source, tmp_path / "b.svg", tolerance=0.01)
+    top = ElementTree.parse(tmp_path / "b.svg").getroot()
+    return {e.get("id"): e for e in top.iter() if e.get("id")}, notes
+
+
+def clip_of(found, id):
+    style = css.declarations(found[id].get("style", ""))
+    return list(found[style["clip-path"][5:-1]])
+
+
+def outline(path):
+    (run,) = path_data.runs(path.get("d"))
+    return np.concatenate([piece.at(np.linspace(0, 1, 50)) for piece in run.pieces])
+
+
+def test_clip_paths_are_carried_where_they_are_used(tmp_path):
+    found, _ = carried(tmp_path)
+    for id, scale in (("a", 2), ("b", 1)):
+        circle, bar = clip_of(found, id)
+        assert np.abs(np.abs(outline(circle) - 5 * scale) - 10 * scale).max() < 0.02
+        assert circle.get("clip-rule") == "evenodd"
+        assert abs(outline(bar).real.min() - 25 * scale) < 0.02
+
+
+def test_a_clip_path_around_all_clips_nothing_and_one_elsewhere_everything(tmp_path):
+    found, _ = carried(tmp_path)
+    (around,) = clip_of(found, "c")
+    assert np.abs(outline(around)).min() > 1e6
+    assert clip_of(found, "d") == []
+
+
+def test_clip_paths_in_units_of_the_box_are_carried(tmp_path):
+    found, notes = carried(tmp_path)
+    (half,) = clip_of(found, "e")
+    z = outline(half)
+    assert np.allclose([z.real.min(), z.real.max(), z.imag.min(), z.imag.max()], [0, 20, 0, 20], atol=0.02)
+    assert not notes
+
+
+def test_gradients_in_user_space_go_with_the_shape(tmp_path):
+    found, _ = carried(tmp_path, lambda z: 0.5j * z + 3)
+    style = css.declarations(found["a"].get("style"))
+    gradient = found[style["fill"][5:-1]]
+    assert gradient.get("{http://www.w3.org/1999/xlink}href") == "#g"
+    made = affine.parse(gradient.get("gradientTransform"))
+    z = np.array([0, 1, 1j])
+    assert np.abs(made(z) - (-0.5j * (2 * 2 * z) + 3)).max() < 1e-6  # y is down: the turn is the other way
+
+
+SQUARE = '<path id="shape" d="M-90 -90H90V90H-90Z" fill="tan"/>'
+
+
+def body(tmp_path, drawing, g=lambda z: z):
+    """The elements of the new document by id, and the notes, for a drawing over a square source."""
+    return carried(tmp_path, g, SQUARE + drawing + "</svg>")
+
+
+def style_of(element):
+    return element.attrib | css.declarations(element.get("style", ""))
+
+
+def referred(found, element, name):
+    return found[style_of(element)[name].removeprefix("url(#").removesuffix(")")]
+
+
+def winding(path, points):
+    total = np.zeros(points.size)
+    for run in path_data.runs(path.get("d")):
+        z = np.concatenate([piece.at(np.linspace(0, 1, 60)) for piece in run.pieces])
+        away = np.append(z, z[0])[:, None] - points
+        total += np.angle(away[1:] / away[:-1]).sum(axis=0) / (2 * np.pi)
+    return np.rint(total)
+
+
+@pytest.mark.parametrize(
+    "d",
+    [
+        "M-300 -200H250V220H-300Z",  # around everything
+        "M-300 -200V220H250V-200Z M-310 -210V230H260V-210Z",  # the other way, twice
+        "M0 0H200V30H0Z",
+        "M-200 -30H200V30H-200Z M-40 -300H40V300H-40Z",
+        "M-50 0L300 0L300 300L-300 300L-300 -300L20 -300L20 50",  # open, all around the outside
+        "M0 0C400 0 0 400 0 0M10 10A150 150 0 1 1 60 60",
+        "M-90 -90H120V-95H90V90H-90Z",  # along the outline
+        "M100 0L0 100L-100 0L0 -100Z",  # over its corners
+    ],
+)
+def test_a_fill_that_leaves_the_source_paints_the_same_inside(tmp_path, d):
+    found, notes = body(tmp_path, f'<path id="a" d="{d}" fill-rule="evenodd"/>')
+    inside = np.random.default_rng(5).uniform(-88, 88, (400, 2)) @ [1, 1j]
+    before = ElementTree.fromstring(f'<path d="{d}"/>')
+    clear = np.abs(outline_points(before)[:, None] - inside).min(axis=0) > 1
+    assert np.array_equal(winding(found["a"], inside[clear]), winding(before, inside[clear]))
+    assert notes == ("1 × shape partly outside the source, cut off at its outline",)
+    z = outline_points(found["a"])
+    assert max(np.abs(z.real).max(), np.abs(z.imag).max()) < 90.2
+
+
+def outline_points(path):
+    return np.concatenate(
+        [piece.at(np.linspace(0, 1, 300)) for run in path_data.runs(path.get("d")) for piece in run.pieces]
+    )
+
+
+def test_what_never_comes_inside_is_left_out(tmp_path):
+    found, notes = body(
+        tmp_path, '<path id="a" d="M100 0H300V300Z"/><rect id="b" x="-5" width="10" height="10"/>'
+    )
+    assert "a" not in found and "b" in found
+    assert notes == ("1 × shape outside the source, left out",)
+
+
+def test_a_line_ends_where_it_leaves_the_source_and_its_fill_does_not(tmp_path):
+    drawing = '<rect id="a" x="-30" y="0" width="60" height="200" fill="red" stroke="blue" opacity=".5"/>'
+    found, _ = body(tmp_path, drawing)
+    assert found["a"].tag.endswith("}g") and style_of(found["a"])["opacity"] == ".5"
+    fill, line = found["a"]
+    assert style_of(fill)["stroke"] == "none" and style_of(line)["fill"] == "none"
+    assert {style_of(part)["opacity"] for part in (fill, line)} == {"1"}
+    (run,) = path_data.runs(line.get("d"))
+    assert not run.closed
+    ends = sorted([run.start, run.pieces[-1].last()], key=lambda z: z.real)
+    assert np.abs(np.array(ends) - [-30 + 90j, 30 + 90j]).max() < 0.02
+    assert path_data.runs(fill.get("d"))[0].closed
+
+
+def test_a_line_around_the_source_does_not_follow_its_outline(tmp_path):
+    found, _ = body(tmp_path, '<rect id="a" x="-200" y="-200" width="400" height="400" stroke="red"/>')
+    assert style_of(found["a"])["stroke"] == "none"
+
+
+@pytest.mark.parametrize("d", ["M-60 0L93 91", "M-60 -60C0 200 0 89 120 89", "M0 0Q80 80 100 85"])
+def test_a_line_that_is_cut_off_keeps_its_direction(tmp_path, d):
+    found, _ = body(tmp_path, f'<path id="a" d="{d}" fill="none" stroke="red"/>')
+    (before,), (after,) = path_data.runs(d), path_data.runs(found["a"].get("d"))
+    true = np.concatenate([piece.at(np.linspace(0, 1, 9000)) for piece in before.pieces])
+    ends = after.pieces[-1].at(np.array([0.9, 1.0]))
+    k = np.abs(true - ends[1]).argmin()
+    assert abs(np.angle((ends[1] - ends[0]) / (true[k] - true[k - 9]))) < 0.1
+    assert abs(max(abs(ends[1].real), abs(ends[1].imag)) - 90) < 0.05
+
+
+def test_a_line_that_all_but_misses_the_source_is_left_out_or_short(tmp_path):
+    near = 3e-4 * 180 * 2**0.5
+    lines = [(90 + (near - 10.0**-k) * 2**-0.5) * 2 for k in range(2, 15)]
+    drawing = "".join(f'<path d="M{x - 80} 80L80 {x - 80}Z" stroke="red" fill="none"/>' for x in lines)
+    _, notes = body(tmp_path, drawing)
+    assert sum(int(note.split(" × shape")[0]) for note in notes) == len(lines)
+
+
+@pytest.mark.parametrize("far", [0, 1e7])
+def test_drawings_far_from_the_origin_are_carried(tmp_path, far):
+    circle = f'<path id="shape" d="M{far - 80} 0a80 80 0 1 0 160 0a80 80 0 1 0 -160 0"/>'
+    (tmp_path / "a.svg").write_text(f'{HEAD}{circle}<circle id="a" cx="{far}" r="95" stroke="red"/></svg>')
+    source = shape.read(f"{tmp_path}/a.svg#shape")
+    artwork.carry(source, curved(source, lambda z: z - far), source, tmp_path / "b.svg", tolerance=0.01)
+    found = {e.get("id"): e for e in ElementTree.parse(tmp_path / "b.svg").getroot().iter()}
+    for name in ("shape", "a"):
+        z = outline_points(found[name])
+        assert np.isfinite(z).all() and np.abs(np.abs(z) - 80).max() < 0.05
+
+
+def test_a_use_is_clipped_where_it_stands(tmp_path):
+    drawing = """<clipPath id="c"><rect width="5" height="5"/></clipPath>
+    <defs><rect id="r" width="9" height="9"/></defs>
+    <use id="a" href="#r" x="20" y="30" clip-path="url(#c)"/>"""
+    found, _ = body(tmp_path, drawing)
+    z = outline(referred(found, found["a"], "clip-path")[0])
+    assert np.allclose([z.real.min(), z.imag.min()], [20, 30], atol=0.02)
+
+
+def test_widths_and_dashes_follow_the_scale(tmp_path):
+    drawing = """<g stroke="red" stroke-width="3" stroke-dasharray="4, 2" stroke-dashoffset="1">
+    <path id="a" transform="scale(2)" d="M0 0H10"/><path id="b" pathLength="5" d="M0 0H20"/>
+    <path id="c" vector-effect="non-scaling-stroke" d="M0 0H20"/></g>"""
+    found, notes = body(tmp_path, drawing, lambda z: 0.5 * z)
+    a, b, c = (style_of(found[name]) for name in "abc")
+    assert (a["stroke-width"], a["stroke-dasharray"], a["stroke-dashoffset"]) == ("3", "4 2", "1")
+    assert (b["stroke-width"], b["stroke-dasharray"]) == ("1.5", "8 4")
+    assert "stroke-width" not in c and not notes
+
+
+def test_a_line_that_should_vary_its_width_is_told(tmp_path):
+    drawing = '<path d="M-80 0H80" stroke="red"/><path d="M0 -5V5" stroke="red"/>'
+    _, notes = body(tmp_path, drawing, lambda z: z + 0.003 * z**2)
+    assert [note[:27] for note in notes] == ["1 × line of one width where"]
+
+
+def test_markers_stay_at_the_vertices_of_the_shape(tmp_path):
+    drawing = """<marker id="m" markerUnits="userSpaceOnUse" markerWidth="6" markerHeight="4"/>
+    <path id="a" d="M-50 0C-50 40 0 40 0 0S50 -40 50 0" fill="none" stroke="red" marker="url(#m)"/>
+    <path id="b" d="M0 10H200" fill="none" stroke="red" style="marker-start:url(#m);marker-end:url(#m)"/>
+    <g style="marker-start:url(#m)"><rect id="c" width="9" height="9"/></g>"""
+    found, _ = body(tmp_path, drawing, lambda z: 0.5 * z + 0.0005 * z**2)
+    line, dots = found["a"]
+    assert style_of(line)["marker-mid"] == "none" and style_of(dots)["marker-start"] == "none"
+    (run,) = path_data.runs(dots.get("d"))
+    at = np.array([run.start, *(piece.last() for piece in run.pieces)])
+    z = np.array([-50, 0, 50])
+    assert np.abs(at - (0.5 * z + 0.0005 * z**2)).max() < 0.02
+    assert len(path_data.runs(line.get("d"))[0].pieces) > 2
+    made = referred(found, dots, "marker-mid")
+    assert made.get("viewBox") == "0 0 6 4" and abs(float(made.get("markerWidth")) - 3) < 0.1
+    assert style_of(found["b"])["marker-end"] == "none" and style_of(found["b"])["marker-start"] != "none"
+    assert style_of(found["c"])["marker-start"] == "none"
+
+
+def test_gradients_in_units_of_the_box_turn_with_the_shape(tmp_path):
+    drawing = """<linearGradient id="g"><stop stop-color="red"/></linearGradient>
+    <rect id="a" x="10" y="20" width="40" height="30" fill="url(#g)"/>
+    <path id="b" d="M0 0H20" stroke="url(#g)"/>"""
+    found, _ = body(tmp_path, drawing, lambda z: 1j * z)
+    made = referred(found, found["a"], "fill")
+    assert [made.get(name) for name in ("x1", "y1", "x2", "y2")] == ["0", "0", "1", "0"]
+    place = affine.parse(made.get("gradientTransform"))
+    corners = np.array([0, 1, 1j])
+    assert np.abs(place(corners) - (-1j) * np.array([10 + 20j, 50 + 20j, 10 + 50j])).max() < 1e-5
+    assert found["b"].get("stroke") == "url(#g)"  # a box without area: SVG paints nothing
+
+
+def test_percentages_of_a_gradient_refer_to_the_source(tmp_path):
+    drawing = """<radialGradient id="g" gradientUnits="userSpaceOnUse" cx="75%" fx="10"/>
+    <rect id="a" width="40" height="30" fill="url(#g)"/>"""
+    found, _ = body(tmp_path, drawing)
+    made = referred(found, found["a"], "fill")
+    assert [made.get(name) for name in ("cx", "cy", "r", "fx", "fy")] == ["150", "100", "100", "10", None]
+
+
+def test_patterns_follow_the_shape(tmp_path):
+    drawing = """<pattern id="p" width=".25" height=".5" patternContentUnits="objectBoundingBox"><g/></pattern>
+    <pattern id="q" patternUnits="userSpaceOnUse" width="5" height="4" patternTransform="rotate(90)"><g/></pattern>
+    <rect id="a" x="10" y="20" width="40" height="20" fill="url(#p)"/>
+    <g transform="scale(2)"><rect id="b" width="9" height="9" fill="url(#q)"/></g>"""
+    found, notes = body(tmp_path, drawing, lambda z: 3 * z / 4 + 1)
+    a, b = (referred(found, found[name], "fill") for name in "ab")
+    assert [a.get(name) for name in ("x", "y", "width", "height")] == ["10", "20", "10", "10"]
+    assert a.get("viewBox") == "0 0 0.25 0.5" and len(found["p"]) == 1
+    place = affine.parse(b.get("patternTransform"))
+    assert np.abs(place(np.array([0, 1, 1j])) - np.array([1, 1 + 1.5j, -0.5])).max() < 1e-5
+    assert not notes
+
+
+def test_what_a_bent_map_cannot_bend_is_told(tmp_path):
+    drawing = """<linearGradient id="g"/><rect x="-80" y="-80" width="160" height="160" fill="url(#g)"/>
+    <rect width="3" height="3" fill="url(#g)"/>"""
+    _, notes = body(tmp_path, drawing, lambda z: z + 0.003 * z**2)
+    assert notes == ("1 × gradient that follows the map only by its affine part",)
+
+
+def test_a_filter_grows_and_turns_with_what_casts_it(tmp_path):
+    drawing = """<filter id="f" filterUnits="userSpaceOnUse" x="-10" y="-10" width="60" height="40">
+    <feOffset dx="3" dy="1"/><feGaussianBlur stdDeviation="2 1"/><feTurbulence baseFrequency=".1"/>
+    <fePointLight x="5" y="0" z="7"/><feDistantLight azimuth="30"/></filter>
+    <g id="a" filter="url(#f)"><rect width="40" height="20"/></g>
+    <g transform="scale(3)"><rect id="b" width="9" height="6" style="filter:url(#f)"/></g>"""
+    found, notes = body(tmp_path, drawing, lambda z: -1j * z / 2)  # y is down: 1j / 2 there
+    made = referred(found, found["a"], "filter")
+    offset, blur, noise, light, sun = made
+    assert (offset.get("dx"), offset.get("dy"), blur.get("stdDeviation")) == ("-0.5", "1.5", "0.5 1")
+    assert noise.get("baseFrequency") == "0.2" and sun.get("azimuth") == "120"
+    assert np.allclose([float(light.get(k)) for k in "xyz"], [0, 2.5, 3.5], atol=1e-4)
+    box = [float(made.get(name)) for name in ("x", "y", "width", "height")]
+    assert np.allclose(box, [-15, -5, 20, 30], atol=0.05)  # a margin of 10 in each direction, halved
+    assert referred(found, found["b"], "filter")[0].get("dy") == "4.5"
+    assert not notes and "f" not in found
+
+
+def test_masks_are_carried_where_they_are_used(tmp_path):
+    drawing = """<mask id="m" style="mask-type:alpha" maskUnits="userSpaceOnUse" x="0" y="0" width="30" height="40">
+    <circle cx="20" cy="20" r="20" fill="#fff"/></mask>
+    <mask id="n" maskContentUnits="objectBoundingBox"><rect width="1" height=".5" fill="#fff"/></mask>
+    <g id="a" mask="url(#m)"><rect width="40" height="40"/></g>
+    <rect id="b" y="-40" width="40" height="40" mask="url(#n)"/>"""
+    found, notes = body(tmp_path, drawing, lambda z: z / 2 - 20)
+    round_, half = (referred(found, found[name], "mask") for name in "ab")
+    assert style_of(round_)["mask-type"] == "alpha" and round_.get("maskUnits") == "userSpaceOnUse"
+    assert np.abs(np.abs(outline(round_[0][0]) - (-10 + 10j)) - 10).max() < 0.02
+    (edge,) = referred(found, round_[0], "clip-path")
+    assert abs(outline(edge).real.max() + 5) < 0.02
+    z = outline(half[0][0])
+    assert np.allclose(
+        [z.real.min(), z.real.max(), z.imag.min(), z.imag.max()], [-20, 0, -20, -10], atol=0.02
+    )
+    assert not notes and "m" not in found
+
+
+def test_pictures_are_carried_in_parts(tmp_path):
+    drawing = """<image id="a" x="10" y="20" width="60" height="30" transform="scale(.5)" opacity=".5" href="data:,"/>
+    <image id="b" x="85" width="60" height="9" href="data:,"/><image id="c" x="300" width="9" height="9" href="data:,"/>
+    <image id="d" width="9" height="9" href="d.png"/><image id="e" href="data:,"/>"""
+    found, notes = body(tmp_path, drawing, lambda z: z + 0.002 * z**2)
+    cut = [(referred(found, part, "clip-path")[0], part[0]) for part in found["a"]]
+    z = np.concatenate([outline(corners) for corners, _ in cut])
+    (picture,) = {use.get("{http://www.w3.org/1999/xlink}href") for _, use in cut}
+    assert len(cut) == 3 and found["a"].get("opacity") == ".5" and found[picture[1:]].get("width") == "60"
+    exact = (lambda z: z + 0.002 * z**2)(np.array([5 + 10j, 35 + 10j, 35 + 25j, 5 + 25j]))
+    assert np.abs(z - exact[:, None]).min(axis=1).max() < 0.02
+    for corners, use in cut:
+        place, w = affine.parse(use.get("transform")), outline(corners)
+        middle = (w.real.min() + w.real.max() + 1j * (w.imag.min() + w.imag.max())) / 2
+        back = (np.sqrt(1 + 0.008 * middle) - 1) / 0.004  # in the root's units, half the picture's
+        assert abs(place(2 * back) - middle) < 0.1
+    assert (
+        0 < len(found["b"]) < len(found["a"])
+        and not len(found["c"])
+        and "d" not in found
+        and "e" not in found
+    )
+    assert notes == (
+        "2 × <image> that is not embedded, or without width and height, left out",
+        "1 × shape outside the source, left out",
+    )
+
+
+def test_a_symbol_is_drawn_where_it_is_used_and_clipped_to_its_view(tmp_path):
+    drawing = """<symbol id="s" viewBox="0 0 10 10"><rect width="5" height="20"/></symbol>
+    <g id="a"><use href="#s" x="10" y="20" width="30" height="30"/></g>
+    <g id="b"><use href="#s" width="10" height="10" style="overflow:visible"/></g>"""
+    found, notes = body(tmp_path, drawing)
+    bar = next(e for e in found["a"].iter() if e.tag.endswith("}path"))
+    z = outline(bar)
+    assert np.allclose([z.real.min(), z.real.max(), z.imag.min(), z.imag.max()], [10, 25, 20, 80], atol=0.02)
+    clipped = next(e for e in found["a"].iter() if "clip-path" in style_of(e))
+    (view,) = referred(found, clipped, "clip-path")
+    assert abs(outline(view).imag.max() - 50) < 0.02
+    assert len([e for e in found["a"].iter() if e.tag.endswith("}path")]) == 1
+    assert not notes and "s" not in found
+
+
+def test_styles_said_by_tag_or_id_outlast_both(tmp_path):
+    drawing = """<style>rect{fill:red}path{fill:blue}#r{stroke:lime}.t{transform:translate(9px,0)}</style>
+    <defs><rect id="r" width="9" height="9"/></defs><g id="a"><use href="#r"/></g>
+    <circle id="b" r="9" fill="gold"/><g id="c" class="t"><circle id="d" r="2"/></g>"""
+    found, _ = body(tmp_path, drawing)
+    rect = style_of(next(e for e in found["a"].iter() if e.tag.endswith("}path")))
+    assert (rect["fill"], rect["stroke"], rect.get("id")) == ("red", "lime", None)
+    assert style_of(found["b"])["fill"] == "gold" and style_of(found["d"])["fill"] == "inherit"
+    assert style_of(found["c"])["transform"] == "none" and abs(outline(found["d"]).real.mean() - 9) < 0.1
+
+
+def test_style_rules_that_are_not_read_are_told(tmp_path):
+    drawing = (
+        "<style>@font-face{font-family:x}g>rect,.a .b{stroke-width:9}.c{fill:red}</style><circle r='9'/>"
+    )
+    _, notes = body(tmp_path, drawing)
+    assert len(notes) == 1 and notes[0].startswith("2 × style rule that is not read but kept")
+
+
+def test_nothing_that_would_undo_the_map_or_run_is_kept(tmp_path):
+    drawing = """<g xmlns:sodipodi="http://sodipodi.sourceforge.net/DTD/sodipodi-0.dtd"
+    xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" id="a" inkscape:label="Art" inkscape:groupmode="layer">
+    <path id="b" sodipodi:type="star" inkscape:original-d="M0 0" d="M0 0H9V9" onclick="x()"/></g><script>x()</script>
+    <switch><foreignObject requiredExtensions="x"/><g id="c"><rect width="5" height="5"/></g></switch>
+    <g display="none"><rect id="d" width="9" height="9"/></g><text>a</text><text>b</text><flowRoot/><animate/>"""
+    found, notes = body(tmp_path, drawing)
+    assert set(found["b"].attrib) == {"id", "d"}
+    assert [k.partition("}")[2] for k in found["a"].attrib] == ["", "label", "groupmode"]
+    assert "c" in found and "d" not in found
+    assert [note.partition(",")[0] for note in notes] == [
+        "1 × <animate>",
+        "1 × <flowRoot>",
+        "1 × <script>",
+        "2 × <text>",
+        "1 × hidden element (display: none",
+    ]
+
+
+def test_what_was_carried_can_be_carried_again(tmp_path):
+    drawing = """<linearGradient id="g"/><clipPath id="c"><rect width="50" height="50"/></clipPath>
+    <rect id="a" width="40" height="30" fill="url(#g)" clip-path="url(#c)"/><circle id="b" r="9" fill="url(#g)"/>"""
+    body(tmp_path, drawing, lambda z: 0.5 * z)
+    once = (tmp_path / "b.svg").read_text()
+    (tmp_path / "a.svg").write_text(once)
+    source = shape.read(f"{tmp_path}/a.svg#shape")
+    assert not artwork.carry(
+        source, curved(source, lambda z: 2 * z), source, tmp_path / "b.svg", tolerance=0.01
+    )
+    elements = list(ElementTree.parse(tmp_path / "b.svg").getroot().iter())
+    names = [e.get("id") for e in elements if e.get("id")]
+    assert "mapped-1" in once and len(names) == len(set(names))
+    found = {e.get("id"): e for e in elements}
+    place = affine.parse(referred(found, found["b"], "fill").get("gradientTransform"))
+    assert np.abs(place(np.array([0, 1, 1j])) - np.array([-9 - 9j, 9 - 9j, -9 + 9j])).max() < 1e-3
+    assert abs(outline(referred(found, found["a"], "clip-path")[0]).real.max() - 50) < 0.05
+
+
+def test_definitions_are_those_that_are_used(tmp_path):
+    drawing = """<defs><linearGradient id="g" xlink:href="#h"/><linearGradient id="h"><stop/></linearGradient>
+    <linearGradient id="no"/><pattern id="p" width="1" height="1"><use href="#dot"/></pattern>
+    <circle id="dot" r="3"/><circle id="other" r="3"/></defs>
+    <rect id="a" width="9" height="9" fill="url(#g)" stroke="url(#p)"/>"""
+    found, _ = body(tmp_path, drawing)
+    assert {"g", "h", "p", "dot"} <= set(found) and not {"no", "other"} & set(found)
+
+
+@pytest.mark.parametrize(
+    ("drawing", "parts"),
+    [
+        ('<path id="a" d="M0 0H9" stroke="red" stroke-width="abc"/>', ["<path> 'a'", "stroke-width 'abc'"]),
+        ('<linearGradient id="g" x1="z"/><rect width="9" height="9" fill="url(#g)"/>', ["<rect>", "x1 'z'"]),
+        (
+            '<filter id="f"><feOffset dx="z"/></filter><circle r="9" filter="url(#f)"/>',
+            ["<feOffset> dx", "'z'"],
+        ),
+        (
+            "".join(
+                f'<mask id="m{k}"><rect width="9" height="9" mask="url(#m{k + 1})"/></mask>'
+                for k in range(60)
+            )
+            + '<rect width="9" height="9" mask="url(#m0)"/>',
+            ["more than 40 deep"],
+        ),
+    ],
+)
+def test_malformed_artwork_is_told_in_one_line(tmp_path, drawing, parts):
+    with pytest.raises(InputError) as caught:
+        body(tmp_path, drawing)
+    said = str(caught.value)
+    assert (
+        said.startswith(f"{tmp_path}/a.svg: ") and len(said) < 200 + len(str(tmp_path)) and "\n" not in said
+    )
+    assert all(part in said for part in parts)

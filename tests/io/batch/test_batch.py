@@ -1,0 +1,293 @@
+"""Batches: one result a job whatever happens, resuming, reproducible bytes."""
+
+import hashlib
+import json
+import os
+import signal
+import time
+from concurrent.futures import BrokenExecutor, Future
+
+import pytest
+
+from iccm.io.batch import dispatch, journal, pools, worker
+from iccm.io.batch.journal import Journal
+from iccm.io.batch.manifest import ManifestError, Task
+from iccm.io.run import inputs as companions
+from iccm.io.run.job import Job
+
+MANIFEST = """
+[defaults]
+method = "paper"
+vertices = 40
+size = 24
+report = "{source.stem}-{target.stem}.json"
+output = "{source.stem}-{target.stem}.png"
+[[job]]
+source = "*.svg"
+target = "[bd]*.svg"
+"""
+
+
+class Scripted:
+    """A pool whose jobs end as a script says: a status, "dies" or "hangs", by source and attempt."""
+
+    def __init__(self, script, size=2):
+        self.size, self.script = size, script
+        self.started, self.abandoned = [], []
+
+    def submit(self, payload):
+        name = payload["job"]["source"]
+        self.started.append(name)
+        ends = self.script.get(name, ["done"])
+        end = ends[min(self.started.count(name), len(ends)) - 1]
+        future = Future()
+        if end == "dies":
+            future.set_exception(RuntimeError("the worker died"))
+        elif end != "hangs":
+            future.set_result(
+                {"status": end, "message": end, "outputs": [], "figures": {}, "notes": [], "seconds": 0}
+            )
+        return future
+
+    def abandon(self, futures):
+        self.abandoned += futures
+
+    def close(self):
+        pass
+
+
+@pytest.fixture
+def play(tmp_path, monkeypatch):
+    """`play(script, policy)` runs jobs named a to e on a scripted pool: their results by name, and the pool."""
+    monkeypatch.chdir(tmp_path)
+    for name in "abcde":
+        (tmp_path / name).write_text(name)
+
+    def run(script, policy=None, **options):
+        tasks = [Task(n, s, f"job {n}", Job(source=s, report=f"{s}.json")) for n, s in enumerate("abcde", 1)]
+        pool = Scripted(script, options.pop("size", 2))
+        results = list(
+            dispatch.execute(tasks, pool, Journal(tmp_path), policy or dispatch.Policy(), **options)
+        )
+        assert sorted(r["name"] for r in results) == list("abcde")
+        return {r["name"]: r for r in results}, pool
+
+    return run
+
+
+def test_a_failed_job_does_not_stop_the_others(play):
+    results, _ = play({"b": ["failed"], "c": ["error"]})
+    assert {n: r["status"] for n, r in results.items()} == dict(
+        a="done", b="failed", c="error", d="done", e="done"
+    )
+    assert all(r["schema"] == "iccm.result/1" and r["attempts"] == 1 for r in results.values())
+
+
+def test_a_job_whose_worker_dies_is_run_again(play):
+    results, pool = play({"b": ["dies", "done"]})
+    assert results["b"]["status"] == "done" and results["b"]["attempts"] == 2
+    assert sorted(pool.started) == list("abbcde")
+
+
+def test_retries_end(play):
+    results, pool = play({"b": ["dies"]}, dispatch.Policy(retries=2))
+    assert results["b"]["status"] == "killed" and pool.started.count("b") == 3
+    assert {r["status"] for n, r in results.items() if n != "b"} == {"done"}
+
+
+def test_a_failure_is_not_retried(play):
+    _, pool = play({"b": ["failed"]}, dispatch.Policy(retries=5))
+    assert pool.started.count("b") == 1
+
+
+def test_a_time_limit_ends_the_job_alone(play):
+    results, pool = play({"b": ["hangs"]}, dispatch.Policy(timeout=0.3))
+    assert results["b"]["status"] == "timeout" and "0.3 s" in results["b"]["message"]
+    assert len(pool.abandoned) == 1 and {r["status"] for n, r in results.items() if n != "b"} == {"done"}
+
+
+def test_fail_fast_begins_nothing_after_a_failure(play):
+    results, pool = play({"b": ["poor"]}, dispatch.Policy(fail_fast=True), size=1)
+    assert pool.started == ["a", "b"]
+    assert [r["status"] for r in results.values()] == ["done", "poor", "cancelled", "cancelled", "cancelled"]
+
+
+def test_stopping_reports_every_job(play):
+    began = time.monotonic()
+    results, pool = play({"b": ["hangs"], "c": ["hangs"]}, stopping=lambda: time.monotonic() - began > 0.5)
+    assert {n: r["status"] for n, r in results.items()} == {
+        "a": "done", "b": "cancelled", "c": "cancelled", "d": "cancelled", "e": "cancelled",
+    }  # fmt: skip
+    assert len(pool.abandoned) == 2
+
+
+def test_an_input_that_went_away_fails_its_job_only(play, tmp_path):
+    (tmp_path / "x").write_text("")
+    results, _ = play({}, warn=lambda message: None)
+    assert results["c"]["status"] == "done"
+    (tmp_path / "c").unlink()
+    results, pool = play({})
+    assert results["c"]["status"] == "failed" and "c" in results["c"]["message"] and "c" not in pool.started
+
+
+def test_a_worker_that_died_between_two_jobs_does_not_answer_with_the_old_result(tmp_path):
+    pool = pools.Processes(1, 1)
+    try:
+        payload = {"folder": str(tmp_path), "job": {"source": "none.svg", "report": "r.json"}, "threads": 1}
+        assert pool.submit(payload).result(60)["status"] == "failed"
+        os.kill(pool._lanes[0]._pid.result(), signal.SIGKILL)
+        with pytest.raises(BrokenExecutor):
+            pool.submit(payload).result(60)
+        assert pool.submit(payload).result(60)["status"] == "failed"  # by a new worker
+    finally:
+        pool.close()
+
+
+def test_the_journal_forgives_torn_lines(tmp_path):
+    (tmp_path / "in").write_text("x")
+    (tmp_path / "out.json").write_text("made")
+    job = Job(source=str(tmp_path / "in"), report=str(tmp_path / "out.json"))
+    book, key = Journal(tmp_path), journal.key(job)
+    output = {"path": job.report, "sha256": hashlib.sha256(b"made").hexdigest()}
+    book.begin(key, job)
+    with book.path.open("a") as file:
+        file.write('{"event": "finished", "key": ')
+    book.finish(key, {"status": "done", "outputs": [output]})
+    with book.path.open("ab") as file:
+        file.write(b'{"torn": \xff\n[1]\n"x"\n{"event": "finished", "key": 3}\n{"event": "begun"}\n')
+    again = Journal(tmp_path)
+    assert again.finished(key)["status"] == "done" and again.wrote(job.report)
+    assert again.finished("other") is None and not again.wrote(job.source)
+    (tmp_path / "out.json").write_text("changed")
+    assert again.finished(key) is None
+
+
+def test_the_key_knows_inputs_options_and_version(tmp_path, monkeypatch):
+    (tmp_path / "a").write_text("x")
+    job = Job(source=str(tmp_path / "a"), quasi=0.5)
+    key = journal.key(job)
+    assert journal.key(job.model_copy(update={"force": True})) == key
+    assert journal.key(job.model_copy(update={"quasi": 0.6})) != key
+    (tmp_path / "a").write_text("yy")
+    assert journal.key(job) != key
+    (tmp_path / "a").write_text("x")
+    monkeypatch.setattr(journal, "__version__", "9")
+    assert journal.key(job) != key
+
+
+def test_the_key_knows_what_a_mesh_names_in_turn(tmp_path):
+    (tmp_path / "a.obj").write_text("mtllib my lib.mtl\nv 0 0 0\n")
+    job = Job(source=str(tmp_path / "a.obj"))
+    keys = [journal.key(job)]
+    (tmp_path / "my lib.mtl").write_text("newmtl x\nmap_Kd -s 1 1 1 t.png\nmap_Bump no such.png\n")
+    keys.append(journal.key(job))
+    (tmp_path / "t.png").write_text("pixels")
+    keys.append(journal.key(job))
+    (tmp_path / "t.png").write_text("other pixels")
+    keys.append(journal.key(job))
+    assert len(set(keys)) == 4
+    scene = {"buffers": [{"uri": "b.bin"}, {"uri": "data:,"}, 3], "images": [{"uri": "t.png"}]}
+    for text, count in (
+        (json.dumps(scene), 1),
+        (json.dumps({**scene, "buffers": []}), 2),
+        ("{", 1),
+        ("[]", 1),
+    ):
+        (tmp_path / "s.gltf").write_text(text)
+        assert len(companions.inputs(Job(source=str(tmp_path / "s.gltf")))) == count
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "part"),
+    [
+        (MemoryError(), "failed", "out of memory"),
+        (OSError(28, "No space left on device", "x.png"), "failed", "x.png: No space left"),
+        (
+            ZeroDivisionError("of\npigs"),
+            "error",
+            "internal error, please report it (ZeroDivisionError: of pigs, test_batch.py:",
+        ),
+    ],
+)
+def test_a_worker_answers_for_every_failure(monkeypatch, error, status, part):
+    def fail(payload):
+        raise error
+
+    monkeypatch.setattr(worker, "_run", fail)
+    result = worker.work({"folder": os.getcwd(), "job": {}, "threads": 1})
+    assert result["status"] == status and part in result["message"] and "\n" not in result["message"]
+
+
+def test_outputs_that_cannot_be_written_are_all_told_before_anything_runs(tmp_path):
+    (tmp_path / "there.json").write_text("mine")
+    (tmp_path / "file").write_text("")
+    jobs = [
+        Job(source="a", report=str(tmp_path / name)) for name in ("there.json", "file/x.json", "sub/new.json")
+    ]
+    tasks = [Task(n, "", f"job {n}", job) for n, job in enumerate(jobs, 1)]
+    for resume in (False, True):
+        with pytest.raises(ManifestError) as caught:
+            dispatch.prepared(tasks, Journal(tmp_path), resume=resume)
+        assert [line[:5] for line in caught.value.mistakes] == ["job 1", "job 2"]
+    assert (tmp_path / "there.json").read_text() == "mine"
+
+
+def hashes(folder):
+    return {
+        p.name: hashlib.sha256(p.read_bytes()).hexdigest()
+        for p in folder.iterdir()
+        if not p.name.startswith(".")
+    }
+
+
+def rows(text):
+    return {row["name"]: row for row in map(json.loads, text.splitlines())}
+
+
+def test_a_batch_from_end_to_end(shapes, shell):
+    """Two workers and one give the same bytes; --resume skips what is unchanged, and only that."""
+    (shapes / "jobs.toml").write_text(MANIFEST)
+    env = os.environ | {"SOURCE_DATE_EPOCH": "1700000000"}
+    one = shell("iccm batch jobs.toml --root one -j 1", env=env)
+    two = shell("iccm batch jobs.toml --root two -j 2 --threads 2", env=env)
+    assert one.returncode == two.returncode == 0, one.stderr + two.stderr
+    assert len(rows(one.stdout)) == 6 and "6 done" in one.stderr
+    assert {r["status"] for r in rows(one.stdout).values()} == {"done"}
+    pictures = {n: h for n, h in hashes(shapes / "one").items() if n.endswith(".png")}
+    assert len(pictures) == 6 and pictures.items() <= hashes(shapes / "two").items()
+    reports = [json.loads((shapes / name / "square-blob.json").read_text()) for name in ("one", "two")]
+    for report in reports:
+        assert "seconds" not in report
+        report.pop("job")  # names the folder
+    assert reports[0] == reports[1]
+
+    (shapes / "square.svg").write_text((shapes / "square.svg").read_text().replace("H90", "H80"))
+    (shapes / "one" / "disk-disk.png").write_bytes(b"spoiled")
+    again = shell("iccm batch jobs.toml --root one -j 1 --resume", env=env)
+    assert again.returncode == 0, again.stderr
+    ran = {name for name, row in rows(again.stdout).items() if not row["resumed"]}
+    assert ran == {"square-blob", "square-disk", "disk-disk"}
+    assert hashes(shapes / "one")["disk-disk.png"] == pictures["disk-disk.png"]
+    refused = shell("iccm batch jobs.toml --root one")
+    assert refused.returncode == 2 and refused.stderr.count("--force") == 12 and refused.stdout == ""
+
+
+def test_the_wrong_manifest_and_the_failing_job_have_their_exit_codes(shapes, iccm, monkeypatch):
+    (shapes / "bad.jsonl").write_text('{"source": "x"}\n{"sauce": 1}\n')
+    typed = iccm("batch", "bad.jsonl")
+    assert (
+        typed.code == 2
+        and len(typed.lines) == 3
+        and all(line.startswith("error: bad.jsonl") for line in typed.lines)
+    )
+    assert iccm("batch", "none.toml").code == 2
+    lines = [{"source": "square.svg", "target": "blob.svg", "method": "paper", "report": "r.json", **more}
+             for more in ({"pin": [[0, 0, 1, 1]]}, {"vertices": 30, "report": "s.json"})]  # fmt: skip
+    (shapes / "jobs.jsonl").write_text("\n".join(map(json.dumps, lines)))
+    assert "2 jobs" in iccm("batch", "jobs.jsonl", "--check").err and not (shapes / "s.json").exists()
+    typed = iccm("batch", "jobs.jsonl", "-j", "1")
+    assert typed.code == 1 and sorted(row["status"] for row in map(json.loads, typed.out.splitlines())) == [
+        "done",
+        "failed",
+    ]
+    assert "outside the shape" in typed.err and (shapes / "s.json").exists()

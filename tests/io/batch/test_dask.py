@@ -1,0 +1,72 @@
+"""A batch on a real Dask scheduler with two workers on loopback."""
+
+import json
+import shutil
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+
+pytest.importorskip("distributed")
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+@pytest.fixture
+def scheduler(tmp_path):
+    """The address of a scheduler with two workers of one thread each, in processes of their own."""
+    port = free_port()
+    address = f"tcp://127.0.0.1:{port}"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path}
+    dask = [sys.executable, "-m", "distributed.cli"]
+    common = ["--no-dashboard", "--host", "127.0.0.1"]
+    start = [*dask[:2], "distributed.cli.dask_scheduler", *common, "--port", str(port)]
+    processes = [subprocess.Popen(start, **quiet)]
+    worker = [*dask[:2], "distributed.cli.dask_worker", address, *common, "--nthreads", "1", "--no-nanny"]
+    processes += [subprocess.Popen(worker, **quiet) for _ in range(2)]
+    yield address
+    for process in processes:
+        process.kill()
+        process.wait(10)
+
+
+def test_the_same_batch_on_a_cluster(shapes, iccm, scheduler):
+    from distributed import Client
+
+    with Client(scheduler, timeout="30s") as client:
+        client.wait_for_workers(2, timeout=30)
+    values = {"method": "paper", "vertices": 40, "size": 24, "output": "{source.stem}-{target.stem}.png"}
+    rows = [
+        {"defaults": values},
+        {"source": "*.svg", "target": "blob.svg"},
+        {"source": "disk.svg", "target": "square.svg"},
+    ]
+    (shapes / "jobs.jsonl").write_text("\n".join(map(json.dumps, rows)))
+    typed = iccm("batch", "jobs.jsonl", "--root", "far", "--dask", scheduler)
+    assert typed.code == 0, typed.err
+    assert [row["status"] for row in map(json.loads, typed.out.splitlines())] == ["done"] * 4
+    assert iccm("batch", "jobs.jsonl", "--root", "near", "-j", "1").code == 0
+    for picture in (shapes / "near").glob("*.png"):
+        assert picture.read_bytes() == (shapes / "far" / picture.name).read_bytes()
+    (shapes / "jobs.jsonl").write_text(
+        json.dumps({**values, "source": "blob.svg", "target": "blob.svg", "pin": "0,0:1,1"})
+    )
+    shutil.rmtree("far")
+    typed = iccm("batch", "jobs.jsonl", "--root", "far", "--dask", scheduler)
+    assert typed.code == 1 and json.loads(typed.out)["status"] == "failed"
+
+
+def test_no_scheduler_is_one_line(shapes, iccm, monkeypatch):
+    from iccm.io.batch import pools
+
+    monkeypatch.setattr(pools, "PATIENCE", "1s")
+    (shapes / "jobs.jsonl").write_text('{"source": "blob.svg", "target": "disk.svg"}')
+    began = time.monotonic()
+    typed = iccm("batch", "jobs.jsonl", "--dask", f"tcp://127.0.0.1:{free_port()}")
+    assert typed.code == 2 and "no scheduler answers" in typed.err and time.monotonic() - began < 60

@@ -1,0 +1,171 @@
+"""Manifests: defaults, globs, templates, and every mistake with its place."""
+
+import json
+
+import pytest
+
+from iccm.io.batch.manifest import ManifestError, read
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.svg", "b.svg", "c.svg", "t.png"):
+        (tmp_path / name).write_text("x")
+    (tmp_path / "out").mkdir()
+    return tmp_path
+
+
+def jobs(text, name="jobs.toml", folder=None, **options):
+    return read(text, name, root=folder / "out", **options)
+
+
+def mistakes(text, name="jobs.toml", folder=None, **options):
+    with pytest.raises(ManifestError) as caught:
+        jobs(text, name, folder, **options)
+    return caught.value.mistakes
+
+
+def test_defaults_and_templates(folder):
+    text = """
+    [defaults]
+    size = 64
+    report = "{source.stem}/{target.stem}-{number}.json"
+    [[job]]
+    source = "a.svg"
+    target = "b.svg#leaf"
+    output = ["{source.stem}-{target.id}.png", "{source.name}.jpg"]
+    [[job]]
+    source = "b.svg"
+    target = "c.svg"
+    size = "8x9"
+    name = "special {number}"
+    """
+    one, two = jobs(text, folder=folder)
+    out = str(folder / "out")
+    assert one.job.output == (f"{out}/a-leaf.png", f"{out}/a.svg.jpg")
+    assert one.job.report == f"{out}/a/b-1.json" and one.job.size == (64,)
+    assert two.job.size == (8, 9) and two.name == "special 2" and two.job.output == ()
+
+
+def test_globs_multiply_in_a_fixed_order(folder):
+    tasks = jobs('[[job]]\nsource = "[ab].svg"\ntarget = "*.svg"', folder=folder)
+    assert [task.name for task in tasks] == ["a-a", "a-b", "a-c", "b-a", "b-b", "b-c"]
+    assert [task.number for task in tasks] == [1, 2, 3, 4, 5, 6]
+    assert all(task.job.output == (str(folder / "out" / f"{task.name}.png"),) for task in tasks)
+
+
+def test_json_lines_with_defaults_and_stdin(folder):
+    lines = [{"defaults": {"quasi": 0.5}}, {"source": "a.svg", "target": "b.svg"}]
+    text = "\n".join(json.dumps(line) for line in lines) + "\n\n"
+    for name in ("jobs.jsonl", "-"):
+        (task,) = jobs(text, name, folder)
+        assert task.job.quasi == 0.5 and task.place == f"{name}: line 2"
+    (task,) = jobs('[[job]]\nsource = "a.svg"\ntarget = "b.svg"', "-", folder)
+    assert task.place == "-: job 1"
+
+
+def test_inputs_are_relative_to_the_manifest(folder):
+    (folder / "deep").mkdir()
+    (folder / "deep" / "d.svg").write_text("x")
+    (folder / "deep" / "pins.json").write_text("{}")
+    text = '[[job]]\nsource = "d.svg"\ntarget = "../a.svg"\nconstraints = "pins.json"'
+    (task,) = jobs(text, "deep/jobs.toml", folder)
+    assert task.job.inputs == ("deep/d.svg", "deep/../a.svg", "deep/pins.json")
+
+
+def test_every_mistake_is_listed_with_its_place(folder):
+    text = """
+    colour = 3
+    [[job]]
+    source = "a.svg"
+    target = "none.svg"
+    [[job]]
+    source = "a.svg"
+    target = "*.obj"
+    [[job]]
+    source = "a.svg"
+    target = "b.svg"
+    pin = ["1,2:3,4", "5"]
+    quasy = 1
+    size = "big"
+    [[job]]
+    source = "a.svg"
+    target = "c.svg"
+    output = "{sauce.stem}.png"
+    [[job]]
+    target = "c.svg"
+    """
+    found = mistakes(text, folder=folder)
+    for place, what in (
+        ("jobs.toml: colour", "unknown key"),
+        ("jobs.toml: job 1", "none.svg: no such file"),
+        ("jobs.toml: job 2: target", "no file matches '*.obj'"),
+        ("jobs.toml: job 3: pin.1", "SX,SY:TX,TY"),
+        ("jobs.toml: job 3: quasy", "unknown key"),
+        ("jobs.toml: job 3: size", "WxH"),
+        ("jobs.toml: job 4: output", "unknown {sauce.stem}"),
+        ("jobs.toml: job 5: source", "required"),
+    ):
+        assert any(line.startswith(place) and what in line for line in found), (place, found)
+    assert len(found) == 8
+
+
+def test_syntax_errors_have_line_and_column(folder):
+    assert "line 2, column" in mistakes("[[job]]\nsource = = 3", folder=folder)[0]
+    found = mistakes('{"source": "a.svg", "target": "b.svg"}\n{"source": \n[1]\n', "jobs.jsonl", folder)
+    assert found[0].startswith("jobs.jsonl: line 2: column") and found[1].startswith(
+        "jobs.jsonl: line 3: not a JSON"
+    )
+
+
+@pytest.mark.parametrize("text", ["", "[defaults]\nsize = 3\n"])
+def test_no_jobs_is_a_mistake(folder, text):
+    assert "no jobs" in mistakes(text, folder=folder)[0]
+
+
+@pytest.mark.parametrize("text", ["defaults = 3", "job = 3", "job = [1, 2]", "[job]\nsource = 'a.svg'"])
+def test_wrong_tables_are_mistakes(folder, text):
+    assert "must be" in mistakes(text, folder=folder)[0]
+
+
+def test_deep_nesting_is_a_mistake(folder):
+    assert mistakes("a = " + "[" * 100_000, folder=folder)
+    assert mistakes("[" * 100_000, "jobs.jsonl", folder)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"), [("size = " + "9" * 5000, "jobs.toml"), ('{"size": ' + "9" * 5000 + "}", "j.jsonl")]
+)
+def test_a_number_without_end_is_a_mistake(folder, text, name):
+    assert "digits" in mistakes(text, name, folder)[0]
+
+
+def test_two_jobs_may_not_write_one_file(folder):
+    found = mistakes('[[job]]\nsource = "*.svg"\ntarget = "a.svg"\noutput = "o.png"', folder=folder)
+    assert len(found) == 2 and "writes it too" in found[0]
+
+
+def test_an_output_may_not_be_an_input_of_another_job(folder):
+    text = '[[job]]\nsource = "a.svg"\ntarget = "b.svg"\ntexture = "t.png"\noutput = "../t.png"'
+    assert "also an input" in mistakes(text, folder=folder, outside=True)[0]
+
+
+@pytest.mark.parametrize("output", ["../o.png", "/tmp/o.png", "sub/../../o.png", "link/o.png", "file.png"])
+def test_outputs_do_not_leave_the_root(folder, output):
+    (folder / "elsewhere").mkdir()
+    (folder / "out" / "link").symlink_to(folder / "elsewhere")
+    (folder / "out" / "file.png").symlink_to(folder / "elsewhere" / "o.png")
+    text = f'[[job]]\nsource = "a.svg"\ntarget = "b.svg"\noutput = "{output}"'
+    assert "leaves" in mistakes(text, folder=folder)[0]
+    assert jobs(text, folder=folder, outside=True)
+
+
+def test_a_template_cannot_smuggle_a_folder(folder):
+    text = '[[job]]\nsource = "a.svg#../../x"\ntarget = "b.svg"\noutput = "{source.id}.png"'
+    (task,) = jobs(text, folder=folder)
+    assert task.job.output == (str(folder / "out" / ".._.._x.png"),)
+
+
+def test_stdout_is_taken(folder):
+    assert "`-`" in mistakes('[[job]]\nsource = "a.svg"\ntarget = "b.svg"\nreport = "-"', folder=folder)[0]

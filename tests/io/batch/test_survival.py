@@ -1,0 +1,239 @@
+"""Killed workers and parents, full disks, read-only folders, vanishing inputs, rivals: nothing torn, nothing lost."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from iccm.io.pictures import image_files
+
+ICCM = str(Path(sys.executable).parent / "iccm")
+WHOLE = {"done": 4}
+
+
+def manifest(size=1000, **more):
+    values = {
+        "method": "paper",
+        "vertices": 60,
+        "size": size,
+        "output": "{source.stem}-{target.stem}.png",
+        **more,
+    }
+    rows = [
+        {"defaults": values},
+        {"source": "*.svg", "target": "[bd]*.svg", "name": "{source.stem}-{target.stem}"},
+    ]
+    return "\n".join(json.dumps(row) for row in rows)
+
+
+@pytest.fixture
+def folder(shapes):
+    """Four jobs of about half a second each."""
+    (shapes / "disk.svg").unlink()
+    shutil.copy("blob.svg", "d.svg")
+    (shapes / "square.svg").unlink()
+    (shapes / "jobs.jsonl").write_text(manifest())
+    return shapes
+
+
+@pytest.fixture
+def start():
+    """`start(*options)` begins a batch in the background; whatever still runs at the end is ended."""
+    begun = []
+
+    def begin(*options, **settings):
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        command = [ICCM, "batch", "jobs.jsonl", "--root", "out", "-v", *options]
+        begun.append(subprocess.Popen(command, **pipes, **settings))
+        return begun[-1]
+
+    yield begin
+    for process in begun:
+        process.kill()
+        process.communicate()
+
+
+def children(pid):
+    """The processes that a process has started and that run."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if (
+            int(fields[1]) == pid
+            and fields[0] != "Z"
+            and "spawn_main" in (stat.parent / "cmdline").read_text()
+        ):
+            found.append(int(stat.parent.name))
+    return found
+
+
+def alive(pid):
+    stat = Path(f"/proc/{pid}/stat")
+    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+def until(condition, seconds=30):
+    """Wait for something that must come."""
+    end = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < end, "it never came"
+        time.sleep(0.02)
+    return found
+
+
+def writing(folder):
+    """Whether some worker has begun to write an output."""
+    return [p for p in (folder / "out").glob(".*.png")] if (folder / "out").is_dir() else []
+
+
+def finished(folder):
+    """Whether the journal tells of a finished job."""
+    book = folder / "out" / ".iccm-journal.jsonl"
+    return book.exists() and '"finished"' in book.read_text()
+
+
+def ended(process):
+    out, err = process.communicate(timeout=90)
+    return Counter(json.loads(line)["status"] for line in out.splitlines()), out, err
+
+
+def whole(folder):
+    """Every picture in the output folder is complete, and nothing else is left there."""
+    left = [p.name for p in folder.iterdir() if p.suffix != ".png" and p.name != ".iccm-journal.jsonl"]
+    hidden = [p.name for p in folder.iterdir() if p.name.startswith(".") and p.suffix == ".png"]
+    pictures = [p for p in folder.iterdir() if p.suffix == ".png" and not p.name.startswith(".")]
+    return not left and not hidden and all(image_files.read(p).pixels.any() for p in pictures)
+
+
+def resumed(start, folder):
+    """--resume completes the batch; how many jobs it did not need to run."""
+    counts, out, err = ended(start("--resume", "-j", "2"))
+    assert counts == WHOLE, err
+    assert whole(folder / "out")
+    return sum(json.loads(line)["resumed"] for line in out.splitlines())
+
+
+def test_a_killed_worker_loses_only_its_own_job(folder, start):
+    process = start("-j", "2")
+    until(lambda: writing(folder))
+    os.kill(children(process.pid)[0], signal.SIGKILL)
+    counts, out, err = ended(process)
+    assert process.returncode == 0 and counts == WHOLE, err
+    assert Counter(json.loads(line)["attempts"] for line in out.splitlines()) == {1: 3, 2: 1}
+    assert "its worker died; running it again" in err
+
+
+def test_a_killed_parent_leaves_no_orphan_and_resumes(folder, start):
+    (folder / "jobs.jsonl").write_text(manifest(size=1500))
+    process = start("-j", "2")
+    until(lambda: finished(folder))
+    until(lambda: writing(folder))
+    workers = children(process.pid)
+    process.kill()
+    process.communicate()
+    until(lambda: not any(map(alive, workers)), 10)
+    assert process.returncode == -signal.SIGKILL and workers
+    assert whole(folder / "out")
+    assert resumed(start, folder) >= 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_cleanly_with_a_summary(folder, start, number):
+    (folder / "jobs.jsonl").write_text(manifest(size=2500))
+    process = start("-j", "1", start_new_session=True)
+    until(lambda: finished(folder))
+    until(lambda: writing(folder))
+    workers = children(process.pid)
+    if number == signal.SIGINT:
+        os.killpg(process.pid, number)  # as Ctrl-C does: to the workers too
+    else:
+        process.send_signal(number)
+    counts, _, err = ended(process)
+    assert process.returncode == 128 + number
+    assert sum(counts.values()) == 4 and counts["done"] >= 1 and counts["cancelled"] >= 1
+    assert "cancelled" in err.splitlines()[-1] and "Traceback" not in err
+    until(lambda: not any(map(alive, workers)), 10)
+    assert whole(folder / "out")
+
+
+def test_a_time_limit_kills_the_worker_and_the_rest_go_on(folder, start):
+    (folder / "jobs.jsonl").write_text(
+        manifest(size=40) + '\n{"source": "d.svg", "target": "blob.svg", "size": 16000, "output": "huge.png"}'
+    )
+    process = start("-j", "1", "--timeout", "6")
+    counts, _, err = ended(process)
+    assert process.returncode == 1 and counts == {"done": 4, "timeout": 1}, err
+    assert whole(folder / "out")
+
+
+def test_a_full_disk(folder, start):
+    """A small tmpfs as the output folder; without the right to mount one there is nothing to test."""
+    out = folder / "out"
+    out.mkdir()
+    if subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=64k", "none", str(out)], capture_output=True
+    ).returncode:
+        pytest.skip("mounting a tmpfs is not allowed here")
+    try:
+        (folder / "jobs.jsonl").write_text(manifest(size=700))
+        process = start("-j", "2")
+        counts, _, err = ended(process)
+        assert process.returncode == 1 and counts["failed"] >= 1 and sum(counts.values()) == 4
+        assert "No space left on device" in err and "Traceback" not in err
+        assert whole(out)
+    finally:
+        subprocess.run(["umount", str(out)], check=True)
+    assert resumed(start, folder) == 0
+
+
+def test_a_read_only_folder_is_told_before_anything_runs(folder, start):
+    """As root permission bits mean nothing: then the folder is made immutable by a read-only mount of itself."""
+    out = folder / "out"
+    out.mkdir()
+    mounted = False
+    if os.geteuid() == 0:
+        steps = (["mount", "--bind", str(out), str(out)], ["mount", "-o", "remount,ro,bind", str(out)])
+        if any(subprocess.run(step, capture_output=True).returncode for step in steps):
+            pytest.skip("running as root, and mounting is not allowed here")
+        mounted = True
+    else:
+        out.chmod(0o555)
+    try:
+        process = start("-j", "2")
+        counts, _, err = ended(process)
+        assert process.returncode == 2 and not counts
+        assert err.count("error: ") == 4 and "not writable" in err and "Traceback" not in err
+    finally:
+        subprocess.run(["umount", str(out)], check=True) if mounted else out.chmod(0o755)
+    assert resumed(start, folder) == 0
+
+
+def test_an_input_deleted_half_way(folder, start):
+    process = start("-j", "1")
+    until(lambda: writing(folder))
+    content = (folder / "d.svg").read_text()
+    (folder / "d.svg").unlink()
+    counts, _, err = ended(process)
+    assert process.returncode == 1 and counts["failed"] >= 1 and sum(counts.values()) == 4
+    assert "d.svg" in err and "Traceback" not in err and whole(folder / "out")
+    (folder / "d.svg").write_text(content)
+    assert resumed(start, folder) == counts["done"]
+
+
+def test_two_batches_at_once_on_the_same_outputs(folder, start):
+    both = [start("-j", "1", "--force"), start("-j", "1", "--force")]
+    for process in both:
+        counts, _, err = ended(process)
+        assert process.returncode == 0 and counts == WHOLE, err
+    assert whole(folder / "out")
+    assert resumed(start, folder) == 4

@@ -1,0 +1,229 @@
+"""The comparator catches what it must: each test plants one regression."""
+
+import json
+import shutil
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from iccm.io.pictures import image_files
+
+REPORT = {
+    "version": "1",
+    "status": "decrease",
+    "energies": [{"total": 0.5}, {"total": 1e-5}],
+    "boundary": {"rms": 1e-4, "hausdorff": 2e-3},
+    "pins": [],
+    "seconds": {"total": 1.25},
+}
+
+
+def scene(width=64, height=48):
+    """A smooth picture with an edge and alpha."""
+    y, x = np.mgrid[0:height, 0:width]
+    rgb = np.stack([x * 255 / width, y * 255 / height, 128 + 100 * np.sin(x / 5)], axis=-1)
+    alpha = np.where(np.hypot(x - width / 2, y - height / 2) < 20, 255, 0)
+    return np.dstack([rgb, alpha]).astype(np.uint8)
+
+
+def save(path, pixels):
+    image_files.write(path, image_files.Image(pixels, alpha=3 if pixels.shape[2] == 4 else -1))
+
+
+@pytest.fixture
+def folders(tmp_path, monkeypatch, iccm):
+    """A run and baselines stored from it."""
+    monkeypatch.chdir(tmp_path)
+    run = tmp_path / "run"
+    (run / "deep").mkdir(parents=True)
+    save(run / "a.png", scene())
+    save(run / "deep" / "b.png", scene(40, 40)[..., :3])
+    (run / "r.json").write_text(json.dumps(REPORT))
+    (run / "other.obj").write_text("v 0 0 0\n")
+    (run / ".iccm-journal.jsonl").write_text("{}\n")
+    assert iccm("check", "run", "base", "--update").code == 0
+    return run, tmp_path / "base"
+
+
+def report_with(change):
+    changed = json.loads(json.dumps(REPORT))
+    change(changed)
+    return json.dumps(changed)
+
+
+def test_the_same_passes(folders, iccm):
+    run, base = folders
+    assert iccm("check", run, base).code == 0
+    assert not (base / ".iccm-journal.jsonl").exists()
+
+
+def test_what_may_differ_passes(folders, iccm):
+    run, base = folders
+    faint = scene()
+    faint[3, 3, 0] += 1
+    save(run / "a.png", faint)
+    (run / "r.json").write_text(report_with(lambda r: r.update(version="2", seconds={"total": 9})))
+    assert iccm("check", run, base).code == 0
+
+
+def shifted(pixels):
+    return np.roll(pixels, 1, axis=1)
+
+
+def hue(pixels):
+    """Red up by a hundredth of white: too faint to see at a glance."""
+    out = pixels.astype(int)
+    out[..., 0] = np.minimum(out[..., 0] + 3, 255)
+    return out.astype(np.uint8)
+
+
+def one_pixel(pixels):
+    out = pixels.copy()
+    out[20, 30, 2] ^= 0x80
+    return out
+
+
+@pytest.mark.parametrize(
+    ("plant", "said"),
+    [
+        (shifted, "rms difference"),
+        (hue, "max difference"),
+        (one_pixel, "column 30, row 20"),
+        (lambda p: p[:, :-1], "63x48"),
+        (lambda p: p[..., :3], "3 channels"),
+        (lambda p: p.astype(np.uint16) * 257, "uint16"),
+        (lambda p: p[::-1], "structural similarity"),
+        (lambda p: np.dstack([p[..., :3], 255 - p[..., 3]]), "max difference"),
+    ],
+)
+def test_a_changed_picture_is_caught(folders, iccm, plant, said):
+    run, base = folders
+    save(run / "a.png", plant(scene()))
+    typed = iccm("check", run, base, "--diff", "diff", "--junit", "j.xml")
+    assert typed.code == 1 and said in typed.err and "a.png" in typed.err
+    assert image_files.read("diff/a.png.diff.png").pixels.std() > 10
+    suite = ElementTree.parse("j.xml").getroot()[0]
+    assert suite.get("tests") == "4" and suite.get("failures") == "1"
+    failed = [case.get("name") for case in suite if case.find("failure") is not None]
+    assert failed == ["a.png"]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            lambda r: r["energies"][1].update(total=1.1e-5),
+            "energies.1.total: 1.1e-05 where the baseline has 1e-05",
+        ),
+        (lambda r: r["energies"].append({"total": 1e-6}), "energies.2.total: not in the baseline"),
+        (lambda r: r.update(status="limit"), 'status: "limit"'),
+        (lambda r: r["boundary"].pop("rms"), "boundary.rms: missing"),
+        (lambda r: r["boundary"].update(rms=None), "boundary.rms: null"),
+        (lambda r: r.update(pins=[{"error": 1}]), "pins.0.error"),
+        (lambda r: r["boundary"].update(hausdorff=True), "boundary.hausdorff: true"),
+    ],
+)
+def test_a_changed_report_is_caught(folders, iccm, change, said):
+    run, base = folders
+    (run / "r.json").write_text(report_with(change))
+    typed = iccm("check", run, base)
+    assert typed.code == 1 and said in typed.err
+
+
+def test_missing_additional_and_other_files_are_caught(folders, iccm):
+    run, base = folders
+    (run / "deep" / "b.png").unlink()
+    (run / "new.png").write_bytes((run / "a.png").read_bytes())
+    (run / "other.obj").write_text("v 0 0 1\n")
+    typed = iccm("check", run, base)
+    assert typed.code == 1
+    for part in (
+        "deep/b.png: missing from the run",
+        "new.png: has no baseline",
+        "other.obj: the bytes differ",
+    ):
+        assert part in typed.err
+
+
+def test_a_torn_picture_or_report_is_a_failure_not_the_end(folders, iccm):
+    run, base = folders
+    (run / "a.png").write_bytes((run / "a.png").read_bytes()[:200])
+    (run / "r.json").write_text("{")
+    typed = iccm("check", run, base, "--diff", "diff")
+    assert typed.code == 1 and "r.json" in typed.err and "a.png" in typed.err and "2 of 4" in typed.err
+
+
+def test_tolerances_are_per_key(folders, iccm):
+    run, base = folders
+    (run / "r.json").write_text(report_with(lambda r: r["boundary"].update(rms=1.5e-4, hausdorff=3e-3)))
+    (base / "tolerances.toml").write_text('[report]\n"boundary.*" = {rel = 0.6}\n')
+    assert iccm("check", run, base).code == 0
+    (base / "tolerances.toml").write_text(
+        '[report]\n"boundary.*" = {rel = 0.6}\n"boundary.rms" = {rel = 0.1}\n'
+    )
+    typed = iccm("check", run, base)
+    assert typed.code == 1 and "boundary.rms" in typed.err and "hausdorff" not in typed.err
+    save(run / "a.png", hue(scene()))
+    (base / "tolerances.toml").write_text(
+        '[pictures]\nmax = 0.02\nrms = 0.02\n[report]\n"*" = {ignore = true}\n'
+    )
+    assert iccm("check", run, base).code == 0
+    (base / "tolerances.toml").write_text("[pictures]\nmaximum = 1\n")
+    typed = iccm("check", run, base)
+    assert typed.code == 2 and "pictures.maximum: unknown key" in typed.err
+
+
+def test_update_rewrites_and_removes(folders, iccm):
+    run, base = folders
+    save(run / "a.png", shifted(scene()))
+    (run / "other.obj").unlink()
+    assert iccm("check", run, base).code == 1
+    assert iccm("check", run, base, "--update").code == 0
+    assert iccm("check", run, base).code == 0 and not (base / "other.obj").exists()
+
+
+def test_nothing_to_compare_is_an_error(tmp_path, iccm):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "base").mkdir()
+    assert iccm("check", tmp_path / "run", tmp_path / "base").code == 2
+    assert iccm("check", tmp_path / "none", tmp_path / "base").code == 2
+    assert iccm("check", tmp_path / "run", tmp_path / "base", "--update").code == 2
+
+
+def test_float_pictures_with_infinities(folders, iccm):
+    run, base = folders
+    bright = np.full((8, 8, 3), 0.5, np.float32)
+    bright[2, 2] = np.inf
+    for folder in (run, base):
+        save(folder / "f.exr", bright)
+    assert iccm("check", run, base).code == 0
+    bright[2, 2] = 0.5
+    save(run / "f.exr", bright)
+    typed = iccm("check", run, base)
+    assert typed.code == 1 and "infinity" in typed.err
+
+
+def test_junit_follows_source_date_epoch(folders, iccm, monkeypatch):
+    run, base = folders
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+    made = []
+    for name in ("one.xml", "two.xml"):
+        iccm("check", run, base, "--junit", name)
+        made.append((run.parent / name).read_bytes())
+    assert made[0] == made[1] and b"1970-01-01T00:00:00" in made[0]
+
+
+def test_the_whole_loop_on_real_results(shapes, iccm):
+    """A worse solution, by fewer iterations, is a regression of picture and report."""
+    options = ("--method", "paper", "--vertices", "60", "--size", "48", "--force")
+    (shapes / "out").mkdir()
+    outputs = ("-o", "out/o.png", "--report", "out/o.json")
+    assert iccm("map", "square.svg", "blob.svg", *options, *outputs).code == 0
+    assert iccm("check", "out", "base", "--update").code == 0
+    assert iccm("map", "square.svg", "blob.svg", *options, *outputs).code == 0
+    assert iccm("check", "out", "base").code == 0
+    assert iccm("map", "square.svg", "blob.svg", *options, *outputs, "--max-iterations", "2").code == 1
+    typed = iccm("check", "out", "base")
+    assert typed.code == 1 and "o.png" in typed.err and "o.json: status" in typed.err
+    shutil.rmtree("base")

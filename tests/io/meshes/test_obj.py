@@ -1,0 +1,266 @@
+"""OBJ files keep their bytes; what is wrong with one is said in one line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from iccm.errors import InputError
+from iccm.io.meshes import material_library, obj, obj_write
+from iccm.io.meshes.obj import parse
+
+MIXED = """# a comment, kept
+mtllib my materials.mtl
+o House
+v 0 0 0
+v 1 0 0 1.0
+v 1 1 0
+v 0 1 0   0.1 0.2 0.3
+v\t0.5\t1.5\t0
+vt 0 0
+vt 1 0 0
+vt 1 1
+vn 0 0 1
+s 1
+g walls south wing
+usemtl Red Brick
+f 1/1/1 2/2/1 3/3/1 4/1/1
+  f -5//1 -4//1 -1//1   # indented, negative, without vt
+usemtl Roof
+g roof
+f 4/-3 3/-2 \\
+  5/-1
+l 1 2 3
+# the end without a line end"""
+
+FORMS = {
+    "unix": MIXED.encode(),
+    "windows": MIXED.replace("\n", "\r\n").encode(),
+    "line end": (MIXED + "\n").encode(),
+    "latin name": MIXED.replace("House", "Häuschen").encode("latin-1"),
+}
+
+
+def every(found):
+    return np.ones(len(found.face_at), bool)
+
+
+@pytest.mark.parametrize("data", FORMS.values(), ids=FORMS.keys())
+def test_what_a_file_says(data):
+    found = parse(data, Path("m.obj"))
+    assert found.v[3].tolist() == [0, 1, 0]
+    assert found.vt.tolist() == [[0, 0], [1, 0], [1, 1]]
+    assert np.diff(found.starts).tolist() == [4, 3, 3]
+    assert found.corners[:, 0].tolist() == [0, 1, 2, 3, 0, 1, 4, 3, 2, 4]
+    assert found.corners[:, 1].tolist() == [0, 1, 2, 0, -1, -1, -1, 0, 1, 2]
+    assert found.parts()[1:] == ["walls", "south", "wing", "Red Brick", "Roof", "roof"]
+    assert found.faces_of("wing").tolist() == [True, True, False]
+    assert found.faces_of("Roof").tolist() == [False, False, True]
+    assert found.mesh().lines[[0, 2]].tolist() == [16, 20]
+
+
+@pytest.mark.parametrize("data", FORMS.values(), ids=FORMS.keys())
+def test_no_change_gives_the_same_bytes(data, tmp_path):
+    found = parse(data, Path("m.obj"))
+    assert found.data == data
+    # even when every texture index is written anew, all other lines stay
+    again = obj_write.retextured(found, every(found), found.vt, np.maximum(found.corners[:, 1], 0))
+    strip = [line for line in data.splitlines() if not line.strip().startswith((b"vt", b"f", b"5/"))]
+    kept = [line for line in again.splitlines() if not line.strip().startswith((b"vt", b"f", b"5/"))]
+    assert strip == kept
+    assert (b"\r\n" in data) == (b"\r\n" in again)
+    assert parse(again, Path("m.obj")).v.tobytes() == found.v.tobytes()
+
+
+def test_an_obj_of_absolute_indices_written_with_its_own_coordinates_is_the_same_file():
+    lines = [
+        "v 0 0 0",
+        "v 1 0 0",
+        "v 0 1 0",
+        "vt 0.25 0.5",
+        "vt 1 0",
+        "vt 0 1e-05",
+        "f 1/1/1  2/2/1 3/3/1 # keep",
+        "",
+    ]
+    for newline in ("\n", "\r\n"):
+        data = newline.join(lines).encode()
+        found = parse(data, Path("m.obj"))
+        assert obj_write.retextured(found, every(found), found.vt, found.corners[:, 1]) == data
+
+
+def test_only_vt_lines_and_texture_indices_change():
+    found = parse(MIXED.encode(), Path("m.obj"))
+    uv = np.array([[0.1, 0.2], [0.3, 0.4]])
+    again = obj_write.retextured(found, every(found), uv, np.arange(10) % 2).decode().split("\n")
+    expected = MIXED.split("\n")
+    expected[8:11] = ["vt 0.1 0.2", "vt 0.3 0.4"]
+    expected[14] = "f 1/1/1 2/2/1 3/1/1 4/2/1"
+    expected[15] = "  f -5/1/1 -4/2/1 -1/1/1   # indented, negative, without vt"
+    expected[18] = "f 4/2 3/1 \\"
+    expected[19] = "  5/2"
+    assert again == expected
+
+
+def test_a_part_leaves_the_other_faces_their_coordinates():
+    data = MIXED.replace("f -5//1 -4//1 -1//1", "f 1/3 2/-2 5/1").encode()
+    found = parse(data, Path("m.obj"))
+    roof = found.faces_of("roof")
+    again = parse(
+        obj_write.retextured(found, roof, np.array([[7.0, 8], [9, 9]]), np.array([0, 1, 1])), Path("m.obj")
+    )
+    for face in (0, 1):
+        old, new = (o.vt[o.corners[o.starts[face] : o.starts[face + 1], 1]] for o in (found, again))
+        assert old.tolist() == new.tolist()
+    assert again.vt[again.corners[again.starts[2] :, 1]].tolist() == [[7, 8], [9, 9], [9, 9]]
+    assert again.data.count(b"\n") == data.count(b"\n") + 2
+
+
+def test_a_part_before_the_others_moves_their_indices():
+    data = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\ng a\nf 1/1 2/1 3/1\nvt 5 5\ng b\nf 1/2 2/-1 3/1\nf 1/-2 2/2 3/2\n"
+    found = parse(data, Path("m.obj"))
+    again = parse(
+        obj_write.retextured(found, found.faces_of("a"), np.array([[3.0, 3]]), np.zeros(3, int)), Path("m")
+    )
+    assert again.vt[again.corners[:, 1], 0].tolist() == [3, 3, 3, 5, 5, 0, 0, 5, 5]
+
+
+NUMBERS = [
+    "0.1",
+    "-1e-7",
+    "+.5",
+    "5.",
+    "1E3",
+    "123456789012345678",
+    "0.12345678901234567",
+    "1e300",
+    "2.5e-320",
+    "-0",
+]
+
+
+def test_numbers_are_converted_exactly():
+    text = "\n".join(f"v {a} {a} 1" for a in NUMBERS)
+    found = parse(text.encode(), Path("m.obj"))
+    assert found.v[:, 0].tobytes() == np.array([float(a) for a in NUMBERS]).tobytes()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_numbers_are_converted_exactly(seed):
+    rng = np.random.default_rng(seed)
+    values = rng.normal(size=(200, 3)) * 10.0 ** rng.integers(-12, 12, size=(200, 3))
+    digits = [3, 12, 17][seed]
+    text = "\n".join("v " + " ".join(f"{x:.{digits}g}" for x in row) for row in values)
+    expected = [[float(f"{x:.{digits}g}") for x in row] for row in values]
+    assert parse(text.encode(), Path("m.obj")).v.tolist() == expected
+
+
+CUBE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+WRONG = {
+    "line 4: a corner is not of the form": CUBE + b"f 1 2 x\n",
+    "line 4: a corner is not of": CUBE + b"f 1 2 0\n",
+    "line 4: a corner is not": CUBE + b"f 1 2 3.5\n",
+    "line 4: a face needs at least 3 corners": CUBE + b"f 1 2",
+    "line 2: too few numbers": b"v 0 0 0\nv 1 0\n",
+    "line 2: 'abc' is not a number": b"v 0 0 0\nv 1 abc 0\n",
+    "line 1: '0x10' is not a number": b"v 0x10 1 0\n",
+    "line 1: '1.5.2' is not a number": b"v 1.5.2 1 0\n",
+}
+
+
+@pytest.mark.parametrize("message", WRONG)
+def test_a_wrong_line_is_named(message):
+    with pytest.raises(InputError) as error:
+        parse(WRONG[message], Path("m.obj"))
+    assert f"m.obj: {message}" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_part_that_is_not_there_is_refused_with_what_there_is():
+    with pytest.raises(InputError, match=r"'door'; there is 'House', 'walls', 'south'"):
+        parse(MIXED.encode(), Path("m.obj")).mesh("door")
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_noise_is_refused_or_read_but_never_crashes(seed):
+    rng = np.random.default_rng(seed)
+    data = bytearray(FORMS["windows"] * 3)
+    for k in rng.integers(0, len(data), 12):
+        data[k] = rng.integers(0, 256)
+    data = bytes(data[: rng.integers(1, len(data))])
+    try:
+        found = parse(data, Path("m.obj"))
+    except InputError as error:
+        assert "\n" not in str(error)
+    else:
+        assert found.corners.shape[0] == found.starts[-1]
+
+
+def test_a_file_that_is_missing_or_empty_is_refused(tmp_path):
+    (tmp_path / "empty.obj").write_bytes(b"")
+    for name in ("empty.obj", "missing.obj"):
+        with pytest.raises(InputError, match=name):
+            obj.read(tmp_path / name)
+
+
+def test_overlong_numbers_and_names_with_spaces(tmp_path):
+    path = tmp_path / "a name with spaces.obj"
+    path.write_bytes(b"v 0." + b"1" * 90 + b" 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    found = obj.read(path)
+    assert found.v[0, 0] == pytest.approx(1 / 9)
+
+
+LIBRARY = [
+    "# mine",
+    "newmtl Red Brick",
+    "Kd 1 0 0",
+    "map_Kd -s 2 2 2 old brick.png",
+    "",
+    "newmtl Roof",
+    "Kd 0 0 1",
+]
+LIBRARY += ["map_bump -bm 0.5 deep/bump map.png"]
+
+
+def test_a_library_changes_in_map_kd_alone(tmp_path):
+    library = material_library.Library(tuple(LIBRARY), tmp_path)
+    rename = {"Red Brick": "Red Brick"}
+    text = material_library.bound(library, rename, "", tmp_path / "my fabric.png", tmp_path / "out.mtl")
+    expected = list(LIBRARY)
+    expected[3] = "map_Kd my fabric.png"
+    assert text == "\n".join(expected) + "\n"
+
+
+def test_a_library_that_moves_takes_its_file_names_along(tmp_path):
+    out = tmp_path / "sub"
+    out.mkdir()
+    library = material_library.Library(tuple(LIBRARY), tmp_path)
+    text = material_library.bound(library, {"Roof": "Roof"}, "", tmp_path / "f.png", out / "out.mtl")
+    assert "map_Kd -s 2 2 2 ../old brick.png" in text
+    assert "map_bump -bm 0.5 ../deep/bump map.png" in text
+    assert text.endswith("map_Kd ../f.png\n")
+
+
+def test_a_shared_or_missing_material_is_made_anew(tmp_path):
+    library = material_library.Library(tuple(LIBRARY), tmp_path)
+    rename = {"Roof": "Roof_iccm", None: "iccm"}
+    text = material_library.bound(library, rename, "iccm_plain", tmp_path / "f.png", tmp_path / "o.mtl")
+    found = material_library.Library(tuple(text.splitlines()), tmp_path)
+    assert list(found.materials()) == ["Red Brick", "Roof", "Roof_iccm", "iccm", "iccm_plain"]
+    assert found.texture("Roof") is None
+    assert found.texture("Red Brick").name == "old brick.png"
+    assert [found.texture(n).name for n in ("Roof_iccm", "iccm")] == ["f.png", "f.png"]
+    assert "Kd 0 0 1" in found.materials()["Roof_iccm"]
+
+
+def test_usemtl_lines_go_around_the_part(tmp_path):
+    data = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl M\ng a\nf 1 2 3\ng b\nf 1 2 3\ng c\nf 2 3 1\n"
+    found = parse(data, tmp_path / "m.obj")
+    binding = obj_write.Binding("new.mtl", {"M": "M_iccm"}, "")
+    text = obj_write.retextured(
+        found, found.faces_of("b"), np.zeros((1, 2)), np.zeros(3, int), binding
+    ).decode()
+    assert text.splitlines() == [
+        *["mtllib new.mtl", "v 0 0 0", "v 1 0 0", "v 0 1 0", "usemtl M", "g a", "f 1 2 3", "g b"],
+        *["vt 0 0", "usemtl M_iccm", "f 1/1 2/1 3/1", "g c", "usemtl M", "f 2 3 1"],
+    ]

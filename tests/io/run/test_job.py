@@ -1,0 +1,167 @@
+"""A job is validated whole, says what is wrong with which option, and survives a trip through JSON."""
+
+import gc
+import os
+
+import pytest
+
+from iccm import Fit, InputError
+from iccm.cli import deform, map, options
+from iccm.io.run.execute import check, run, with_outputs
+from iccm.io.run.job import Job, make, path_of
+from iccm.io.run.state import Run
+from iccm.parallel import thread_count
+
+
+def test_round_trip_through_json():
+    job = Job(
+        source="a.svg#x", target="b.svg", pin=["1,-2.5:3e1,.5"], size="640x480", output="o.png", quasi=0.1
+    )
+    assert Job.model_validate_json(job.model_dump_json()) == job
+    assert job.pin == (((1.0, -2.5), (30.0, 0.5)),)
+    assert job.size == (640, 480)
+    assert job.output == ("o.png",)
+
+
+@pytest.mark.parametrize("pin", ["1,2:3,4", [1, 2, 3, 4], [[1, 2], [3, 4]]])
+def test_a_pin_may_be_written_in_three_ways(pin):
+    assert Job(source="a", pin=[pin]).pin == (((1, 2), (3, 4)),)
+
+
+@pytest.mark.parametrize(
+    ("values", "place", "what"),
+    [
+        ({"size": "0x4"}, "--size", "from 1 to"),
+        ({"size": "12y3"}, "--size", "WxH"),
+        ({"size": "9999999"}, "--size", "from 1 to"),
+        ({"pin": ["1,2"]}, "--pin 1: ", "SX,SY:TX,TY"),
+        ({"pin": ["1,2:3,4", "nan,0:1,1"]}, "--pin 2: ", "SX,SY:TX,TY"),
+        ({"pin": [[1, 2, 3, float("inf")]]}, "--pin 1: ", "finite"),
+        ({"quasi": -1}, "--quasi", "greater than 0"),
+        ({"tolerance": float("nan")}, "--tolerance", "finite"),
+        ({"order": 2}, "--order", "0 or 1"),
+        ({"vertices": 2}, "--vertices", "greater than or equal to 3"),
+        ({"method": "magic"}, "--method", "conformal"),
+        ({"colour": 1}, "--colour", "unknown key"),
+        ({"output": ["-"], "report": "-"}, "only one output", "one stream"),
+    ],
+)
+def test_a_mistake_is_one_line_that_names_the_option(values, place, what):
+    with pytest.raises(InputError) as caught:
+        make({"source": "a.svg", **values})
+    message = str(caught.value)
+    assert message.startswith(place) and what in message and "\n" not in message
+
+
+@pytest.mark.parametrize("pin", ["1,2:v17", "1,2: V17 ", [[1, 2], "v17"]])
+def test_a_pin_may_name_a_vertex(pin):
+    assert Job(source="a", pin=[pin]).pin == (((1, 2), "v17"),)
+
+
+def test_a_pin_may_be_a_point_in_space():
+    assert Job(source="a", pin=["1,2:3,4,5"]).pin == (((1, 2), (3, 4, 5)),)
+
+
+def test_every_field_is_an_option_of_the_command_line_and_back():
+    fields = set(Job.model_fields)
+    for command, own in ((map.command, set()), (deform.command, {"target", "bake"})):
+        names = {parameter.name for parameter in command.params} - {
+            "help",
+            "debug",
+            "log_format",
+            "quiet",
+            "verbose",
+            "threads",
+        }
+        names = {"source" if name == "shape" else name for name in names}
+        assert names == fields - own
+
+
+def test_defaults_of_the_command_line_are_those_of_the_job():
+    given = map.command.make_context("map", ["a.svg", "b.svg"]).params
+    given.pop("threads")
+    job = make(options.values(given))
+    assert job == Job(source="a.svg", target="b.svg")
+
+
+def test_inputs_and_outputs_are_files_without_ids_and_streams():
+    job = Job(source="a.svg#x", target="b.svg", texture="t.png", output=["o.png", "-"], plot="p.png")
+    assert job.inputs == ("a.svg", "b.svg", "t.png")
+    assert job.outputs == ("o.png", "p.png")
+
+
+def test_a_file_whose_name_has_a_hash_wins(tmp_path):
+    path = tmp_path / "a#b.svg"
+    assert path_of(str(path)) == str(tmp_path / "a")
+    path.write_text("")
+    assert path_of(str(path)) == str(path)
+
+
+@pytest.mark.parametrize(
+    ("job", "name"),
+    [
+        (Job(source="x/a.svg", target="y/b.svg"), "a-b.png"),
+        (Job(source="x/a.svg#head", target="y/b.svg#2"), "a-head-b-2.png"),
+        (Job(source="x/a.svg"), "a-deformed.png"),
+    ],
+)
+def test_the_default_output_is_named_after_the_shapes(job, name):
+    assert with_outputs(job).output == (name,)
+
+
+def test_no_picture_by_default_when_something_else_is_asked_for():
+    assert with_outputs(Job(source="a", target="b", report="-")).output == ()
+    assert with_outputs(Job(source="a", target="b", plot="p.png")).output == ()
+
+
+@pytest.mark.parametrize(
+    ("options", "what"),
+    [
+        ({"output": ["o.xyz"]}, "o.xyz: unknown suffix"),
+        ({"plot": "p.txt"}, "p.txt: unknown suffix"),
+        ({"output": ["missing/o.png"]}, "does not exist"),
+        ({"output": ["o.png", "./o.png"]}, "two outputs"),
+        ({"output": ["there.png"]}, "--force"),
+        ({"output": ["a.png"], "force": True}, "also an input"),
+    ],
+)
+def test_outputs_are_checked_before_anything_runs(tmp_path, monkeypatch, options, what):
+    monkeypatch.chdir(tmp_path)
+    for name in ("there.png", "a.png"):
+        (tmp_path / name).write_bytes(b"old")
+    with pytest.raises(InputError, match=what):
+        check(Job(source="a.png", target="b.svg", **options))
+    assert (tmp_path / "there.png").read_bytes() == b"old"
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_what_a_job_made_is_freed_when_it_ends(tmp_path, threads):
+    """Else a worker keeps the maps and pictures of many jobs, until Python next looks for cycles."""
+    (tmp_path / "a.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0H4V3H0z"/></svg>')
+    name = str(tmp_path / "a.svg")
+    job = Job(
+        source=name, target=name, size=40, output=str(tmp_path / "o.png"), report=str(tmp_path / "r.json")
+    )
+
+    def kept():
+        return {id(o) for o in gc.get_objects() if isinstance(o, (Run, Fit))}
+
+    gc.collect()
+    gc.disable()
+    try:
+        before = kept()
+        assert run(job, threads=threads).ok
+        assert kept() <= before
+    finally:
+        gc.enable()
+
+
+def test_the_usual_variable_caps_the_threads(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    assert thread_count() == 1 and thread_count(3) == 3
+    monkeypatch.setenv("OMP_NUM_THREADS", "1,4")
+    assert thread_count() == 1
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    for ignored in ("", "many", "0", "99999"):
+        monkeypatch.setenv("OMP_NUM_THREADS", ignored)
+        assert thread_count() == cores

@@ -1,0 +1,132 @@
+"""Pins and strokes, drawn in the files or listed in JSON, land as the right pairs in the core plane."""
+
+import json
+
+import numpy as np
+import pytest
+
+from iccm import InputError
+from iccm.io.shapes import constraints
+from iccm.io.shapes import shape as shapes
+
+
+def shape(tmp_path, name, extra, box="0 0 100 100"):
+    path = tmp_path / f"{name}.svg"
+    body = f'<rect width="100" height="100"/>{extra}'
+    path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}">{body}</svg>')
+    return shapes.read(str(path))
+
+
+def listed(tmp_path, content):
+    path = tmp_path / "c.json"
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    return constraints.read(path)
+
+
+def test_drawn_pairs_by_name_whatever_the_order(tmp_path):
+    source = shape(
+        tmp_path,
+        "s",
+        '<circle id="pin-a" cx="1" cy="2" r="1"/><circle id="pin-b" cx="3" cy="4" r="1"/>'
+        '<path id="stroke-x" d="M0 0H9"/>',
+    )
+    target = shape(
+        tmp_path,
+        "t",
+        '<path id="stroke-x" d="M5 5V50"/>'
+        '<ellipse id="pin-b" cx="30" cy="40" rx="1" ry="2"/><circle id="pin-a" cx="10" cy="20" r="1"/>',
+    )
+    pins, strokes = constraints.pair(source, target)
+    assert np.array_equal(pins, [[1 - 2j, 10 - 20j], [3 - 4j, 30 - 40j]])
+    ((a, b),) = strokes
+    assert np.array_equal(a.z, [0, 9]) and np.array_equal(b.z, [5 - 5j, 5 - 50j])
+
+
+def test_listed_ones_follow_in_file_units_and_sticking_ends_are_pins(tmp_path):
+    square = shape(tmp_path, "s", "")
+    found = constraints.collect(
+        square,
+        square,
+        listed(
+            tmp_path,
+            {
+                "pins": [{"name": "nose", "source": [1, 2], "target": [3, 4.5], "weight": 2}],
+                "strokes": [
+                    {"source": [[0, 0], [5, 5], [9, 0]], "target": [[0, 1], [9, 1]]},
+                    {"source": [[0, 0], [5, 5]], "target": [[7, 7], [8, 8]], "ends": "stick", "weight": 3},
+                ],
+            },
+        ),
+    )
+    assert np.array_equal(found.pins, [[1 - 2j, 3 - 4.5j], [0, 7 - 7j], [5 - 5j, 8 - 8j]])
+    assert np.array_equal(found.pin_weights, [2, 3, 3]) and np.array_equal(found.stroke_weights, [1, 3])
+    assert [a.z.size for a, _ in found.strokes] == [3, 2]
+
+
+def test_nothing_at_all(tmp_path):
+    square = shape(tmp_path, "s", "")
+    pins, strokes = constraints.pair(square, square, listed(tmp_path, {}))
+    assert pins.shape == (0, 2) and strokes == []
+
+
+def test_what_has_no_partner_is_named(tmp_path):
+    source = shape(tmp_path, "s", '<circle id="pin-a" r="1"/><circle id="pin-b" r="1"/>')
+    target = shape(tmp_path, "t", '<circle id="pin-b" r="1"/>')
+    with pytest.raises(InputError, match=r"s\.svg: pin-a: not drawn in .*t\.svg"):
+        constraints.pair(source, target)
+    with pytest.raises(InputError, match=r"s\.svg: pin-a: not drawn in .*t\.svg"):
+        constraints.pair(target, source)
+    stroke = shape(tmp_path, "u", '<path id="stroke-x" d="M0 0H9"/>')
+    with pytest.raises(InputError, match="stroke-x: not drawn"):
+        constraints.pair(stroke, shape(tmp_path, "v", ""))
+
+
+def test_weights_that_the_solver_would_ignore_are_refused(tmp_path):
+    square = shape(tmp_path, "s", "")
+    pin = {"source": [1, 2], "target": [3, 4]}
+    with pytest.raises(InputError, match="--pin-weight"):
+        constraints.pair(square, square, listed(tmp_path, {"pins": [pin, {**pin, "weight": 2}]}))
+
+
+PIN = '{"source": [1, 2], "target": [3, 4]'
+
+
+@pytest.mark.parametrize(
+    "content, message",
+    [
+        ("", "empty"),
+        ("{", "not JSON: "),
+        ("[]", "the file: must be an object"),
+        ('{"pins": [{"source": "v1", "target": [3, 4]}]}', r"pins\.0\.source: is no place; write \[x, y\]"),
+        ("[" * 100_000, "nested too deeply"),
+        ('{"pegs": []}', "pegs: unknown key"),
+        ('{"pins": [' + PIN + ', "colour": 1}]}', r"pins\.0\.colour: unknown key"),
+        ('{"pins": [' + PIN + "}, {}]}", r"pins\.1\.source: is missing \(and 1 more"),
+        ('{"pins": [' + PIN + ', "source": [0, 0]}]}', "'source' is given twice"),
+        ('{"pins": [{"source": [1], "target": [3, 4]}]}', r"pins\.0\.source"),
+        ('{"pins": [{"source": [1, 2, 3, 4], "target": [3, 4]}]}', r"pins\.0\.source"),
+        ('{"pins": [{"source": [1, "2"], "target": [3, 4]}]}', r"pins\.0\.source\.1: .*number"),
+        ('{"pins": [{"source": [1, NaN], "target": [3, 4]}]}', r"pins\.0\.source\.1: .*finite"),
+        ('{"pins": [{"source": [1, 1e400], "target": [3, 4]}]}', r"pins\.0\.source\.1"),
+        ('{"pins": [' + PIN + ', "weight": 0}]}', r"pins\.0\.weight: .*greater than 0"),
+        ('{"strokes": [{"source": [[1, 2]], "target": [[1, 2], [3, 4]]}]}', r"strokes\.0\.source: .*2 items"),
+        (
+            '{"strokes": [{"source": [[1, 2], [3, 4]], "target": [[1, 2], [3, 4]], "ends": "glue"}]}',
+            "'free' or 'stick'",
+        ),
+        ("\xff", "not JSON"),
+    ],
+)
+def test_bad_files_are_one_line(tmp_path, content, message):
+    path = tmp_path / "c.json"
+    path.write_bytes(content.encode("latin-1"))
+    with pytest.raises(InputError, match=message) as caught:
+        constraints.read(path)
+    assert "\n" not in str(caught.value) and str(caught.value).startswith(str(path))
+
+
+def test_a_stroke_without_length(tmp_path):
+    square = shape(tmp_path, "s", "")
+    content = {"strokes": [{"name": "arm", "source": [[1, 2], [1, 2]], "target": [[1, 2], [3, 4]]}]}
+    with pytest.raises(InputError, match=r"strokes\.0 \(arm\): source: .*2 distinct"):
+        constraints.pair(square, square, listed(tmp_path, content))

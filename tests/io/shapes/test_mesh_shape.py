@@ -1,0 +1,612 @@
+"""Textures onto and from meshes, from files to files."""
+
+import json
+
+import numpy as np
+import pytest
+
+from iccm.errors import InputError
+from iccm.io.meshes import obj
+from iccm.io.pictures import image_files
+from iccm.io.run import mesh_figure
+from iccm.io.shapes import mesh_shape
+from iccm.maps.extended_inverse import Pullback
+from iccm.maps.harmonic import HarmonicMap
+from iccm.pixels.canvas import Canvas
+
+
+def hill(x, y):
+    return 0.25 * np.exp(-6 * ((x - 0.5) ** 2 + (y - 0.5) ** 2))
+
+
+def write_mesh(path, n=12, height=hill, uv=True, head="", wide=1.0):
+    """An OBJ of n² quads over the unit square with UVs equal to x, y."""
+    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+    k = np.arange(1, (n + 1) ** 2 + 1).reshape(n + 1, n + 1)
+    quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], axis=-1).reshape(-1, 4)
+    lines = [head] if head else []
+    lines += [
+        f"v {wide * a:.6f} {b:.6f} {c:.6f}" for a, b, c in zip(x.ravel(), y.ravel(), height(x, y).ravel())
+    ]
+    lines += [f"vt {a:.6f} {b:.6f}" for a, b in zip(x.ravel(), y.ravel())] if uv else []
+    lines += ["f " + " ".join(f"{c}/{c}" if uv else str(c) for c in quad) for quad in quads]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def identity(shape):
+    return HarmonicMap(shape.curve.z, shape.curve.z, 0 * shape.curve.z)
+
+
+def colours(size=64):
+    t = (np.arange(size) + 0.5) / size
+    x, y = np.meshgrid(t, 1 - t)
+    return image_files.Image((255 * np.stack([x, y, 0.5 + 0.5 * x * y], axis=-1)).round().astype(np.uint8))
+
+
+def test_new_coordinates_are_where_the_texture_lies_over_the_flattening(tmp_path):
+    path = write_mesh(tmp_path / "hill.obj", uv=False, head="# kept\no hill")
+    target = mesh_shape.read(str(path))
+    box = target.box
+    figures = mesh_shape.new_uvs(
+        target, identity(target), target_plane(target), box, tmp_path / "t.obj", name=tmp_path / "o.obj"
+    )
+    made = obj.read(tmp_path / "t.obj")
+    expected = target.flattening.flat
+    flat = np.empty(len(made.vt), complex)
+    flat = box[0] + made.vt[:, 0] * (box[1] - box[0]).real + 1j * made.vt[:, 1] * (box[1] - box[0]).imag
+    assert np.abs(flat - expected).max() < 1e-6
+    old = [line for line in path.read_text().splitlines() if line[0] != "f"]
+    new = [line for line in (tmp_path / "t.obj").read_text().splitlines() if not line.startswith(("f", "vt"))]
+    assert old == new
+    assert figures["flattening"]["method"] == "lscm"
+    assert figures["also_written"] == []
+
+
+def target_plane(shape):
+    return mesh_figure.target_plane(shape)
+
+
+def test_a_texture_is_bound_beside_the_mesh(tmp_path):
+    path = write_mesh(tmp_path / "hill.obj")
+    target = mesh_shape.read(str(path))
+    out = tmp_path / "o.obj"
+    figures = mesh_shape.new_uvs(
+        target,
+        identity(target),
+        target_plane(target),
+        target.box,
+        out,
+        name=out,
+        texture=tmp_path / "my cloth.png",
+    )
+    assert figures["also_written"] == [str(tmp_path / "o.mtl")]
+    assert "map_Kd my cloth.png" in (tmp_path / "o.mtl").read_text()
+    text = out.read_text().splitlines()
+    assert text[0] == "mtllib o.mtl"
+    assert "usemtl iccm" in text
+    assert mesh_shape.texture_in(mesh_shape.read(str(out))) == tmp_path / "my cloth.png"
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".ply"])
+def test_glb_and_ply_hold_the_same_coordinates(tmp_path, suffix):
+    target = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj")))
+    image_files.write(tmp_path / "c.png", colours())
+    for name in ("o.obj", "o" + suffix):
+        out = tmp_path / name
+        texture = tmp_path / "c.png" if suffix == ".glb" else None
+        mesh_shape.new_uvs(
+            target, identity(target), target_plane(target), target.box, out, name=out, texture=texture
+        )
+    one, other = (mesh_shape.read(str(tmp_path / name)) for name in ("o.obj", "o" + suffix))
+    places = []
+    for shape in (one, other):
+        uv = shape.file.mesh.uv[shape.uv_faces].reshape(-1, 2)
+        points = shape.flattening.patch.points[shape.flattening.patch.faces].reshape(-1, 3)
+        places.append(np.unique(np.column_stack([points, uv]).round(5), axis=0))
+    assert np.abs(places[0] - places[1]).max() < 2e-5
+    if suffix == ".ply":
+        assert mesh_shape.texture_in(other) is None
+    else:
+        assert (mesh_shape.own_texture(other).pixels == colours().pixels).all()
+
+
+def test_formats_without_coordinates_are_refused(tmp_path):
+    target = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj")))
+    with pytest.raises(InputError, match=r"o\.stl: cannot hold texture coordinates"):
+        mesh_shape.new_uvs(
+            target, identity(target), target, target.box, tmp_path / "t", name=tmp_path / "o.stl"
+        )
+
+
+def test_pins_by_number_by_place_and_in_the_plane(tmp_path):
+    shape = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj")))
+    corner = shape.flattening.flat[shape.flattening.patch.flat_vertex(0)]
+    assert shape.place("v1") == corner
+    assert shape.place("0.01, -0.02, 0") == corner
+    assert shape.place("0.25,-0.5") == 0.25 - 0.5j
+    assert shape.to_core(np.zeros((2, 3))).tolist() == [corner, corner]
+    for wrong, message in {
+        "v0": "no vertex 0",
+        "v9999": "no vertex 9999",
+        "1,2,3,4": "no place",
+        "a": "no place",
+    }.items():
+        with pytest.raises(InputError, match=message):
+            shape.place(wrong)
+
+
+def test_a_stroke_follows_edges(tmp_path):
+    shape = mesh_shape.read(str(write_mesh(tmp_path / "flat.obj", n=4, height=lambda x, y: 0 * x)))
+    stroke = shape.along([1, 5, 25])
+    assert stroke.z.size == 9
+    assert stroke.length == pytest.approx(2)
+    with pytest.raises(InputError, match="at least 2 different"):
+        shape.along([3, 3])
+
+
+def test_a_mesh_gives_its_texture_to_another_mesh(tmp_path):
+    """Both lie over the same square: composing the flattenings must give the source's coordinates back."""
+    source = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=24)))
+    target = mesh_shape.read(str(write_mesh(tmp_path / "b.obj", n=16, uv=False)))
+    shift = target.box[0] - source.box[0]
+    map_ = HarmonicMap(source.curve.z, source.curve.z + shift, 0 * source.curve.z)
+    out = tmp_path / "o.obj"
+    figures = mesh_shape.new_uvs(target, map_, source, source.box, out, name=out)
+    made = obj.read(out)
+    uv = np.empty((len(made.v), 2))
+    uv[made.corners[:, 0]] = made.vt[made.corners[:, 1]]
+    assert np.abs(uv - made.v[:, :2]).max() < 0.01  # the two flattenings differ by their discretisation
+    assert figures["torn_triangles"] == 0
+
+
+def test_a_torn_source_is_reported(tmp_path):
+    path = write_mesh(tmp_path / "a.obj", n=4)
+    text = path.read_text().splitlines()
+    faces = [k for k, line in enumerate(text) if line.startswith("f")]
+    for k in faces[:8]:  # the left half gets coordinates of its own
+        text[k] = " ".join(
+            ["f", *(f"{c.split('/')[0]}/{int(c.split('/')[0]) + 25}" for c in text[k].split()[1:])]
+        )
+    first = next(k for k, line in enumerate(text) if line.startswith("f"))
+    text[first:first] = [f"vt {5 + k} 0" for k in range(25)]
+    path.write_text("\n".join(text))
+    source = mesh_shape.read(str(path))
+    target = mesh_shape.read(str(write_mesh(tmp_path / "b.obj", n=5)))
+    out = tmp_path / "o.obj"
+    figures = mesh_shape.new_uvs(target, identity(source), source, source.box, out, name=out)
+    assert figures["torn_triangles"] == 10
+
+
+def test_a_mesh_rebaked_through_itself_keeps_its_texture(tmp_path):
+    shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=20)))
+    image = colours(128)
+    made, figures = mesh_shape.bake(shape, identity(shape), shape, image, shape.box, (128, 128))
+    error = np.abs(made.pixels.astype(int) - image.pixels)
+    assert figures["charts"] == 1
+    assert error.max() <= 2
+    assert error.mean() < 0.2
+
+
+def test_a_meshs_texture_on_a_planar_target(tmp_path):
+    shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=16, height=lambda x, y: 0 * x)))
+    image = colours(64)
+    warped = mesh_shape.warp(shape, identity(shape), image, Canvas(64, 64, shape.box))
+    assert warped.pixels.shape == (64, 64, 4)
+    assert np.abs(warped.pixels[2:-2, 2:-2, :3].astype(int) - image.pixels[2:-2, 2:-2]).max() <= 1
+    assert (warped.pixels[2:-2, 2:-2, 3] == 255).all()
+
+
+def test_a_mesh_without_coordinates_or_texture_says_so(tmp_path):
+    bare = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", uv=False)))
+    with pytest.raises(InputError, match="has no texture coordinates of its own"):
+        mesh_shape.bake(bare, identity(bare), bare, colours(), bare.box, (8, 8))
+    with pytest.raises(InputError, match="names no texture"):
+        mesh_shape.own_texture(bare)
+
+
+def test_the_picture_of_a_surface_shows_its_texture(tmp_path):
+    shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=16)))
+    seen = mesh_figure.surface(
+        shape, identity(shape), target_plane(shape), colours().texture(shape.box), size=120
+    )
+    solid = seen[..., 3] == 255
+    assert 0.4 < solid.mean() < 0.95
+    y, x = np.nonzero(solid)
+    red, green = (seen[..., k][solid].astype(float) for k in (0, 1))
+    assert np.corrcoef(x, red)[0, 1] > 0.8
+    assert np.corrcoef(-y, green)[0, 1] > 0.8
+
+
+@pytest.mark.parametrize("with_map", [False, True])
+def test_a_figure_is_drawn_the_same_every_time(tmp_path, with_map):
+    shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=6)))
+    more = {"map": identity(shape), "source": target_plane(shape)} if with_map else {}
+    for name in ("1.png", "2.png"):
+        mesh_figure.draw(shape, tmp_path / name, **more)
+    assert (tmp_path / "1.png").read_bytes() == (tmp_path / "2.png").read_bytes()
+
+
+# ---- the command line
+
+
+def test_flatten_writes_outline_flat_mesh_and_coordinates(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    write_mesh(tmp_path / "hill.obj")
+    assert iccm("flatten", "hill.obj").code == 0
+    assert (tmp_path / "hill-flat.svg").exists()
+    done = iccm(
+        "flatten",
+        "hill.obj",
+        "-o",
+        "f.svg",
+        "-o",
+        "f.obj",
+        "--uv",
+        "u.obj",
+        "--report",
+        "-",
+        "--plot",
+        "p.png",
+    )
+    assert done.code == 0, done.err
+    report = json.loads(done.out)
+    assert report["schema"] == "iccm.flatten/1"
+    assert report["boundary_loops"] == [48]
+    assert 1 < report["dilatation"]["p95"] < 1.1
+    flat = mesh_shape.read("f.obj")
+    assert flat.flattening.report()["dilatation"]["max"] == pytest.approx(1, abs=1e-6)
+    assert flat.curve.area == pytest.approx(mesh_shape.read("hill.obj").curve.area, rel=1e-6)
+    lines = zip(
+        (tmp_path / "hill.obj").read_text().splitlines(), (tmp_path / "u.obj").read_text().splitlines()
+    )
+    assert {a.split()[0] for a, b in lines if a != b} <= {"vt", "f"}
+
+
+def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    write_mesh(tmp_path / "hill.obj")
+    (tmp_path / "tetra.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    )
+    for words, message in {
+        ("tetra.obj",): "is closed",
+        ("hill.obj", "-o", "hill.obj", "--force"): "is the input",
+        ("hill.obj", "-o", "x.stl"): "a flattening is written as",
+        ("hill.obj", "--uv", "x.stl"): "cannot hold texture coordinates",
+        ("hill.obj", "--plot", "x.gif"): "unknown suffix for --plot",
+        ("missing.obj",): "no such file",
+        ("hill.svg",): "no mesh is read from '.svg'",
+        ("hill.obj#9",): "no boundary loop 9",
+    }.items():
+        done = iccm("flatten", *words)
+        assert done.code == 2
+        assert message in done.err
+        assert len(done.lines) == 1
+    assert iccm("flatten", "tetra.obj", "--cut").code == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["hill.obj", "tetra-flat.svg", "tetra.obj"]
+
+
+def test_pull_back_is_threads_free(tmp_path):
+    shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=9)))
+    z = shape.flattening.flat
+    one, two = (Pullback(identity(shape), threads)(z) for threads in (1, 2))
+    assert (one == two).all()
+
+
+def test_constraints_name_vertices_and_points_in_space(tmp_path, shapes):
+    from iccm.io.shapes import constraints
+    from iccm.io.shapes import shape as planar
+
+    mesh = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj", n=4)))
+    plane = planar.read("square.svg")
+    pins = [{"source": [30, 40], "target": 13}, {"source": [50, 50], "target": [0.26, 0.01, 0]}]
+    strokes = [{"source": [[20, 20], [80, 20]], "target": [1, 5, 25]}]
+    (tmp_path / "c.json").write_text(json.dumps({"pins": pins, "strokes": strokes}))
+    found = constraints.collect(plane, mesh, constraints.read(tmp_path / "c.json"))
+    assert found.pins[:, 0].tolist() == [30 - 40j, 50 - 50j]
+    assert found.pins[:, 1].tolist() == [mesh.vertex(13), mesh.vertex(6)]
+    assert found.strokes[0][1].z.tolist() == mesh.along([1, 5, 25]).z.tolist()
+    with pytest.raises(InputError, match=r"square\.svg: 13 is a place on a mesh, and this is none"):
+        constraints.collect(plane, plane, constraints.read(tmp_path / "c.json"))
+
+
+def test_a_texture_goes_onto_a_mesh_with_pins_from_the_command_line(tmp_path, shapes, iccm):
+    write_mesh(tmp_path / "hill.obj", n=8)
+    image_files.write(tmp_path / "c.png", colours())
+    words = [
+        "map",
+        "square.svg",
+        "hill.obj",
+        "--texture",
+        "c.png",
+        "--method",
+        "paper",
+        "-o",
+        "o.obj",
+        "-o",
+        "o.glb",
+    ]
+    done = iccm(*words, "--pin", "50,50:v41", "--report", "r.json", "--plot", "p.png")
+    assert done.code in (0, 1), done.err
+    report = json.loads((tmp_path / "r.json").read_text())
+    assert report["flattening"]["triangles"] == 128
+    assert report["pins"][0]["error"] < 0.05
+    assert {"o.obj", "o.mtl", "o.glb", "p.png"} <= {p.name for p in tmp_path.iterdir()}
+    uv = obj.read(tmp_path / "o.obj").vt
+    assert ((uv > -0.01) & (uv < 1.01)).all()
+    assert iccm(*words[:-4], "-o", "x.stl").code == 2
+
+
+@pytest.fixture
+def embedded(tmp_path):
+    """A GLB whose texture is a JPEG inside it, and that JPEG's bytes."""
+    target = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj", n=6)))
+    image_files.write(tmp_path / "c.jpg", colours())
+    out = tmp_path / "a.glb"
+    plane = target_plane(target)
+    mesh_shape.new_uvs(target, identity(target), plane, target.box, out, name=out, texture=tmp_path / "c.jpg")
+    return (tmp_path / "c.jpg").read_bytes()
+
+
+def test_a_texture_is_embedded_byte_by_byte(tmp_path, embedded):
+    assert embedded in (tmp_path / "a.glb").read_bytes()
+    assert mesh_shape.texture_in(mesh_shape.read(str(tmp_path / "a.glb"))).rstrip(b"\0") == embedded
+
+
+def test_a_mesh_that_holds_its_texture_passes_it_on(tmp_path, monkeypatch, embedded, iccm):
+    monkeypatch.chdir(tmp_path)
+    write_mesh(tmp_path / "b.obj", n=5, uv=False)
+    words = ["map", "a.glb", "b.obj", "--method", "paper", "--vertices", "60"]
+    done = iccm(*words, "-o", "o.obj", "-o", "o.glb", "-o", "o.ply")
+    assert done.code in (0, 1), done.err
+    assert embedded in (tmp_path / "o.glb").read_bytes()
+    assert (tmp_path / "o-texture.jpg").read_bytes().rstrip(b"\0") == embedded
+    assert "map_Kd o-texture.jpg" in (tmp_path / "o.mtl").read_text()
+    assert "o.ply: PLY names no texture" in done.err
+    shown = mesh_shape.own_texture(mesh_shape.read("o.obj"))
+    assert np.abs(shown.pixels.astype(int) - image_files.read("c.jpg").pixels).max() <= 2  # two JPEG decoders
+
+
+def test_an_embedded_texture_that_is_damaged_is_told_before_the_solving(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("iccm.fit", lambda *args, **options: pytest.fail("solved"))
+    target = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj", n=6)))
+    image_files.write(tmp_path / "c.png", colours())
+    whole = (tmp_path / "c.png").read_bytes()
+    cut = whole[: len(whole) // 2].ljust(len(whole), b"\0")
+    out, plane = tmp_path / "a.glb", target_plane(target)
+    mesh_shape.new_uvs(target, identity(target), plane, target.box, out, name=out, texture=cut)
+    done = iccm("map", "a.glb", "hill.obj", "--bake", "-o", "o.png")
+    assert done.code == 2
+    assert len(done.lines) == 1
+    assert "a.glb: the texture in the file cannot be read" in done.err
+
+
+@pytest.mark.parametrize(
+    ("bare", "words"),
+    [
+        ("source", ["-o", "o.obj"]),
+        ("source", ["--bake", "-o", "o.png"]),
+        ("target", ["--bake", "-o", "o.png"]),
+    ],
+)
+def test_a_missing_layout_is_told_before_the_solving(tmp_path, monkeypatch, iccm, bare, words):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("iccm.fit", lambda *args, **options: pytest.fail("solved"))
+    for name in ("source", "target"):
+        write_mesh(tmp_path / f"{name}.obj", n=5, uv=name != bare)
+    done = iccm("map", "source.obj", "target.obj", *words)
+    assert done.code == 2
+    assert done.lines == [
+        f"error: {bare}.obj: has no texture coordinates of its own; make them with iccm map … -o uv.obj"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--texture", "c.exr", "-o", "o.glb"], "c.exr: cannot be put into a GLB file"),
+        (["--texture", "-c.png", "-o", "o.obj"], "-c.png: a material library cannot name this file"),
+        (
+            ["--bake", "--size", "64", "--max-pixels", "4000", "-o", "o.png"],
+            "--size: 64x64 is more than 4000",
+        ),
+        (["--bake", "-o", "o.png"], "far.obj: texture coordinates of a triangle are not finite or span"),
+    ],
+)
+def test_what_a_mesh_cannot_show_or_hold_is_told_before_the_solving(
+    tmp_path, monkeypatch, iccm, words, message
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("iccm.fit", lambda *args, **options: pytest.fail("solved"))
+    for name in ("c.exr", "-c.png"):
+        image_files.write(f"./{name}", colours(8))
+    write_mesh(tmp_path / "a.obj", n=5)
+    far = (tmp_path / "a.obj").read_text().replace("vt 0.000000 0.000000", "vt 1e9 0", 1)
+    (tmp_path / "far.obj").write_text(far)
+    target = "far.obj" if "far" in message else "a.obj"
+    (tmp_path / "a.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><rect width="9" height="9"/></svg>'
+    )
+    done = iccm("map", "a.svg", target, *words)
+    assert done.code == 2
+    assert len(done.lines) == 1
+    assert message in done.err
+
+
+def test_padding_of_a_meshs_texture_on_a_planar_target(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    write_mesh(tmp_path / "a.obj", n=5)
+    image_files.write("c.png", image_files.Image(np.full((8, 8, 3), 200, np.uint8)))
+    (tmp_path / "b.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><circle cx="4" cy="4" r="3"/></svg>'
+    )
+    words = ["--method", "paper", "--vertices", "60", "--size", "32", "--padding", "-1", "-o", "o.png"]
+    done = iccm("map", "a.obj", "b.svg", "--texture", "c.png", *words)
+    assert done.code in (0, 1), done.err
+    made = image_files.read("o.png").pixels
+    assert (made[..., 3] == 0).any()
+    assert (made[..., :3] == 200).all()
+
+
+def test_a_mesh_without_a_texture_is_noted(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.obj", "b.obj"):
+        write_mesh(tmp_path / name, n=5)
+    done = iccm("map", "a.obj", "b.obj", "--method", "paper", "--vertices", "60", "-o", "o.obj")
+    assert done.code in (0, 1), done.err
+    assert sum("a.obj: names no texture" in line for line in done.lines) == 1
+
+
+@pytest.mark.parametrize(
+    ("source", "name"),
+    [("a.glb", "o.mtl"), ("a.glb", "o-texture.jpg"), ("hill.obj", "o.mtl"), ("hill.obj", "c.mtl")],
+)
+def test_files_beside_an_output_are_checked_before_any_work(
+    tmp_path, monkeypatch, embedded, iccm, source, name
+):
+    """What exists needs --force; what an input is made of is never replaced."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("iccm.fit", lambda *args, **options: pytest.fail("solved"))
+    write_mesh(tmp_path / "b.obj", n=5, uv=False, head="mtllib c.mtl")
+    (tmp_path / name).write_text("newmtl mine\n")
+    words = ["map", source, "b.obj", "-o", f"{name[0]}.obj", "--texture", "c.jpg"][
+        : 5 if source == "a.glb" else 7
+    ]
+    done = iccm(*words, *(["--force"] if name == "c.mtl" else []))
+    assert done.code == 2
+    assert len(done.lines) == 1
+    expected = "is also an input" if name == "c.mtl" else "the file exists; use --force"
+    assert f"{name}: {expected}" in done.err
+    assert (tmp_path / name).read_text() == "newmtl mine\n"
+
+
+def test_a_texture_of_another_format_becomes_png(tmp_path):
+    """WebP may be inside a GLB, but few programs read it beside an OBJ."""
+    from PIL import Image
+
+    target = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj", n=4)))
+    Image.fromarray(colours().pixels).save(tmp_path / "c.webp", lossless=True)
+    content = (tmp_path / "c.webp").read_bytes()
+    out, plane = tmp_path / "o.obj", target_plane(target)
+    figures = mesh_shape.new_uvs(target, identity(target), plane, target.box, out, name=out, texture=content)
+    assert figures["also_written"] == [str(tmp_path / name) for name in ("o.mtl", "o-texture.png")]
+    assert (mesh_shape.own_texture(mesh_shape.read(str(out))).pixels == colours().pixels).all()
+    out = tmp_path / "o.glb"
+    mesh_shape.new_uvs(
+        target, identity(target), plane, target.box, out, name=out, texture=tmp_path / "c.webp"
+    )
+    assert (mesh_shape.own_texture(mesh_shape.read(str(out))).pixels == colours().pixels).all()
+    (tmp_path / "c.tif").write_text("no picture")
+    with pytest.raises(InputError, match=r"c\.tif: cannot be put into a GLB file"):
+        mesh_shape.new_uvs(
+            target, identity(target), plane, target.box, out, name=out, texture=tmp_path / "c.tif"
+        )
+
+
+def test_a_deformation_writes_no_mesh_and_bakes_nothing(shapes, iccm):
+    write_mesh(shapes / "a.obj", n=5)
+    done = iccm("deform", "a.obj", "--pin", "v1:v2", "-o", "o.obj")
+    assert done.code == 2 and "a deformation is in the plane and writes no mesh" in done.lines[-1]
+    assert "No such option" in iccm("deform", "a.obj", "--pin", "v1:v2", "--bake").lines[-1]
+
+
+def test_texture_coordinates_that_are_not_finite_are_refused(shapes, iccm):
+    text = write_mesh(shapes / "a.obj", n=5).read_text()
+    (shapes / "a.obj").write_text(text.replace("vt 0.000000 0.000000", "vt nan 0", 1))
+    image_files.write("c.png", colours(8))
+    done = iccm("map", "a.obj", "square.svg", "--texture", "c.png", "-o", "o.png")
+    assert done.code == 2 and "a.obj: face 1 (line 73): its coordinates are not finite" in done.lines[-1], (
+        done.err
+    )
+
+
+def test_geometries_that_are_left_out_are_told(shapes, iccm):
+    import trimesh
+
+    scene = trimesh.Scene(
+        {name: trimesh.creation.icosahedron().slice_plane([0, 0, 0], [0, 0, 1]) for name in "ab"}
+    )
+    scene.export("two.glb")
+    said = "left out 1 other geometry"
+    words = ["--texture", "c.png", "--method", "paper", "--vertices", "60", "-o"]
+    image_files.write("c.png", colours(8))
+    done = iccm("map", "square.svg", "two.glb#b", *words, "o.glb")
+    assert f"note: two.glb#b: {said}" in done.lines, done.err
+    assert f"note: two.glb#a: {said}" in iccm("flatten", "two.glb#a", "-o", "a.svg").lines
+    assert (
+        f"note: two.glb: {said}; two.glb#name picks one"
+        in iccm("map", "square.svg", "two.glb", *words, "p.glb").lines
+    )
+
+
+def put_on_two(folder, name="a.obj"):
+    """A mesh whose lower faces show red.png and whose upper ones show blue.png."""
+    for colour, pixel in (("red", (255, 0, 0)), ("blue", (0, 0, 255))):
+        image_files.write(folder / f"{colour}.png", image_files.Image(np.full((4, 4, 3), pixel, np.uint8)))
+    text = [f"newmtl {colour}\nmap_Kd {colour}.png" for colour in ("red", "blue")]
+    (folder / "a.mtl").write_text("\n".join(["newmtl plain", *text, ""]))
+    lines = write_mesh(folder / name, n=6, head="mtllib a.mtl").read_text().splitlines()
+    first = next(k for k, line in enumerate(lines) if line.startswith("f"))
+    for at, material in ((first + 24, "blue"), (first + 6, "red"), (first, "plain")):
+        lines.insert(at, f"usemtl {material}")
+    (folder / name).write_text("\n".join(lines) + "\n")
+
+
+def test_one_of_several_textures_is_carried_with_a_note(tmp_path, shapes, iccm):
+    put_on_two(shapes)
+    words = ["square.svg", "--method", "paper", "--vertices", "60", "--size", "32", "-o"]
+    both = iccm("map", "a.obj", *words, "both.png")
+    note = "note: a.obj: red.png is taken for all of its 2 textures; file#material picks one"
+    assert note in both.lines and image_files.read("both.png").pixels[16, 16].tolist() == [255, 0, 0, 255]
+    one = iccm("map", "a.obj#blue", *words, "one.png")
+    assert "textures" not in one.err and image_files.read("one.png").pixels[16, 16].tolist() == [
+        0,
+        0,
+        255,
+        255,
+    ]
+
+
+def test_a_texture_repeats_beyond_its_edges(tmp_path):
+    """Coordinates two pictures to the right and one down show the same, up to the outline; so do triangles across."""
+    flat = {"height": lambda x, y: 0 * x, "n": 2}
+    near, far, across = (mesh_shape.read(str(write_mesh(tmp_path / f"{k}.obj", **flat))) for k in "abc")
+    far.file.mesh.uv[:] += (2, -1)
+    across.file.mesh.uv[:] *= 1.45
+    border = 0.013 * (1 + 1j)  # pixels on the outline have their centres outside
+    canvas = Canvas(64, 64, (near.box[0] - border, near.box[1] + border))
+    shown = [mesh_shape.warp(s, identity(s), colours(64), canvas).pixels for s in (near, far, across)]
+    assert np.abs(shown[0].astype(int) - shown[1]).max() <= 1
+    u = 1.45 * (canvas.centres(32, 1).real.ravel() - near.box[0].real)
+    clear = np.abs(u - np.round(u)) > 0.05  # the filter sees both sides of an edge of the texture
+    assert np.abs(shown[2][32, clear, 0] - 255 * np.mod(u[clear], 1)).max() < 3
+    assert [len(mesh_shape.beyond_unit(s)) for s in (near, far, across)] == [0, 1, 1]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["a.obj", "square.svg"], "a.obj: an STMap cannot hold its texture coordinates; leave out --stmap"),
+        (
+            ["square.svg", "a.obj", "--bake"],
+            "a.obj: an STMap cannot hold its texture coordinates; leave out --bake",
+        ),
+    ],
+)
+def test_an_stmap_that_would_pass_over_texture_coordinates_is_refused(shapes, iccm, words, message):
+    write_mesh(shapes / "a.obj", n=5)
+    done = iccm("map", *words, "--stmap", "m.exr")
+    assert done.code == 2 and message in done.lines[-1] and not (shapes / "m.exr").exists()
+
+
+def test_a_layout_that_overlaps_or_leaves_the_unit_square_is_told(shapes, iccm):
+    text = write_mesh(shapes / "a.obj", n=6).read_text()
+    (shapes / "a.obj").write_text(text.replace("vt 1.0", "vt 1.5").replace("vt 0.833333", "vt 1.25"))
+    words = ["--bake", "--method", "paper", "--vertices", "60", "--size", "32", "-o", "o.png"]
+    done = iccm("map", "square.svg", "a.obj", *words)
+    assert any("a.obj: 24 triangles have texture coordinates outside 0..1" in line for line in done.lines), (
+        done.err
+    )
+    assert any("texels lie in several triangles" in line for line in done.lines)

@@ -1,0 +1,497 @@
+"""SVG to outlines: geometry against formulas, selection, and what must be refused in one line."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iccm import InputError
+from iccm.io.shapes import shape as shapes
+from iccm.io.svg import affine
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" {}>{}</svg>'
+
+
+@pytest.fixture
+def svg(tmp_path):
+    """Writes an SVG body and reads it as a shape."""
+
+    def read(body, attributes='viewBox="0 0 100 100"', chosen="", **options):
+        path = tmp_path / "a.svg"
+        path.write_text(SVG.format(attributes, body))
+        return shapes.read(f"{path}{chosen}", **options)
+
+    return read
+
+
+def vertices(shape):
+    """Vertices in file units, rounded, in any order."""
+    return {tuple(p) for p in shape.to_file(shape.curve.z).round(6) + 0.0}
+
+
+def one_line(call, *words):
+    with pytest.raises(InputError) as caught:
+        call()
+    message = str(caught.value)
+    assert "\n" not in message and len(message) < 600
+    for word in words:
+        assert word in message, message
+
+
+SQUARE = {(10, 20), (40, 20), (40, 60), (10, 60)}
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        '<path d="M10 20L40 20L40 60L10 60Z"/>',
+        '<path d="M10,20 40,20 40,60 10,60z"/>',
+        '<path d="m10-0.5e1m0 25h30v40h-30z"/>',
+        '<path d="M1.e1 20.L40. +20,40 6e1 10 60."/>',
+        '<path d="M10 20A0 5 0 0 1 40 20V60H10"/>',
+        '<path d="M10 20H40V60H10Z"/>',
+        '<path d="M10 20H40V60H10"/>',
+        '<path d="M 10 20 l 30 0 0 40 -30 0 0 -40"/>',
+        '<path d="M10 20L10 60L40 60L40 20Z"/>',
+        '<rect x="10" y="20" width="30" height="40"/>',
+        '<polygon points="10,20 40,20 40,60 10,60"/>',
+        '<polyline points="10 20 40 20 40 60 10 60"/>',
+        '<polygon points="10,20,40,20,40,20,40,60,10,60,10,20"/>',
+        '<g transform="translate(10 20)"><rect width="30" height="40"/></g>',
+        '<rect width="3" height="4" transform="translate(10,20) scale(10)"/>',
+        '<rect width="40" height="30" transform="matrix(0 1 1 0 10 20)"/>',
+        '<rect width="40" height="30" transform="translate(40 20)rotate(90)"/>',
+        '<rect x="10" y="20" width="30" height="40" transform="rotate(180 25 40)"/>',
+        '<rect style="transform:translate(10px, 20px);width:30px;height:40px"/>',
+        '<rect x="10" y="20" width="30" height="40" transform="rotate(180)" transform-origin="25 40"/>',
+        '<defs><rect id="r" width="30" height="40"/></defs><use href="#r" x="10" y="20"/>',
+        '<defs><g id="r"><path d="M0 0h30v40h-30z"/></g></defs>'
+        '<use xmlns:xlink="http://www.w3.org/1999/xlink" xlink:href="#r" transform="translate(10 20)"/>',
+        '<symbol id="s" viewBox="0 0 3 4"><rect width="3" height="4"/></symbol>'
+        '<use href="#s" x="10" y="20" width="30" height="40"/>',
+        '<svg x="10" y="20" width="30" height="80" viewBox="0 0 3 4" preserveAspectRatio="xMinYMin">'
+        '<rect width="3" height="4"/></svg>',
+        '<svg x="10" y="0" width="30" height="80" viewBox="5 6 3 4"><rect x="5" y="6" width="3" height="4"/></svg>',
+        '<svg x="10" y="20" width="30" height="40" viewBox="0 0 1 1" preserveAspectRatio="none">'
+        '<rect width="1" height="1"/></svg>',
+        '<rect x="10%" y="20%" width="30%" height="40%"/>',
+        '<style>.k { x: 10px; y: 20px } rect { width: 30px } #q{height:40px}</style><rect class="j k" id="q"/>',
+    ],
+)
+def test_one_rectangle_many_ways(svg, body):
+    shape = svg(body)
+    assert vertices(shape) == SQUARE
+    assert shape.curve.area == pytest.approx(1200)
+
+
+def test_the_core_plane_is_the_roots_user_units_with_y_up(svg):
+    shape = svg(
+        '<rect x="10" y="20" width="30" height="40"/>', 'width="10cm" height="50mm" viewBox="-5 -6 200 100"'
+    )
+    assert vertices(shape) == SQUARE
+    assert shape.box == (-5 - 94j, 195 + 6j)
+    assert shape.curve.box == (10 - 60j, 40 - 20j)
+
+
+def test_the_canvas_without_a_view_box(svg):
+    rectangle = '<rect x="10" y="20" width="30" height="40"/>'
+    assert svg(rectangle, 'width="2in" height="96"').box == (-96j, 192 + 0j)
+    assert svg(rectangle, "").box == svg(rectangle, 'width="100%"').box == (10 - 60j, 40 - 20j)
+
+
+@pytest.mark.parametrize(
+    "text, value",
+    [("3", 3), ("1in", 96), ("2.54cm", 96), ("25.4mm", 96), ("72pt", 96), ("6pc", 96), ("1e1px", 10)],
+)
+def test_units(svg, text, value):
+    assert svg(f'<rect width="{text}" height="1"/>').curve.box[1].real == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize("flatness", [1e-3, 1e-4, 1e-6])
+@pytest.mark.parametrize(
+    "body",
+    [
+        '<circle cx="50" cy="40" r="20"/>',
+        '<ellipse cx="50" cy="40" rx="20" ry="20"/>',
+        '<ellipse cx="50" cy="40" rx="20"/>',
+        '<rect x="30" y="20" width="40" height="40" rx="20"/>',
+        '<path d="M70 40A20 20 0 1 1 30 40 20 20 0 0170 40z"/>',
+        '<circle cx="5" cy="8" r="2" transform="translate(0,-40) scale(10)"/>',
+        '<ellipse cx="5" cy="8" rx="1" ry="2" transform="scale(20 10) translate(-2.5 -4)"/>',
+    ],
+)
+def test_a_circle_is_within_the_stated_tolerance(svg, body, flatness):
+    shape = svg(body, flatness=flatness)
+    radius = abs(shape.curve.z - (50 - 40j))
+    middle = abs(shape.curve.sample(1) - (50 - 40j))
+    assert np.allclose(radius, 20, rtol=1e-7)
+    assert 20 - middle.min() <= flatness * 40 * math.sqrt(2)
+    assert 20 - middle.min() >= flatness * 5  # and not finer than asked for
+
+
+def bezier(points, t):
+    while len(points) > 1:
+        points = [a * (1 - t) + b * t for a, b in pairwise(points)]
+    return points[0]
+
+
+def test_every_kind_of_curve_is_within_the_stated_tolerance(svg):
+    shape = svg('<path d="M0 0C0 40 30 50 50 20S80 0 90 30q0 60-40 50t-50-20z"/>', flatness=1e-4)
+    t = np.linspace(0, 1, 400)
+    p, q, r, s, u = 0, 50 + 20j, 90 + 30j, 50 + 80j, 60j
+    curves = [
+        bezier([p, 40j, 30 + 50j, q], t),
+        bezier([q, 2 * q - (30 + 50j), 80, r], t),
+        bezier([r, 90 + 90j, s], t),
+        bezier([s, 2 * s - (90 + 90j), u], t),
+        bezier([u, p], t),
+    ]
+    z = np.concatenate(curves).conj()
+    nearest = shape.curve.at(shape.curve.closest(z))
+    assert abs(nearest - z).max() <= 1e-4 * shape.curve.diagonal
+    for corner in (p, q, r, s, u):
+        assert abs(shape.curve.z - np.conj(corner)).min() < 1e-12
+
+
+numbers = st.floats(-50, 50, allow_nan=False).map(lambda x: round(x, 4))
+pairs = st.tuples(numbers, numbers)
+transforms = st.one_of(
+    pairs.map(lambda p: "translate({} {})".format(*p)),
+    pairs.map(lambda p: "scale({},{})".format(*p)),
+    st.tuples(numbers, numbers, numbers).map(lambda p: "rotate({} {} {})".format(*p)),
+    numbers.map(lambda x: f"skewX({x})"),
+    numbers.map(lambda x: f" skewY( {x} ) "),
+    st.tuples(*[numbers] * 6).map(lambda p: "matrix({},{},{} {} {} {})".format(*p)),
+)
+
+
+def matrix(text):
+    """A transform function as SVG's specification defines its matrix."""
+    name, arguments = text.strip(" )").split("(")
+    v = [float(x) for x in arguments.replace(",", " ").split()]
+    if name == "rotate":
+        c, s, x, y = math.cos(math.radians(v[0])), math.sin(math.radians(v[0])), v[1], v[2]
+        return np.array([[c, -s, x - c * x + s * y], [s, c, y - s * x - c * y], [0, 0, 1]])
+    a, b, c, d, e, f = {
+        "translate": lambda: (1, 0, 0, 1, *v),
+        "scale": lambda: (v[0], 0, 0, v[1], 0, 0),
+        "skewX": lambda: (1, 0, math.tan(math.radians(v[0])), 1, 0, 0),
+        "skewY": lambda: (1, math.tan(math.radians(v[0])), 0, 1, 0, 0),
+        "matrix": lambda: v,
+    }[name]()
+    return np.array([[a, c, e], [b, d, f], [0, 0, 1]])
+
+
+@given(st.lists(transforms, max_size=4), pairs)
+def test_transforms_compose_like_matrices(parts, point):
+    product = np.eye(3)
+    for part in parts:
+        product = product @ matrix(part)
+    x, y, _ = product @ [*point, 1]
+    nested = affine.Affine()
+    for part in parts:
+        nested = nested @ affine.parse(part)
+    scale = 1e-9 * (1 + np.abs(product).max()) * 50
+    for image in (nested(complex(*point)), affine.parse(" , ".join(parts))(complex(*point))):
+        assert abs(image - complex(x, y)) <= scale
+
+
+@given(st.lists(pairs, min_size=1, max_size=5), st.booleans())
+def test_file_units_to_core_and_back(points, flip):
+    shape = shapes.Shape("", None, None, (0j, 0j), flip, {}, {})
+    core = shape.to_core(points)
+    assert np.array_equal(shape.to_file(core), points)
+    assert np.array_equal(core.imag, np.array(points)[:, 1] * (-1 if flip else 1))
+
+
+def test_the_largest_outer_loop_is_the_default_and_the_rest_is_told(svg):
+    shape = svg('<path d="M0 0H10V10H0zM20 0H60V40H20zM30 10H50V30H30z" fill-rule="evenodd"/>')
+    assert vertices(shape) == {(20, 0), (60, 0), (60, 40), (20, 40)}
+    notes = " ".join(shape.notes)
+    assert "1 hole" in notes and "1 other outline" in notes and "6.2%" in notes
+
+
+def test_ids_labels_groups_and_numbers_select(svg):
+    body = (
+        '<g id="g" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape">'
+        '<rect id="a" width="4" height="4"/><rect inkscape:label="b b" width="5" height="5"/></g>'
+        '<rect id="c" width="9" height="9"/><rect id="2" width="1" height="1"/>'
+    )
+    for chosen, size in [
+        ("", 9),
+        ("#a", 4),
+        ("#b b", 5),
+        ("#g", 5),
+        ("#c", 9),
+        ("#1", 9),
+        ("#3", 4),
+        ("#2", 1),
+    ]:
+        assert svg(body, chosen=chosen).curve.area == pytest.approx(size**2), chosen
+    one_line(lambda: svg(body, chosen="#d"), "a.svg#d", "no 'd'", "g, a, b b, c, 2")
+    one_line(lambda: svg(body, chosen="#9"), "no outline 9", "has 4")
+
+
+def test_a_file_called_with_a_hash(tmp_path):
+    (tmp_path / "a#b.svg").write_text(SVG.format("", '<rect width="2" height="2"/>'))
+    assert shapes.read(str(tmp_path / "a#b.svg")).curve.area == 4
+
+
+HIDDEN = [
+    "<defs>{}</defs>",
+    '<g display="none">{}</g>',
+    '<g style="display : none !important">{}</g>',
+    '<clipPath id="x">{}</clipPath>',
+    "<mask>{}</mask>",
+    "<symbol>{}</symbol>",
+    "<pattern>{}</pattern>",
+    '<g visibility="hidden">{}</g>',
+    '<g fill="none">{}</g>',
+    '<g opacity="0">{}</g>',
+    "<metadata>{}</metadata>",
+    '<foreign xmlns="http://example.org">{}</foreign>',
+    "<style>.h{{display:none}} /* .h{{display:inline}} */ @media print{{.h{{display:inline}}}}</style>"
+    '<g class="h">{}</g>',
+]
+
+
+@pytest.mark.parametrize("hidden", HIDDEN)
+def test_what_is_not_shown_is_not_read(svg, hidden):
+    body = '<rect width="5" height="5"/>' + hidden.format('<rect width="90" height="90"/>')
+    assert svg(body).curve.area == pytest.approx(25)
+
+
+def test_a_clip_is_told(svg):
+    shape = svg('<g clip-path="url(#c)"><rect width="9" height="9"/></g>')
+    assert shape.curve.area == 81 and "clip-path is ignored" in shape.notes[0]
+
+
+def test_the_outline_is_what_the_fill_shows(svg):
+    overlapping = "M0 0H20V20H0zM10 5H40V15H10z"
+    assert svg(f'<path d="{overlapping}"/>').curve.area == pytest.approx(400 + 200)
+    assert svg(f'<path d="{overlapping}" fill-rule="evenodd"/>').curve.area == 300  # cut in two
+    ring = svg('<path d="M0 0H30V30H0zM10 10H20V20H10z"/>')
+    assert ring.curve.area == pytest.approx(900) and not ring.notes
+    away = svg('<path d="M0 0H30V30H0zM20 10H40V20H20z" style="fill-rule:evenodd"/>')
+    assert away.curve.area == pytest.approx(800)
+
+
+def test_a_keyhole_or_a_spike_is_harmless(svg):
+    keyhole = svg('<path d="M0 0H30V30H0V15H10V20H20V10H10V15H0z"/>')
+    assert keyhole.curve.area == pytest.approx(900) and "1 hole" in keyhole.notes[0]
+    assert svg('<path d="M0 0H30V30H0V15H-10H0z"/>').curve.box[0] == -30j
+    assert svg('<path d="M0 0H30V30H0zM5 5L9 9z"/>').curve.z.size == 4
+
+
+def test_a_tiny_crossing_is_repaired_and_a_plain_one_refused(svg):
+    assert svg('<path d="M0 0H30V30H0V-.01L-.01 0z"/>').curve.area == pytest.approx(900, rel=1e-4)
+    one_line(
+        lambda: svg('<path id="p" d="M0 0L30 30V0L0 30z"/>'), "a.svg", "'p'", "crosses itself at (15, 15)"
+    )
+    one_line(
+        lambda: svg('<polygon points="50,0 80,90 2,35 98,35 20,90"/>'), "<polygon>", "crosses itself at ("
+    )
+
+
+def test_a_crossing_elsewhere_is_only_told(svg):
+    shape = svg('<rect width="60" height="60"/><path id="bow" d="M0 0L30 30V0L0 30z"/>')
+    assert shape.curve.area == 3600 and "bow" in shape.notes[0]
+
+
+def test_a_crossing_ring_costs_only_itself(svg):
+    island = svg('<path id="p" d="M0 0H60V60H0zM70 0L80 10V0L70 10z"/>')
+    assert island.curve.area == 3600 and "crosses itself at (75, 5)" in island.notes[0]
+    one_line(
+        lambda: svg('<path id="p" d="M0 0H6V6H0zM70 0L80 10V0L70 10z"/>'), "'p'", "crosses itself at (75, 5)"
+    )
+
+
+def test_an_open_line_beside_a_closed_one(svg):
+    shape = svg('<path fill="none" stroke="red" d="M0 0H6V6H0zM70 0L80 10"/>')
+    assert shape.curve.area == 36 and not [note for note in shape.notes if "open" in note]
+
+
+def test_open_runs(svg):
+    filled = svg('<path id="p" d="M0 0H30V30"/>')
+    assert (
+        filled.curve.area == 450 and "closed the open outline between (0, 0) and (30, 30)" in filled.notes[0]
+    )
+    nearly = '<path fill="none" stroke="red" d="M0 0H30V30H0V0.1"/>'
+    assert svg(nearly).curve.z.size == 5
+    one_line(
+        lambda: svg('<path id="p" fill="none" stroke="red" d="M0 0H30V30"/>'), "'p'", "open", "(30, 30)", "Z"
+    )
+    one_line(lambda: svg('<line x2="5" y2="6"/>'), "<line>", "2 distinct points")
+
+
+BAD = {
+    "M0 0L10": ("d: character", "L", "2 numbers"),
+    "M0 0L10 10 L 5 x": ("character 16", "'x'"),
+    "L0 0 10 10": ("must begin with M",),
+    "M0 0C1 2 3 4 5": ("takes 6",),
+    "M0 0 L nan nan": ("d: character",),
+    "M0 0 L 1e999 0 0 1": ("too large",),
+    "M0 0 L 10,,10 5 5 ": ("d: character",),
+    "M0 0 A 5 5 0 2 0 10 10": ("takes 7",),
+    "M0 0 L 10 10 0 10 B": ("'B'", "not a path command"),
+    "M0 0 L 10 10 0 10 Z 5": ("not a path command",),
+    "hello": ("must begin with M",),
+    "M0 0 L 10 0 L 20 0 Z": ("encloses no area",),
+    "M0 0 L 10 0 L 0 0": ("points",),
+    "M5 5 Z": ("0 distinct points",),
+    "": ("0 distinct points",),
+}
+
+
+@pytest.mark.parametrize("d", BAD)
+def test_bad_path_data(svg, d):
+    one_line(lambda: svg(f'<path id="p" d="{d}"/>'), "a.svg", "'p'", *BAD[d])
+
+
+@pytest.mark.parametrize(
+    "body, words",
+    [
+        ("", ("nothing in it has an outline",)),
+        ("<text>hello</text>", ("made paths",)),
+        ('<rect width="5"/>', ("0 distinct points",)),
+        ('<rect width="-5" height="5"/>', ("width is -5",)),
+        ('<circle r="x"/>', ("r 'x' is not a length",)),
+        ('<circle r="5furlong"/>', ("not a length",)),
+        ('<polygon points="0,0 1,0 1"/>', ("points: 5 numbers",)),
+        ('<polygon points="0,0 1,0 1,b"/>', ("points: character", "b'")),
+        ('<rect width="5" height="5" transform="spin(4)"/>', ("transform", "spin")),
+        ('<rect width="5" height="5" transform="scale(0)"/>', ("1 distinct point",)),
+        ('<rect width="5" height="5" transform="scale(1,0)"/>', ("points",)),
+        ('<rect width="5" height="5" transform="translate(1"/>', ("transform",)),
+        ('<g id="g"><use href="#g"/></g>', ("contains itself",)),
+        ('<use id="a" href="#b"/><use id="b" href="#a"/>', ("contains itself",)),
+        ('<rect id="pin-a" width="5" height="5"/>', ("pin-a", "circle or an ellipse")),
+        ('<circle id="pin-a" r="5"/><circle id="pin-a" r="5"/>', ("a second 'pin-a'",)),
+        ('<path id="stroke-a" d="M0 0L5 5M6 6L7 7"/>', ("stroke-a", "one run")),
+        ('<path id="stroke-a" d="M5 5L5 5"/>', ("2 distinct points",)),
+    ],
+)
+def test_bad_documents(svg, body, words):
+    one_line(lambda: svg(body), "a.svg", *words)
+
+
+def test_a_percentage_of_nothing(svg):
+    one_line(lambda: svg('<rect width="50%" height="5"/>', ""), "percentage")
+
+
+@pytest.mark.parametrize("box", ["0 0 1", "0 0 0 5", "0 0 -1 5", "0 0 a 5", ""])
+def test_a_bad_view_box(svg, box):
+    one_line(lambda: svg('<rect width="5" height="5"/>', f'viewBox="{box}"'), "a.svg", "viewBox")
+
+
+LAUGHS = "".join(f'<!ENTITY l{i + 1} "{f"&l{i};" * 10}">' for i in range(9))
+HOSTILE = {
+    b"": "empty",
+    b"\x00\x01\xff\xfe\x89PNG" * 20: "XML",
+    b"\xff\xfe\xff\xff<svg": "XML",
+    b"<svg": "not well-formed XML: ",
+    b"<svg></g>": "not well-formed XML: ",
+    b"plain text": "not well-formed XML: ",
+    b"<html></html>": "<html>, not <svg>",
+    b'<?xml version="1.0" encoding="klingon"?><svg/>': "XML",
+    b'<?xml version="1.0" encoding="shift-jis"?><svg/>': "XML",
+    f'<!DOCTYPE s [<!ENTITY l0 "ha">{LAUGHS}]><svg>&l9;</svg>'.encode(): "entity 'l0'",
+    b'<!DOCTYPE s [<!ENTITY x SYSTEM "file:///etc/passwd">]><svg>&x;</svg>': "entity 'x'",
+    b'<!DOCTYPE s [<!ENTITY % x SYSTEM "http://127.0.0.1/">%x;]><svg></svg>': "entity 'x'",
+    b"<svg>" + b"<g>" * 100_000: "nested",
+    b"<svg>" + b"<g>" * 100_000 + b"</g>" * 100_000 + b"</svg>": "nested",
+    b"<svg>" + b"<g/>" * 400_000 + b"</svg>": "elements",
+}
+
+
+@pytest.mark.parametrize("data", HOSTILE, ids=lambda data: repr(data[:24]))
+def test_hostile_files_end_at_once(tmp_path, data):
+    path = tmp_path / "bad.svg"
+    path.write_bytes(data)
+    one_line(lambda: shapes.read(str(path)), "bad.svg: ", HOSTILE[data])
+
+
+def test_uses_that_multiply_end_at_once(svg):
+    layers = "".join(f'<g id="g{i + 1}">{f"""<use href="#g{i}"/>""" * 10}</g>' for i in range(12))
+    one_line(lambda: svg(f'<g id="g0"><rect width="1" height="1"/></g>{layers}'), "elements")
+
+
+@pytest.mark.parametrize("filler", [" ", "\n", ",", "9", "-", "M", "1 ", "/*", "{", ".a", "a(", "("])
+@pytest.mark.parametrize(
+    "template",
+    [
+        '<path d="M0 0 L5 {} x"/>',
+        '<path d="m0 0h9v9z" transform="{}!"/>',
+        "<style>{}</style>",
+        '<rect width="{}"/>',
+    ],
+)
+@pytest.mark.timeout(30)  # quadratic would be hours
+def test_no_pattern_backtracks(svg, filler, template):
+    with pytest.raises(InputError):
+        svg(template.format(filler * 200_000) + "<path/>")
+
+
+def test_links_to_elsewhere_read_nothing(svg, tmp_path):
+    (tmp_path / "other.svg").write_text(SVG.format("", '<rect id="r" width="90" height="90"/>'))
+    body = (
+        f'<image href="file://{tmp_path}/other.svg" width="90" height="90"/><use href="other.svg#r"/>'
+        f'<use href="file://{tmp_path}/other.svg#r"/><rect width="5" height="5"/>'
+    )
+    assert svg(body).curve.area == 25
+
+
+def test_a_doctype_alone_is_fine(tmp_path):
+    path = tmp_path / "a.svg"
+    path.write_text(
+        '<?xml version="1.0"?><!DOCTYPE svg PUBLIC "-//W3C//DTD SVG 1.1//EN" "http://127.0.0.1/svg11.dtd">'
+        + SVG.format("", '<rect width="5" height="5"/>')
+    )
+    assert shapes.read(str(path)).curve.area == 25
+
+
+def test_a_large_file_is_refused_before_it_is_parsed(svg):
+    one_line(lambda: svg('<rect width="5" height="5"/>' * 100, max_bytes=1000), "at most 1000")
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e-3, 1e6, 1e12])
+def test_size_does_not_matter(svg, scale):
+    body = f'<path transform="scale({scale})" d="M0 0C0 40 30 50 50 60S80 20 90 0z"/>'
+    assert svg(body).curve.area == pytest.approx(svg(body, "").curve.area)
+    assert svg(body).curve.z.size == svg('<path d="M0 0C0 40 30 50 50 60S80 20 90 0z"/>').curve.z.size
+
+
+def test_vertices_resamples(svg):
+    shape = svg('<circle cx="50" cy="50" r="40"/>', vertices=30)
+    assert abs(shape.curve.z.size - 30) <= 1 and np.ptp(shape.curve.lengths) < 0.1
+
+
+def test_pins_and_strokes_are_read_and_never_the_domain(svg):
+    body = (
+        '<rect width="20" height="20"/><g transform="scale(2)">'
+        '<circle id="pin-eye" cx="5" cy="6" r="40"/>'
+        '<ellipse id="e" xmlns:i="http://www.inkscape.org/namespaces/inkscape" i:label="pin-nose" rx="1" ry="2"/>'
+        '<path id="stroke-arm" fill="none" stroke="red" d="M0 0Q40 0 40 40"/></g>'
+        '<line id="stroke-leg" x1="1" y1="2" x2="3" y2="4"/><circle id="stroke-loop" r="5"/>'
+    )
+    shape = svg(body)
+    assert shape.curve.area == 400
+    assert shape.pins == {"pin-eye": 10 - 12j, "pin-nose": 0}
+    assert set(shape.strokes) == {"stroke-arm", "stroke-leg", "stroke-loop"}
+    arm = shape.strokes["stroke-arm"]
+    assert not arm.closed and arm.z[0] == 0 and arm.z[-1] == 80 - 80j and arm.z.size > 10
+    assert np.array_equal(shape.strokes["stroke-leg"].z, [1 - 2j, 3 - 4j])
+    assert shape.strokes["stroke-loop"].z[0] == shape.strokes["stroke-loop"].z[-1]
+
+
+def test_an_id_that_draws_no_outline_is_not_called_missing(svg):
+    body = (
+        '<rect width="9" height="9"/><text id="title">x</text>'
+        '<g style="display:none"><rect id="old" width="9" height="9"/></g>'
+    )
+    one_line(lambda: svg(body, chosen="#title"), "<text> 'title' draws no outline", "text into paths")
+    one_line(lambda: svg(body, chosen="#old"), "<rect> 'old' draws no outline", "hidden")
+    one_line(lambda: svg(body, chosen="#young"), "no 'young' in the file")

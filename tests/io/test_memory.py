@@ -1,0 +1,122 @@
+"""Memory within a bound."""
+
+import errno
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from iccm import InputError
+from iccm.io import memory as room
+from iccm.io.run.job import memory
+
+MIB = 1 << 20
+SVG = "http://www.w3.org/2000/svg"
+
+
+def test_what_does_not_fit_lies_in_a_file_that_has_no_name(tmp_path):
+    bounded = room.Bounded(room.resident() + 64 * MIB, tmp_path)
+    small, large = bounded((100,), np.uint8), bounded((50 * MIB,), np.uint8)
+    before = room.resident()
+    large[:] = 7
+    assert room.resident() > before + 40 * MIB
+    bounded.release()
+    assert room.resident() < before + 10 * MIB
+    assert large.min() == large.max() == 7 and not list(tmp_path.iterdir())
+    assert small.base is None and large.base is not None
+
+
+def test_what_fits_once_does_not_fit_again():
+    bounded = room.Bounded(room.resident() + 100 * MIB)
+    assert [bounded((15 * MIB,), np.uint8).base is None for _ in range(2)] == [True, False]
+
+
+def test_as_many_threads_as_fit():
+    bounded = room.Bounded(room.resident() + room.MARGIN + 100 * MIB)
+    assert bounded.threads(8, 40 * MIB, "work") == 2
+    assert bounded.threads(1, 40 * MIB, "work") == 1
+    with pytest.raises(InputError, match=r"too little for work, which takes \d+M"):
+        bounded.threads(1, 1000 * MIB, "work")
+
+
+@pytest.mark.parametrize(
+    ("held", "kept", "fits"), [(100, 0, True), (200, 140, True), (200, 150, False), (500, 0, False)]
+)
+def test_what_will_not_fit_after_the_solving_is_refused_before(monkeypatch, held, kept, fits):
+    """What the process will hold is counted, or what it holds already; and the pictures that are in memory."""
+    monkeypatch.setattr(room, "resident", lambda: 0)
+    bounded = room.Bounded(room.SOLVED + room.MARGIN + 200 * MIB)
+    bounded((kept * MIB,), np.uint8)
+    monkeypatch.setattr(room, "resident", lambda: held * MIB)
+    if fits:
+        bounded.check(55 * MIB, "work")
+    else:
+        with pytest.raises(InputError, match="too little for work"):
+            bounded.check(55 * MIB, "work")
+
+
+def test_a_full_disk_is_told(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("os.posix_fallocate", full, raising=False)
+    with pytest.raises(InputError, match="No space left"):
+        room.Bounded(1, tmp_path)((MIB,), np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("text", "bytes"),
+    [("2G", 2 << 30), ("1.5 GiB", 3 << 29), ("800m", 800 << 20), ("12", 12), ("1TB", 1 << 40), (7, 7)],
+)
+def test_sizes(text, bytes):
+    assert memory(text) == bytes
+
+
+@pytest.mark.parametrize("text", ["", "G", "2X", "1e9", "-1G", "2 G B"])
+def test_what_is_no_size(text):
+    with pytest.raises(ValueError, match="no size"):
+        memory(text)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads /proc")
+def test_a_run_stays_within_its_bound(tmp_path):
+    """4096² in and out: 780 MiB without a bound."""
+    from iccm.io.pictures import image_files
+
+    strip = np.random.default_rng(0).integers(0, 256, (256, 4096, 4), dtype=np.uint8)
+    like = image_files.Image(strip, 3)
+    image_files.write_bands(tmp_path / "t.tif", like, 4096, 4096, (strip for _ in range(16)))
+    for name, points in (("a", "10,10 90,10 90,90 10,90"), ("b", "10,20 90,10 80,90 50,60 10,90")):
+        drawing = f'<svg xmlns="{SVG}" viewBox="0 0 100 100"><polygon points="{points}"/></svg>'
+        (tmp_path / f"{name}.svg").write_text(drawing)
+    command = [
+        "map",
+        "a.svg",
+        "b.svg",
+        "--force",
+        "-q",
+        "--texture",
+        "t.tif",
+        "-o",
+        "o.tif",
+        "--size",
+        "4096",
+    ]
+    made, peaks = [], []
+    for bound in ("64G", "600M"):
+        # of its own memory: what wait4 tells counts that of the process it was forked from
+        code = (
+            "import re, sys\nfrom iccm import cli\n"
+            "assert cli.run(sys.argv[1:]) in (0, 1)\n"
+            "print(re.search(r'VmHWM:\\s+(\\d+)', open('/proc/self/status').read())[1])"
+        )
+        line = [sys.executable, "-c", code, *command, "--method", "paper", "--memory", bound]
+        done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=True)
+        peaks.append(int(done.stdout) / 1024)
+        made.append((tmp_path / "o.tif").read_bytes())
+    assert made[0] == made[1]
+    assert peaks[1] < 600 < peaks[0]
+    assert {path.name for path in tmp_path.iterdir()} == {"a.svg", "b.svg", "t.tif", "o.tif"}

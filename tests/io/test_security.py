@@ -1,0 +1,104 @@
+"""Hostile inputs: nothing is read that should not be, and limits are kept before memory is taken."""
+
+import json
+import struct
+import zlib
+
+import pytest
+
+from iccm import InputError
+from iccm.io.meshes import size_limits
+
+HUGE = 60_000
+
+
+def chunk(kind, data):
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def png_header(width, height):
+    """A picture that claims a size and has none of its pixels."""
+    head = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 6, 0, 0, 0))
+    return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(b"\0" * 100)) + chunk(b"IEND", b"")
+
+
+ENTITIES = "".join(f'<!ENTITY l{n} "{f"&l{n - 1};" * 10}">' for n in range(1, 10))
+HOSTILE = {
+    "entity.svg": '<!DOCTYPE s [<!ENTITY x SYSTEM "file:///etc/hostname">]><svg xmlns="http://www.w3.org/2000/svg">'
+    '<path d="&x;M0 0H9V9z"/></svg>',
+    "laughs.svg": f'<!DOCTYPE s [<!ENTITY l0 "M0 0H9V9z">{ENTITIES}]><svg xmlns="http://www.w3.org/2000/svg">'
+    '<path d="&l9;"/></svg>',
+    "remote.svg": '<!DOCTYPE svg SYSTEM "http://localhost:9/x.dtd"><svg xmlns="http://www.w3.org/2000/svg">'
+    '<image href="file:///etc/hostname" width="9" height="9"/></svg>',
+    "loop.svg": '<svg xmlns="http://www.w3.org/2000/svg"><g id="g"><use href="#g"/></g></svg>',
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_drawings_end_at_once_in_one_line(shapes, iccm, name):
+    (shapes / name).write_text(HOSTILE[name])
+    typed = iccm("map", name, "blob.svg")
+    assert typed.code == 2 and len(typed.lines) == 1 and name in typed.err
+    with open("/etc/hostname") as file:
+        assert file.read().strip() not in typed.err
+
+
+def test_a_huge_picture_is_refused_by_its_header(shapes, iccm):
+    (shapes / "huge.png").write_bytes(png_header(HUGE, HUGE))
+    for arguments in (
+        ("square.svg", "blob.svg", "--texture", "huge.png", "--method", "paper"),
+        ("huge.png", "blob.svg"),
+    ):
+        typed = iccm("map", *arguments)
+        assert typed.code == 2 and "huge.png" in typed.err and "Traceback" not in typed.err
+    (shapes / "small.png").write_bytes(png_header(100, 100))
+    typed = iccm(
+        "map", "square.svg", "blob.svg", "--texture", "small.png", "--max-pixels", "9999", "--size", "50"
+    )
+    assert typed.code == 2 and "small.png" in typed.err and "9999" in typed.err
+
+
+def test_a_huge_canvas_is_refused_before_solving(shapes, iccm):
+    typed = iccm("map", "square.svg", "blob.svg", "--size", "100000x100000")
+    assert typed.code == 2 and "--max-pixels" in typed.err
+
+
+FACES = {
+    "a.obj": b"v 0 0 0\n" * 3 + b"f 1 2 3\n" * 70 + b"\tf 1 2 3",
+    "a.ply": b"ply\nformat ascii 1.0\nelement vertex 3\nelement face 71\n",
+    "a.off": b"OFF # a comment\n# another\n3 71 0\n",
+    "a.stl": b"solid".ljust(80) + struct.pack("<I", 71) + bytes(50 * 71),
+    "a.gltf": json.dumps(
+        {"meshes": [{"primitives": [{"indices": 0}]}], "accessors": [{"count": 213}]}
+    ).encode(),
+}
+
+
+@pytest.mark.parametrize("name", FACES)
+def test_faces_are_counted_without_reading_the_mesh(tmp_path, name):
+    path = tmp_path / name
+    path.write_bytes(FACES[name])
+    assert size_limits.faces(path, 71) == 71
+    with pytest.raises(InputError, match="71 faces are more than 70; raise --max-faces"):
+        size_limits.faces(path, 70)
+
+
+def test_a_binary_gltf_is_counted(tmp_path):
+    text = FACES["a.gltf"].ljust(256)
+    head = struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text), len(text), b"JSON")
+    (tmp_path / "a.glb").write_bytes(head + text)
+    assert size_limits.faces(tmp_path / "a.glb", 71) == 71
+
+
+@pytest.mark.parametrize("suffix", size_limits.COUNTS)
+def test_nonsense_has_no_faces(tmp_path, suffix):
+    path = tmp_path / f"a{suffix}"
+    for content in (b"", b"\xff" * 30, b"{" * 40, b'{"meshes": [3]}', b"glTF" + b"\xff" * 30):
+        path.write_bytes(content)
+        assert size_limits.faces(path, 5) == 0
+
+
+def test_too_many_faces_from_the_command_line(shapes, iccm):
+    (shapes / "a.obj").write_bytes(FACES["a.obj"])
+    typed = iccm("map", "square.svg", "a.obj", "--max-faces", "70")
+    assert typed.code == 2 and "71 faces are more than 70" in typed.err
