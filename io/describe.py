@@ -64,7 +64,7 @@ def _outline(number: int, outline: Any) -> dict[str, Any]:
         "name": outline.name,
         "vertices": int(z.size),
         "area": area,
-        "holes": int(outline.holes),
+        "holes": len(outline.holes),
         "box": box,
     }
 

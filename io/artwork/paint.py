@@ -258,7 +258,7 @@ def lined(shape: Placed, element: Element, said: Mapping[str, str], space: Space
 
 def scale(map: Affine) -> float:
     """The factor by which an affine map scales lengths, as the square root of that of areas."""
-    return abs(abs(map.alpha) ** 2 - abs(map.beta) ** 2) ** 0.5
+    return abs(map.determinant) ** 0.5
 
 
 def unevenness(map: Affine) -> float:

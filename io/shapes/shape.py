@@ -130,13 +130,14 @@ def _choose(drawing: Drawing, spec: str, chosen: str | None) -> tuple[Outline, l
             f"{spec}: nothing in it has an outline; draw a closed path (text must be made paths)"
         )
     outline = found[(number or 1) - 1]
-    return outline, [*drawing.notes, *_left_out(drawing, outline)]
+    return outline, [*drawing.notes, *outline.notes, *_left_out(drawing, outline)]
 
 
 def _left_out(drawing: Drawing, outline: Outline) -> list[str]:
     notes = []
     if outline.holes:
-        notes.append(f"{outline.name}: left out {outline.holes} hole{'s' * (outline.holes > 1)}")
+        count = len(outline.holes)
+        notes.append(f"{outline.name}: left out {count} hole{'s' * (count > 1)}")
     others = [o for o in drawing.outlines if o is not outline]
     if others:
         share = others[0].area / outline.area

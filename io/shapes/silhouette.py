@@ -127,10 +127,13 @@ def _piece(field: NDArray, labels: NDArray, box: NDArray, label: int, flatness: 
     bounds = whole.bounds
     diagonal = np.hypot(bounds[2] - bounds[0], bounds[3] - bounds[1])
     soft = np.mean((values > 0.02) & (values < 0.98)) * values.size > 0.25 * len(whole.exterior.coords)
-    smooth = _straightened(whole, max(SOFT if soft else HARD, flatness * diagonal))
+    tolerance = max(SOFT if soft else HARD, flatness * diagonal)
+    smooth = _straightened(whole, tolerance)
     shift = complex(columns.start - 1 + 0.5, rows.start - 1 + 0.5)
     z = shapely.get_coordinates(smooth.exterior)[:-1] @ np.array([1, 1j]) + shift
-    return Outline(f"piece at ({left}, {top})", z, smooth.area, len(contours) - 1)
+    holes = [_straightened(c, tolerance) for c in contours if c is not whole and c.area >= SPECK]
+    inner = tuple(shapely.get_coordinates(h.exterior)[:-1] @ np.array([1, 1j]) + shift for h in holes)
+    return Outline(f"piece at ({left}, {top})", z, smooth.area, inner)
 
 
 def _straightened(polygon: shapely.Polygon, tolerance: float) -> shapely.Polygon:

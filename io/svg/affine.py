@@ -43,6 +43,17 @@ class Affine:
             self(complex(inner.gamma)),
         )
 
+    @property
+    def determinant(self) -> float:
+        """The factor of areas, negative for a mirror image."""
+        return abs(self.alpha) ** 2 - abs(self.beta) ** 2
+
+    @property
+    def inverse(self) -> "Affine":
+        """The map back; the determinant must not be zero."""
+        alpha, beta = complex(self.alpha).conjugate() / self.determinant, -self.beta / self.determinant
+        return Affine(alpha, beta, -(alpha * self.gamma + beta * complex(self.gamma).conjugate()))
+
 
 def written(map: Affine) -> str:
     """The map as SVG's matrix(a b c d e f)."""

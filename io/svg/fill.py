@@ -23,16 +23,20 @@ class Outline:
         name: what it comes from, for messages.
         z: (n,) vertices of its outer boundary, not repeated at the end.
         area: area enclosed by the outer boundary, holes included.
-        holes: number of holes.
+        holes: the boundaries of its holes.
+        notes: what was changed to have it.
     """
 
     name: str
     z: Complex
     area: float
-    holes: int
+    holes: tuple[Complex, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
-def outlines(rings: Sequence[Complex], rule: str, name: str) -> tuple[list[Outline], list[Refused]]:
+def outlines(
+    rings: Sequence[Complex], rule: str, name: str, notes: tuple[str, ...] = ()
+) -> tuple[list[Outline], list[Refused]]:
     """The regions that filling the rings together by `rule` (nonzero or evenodd) paints, the largest first.
 
     Rings are closed implicitly, and may overlap, nest and touch each other: what counts is what the fill shows. A ring
@@ -60,11 +64,28 @@ def outlines(rings: Sequence[Complex], rule: str, name: str) -> tuple[list[Outli
             refused.append(
                 (twisted, InputError(f"{name}: the outline crosses itself {place}; remove the crossing"))
             )
-    polygons = [shapely.Polygon(_xy(ring)) for ring in simple] if len(simple) == 1 else painted(simple, rule)
-    found = [_outline(polygon, name) for polygon in polygons]
+    polygons = (
+        [shapely.Polygon(ring_xy(ring)) for ring in simple] if len(simple) == 1 else painted(simple, rule)
+    )
+    found = outlines_of(shapely.MultiPolygon(polygons), name, notes)
     if not found and not refused:
         raise InputError(f"{name}: encloses no area")
-    return sorted(found, key=lambda o: -o.area), refused
+    return found, refused
+
+
+def outlines_of(region: shapely.Geometry, name: str, notes: tuple[str, ...] = ()) -> list[Outline]:
+    """The outlines of the parts of a region, the largest first."""
+    found = [
+        Outline(
+            name,
+            _z(part.exterior),
+            shapely.Polygon(part.exterior).area,
+            tuple(map(_z, part.interiors)),
+            notes,
+        )
+        for part in _polygons(region)
+    ]
+    return sorted(found, key=lambda o: -o.area)
 
 
 def distinct(z: Complex) -> Complex:
@@ -93,7 +114,7 @@ def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
     """
     if _flat(ring):
         return [], 0.0, ""
-    polygon = shapely.Polygon(_xy(ring))
+    polygon = shapely.Polygon(ring_xy(ring))
     if polygon.is_valid:
         return [ring], 0.0, ""
     faces, winding = _faces([ring])
@@ -108,7 +129,7 @@ def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
 
 def _faces(rings: Sequence[Complex]) -> tuple[np.ndarray, np.ndarray]:
     """The faces that the rings cut the plane into, and how often the rings wind around each."""
-    closed = [shapely.LinearRing(_xy(ring)) for ring in rings]
+    closed = [shapely.LinearRing(ring_xy(ring)) for ring in rings]
     faces = np.array(shapely.get_parts(shapely.polygonize([shapely.unary_union(closed)])))
     points = shapely.point_on_surface(faces)
     winding = np.zeros(len(faces), dtype=int)
@@ -130,11 +151,6 @@ def _winding(ring: Complex, points: np.ndarray) -> np.ndarray:
     return total
 
 
-def _outline(polygon: shapely.Polygon, name: str) -> Outline:
-    z = _z(polygon.exterior)
-    return Outline(name, z, shapely.Polygon(polygon.exterior).area, len(polygon.interiors))
-
-
 def _polygons(geometry: shapely.Geometry) -> list[shapely.Polygon]:
     return [part for part in shapely.get_parts(geometry) if part.geom_type == "Polygon" and part.area > 0]
 
@@ -154,7 +170,8 @@ def _place(polygon: shapely.Polygon) -> str:
     )
 
 
-def _xy(z: Complex) -> np.ndarray:
+def ring_xy(z: Complex) -> np.ndarray:
+    """(n, 2) coordinates of (n,) points."""
     return np.column_stack([z.real, z.imag])
 
 

@@ -1,5 +1,6 @@
 """SVG files as outlines and drawn constraints, in the root's user units (those of its viewBox), y down as written."""
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -10,13 +11,15 @@ from ...errors import InputError
 from .. import files
 from . import tree
 from .drawing import Drawing
-from .fill import distinct, outlines
+from .fill import Outline, distinct, outlines
 from .path_data import LARGEST, Subpath, numbers, subpaths
+from .strokes import silhouette, width_of
 from .tree import Drawn
 
 MAX_BYTES = 32 * 2**20
 PIN, STROKE = "pin-", "stroke-"
-# An unfilled run counts as closed when its ends are nearer than this part of its size.
+CANVAS, SILHOUETTE = "canvas", "silhouette"
+# An unfilled run counts as closed when its ends are nearer than its line is wide, or than this part of its size.
 GAP = 0.01
 
 
@@ -25,10 +28,11 @@ def read(
 ) -> Drawing:
     """The outlines that an SVG shows, or those of the element or group that has the id or Inkscape label `chosen`.
 
-    Only what is displayed counts: no `defs`, `display: none`, clip paths, text or images. Without `chosen`, shapes
-    that are neither filled nor stroked (icon sets draw such frames) are no candidates either. Every outline is one
-    region of what an element's fill shows. SVG closes the open runs of a filled shape, and so does this, with a note;
-    an open run of an unfilled one is refused unless its ends all but meet.
+    Only what is displayed counts: no `defs`, `display: none`, clip paths, text or images. Every outline is one region
+    of what an element's fill shows; SVG closes the open runs of a filled shape, and so does this, with a note. Without
+    `chosen`, shapes that are not filled are no candidates, unless nothing is: then the outlines are those of all that
+    the strokes paint. `chosen` may be `silhouette`, the union of all that is painted, and `canvas`, where no element is
+    called so. A chosen shape without a fill is its closed runs; an open one is refused unless its ends all but meet.
 
     Raises:
         InputError: not SVG, malformed attributes, malformed pins or strokes.
@@ -39,55 +43,78 @@ def read(
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     drawing = Drawing([], document.canvas, flip=True)
+    shown = []
     for drawn in document.shapes:
         try:
             if not _constraint(drawn, drawing, flatness):
+                shown.append(drawn)
                 _candidate(drawn, chosen, drawing, flatness)
         except InputError as error:
             raise InputError(f"{path}: {drawn.name}: {error}") from error
+    _special(drawing, document, shown, chosen, flatness)
+    drawing.outlines.sort(key=lambda o: -o.area)
+    return drawing
+
+
+def _special(
+    drawing: Drawing, document: tree.Document, shown: list[Drawn], chosen: str | None, flatness: float
+) -> None:
+    """Adds the outlines that no single element has: the silhouette of the drawing, and its canvas."""
     if chosen is not None and chosen in document.tags and chosen not in drawing.ids:
         drawing.ids.append(chosen)
         which = f"<{document.tags[chosen]}> {chosen!r}"
         reason = f"{which} draws no outline; show it if it is hidden, turn text into paths"
         drawing.refused.append((0.0, InputError(reason)))
-    drawing.outlines.sort(key=lambda o: -o.area)
-    return drawing
+    elif chosen == CANVAS and chosen not in drawing.ids and drawing.rectangle:
+        drawing.ids.append(chosen)
+        x, y, width, height = drawing.rectangle
+        corners = complex(x, y) + np.array([0, width, width + 1j * height, 1j * height])
+        drawing.outlines.append(Outline("the canvas", corners, width * height))
+    elif (chosen == SILHOUETTE and chosen not in drawing.ids) or not (
+        chosen or drawing.outlines or drawing.refused
+    ):
+        drawing.ids.extend([SILHOUETTE] if chosen else [])
+        seen = [drawn for drawn in shown if drawn.visible]
+        what = "the silhouette" if chosen else "the silhouette of its strokes"
+        drawing.outlines.extend(silhouette([(d, runs_of(d, flatness)) for d in seen], what))
 
 
 def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, flatness: float) -> None:
     """Adds a shape's outlines to the drawing, or the reason why it has none."""
     names = (*drawn.groups, *drawn.names)
     drawing.ids.extend(name for name in names if name not in drawing.ids)
-    if (chosen is None and not drawn.visible) or (chosen is not None and chosen not in names):
+    if (chosen is None and not drawn.filled) or (chosen is not None and chosen not in names):
         return
     runs = runs_of(drawn, flatness)
-    rings = []
+    rings: list[Complex] = []
+    clips = [k for k in ("clip-path", "mask") if drawn.properties.get(k, "none").strip() != "none"]
+    notes = [f"{drawn.name}: its {clip} is ignored" for clip in clips]
     for run in runs:
         try:
-            rings.append(_ring(run, drawn, drawing))
+            rings.append(_ring(run, drawn, notes))
         except InputError as error:
             drawing.refused.append((float(np.ptp(run.z.real) * np.ptp(run.z.imag)), error))
     if runs and not rings:
         return
+    rule = drawn.properties.get("fill-rule", "nonzero").strip()
     try:
-        found, refused = outlines(rings, drawn.properties.get("fill-rule", "nonzero").strip(), drawn.name)
+        found, refused = outlines(rings, rule, drawn.name, tuple(notes))
     except InputError as error:
         found, refused = [], [(0.0, error)]
     drawing.outlines.extend(found)
     drawing.refused.extend(refused)
-    clips = [k for k in ("clip-path", "mask") if drawn.properties.get(k, "none").strip() != "none"]
-    drawing.notes.extend(f"{drawn.name}: its {clip} is ignored" for clip in clips)
 
 
-def _ring(run: Subpath, drawn: Drawn, drawing: Drawing) -> Complex:
+def _ring(run: Subpath, drawn: Drawn, notes: list[str]) -> Complex:
     z = distinct(run.z)
     gap = abs(run.z[-1] - run.z[0])
-    if run.closed or z.size < 3 or gap <= GAP * abs(complex(np.ptp(z.real), np.ptp(z.imag))):
+    reach = width_of(drawn) * math.sqrt(abs(drawn.affine.determinant))
+    if run.closed or z.size < 3 or gap <= max(reach, GAP * abs(complex(np.ptp(z.real), np.ptp(z.imag)))):
         return z
     ends = " and ".join(f"({p.real:g}, {p.imag:g})" for p in (run.z[0], run.z[-1]))
     if not drawn.filled:
         raise InputError(f"{drawn.name}: the outline is open: its ends are {ends}; close it with Z")
-    drawing.notes.append(f"{drawn.name}: closed the open outline between {ends}, as SVG fills it")
+    notes.append(f"{drawn.name}: closed the open outline between {ends}, as SVG fills it")
     return z
 
 

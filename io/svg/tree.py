@@ -20,7 +20,7 @@ LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
 # Clips and masks are not inherited in SVG, but a shape in a clipped group is clipped, too.
 _INHERITED = (
     *("fill", "stroke", "fill-rule", "visibility", "clip-path", "mask", "clip-rule", "paint-order"),
-    *("stroke-width", "stroke-dasharray", "stroke-dashoffset"),
+    *("stroke-width", "stroke-dasharray", "stroke-dashoffset", "stroke-linejoin", "stroke-linecap"),
     *("marker", "marker-start", "marker-mid", "marker-end"),
 )
 MAX_COPIES = 50_000
@@ -62,9 +62,14 @@ class Drawn:
         return self._painted("fill", "black")
 
     @property
+    def stroked(self) -> bool:
+        """Whether its line is painted."""
+        return self._painted("stroke", "none")
+
+    @property
     def visible(self) -> bool:
         """Whether anything of it is painted."""
-        return self.filled or self._painted("stroke", "none")
+        return self.filled or self.stroked
 
     def _painted(self, kind: str, default: str) -> bool:
         paint = self.properties.get(kind, default).strip()

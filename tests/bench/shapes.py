@@ -1,7 +1,8 @@
-"""Real silhouettes for the benches: icons of Font Awesome and outlines of countries, fetched by npm."""
+"""Real silhouettes for the benches: icons, emoji, maps and countries, fetched by npm from eight packages."""
 
 import json
 import random
+import re
 import subprocess
 import tarfile
 from functools import cache
@@ -15,7 +16,24 @@ from iccm.io.shapes import shape as files
 
 ROOT = Path(__file__).resolve().parents[2]
 CACHE = ROOT / "build" / "bench"
-PACKAGES = {"icons": "@fortawesome/fontawesome-free@7.3.1", "atlas": "world-atlas@2.0.2"}
+PACKAGES = {
+    "icons": "@fortawesome/fontawesome-free@7.3.1",
+    "atlas": "world-atlas@2.0.2",
+    "mdi": "@mdi/svg@7.4.47",
+    "bootstrap": "bootstrap-icons@1.13.2",
+    "simple": "simple-icons@16.37.0",
+    "twemoji": "@twemoji/svg@15.0.0",
+    "openmoji": "openmoji@17.0.0",
+    "svgmaps": "@svg-maps/world@2.0.0",
+}
+DRAWINGS = {  # folders of drawings in the packages
+    "icons": "svgs/solid",
+    "mdi": "svg",
+    "bootstrap": "icons",
+    "simple": "icons",
+    "twemoji": ".",
+    "openmoji": "color/svg",
+}
 COUNTRIES = 0.3  # share of countries among the shapes of random pairs
 WIDEST = 100  # degrees; wider outlines (Russia, Antarctica) are torn by the projection
 
@@ -108,6 +126,39 @@ def pairs(count: int, seed: int, scale: str = "110m") -> list[tuple[tuple[str, C
     """Random pairs of silhouettes, always the same for one seed."""
     choice = random.Random(seed)
     return [(pick(choice, scale), pick(choice, scale)) for _ in range(count)]
+
+
+@cache
+def drawings(name: str) -> list[str]:
+    """The drawings of a package, as `file` or `file#id`, in order."""
+    if name == "svgmaps":  # one drawing, a country by its id
+        world = package(name) / "world.svg"
+        return [f"{world}#{key}" for key in sorted(re.findall(r'id="(\w+)"', world.read_text("utf-8")))]
+    return [str(path) for path in sorted((package(name) / DRAWINGS[name]).glob("*.svg"))]
+
+
+def drawn_pairs(count: int, seed: int, refusals: list[str]) -> list[tuple[files.Shape, files.Shape]]:
+    """Random pairs of drawings of all packages alike, always the same for one seed; what no shape is read from is
+    added to the refusals, and another drawing taken instead."""
+    choice = random.Random(seed)
+    return [(drawn_shape(choice, refusals), drawn_shape(choice, refusals)) for _ in range(count)]
+
+
+def drawn_shape(choice: random.Random, refusals: list[str]) -> files.Shape:
+    """The shape of a random drawing."""
+    while True:
+        spec = choice.choice(drawings(choice.choice([*DRAWINGS, "svgmaps"])))
+        try:
+            return files.read(spec)
+        except InputError as error:
+            refusals.append(str(error))
+
+
+def label(shape: files.Shape) -> str:
+    """A short name of a drawing."""
+    path, _, part = shape.spec.partition("#")
+    package = Path(path).relative_to(CACHE).parts[0]
+    return f"{package}/{part or Path(path).stem}"
 
 
 def sample(name: str) -> files.Shape:

@@ -51,7 +51,7 @@ def test_the_outline_is_within_a_pixel_and_has_no_staircase(shape, hard, gap, mo
     (outline,), rest = silhouette.trace((field >= 0.5).astype(np.float32) if hard else field)
     assert outline.area == pytest.approx(shapely.Polygon(TRUE[shape]).area, rel=1e-3)
     assert shapely.hausdorff_distance(ring(outline), TRUE[shape], densify=0.02) < gap
-    assert outline.z.size < most and outline.holes == rest == 0
+    assert outline.z.size < most and (outline.holes, rest) == ((), 0)
 
 
 def test_no_shift():

@@ -310,7 +310,7 @@ def test_a_crossing_ring_costs_only_itself(svg):
 
 
 def test_an_open_line_beside_a_closed_one(svg):
-    shape = svg('<path fill="none" stroke="red" d="M0 0H6V6H0zM70 0L80 10"/>')
+    shape = svg('<path id="p" fill="none" stroke="red" d="M0 0H6V6H0zM70 0L80 10"/>', chosen="#p")
     assert shape.curve.area == 36 and not [note for note in shape.notes if "open" in note]
 
 
@@ -319,11 +319,70 @@ def test_open_runs(svg):
     assert (
         filled.curve.area == 450 and "closed the open outline between (0, 0) and (30, 30)" in filled.notes[0]
     )
-    nearly = '<path fill="none" stroke="red" d="M0 0H30V30H0V0.1"/>'
-    assert svg(nearly).curve.z.size == 5
+    nearly = '<path id="p" fill="none" d="M0 0H30V30H0V0.1"/>'
+    assert svg(nearly, chosen="#p").curve.z.size == 5
+    wide = '<path id="p" fill="none" stroke="red" stroke-width="6" d="M0 0H30V30H0V5"/>'
+    assert svg(wide, chosen="#p").curve.area == 900  # closed by its line
     one_line(
-        lambda: svg('<path id="p" fill="none" stroke="red" d="M0 0H30V30"/>'), "'p'", "open", "(30, 30)", "Z"
+        lambda: svg('<path id="p" fill="none" stroke="red" d="M0 0H30V30"/>', chosen="#p"),
+        "'p'",
+        "open",
+        "(30, 30)",
+        "Z",
     )
+
+
+def test_what_is_not_filled_is_no_candidate(svg):
+    both = '<path id="line" fill="none" stroke="red" d="M0 0H90V90H0z"/><path d="M10 10H20V20H10z"/>'
+    assert svg(both).curve.area == 100 and svg(both, chosen="#line").curve.area == 8100
+    open_line = '<path fill="none" stroke="red" d="M0 0L90 80L5 60"/><path d="M10 10H20V20H10z"/>'
+    assert svg(open_line).curve.area == 100 and not svg(open_line).notes
+
+
+STROKES = {
+    "butt": ('<path fill="none" stroke="red" stroke-width="4" d="M10 10H50"/>', 160),
+    "square": (
+        '<path fill="none" stroke="red" stroke-width="4" stroke-linecap="square" d="M10 10H50"/>',
+        176,
+    ),
+    "round": (
+        '<g stroke-linecap="round" fill="none" stroke="red" stroke-width="4"><line x1="10" x2="50"/></g>',
+        160 + 4 * np.pi,
+    ),
+    "mitre": ('<path fill="none" stroke="red" stroke-width="4" d="M10 10H50V50"/>', 320),
+    "bevel": (
+        '<path fill="none" stroke="red" stroke-width="4" stroke-linejoin="bevel" d="M10 10H50V50"/>',
+        318,
+    ),
+    "stretched": (
+        '<path transform="scale(2 1)" fill="none" stroke="red" stroke-width="4" d="M10 10H50"/>',
+        320,
+    ),
+    "circle": ('<circle cx="50" cy="50" r="20" fill="none" stroke="red" stroke-width="10"/>', 625 * np.pi),
+}
+
+
+@pytest.mark.parametrize("name", STROKES)
+def test_a_drawing_of_lines_alone_is_the_silhouette_of_its_strokes(svg, name):
+    content, area = STROKES[name]
+    assert svg(content).curve.area == pytest.approx(area, rel=1e-3)
+
+
+def test_the_silhouette_and_the_canvas_by_name(svg):
+    two = '<rect width="30" height="30"/><path fill="none" stroke="red" stroke-width="4" d="M20 15H60"/>'
+    assert svg(two).curve.area == 900
+    assert svg(two, chosen="#silhouette").curve.area == pytest.approx(900 + 4 * 30)
+    assert svg(two, chosen="#canvas").curve.area == pytest.approx(100 * 100)
+    named = '<rect id="canvas" width="30" height="30"/>'
+    assert svg(named, chosen="#canvas").curve.area == 900
+
+
+def test_only_the_notes_of_the_chosen_outline_are_told(svg):
+    shape = svg('<path d="M0 0H60V60"/><rect width="70" height="70"/>')
+    assert shape.curve.area == 4900 and not [note for note in shape.notes if "closed" in note]
+
+
+def test_a_line_without_width_encloses_nothing(svg):
     one_line(lambda: svg('<line x2="5" y2="6"/>'), "<line>", "2 distinct points")
 
 

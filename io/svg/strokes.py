@@ -1,0 +1,74 @@
+"""What lines paint: strokes as wide as they are drawn, and the silhouette of a whole drawing."""
+
+from collections.abc import Iterable
+
+import numpy as np
+import shapely
+from shapely.affinity import affine_transform
+
+from ...errors import InputError
+from .affine import Affine
+from .fill import Outline, outlines_of, painted, ring_xy
+from .path_data import LARGEST, Subpath
+from .tree import Drawn
+
+JOINS = {"round": "round", "bevel": "bevel"}  # others (arcs, miter-clip) are drawn as mitres
+CAPS = {"round": "round", "square": "square"}
+MITRE_LIMIT = 4.0  # SVG's default
+ROUND = 32  # segments of a quarter circle: 3e-4 of half the width
+
+
+def width_of(drawn: Drawn) -> float:
+    """The width of a shape's stroke in its own units; 0 where it has none.
+
+    Raises:
+        InputError: a malformed or negative width.
+    """
+    if not drawn.stroked:
+        return 0.0
+    width = drawn.length("stroke-width", "r", 1.0)
+    if not 0 <= width <= LARGEST:
+        raise InputError(f"stroke-width is {width:g}; it must not be negative")
+    return width
+
+
+def painted_by_stroke(drawn: Drawn, runs: Iterable[Subpath]) -> shapely.Geometry:
+    """The area that a shape's stroke paints, from its runs in the root's units."""
+    width = width_of(drawn)
+    affine = drawn.affine
+    if not width or not affine.determinant:
+        return shapely.Polygon()
+    own = affine.inverse
+    style = {
+        "quad_segs": ROUND,
+        "cap_style": CAPS.get(drawn.properties.get("stroke-linecap", ""), "flat"),
+        "join_style": JOINS.get(drawn.properties.get("stroke-linejoin", ""), "mitre"),
+        "mitre_limit": MITRE_LIMIT,
+    }
+    lines = [_line(own(run.z), run.closed) for run in runs if run.z.size > 1]
+    areas = [shapely.buffer(line, width / 2, **style) for line in lines]
+    return affine_transform(shapely.union_all(areas), _matrix(affine))
+
+
+def silhouette(shapes: Iterable[tuple[Drawn, list[Subpath]]], name: str) -> list[Outline]:
+    """The outlines of the union of all that fills and strokes paint, the largest first."""
+    areas = []
+    for drawn, runs in shapes:
+        if drawn.filled:
+            rings = [run.z for run in runs if run.z.size > 2]
+            areas += painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
+        if drawn.stroked:
+            areas.append(painted_by_stroke(drawn, runs))
+    return outlines_of(shapely.union_all(areas), name)
+
+
+def _line(z: np.ndarray, closed: bool) -> shapely.Geometry:
+    if np.abs(z - z[0]).max() == 0:
+        return shapely.Point(z[0].real, z[0].imag)
+    return shapely.LinearRing(ring_xy(z)) if closed and z.size > 2 else shapely.LineString(ring_xy(z))
+
+
+def _matrix(affine: Affine) -> list[float]:
+    """The six numbers of an affine map as shapely takes them."""
+    origin, right, up = affine(0j), affine(1 + 0j) - affine(0j), affine(1j) - affine(0j)
+    return [right.real, up.real, right.imag, up.imag, origin.real, origin.imag]
