@@ -1,9 +1,13 @@
 """The part of CSS that decides what an SVG shows: declarations, and rules with simple selectors."""
 
 import re
-from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
+from functools import cached_property
+
+from ...errors import InputError
+from .budget import MAX_RULES
 
 _SIMPLE = re.compile(r"(\*|[A-Za-z][\w-]*+)?((?:[.#][\w-]++)*+)")
 _PART = re.compile(r"[.#][\w-]+")
@@ -26,14 +30,41 @@ class Sheet:
     Attributes:
         rules: these.
         unread: how many rules there are beside them, with other selectors.
+        known: what was found for elements so far, by tag, classes and id.
+        tried: how many rules were held against elements.
     """
 
     rules: Mapping[str, list[Rule]] = field(default_factory=dict)
     unread: int = 0
+    known: dict[tuple[str, frozenset[str]], dict[str, str]] = field(default_factory=dict)
+    tried: Counter[str] = field(default_factory=Counter)
 
     def style(self, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
-        """What the sheet says of an element."""
+        """What the sheet says of an element.
+
+        Raises:
+            InputError: there are too many rules for too many elements.
+        """
+        if not self.rules:
+            return {}
         has = {f".{name}" for name in attributes.get("class", "").split()} | {f"#{attributes.get('id', '')}"}
+        key = tag, frozenset(has & self.parts)
+        if key not in self.known:
+            self.known[key] = self._style(tag, has)
+        return dict(self.known[key])
+
+    @cached_property
+    def parts(self) -> frozenset[str]:
+        """All classes and ids that rules ask for."""
+        return frozenset(part for rules in self.rules.values() for rule in rules for part in rule.parts)
+
+    def _style(self, tag: str, has: Set[str]) -> dict[str, str]:
+        self.tried["rules"] += sum(len(self.rules.get(key, ())) for key in (*has, tag, "*"))
+        if self.tried["rules"] > MAX_RULES:
+            raise InputError(
+                f"its style sheet has more than {MAX_RULES} combinations of rules and elements; "
+                "save it as plain SVG, with styles in attributes"
+            )
         near = (rule for key in (*has, tag, "*") for rule in self.rules.get(key, ()))
         fitting = [rule for rule in near if rule.tag in ("", "*", tag) and rule.parts <= has]
         found: dict[str, str] = {}

@@ -24,6 +24,7 @@ _COMMAND = re.compile(r"[A-Za-z]")
 _DIGITS = r"[+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?"
 _NUMBER = re.compile(rf"\s*+(?:,\s*+)?({_DIGITS})")
 _BARE = re.compile(_DIGITS)
+_LIST = re.compile(rf"(?:\s*+(?:,\s*+)?{_DIGITS})*+")
 # Pairs of numbers, with the same letter again before some of them: a stretch of lines.
 _STRETCH = {
     letter: re.compile(rf"(?:(?:\s*+{letter})?+(?:\s*+(?:,\s*+)?{_DIGITS}){{2}})++") for letter in "Ll"
@@ -36,10 +37,12 @@ LARGEST = 1e60  # of a coordinate, an argument or a length: products of a few of
 
 @dataclass(frozen=True, eq=False)
 class Subpath:
-    """One run of a path: complex vertices in the file's directions, and whether it was closed by Z."""
+    """One run of a path: complex vertices in the file's directions, whether it was closed by Z, and how many vertices
+    it had, where it was thinned."""
 
     z: Complex
     closed: bool
+    before: int = 0
 
 
 def commands(d: str) -> Iterator[tuple[str, list[float]]]:
@@ -101,10 +104,8 @@ def numbers(text: str) -> list[float]:
     Raises:
         InputError: anything else in it, with its place.
     """
-    found, position = [], 0
-    while match := _NUMBER.match(text, position):
-        found.append(float(match[1]))
-        position = match.end()
+    position = _LIST.match(text).end()  # type: ignore[union-attr]
+    found = list(map(float, _BARE.findall(text, 0, position)))
     if text[position:].strip() or not all(abs(x) <= LARGEST for x in found):
         raise InputError(
             f"character {position + 1}: {text[position:].strip()[:12]!r} is not a number in range"
@@ -122,7 +123,7 @@ class Run:
 
 
 def least(d: str) -> int:
-    """A number of segments that path data has at least, found without reading them."""
+    """A number of segments that path data, or a list of points, has at least, found without reading them."""
     letters = sum(map(d.count, "LlHhVvCcSsQqTtAa"))
     return max(letters, sum(1 for _ in _BARE.finditer(d)) // 7) if len(d) > LONG else letters
 
