@@ -119,6 +119,9 @@ RASTER = together(
     click.option(
         "--max-pixels", type=int, default=1 << 28, show_default=True, help="Refuse larger pictures."
     ),
+    click.option(
+        "--max-segments", type=int, default=1 << 20, show_default=True, help="Refuse SVGs that draw more."
+    ),
     MEMORY,
 )
 

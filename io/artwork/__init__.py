@@ -10,14 +10,22 @@ from xml.etree import ElementTree
 from ...errors import InputError
 from ...maps.evaluate import Evaluator
 from ...maps.harmonic import HarmonicMap
-from .. import files
 from ..shapes.shape import Shape
-from ..svg import reader
+from ..svg.source import SUFFIXES, drawing_bytes
 from . import attributes
 from .carrier import Carrier
 from .redrawing import Redrawing
 
 TOLERANCE = 2e-4  # of the target's diagonal
+
+
+def check(source: Shape, target: Shape) -> None:
+    """Refuses, before a map is solved for, a drawing that `carry` would refuse.
+
+    Raises:
+        InputError: the source is no SVG file, it is malformed, or more than can be carried.
+    """
+    _redrawing(source, target)
 
 
 def carry(
@@ -43,12 +51,7 @@ def carry(
     Raises:
         InputError: the source is no SVG file, or it is malformed.
     """
-    if source.path.suffix.lower() != ".svg":
-        raise InputError(f"{source.path}: artwork is carried from SVG files only")
-    try:
-        drawing = Redrawing.of(files.read_bytes(source.path, max_bytes=reader.MAX_BYTES), source, target)
-    except InputError as error:
-        raise InputError(f"{source.path}: {error}") from error
+    drawing = _redrawing(source, target)
     carrier = Carrier(map, source, tolerance or TOLERANCE * target.curve.diagonal)
     carrier.carry(drawing.placed, drawing.effects)
     drawing.finish()
@@ -57,3 +60,12 @@ def carry(
     ElementTree.ElementTree(drawing.out).write(path, encoding="utf-8", xml_declaration=True)
     notes = (drawing.notes + carrier.notes).items()
     return tuple(f"{number} × {what}" for what, number in sorted(notes))
+
+
+def _redrawing(source: Shape, target: Shape) -> Redrawing:
+    if source.path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{source.path}: artwork is carried from SVG files only")
+    try:
+        return Redrawing.of(drawing_bytes(source.path), source, target)
+    except InputError as error:
+        raise InputError(f"{source.path}: {error}") from error

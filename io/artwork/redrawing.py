@@ -38,6 +38,7 @@ _PAINTED = ("linearGradient", "radialGradient", "pattern")
 _MARKERS = ("marker-start", "marker-mid", "marker-end")
 _MARKED = ("path", "line", "polyline", "polygon")
 MOST_USED = 40
+MAX_CARRIED = 100_000  # lines and curves that are carried, each of which takes up to a millisecond
 
 
 @dataclass(eq=False)
@@ -54,6 +55,7 @@ class Redrawing:
         pictures: groups of the parts of a picture.
         cell: size of these, in the source's units.
         notes: what was left out.
+        carried: how many lines and curves there are.
     """
 
     out: Element
@@ -67,6 +69,7 @@ class Redrawing:
     aside: bool = False
     pictures: list[Element] = field(default_factory=list)
     notes: Counter[str] = field(default_factory=Counter)
+    carried: int = 0
 
     @classmethod
     def of(cls, data: bytes, source: Shape, target: Shape) -> "Redrawing":
@@ -199,6 +202,7 @@ class Redrawing:
         runs = runs_of(drawn)
         if not runs or not scale(state.affine):
             return
+        self._count(sum(len(run.pieces) for run in runs))
         said = state.properties
         out = SubElement(parent, f"{SVG}path", self._styled(element, "path", state))
         marked = {name for name in _MARKERS if said.get(name, said.get("marker", "none")) != "none"}
@@ -246,7 +250,9 @@ class Redrawing:
             picture.set("preserveAspectRatio", said["preserveAspectRatio"])
         group = SubElement(parent, f"{SVG}g", self._styled(element, "g", state))
         shapes: list[Placed] = []
-        for cell in _cells(place, state.affine, self.cell):
+        cells = _cells(place, state.affine, self.cell)
+        self._count(4 * len(cells), add=False)
+        for cell in cells:
             clip, corners = self._clip_to(cell, state)
             part = SubElement(group, f"{SVG}g", {"clip-path": clip})
             use = SubElement(part, f"{SVG}use", {tree.LINKS[1]: f"#{picture.get('id')}"})
@@ -255,6 +261,19 @@ class Redrawing:
         self.pictures.append(group)
         self.shapes += shapes
         self._applied(element, state, group, shapes)
+
+    def _count(self, pieces: int, *, add: bool = True) -> None:
+        """Count what is to be carried; without `add`, only look whether it may be.
+
+        Raises:
+            InputError: it is too much.
+        """
+        if self.carried + pieces > MAX_CARRIED:
+            raise InputError(
+                f"as artwork these are more than {MAX_CARRIED} lines and curves, with clip paths, masks and parts of "
+                "pictures for each place that uses them; simplify the drawing, or carry a picture of it (--texture)"
+            )
+        self.carried += pieces if add else 0
 
     def _paint(self, shape: Placed, said: Mapping[str, str], space: Space) -> None:
         """Gradients, patterns and markers in user space, each as one of the shape's own."""

@@ -183,7 +183,7 @@ def read(spec: str, job: Job) -> Shape:
         InputError: it cannot be read, is no domain, or is larger than --max-faces or --max-pixels allow.
     """
     if not products.is_mesh(spec):
-        return shape.read(spec)
+        return shape.read(spec, max_segments=job.max_segments)
     from ..shapes import mesh_shape
 
     size_limits.faces(Path(path_of(spec)), job.max_faces)

@@ -100,6 +100,7 @@ class Job(BaseModel):
     max_pixels: int = Field(1 << 28, ge=1)
     memory: Bytes | None = None
     max_faces: int = Field(5_000_000, ge=1)
+    max_segments: int = Field(1 << 20, ge=1)
     cut: bool = False
     bake: bool = False
     pin: Pins = ()

@@ -73,7 +73,7 @@ def maker(name: str, job: Job) -> Maker:
         _known(name, WITH_UV, "-o")
         return mesh
     if suffix == ".svg":
-        if Path(path_of(job.source)).suffix.lower() != ".svg" or onto_mesh:
+        if Path(path_of(job.source)).suffix.lower() not in (".svg", ".svgz") or onto_mesh:
             raise InputError(
                 f"{name}: artwork is carried from an SVG to a planar shape; use a picture's suffix"
             )
@@ -260,6 +260,10 @@ def check(run: Run) -> None:
     """
     _check_meshes(run)
     job, room = run.job, run.room
+    if any(Path(name).suffix.lower() == ".svg" for name in job.output):
+        from .. import artwork
+
+        artwork.check(run.source, run.target)
     if raster_size.pictured(job) or job.stmap:
         for note in raster_size.off_canvas(job, run.source, run.target):
             run.note(note)

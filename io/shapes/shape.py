@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -51,9 +52,11 @@ class Shape:
         return np.stack([points.real, points.imag], axis=-1)
 
 
+THINNEST = 1e6  # square of the outline's length by the area: of a strip, four times its length by its width
 PICTURES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".webp", ".bmp", ".exr")
 READERS: dict[str, tuple[Callable[..., Drawing], int]] = {
     ".svg": (svg.read, svg.MAX_BYTES),
+    ".svgz": (svg.read, svg.MAX_BYTES),
     ".obj": (planar_obj.read, planar_obj.MAX_BYTES),
     **dict.fromkeys(PICTURES, (silhouette.read, silhouette.MAX_BYTES)),
 }
@@ -68,7 +71,12 @@ def split(spec: str) -> tuple[Path, str | None]:
 
 
 def read(
-    spec: str, *, vertices: int | None = None, flatness: float = 1e-4, max_bytes: int | None = None
+    spec: str,
+    *,
+    vertices: int | None = None,
+    flatness: float = 1e-4,
+    max_bytes: int | None = None,
+    max_segments: int | None = None,
 ) -> Shape:
     """The shape that `spec` names: `file`, `file#id` or `file#number`.
 
@@ -80,9 +88,14 @@ def read(
         InputError: anything that makes the file no domain, in one line: file, place, what is wrong, what to do.
     """
     path, chosen = split(spec)
-    drawing = drawn(path, chosen, flatness=flatness, max_bytes=max_bytes)
+    drawing = drawn(path, chosen, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments)
     outline, notes = _choose(drawing, spec, chosen)
     curve = Curve.domain(_core(outline.z, drawing.flip), spec)
+    if curve.length**2 > THINNEST * curve.area:
+        times = curve.length**2 / (4 * curve.area)
+        raise InputError(
+            f"{spec}: the shape is about {times:.2g} times as long as wide; make it wider, or shorter"
+        )
     if vertices is not None:
         curve = Curve.domain(curve.resample(vertices).z, f"{spec} with {vertices} vertices")
     strokes = {k: Curve.stroke(_core(z, drawing.flip), f"{path}: {k}") for k, z in drawing.strokes.items()}
@@ -92,7 +105,12 @@ def read(
 
 
 def drawn(
-    path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int | None = None
+    path: Path,
+    chosen: str | None = None,
+    *,
+    flatness: float = 1e-4,
+    max_bytes: int | None = None,
+    max_segments: int | None = None,
 ) -> Drawing:
     """Everything that a file draws, by the reader that its suffix names.
 
@@ -108,10 +126,13 @@ def drawn(
         raise InputError(f"{path}: no shape is read from {kind}; use one of {', '.join(sorted(READERS))}")
     reader, limit = READERS[path.suffix.lower()]
     number = chosen if chosen is not None and chosen.isdecimal() else None
-    drawing = reader(path, chosen, flatness=flatness, max_bytes=max_bytes or limit)
+    options: dict[str, Any] = {"flatness": flatness, "max_bytes": max_bytes or limit}
+    if max_segments is not None and reader is svg.read:
+        options["max_segments"] = max_segments
+    drawing = reader(path, chosen, **options)
     if number is None or drawing.outlines or drawing.refused:
         return drawing
-    return reader(path, None, flatness=flatness, max_bytes=max_bytes or limit)
+    return reader(path, None, **options)
 
 
 def _choose(drawing: Drawing, spec: str, chosen: str | None) -> tuple[Outline, list[str]]:

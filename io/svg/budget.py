@@ -14,7 +14,7 @@ MAX_SEGMENTS = 1 << 20  # lines and curves of all shapes, each as often as it is
 MAX_POINTS = 4_000_000  # of all shapes once their curves are polylines: 64 MB, several times
 MAX_CROSSINGS = 50_000  # of the outlines that are filled together: 50 µs and 3 KB each
 MAX_NEAR = 4_000_000  # pairs of segments whose boxes overlap: half a second
-MAX_WINDING = 400_000_000  # points times segments, for which windings are counted: two seconds
+MAX_WINDING = 200_000_000  # points times segments, for which windings are counted: two seconds
 
 
 @dataclass
@@ -24,20 +24,22 @@ class Budget:
     Attributes:
         segments: the limit that the user may set.
         spent: segments so far.
-        points: points of polylines so far.
+        points, runs: points of polylines, and runs, so far.
     """
 
     segments: int = MAX_SEGMENTS
     spent: int = 0
     points: int = 0
+    runs: int = 0
 
-    def draw(self, segments: int) -> None:
-        """Count segments that are drawn.
+    def draw(self, segments: int, *, runs: int = 0) -> None:
+        """Count segments that are drawn, and runs.
 
         Raises:
             InputError: they are too many.
         """
         self.spent += segments
+        self.runs += runs
         self.check(0)
 
     def check(self, segments: int) -> None:
@@ -46,6 +48,8 @@ class Budget:
         Raises:
             InputError: they are too many.
         """
+        if self.runs > MAX_SHAPES:
+            raise InputError(f"it draws more than {MAX_SHAPES} runs (M); split the drawing")
         if self.spent + segments > self.segments:
             raise InputError(
                 f"it draws more than {self.segments} lines and curves; simplify it (Inkscape: Path > Simplify), "

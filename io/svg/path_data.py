@@ -14,6 +14,7 @@ import numpy as np
 from ...arrays import Complex
 from ...errors import InputError
 from .affine import Affine
+from .batches import batches
 from .budget import Budget
 from .curves import Lines, Piece, arc, bezier
 
@@ -31,6 +32,7 @@ _STRETCH = {
 }
 _FLAG = re.compile(r"\s*+(?:,\s*+)?([01])")
 STRETCH = 8  # lines in a row that are kept as one piece
+BATCH = 64  # pieces of a run, from where on they are flattened all at once
 LONG = 1 << 20  # characters of path data, whose numbers are counted before they are read
 LARGEST = 1e60  # of a coordinate, an argument or a length: products of a few of them stay finite
 
@@ -145,7 +147,7 @@ def runs(d: str, budget: Budget | None = None, *, joined: bool = False) -> list[
     pen = _Pen()
     for command, values in commands(d):
         kind, count = command.upper(), _COUNTS[command.upper()]
-        budget.draw(len(values) // count if count else 0)
+        budget.draw(len(values) // count if count else 0, runs=kind == "M")
         if kind == "Z":
             if pen.down:
                 found[-1].closed = True
@@ -221,9 +223,32 @@ def subpaths(d: str, affine: Affine, flatness: float, budget: Budget | None = No
 
 
 def _flatten(run: Run, affine: Affine, flatness: float, budget: Budget) -> Subpath:
+    if len(run.pieces) > BATCH and not any(isinstance(piece, Lines) for piece in run.pieces):
+        return _flatten_many(run, affine, flatness, budget)
     pieces = [piece.under(affine) for piece in run.pieces]
     start = affine(run.start)
-    rough = np.array([start, *(point for piece in pieces for point in piece.rough())])
-    tolerance = flatness * math.hypot(np.ptp(rough.real), np.ptp(rough.imag))
+    tolerance = flatness * _size(np.array([start, *(point for piece in pieces for point in piece.rough())]))
     budget.flatten(sum(piece.count(tolerance) for piece in pieces))
     return Subpath(np.concatenate([[start], *(piece.points(tolerance) for piece in pieces)]), run.closed)
+
+
+def _flatten_many(run: Run, affine: Affine, flatness: float, budget: Budget) -> Subpath:
+    """As `_flatten`, all pieces at once."""
+    groups = batches(run.pieces, affine)
+    start = affine(run.start)
+    tolerance = flatness * _size(np.concatenate([[start], *(group.rough() for group in groups)]))
+    counts = np.empty(len(run.pieces), dtype=np.int64)
+    for group in groups:
+        counts[group.number] = group.counts(tolerance)
+    budget.flatten(int(counts.sum()))
+    z = np.empty(1 + counts.sum(), dtype=np.complex128)
+    z[0], ends = start, 1 + np.cumsum(counts)
+    for group in groups:
+        own = counts[group.number]
+        first = np.cumsum(own) - own
+        z[np.repeat(ends[group.number] - own - first, own) + np.arange(own.sum())] = group.points(own)
+    return Subpath(z, run.closed)
+
+
+def _size(z: Complex) -> float:
+    return math.hypot(np.ptp(z.real), np.ptp(z.imag))

@@ -9,12 +9,13 @@ import numpy as np
 
 from ...arrays import Complex
 from ...errors import InputError
-from .. import files
 from . import tree
 from .budget import MAX_BYTES, MAX_SEGMENTS, Budget
+from .crossings import TooMuch
 from .drawing import Drawing
 from .fill import Outline, distinct, outlines
 from .path_data import LARGEST, Subpath, least, numbers, subpaths
+from .source import drawing_bytes
 from .strokes import silhouette, width_of
 from .thinning import thinned
 from .tree import Drawn
@@ -46,7 +47,7 @@ def read(
     Raises:
         InputError: not SVG, malformed attributes, malformed pins or strokes, or more work than its budget (`budget`).
     """
-    data = files.read_bytes(path, max_bytes=max_bytes)
+    data = drawing_bytes(path, max_bytes)
     try:
         document = tree.parse(data)
     except InputError as error:
@@ -88,7 +89,7 @@ def _affordable(path: Path, shapes: list[Drawn], max_segments: int) -> None:
             text = drawn.properties.get({"path": "d"}.get(drawn.tag, "points"), "")
             if text not in known:
                 known[text] = least(text)
-            budget.draw(known[text])
+            budget.draw(known[text], runs=text.count("M") + text.count("m"))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 
@@ -127,7 +128,8 @@ def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, detail: Detai
     clips = [k for k in ("clip-path", "mask") if drawn.properties.get(k, "none").strip() != "none"]
     notes = [f"{drawn.name}: its {clip} is ignored" for clip in clips]
     notes += [
-        f"{drawn.name}: {run.before} points simplified to {run.z.size}, by at most {THINNED * detail.flatness:g} of its size"
+        f"{drawn.name}: {run.before} points simplified to {run.z.size}, "
+        f"by at most {THINNED * detail.flatness:g} of its size"
         for run in runs
         if run.before
     ]
@@ -141,6 +143,9 @@ def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, detail: Detai
     rule = drawn.properties.get("fill-rule", "nonzero").strip()
     try:
         found, refused = outlines(rings, rule, drawn.name, tuple(notes))
+    except TooMuch as error:
+        size = max(float(np.ptp(run.z.real) * np.ptp(run.z.imag)) for run in runs)
+        found, refused = [], [(size, InputError(f"{drawn.name}: {error}"))]
     except InputError as error:
         found, refused = [], [(0.0, error)]
     drawing.outlines.extend(found)

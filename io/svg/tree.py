@@ -24,6 +24,7 @@ _INHERITED = (
     *("marker", "marker-start", "marker-mid", "marker-end"),
 )
 
+
 @dataclass(frozen=True, eq=False)
 class Drawn:
     """One shape that the document draws.
