@@ -23,6 +23,7 @@ from .carrier import OUTSIDE, Effect
 from .filters import MARGIN, filtered
 from .paint import SIDES, Definitions, Space, lined, scale, shown
 from .placed import SVG, Placed, box_of, restyle, runs_of
+from .references import confine
 
 CELL = (
     1 / 24
@@ -107,6 +108,7 @@ class Redrawing:
         self.definitions.collect(self.out)
         if len(self.definitions.out):
             self.out.insert(0, self.definitions.out)
+        self.notes["reference to another file, left out"] += confine(self.out)
 
     def _children(self, element: Element, state: State, parent: Element) -> None:
         for child in element:

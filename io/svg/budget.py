@@ -9,6 +9,7 @@ MAX_DEPTH = 200  # of nested elements
 MAX_ELEMENTS = 300_000  # of any kind, text and definitions included
 MAX_SHAPES = 100_000  # paths, rectangles and so on: a tenth of a millisecond each
 MAX_COPIES = 50_000  # elements that <use> makes
+MAX_STYLE = 1 << 20  # characters of style sheets: two seconds
 MAX_RULES = 2_000_000  # times that a style rule is held against an element: a second and a half
 MAX_SEGMENTS = 1 << 20  # lines and curves of all shapes, each as often as it is drawn (--max-segments)
 MAX_POINTS = 4_000_000  # of all shapes once their curves are polylines: 64 MB, several times

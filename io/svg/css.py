@@ -2,14 +2,18 @@
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
+
+import tinycss2
 
 from ...errors import InputError
-from .budget import MAX_RULES
+from .budget import MAX_RULES, MAX_STYLE
 
 _SIMPLE = re.compile(r"(\*|[A-Za-z][\w-]*+)?((?:[.#][\w-]++)*+)")
+_PLAIN = re.compile(r"[^\"'()\\/@{}!<]*")
 _PART = re.compile(r"[.#][\w-]+")
 
 
@@ -75,14 +79,22 @@ class Sheet:
 
 def declarations(text: str) -> dict[str, str]:
     """`name: value; …` by name; what cannot be read is left out, as CSS has it."""
-    pairs = (part.partition(":") for part in _uncommented(text).split(";"))
-    return {k.strip().lower(): v.replace("!important", "").strip() for k, colon, v in pairs if colon}
+    if _PLAIN.fullmatch(text):  # most are: no need to look at every character
+        pairs = (part.partition(":") for part in text.split(";"))
+        return {k.strip().lower(): v.strip() for k, colon, v in pairs if colon}
+    return _declared(_parsed(tinycss2.parse_blocks_contents, text))
 
 
 def sheet(text: str) -> Sheet:
-    """The rules of a style sheet whose selectors are a tag, classes and an id; others, and @-rules, are left out."""
+    """The rules of a style sheet whose selectors are a tag, classes and an id; others, and @-rules, are left out.
+
+    Raises:
+        InputError: it is too long.
+    """
+    if len(text) > MAX_STYLE:
+        raise InputError(f"its style sheet has more than {MAX_STYLE} characters; save it as plain SVG")
     rules, unread = defaultdict(list), 0
-    for order, (selector, body) in enumerate(_rules(_uncommented(text))):
+    for order, (selector, body) in enumerate(_rules(text)):
         match = _SIMPLE.fullmatch(selector)
         if match and match[0]:
             tag, parts = match[1] or "", frozenset(_PART.findall(match[2]))
@@ -96,20 +108,30 @@ def sheet(text: str) -> Sheet:
 
 def _rules(text: str) -> Iterator[tuple[str, dict[str, str]]]:
     """Selectors and declarations at the top level, outside every @-rule."""
-    depth = start = 0
-    head = ""
-    for brace in re.finditer("[{}]", text):
-        piece, start = text[start : brace.start()], brace.end()
-        if brace[0] == "{":
-            depth += 1
-            head = piece.strip() if depth == 1 else "@"
-        else:
-            if depth == 1 and not head.startswith("@"):
-                body = declarations(piece)
-                yield from ((selector.strip(), body) for selector in head.split(","))
-            depth = max(depth - 1, 0)
+    for rule in _parsed(tinycss2.parse_stylesheet, text):
+        if rule.type == "qualified-rule":
+            body = _declared(_parsed(tinycss2.parse_blocks_contents, rule.content))
+            yield from ((part.strip(), body) for part in _written(rule.prelude).split(","))
 
 
-def _uncommented(text: str) -> str:
-    pieces = text.replace("<!--", "").replace("-->", "").split("*/")
-    return " ".join(piece.partition("/*")[0] for piece in pieces)
+def _parsed(parse: Callable[..., list[Any]], text: Any) -> list[Any]:
+    """What a parser finds; nothing where it gives up, at numbers of thousands of digits and deep nesting."""
+    try:
+        return parse(text, skip_comments=True, skip_whitespace=True)
+    except (ValueError, RecursionError):
+        return []
+
+
+def _declared(nodes: Sequence[Any]) -> dict[str, str]:
+    return {node.lower_name: _written(node.value) for node in nodes if node.type == "declaration"}
+
+
+def _written(values: Sequence[Any]) -> str:
+    try:
+        return _serialized(values)
+    except RecursionError:
+        return ""
+
+
+def _serialized(values: Sequence[Any]) -> str:
+    return tinycss2.serialize([value for value in values if value.type != "comment"]).strip()
