@@ -11,7 +11,7 @@ from typing import NoReturn
 import click
 
 from .. import __version__
-from . import logs
+from . import logs, streams
 from .failures import INPUT, explain
 
 COMMANDS = {
@@ -75,6 +75,8 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         os.environ.setdefault(name, "1")
     # Plug-ins of pydantic would be looked for in every package that is installed.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    streams.mend()
+    logs.alone()
     code = run(arguments)
     if f"{__package__}.batch" in sys.modules:
         sys.exit(code)

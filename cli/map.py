@@ -66,7 +66,7 @@ def execute(given: dict[str, Any]) -> int:
     threads = given.pop("threads")
     job = make(options.values(given))
     with _progress() as progress:
-        outcome = run(job, threads=threads, tell=logs.log.warning, progress=progress)
+        outcome = run(job, threads=threads, tell=logs.tell, progress=progress)
     for line in summary(outcome.report):
         logs.log.info(line)
     for name in outcome.written:

@@ -17,8 +17,9 @@ from ... import __version__
 from .. import files
 from ..run import inputs as companions
 from ..run.job import Job
+from .manifest import JOURNAL
 
-NAME = ".iccm-journal.jsonl"
+NAME = JOURNAL
 
 
 class Journal:

@@ -114,12 +114,22 @@ def check(job: Job) -> dict[str, products.Maker]:
     Raises:
         InputError: an unknown suffix, or as `_free`.
     """
+    makers = makers_of(job)
+    _free(job, job.outputs, job.inputs)
+    return makers
+
+
+def makers_of(job: Job) -> dict[str, products.Maker]:
+    """What makes each output.
+
+    Raises:
+        InputError: an unknown suffix, or what is not written for such shapes.
+    """
     makers = {name: products.maker(name, job) for name in job.output}
     if job.plot:
         makers[job.plot] = products.plotter(job.plot)
     if job.stmap:
         makers[job.stmap] = products.stmapper(job.stmap)
-    _free(job, job.outputs, job.inputs)
     return makers
 
 

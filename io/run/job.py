@@ -14,6 +14,7 @@ Place = tuple[float, float] | tuple[float, float, float] | Annotated[str, Field(
 """A point in a file's units, in space for a mesh, or a mesh's vertex such as v17."""
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 MAX_SIDE = 1 << 17
+DIGITS = 20  # of a number of bytes
 WRITTEN = ("report", "plot", "stmap")
 """Fields that name a file to write, beside `output`."""
 
@@ -61,6 +62,8 @@ def memory(value: Any) -> Any:
     found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([KMGT]?)(?:i?B)?\s*", value, re.IGNORECASE)
     if not found:
         raise ValueError(f"{value!r} is no size, such as 2G or 800M")
+    if len(found[1]) > DIGITS:
+        raise ValueError(f"{value[:DIGITS]}… is more than any memory")
     return int(float(found[1]) * 1024 ** " KMGT".index(found[2].upper() or " "))
 
 
@@ -70,7 +73,7 @@ def _many(value: Any) -> Any:
 
 
 Size = Annotated[tuple[int] | tuple[int, int], BeforeValidator(_size)]
-Bytes = Annotated[int, BeforeValidator(memory), Field(ge=1)]
+Bytes = Annotated[int, BeforeValidator(memory), Field(ge=1, lt=1 << 63)]
 Names = Annotated[tuple[str, ...], BeforeValidator(_many)]
 Pin = Annotated[tuple[Place, Place], BeforeValidator(_pin)]
 Pins = Annotated[tuple[Pin, ...], BeforeValidator(_many)]

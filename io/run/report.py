@@ -23,6 +23,12 @@ OFF = 30  # tolerances: an outline farther from the target's is told
 DEEP = 0.05  # of the source's diagonal: folds that may reach farther inside are told
 
 
+class Doubt(str):
+    """A remark on the result itself, not on how it was made: whoever wants quiet wants to know it."""
+
+    __slots__ = ()
+
+
 def build(run: Run) -> dict[str, Any]:
     """The report: what the solver found, then time, inputs with their hashes, options and version.
 
@@ -65,9 +71,9 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
     elif injective["depth"] >= DEEP:
         said.append("the picture may overlap itself near the outline (injective)")
     if not (found["pins"] or found["strokes"]):
-        return said
+        return [Doubt(text) for text in said]
     cure = "move pins and strokes, or lower their weights" + ("" if quasi else ", or try --quasi 0.01")
-    return [f"{text}; {cure}" for text in said]
+    return [Doubt(f"{text}; {cure}") for text in said]
 
 
 def plain(value: Any) -> Any:
