@@ -18,11 +18,14 @@ import click
 
 from ..errors import InputError
 from . import logs
+from .paths import FILE
 
 
 @click.command()
-@click.argument("jobs")
-@click.option("--root", metavar="DIR", help="Where outputs go and stay.  [default: the manifest's folder]")
+@click.argument("jobs", type=FILE)
+@click.option(
+    "--root", type=FILE, metavar="DIR", help="Where outputs go and stay.  [default: the manifest's folder]"
+)
 @click.option("--outside", is_flag=True, help="Let outputs leave the root.")
 @click.option("-j", "--workers", type=click.IntRange(1), help="Processes.  [default: all cores]")
 @click.option(
@@ -65,6 +68,8 @@ def command(jobs: str, root: str | None, only_check: bool, **given: Any) -> int:
     if only_check:
         logs.log.info(f"{len(tasks)} jobs, no mistakes")
         return 0
+    if given["resume"] and (swept := book.sweep()):
+        logs.log.info(f"removed {len(swept)} temporary files of a batch that was killed")
     tasks = dispatch.prepared(tasks, book, resume=given["resume"])
     policy = dispatch.Policy(given["retries"], given["timeout"], given["fail_fast"], given["threads"])
     start = time.perf_counter()

@@ -10,11 +10,12 @@ from typing import Any
 import click
 
 from . import logs, options
+from .paths import FILE
 
 
 @click.command()
-@click.argument("source")
-@click.argument("target")
+@click.argument("source", type=FILE)
+@click.argument("target", type=FILE)
 @options.OUTPUTS
 @options.CONSTRAINTS
 @options.SOLVER

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 
 import click
 
+from .paths import FILE
+
 Decorator = Callable[[Callable], Callable]
 
 
@@ -26,20 +28,30 @@ def _choice(*names: str) -> click.Choice:
 
 OUTPUTS = together(
     click.option(
-        "--texture", metavar="IMAGE", help="Picture to carry along.  [default: a numbered checkerboard]"
+        "--texture",
+        type=FILE,
+        metavar="IMAGE",
+        help="Picture to carry along.  [default: a numbered checkerboard]",
     ),
     click.option(
         "-o",
         "--output",
         multiple=True,
+        type=FILE,
         metavar="FILE",
         help="What to write, by suffix: a picture (.png .jpg .tif .exr .webp .hdr), a mesh (.obj), artwork (.svg); "
         "- for a PNG on stdout. May be repeated.  [default, when nothing else is written: SOURCE-TARGET.png or "
         "SHAPE-deformed.png here]",
     ),
-    click.option("--report", metavar="FILE.json", help="Figures of the run as JSON; - for stdout."),
-    click.option("--plot", metavar="FILE.png", help="A figure: grids, energy, distortion (.png .svg .pdf)."),
-    click.option("--stmap", metavar="FILE.exr", help="The map itself, for `iccm apply` and compositors."),
+    click.option(
+        "--report", type=FILE, metavar="FILE.json", help="Figures of the run as JSON; - for stdout."
+    ),
+    click.option(
+        "--plot", type=FILE, metavar="FILE.png", help="A figure: grids, energy, distortion (.png .svg .pdf)."
+    ),
+    click.option(
+        "--stmap", type=FILE, metavar="FILE.exr", help="The map itself, for `iccm apply` and compositors."
+    ),
     click.option("--force", is_flag=True, help="Replace files that exist."),
 )
 
@@ -143,7 +155,9 @@ CONSTRAINTS = together(
         metavar="SX,SY:TX,TY",
         help="A point of the source and where it goes, in the files' units. May be repeated.",
     ),
-    click.option("--constraints", metavar="FILE.json", help="Pins and strokes from a file; - for stdin."),
+    click.option(
+        "--constraints", type=FILE, metavar="FILE.json", help="Pins and strokes from a file; - for stdin."
+    ),
     click.option(
         "--pin-weight", type=float, metavar="W", help="Pull of the pins against the outline's.  [default: 1]"
     ),

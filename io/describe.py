@@ -10,21 +10,24 @@ import numpy as np
 
 from ..errors import InputError
 from . import files
+from .meshes import size_limits
 from .run.outputs import MESHES, is_mesh
 from .run.raster_size import PICTURES
 from .shapes import shape as shapes
 
 MANIFESTS = (".toml", ".jsonl", ".ndjson")
 MOST = 20
+MAX_FACES = 5_000_000
 
 
-def describe(path: Path) -> dict[str, Any]:
+def describe(path: Path, *, max_faces: int = MAX_FACES) -> dict[str, Any]:
     """Facts about a file by what its suffix says it is; JSON values only.
 
     Raises:
-        InputError: the file is missing, of a kind that iccm does not read, or wrong.
+        InputError: the file is missing, of a kind that iccm does not read, wrong, or a mesh of more than `max_faces`.
     """
     files.open_input(path)
+    size_limits.faces(path, max_faces)
     suffix = path.suffix.lower()
     kinds: list[tuple[bool, Callable[[Path], dict[str, Any]]]] = [
         (suffix in PICTURES, _picture),

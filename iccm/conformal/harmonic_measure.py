@@ -55,7 +55,9 @@ class HarmonicMeasure:
             following = np.append(ends[1:], ends[0] + curve.length)
             ends = np.sort(np.concatenate([ends, 0.5 * (ends + following)[missing]]))
             if ends.size > MOST_PANELS:
-                raise InputError("an outline has parts too thin to be triangulated; simplify it, or make it wider")
+                raise InputError(
+                    "an outline has parts too thin to be triangulated; simplify it, or make it wider"
+                )
         self.ends, self.z = ends, nodes[: ends.size]
         self.lengths = np.diff(np.append(ends, ends[0] + curve.length))
         stiffness, middles = _stiffness(nodes, triangles, ends.size)

@@ -20,6 +20,18 @@ NESTED = {"media", "supports", "layer", "container", "scope", "keyframes", "-web
 INERT = {"charset", "namespace"}
 ACTIVE = {"script", "foreignObject", "iframe", "embed", "object", "audio", "video", "handler", "listener"}
 ACTIVE |= {"animate", "set", "animateMotion", "animateTransform", "animateColor", "discard", "link"}
+NUMBERLESS = re.compile(r"(?i)(?<![\w#.-])[-+]?(?:nan|inf|infinity)(?![\w.-])")
+NAMES = {
+    "id",
+    "class",
+    "label",
+    "style",
+    "type",
+    "result",
+    "in",
+    "in2",
+    "values",
+}  # and links: words, not numbers
 XHTML = "{http://www.w3.org/1999/xhtml}"
 LINKS = {"href", "src", "data", "base", "action", "formaction"}
 
@@ -82,6 +94,8 @@ def _attribute(name: str, value: str) -> tuple[str | None, int]:
         return (value, 0) if _inside(value) else (None, 1)
     if bare == "style":
         return style(value)
+    if bare not in NAMES and NUMBERLESS.search(value):
+        return None, 0
     if "(" not in value and "\\" not in value:
         return value, 0
     try:
