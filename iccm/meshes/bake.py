@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Complex, Index, Real
 from ..errors import InputError
-from ..maps.extended_inverse import Pullback, bends
+from ..maps.extended_inverse import ExtendedInverse, bends
 from ..parallel import over_slices
 from ..pixels.sampler import Places, Reader
 from ..pixels.texture import Texture
@@ -168,7 +168,7 @@ def check_layout(name: str, uv: Real, uv_faces: Index) -> Real:
 def bake(
     target: Flattening,
     grid: Layout,
-    pull: Pullback,
+    pull: ExtendedInverse,
     read: Reader,
     place: Plane | Surface,
     *,
@@ -217,7 +217,9 @@ def bake(
 class _Source:
     """Where the texels of a layout come from in the source's plane."""
 
-    def __init__(self, target: Flattening, grid: Layout, pull: Pullback, scale: float, max_error: float):
+    def __init__(
+        self, target: Flattening, grid: Layout, pull: ExtendedInverse, scale: float, max_error: float
+    ):
         self.owner, self.pull, self.corners = grid.raster.owner, pull, grid.corners
         self.faces, self.w = target.patch.faces, target.flat
         z = pull(self.w)

@@ -5,8 +5,9 @@ from functools import partial
 import numpy as np
 
 from ..arrays import Complex
-from ..maps.extended_inverse import Pullback
+from ..maps.extended_inverse import ExtendedInverse
 from ..maps.harmonic import HarmonicMap
+from ..maps.inverse import Inverse
 from ..pixels.canvas import Canvas, Diagnostics
 from ..pixels.coverage import coverage
 from ..pixels.sampler import Places, Reader
@@ -28,8 +29,8 @@ def warp(
         place: where points of the source's plane lie in the texture.
         threads: as many as there are processors by default.
     """
-    pull, texture = Pullback(map, threads), read.texture
-    loop = canvas.pixels(pull.rim.z)
+    inverse, texture = Inverse(map), read.texture
+    pull, loop = ExtendedInverse(inverse, threads), canvas.pixels(inverse.boundary_image.w)
     alpha = texture.alpha if texture.alpha >= 0 else read.channels
     out = np.zeros((canvas.height, canvas.width, read.channels + (texture.alpha < 0)), read.dtype)
     full = np.iinfo(out.dtype).max if out.dtype.kind == "u" else 1
@@ -53,7 +54,7 @@ def warp(
     return Warped(out, alpha, done)
 
 
-def _steps(pull: Pullback, canvas: Canvas, w: Complex) -> tuple[Complex, Complex, Complex]:
+def _steps(pull: ExtendedInverse, canvas: Canvas, w: Complex) -> tuple[Complex, Complex, Complex]:
     """Where points of the target come from, and the steps there of a pixel right and one down."""
     z = pull(w)
     z_w, z_wbar = (np.nan_to_num(s) for s in pull.slopes(z))

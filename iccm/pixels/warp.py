@@ -12,10 +12,10 @@ from ..maps.evaluate import Evaluator
 from ..maps.harmonic import HarmonicMap
 from ..maps.inverse import Inverse
 from ..parallel import in_order
-from . import inverse_tiles
-from .canvas import Band, Canvas, Diagnostics, Raster
+from . import inverse_tiles, preimages
+from .canvas import Band, Canvas, Diagnostics
 from .normals import turned
-from .stmap import Stored
+from .preimages import Mapping
 from .texture import Prepared, Texture
 
 __all__ = ["Box", "Canvas", "Prepared", "Texture", "Warp", "Warped", "warp", "whole"]
@@ -45,7 +45,7 @@ class Warped:
 
 
 def warp(
-    map: HarmonicMap | Evaluator | Inverse | Stored,
+    map: HarmonicMap | Evaluator | Inverse | Mapping,
     texture: Texture,
     canvas: Canvas,
     *,
@@ -130,7 +130,7 @@ class Warp:
 
     def __init__(
         self,
-        map: HarmonicMap | Evaluator | Inverse | Stored,
+        map: HarmonicMap | Evaluator | Inverse | Mapping,
         source: Prepared,
         canvas: Canvas,
         *,
@@ -140,17 +140,13 @@ class Warp:
         self.source, self.canvas, self.antialias = source, canvas, antialias
         self.alpha, self.channels, self.dtype = source.alpha, source.channels, source.texture.pixels.dtype
         self.diagnostics = Diagnostics()
-        if isinstance(map, Stored):
-            self.raster: Raster | Stored = map
-        else:
-            inverse = map if isinstance(map, Inverse) else Inverse(map, 2 * min(canvas.step))
-            self.raster = Raster(inverse, canvas, max_error * min(1 / s for s in source.texture.scale))
+        self.preimages = preimages.of(map, canvas, max_error * min(1 / s for s in source.texture.scale))
 
     def blocks(self, threads: int | None = None) -> Iterator[NDArray]:
         """(rows, W, c) finished pixels from top to bottom."""
 
         def finished(row: int) -> tuple[NDArray, Diagnostics]:
-            band = self.raster.band(row)
+            band = self.preimages.band(row)
             return self._finish(band), band.diagnostics
 
         each, what = band_bytes(self.canvas.width), f"rows of {self.canvas.width} pixels"

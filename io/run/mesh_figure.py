@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
 from ...maps.evaluate import Evaluator
-from ...maps.extended_inverse import Pullback
+from ...maps.extended_inverse import ExtendedInverse
 from ...maps.harmonic import HarmonicMap
 from ...meshes.render import render
 from ...pixels.checkerboard import checkerboard
@@ -71,7 +71,7 @@ def surface(
 ) -> NDArray[np.uint8]:
     """(h, w, 4) picture of the textured surface; a checkerboard where there is no texture."""
     piece = target.flattening.patch
-    z = target.flattening.flat if map is None else Pullback(map)(target.flattening.flat)
+    z = target.flattening.flat if map is None else ExtendedInverse(map)(target.flattening.flat)
     if texture is None:
         box = target.box if map is None or source is None else source.box
         texture = Texture(checkerboard(1024), _square(box))

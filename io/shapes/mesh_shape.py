@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...arrays import Box, Complex, Index, Real
 from ...curve import Curve
 from ...errors import InputError
-from ...maps.extended_inverse import Pullback
+from ...maps.extended_inverse import ExtendedInverse
 from ...meshes import bake as baking
 from ...meshes.cut import vertex_path
 from ...meshes.disk_patch import disk_patch
@@ -263,7 +263,7 @@ def new_uvs(
         InputError: the format holds no texture coordinates, or the source has none.
     """
     mesh_files.check_output(str(name))
-    pull = Pullback(map, threads)
+    pull = ExtendedInverse(map, threads)
     z = pull(target.flattening.flat)
     uv, figures = _uv_of(source, box, z, target, threads)
     piece, mesh = target.flattening.patch, target.file.mesh
@@ -339,7 +339,11 @@ def bake(
     assert mesh.uv is not None
     charts = baking.layout(target.spec, mesh.uv, faces, target.flattening.patch.triangles.twin, *size)
     texture = image.texture(box, kind)
-    read, pull, place = Reader(texture, filter, kind, edge), Pullback(map, threads), placing(source, texture)
+    read, pull, place = (
+        Reader(texture, filter, kind, edge),
+        ExtendedInverse(map, threads),
+        placing(source, texture),
+    )
     pixels, figures = baking.bake(target.flattening, charts, pull, read, place, threads=threads, **options)
     return image.with_pixels(pixels, image.alpha), figures | {"flattening": target.flattening.report()}
 

@@ -18,7 +18,7 @@ import numpy as np
 from iccm.io.meshes import obj, obj_write
 from iccm.io.pictures import image_files
 from iccm.io.shapes import mesh_shape
-from iccm.maps.extended_inverse import Pullback
+from iccm.maps.extended_inverse import ExtendedInverse
 from iccm.maps.harmonic import HarmonicMap
 from iccm.meshes import bake, flatten
 from iccm.meshes.disk_patch import disk_patch
@@ -123,7 +123,7 @@ def baking(size: int = 4096) -> None:
 
     def work() -> None:
         charts = bake.layout("wave", uv, uv_faces, piece.triangles.twin, size, size)
-        bake.bake(target, charts, Pullback(map_), Reader(texture), bake.Plane(texture))
+        bake.bake(target, charts, ExtendedInverse(map_), Reader(texture), bake.Plane(texture))
 
     wall, cpu, _ = best(work, 2)
     print(f"bake, {len(piece.faces)} triangles into {size}²   {wall:.2f} s, {cpu:.2f} s of processor")

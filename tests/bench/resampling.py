@@ -17,7 +17,8 @@ import numpy as np
 
 from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.inverse import Inverse
-from iccm.pixels.canvas import Canvas, Diagnostics, Raster
+from iccm.pixels.canvas import Canvas, Diagnostics
+from iccm.pixels.preimages import Preimages
 from iccm.pixels.warp import Prepared, Texture, Warp, warp
 
 BOX = (-1.4 - 1.4j, 1.4 + 1.4j)
@@ -64,7 +65,7 @@ def coordinates(size=4096):
         found = np.zeros((size, size), dtype=np.complex64)
 
         def ours(map=map, canvas=canvas, texel=texel, found=found):
-            raster = Raster(Inverse(map, 2 * canvas.step[0]), canvas, 0.05 * texel, slopes=False)
+            raster = Preimages(Inverse(map, 2 * canvas.step[0]), canvas, 0.05 * texel, slopes=False)
             seen = Diagnostics()
             for band in raster.bands():
                 found[band.row : band.row + len(band.z)] = band.z
@@ -165,10 +166,10 @@ def compared(inverse, g, texels, pixels, samples):
 
     canvas = Canvas(pixels, pixels, BOX)
     texture = g(Canvas(texels, texels, BOX).centres()).astype(np.float32)
-    fine = Raster(inverse, Canvas(pixels * samples, pixels * samples, BOX), 1e-9, slopes=False)
+    fine = Preimages(inverse, Canvas(pixels * samples, pixels * samples, BOX), 1e-9, slopes=False)
     rows = np.concatenate([np.nan_to_num(g(band.z)).astype(np.float32) for band in fine.bands()])
     truth = rows.reshape(pixels, samples, pixels, samples).mean((1, 3))
-    bands = list(Raster(inverse, canvas, 1e-10).bands())
+    bands = list(Preimages(inverse, canvas, 1e-10).bands())
     z, right, down, cover = (
         np.concatenate([getattr(b, k) for b in bands]) for k in ("z", "right", "down", "coverage")
     )

@@ -7,9 +7,10 @@ import shapely
 from iccm.errors import InputError
 from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.inverse import Inverse
-from iccm.pixels.canvas import Canvas, Raster
+from iccm.pixels.canvas import Canvas
 from iccm.pixels.checkerboard import checkerboard
 from iccm.pixels.coverage import coverage
+from iccm.pixels.preimages import Preimages
 from iccm.pixels.sampler import Places, Reader
 from iccm.pixels.warp import Texture, warp
 
@@ -71,15 +72,15 @@ def test_a_turn_by_90_degrees_is_a_turn_by_90_degrees():
 def test_tiles_stay_within_the_error_asked_for(map):
     canvas = Canvas(700, 500, BOX)
     for asked in (1e-3, 1e-6):
-        raster = Raster(Inverse(map, 2 * canvas.step[0]), canvas, asked)
-        for band in raster.bands():
+        preimages = Preimages(Inverse(map, 2 * canvas.step[0]), canvas, asked)
+        for band in preimages.bands():
             inner = band.coverage == 1
             w = canvas.centres(band.row, len(band.z))[inner]
             z = band.z[inner]
-            exact = raster.inverse(w)
+            exact = preimages.inverse(w)
             assert np.abs(z - exact).max(initial=0) <= asked
             step = canvas.step[0]
-            across = (raster.inverse(w + 0.01 * step) - exact) / 0.01
+            across = (preimages.inverse(w + 0.01 * step) - exact) / 0.01
             good = np.isfinite(across)
             assert np.abs(band.right[inner] - across)[good].max(initial=0) <= 0.02 * step
 

@@ -10,7 +10,7 @@ from iccm.io.meshes import obj
 from iccm.io.pictures import image_files
 from iccm.io.run import mesh_figure
 from iccm.io.shapes import mesh_shape
-from iccm.maps.extended_inverse import Pullback
+from iccm.maps.extended_inverse import ExtendedInverse
 from iccm.maps.harmonic import HarmonicMap
 from iccm.pixels.canvas import Canvas
 
@@ -290,7 +290,7 @@ def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, 
 def test_pull_back_is_threads_free(tmp_path):
     shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=9)))
     z = shape.flattening.flat
-    one, two = (Pullback(identity(shape), threads)(z) for threads in (1, 2))
+    one, two = (ExtendedInverse(identity(shape), threads)(z) for threads in (1, 2))
     assert (one == two).all()
 
 
