@@ -4,6 +4,8 @@ A row's line of centres meets each triangle between two of its sides. Where it m
 way for both triangles, so that the spans of neighbours abut: every centre inside belongs to one triangle.
 """
 
+import ctypes
+import weakref
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -18,7 +20,8 @@ from ..coverage import coverage
 from ..parallel import in_order
 from .map import TriangulatedMap
 
-EMPTY, FILLED = 0, 1
+EMPTY, FILLED, TOUCHED = 0, 1, 2  # states of a pixel; the last: only the outline comes near its centre
+BYTES = 33  # of a pixel: 16 for z, 8 for right and for down, and its state
 
 
 @dataclass(eq=False)
@@ -39,6 +42,7 @@ class TriangulatedPreimages:
         centres = self.canvas.pixels(self.map.corners) - 0.5 * (1 + 1j)
         self.corners = np.ascontiguousarray(centres)
         self.powers = powers(self.corners, self.map.patches)
+        self.blocks = Blocks(self.canvas.width)
         self.top, self.bottom = (f(centres.imag, axis=1) for f in (np.min, np.max))
 
     def bands(self, threads: int | None = None) -> Iterator[Band]:
@@ -49,14 +53,12 @@ class TriangulatedPreimages:
         """The band that starts at the given row."""
         rows, width = min(tiles.TILE, self.canvas.height - row), self.canvas.width
         covered, _ = coverage(self.loop, row, rows, width)
-        z = np.empty((rows, width), np.complex128)
-        right, down = np.empty((2, rows, width), np.complex64)
-        state = np.zeros((rows, width), np.uint8)
+        z, right, down, state = self.blocks.arrays(rows, width)
         chosen = np.flatnonzero((self.bottom >= row) & (self.top < row + rows))
         inside = _fill(self.corners, self.powers, chosen, row, z, right, down, state)
-        band = Band(row, covered, z, right, down, Diagnostics(inside=inside))
         _clear(state, covered, z, right, down)
-        self._touch(band, np.flatnonzero(np.isnan(z) & (covered > 0)))
+        band = Band(row, covered, z, right, down, Diagnostics(inside=inside))
+        self._touch(band, np.flatnonzero(state == TOUCHED))
         return band
 
     def _touch(self, band: Band, at: NDArray[np.intp]) -> None:
@@ -73,6 +75,37 @@ class TriangulatedPreimages:
         band.right.ravel()[at] = (z_w + z_wbar) * dx
         band.down.ravel()[at] = -1j * (z_w - z_wbar) * dy
         band.diagnostics.edge += at.size
+
+
+class Blocks:
+    """Memory for bands, used again when nobody holds a band's arrays any more.
+
+    Pages fresh from the system cost as much as filling them. NumPy asks for large ones, without which the scattered
+    writes take twice as long.
+
+    Args:
+        width: pixels a row.
+    """
+
+    def __init__(self, width: int):
+        self.size = BYTES * tiles.TILE * width
+        self.free: list[ctypes.Array] = []
+
+    def arrays(self, rows: int, width: int) -> tuple[Complex, NDArray, NDArray, NDArray[np.uint8]]:
+        """z, right and down, to be written, and zeros for the states, (rows, width) each."""
+        try:
+            memory = self.free.pop()
+        except IndexError:
+            memory = (ctypes.c_ubyte * self.size).from_buffer(np.empty(self.size, np.uint8))
+        shape, count = (rows, width), rows * width
+        block = np.frombuffer(
+            memory, np.uint8, BYTES * count
+        )  # the base of all views, as no array is its own
+        weakref.finalize(block, self.free.append, memory).atexit = False
+        z, right, down, state = np.split(block, [16 * count, 24 * count, 32 * count])
+        state[:] = EMPTY
+        slopes = (part.view(np.complex64).reshape(shape) for part in (right, down))
+        return z.view(np.complex128).reshape(shape), *slopes, state.reshape(shape)
 
 
 def _joined(loops: list[Complex]) -> Complex:
@@ -158,7 +191,7 @@ def _span(c, y, width):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _clear(state, covered, z, right, down):
-    """NaN where no triangle is."""
+    """NaN where no triangle is; marks those of these pixels that are covered in part."""
     nothing = complex(np.nan, np.nan)
     for i in range(z.shape[0]):
         for j in range(z.shape[1]):
@@ -166,3 +199,5 @@ def _clear(state, covered, z, right, down):
                 z[i, j] = nothing
                 right[i, j] = nothing
                 down[i, j] = nothing
+                if covered[i, j] > 0:
+                    state[i, j] = TOUCHED
