@@ -12,10 +12,12 @@ from ..arrays import Complex
 from ..maps.evaluate import Evaluator
 from ..maps.harmonic import HarmonicMap
 from ..maps.inverse import Inverse, inverse_derivatives
+from ..maps.triangulated.map import TriangulatedMap
 from ..parallel import in_order
 from .canvas import Band, Canvas, Diagnostics
 from .coverage import coverage
 from .inverse_tiles import COARSE, LEAST, TILE, Grid, Solved, fill, flood
+from .triangulated_preimages import TriangulatedPreimages
 
 
 class Bands(Protocol):
@@ -32,9 +34,10 @@ class Mapping(Protocol):
         """Arguments as for `of`."""
 
 
-def of(
-    map: HarmonicMap | Evaluator | Inverse | Mapping, canvas: Canvas, tolerance: float, slopes: bool = True
-) -> Bands:
+AnyMap = HarmonicMap | Evaluator | Inverse | TriangulatedMap | Mapping
+
+
+def of(map: AnyMap, canvas: Canvas, tolerance: float, slopes: bool = True) -> Bands:
     """Where the pixels of a canvas come from under a map.
 
     Args:
@@ -47,6 +50,8 @@ def of(
         map = Inverse(map, 2 * min(canvas.step))
     if isinstance(map, Inverse):
         return Preimages(map, canvas, tolerance, slopes)
+    if isinstance(map, TriangulatedMap):
+        return TriangulatedPreimages(map, canvas)
     return map.preimages(canvas, tolerance, slopes)
 
 

@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cauchy import Complex
+from ...arrays import Complex
 
 Signs = NDArray[np.int8]
 UNIT = 2.0**-53  # unit roundoff

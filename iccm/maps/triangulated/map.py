@@ -5,9 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..cauchy import Complex
-from ..curve import Real
-from ..outline import Outline
+from ...arrays import Complex, Real
+from ..boundary_image import BoundaryImage
 from .adjacency import Edges, Index, edges_of
 from .evaluation import evaluate
 from .injectivity import Certificate, certify
@@ -148,20 +147,20 @@ class TriangulatedMap:
             triangle[lost[found]], place[lost[found]] = self.image_rim.places(edge[found], part[found])
         return triangle, place
 
-    def boundary_images(self, parts: int = 1) -> tuple[Outline, ...]:
+    def boundary_images(self, parts: int = 1) -> tuple[BoundaryImage, ...]:
         """Each loop of the boundary in order and its image, every edge cut in `parts` equal parts of the image.
 
         With one part both are exact as polylines; more show how the points slide along the edges between.
         """
         return tuple(self._boundary_image(loop, np.arange(parts) / parts) for loop in self.loops)
 
-    def _boundary_image(self, loop: Index, t: Real) -> Outline:
+    def _boundary_image(self, loop: Index, t: Real) -> BoundaryImage:
         after = np.roll(loop, -1)
         slide = self._slide_of(loop, after)[:, None]
         z, w = self.source[loop][:, None], self.image[loop][:, None]
         z = z + (self.source[after][:, None] - z) * slid(t, slide)
         w = w + (self.image[after][:, None] - w) * t
-        return Outline(z.ravel(), w.ravel(), np.repeat(np.arange(loop.size), t.size))
+        return BoundaryImage(z.ravel(), w.ravel(), np.repeat(np.arange(loop.size), t.size))
 
     def _slide_of(self, tail: Index, head: Index) -> Real:
         """Slides of the rim's edges from `tail` to `head`."""

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ..cauchy import Complex
-from ..curve import Real
+from ...arrays import Complex, Real
 from .adjacency import Edges, Index
 
 

@@ -15,8 +15,7 @@ is taken, so that the outline stays the polyline that it is.
 
 import numpy as np
 
-from ..cauchy import Complex
-from ..curve import Real
+from ...arrays import Complex, Real
 from .adjacency import Edges, Index
 
 LEAST, MOST = (
@@ -53,8 +52,8 @@ def vertex_gradients(faces: Index, image: Complex, source: Complex) -> tuple[Com
     total = np.maximum(np.bincount(at, weight, n), 1e-300)
 
     def mean(values: Complex) -> Complex:
-        spread = weight * np.repeat(values, 3)
-        return (np.bincount(at, spread.real, n) + 1j * np.bincount(at, spread.imag, n)) / total
+        spread: Complex = weight * np.repeat(values, 3)
+        return (np.bincount(at, spread.real, n) + 1j * np.bincount(at, spread.imag, n)) / total  # type: ignore[return-value]
 
     p, q = gradients(faces, image, source)
     return mean(p), mean(q)

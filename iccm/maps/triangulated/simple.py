@@ -4,7 +4,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from ..cauchy import Complex
+from ...arrays import Complex
 from .predicates import orientation
 
 

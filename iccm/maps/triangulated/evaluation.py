@@ -3,9 +3,8 @@
 import numpy as np
 from numba import njit
 
-from ..cauchy import Complex
-from ..curve import Real
-from ..parallel import over_slices
+from ...arrays import Complex, Real
+from ...parallel import over_slices
 from .adjacency import Index
 
 

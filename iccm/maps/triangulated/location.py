@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ..cauchy import Complex
-from ..curve import Real
-from ..parallel import over_slices
+from ...arrays import Complex, Real
+from ...parallel import over_slices
 from .adjacency import Index
 
 CELLS = 2  # buckets for a patch: a point then looks at about six patches' boxes and solves on two

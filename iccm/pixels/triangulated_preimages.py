@@ -13,12 +13,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .. import tiles
-from ..canvas import Band, Canvas, Diagnostics
-from ..cauchy import Complex
-from ..coverage import coverage
+from ..arrays import Complex
+from ..maps.triangulated.map import TriangulatedMap
 from ..parallel import in_order
-from .map import TriangulatedMap
+from . import inverse_tiles
+from .canvas import Band, Canvas, Diagnostics
+from .coverage import coverage
 
 EMPTY, FILLED, TOUCHED = 0, 1, 2  # states of a pixel; the last: only the outline comes near its centre
 BYTES = 33  # of a pixel: 16 for z, 8 for right and for down, and its state
@@ -26,7 +26,7 @@ BYTES = 33  # of a pixel: 16 for z, 8 for right and for down, and its state
 
 @dataclass(eq=False)
 class TriangulatedPreimages:
-    """In the place of `canvas.Raster`: where the pixels of a canvas come from. They are exact, whatever is asked for.
+    """In the place of `Preimages`: where the pixels of a canvas come from. They are exact, whatever is asked for.
 
     Attributes:
         map: source to target.
@@ -47,11 +47,11 @@ class TriangulatedPreimages:
 
     def bands(self, threads: int | None = None) -> Iterator[Band]:
         """All bands from top to bottom, a few being worked on at a time."""
-        return in_order(self.band, range(0, self.canvas.height, tiles.TILE), threads)
+        return in_order(self.band, range(0, self.canvas.height, inverse_tiles.TILE), threads)
 
     def band(self, row: int) -> Band:
         """The band that starts at the given row."""
-        rows, width = min(tiles.TILE, self.canvas.height - row), self.canvas.width
+        rows, width = min(inverse_tiles.TILE, self.canvas.height - row), self.canvas.width
         covered, _ = coverage(self.loop, row, rows, width)
         z, right, down, state = self.blocks.arrays(rows, width)
         chosen = np.flatnonzero((self.bottom >= row) & (self.top < row + rows))
@@ -88,7 +88,7 @@ class Blocks:
     """
 
     def __init__(self, width: int):
-        self.size = BYTES * tiles.TILE * width
+        self.size = BYTES * inverse_tiles.TILE * width
         self.free: list[ctypes.Array] = []
 
     def arrays(self, rows: int, width: int) -> tuple[Complex, NDArray, NDArray, NDArray[np.uint8]]:
@@ -96,16 +96,15 @@ class Blocks:
         try:
             memory = self.free.pop()
         except IndexError:
-            memory = (ctypes.c_ubyte * self.size).from_buffer(np.empty(self.size, np.uint8))
+            memory = (ctypes.c_ubyte * self.size).from_buffer(np.empty(self.size, np.uint8).data)
         shape, count = (rows, width), rows * width
-        block = np.frombuffer(
-            memory, np.uint8, BYTES * count
-        )  # the base of all views, as no array is its own
+        # the base of all views, as no array is its own
+        block: NDArray[np.uint8] = np.frombuffer(memoryview(memory), np.uint8, BYTES * count)
         weakref.finalize(block, self.free.append, memory).atexit = False
         z, right, down, state = np.split(block, [16 * count, 24 * count, 32 * count])
         state[:] = EMPTY
-        slopes = (part.view(np.complex64).reshape(shape) for part in (right, down))
-        return z.view(np.complex128).reshape(shape), *slopes, state.reshape(shape)
+        first, second = (part.view(np.complex64).reshape(shape) for part in (right, down))
+        return z.view(np.complex128).reshape(shape), first, second, state.reshape(shape)
 
 
 def _joined(loops: list[Complex]) -> Complex:

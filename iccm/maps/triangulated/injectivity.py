@@ -11,9 +11,8 @@ each patch its part of it.
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cauchy import Complex
-from ..certificate import Certificate
-from ..curve import Real
+from ...arrays import Complex, Real
+from ..injectivity import Certificate
 from .adjacency import Edges, Index
 from .patches import bernstein, gradients, slides
 from .predicates import TINY, UNIT, orientation

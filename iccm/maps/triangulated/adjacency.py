@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Index = NDArray[np.int64]
+from ...arrays import Index
 
 
 @dataclass(frozen=True, eq=False)
