@@ -9,7 +9,9 @@ import numpy as np
 from .kernels import cross, dot, kernel, twice_area
 
 FLAT = 1e-13  # of the squared edges: an ear with less area is three points on a line but for rounding
-ROUNDING = 1e-13  # relative: the in-circle determinant's error bound is 1e-15 (Shewchuk 1997), with room to spare
+ROUNDING = (
+    1e-13  # relative: the in-circle determinant's error bound is 1e-15 (Shewchuk 1997), with room to spare
+)
 THIN = 1e-14  # twice the area, of a domain of area one, that a flip may leave
 MOST_FLIPS = 2_000_000  # a bound that no mesh comes near
 
@@ -47,9 +49,7 @@ def _is_ear(z, before, i, after, following):
     j = following[after]
     while j != before:
         p = z[j]
-        if (
-            cross(b - a, p - a) >= slack and cross(c - b, p - b) >= slack and cross(a - c, p - c) >= slack
-        ):
+        if cross(b - a, p - a) >= slack and cross(c - b, p - b) >= slack and cross(a - c, p - c) >= slack:
             return False
         j = following[j]
     return True

@@ -3,19 +3,23 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse
 
-from ..errors import InputError
 from . import newton
 from .energy import geometry
+from .failure import Stuck
 from .kernels import Complex, Flags, Index, Real, kernel, twice_area
 from .ldl import System, system_of
+from .measures import turn_of
 from .mesh import Sizes, triangulate
 from .outline import Outline
 from .pairs import Match, Pairs
 from .sliding import Border
-from .untangle import STEPS, untangle
+from .untangle import LEAST_WEIGHT, STEPS, untangle
 
 BETA = 0.02  # weight of the outline's term; without it outline edges cut across the tips of limbs
+
+SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,22 +72,53 @@ class DiscreteMap:
         return self.pairs.s.size
 
     @property
+    def turn(self) -> float:
+        """Radians by which the picture is turned."""
+        return turn_of(self.z, self.u, self.faces)
+
+    @property
     def match(self) -> Match:
         """The correspondence of the outlines."""
         s, tau = self.pairs.s, self.pairs.tau
         return Match(np.append(s, s[0] + self.source.length), np.append(tau, tau[0] + self.target.length))
 
-    def unfolded(self, *, harmonic: bool = True, steps: int = STEPS) -> "DiscreteMap":
+    def moved_to_border(self, u: Complex) -> "DiscreteMap":
+        """With images u, moved so that those of the outline lie where they belong: a harmonic displacement that fades
+        within a few rings of triangles. Without it triangles beside the outline are squeezed, and a Newton step
+        widens one by no more than half.
+        """
+        gradients, areas = geometry(self.z, self.faces)
+        a, b = np.roll(gradients, -1, axis=1), np.roll(gradients, -2, axis=1)
+        weights = np.maximum(-4 * areas[:, None] * (a * b.conj()).real, LEAST_WEIGHT).ravel()
+        tails, heads = np.roll(self.faces, -1, axis=1).ravel(), np.roll(self.faces, -2, axis=1).ravel()
+        ends = np.concatenate([tails, heads]), np.concatenate([heads, tails])
+        graph = scipy.sparse.csr_array((np.tile(weights, 2), ends), (u.size, u.size))
+        near = np.zeros(u.size, bool)
+        near[: self.border] = True
+        for _ in range(SMOOTHED_RINGS):
+            near[graph[near].indices] = True
+        near[: self.border] = False
+        rows = graph[near]
+        rows = scipy.sparse.diags_array(1 / np.asarray(rows.sum(axis=1)).ravel()) @ rows
+        displacement = np.zeros(u.size, np.complex128)
+        displacement[: self.border] = self.u[: self.border] - u[: self.border]
+        for _ in range(SMOOTHINGS):
+            displacement[near] = rows @ displacement
+        u = u + displacement
+        u[: self.border] = self.u[: self.border]
+        return replace(self, u=u)
+
+    def unfolded(self, *, harmonic: bool = True, polish: int = 0) -> "DiscreteMap":
         """The inside moved so that no triangle is folded.
 
         Raises:
-            InputError: folds remain.
+            Stuck: folds remain.
         """
         gradients, areas = geometry(self.z, self.system.corners)
         u = self.u.copy()
-        least = untangle(self.system, gradients, areas, u, self.border, harmonic, steps)
+        least = untangle(self.system, gradients, areas, u, self.border, harmonic, STEPS, polish)
         if not least > 0 or folds(self.faces, u):
-            raise InputError("no map without folds was found for this correspondence of the outlines")
+            raise Stuck("no map without folds was found for this correspondence of the outlines")
         return replace(self, u=u)
 
     def forward(
@@ -92,7 +127,9 @@ class DiscreteMap:
         """Newton steps on the image; target corners keep their vertices if `corners`."""
         held = self.anchored | self.pairs.at_target if corners else self.anchored
         border = self._border(self.pairs.s, self.source.length)
-        u, tau, energy = _descended(self, self.z, self.u, self.pairs.tau, self.target, border, held, theta, q, steps, tolerance)
+        u, tau, energy = _descended(
+            self, self.z, self.u, self.pairs.tau, self.target, border, held, theta, q, steps, tolerance
+        )
         at_target = self.pairs.at_target & held
         return replace(self, u=u, pairs=self.pairs._replace(tau=tau, at_target=at_target), energy=energy)
 
@@ -100,7 +137,9 @@ class DiscreteMap:
         """Newton steps on the source, the images being kept: target corners slide along the source."""
         held = self.anchored | self.pairs.at_source
         border = self._border(self.pairs.tau, self.target.length)
-        z, s, energy = _descended(self, self.u, self.z, self.pairs.s, self.source, border, held, theta, q, steps, tolerance)
+        z, s, energy = _descended(
+            self, self.u, self.z, self.pairs.s, self.source, border, held, theta, q, steps, tolerance
+        )
         return replace(self, z=z, pairs=self.pairs._replace(s=s), energy=energy)
 
     def _border(self, kept: Real, length: float) -> Border:
@@ -126,7 +165,19 @@ def _descended(
     gradients, areas = geometry(kept, state.system.corners)
     u, s = moving.copy(), arclengths.copy()
     energy, _ = newton.descend(
-        state.system, state.faces, gradients, areas, u, s, outline.rail, border, held, float(theta), float(q), steps, tolerance
+        state.system,
+        state.faces,
+        gradients,
+        areas,
+        u,
+        s,
+        outline.rail,
+        border,
+        held,
+        float(theta),
+        float(q),
+        steps,
+        tolerance,
     )
     return u, s, float(energy)
 
@@ -139,12 +190,3 @@ def folds(faces, u):
         if not twice_area(u, faces[t, 0], faces[t, 1], faces[t, 2]) > 0:
             count += 1
     return count
-
-
-def turn_of(state: DiscreteMap) -> float:
-    """Radians by which the map turns the picture on average: over half the source's area and half the target's."""
-    gradients, areas = geometry(state.z, state.faces)
-    values = state.u[state.faces]
-    a, b = (gradients * values).sum(1), (gradients.conj() * values).sum(1)
-    weight = areas * (1 + np.abs(a) ** 2 - np.abs(b) ** 2)
-    return float(np.angle(np.sum(weight * a / np.abs(a))))

@@ -198,13 +198,14 @@ def assemble(system, gradients, weights, u, theta, q, epsilon, matrix, gradient)
         for k in range(3):
             radial_a[k] = unit_a * gradients[t, k].conjugate()
             radial_b[k] = unit_b * gradients[t, k]
-            gradient[system.corners[t, k]] += (
-                along_a * size_a * radial_a[k] + along_b * size_b * radial_b[k]
-            )
+            gradient[system.corners[t, k]] += along_a * size_a * radial_a[k] + along_b * size_b * radial_b[k]
         around_a, around_b = max(along_a, 0.0), max(along_b, 0.0)
         pair = 0
         for k in range(3):
-            first, second = cosine * radial_a[k] + sine * radial_b[k], cosine * radial_b[k] - sine * radial_a[k]
+            first, second = (
+                cosine * radial_a[k] + sine * radial_b[k],
+                cosine * radial_b[k] - sine * radial_a[k],
+            )
             third, fourth = 1j * radial_a[k], 1j * radial_b[k]
             first, second, third, fourth = large * first, small * second, around_a * third, around_b * fourth
             for m in range(k, 3):
@@ -212,10 +213,18 @@ def assemble(system, gradients, weights, u, theta, q, epsilon, matrix, gradient)
                 g, h = radial_a[m], radial_b[m]
                 slot = system.slots[t, pair]
                 pair += 1
-                matrix[slot, 0] += first.real * e.real + second.real * f.real - third.real * g.imag - fourth.real * h.imag
-                matrix[slot, 1] += first.real * e.imag + second.real * f.imag + third.real * g.real + fourth.real * h.real
-                matrix[slot, 2] += first.imag * e.real + second.imag * f.real - third.imag * g.imag - fourth.imag * h.imag
-                matrix[slot, 3] += first.imag * e.imag + second.imag * f.imag + third.imag * g.real + fourth.imag * h.real
+                matrix[slot, 0] += (
+                    first.real * e.real + second.real * f.real - third.real * g.imag - fourth.real * h.imag
+                )
+                matrix[slot, 1] += (
+                    first.real * e.imag + second.real * f.imag + third.real * g.real + fourth.real * h.real
+                )
+                matrix[slot, 2] += (
+                    first.imag * e.real + second.imag * f.real - third.imag * g.imag - fourth.imag * h.imag
+                )
+                matrix[slot, 3] += (
+                    first.imag * e.imag + second.imag * f.imag + third.imag * g.real + fourth.imag * h.real
+                )
     return energy
 
 

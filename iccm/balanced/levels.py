@@ -12,9 +12,10 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 
 from ..curve import Curve
-from ..errors import InputError
-from .discrete import DiscreteMap, folds, turn_of
-from .kernels import Complex, Real
+from .discrete import DiscreteMap
+from .failure import Stuck
+from .kernels import Complex, Index, Real
+from .measures import stretches
 from .mesh import Sizes
 from .outline import Outline
 from .pairs import Match, boundary_pairs, limited, through
@@ -24,10 +25,12 @@ SPACING = 0.75  # of the outline's vertices, in mesh sizes
 SCREENING = ((3, 9), (5, 5))  # Newton steps, then how many maps go on; within 1 % of keeping all
 RELEASES = 3  # rounds of released corners
 RELEASED_STEPS = 8
-STEEPEST = 8.0  # slope of a match, relative to the mean, that a coarse mesh follows
-STEEPEST_FINE = 20.0
 FORWARD, BACKWARD = 8, 3  # Newton steps on the map and on its inverse, in turn
 SETTLED = 1e-3  # relative decrease of a round that ends it
+POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
+EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
+BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
+EASING_STEPS, EASED = 5, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
 
 
@@ -39,14 +42,24 @@ class Problem(NamedTuple):
         target: boundary of the target, of area one.
         theta: weight of the area part.
         upright: weight of the turn when maps are compared.
-        anchors: pairs of arclengths (as shares of the length) that must correspond; None for none.
+        anchors: vertices of the source and of the target, in order, that must correspond.
     """
 
     source: Curve
     target: Curve
     theta: float
     upright: float
-    anchors: Match | None = None
+    anchors: tuple[tuple[complex, ...], tuple[complex, ...]] = ((), ())
+
+
+@dataclass(frozen=True, eq=False)
+class Sketch:
+    """A map without outlines: vertices, outline first, images, triangles, and how many vertices are on the outline."""
+
+    z: Complex
+    u: Complex
+    faces: Index
+    border: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +73,15 @@ class Level:
     steepest: float
 
     @classmethod
-    def of(cls, problem: Problem, size: float, fineness: float, corner_fineness: float, steepest: float) -> "Level":
+    def of(
+        cls, problem: Problem, size: float, fineness: float, corner_fineness: float, steepest: float
+    ) -> "Level":
         """The level of mesh size h; fineness of outlines and corners as shares of their diagonals."""
-        source = Outline.of(problem.source, fineness, corner_fineness)
-        target = Outline.of(problem.target, fineness, corner_fineness)
-        anchors = problem.anchors and Match(problem.anchors.s * source.length, problem.anchors.tau * target.length)
+        source = Outline.of(problem.source, fineness, corner_fineness, problem.anchors[0])
+        target = Outline.of(problem.target, fineness, corner_fineness, problem.anchors[1])
+        anchors = None
+        if problem.anchors[0]:
+            anchors = Match(*(o.arclengths(a) for o, a in zip((source, target), problem.anchors)))
         return cls(source, target, size, anchors, steepest)
 
     def mapped(self, match: Match, sizes: Sizes | None = None) -> DiscreteMap:
@@ -77,7 +94,7 @@ class Level:
 
 def score(state: DiscreteMap, upright: float) -> float:
     """The energy, made larger the more the picture is turned."""
-    return state.energy * (1 + 0.5 * upright * (1 - np.cos(turn_of(state))))
+    return state.energy * (1 + 0.5 * upright * (1 - np.cos(state.turn)))
 
 
 def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list[DiscreteMap], int]:
@@ -86,7 +103,7 @@ def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list
     for match in matches:
         try:
             states.append(level.mapped(match).unfolded())
-        except InputError:
+        except Stuck:
             failed += 1
     for steps, keep in SCREENING:
         states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in states]
@@ -113,7 +130,7 @@ def released(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
             state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
         try:
             state = level.mapped(state.match).unfolded()
-        except InputError:
+        except Stuck:
             break
         state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
         new_score = score(state, problem.upright)
@@ -123,32 +140,43 @@ def released(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
         if not improved:
             break
     if best is None:
-        raise InputError("no map without folds was found for this correspondence of the outlines")
+        raise Stuck("no map without folds was found for this correspondence of the outlines")
     return best
 
 
-def lifted(curve: Curve, points: Complex) -> Real:
+def projected(curve: Curve, points: Complex) -> Real:
     """Arclengths of the closest points of a curve, made monotone, for points in order along it."""
     s = np.mod(curve.closest(points), curve.length)
     steps = np.mod(np.diff(s) + 0.5 * curve.length, curve.length) - 0.5 * curve.length
-    return isotonic_regression(s[0] + np.append(0, np.cumsum(steps))).x
+    s = isotonic_regression(s[0] + np.append(0, np.cumsum(steps))).x
+    even = s[0] + curve.length * np.arange(s.size) / s.size
+    return (1 - EVENED) * s + EVENED * even  # strictly ascending
 
 
-def matched_on(level: Level, state: DiscreteMap) -> Match:
+def match_on(level: Level, state: DiscreteMap | Sketch) -> Match:
     """The match of a map's outlines, carried to the outlines of another level."""
-    s = lifted(level.source.curve, state.z[: state.border])
-    tau = lifted(level.target.curve, state.u[: state.border])
+    if isinstance(state, DiscreteMap):
+        s = level.source.simplified_from(state.source.original(state.pairs.s))
+        tau = level.target.simplified_from(state.target.original(state.pairs.tau))
+    else:
+        s = projected(level.source.curve, state.z[: state.border])
+        tau = projected(level.target.curve, state.u[: state.border])
     return Match(np.append(s, s[0] + level.source.length), np.append(tau, tau[0] + level.target.length))
 
 
-def refined(level: Level, state: DiscreteMap, sizes: Sizes | None = None) -> DiscreteMap:
+def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
     """The map carried to a finer level, without folds."""
-    fine = level.mapped(matched_on(level, state), sizes)
-    inside = interpolate(state.z, state.faces, state.u, fine.z[fine.border :])
-    carried = replace(fine, u=np.concatenate([fine.u[: fine.border], inside]))
-    if not folds(carried.faces, carried.u):
-        return carried
+    fine = level.mapped(match_on(level, state), sizes)
+    carried = fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
     try:
-        return carried.unfolded(harmonic=False)
-    except InputError:
-        return fine.unfolded()
+        return carried.unfolded(harmonic=False, polish=POLISHING)
+    except Stuck:
+        return fine.unfolded(polish=POLISHING)
+
+
+def eased(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """A few steps at q = 1 where a triangle is badly stretched: from there Newton at q widens it by 1/(2q + 1) a step."""
+    _, stretch, _ = stretches(state.z, state.u, state.faces)
+    if stretch.max() < BADLY_STRETCHED:
+        return state
+    return state.forward(theta, 1.0, EASING_STEPS, EASED, corners=True)

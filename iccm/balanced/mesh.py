@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
 from .delaunay import clip_ears, in_circle, legalise, opposite, relink
+from .failure import Stuck
 from .kernels import Complex, Index, Real, cross, dot, kernel, twice_area
 
 LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement no longer settles
@@ -47,7 +47,7 @@ def triangulate(outline: Complex, sizes: Sizes) -> tuple[Complex, Index]:
         sizes: how large the triangles may be.
 
     Raises:
-        InputError: the polygon is so thin or so close to crossing itself that rounding decides.
+        Stuck: the polygon is so thin or so close to crossing itself that rounding decides.
     """
     area = 0.5 * float(np.sum((outline.conj() * np.roll(outline, -1)).imag))
     room = int(12 * area / sizes.areas.mean() + 16 * outline.size + 4000)
@@ -56,7 +56,7 @@ def triangulate(outline: Complex, sizes: Sizes) -> tuple[Complex, Index]:
     faces, across = np.empty((2 * room, 3), np.int64), np.full((2 * room, 3), -1)
     triangles = clip_ears(z, outline.size, faces, across)
     if triangles < 0:
-        raise InputError("the outline is too thin to be triangulated in double precision")
+        raise Stuck("the outline is too thin to be triangulated in double precision")
     stack = np.empty(8 * room, np.int64)
     vertices, triangles = _refine(z, outline.size, faces, across, triangles, stack, *sizes)
     vertices, triangles = _split_chords(z, vertices, outline.size, faces, across, triangles, stack)

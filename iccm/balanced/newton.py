@@ -40,7 +40,10 @@ def largest_step(faces, u, step):
         if discriminant < 0:
             continue
         r = -0.5 * (linear + np.copysign(np.sqrt(discriminant), linear))
-        for root in (r / quadratic, area / r):  # infinite or NaN where a coefficient vanishes: no comparison holds
+        for root in (
+            r / quadratic,
+            area / r,
+        ):  # infinite or NaN where a coefficient vanishes: no comparison holds
             if 0 < root < best:
                 best = root
     return best

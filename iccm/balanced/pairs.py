@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from .failure import Stuck
 from .kernels import Flags, Real
 from .outline import Outline
 
@@ -96,9 +96,9 @@ def boundary_pairs(
     """
     s, tau, kind = _corner_pairs(source, target, match, anchors)
     s, tau, kind = _merged(s, tau, kind, source.length, target.length, MERGED * spacing)
-    ds, dt = np.diff(s, append=s[0] + source.length), np.diff(tau, append=tau[0] + target.length)
+    ds, dt = _gaps(s, source.length), _gaps(tau, target.length)
     if min(ds.min() / source.length, dt.min() / target.length) < 1e-10:
-        raise InputError("two corners of the outlines fall on the same place")
+        raise Stuck("two corners of the outlines fall on the same place")
     parts = np.maximum(1, np.ceil(np.maximum(ds, dt) / spacing - 1e-6)).astype(np.int64)
     first = np.cumsum(parts) - parts
     own = np.repeat(np.arange(s.size), parts)
@@ -136,20 +136,35 @@ def _apart(values: Real, others: Real, length: float) -> Flags:
 
 
 def _merged(s: Real, tau: Real, kind, length: float, goal: float, near: float):
-    """Neighbours, one a corner of the source and one of the target, made one pair where both gaps are small."""
-    ds, dt = np.diff(s, append=s[0] + length), np.diff(tau, append=tau[0] + goal)
-    mixed = (kind != np.roll(kind, -1)) & (kind != BOTH) & (np.roll(kind, -1) != BOTH)
-    close = np.flatnonzero(mixed & (ds < near) & (dt < near))
+    """Neighbours, one a corner of the source and one of the target, made one pair where both gaps are small.
+
+    The pair takes its place from each one's own outline, which widens a gap beside it on one side; a merge that would
+    more than double such a gap is not made.
+    """
     s, tau, kind = s.copy(), tau.copy(), kind.copy()
-    free, keep = np.ones(s.size, bool), np.ones(s.size, bool)
+    count = s.size
+    before, after = (np.arange(count) - 1) % count, (np.arange(count) + 1) % count
+    ds, dt = _gaps(s, length), _gaps(tau, goal)
+    mixed = (kind != kind[after]) & (kind != BOTH) & (kind[after] != BOTH)
+    close = np.flatnonzero(mixed & (ds < near) & (dt < near))
+    keep = np.ones(count, bool)
     for i in close[np.argsort((ds + dt)[close], kind="stable")]:
-        j = (i + 1) % s.size
-        if not (free[i] and free[j]) or (j == 0 and s.size <= 3):
+        j = after[i]
+        if kind[i] == BOTH or kind[j] == BOTH or not (keep[i] and keep[j]) or j == 0:
             continue
-        lap = j == 0
-        own, other = (i, j) if kind[i] == SOURCE else (j, i)
-        new_s = s[own] + (length if lap and own == j else 0)
-        new_tau = tau[other] + (goal if lap and other == j else 0)
-        s[i], tau[i], kind[i] = new_s, new_tau, BOTH
-        free[i] = free[j] = keep[j] = False
+        p, n = before[i], after[j]
+        ahead, behind = (ds[j], dt[p]) if kind[i] == SOURCE else (dt[j], ds[p])
+        widened = (ds[i], dt[i]) if kind[i] == SOURCE else (dt[i], ds[i])
+        if widened[0] > ahead or widened[1] > behind:
+            continue
+        s[i], tau[i] = (s[i], tau[j]) if kind[i] == SOURCE else (s[j], tau[i])
+        kind[i], keep[j] = BOTH, False
+        before[n], after[i] = i, n
+        for v in (p, i):
+            ds[v] = s[after[v]] - s[v] + (length if after[v] <= v else 0)
+            dt[v] = tau[after[v]] - tau[v] + (goal if after[v] <= v else 0)
     return s[keep], tau[keep], kind[keep]
+
+
+def _gaps(values: Real, length: float) -> Real:
+    return np.diff(values, append=values[0] + length)

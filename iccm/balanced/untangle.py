@@ -14,6 +14,9 @@ from .sliding import restrict
 
 LEAST_WEIGHT = 0.08  # of an edge: cotangents of obtuse angles are negative and would fold
 ENOUGH = 1e-3  # determinant from which a triangle counts as unfolded
+POLISHED = (
+    0.2  # ε once nothing is folded: steps on a smooth energy widen thin triangles faster than on a barrier
+)
 DEEP = 0.16  # ε² = 1e-6 + DEEP · min(d, 0)²: with 0.04 fish onto hippo stays folded, found by trial
 SLOW = 3e-3  # relative decrease below which ε shrinks
 SHRINK = 0.6  # of ε where the energy hardly falls: without it a few folds lock up
@@ -43,7 +46,7 @@ def _stiffness(system, gradients, areas, u, matrix, force):
 def _epsilon(least, before, slow):
     """How far below zero the smoothed determinant reaches."""
     if least > 0:
-        return 1e-3
+        return POLISHED
     epsilon = np.sqrt(1e-6 + DEEP * least * least)
     if before > 0:
         epsilon = min(epsilon, before * (SHRINK if slow else 1.0))
@@ -51,7 +54,7 @@ def _epsilon(least, before, slow):
 
 
 @kernel
-def untangle(system, gradients, areas, u, border, harmonic, steps):
+def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
     """Fills in the inside of u, given on the outline, so that no triangle is folded; the least determinant.
 
     Args:
@@ -62,6 +65,7 @@ def untangle(system, gradients, areas, u, border, harmonic, steps):
         border: how many vertices are on the outline.
         harmonic: whether the inside begins as the harmonic one instead of as given.
         steps: the most there may be.
+        polish: how many of them may be made once nothing is folded.
     """
     n = u.size
     matrix, gradient = np.empty((system.rows.size, 4)), np.empty(n, np.complex128)
@@ -78,7 +82,9 @@ def untangle(system, gradients, areas, u, border, harmonic, steps):
     for _ in range(steps):
         least = least_determinant(system.corners, gradients, u)
         if least > ENOUGH:
-            return least
+            if polish == 0 or least > POLISHED:
+                return least
+            polish -= 1
         epsilon = _epsilon(least, epsilon, slow)
         energy = assemble(system, gradients, areas, u, 1.0, 1.0, epsilon, matrix, gradient)
         gradient[:border] = 0j
