@@ -1,0 +1,156 @@
+"""The stages of a solve, from two outlines in unit coordinates to a map on the last mesh."""
+
+import numpy as np
+
+from ..curve import Curve
+from . import sizing, starts
+from .discrete import DiscreteMap
+from .failure import NoMapError, Stuck
+from .levels import Level, Problem, Sketch, alternated, eased, refined, released, score, screened
+from .measures import stretches
+from .pairs import Match
+from .similar import similarity
+from .solution import Journal, Settings
+from .symmetry import Half, half_of, mirrored
+
+COARSE, FINE = 0.1, 0.045  # mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of these
+SMALLER = (1.0, 0.5, 0.25)  # factors of the mesh sizes, where larger ones fail
+COARSE_FINENESS, COARSE_CORNERS = 5e-4, 6e-3  # of the diagonal
+FINE_FINENESS, FINE_CORNERS = 2e-4, 1e-3
+STEEPEST, STEEPEST_FINE = 8.0, 20.0  # slope of a match, relative to the mean, that a mesh follows
+TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
+POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others while a bound is not met
+UPRIGHT = 2.0  # weight of the turn among starts: with 1 heart onto star turns by 19 degrees
+TURNS = ((0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2))  # of elastic starts, and how many of each
+LAST_STEPS, LAST_DECREASE = 20, 2e-3  # of Newton on the last mesh, and the relative decrease that ends them
+SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
+
+
+Meshed = DiscreteMap | Sketch
+
+
+def mapped(source: Curve, target: Curve, settings: Settings, journal: Journal) -> tuple[Meshed, bool]:
+    """The map in unit coordinates, and whether it is the mirror image of itself.
+
+    Raises:
+        NoMapError: none without folds was found.
+    """
+    problem = Problem(source, target, settings.theta, 0.0 if settings.turn is None else UPRIGHT)
+    same = similarity(source, target, turns=settings.turn is None)
+    if same is not None:
+        journal.notes.append("The shapes are similar: the map is the similarity.")
+        return onto_itself(problem, same, settings), False
+    halves = (half_of(source), half_of(target)) if settings.turn == 0 else (None, None)
+    if halves[0] and halves[1]:
+        try:
+            return by_halves(problem, halves[0], halves[1], settings, journal)
+        except (Stuck, NoMapError):
+            journal.notes.append("The shapes are symmetric, but no symmetric map without folds was found.")
+    return whole(problem, settings, journal), False
+
+
+def whole(problem: Problem, settings: Settings, journal: Journal) -> DiscreteMap:
+    """All stages."""
+    return last(problem, solved(problem, journal), settings, journal)
+
+
+def solved(problem: Problem, journal: Journal, share: float = 1.0) -> DiscreteMap:
+    """All stages but the last, for a problem that is `share` of what was given (a half, or all of it)."""
+    for smaller in SMALLER:
+        try:
+            state = coarse(problem, COARSE * smaller / np.sqrt(share), journal)
+            return fine(problem, state, FINE * smaller / np.sqrt(share), journal)
+        except Stuck:
+            continue
+    raise NoMapError(
+        "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
+    )
+
+
+def by_halves(
+    problem: Problem, source: Half, target: Half, settings: Settings, journal: Journal
+) -> tuple[Meshed, bool]:
+    """The map of the right halves, mirrored; carried to the outlines given where those are not quite symmetric."""
+    roots = np.sqrt([source.curve.area, target.curve.area])
+    curves = [Curve(half.curve.z / root) for half, root in zip((source, target), roots)]
+    anchors = tuple((complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target)))
+    half_problem = Problem(*curves, problem.theta, 0.0, anchors)
+    half = solved(half_problem, journal, share=0.5)
+    exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
+    if exact:
+        half = last(half_problem, half, settings, journal, share=0.5)
+    outline = 1 + int(np.searchsorted(half.pairs.s, half.axis - 1e-9))
+    z, u, faces, border = mirrored(half.z, half.u, half.faces, half.border, outline)
+    sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border)
+    return (sketch, True) if exact else (last(problem, sketch, settings, journal), False)
+
+
+def coarse(problem: Problem, size: float, journal: Journal) -> DiscreteMap:
+    """The best map of all starts on coarse meshes."""
+    level = Level.of(problem, size, COARSE_FINENESS, COARSE_CORNERS, STEEPEST)
+    matches = candidates(level)
+    states, failed = screened(level, matches, problem)
+    journal.starts["tried"] += len(matches)
+    journal.starts["failed"] += failed
+    settled = []
+    for state in states:
+        try:
+            settled.append(released(level, state, problem))
+        except Stuck:
+            continue
+    if not settled:
+        raise Stuck("no start")
+    best = min(settled, key=lambda state: score(state, problem.upright))
+    journal.level("coarse", best, 1.0)
+    return best
+
+
+def candidates(level: Level) -> list[Match]:
+    """Elastic matches at several turns, and shifts of the arclength."""
+    source, target = level.source.curve, level.target.curve
+    found = starts.Different(source, target)
+    for turn, count in TURNS:
+        starts.first_new(found, starts.elastic_matches(source, target, turn), count)
+    return found.matches + starts.arclength_matches(source, target)
+
+
+def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) -> DiscreteMap:
+    """The map on a finer mesh, its worst stretch lowered."""
+    level = Level.of(problem, size, FINE_FINENESS, FINE_CORNERS, STEEPEST_FINE)
+    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
+    state = eased(refined(level, state, sizes), problem.theta)
+    state = alternated(state, problem.theta, POWERS[0], 4, 4)
+    journal.level("fine", state, POWERS[0])
+    return state
+
+
+def last(
+    problem: Problem, state: Meshed, settings: Settings, journal: Journal, share: float = 1.0
+) -> DiscreteMap:
+    """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
+    size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
+    level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
+    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
+    state = eased(refined(level, state, sizes), problem.theta)
+    for q in POWERS:
+        state = state.forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
+        journal.level("last", state, q)
+        if within_bounds(state, settings):
+            break
+    return state
+
+
+def within_bounds(state: Meshed, settings: Settings) -> bool:
+    """Whether the largest dilatation and stretch are what was asked for."""
+    dilatation, stretch, _ = stretches(state.z, state.u, state.faces)
+    return dilatation.max() <= (settings.max_dilatation or np.inf) and stretch.max() <= (
+        settings.max_stretch or np.inf
+    )
+
+
+def onto_itself(problem: Problem, match: Match, settings: Settings) -> Meshed:
+    """The similarity on a mesh."""
+    size = np.sqrt(TRIANGLES_PER_AREA / settings.triangles)
+    state = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE).mapped(match)
+    turn = np.vdot(state.z[: state.border], state.u[: state.border])
+    return Sketch(state.z, state.z * turn / abs(turn), state.faces, state.border)
