@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse
 
+from ..arrays import Complex, Flags, Index, Real
 from . import newton
 from .energy import geometry
 from .failure import Stuck
-from .kernels import Complex, Flags, Index, Real, kernel, twice_area
+from .kernels import kernel, twice_area
 from .ldl import System, system_of
 from .measures import turn_of
 from .mesh import Sizes, triangulate

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..arrays import Complex
 from ..curve import Curve
-from .kernels import Complex
 
 GRID = 2.0**-36  # 1.5e-11 of the root of the area: far above rounding, far below every tolerance
 UNDECIDED = 1e-6  # below this a shape's handedness is rounding

@@ -1,13 +1,7 @@
-"""The decorator of the compiled kernels, and the types that all files of this folder share."""
+"""The decorator of the compiled kernels, and the small ones that all files of this folder share."""
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
-
-Complex = NDArray[np.complex128]
-Real = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 # numpy's error model: a division by zero gives inf, which line searches reject, instead of a branch at each one
 kernel = njit(cache=True, nogil=True, error_model="numpy")

@@ -5,16 +5,16 @@ pass those of the other, and pinned again on a new mesh; the best of all goes to
 is lowered (q = 3).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import isotonic_regression
 
+from ..arrays import Complex, Index, Real
 from ..curve import Curve
 from .discrete import DiscreteMap
 from .failure import Stuck
-from .kernels import Complex, Index, Real
 from .measures import stretches
 from .mesh import Sizes
 from .outline import Outline
@@ -175,7 +175,7 @@ def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = Non
 
 
 def eased(state: DiscreteMap, theta: float) -> DiscreteMap:
-    """A few steps at q = 1 where a triangle is badly stretched: from there Newton at q widens it by 1/(2q + 1) a step."""
+    """A few steps at q = 1 where a triangle is badly stretched: there Newton at q widens it by 1/(2q + 1) a step."""
     _, stretch, _ = stretches(state.z, state.u, state.faces)
     if stretch.max() < BADLY_STRETCHED:
         return state

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..arrays import Complex, Index, Real
 from .energy import geometry
-from .kernels import Complex, Index, Real
 
 
 def derivatives(z: Complex, u: Complex, faces: Index) -> tuple[Complex, Complex, Real]:

@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import Complex, Index, Real
 from .delaunay import clip_ears, in_circle, legalise, opposite, relink
 from .failure import Stuck
-from .kernels import Complex, Index, Real, cross, dot, kernel, twice_area
+from .kernels import cross, dot, kernel, twice_area
 
 LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement no longer settles
 ENCROACHED = -0.3  # cosine under which an edge of the outline may be seen from a new point: found by trial
@@ -108,10 +109,13 @@ def _encroaches(z, faces, across, t, new, cavity, mark, stamp):
                 a, b = z[faces[t, (k + 1) % 3]] - z[new], z[faces[t, (k + 2) % 3]] - z[new]
                 if dot(a, b) < ENCROACHED * abs(a) * abs(b):
                     return True
-            elif mark[u] != stamp and count < cavity.size:
-                if in_circle(z, faces[u, 0], faces[u, 1], faces[u, 2], new):
-                    cavity[count], mark[u] = u, stamp
-                    count += 1
+            elif (
+                mark[u] != stamp
+                and count < cavity.size
+                and in_circle(z, faces[u, 0], faces[u, 1], faces[u, 2], new)
+            ):
+                cavity[count], mark[u] = u, stamp
+                count += 1
     return False
 
 

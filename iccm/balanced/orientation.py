@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import shapely
 
-from .kernels import Complex, Flags, Index
+from ..arrays import Complex, Flags, Index
 
 UNIT = 2.0**-53
 FILTER = (

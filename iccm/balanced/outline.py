@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 import shapely
 
+from ..arrays import Complex, Index, Real
 from ..curve import Curve
-from .kernels import Complex, Index, Real
 from .sliding import Rail
 
 SHARP = np.radians(20)  # turn from which sliding vertices stop at a corner; smaller kinks are passed

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import Flags, Real
 from .failure import Stuck
-from .kernels import Flags, Real
 from .outline import Outline
 
 MERGED = 0.35  # of both spacings: a source and a target corner closer than this become one pair

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.ndimage
 
-from .kernels import Complex, Index
+from ..arrays import Complex, Index
 from .measures import stretches
 from .mesh import Sizes
 

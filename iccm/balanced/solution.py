@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
+from ..arrays import Complex, Index
 from .discrete import DiscreteMap
-from .kernels import Complex, Index
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..arrays import Complex
 from ..curve import Curve
-from .kernels import Complex, kernel
+from .kernels import kernel
 from .pairs import Match
 
 SAMPLES = 64  # of each outline; 120 found the same matches on 15 pairs

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from ..arrays import Complex, Index
 from ..curve import Curve
-from .kernels import Complex, Index
 
 SYMMETRIC = (
     5e-3  # of the diagonal: how far a mirrored outline may lie from the outline; 115 of 250 icons are closer

@@ -93,10 +93,12 @@ class TriangulatedMap:
         z = np.asarray(z, dtype=np.complex128)
         triangle, place = self.place(z.ravel(), threads)
         _, w, p, q = self._jets(triangle, place, threads)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            jacobian = np.abs(p) ** 2 - np.abs(q) ** 2
-            f_z, f_zbar = p.conj() / jacobian, -q / jacobian
+        f_z, f_zbar = inverted(p, q)
         return w.reshape(z.shape), f_z.reshape(z.shape), f_zbar.reshape(z.shape)
+
+    def derivatives_at(self, triangle: Index, place: Real) -> tuple[Complex, Complex]:
+        """f_z and f_z̄ in triangles (p,) at barycentric coordinates of the image (p, 3)."""
+        return inverted(*self.jet_at(triangle, place)[1:])
 
     def inverse(self, w: Complex, threads: int | None = None) -> Complex:
         """The z with f(z) = w, any shape."""
@@ -214,6 +216,13 @@ class TriangulatedMap:
 
     def _jets(self, triangle: Index, place: Real, threads: int | None) -> tuple[Complex, ...]:
         return evaluate(self.patches, self.corners, triangle, place, threads)
+
+
+def inverted(p: Complex, q: Complex) -> tuple[Complex, Complex]:
+    """The derivatives of an inverse from those of a map, either way; not finite where the Jacobian is 0."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        jacobian = np.abs(p) ** 2 - np.abs(q) ** 2
+        return p.conj() / jacobian, -q / jacobian
 
 
 def _diagonal(z: Complex) -> float:
