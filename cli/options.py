@@ -153,11 +153,27 @@ SOLVER = together(
     ),
     click.option(
         "--method",
-        type=_choice("conformal", "paper"),
-        default="conformal",
-        show_default=True,
-        help="conformal finds its own start and vertices; paper is Algorithm 1 as published.",
+        type=_choice("balanced", "conformal", "paper"),
+        help="balanced: even sizes, the outline held; conformal: angles kept exactly; paper: Algorithm 1 as is.  "
+        "[default: balanced; conformal with pins, strokes or its own options]",
     ),
+    click.option(
+        "--balance",
+        type=click.FloatRange(0, 10),
+        default=1.0,
+        show_default=True,
+        metavar="THETA",
+        help="0 keeps angles only, 1 is even, more keeps areas (balanced).",
+    ),
+    click.option(
+        "--turn",
+        default="0",
+        show_default=True,
+        metavar="DEGREES|any",
+        help="By how much the picture should be turned; any leaves it to the shapes (balanced).",
+    ),
+    click.option("--max-dilatation", type=float, metavar="K", help="Bound on the dilatation (balanced)."),
+    click.option("--max-stretch", type=float, metavar="S", help="Bound on the stretch (balanced)."),
     click.option(
         "--order", type=click.IntRange(0, 1), help="Distance of zeroth or first order.  [default: by method]"
     ),

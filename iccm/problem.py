@@ -11,13 +11,26 @@ from .curve import Curve
 from .errors import InputError
 from .maps.harmonic import HarmonicMap
 
+METHODS = ("balanced", "conformal", "paper")
+OTHERS = dict.fromkeys(
+    ("order", "quasi", "smoothness", "vertices", "max_iterations", "decrease", "pin_weight", "stroke_weight"),
+    "conformal or paper",
+)
+"""Options that the balanced method does not have, and whose they are."""
+
 
 @dataclass(frozen=True)
 class Options:
     """How to solve. Weights are relative to the closeness of the boundary, lengths to the radius of a shape.
 
     Attributes:
-        method: "paper" for Algorithm 1 as published, "conformal" for the global start and the adaptive boundary.
+        method: "balanced" (even sizes, nothing folded, the outline held; the default where there are no constraints),
+            "conformal" (angles kept exactly) or "paper" (Algorithm 1 as published).
+        balance: θ of the balanced method: 0 keeps angles only (the conformal method), 1 is even, more keeps areas.
+        turn: degrees counter-clockwise by which the balanced method should turn the picture; None lets the
+            shapes say.
+        max_dilatation: the largest s1/s2 wished of the balanced method.
+        max_stretch: the largest max(s1, 1/s2) wished of the balanced method, relative to the mean scale.
         order: 0 for the distance to closest points, 1 for the first-order distance of §3.4.
         quasi: None for a conformal map, else the weight of E_q.
         pin_weight: β of §3.1.
@@ -34,7 +47,11 @@ class Options:
         tolerance: the boundary gap aimed at, relative to the diagonal of the target (conformal).
     """
 
-    method: str = "conformal"
+    method: str | None = None
+    balance: float = 1.0
+    turn: float | None = 0.0
+    max_dilatation: float | None = None
+    max_stretch: float | None = None
     order: int | None = None
     quasi: float | None = None
     pin_weight: float = 1.0
@@ -51,22 +68,35 @@ class Options:
 
     def __post_init__(self):
         """Reject values outside their range."""
-        if self.method not in ("paper", "conformal"):
-            raise InputError(f"method: {self.method!r} is not one of paper, conformal")
+        if self.method not in (None, *METHODS):
+            raise InputError(f"method: {self.method!r} is not one of {', '.join(METHODS)}")
         if self.order not in (None, 0, 1):
             raise InputError(f"order: {self.order!r} is not 0 or 1")
         for f in fields(self):
             value = getattr(self, f.name)
-            if isinstance(value, float | int) and not (np.isfinite(value) and value >= 0):
+            signed = f.name == "turn"
+            if isinstance(value, float | int) and not (np.isfinite(value) and (signed or value >= 0)):
                 raise InputError(f"{f.name}: {value} is not a finite number of at least 0")
         if self.vertices is not None and not 3 <= self.vertices <= 4000:
             raise InputError(f"vertices: {self.vertices} is not between 3 and 4000")
+        for name in ("max_dilatation", "max_stretch"):
+            bound = getattr(self, name)
+            if bound is not None and bound < 1:
+                raise InputError(f"{name}: {bound:g} is below 1, which no map can have")
+        if self.method == "balanced":
+            self._refuse_others()
         if self.tolerance == 0:
             raise InputError("tolerance: 0 cannot be reached; give a number above")
         if not (self.samples_per_edge >= 1 and self.max_iterations >= 1 and 0 < self.tangential <= 1):
             raise InputError(
                 "samples_per_edge and max_iterations must be at least 1, tangential above 0 and at most 1"
             )
+
+    def _refuse_others(self) -> None:
+        """Reject options of the other methods."""
+        for f in fields(self):
+            if f.name in OTHERS and getattr(self, f.name) != f.default:
+                raise InputError(f"{f.name}: an option of --method {OTHERS[f.name]}, not of balanced")
 
 
 @dataclass(frozen=True)
@@ -134,6 +164,12 @@ class Problem:
         ]
         target = self.target and _mirror(self.target)
         return Problem(_mirror(self.source), target, self.pins.conj(), strokes, *frames)
+
+    @property
+    def given(self) -> tuple[Curve, Curve]:
+        """Source and target in the user's coordinates; there must be a target."""
+        assert self.target is not None
+        return Curve(self.source_frame.world(self.source.z)), Curve(self.target_frame.world(self.target.z))
 
     @property
     def handedness(self) -> float:

@@ -3,18 +3,17 @@
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import shapely
 
 from .arrays import Complex
 from .curve import Curve
-from .maps import harmonic
-from .maps.harmonic import HarmonicMap
-
-if TYPE_CHECKING:
-    from .maps.evaluate import Evaluator
+from .maps import distortion, harmonic
+from .maps.distortion import Distortion
+from .maps.kinds import AnyMap, Evaluated, Inverted, certified, evaluated, inverted
+from .maps.triangulated.map import TriangulatedMap
 
 INTERIOR_POINTS = 2000
 
@@ -27,6 +26,7 @@ class Status(Enum):
     REACHED = "The image of the boundary is within the tolerance of the target."
     LIMIT = "The iteration limit was reached before the energy settled."
     GAP = "The image of the boundary is not within the tolerance of the target."
+    BOUNDS = "The bounds on dilatation or stretch cannot be met: the closest map is given."
     CROWDED = "Parts of the target are too crowded for double precision: they are not covered."
 
     @property
@@ -50,7 +50,7 @@ class Fit:
         notes: sentences on what was decided on the way.
     """
 
-    map: HarmonicMap
+    map: AnyMap
     status: Status
     energies: list[dict[str, float]]
     source: Curve
@@ -66,16 +66,17 @@ class Fit:
 
     def inverse(self, w: Complex) -> Complex:
         """Points z with map(z) = w; NaN where w has none. Any shape in, the same shape out."""
-        from .maps.inverse import inverse
-
-        return inverse(self.map, w)
+        return self.backward.inverse(w)
 
     @cached_property
-    def fast(self) -> "Evaluator":
+    def fast(self) -> Evaluated:
         """The map made ready for many evaluations."""
-        from .maps.evaluate import Evaluator
+        return evaluated(self.map)
 
-        return Evaluator(self.map)
+    @cached_property
+    def backward(self) -> Inverted:
+        """The map made ready for many inversions."""
+        return inverted(self.fast)
 
     @cached_property
     def image(self) -> Complex:
@@ -108,13 +109,20 @@ class Fit:
         """About INTERIOR_POINTS points spread evenly over the inside of the source."""
         return interior_grid(Curve(self.map.polygon), INTERIOR_POINTS)
 
+    @cached_property
+    def distortion(self) -> Distortion:
+        """How the map distorts, over the target's area; over the image's where there is no target."""
+        if isinstance(self.map, TriangulatedMap):
+            return distortion.of_triangles(self.map)
+        aim = self.target or Curve(self.image)
+        mean = np.sqrt(abs(aim.area / self.source.area))
+        return distortion.of_inverse(self.backward, interior_grid(aim, INTERIOR_POINTS), float(mean))
+
     def report(self) -> dict[str, Any]:
         """The figures of the JSON report that depend on the map alone; lengths relative to `diagonal`."""
-        from .maps.injectivity import certify
-
-        f_z, f_zbar = self.fast.derivatives(self.interior)
-        dilatation = harmonic.dilatation(f_z, f_zbar)
-        area = np.log10(np.maximum(np.abs(harmonic.area_scale(f_z, f_zbar)), 1e-300))
+        area = np.log10(
+            np.maximum(np.abs(harmonic.area_scale(*self.fast.derivatives(self.interior))), 1e-300)
+        )
         pin_errors = np.abs(self._image_of(self.pins[:, 0]) - self.pins[:, 1]) / self.diagonal
         return {
             "status": self.status.name.lower(),
@@ -123,15 +131,11 @@ class Fit:
             "energies": self.energies,
             "vertices": int(self.map.polygon.size),
             "boundary": self.boundary if self.target is not None else None,
-            "dilatation": {
-                "median": float(np.median(dilatation)),
-                "p95": _quantile(dilatation, 0.95),
-                "max": float(dilatation.max()),
-            },
+            **self.distortion.report(),
             "log10_area": {
                 name: _quantile(area, q) for name, q in (("p05", 0.05), ("median", 0.5), ("p95", 0.95))
             },
-            "injective": certify(self.fast).report(),
+            "injective": certified(self.fast).report(),
             "pins": [{"error": float(e)} for e in pin_errors],
             "strokes": [{"error": self._stroke_error(a, b)} for a, b in self.strokes],
             "notes": list(self.notes),

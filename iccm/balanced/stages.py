@@ -74,7 +74,7 @@ def by_halves(
     roots = np.sqrt([source.curve.area, target.curve.area])
     curves = [Curve(half.curve.z / root) for half, root in zip((source, target), roots)]
     anchors = tuple((complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target)))
-    half_problem = Problem(*curves, problem.theta, 0.0, anchors)
+    half_problem = Problem(curves[0], curves[1], problem.theta, 0.0, anchors)
     half = solved(half_problem, journal, share=0.5)
     exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:

@@ -34,7 +34,7 @@ class Distortion:
     def stretches(self) -> Real:
         """(p,) max(s₁, 1 / s₂) of the singular values by the mean scale; inf where folded."""
         major, minor = np.abs(self.f_z) + np.abs(self.f_zbar), np.abs(self.f_z) - np.abs(self.f_zbar)
-        return np.maximum(major / self.scale, _ratio(self.scale, minor))
+        return np.maximum(major / self.scale, _ratio(np.full_like(minor, self.scale), minor))
 
     @cached_property
     def dilatations(self) -> Real:

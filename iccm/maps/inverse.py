@@ -89,6 +89,10 @@ class Inverse:
     def _image_curve(self) -> Curve:
         return Curve(self.boundary_image.w)
 
+    def inverse(self, w: Complex, threads: int | None = None) -> Complex:
+        """The call, under the name that maps of other kinds have for it."""
+        return self(w, threads)
+
     def extended_inverse(self, w: Complex, threads: int | None = None) -> tuple[Complex, Real]:
         """(p,) preimages of finite points (p,), those outside the image taking that of the nearest point of the
         boundary's image, and (p,) how far they lie from it: 0 where there is a preimage."""

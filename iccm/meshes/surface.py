@@ -6,8 +6,7 @@ import numpy as np
 
 from ..arrays import Complex
 from ..maps.extended_inverse import ExtendedInverse
-from ..maps.harmonic import HarmonicMap
-from ..maps.inverse import Inverse
+from ..maps.kinds import AnyMap, image_outline, inverted
 from ..pixels.canvas import Canvas, Diagnostics
 from ..pixels.coverage import coverage
 from ..pixels.sampler import Places, Reader
@@ -18,7 +17,7 @@ ROWS = 64
 
 
 def warp(
-    map: HarmonicMap, read: Reader, canvas: Canvas, place: Plane | Surface, threads: int | None = None
+    map: AnyMap, read: Reader, canvas: Canvas, place: Plane | Surface, threads: int | None = None
 ) -> Warped:
     """The texture seen through the map; as `resample.warp`, but `place` says where points of the source lie in it.
 
@@ -29,8 +28,8 @@ def warp(
         place: where points of the source's plane lie in the texture.
         threads: as many as there are processors by default.
     """
-    inverse, texture = Inverse(map), read.texture
-    pull, loop = ExtendedInverse(inverse, threads), canvas.pixels(inverse.boundary_image.w)
+    inverse, texture = inverted(map), read.texture
+    pull, loop = ExtendedInverse(inverse, threads), canvas.pixels(image_outline(inverse))
     alpha = texture.alpha if texture.alpha >= 0 else read.channels
     out = np.zeros((canvas.height, canvas.width, read.channels + (texture.alpha < 0)), read.dtype)
     full = np.iinfo(out.dtype).max if out.dtype.kind == "u" else 1

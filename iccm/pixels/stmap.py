@@ -12,9 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Box
-from ..maps.evaluate import Evaluator
-from ..maps.harmonic import HarmonicMap
-from ..maps.inverse import Inverse
 from ..parallel import in_order
 from . import inverse_tiles, preimages
 from .canvas import Band, Canvas, Diagnostics
@@ -23,7 +20,7 @@ FINEST = 16384  # texels across: the accuracy that suits any picture
 
 
 def stmap(
-    map: HarmonicMap | Evaluator | Inverse | preimages.Mapping,
+    map: preimages.AnyMap,
     box: Box,
     canvas: Canvas,
     *,

@@ -8,14 +8,11 @@ from numpy.typing import NDArray
 
 from ..arrays import Box
 from ..errors import InputError
-from ..maps.evaluate import Evaluator
-from ..maps.harmonic import HarmonicMap
-from ..maps.inverse import Inverse
 from ..parallel import in_order
 from . import inverse_tiles, preimages
 from .canvas import Band, Canvas, Diagnostics
 from .normals import turned
-from .preimages import Mapping
+from .preimages import AnyMap
 from .texture import Prepared, Texture
 
 __all__ = ["Box", "Canvas", "Prepared", "Texture", "Warp", "Warped", "warp", "whole"]
@@ -45,7 +42,7 @@ class Warped:
 
 
 def warp(
-    map: HarmonicMap | Evaluator | Inverse | Mapping,
+    map: AnyMap,
     texture: Texture,
     canvas: Canvas,
     *,
@@ -130,7 +127,7 @@ class Warp:
 
     def __init__(
         self,
-        map: HarmonicMap | Evaluator | Inverse | Mapping,
+        map: AnyMap,
         source: Prepared,
         canvas: Canvas,
         *,

@@ -8,8 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ...errors import InputError
-from ...maps.evaluate import Evaluator
-from ...maps.harmonic import HarmonicMap
+from ...maps.kinds import AnyMap, Evaluated
 from .. import files
 from ..shapes.shape import Shape
 from ..svg import reader
@@ -22,7 +21,7 @@ TOLERANCE = 2e-4  # of the target's diagonal
 
 def carry(
     source: Shape,
-    map: HarmonicMap | Evaluator,
+    map: AnyMap | Evaluated,
     target: Shape,
     path: str | Path,
     *,

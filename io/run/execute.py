@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from ..shapes.shape import Shape
 
 SOLVER = (
-    "quasi", "method", "order", "max_iterations", "tolerance", "vertices", "pin_weight", "stroke_weight", "smoothness"
+    "method", "balance", "max_dilatation", "max_stretch", "quasi", "order", "max_iterations", "tolerance", "vertices",
+    "pin_weight", "stroke_weight", "smoothness",
 )  # fmt: skip
 
 
@@ -166,6 +167,7 @@ def _solve(state: Run) -> None:
 
     job, curve = state.job, state.source.curve
     options = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
+    options["turn"] = None if job.turn == "any" else job.turn
     with state.timed("solve"):
         if job.target:
             target = state.target.curve

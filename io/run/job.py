@@ -14,6 +14,7 @@ Place = tuple[float, float] | tuple[float, float, float] | Annotated[str, Field(
 """A point in a file's units, in space for a mesh, or a mesh's vertex such as v17."""
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 MAX_SIDE = 1 << 17
+MOST_BALANCE = 10.0  # beyond 4 areas hardly change, and angles pay for it
 WRITTEN = ("report", "plot", "stmap")
 """Fields that name a file to write, beside `output`."""
 
@@ -64,11 +65,22 @@ def memory(value: Any) -> Any:
     return int(float(found[1]) * 1024 ** " KMGT".index(found[2].upper() or " "))
 
 
+def _turn(value: Any) -> Any:
+    """Degrees, or `any`."""
+    if isinstance(value, str) and value.strip().lower() != "any":
+        try:
+            return float(value)
+        except ValueError:
+            raise ValueError(f"{value!r} is no angle in degrees, such as 90, nor any") from None
+    return value.strip().lower() if isinstance(value, str) else value
+
+
 def _many(value: Any) -> Any:
     """One value where several may stand."""
     return () if value is None else (value,) if isinstance(value, str | Path) else value
 
 
+Turn = Annotated[float | Literal["any"], BeforeValidator(_turn)]
 Size = Annotated[tuple[int] | tuple[int, int], BeforeValidator(_size)]
 Bytes = Annotated[int, BeforeValidator(memory), Field(ge=1)]
 Names = Annotated[tuple[str, ...], BeforeValidator(_many)]
@@ -105,7 +117,11 @@ class Job(BaseModel):
     pin: Pins = ()
     constraints: str | None = None
     quasi: Positive | None = None
-    method: Literal["conformal", "paper"] = "conformal"
+    method: Literal["balanced", "conformal", "paper"] | None = None
+    balance: float = Field(1.0, ge=0, le=MOST_BALANCE)
+    turn: Turn = 0.0
+    max_dilatation: float | None = Field(None, gt=1)
+    max_stretch: float | None = Field(None, gt=1)
     order: Literal[0, 1] | None = None
     max_iterations: int | None = Field(None, ge=1)
     vertices: int | None = Field(None, ge=3, le=4000)

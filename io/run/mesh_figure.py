@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
-from ...maps.evaluate import Evaluator
 from ...maps.extended_inverse import ExtendedInverse
-from ...maps.harmonic import HarmonicMap
+from ...maps.kinds import AnyMap, evaluated
 from ...meshes.render import render
 from ...pixels.checkerboard import checkerboard
 from ...pixels.sampler import Reader
@@ -31,7 +30,7 @@ def draw(
     target: MeshShape,
     path: Path,
     *,
-    map: HarmonicMap | None = None,
+    map: AnyMap | None = None,
     source: Shape | None = None,
     texture: Texture | None = None,
     pins: Complex | None = None,
@@ -64,7 +63,7 @@ def draw(
 
 def surface(
     target: MeshShape,
-    map: HarmonicMap | None = None,
+    map: AnyMap | None = None,
     source: Shape | None = None,
     texture: Texture | None = None,
     size: int = PIXELS,
@@ -87,14 +86,14 @@ def target_plane(target: MeshShape) -> Shape:
     return Shape(target.spec, target.path, target.curve, target.box, False, {}, {})
 
 
-def _flat(axes: Axes, target: MeshShape, map: HarmonicMap | None) -> None:
+def _flat(axes: Axes, target: MeshShape, map: AnyMap | None) -> None:
     flat, piece = target.flattening.flat, target.flattening.patch
     half = np.flatnonzero(piece.drawn & (piece.triangles.twin > np.arange(piece.drawn.size)))
     if half.size <= MOST_EDGES:
         ends = np.stack([flat[piece.triangles.tail[half]], flat[piece.triangles.head[half]]], axis=1)
         _strands(axes, ends, EDGE, 0.4)
     if map is not None:
-        evaluate = Evaluator(map)
+        evaluate = evaluated(map)
         for lines, colour in zip(grid(map.polygon), (ACROSS, UP)):
             known = np.isfinite(lines)
             image = np.full(lines.shape, complex(np.nan, np.nan))
@@ -105,7 +104,7 @@ def _flat(axes: Axes, target: MeshShape, map: HarmonicMap | None) -> None:
         axes.plot(closed.real, closed.imag, color=INK, lw=1.2)
 
 
-def _pins(axes: Axes, map: HarmonicMap | None, pins: Complex) -> None:
+def _pins(axes: Axes, map: AnyMap | None, pins: Complex) -> None:
     """Where pins should go, circled, and where they went."""
     axes.plot(pins[:, 1].real, pins[:, 1].imag, "o", color=MARK, ms=7, mfc="none")
     if map is not None:

@@ -30,7 +30,7 @@ from ..pictures.image_files import Image
 from .shape import Shape
 
 if TYPE_CHECKING:
-    from ...maps.harmonic import HarmonicMap
+    from ...maps.kinds import AnyMap
     from ...pixels.warp import Canvas, Warped
 
 
@@ -233,7 +233,7 @@ def beyond_unit(shape: MeshShape) -> list[str]:
 
 def new_uvs(
     target: MeshShape,
-    map: "HarmonicMap",
+    map: "AnyMap",
     source: Shape,
     box: Box,
     out: Path,
@@ -310,7 +310,7 @@ def check_layout(target: MeshShape) -> None:
 
 def bake(
     target: MeshShape,
-    map: "HarmonicMap",
+    map: "AnyMap",
     source: Shape,
     image: Image,
     box: Box,
@@ -364,7 +364,7 @@ def placing(source: Shape, texture) -> baking.Plane | baking.Surface:
 
 def warp(
     source: MeshShape,
-    map: "HarmonicMap",
+    map: "AnyMap",
     image: Image,
     canvas: "Canvas",
     *,

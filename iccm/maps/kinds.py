@@ -1,0 +1,33 @@
+"""The kinds of maps, and what each is asked for evaluation, inversion and a certificate."""
+
+from ..arrays import Complex
+from . import injectivity
+from .evaluate import Evaluator
+from .harmonic import HarmonicMap
+from .injectivity import Certificate
+from .inverse import Inverse
+from .triangulated.map import TriangulatedMap
+
+AnyMap = HarmonicMap | TriangulatedMap
+Evaluated = Evaluator | TriangulatedMap
+Inverted = Inverse | TriangulatedMap
+
+
+def evaluated(map: AnyMap | Evaluated) -> Evaluated:
+    """The map made ready for many evaluations: `jet`, `derivatives` and the call, with threads."""
+    return Evaluator(map) if isinstance(map, HarmonicMap) else map
+
+
+def inverted(map: AnyMap | Evaluated) -> Inverted:
+    """The map made ready for many inversions: `extended_inverse`."""
+    return map if isinstance(map, TriangulatedMap) else Inverse(map)
+
+
+def image_outline(map: Inverted) -> Complex:
+    """(k,) the image of the boundary, as finely as its kind knows it."""
+    return map.image[map.loops[0]] if isinstance(map, TriangulatedMap) else map.boundary_image.w
+
+
+def certified(map: AnyMap | Evaluated) -> Certificate:
+    """What is proven about the map being one-to-one."""
+    return map.injectivity if isinstance(map, TriangulatedMap) else injectivity.certify(map)
