@@ -30,7 +30,7 @@ SETTLED = 1e-3  # relative decrease of a round that ends it
 POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
-EASING_STEPS, EASED = 5, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
+EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
 
 
@@ -113,12 +113,13 @@ def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list
 
 def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
     """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
+    before = np.inf  # the energy so far may be another one, of q = 1
     for _ in range(rounds):
-        before = state.energy
         state = state.forward(theta, q, FORWARD, 0.5 * GOOD_ENOUGH, corners=True)
         state = state.backward(theta, q, backward, 0.5 * GOOD_ENOUGH)
         if before - state.energy < SETTLED * state.energy:
             break
+        before = state.energy
     return state
 
 

@@ -13,15 +13,16 @@ from .similar import similarity
 from .solution import Journal, Settings
 from .symmetry import Half, half_of, mirrored
 
-COARSE, FINE = 0.1, 0.045  # mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of these
+COARSE, FINE = 0.1, 0.04  # mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of these
 SMALLER = (1.0, 0.5, 0.25)  # factors of the mesh sizes, where larger ones fail
 COARSE_FINENESS, COARSE_CORNERS = 5e-4, 6e-3  # of the diagonal
-FINE_FINENESS, FINE_CORNERS = 2e-4, 1e-3
+FINE_FINENESS, FINE_CORNERS = 2e-4, 6e-4  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
 STEEPEST, STEEPEST_FINE = 8.0, 20.0  # slope of a match, relative to the mean, that a mesh follows
 TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
 POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others while a bound is not met
 UPRIGHT = 2.0  # weight of the turn among starts: with 1 heart onto star turns by 19 degrees
 TURNS = ((0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2))  # of elastic starts, and how many of each
+FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
 LAST_STEPS, LAST_DECREASE = 20, 2e-3  # of Newton on the last mesh, and the relative decrease that ends them
 SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
 
@@ -119,7 +120,7 @@ def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) ->
     level = Level.of(problem, size, FINE_FINENESS, FINE_CORNERS, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
     state = eased(refined(level, state, sizes), problem.theta)
-    state = alternated(state, problem.theta, POWERS[0], 4, 4)
+    state = alternated(state, problem.theta, POWERS[0], FINE_ROUNDS, FINE_BACKWARD)
     journal.level("fine", state, POWERS[0])
     return state
 
@@ -133,7 +134,8 @@ def last(
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
     state = eased(refined(level, state, sizes), problem.theta)
     for q in POWERS:
-        state = state.forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
+        state = state.forward(problem.theta, q, FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
+LAST_STEPS, LAST_DECREASE, corners=True)
         journal.level("last", state, q)
         if within_bounds(state, settings):
             break
