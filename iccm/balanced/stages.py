@@ -134,8 +134,7 @@ def last(
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
     state = eased(refined(level, state, sizes), problem.theta)
     for q in POWERS:
-        state = state.forward(problem.theta, q, FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
-LAST_STEPS, LAST_DECREASE, corners=True)
+        state = state.forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
         journal.level("last", state, q)
         if within_bounds(state, settings):
             break
