@@ -108,10 +108,13 @@ def _encroaches(z, faces, across, t, new, cavity, mark, stamp):
                 a, b = z[faces[t, (k + 1) % 3]] - z[new], z[faces[t, (k + 2) % 3]] - z[new]
                 if dot(a, b) < ENCROACHED * abs(a) * abs(b):
                     return True
-            elif mark[u] != stamp and count < cavity.size:
-                if in_circle(z, faces[u, 0], faces[u, 1], faces[u, 2], new):
-                    cavity[count], mark[u] = u, stamp
-                    count += 1
+            elif (
+                mark[u] != stamp
+                and count < cavity.size
+                and in_circle(z, faces[u, 0], faces[u, 1], faces[u, 2], new)
+            ):
+                cavity[count], mark[u] = u, stamp
+                count += 1
     return False
 
 
