@@ -230,9 +230,15 @@ def assemble(system, gradients, weights, u, theta, q, epsilon, matrix, gradient)
 
 
 def energy_of(z: Complex, u: Complex, faces: Index, theta: float = 1.0, q: float = 1.0) -> float:
-    """The energy of the piecewise linear map z -> u (n,) on triangles (m, 3), without the outline's term."""
+    """The energy of the piecewise linear map z -> u (n,) on triangles (m, 3), both domains' areas taken as one.
+
+    Without the outline's term; 1 for a similarity, and the same for the inverse map.
+    """
+    _, areas = geometry(z, faces)
+    _, images = geometry(u, faces)
+    z, u = z / np.sqrt(areas.sum()), u / np.sqrt(images.sum())
     gradients, areas = geometry(z, faces)
-    return float(total(faces, gradients, areas, u, theta, q, 0.0))
+    return float(total(faces, gradients, areas, u, float(theta), float(q), 0.0))
 
 
 def geometry(z: Complex, corners: Index) -> tuple[Complex, Real]:

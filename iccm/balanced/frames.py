@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Complex
+from ..arrays import Complex, Real
 from ..curve import Curve
 
 GRID = 2.0**-36  # 1.5e-11 of the root of the area: far above rounding, far below every tolerance
@@ -71,7 +71,17 @@ def frames_of(source: Curve, target: Curve, turn: float | None) -> tuple[Frame, 
         frames[0] = frames[0].turned(turn)
     signs = [handedness(f.unit(c.z)) for f, c in zip(frames, (source, target))]
     sign = next((s for s in signs if abs(s) > UNDECIDED), 1.0)
-    return replace(frames[0], mirrored=sign < 0), replace(frames[1], mirrored=sign < 0)
+    frames = [replace(f, mirrored=sign < 0) for f in frames]
+    if turn is not None and _upside_down(frames[0].unit(source.z)):
+        frames = [f.turned(np.pi) for f in frames]
+    return frames[0], frames[1]
+
+
+def _upside_down(w: Complex) -> bool:
+    """Whether most of a closed polyline's weight hangs low: mirrors about different lines differ by half a turn."""
+    middles, weights = _middles(w)
+    heavy = complex(np.sum(weights * middles * np.abs(middles) ** 2))
+    return heavy.imag < 0 if abs(heavy.imag) > UNDECIDED else heavy.real < 0
 
 
 def _farthest_angle(frame: Frame, curve: Curve) -> float:
@@ -82,9 +92,14 @@ def _farthest_angle(frame: Frame, curve: Curve) -> float:
 
 def handedness(w: Complex) -> float:
     """A number of a closed polyline about its centroid that changes sign in every mirror and with no rotation."""
-    steps = np.roll(w, -1) - w
-    middles, weights = w + 0.5 * steps, np.abs(steps) / np.sum(np.abs(steps))
+    middles, weights = _middles(w)
     first = np.sum(weights * middles * np.abs(middles) ** 2)
     second = np.sum(weights * middles**2)
     third = np.sum(weights * middles**3)
     return float((first**2 * second.conj()).imag + (first * second * third.conj()).imag)
+
+
+def _middles(w: Complex) -> tuple[Complex, Real]:
+    """Middles of the edges, and their shares of the length."""
+    steps = np.roll(w, -1) - w
+    return w + 0.5 * steps, np.abs(steps) / np.sum(np.abs(steps))

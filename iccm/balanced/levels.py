@@ -29,8 +29,9 @@ FORWARD, BACKWARD = 8, 3  # Newton steps on the map and on its inverse, in turn
 SETTLED = 1e-3  # relative decrease of a round that ends it
 POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
+MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
-EASING_STEPS, EASED = 5, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
+EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
 
 
@@ -50,6 +51,10 @@ class Problem(NamedTuple):
     theta: float
     upright: float
     anchors: tuple[tuple[complex, ...], tuple[complex, ...]] = ((), ())
+
+    def inverse(self) -> "Problem":
+        """The problem of the inverse map; it has the same energy."""
+        return self._replace(source=self.target, target=self.source, anchors=self.anchors[::-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +92,8 @@ class Level:
     def mapped(self, match: Match, sizes: Sizes | None = None) -> DiscreteMap:
         """A mesh for a match, without an inside yet."""
         match = through(limited(match, self.steepest), self.anchors)
+        if max(self.source.length, self.target.length) > MOST_PAIRS * SPACING * self.size:
+            raise Stuck("an outline is too long for its area")
         pairs = boundary_pairs(self.source, self.target, match, SPACING * self.size, self.anchors)
         sizes = sizes or Sizes.even(0.5 * self.size**2)
         return DiscreteMap.on(self.source, self.target, pairs, sizes, self.anchors)
@@ -113,12 +120,13 @@ def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list
 
 def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
     """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
+    before = np.inf  # the energy so far may be another one, of q = 1
     for _ in range(rounds):
-        before = state.energy
         state = state.forward(theta, q, FORWARD, 0.5 * GOOD_ENOUGH, corners=True)
         state = state.backward(theta, q, backward, 0.5 * GOOD_ENOUGH)
         if before - state.energy < SETTLED * state.energy:
             break
+        before = state.energy
     return state
 
 
@@ -175,7 +183,7 @@ def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = Non
 
 
 def eased(state: DiscreteMap, theta: float) -> DiscreteMap:
-    """A few steps at q = 1 where a triangle is badly stretched: there Newton at q widens it by 1/(2q + 1) a step."""
+    """A few steps at q = 1 where a triangle is badly stretched: Newton at q widens it slowly."""
     _, stretch, _ = stretches(state.z, state.u, state.faces)
     if stretch.max() < BADLY_STRETCHED:
         return state

@@ -13,11 +13,7 @@ from .energy import energy_of
 from .failure import NoMapError
 from .frames import Frame, frames_of
 from .measures import stretches, turn_of
-from .outline import simplified
 from .solution import Journal, Settings, Solution
-
-FINENESS = 0.2  # of the tolerance: how far the outlines that are solved for may be from those given
-MOST_VERTICES = 1500  # of an outline; one with more is simplified further
 
 
 def solve(source: Curve, target: Curve, settings: Settings | None = None) -> Solution:
@@ -33,20 +29,9 @@ def solve(source: Curve, target: Curve, settings: Settings | None = None) -> Sol
     """
     settings = settings or Settings()
     frames = frames_of(source, target, settings.turn)
-    curves = [manageable(f.curve(c), settings.tolerance) for f, c in zip(frames, (source, target))]
     journal = Journal()
-    state, symmetric = stages.mapped(curves[0], curves[1], settings, journal)
+    state, symmetric = stages.mapped(frames[0].curve(source), frames[1].curve(target), settings, journal)
     return _solution(state, frames, (source, target), settings, journal, symmetric)
-
-
-def manageable(curve: Curve, tolerance: float) -> Curve:
-    """The outline within a share of the tolerance, coarser where it would have too many vertices."""
-    fineness = FINENESS * tolerance
-    fine = simplified(curve, fineness)
-    while fine.z.size > MOST_VERTICES:
-        fineness *= 1.5
-        fine = simplified(curve, fineness)
-    return fine
 
 
 def _solution(

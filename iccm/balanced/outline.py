@@ -12,6 +12,9 @@ from .sliding import Rail
 
 SHARP = np.radians(20)  # turn from which sliding vertices stop at a corner; smaller kinks are passed
 
+FINENESS = 0.2  # of the tolerance: how far the outlines that are solved for may be from those given
+MOST_VERTICES = 1500  # of an outline; one with more is simplified further
+
 
 @dataclass(frozen=True, eq=False)
 class Outline:
@@ -83,6 +86,16 @@ def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = (
     kept = (shapely.get_coordinates(ring) @ np.array([1, 1j])).tolist()
     place = {z: k for k, z in enumerate(curve.z.tolist())}
     return np.unique([place[z] for z in (*kept, *always)])
+
+
+def manageable(curve: Curve, tolerance: float, always: tuple[complex, ...] = ()) -> Curve:
+    """The outline within a share of the tolerance, coarser where it would have too many vertices."""
+    fineness = FINENESS * tolerance
+    fine = simplified(curve, fineness, always)
+    while fine.z.size > MOST_VERTICES:
+        fineness *= 1.5
+        fine = simplified(curve, fineness, always)
+    return fine
 
 
 def _pairs(z: Complex) -> Real:

@@ -8,20 +8,22 @@ from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
 from .levels import Level, Problem, Sketch, alternated, eased, refined, released, score, screened
 from .measures import stretches
+from .outline import manageable
 from .pairs import Match
 from .similar import similarity
 from .solution import Journal, Settings
 from .symmetry import Half, half_of, mirrored
 
-COARSE, FINE = 0.1, 0.045  # mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of these
-SMALLER = (1.0, 0.5, 0.25)  # factors of the mesh sizes, where larger ones fail
+COARSE, FINE = 0.1, 0.04  # mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of these
+SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
 COARSE_FINENESS, COARSE_CORNERS = 5e-4, 6e-3  # of the diagonal
-FINE_FINENESS, FINE_CORNERS = 2e-4, 1e-3
+FINE_FINENESS, FINE_CORNERS = 2e-4, 6e-4  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
 STEEPEST, STEEPEST_FINE = 8.0, 20.0  # slope of a match, relative to the mean, that a mesh follows
 TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
 POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others while a bound is not met
 UPRIGHT = 2.0  # weight of the turn among starts: with 1 heart onto star turns by 19 degrees
 TURNS = ((0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2))  # of elastic starts, and how many of each
+FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
 LAST_STEPS, LAST_DECREASE = 20, 2e-3  # of Newton on the last mesh, and the relative decrease that ends them
 SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
 
@@ -35,7 +37,9 @@ def mapped(source: Curve, target: Curve, settings: Settings, journal: Journal) -
     Raises:
         NoMapError: none without folds was found.
     """
-    problem = Problem(source, target, settings.theta, 0.0 if settings.turn is None else UPRIGHT)
+    upright = 0.0 if settings.turn is None else UPRIGHT
+    curves = [manageable(c, settings.tolerance) for c in (source, target)]
+    problem = Problem(*curves, settings.theta, upright)
     same = similarity(source, target, turns=settings.turn is None)
     if same is not None:
         journal.notes.append("The shapes are similar: the map is the similarity.")
@@ -49,22 +53,52 @@ def mapped(source: Curve, target: Curve, settings: Settings, journal: Journal) -
     return whole(problem, settings, journal), False
 
 
-def whole(problem: Problem, settings: Settings, journal: Journal) -> DiscreteMap:
+def whole(problem: Problem, settings: Settings, journal: Journal) -> Meshed:
     """All stages."""
-    return last(problem, solved(problem, journal), settings, journal)
+    used, state = solved(problem, journal)
+    state = finished(used, state, settings, journal)
+    return state if used is problem else inverted(state)
 
 
-def solved(problem: Problem, journal: Journal, share: float = 1.0) -> DiscreteMap:
-    """All stages but the last, for a problem that is `share` of what was given (a half, or all of it)."""
+def solved(problem: Problem, journal: Journal, share: float = 1.0) -> tuple[Problem, DiscreteMap]:
+    """All stages but the last, of the problem or, where that fails, of its inverse; and which of the two.
+
+    Args:
+        problem: `share` of what was given (a half, or all of it).
+        journal: of what happens.
+        share: see above.
+
+    Raises:
+        NoMapError: none without folds was found.
+    """
     for smaller in SMALLER:
-        try:
-            state = coarse(problem, COARSE * smaller / np.sqrt(share), journal)
-            return fine(problem, state, FINE * smaller / np.sqrt(share), journal)
-        except Stuck:
-            continue
+        for used in (problem, problem.inverse()):
+            try:
+                state = coarse(used, COARSE * smaller / np.sqrt(share), journal)
+                return used, fine(used, state, FINE * smaller / np.sqrt(share), journal)
+            except Stuck:
+                continue
     raise NoMapError(
         "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
     )
+
+
+def finished(
+    problem: Problem, state: Meshed, settings: Settings, journal: Journal, share: float = 1.0
+) -> Meshed:
+    """The map on the last mesh, or as it is where that folds."""
+    try:
+        return last(problem, state, settings, journal, share)
+    except Stuck:
+        journal.notes.append(
+            "The finest mesh folds: the outlines are followed as closely as the one before allows."
+        )
+        return state
+
+
+def inverted(state: Meshed) -> Sketch:
+    """The inverse map."""
+    return Sketch(state.u, state.z, state.faces, state.border)
 
 
 def by_halves(
@@ -73,16 +107,18 @@ def by_halves(
     """The map of the right halves, mirrored; carried to the outlines given where those are not quite symmetric."""
     roots = np.sqrt([source.curve.area, target.curve.area])
     curves = [Curve(half.curve.z / root) for half, root in zip((source, target), roots)]
-    anchors = tuple((complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target)))
-    half_problem = Problem(curves[0], curves[1], problem.theta, 0.0, anchors)
-    half = solved(half_problem, journal, share=0.5)
+    anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target))]
+    curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
+    half_problem = Problem(curves[0], curves[1], problem.theta, 0.0, (anchors[0], anchors[1]))
+    used, half = solved(half_problem, journal, share=0.5)
     exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:
-        half = last(half_problem, half, settings, journal, share=0.5)
+        half = last(used, half, settings, journal, share=0.5)
     outline = 1 + int(np.searchsorted(half.pairs.s, half.axis - 1e-9))
-    z, u, faces, border = mirrored(half.z, half.u, half.faces, half.border, outline)
+    z, u = (half.z, half.u) if used is half_problem else (half.u, half.z)
+    z, u, faces, border = mirrored(z, u, half.faces, half.border, outline)
     sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border)
-    return (sketch, True) if exact else (last(problem, sketch, settings, journal), False)
+    return (sketch, True) if exact else (finished(problem, sketch, settings, journal), False)
 
 
 def coarse(problem: Problem, size: float, journal: Journal) -> DiscreteMap:
@@ -119,7 +155,7 @@ def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) ->
     level = Level.of(problem, size, FINE_FINENESS, FINE_CORNERS, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
     state = eased(refined(level, state, sizes), problem.theta)
-    state = alternated(state, problem.theta, POWERS[0], 4, 4)
+    state = alternated(state, problem.theta, POWERS[0], FINE_ROUNDS, FINE_BACKWARD)
     journal.level("fine", state, POWERS[0])
     return state
 
