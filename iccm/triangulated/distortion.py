@@ -51,7 +51,7 @@ class Distortion:
     def within(self, factor: float) -> float:
         """The share of the target whose scale is within a factor of the mean."""
         near = (self.scales <= factor) & (self.scales >= 1 / factor)
-        return float(self.area @ near / self.area.sum())
+        return min(1.0, float(self.area @ near / self.area.sum()))
 
     @property
     def turn(self) -> float:
@@ -93,7 +93,7 @@ def of_triangles(map: TriangulatedMap) -> Distortion:
     """Three samples in each triangle, which share its area of the image, and its corners for the largest values."""
     a, b, c = map.corners.T
     d, e, f = map.source[map.faces].T
-    area, before = 0.5 * cross(b - a, c - a), 0.5 * cross(e - d, f - d)
+    area, before = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
     triangle = np.repeat(np.arange(len(map.faces)), len(_POINTS))
     weight = np.outer(area, np.repeat([1 / 3, 0.0], 3)).ravel()
     f_z, f_zbar = map.derivatives_at(triangle, np.tile(_POINTS, (len(map.faces), 1)))
