@@ -79,7 +79,7 @@ class Distortion:
         return {**{name: self.quantile(values, share) for name, share in names}, "max": float(values.max())}
 
 
-def _ratio(a: Real, b: Real) -> Real:
+def _ratio(a: Real | float, b: Real) -> Real:
     """a / b, inf where b is not positive."""
     return np.where(b > 0, a / np.where(b > 0, b, 1), np.inf)
 

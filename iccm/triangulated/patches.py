@@ -53,8 +53,9 @@ def vertex_gradients(faces: Index, image: Complex, source: Complex) -> tuple[Com
     total = np.maximum(np.bincount(at, weight, n), 1e-300)
 
     def mean(values: Complex) -> Complex:
-        spread = weight * np.repeat(values, 3)
-        return (np.bincount(at, spread.real, n) + 1j * np.bincount(at, spread.imag, n)) / total
+        spread, out = weight * np.repeat(values, 3), np.empty(n, np.complex128)
+        out.real, out.imag = np.bincount(at, spread.real, n), np.bincount(at, spread.imag, n)
+        return out / total
 
     p, q = gradients(faces, image, source)
     return mean(p), mean(q)
