@@ -14,7 +14,7 @@ from iccm.triangulated.patches import bernstein
 from iccm.triangulated.predicates import orientation
 from iccm.triangulated.simple import fault
 from tests.shapes import arrow, circle, ell, radial, star
-from tests.triangulated.meshes import irregular, map_of, ring, wavy
+from tests.triangulated.meshes import irregular, lattice, map_of, ring, wavy
 
 SQUARE = np.array([0, 1, 1 + 1j, 1j])
 LITTLE = st.floats(-1e-15, 1e-15)
@@ -47,6 +47,14 @@ def test_orientation_is_exact_where_products_underflow(numbers, scale):
     assert orientation(*(np.array([p]) for p in (a, b, c)))[0] == exact_turn(a, b, c)
 
 
+def test_orientation_is_exact_where_products_lose_digits_to_underflow():
+    rng = np.random.default_rng(0)
+    x, y, part = rng.uniform(1, 2, (3, 300)) * 1e-161
+    a, b = x + 1j * y, (x + 1j * y) * (1 + part * 1e161) + rng.normal(size=300) * 1e-166j
+    c = np.zeros(300, complex)
+    assert np.array_equal(orientation(a, b, c), [exact_turn(*points) for points in zip(a, b, c)])
+
+
 def test_maps_that_are_one_to_one_are_certified():
     for map in (map_of(irregular(SQUARE, 0.1), wavy), map_of(ring(30, 4), lambda w: w + 0.1 * w**2)):
         found = map.injectivity
@@ -76,6 +84,17 @@ def test_no_fold_is_too_small(data, plane, depth):
     assert found.zeros >= sum(turn <= 0 for turn in turns)
     if min(turns) <= 0:
         assert "folded" in found.obstacle
+
+
+def test_a_triangle_without_area_is_a_fold():
+    z, faces, loops = lattice(4)
+    w = z.copy()
+    w[6] = 0.125 + 0.375j  # an inner vertex onto the side across from it, which is exact in binary
+    assert sum(exact_turn(*w[face]) == 0 for face in faces) > 0
+    for source, image in ((z, w), (w, z)):
+        found = TriangulatedMap(source, image, faces, loops).injectivity
+        assert not found.certified
+        assert found.zeros == sum(exact_turn(*w[face]) <= 0 for face in faces)
 
 
 def wound(n, turns):
@@ -123,7 +142,8 @@ def test_loops_must_be_the_boundary_and_edges_have_two_triangles():
     z, faces, loops = ring(20, 3)
     assert not TriangulatedMap(z, z, faces, loops[:1]).injectivity.certified
     assert not TriangulatedMap(z, z, faces, (loops[0], loops[1][::-1])).injectivity.certified
-    assert not TriangulatedMap(z, z, np.concatenate([faces, faces[:1]]), loops).injectivity.certified
+    for face in faces[[0, len(faces) // 2 + 1]]:  # at the boundary and inside
+        assert not TriangulatedMap(z, z, np.concatenate([faces, [face]]), loops).injectivity.certified
 
 
 def test_outlines_by_exact_signs():

@@ -1,5 +1,7 @@
 """Pixels of triangulated maps: each is what the inverse says at its centre, none is missing, threads change nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -91,13 +93,17 @@ def test_all_that_is_covered_has_a_source_point(map, canvas):
 
 def test_touched_pixels_take_the_nearest_boundary_point():
     map, canvas = MAPS["arrow"](), CANVASES["oblong pixels"]
-    z, *_, edge = whole(map, canvas)
+    z, right, down, _, _, edge = whole(map, canvas)
     w = canvas.centres()
     outside = np.isfinite(z) & ~next(iter(located(map, w)))
     assert outside.sum() == edge > 100
     nearest, away = map.extended_inverse(w[outside])
     assert away.max() < np.hypot(*canvas.step)
     assert np.abs(z[outside] - nearest).max() < 1e-12
+    _, z_w, z_wbar = replace(map, near=0.1).inverse_jet(w[outside])
+    dx, dy = canvas.step
+    assert np.allclose(right[outside], (z_w + z_wbar) * dx, rtol=1e-6)
+    assert np.allclose(down[outside], -1j * (z_w - z_wbar) * dy, rtol=1e-6)
 
 
 def test_slopes_are_the_changes_from_pixel_to_pixel():
