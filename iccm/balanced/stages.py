@@ -38,8 +38,8 @@ def mapped(source: Curve, target: Curve, settings: Settings, journal: Journal) -
         NoMapError: none without folds was found.
     """
     upright = 0.0 if settings.turn is None else UPRIGHT
-    curves = [manageable(c, settings.tolerance) for c in (source, target)]
-    problem = Problem(*curves, settings.theta, upright)
+    simple = [manageable(c, settings.tolerance) for c in (source, target)]
+    problem = Problem(simple[0], simple[1], settings.theta, upright)
     same = similarity(source, target, turns=settings.turn is None)
     if same is not None:
         journal.notes.append("The shapes are similar: the map is the similarity.")
@@ -55,8 +55,8 @@ def mapped(source: Curve, target: Curve, settings: Settings, journal: Journal) -
 
 def whole(problem: Problem, settings: Settings, journal: Journal) -> Meshed:
     """All stages."""
-    used, state = solved(problem, journal)
-    state = finished(used, state, settings, journal)
+    used, found = solved(problem, journal)
+    state = finished(used, found, settings, journal)
     return state if used is problem else inverted(state)
 
 

@@ -50,7 +50,7 @@ class Distortion:
     def within(self, factor: float) -> float:
         """The share of the target whose scale is within a factor of the mean."""
         near = (self.scales <= factor) & (self.scales >= 1 / factor)
-        return float(self.area @ near / self.area.sum())
+        return min(1.0, float(self.area @ near / self.area.sum()))
 
     @property
     def turn(self) -> float:
@@ -78,7 +78,7 @@ class Distortion:
         return {**{name: self.quantile(values, share) for name, share in names}, "max": float(values.max())}
 
 
-def _ratio(a: Real, b: Real) -> Real:
+def _ratio(a: Real | float, b: Real) -> Real:
     """a / b, inf where b is not positive."""
     return np.where(b > 0, a / np.where(b > 0, b, 1), np.inf)
 
@@ -92,7 +92,7 @@ def of_triangles(map: TriangulatedMap) -> Distortion:
     """Three samples in each triangle, which share its area of the image, and its corners for the largest values."""
     a, b, c = map.corners.T
     d, e, f = map.source[map.faces].T
-    area, before = 0.5 * cross(b - a, c - a), 0.5 * cross(e - d, f - d)
+    area, before = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
     triangle = np.repeat(np.arange(len(map.faces)), len(_POINTS))
     weight = np.outer(area, np.repeat([1 / 3, 0.0], 3)).ravel()
     f_z, f_zbar = map.derivatives_at(triangle, np.tile(_POINTS, (len(map.faces), 1)))

@@ -80,8 +80,8 @@ class TriangulatedPreimages:
 class Blocks:
     """Memory for bands, used again when nobody holds a band's arrays any more.
 
-    Pages fresh from the system cost as much as filling them. NumPy asks for large ones, without which the scattered
-    writes take twice as long.
+    Pages fresh from the system cost about as much as filling them. NumPy asks for large ones, which plain buffers are
+    not made of.
 
     Args:
         width: pixels a row.
@@ -96,15 +96,15 @@ class Blocks:
         try:
             memory = self.free.pop()
         except IndexError:
-            memory = (ctypes.c_ubyte * self.size).from_buffer(np.empty(self.size, np.uint8).data)
+            memory = (ctypes.c_ubyte * self.size).from_buffer(np.empty(self.size, np.uint8))  # type: ignore[arg-type]
         shape, count = (rows, width), rows * width
-        # the base of all views, as no array is its own
-        block: NDArray[np.uint8] = np.frombuffer(memoryview(memory), np.uint8, BYTES * count)
+        # Its own base is no array, so that it is the base of all its views, and dies with the last of them.
+        block: NDArray[np.uint8] = np.frombuffer(memory, np.uint8, BYTES * count)  # type: ignore[call-overload]
         weakref.finalize(block, self.free.append, memory).atexit = False
         z, right, down, state = np.split(block, [16 * count, 24 * count, 32 * count])
         state[:] = EMPTY
-        first, second = (part.view(np.complex64).reshape(shape) for part in (right, down))
-        return z.view(np.complex128).reshape(shape), first, second, state.reshape(shape)
+        across, below = (part.view(np.complex64).reshape(shape) for part in (right, down))
+        return z.view(np.complex128).reshape(shape), across, below, state.reshape(shape)
 
 
 def _joined(loops: list[Complex]) -> Complex:

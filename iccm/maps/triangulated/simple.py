@@ -26,13 +26,16 @@ def fault(loops: list[Complex]) -> str:
 
 
 def _touching(loops: list[Complex]) -> bool:
-    """Whether two edges have a point in common that is not the vertex that joins them, or one has no length."""
+    """Whether two edges that do not follow each other meet, or one has no length.
+
+    An edge that folds back on the one before meets others, too, or makes a triangle without area.
+    """
     a = np.concatenate(loops)
     after = np.concatenate([np.roll(loop, -1) for loop in loops])
     first = np.repeat(np.cumsum([0, *(loop.size for loop in loops[:-1])]), [loop.size for loop in loops])
     size = np.repeat([loop.size for loop in loops], [loop.size for loop in loops])
     following = first + (np.arange(a.size) - first + 1) % size
-    if np.any(a == after) or np.any(_folded(a, after, after[following])):
+    if np.any(a == after):
         return True
     i, j = _near(a, after)
     apart = (following[i] != j) & (following[j] != i)
@@ -46,13 +49,6 @@ def _near(a: Complex, b: Complex) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     segments = shapely.linestrings(np.stack([ends.real, ends.imag], axis=-1))
     i, j = shapely.STRtree(segments).query(segments)
     return i[i < j], j[i < j]
-
-
-def _folded(a: Complex, b: Complex, c: Complex) -> NDArray[np.bool_]:
-    """Whether the edge from b to c lies on that from a to b."""
-    same_x = np.sign(a.real - b.real) * np.sign(c.real - b.real)
-    same_y = np.sign(a.imag - b.imag) * np.sign(c.imag - b.imag)
-    return (orientation(a, b, c) == 0) & ((same_x > 0) | (same_y > 0))
 
 
 def _meeting(a: Complex, b: Complex, c: Complex, d: Complex) -> NDArray[np.bool_]:
