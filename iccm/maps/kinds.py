@@ -1,6 +1,5 @@
 """The kinds of maps, and what each is asked for evaluation, inversion and a certificate."""
 
-from ..arrays import Complex
 from . import injectivity
 from .evaluate import Evaluator
 from .harmonic import HarmonicMap
@@ -21,11 +20,6 @@ def evaluated(map: AnyMap | Evaluated) -> Evaluated:
 def inverted(map: AnyMap | Evaluated) -> Inverted:
     """The map made ready for many inversions: `extended_inverse`."""
     return map if isinstance(map, TriangulatedMap) else Inverse(map)
-
-
-def image_outline(map: Inverted) -> Complex:
-    """(k,) the image of the boundary, as finely as its kind knows it."""
-    return map.image[map.loops[0]] if isinstance(map, TriangulatedMap) else map.boundary_image.w
 
 
 def certified(map: AnyMap | Evaluated) -> Certificate:
