@@ -15,7 +15,7 @@ Z = inside(SOURCE)
 ARM = Curve(np.array([-0.6, -0.1 + 0.2j, 0.5 + 0.1j]), closed=False)
 GOAL = Curve(np.array([-0.6 - 0.1j, -0.1j, 0.7 + 0.2j]), closed=False)
 THREE = np.array([[0.4, 0.4 + 0.1j], [-0.4 + 0.3j, -0.6 + 0.1j], [-0.2 - 0.4j, 0.1 - 0.4j]])
-METHODS = {"paper": {"method": "paper", "vertices": 60}, "conformal": {}}
+METHODS = {"paper": {"method": "paper", "vertices": 60}, "conformal": {"method": "conformal"}}
 
 
 @cache
