@@ -38,9 +38,9 @@ class Distortion:
 
     @cached_property
     def dilatations(self) -> Real:
-        """(p,) s₁ / s₂; inf where folded."""
+        """(p,) s₁ / s₂; inf where folded, 1 where nothing is painted."""
         size, other = np.abs(self.f_z), np.abs(self.f_zbar)
-        return _ratio(size + other, size - other)
+        return np.where(size + other > 0, _ratio(size + other, size - other), 1.0)
 
     @cached_property
     def scales(self) -> Real:
