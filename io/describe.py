@@ -117,17 +117,10 @@ def _mesh(path: Path) -> dict[str, Any]:
 
 def _charts(mesh: Any) -> int:
     """Connected pieces of the texture layout; corners without coordinates don't count."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
+    from ..meshes.layout import charts
 
-    corner, last = mesh.uv_corners, mesh.starts[1:] - 1
-    after = np.arange(1, corner.size + 1)
-    after[last] = mesh.starts[:-1]
-    both = (corner >= 0) & (corner[after] >= 0)
-    a, b = corner[both], corner[after][both]
-    used, index = np.unique(np.concatenate([a, b]), return_inverse=True)
-    links = coo_matrix((np.ones(a.size), (index[: a.size], index[a.size :])), shape=(used.size, used.size))
-    return int(connected_components(links, directed=False)[0])
+    found = charts(mesh.uv_corners, len(mesh.uv), mesh.starts)
+    return np.unique(found[found >= 0]).size
 
 
 def _surface(mesh: Any) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from ...arrays import Box
 from ...errors import InputError
 from ...memory import Room
 from ...pixels import colour
-from ...pixels.filters import strip_rows
+from ...pixels.pyramid import strip_rows
 from ...pixels.texture import Texture
 
 DISPLAY = {".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tga", ".gif"}  # hold encoded colours only

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...memory import Room
-from ...pixels.filters import strip_rows
+from ...pixels.pyramid import strip_rows
 from ..files import open_input
 from .image import OPAQUE, Image, first_line, prepared, transfer_of
 

@@ -12,7 +12,8 @@ from ...memory import Room
 from ...pixels import stmap
 from ...pixels.canvas import Canvas
 from ...pixels.inverse_tiles import TILE
-from ...pixels.warp import PIXEL, Prepared, Warp
+from ...pixels.sampler import Sampler
+from ...pixels.warp import PIXEL, Warp
 from . import image_files
 
 SUFFIXES = (".exr", ".tif", ".tiff")
@@ -91,7 +92,8 @@ def apply(
     stored = stmap.Stored(st, width / height)
     image_files.check(path, image.covered(), *st.shape[:2])
     texture = image.texture(stored.box, kind=kind, room=room)
-    work = Warp(stored, Prepared(texture, filter, kind, edge, room=room, threads=threads), stored.canvas)
+    sampler = Sampler(texture, filter, kind, edge, memory=room, threads=threads)
+    work = Warp(stored, sampler, stored.canvas)
 
     def blocks():
         for block in work.blocks(threads):

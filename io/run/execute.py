@@ -69,8 +69,8 @@ def run(
     job = with_outputs(job)
     makers = check(job)
     state = _read(job, threads, tell, progress)
-    if raster_size.pictured(job):
-        state.begin("prepared")
+    if raster_size.pictures(job):
+        state.begin("sampler")
     _solve(state)
     state.begin("found")
     if makers and _cold():

@@ -16,7 +16,7 @@ from ...maps.extended_inverse import ExtendedInverse
 from ...maps.harmonic import HarmonicMap
 from ...meshes.render import render
 from ...pixels.checkerboard import checkerboard
-from ...pixels.sampler import Reader
+from ...pixels.sampler import Sampler
 from ...pixels.warp import Texture
 from ..shapes.mesh_shape import MeshShape, placing
 from ..shapes.shape import Shape
@@ -78,8 +78,8 @@ def surface(
         source = None
     place = placing(source if source is not None else target_plane(target), texture)
     still = np.zeros(z.size, complex)
-    uv = place.texels(z, still, still)[0][piece.faces]
-    return render(piece.points, piece.faces, uv, Reader(texture), size)
+    uv = place.places(z, still, still).xy[piece.faces]
+    return render(piece.points, piece.faces, uv, Sampler(texture), size)
 
 
 def target_plane(target: MeshShape) -> Shape:

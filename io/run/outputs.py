@@ -29,7 +29,7 @@ MESHES = (".obj", ".glb", ".gltf", ".ply", ".off", ".stl")
 WITH_UV = (".obj", ".glb", ".ply")
 HIDES_NOTHING = (".jpg", ".jpeg", ".hdr", ".exr", ".webp")
 PLOTS = (".png", ".svg", ".pdf")
-PADDED = "the whole picture at once (--padding)"
+PADDED, BAKED = (f"the whole picture at once ({option})" for option in ("--padding", "--bake"))
 
 
 def is_mesh(spec: str) -> bool:
@@ -57,10 +57,6 @@ def maker(name: str, job: Job) -> Maker:
     """
     suffix = Path(name).suffix.lower()
     onto_mesh = bool(job.target) and is_mesh(job.target or "")
-    if job.memory and (onto_mesh or is_mesh(job.source)):
-        raise InputError(
-            "--memory: for pictures between planar shapes; with a mesh, ask for a smaller --size"
-        )
     if job.bake and not onto_mesh:
         raise InputError(f"{job.target or job.source}: --bake needs a mesh as target")
     if suffix in MESHES:
@@ -118,8 +114,8 @@ def picture(run: Run, path: Path | None, name: Path) -> None:
     """The texture carried to the target's canvas, in the texture's own depth and colour space."""
     from ..pictures import image_files
 
-    if run.on_mesh or run.job.padding:
-        image = _from_mesh(run) if run.on_mesh else _padded(run)
+    if run.job.padding:
+        image = _padded(run)
         with run.timed("write"):
             put(path, lambda file: image_files.write(file, image))
     else:
@@ -137,18 +133,6 @@ def put(path: Path | None, write: Callable[[Path], None]) -> None:
             shutil.copyfileobj(file, sys.stdout.buffer)
 
 
-def _from_mesh(run: Run) -> Image:
-    """The texture of a mesh, carried to the target's canvas."""
-    from ..shapes import mesh_shape
-
-    source: Any = run.source
-    with run.timed("resample"):
-        warped = mesh_shape.warp(source, run.fit.map, run.image, run.canvas, **_sampling(run))
-        made = run.image.with_pixels(warped.pixels, warped.alpha)
-    run.figures["pixels"] = warped.diagnostics.as_dict()
-    return _extended(run, made) if run.job.padding else made
-
-
 def _extended(run: Run, image: Image) -> Image:
     """The picture with its colours extended beyond the outline."""
     from ...pixels.warp import padded
@@ -162,7 +146,12 @@ def _extended(run: Run, image: Image) -> Image:
 def _warp(run: Run) -> Warp:
     from ...pixels.warp import Warp
 
-    return Warp(run.fit.fast, run.prepared, run.canvas, max_error=run.job.max_pixel_error)
+    placing = None
+    if run.on_mesh:
+        from ..shapes import mesh_shape
+
+        placing = mesh_shape.placing(run.source, run.sampler.texture)
+    return Warp(run.fit.fast, run.sampler, run.canvas, placing=placing, max_error=run.job.max_pixel_error)
 
 
 def _padded(run: Run) -> Image:
@@ -193,11 +182,6 @@ def _streamed(run: Run, path: Path) -> None:
         like = replace(run.image, alpha=work.alpha)
         image_files.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
     run.figures["pixels"] = work.diagnostics.as_dict()
-
-
-def _sampling(run: Run) -> dict[str, Any]:
-    job = run.job
-    return {"filter": job.filter, "kind": job.kind, "edge": job.edge, "threads": run.threads}
 
 
 def _advance(run: Run) -> Callable[[int], None] | None:
@@ -286,6 +270,7 @@ def check(run: Run) -> None:
         width, height = _baked_size(run)
     elif raster_size.pictured(job):
         image = image.covered()
+    if raster_size.pictures(job):
         _check_room(run, image, width, height)
     for name in raster_size.pictures(job):
         _check_picture(run, name, image, width, height)
@@ -329,9 +314,14 @@ def _check_room(run: Run, image: Image, width: int, height: int) -> None:
     run.room.check(strip_bytes(rows, columns, planes), "the texture")
     if run.image.holes:
         run.room.check(MENDING * rows * columns, "a texture that is not finite everywhere")
+    channels, itemsize = image.pixels.shape[2], image.pixels.itemsize
+    if run.job.bake:
+        from ...meshes import bake
+
+        run.room.check(bake.whole_bytes(height, width, channels, itemsize), BAKED)
+        return
     run.room.check(band_bytes(width), f"rows of {width} pixels")
     if run.job.padding:
-        channels, itemsize = image.pixels.shape[2], image.pixels.itemsize
         run.room.check(whole_bytes(height, width, channels, itemsize), PADDED)
 
 
@@ -364,11 +354,13 @@ def baked(run: Run, path: Path | None, name: Path) -> None:
     from ..pictures import image_files
     from ..shapes import mesh_shape
 
-    image, size = run.image, _baked_size(run)
-    options = {**_sampling(run), "padding": run.job.padding, "max_error": run.job.max_pixel_error}
-    target: Any = run.target
+    image, size, target = run.image, _baked_size(run), cast(Any, run.target)
+    options: dict[str, Any] = {"padding": run.job.padding, "max_error": run.job.max_pixel_error}
     with run.timed("resample"):
-        made, figures = mesh_shape.bake(target, run.fit.map, run.source, image, run.box, size, **options)
+        pixels, figures = mesh_shape.bake(
+            target, run.fit.map, run.source, run.sampler, size, threads=run.threads, **options
+        )
+        made = image.with_pixels(pixels, image.alpha)
     run.figures |= figures
     if figures["overlapping_texels"]:
         text = f"{figures['overlapping_texels']} texels lie in several triangles of its layout; the first one's is kept"

@@ -18,7 +18,7 @@ from .raster_size import LONGER_SIDE
 
 if TYPE_CHECKING:
     from ...memory import Room
-    from ...pixels.warp import Canvas, Prepared
+    from ...pixels.warp import Canvas, Sampler
     from ...solve import Fit
     from ..pictures.image_files import Image
     from ..shapes.shape import Shape
@@ -76,22 +76,22 @@ class Run:
         return raster_size.on_mesh(self.job, self.source)
 
     def begin(self, part: str) -> None:
-        """Make `prepared` or `found` beside what follows, if there may be threads."""
+        """Make `sampler` or `found` beside what follows, if there may be threads."""
         if thread_count(self.threads) > 1:
             self._begun[part] = beside(getattr(self, f"_{part}"))
 
     @cached_property
-    def prepared(self) -> Prepared:
+    def sampler(self) -> Sampler:
         """The texture ready to be filtered."""
-        return self._begun["prepared"].result() if "prepared" in self._begun else self._prepared()
+        return self._begun["sampler"].result() if "sampler" in self._begun else self._sampler()
 
-    def _prepared(self) -> Prepared:
-        from ...pixels.warp import Prepared
+    def _sampler(self) -> Sampler:
+        from ...pixels.sampler import Sampler
 
         job = self.job
         with self.timed("prepare"):
             placed = self.image.texture(self.box, kind=job.kind, room=self.room)
-            return Prepared(placed, job.filter, job.kind, job.edge, room=self.room, threads=self.threads)
+            return Sampler(placed, job.filter, job.kind, job.edge, memory=self.room, threads=self.threads)
 
     @cached_property
     def found(self) -> dict[str, Any]:

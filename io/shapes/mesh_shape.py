@@ -19,11 +19,14 @@ from ...curve import Curve
 from ...errors import InputError
 from ...maps.extended_inverse import ExtendedInverse
 from ...meshes import bake as baking
+from ...meshes import layout
 from ...meshes.cut import vertex_path
 from ...meshes.disk_patch import disk_patch
 from ...meshes.flatten import Flattening, flatten
 from ...meshes.locate import Locator
-from ...pixels.sampler import Reader
+from ...meshes.surface import Surface
+from ...pixels.sampler import Sampler
+from ...pixels.texture import Placing, Texture
 from ..meshes import mesh_files
 from ..pictures import image_files
 from ..pictures.image_files import Image
@@ -31,7 +34,6 @@ from .shape import Shape
 
 if TYPE_CHECKING:
     from ...maps.harmonic import HarmonicMap
-    from ...pixels.warp import Canvas, Warped
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -222,7 +224,7 @@ def beyond_unit(shape: MeshShape) -> list[str]:
     """A note where a mesh's texture coordinates leave 0..1."""
     uv = shape.file.mesh.uv
     assert uv is not None
-    outside = int(baking.outside(uv[shape.uv_faces]).sum())
+    outside = int(layout.outside(uv[shape.uv_faces]).sum())
     if not outside:
         return []
     return [
@@ -290,9 +292,7 @@ def _uv_of(source: Shape, box: Box, z: Complex, target: MeshShape, threads: int 
     triangle, weights = source.locator(z, threads)
     assert source.file.mesh.uv is not None
     uv = np.einsum("pk,pkc->pc", weights, source.file.mesh.uv[faces[triangle]])
-    chart = baking.charts(faces, len(source.file.mesh.uv))[faces[triangle][:, 0]][
-        target.flattening.patch.faces
-    ]
+    chart = layout.charts(faces, len(source.file.mesh.uv))[faces[triangle, 0]][target.flattening.patch.faces]
     torn = int((chart != chart[:, :1]).any(axis=1).sum())
     return uv, {"torn_triangles": torn}
 
@@ -305,85 +305,49 @@ def check_layout(target: MeshShape) -> None:
     """
     faces = target.uv_faces
     assert target.file.mesh.uv is not None
-    baking.check_layout(target.spec, target.file.mesh.uv, faces)
+    layout.check_layout(target.spec, target.file.mesh.uv, faces)
 
 
 def bake(
     target: MeshShape,
     map: "HarmonicMap",
     source: Shape,
-    image: Image,
-    box: Box,
+    sampler: Sampler,
     size: tuple[int, int],
     *,
-    filter: str = "auto",
-    kind: str = "colour",
-    edge: str = "clamp",
     threads: int | None = None,
     **options: Any,
-) -> tuple[Image, dict[str, Any]]:
-    """The texture resampled into the target's own UV layout.
+) -> tuple[NDArray, dict[str, Any]]:
+    """The texture resampled into the target's own UV layout: its pixels, and figures for the report.
 
     Args:
-        target, map, source, box, threads: as in `new_uvs`.
-        image: the texture.
+        target, map, source, threads: as in `new_uvs`.
+        sampler: the texture, which lies in the source's plane or is that of a mesh source.
         size: width and height of the picture to make.
-        filter, kind, edge: as in `iccm.reading.Reader`.
-        options: padding, max_error of `iccm.bake.bake`.
+        options: padding, max_error of `iccm.meshes.bake.bake`.
 
     Raises:
         InputError: the target, or a mesh source, has no texture coordinates.
     """
-    mesh = target.file.mesh
-    faces = target.uv_faces
+    mesh, faces = target.file.mesh, target.uv_faces
     assert mesh.uv is not None
-    charts = baking.layout(target.spec, mesh.uv, faces, target.flattening.patch.triangles.twin, *size)
-    texture = image.texture(box, kind)
-    read, pull, place = (
-        Reader(texture, filter, kind, edge),
-        ExtendedInverse(map, threads),
-        placing(source, texture),
+    grid = layout.layout(target.spec, mesh.uv, faces, target.flattening.patch.triangles.twin, *size)
+    inverse, place = ExtendedInverse(map, threads), placing(source, sampler.texture)
+    pixels, figures = baking.bake(
+        target.flattening, grid, inverse, sampler, place, threads=threads, **options
     )
-    pixels, figures = baking.bake(target.flattening, charts, pull, read, place, threads=threads, **options)
-    return image.with_pixels(pixels, image.alpha), figures | {"flattening": target.flattening.report()}
+    return pixels, figures | {"flattening": target.flattening.report()}
 
 
-def placing(source: Shape, texture) -> baking.Plane | baking.Surface:
+def placing(source: Shape, texture: Texture) -> Placing:
     """Where points of the source's plane lie in the texture.
 
     Raises:
         InputError: a mesh source without texture coordinates.
     """
     if not isinstance(source, MeshShape):
-        return baking.Plane(texture)
+        return texture
     uv, faces = source.file.mesh.uv, source.uv_faces
     assert uv is not None
     height, width = texture.pixels.shape[:2]
-    return baking.Surface.of(source.locator, uv[faces], (width, height))
-
-
-def warp(
-    source: MeshShape,
-    map: "HarmonicMap",
-    image: Image,
-    canvas: "Canvas",
-    *,
-    filter: str = "auto",
-    kind: str = "colour",
-    edge: str = "clamp",
-    threads: int | None = None,
-) -> "Warped":
-    """The mesh's texture on a planar target: `iccm.resample.warp` through the mesh's texture coordinates.
-
-    Args:
-        source: the mesh.
-        map: from its flattening to the target.
-        image: its texture.
-        canvas: the raster to make.
-        filter, kind, edge: as in `iccm.reading.Reader`.
-        threads: as many as there are processors by default.
-    """
-    from ...meshes.surface import warp as warped
-
-    texture = image.texture(source.box, kind)
-    return warped(map, Reader(texture, filter, kind, edge), canvas, placing(source, texture), threads)
+    return Surface.of(source.locator, uv[faces], (width, height))

@@ -19,7 +19,7 @@ from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.inverse import Inverse
 from iccm.pixels.canvas import Canvas, Diagnostics
 from iccm.pixels.preimages import Preimages
-from iccm.pixels.warp import Prepared, Texture, Warp, warp
+from iccm.pixels.warp import Sampler, Texture, Warp, warp
 
 BOX = (-1.4 - 1.4j, 1.4 + 1.4j)
 VERTICES = 300
@@ -249,7 +249,7 @@ def one(size, name=None):
     warp(map, Texture(texture[:64, :64], BOX, 3), Canvas(64, 64, BOX))  # kernels are loaded
     with tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()
-        work = Warp(map, Prepared(Texture(texture, BOX, 3)), canvas)
+        work = Warp(map, Sampler(Texture(texture, BOX, 3)), canvas)
         like = image_files.Image(texture, 3)
         image_files.write_bands(Path(folder) / "out.tif", like, size, size, work.blocks())
         took = time.perf_counter() - start

@@ -9,11 +9,13 @@ from iccm.maps.harmonic import HarmonicMap
 from iccm.meshes import bake as baking
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import flatten
+from iccm.meshes.layout import layout
 from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh
 from iccm.meshes.rasterise import affine, open_edges, rasterise
+from iccm.meshes.surface import Surface
 from iccm.meshes.topology import Triangles
-from iccm.pixels.sampler import Reader
+from iccm.pixels.sampler import Sampler
 from iccm.pixels.warp import Texture
 
 SQUARE = np.concatenate(
@@ -165,10 +167,10 @@ def baked(mesh, size=64, texture=None, pull=None, kind="colour", **options):
     shift = (mesh.points[piece.vertex[0], 0] + 1j * mesh.points[piece.vertex[0], 1]) - found.flat[0]
     object.__setattr__(found, "flat", found.flat + shift)
     texture = texture if texture is not None else Texture(smooth_texture(), (0, 1 + 1j), transfer="linear")
-    charts = baking.layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, size, size)
+    charts = layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, size, size)
     pull = ExtendedInverse(mapped()) if pull is None else pull
-    read = Reader(texture, kind=kind)
-    return baking.bake(found, charts, pull, read, baking.Plane(texture), **options), charts
+    read = Sampler(texture, kind=kind)
+    return baking.bake(found, charts, pull, read, texture, **options), charts
 
 
 @pytest.mark.parametrize("cells", [2, 8, 32])
@@ -176,7 +178,7 @@ def test_baking_into_the_preimages_gives_the_texture_back(cells):
     """UVs at f⁻¹ of the vertices: the atlas is the source's square again, up to the mesh being piecewise linear."""
     (pixels, report), charts = baked(square_grid(cells, g), 64)
     expected = smooth_texture(64)
-    assert charts.raster.centre.all()
+    assert charts.owners.centre.all()
     bend = 0.3 / 8 * 2 / cells**2  # |g''| e² / 8 on a diagonal e
     assert np.abs(pixels[..., :2] - expected[..., :2]).max() < bend + 5e-4  # g's harmonic map is off by 4e-5
     assert report["outside_distance"] < 0.01
@@ -220,7 +222,7 @@ def test_charts_are_counted_and_seams_padded():
     (bare, report), charts = baked(mesh, 64, pull=identity, padding=0)
     (some, _), _ = baked(mesh, 64, pull=identity, padding=5)
     (full, _), _ = baked(mesh, 64, pull=identity, padding=-1)
-    covered = charts.raster.owner >= 0
+    covered = charts.owners.owner >= 0
     assert report["charts"] == 1
     assert (bare[~covered] == 0).all()
     assert (some[32, 11:16] == some[32, 16]).all()
@@ -244,7 +246,7 @@ def test_absurd_coordinates_are_refused(value):
     mesh.uv[3, 0] = value
     with pytest.raises(InputError, match="grid: texture coordinates"):
         piece = disk_patch(mesh)
-        baking.layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, 8, 8)
+        layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, 8, 8)
 
 
 # ---- normals
@@ -288,7 +290,7 @@ def test_normals_are_seen_in_the_frame_of_the_chart(place, matrix, down, error):
     kind = "normal-down" if down else "normal"
     (out, _), charts = baked(mesh, 32, one_normal(n, down), identity, kind=kind, max_error=error, padding=0)
     expected = stored(np.append(np.array(matrix) @ n[:2], n[2]), down)
-    inside = charts.raster.centre
+    inside = charts.owners.centre
     assert inside.sum() > 300
     assert np.abs(out[inside].astype(int) - expected).max() <= 1
 
@@ -298,7 +300,7 @@ def test_normals_turn_with_the_map_that_brought_them():
     mesh, n = square_grid(6, g), np.array([0.6, 0.3, 0.74])
     chart = replace_uv(mesh, lambda uv: square_of(mesh.points[:, :2]))
     (out, _), charts = baked(chart, 64, one_normal(n), kind="normal", padding=0, max_error=1e-9)
-    y, x = np.nonzero(charts.raster.centre)
+    y, x = np.nonzero(charts.owners.centre)
     low, size = extent(mesh.points[:, :2])
     w = (x + 0.5) / 64 * size + low[0] + 1j * ((1 - (y + 0.5) / 64) * size + low[1])
     z = (-1 + np.sqrt(1 + 0.6 * w)) / 0.3  # the inverse of g
@@ -341,11 +343,11 @@ def test_normals_of_a_textured_mesh_come_from_the_frame_of_its_chart(place, matr
     found = flatten(disk_patch(mesh))
     object.__setattr__(found, "flat", found.flat + (mesh.points[0, :2] @ [1, 1j] - found.flat[0]))
     uv = place(mesh.uv)[mesh.uv_corners[found.patch.corner]]
-    source = baking.Surface.of(Locator(found), uv, (16, 16))
+    source = Surface.of(Locator(found), uv, (16, 16))
     faces = mesh.uv_corners[found.patch.corner]
-    grid = baking.layout("grid", mesh.uv, faces, found.patch.triangles.twin, 32, 32)
+    grid = layout("grid", mesh.uv, faces, found.patch.triangles.twin, 32, 32)
     identity = ExtendedInverse(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))
-    out, _ = baking.bake(found, grid, identity, Reader(one_normal(n), kind="normal"), source)
+    out, _ = baking.bake(found, grid, identity, Sampler(one_normal(n), kind="normal"), source)
     expected = stored(np.append(np.array(matrix) @ n[:2], n[2]))
     assert np.abs(out.astype(int) - expected).max() <= 1
 

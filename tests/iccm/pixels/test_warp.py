@@ -11,7 +11,8 @@ from iccm.pixels.canvas import Canvas
 from iccm.pixels.checkerboard import checkerboard
 from iccm.pixels.coverage import coverage
 from iccm.pixels.preimages import Preimages
-from iccm.pixels.sampler import Places, Reader
+from iccm.pixels.sampler import Sampler
+from iccm.pixels.texture import Places
 from iccm.pixels.warp import Texture, warp
 
 BOX = (-1.4 - 1.4j, 1.4 + 1.4j)
@@ -229,7 +230,7 @@ def test_a_reader_leaves_out_what_is_not_finite():
     texture = Texture(holed()[1], BOX, transfer="linear")
     xy = np.random.default_rng(1).uniform(0, 100, (500, 2))
     turn = np.tile([1.7, 0.2, -0.1, 0.6], (500, 1))
-    read = {name: Reader(texture, name) for name in ("cubic", "nearest")}
+    read = {name: Sampler(texture, name) for name in ("cubic", "nearest")}
     made = {name: one(lambda part: Places(xy[part], turn[part]), 500) for name, one in read.items()}
     assert np.isfinite(made["cubic"]).all()
     assert 0.02 < np.isnan(made["nearest"]).any(axis=1).mean() < 0.2
@@ -244,7 +245,7 @@ def test_a_reader_gives_back_colours_over_alpha_as_they_are_stored(dtype, transf
     pixel = (value * top).astype(dtype)
     texture = Texture(np.broadcast_to(pixel, (9, 9, 4)).copy(), BOX, 3, transfer, associated)
     xy, turn = np.full((40, 2), 4.3), np.tile([0.5, 0, 0, 0.5], (40, 1))
-    made = Reader(texture, filter)(lambda part: Places(xy[part], turn[part]), 40)
+    made = Sampler(texture, filter)(lambda part: Places(xy[part], turn[part]), 40)
     assert made.dtype == dtype
     assert np.abs(made / top - pixel / top).max() < 1e-6
 
@@ -346,7 +347,7 @@ def test_a_large_texture_is_read_as_stored_with_the_same_result(monkeypatch, dty
     alpha = 3 if channels == 4 else -1
     plain, compact = [], []
     for made, limit in ((plain, 1 << 40), (compact, 0)):
-        monkeypatch.setattr("iccm.pixels.texture.LARGE", limit)
+        monkeypatch.setattr("iccm.pixels.sampler.LARGE", limit)
         for map, size in ((IDENTITY, 300), (conformal(lambda z: z + 0.2 * z**2), 40)):
             made.append(
                 warp(map, Texture(picture, BOX, alpha), Canvas(size, size, BOX), filter=filter).pixels
