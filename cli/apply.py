@@ -21,7 +21,7 @@ from .map import _progress
 )
 @click.option(
     "--filter",
-    type=click.Choice(["auto", "nearest", "linear", "cubic", "lanczos"]),
+    type=click.Choice(["auto", "nearest", "linear", "cubic", "lanczos", "spline"]),
     default="auto",
     show_default=True,
     help="Sampling of the image; nearest for label maps and masks.",

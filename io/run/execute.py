@@ -17,11 +17,12 @@ from .. import files
 from ..memory import Bounded
 from ..meshes import size_limits
 from ..shapes import shape
+from ..spec import Spec
 from . import inputs as companions
 from . import outputs as products
 from . import raster_size, report
 from .constraints import constrained
-from .job import WRITTEN, Job, path_of
+from .job import WRITTEN, Job
 from .state import Progress, Run, Tell
 
 if TYPE_CHECKING:
@@ -101,9 +102,8 @@ def with_outputs(job: Job) -> Job:
     """The job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else."""
     if job.output or any(getattr(job, field) for field in WRITTEN):
         return job
-    names = [
-        Path(path_of(spec)).stem + spec[len(path_of(spec)) :] for spec in (job.source, job.target) if spec
-    ]
+    specs = [Spec.of(spec) for spec in (job.source, job.target) if spec]
+    names = [spec.path.stem + (f"#{spec.chosen}" if spec.chosen else "") for spec in specs]
     name = "-".join(names if job.target else [*names, "deformed"]).replace("#", "-")
     return job.model_copy(update={"output": (name + products.suffix_for(job),)})
 
@@ -186,5 +186,5 @@ def read(spec: str, job: Job) -> Shape:
         return shape.read(spec)
     from ..shapes import mesh_shape
 
-    size_limits.faces(Path(path_of(spec)), job.max_faces)
+    size_limits.faces(Spec.of(spec).path, job.max_faces)
     return mesh_shape.read(spec, cut=job.cut)

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from ...errors import InputError
+from ..spec import path_of
 
 Place = tuple[float, float] | tuple[float, float, float] | Annotated[str, Field(pattern=r"^v\d+$")]
 """A point in a file's units, in space for a mesh, or a mesh's vertex such as v17."""
@@ -136,11 +137,6 @@ class Job(BaseModel):
         """Every file that the job reads, as a path without its `#id`; stdin is not a file."""
         specs = [path_of(self.source), path_of(self.target or ""), self.texture, self.constraints]
         return tuple(dict.fromkeys(name for name in specs if name and name != "-"))
-
-
-def path_of(spec: str) -> str:
-    """The file of `file#id`; a file whose own name has a # wins."""
-    return spec if "#" not in spec or Path(spec).exists() else spec.rpartition("#")[0]
 
 
 def make(values: dict[str, Any]) -> Job:

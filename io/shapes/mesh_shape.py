@@ -136,11 +136,6 @@ class MeshShape(Shape):
         return faces
 
 
-def is_mesh(spec: str) -> bool:
-    """Whether `file` or `file#part` is a mesh rather than a planar drawing."""
-    return mesh_files.is_mesh(spec)
-
-
 def read(spec: str, *, cut: bool = False) -> MeshShape:
     """The flattened mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 

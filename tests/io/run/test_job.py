@@ -8,8 +8,9 @@ import pytest
 from iccm import Fit, InputError
 from iccm.cli import deform, map, options
 from iccm.io.run.execute import check, run, with_outputs
-from iccm.io.run.job import Job, make, path_of
+from iccm.io.run.job import Job, make
 from iccm.io.run.state import Run
+from iccm.io.spec import path_of
 from iccm.parallel import thread_count
 
 
