@@ -9,12 +9,13 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from ...errors import InputError
+from .. import places
+from ..places import Place
 from ..spec import path_of
 
-Place = tuple[float, float] | tuple[float, float, float] | Annotated[str, Field(pattern=r"^v\d+$")]
-"""A point in a file's units, in space for a mesh, or a mesh's vertex such as v17."""
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 MAX_SIDE = 1 << 17
+PIN = "SX,SY:TX,TY, such as 10,20:30,40"
 WRITTEN = ("report", "plot", "stmap")
 """Fields that name a file to write, beside `output`."""
 
@@ -22,24 +23,16 @@ WRITTEN = ("report", "plot", "stmap")
 def _pin(value: Any) -> Any:
     """`SX,SY:TX,TY` as typed, or two places, or four numbers."""
     if isinstance(value, str):
-        sides = [_place(side) for side in value.split(":")]
+        sides = value.split(":")
         if len(sides) != 2:
-            raise ValueError(f"{value!r} is not SX,SY:TX,TY, such as 10,20:30,40")
-        return tuple(sides)
+            raise ValueError(f"{value!r} is not {PIN}")
+        try:
+            return tuple(map(places.read, sides))
+        except ValueError as error:
+            raise ValueError(f"{error}; a pin is {PIN}") from None
     if isinstance(value, list | tuple) and len(value) == 4:
         return (value[:2], value[2:])
     return value
-
-
-def _place(text: str) -> Any:
-    number = r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"
-    if re.fullmatch(r"\s*[vV]\d+\s*", text):
-        return text.strip().lower()
-    if not re.fullmatch(f"{number}(?:,{number}){{1,2}}", text):
-        raise ValueError(
-            f"{text!r} is no place; a pin is SX,SY:TX,TY, such as 10,20:30,40 (on a mesh also v17 or X,Y,Z)"
-        )
-    return tuple(float(word) for word in text.split(","))
 
 
 def _size(value: Any) -> Any:
@@ -164,7 +157,8 @@ def mistakes(error: ValidationError) -> list[tuple[str, str]]:
     """(key, what is wrong) for each mistake pydantic found."""
     found: dict[str, str] = {}
     for item in error.errors(include_url=False, include_context=False):
-        key = ".".join(str(part) for part in item["loc"] if not str(part).startswith(("tuple[", "function-")))
+        parts = [str(part) for part in item["loc"] if part not in places.TAGS]
+        key = ".".join(part for part in parts if not part.startswith(("tuple[", "function-")))
         found.setdefault(key.removesuffix(".0") if key.startswith("size") else key, _plain(item["msg"]))
     return list(found.items())
 

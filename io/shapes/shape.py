@@ -1,6 +1,6 @@
 """Shapes from files of every format: `file` or `file#id` to a domain in the core plane."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from ...arrays import Box, Complex
 from ...curve import Curve
 from ...errors import InputError
 from .. import formats
+from ..places import Place, written
 from ..spec import Spec
 from ..svg import reader as svg
 from ..svg.drawing import Drawing
@@ -47,6 +48,21 @@ class Shape:
         """(..., 2) coordinates in the file's units to complex numbers of the core plane."""
         xy = np.asarray(xy, dtype=float)
         return _core(xy[..., 0] + 1j * xy[..., 1], self.flip)
+
+    def at(self, place: Place) -> complex:
+        """A place that the user named, in the core plane.
+
+        Raises:
+            InputError: a vertex or a point in space where the shape is no mesh.
+        """
+        if isinstance(place, str) or len(place) != 2:
+            text = f"{written(place)} is a place on a mesh, and this is none; write x,y"
+            raise InputError(f"{self.spec}: {text}")
+        return complex(self.to_core(place))
+
+    def along(self, places: Sequence[Place], name: str) -> Curve:
+        """The stroke through places; `name` is for messages."""
+        return Curve.stroke([self.at(place) for place in places], name)
 
     def to_file(self, z: ArrayLike) -> NDArray[np.float64]:
         """Complex numbers of the core plane to (..., 2) coordinates in the file's units."""
