@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 LARGEST = 1e100
 TAGS = ("plane", "space", "vertex")  # what pydantic calls the forms of a place in the path to a mistake
 FORMS = "write x,y or [x, y], on a mesh also v5 (a vertex) or x,y,z"
+PIN = "SX,SY:TX,TY, such as 10,20:30,40"
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _VERTEX = re.compile(r"[vV]?(\d{1,18})")
 
@@ -59,3 +60,21 @@ def written(place: Place) -> str:
 def vertex_of(place: Place) -> int | None:
     """The number of the vertex that a place names, if it names one."""
     return int(place[1:]) if isinstance(place, str) else None
+
+
+def _pin(value: Any) -> Any:
+    """`SX,SY:TX,TY` as typed, or two places, or four numbers."""
+    if isinstance(value, str):
+        sides = value.split(":")
+        if len(sides) != 2:
+            raise ValueError(f"{value!r} is not {PIN}")
+        try:
+            return tuple(map(read, sides))
+        except ValueError as error:
+            raise ValueError(f"{error}; a pin is {PIN}") from None
+    if isinstance(value, list | tuple) and len(value) == 4:
+        return (value[:2], value[2:])
+    return value
+
+
+Pin = Annotated[tuple[Place, Place], BeforeValidator(_pin)]

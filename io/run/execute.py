@@ -23,14 +23,11 @@ from . import outputs as products
 from . import raster_size, report
 from .constraints import constrained
 from .job import WRITTEN, Job
+from .options import SOLVER
 from .state import Progress, Run, Tell
 
 if TYPE_CHECKING:
     from ..shapes.shape import Shape
-
-SOLVER = (
-    "quasi", "method", "order", "max_iterations", "tolerance", "vertices", "pin_weight", "stroke_weight", "smoothness"
-)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,13 +162,13 @@ def _solve(state: Run) -> None:
     import iccm
 
     job, curve = state.job, state.source.curve
-    options = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
+    given = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
     with state.timed("solve"):
         if job.target:
             target = state.target.curve
-            state.fit = iccm.fit(curve, target, pins=state.pins, strokes=state.strokes, **options)
+            state.fit = iccm.fit(curve, target, pins=state.pins, strokes=state.strokes, **given)
         else:
-            state.fit = iccm.deform(curve, pins=state.pins, strokes=state.strokes, **options)
+            state.fit = iccm.deform(curve, pins=state.pins, strokes=state.strokes, **given)
     for note in state.fit.notes:
         state.note(note)
 
