@@ -19,34 +19,7 @@ from .map import _progress
 @click.option(
     "-o", "--output", metavar="FILE", required=True, help="The picture to write; - for a PNG on stdout."
 )
-@click.option(
-    "--filter",
-    type=click.Choice(["auto", "nearest", "linear", "cubic", "lanczos"]),
-    default="auto",
-    show_default=True,
-    help="Sampling of the image; nearest for label maps and masks.",
-)
-@click.option(
-    "--kind",
-    type=click.Choice(["colour", "normal", "normal-down", "data"]),
-    default="colour",
-    show_default=True,
-    help="What the channels are; normals (y up, or y down) turn with the map.",
-)
-@click.option(
-    "--colorspace", metavar="NAME", help="The image's, as OpenColorIO names it.  [default: what it says]"
-)
-@click.option(
-    "--edge",
-    type=click.Choice(["clamp", "transparent"]),
-    default="clamp",
-    show_default=True,
-    help="What lies outside the image.",
-)
-@click.option("--threads", type=click.IntRange(1), metavar="N", help="Never changes the result.")
-@click.option("--max-pixels", type=int, default=1 << 28, show_default=True, help="Refuse larger pictures.")
-@options.MEMORY
-@click.option("--force", is_flag=True, help="Replace a file that exists.")
+@options.of("apply")
 @logs.options
 def command(stmap: str, image: str, output: str, **given: Any) -> int:
     """Warp IMAGE through STMAP, a map that `iccm map --stmap` or another program wrote.

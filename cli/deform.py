@@ -12,11 +12,7 @@ from .map import execute
 
 @click.command()
 @click.argument("shape")
-@options.OUTPUTS
-@options.CONSTRAINTS
-@options.SOLVER
-@options.RASTER
-@options.MESH
+@options.of("deform")
 @logs.options
 def command(shape: str, **given: Any) -> int:
     """Move SHAPE, a file or file#id, and its texture by pins and strokes alone: no target.

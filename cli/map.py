@@ -15,12 +15,7 @@ from . import logs, options
 @click.command()
 @click.argument("source")
 @click.argument("target")
-@options.OUTPUTS
-@options.CONSTRAINTS
-@options.SOLVER
-@options.RASTER
-@options.BAKE
-@options.MESH
+@options.of("map")
 @logs.options
 def command(**given: Any) -> int:
     """Map the shape SOURCE onto the shape TARGET and carry a texture through the map.

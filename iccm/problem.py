@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence, Sized
 from dataclasses import dataclass, fields
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,8 +28,8 @@ class Options:
         method: "balanced" (even sizes, nothing folded, the outline held; the default where there are no constraints),
             "conformal" (angles kept exactly) or "paper" (Algorithm 1 as published).
         balance: θ of the balanced method: 0 keeps angles only (the conformal method), 1 is even, more keeps areas.
-        turn: degrees counter-clockwise by which the balanced method should turn the picture; None lets the
-            shapes say.
+        turn: degrees counter-clockwise by which the balanced method should turn the picture; "any" lets
+            the shapes say.
         max_dilatation: the largest s1/s2 wished of the balanced method.
         max_stretch: the largest max(s1, 1/s2) wished of the balanced method, relative to the mean scale.
         order: 0 for the distance to closest points, 1 for the first-order distance of §3.4.
@@ -49,7 +50,7 @@ class Options:
 
     method: str | None = None
     balance: float = 1.0
-    turn: float | None = 0.0
+    turn: float | Literal["any"] = 0.0
     max_dilatation: float | None = None
     max_stretch: float | None = None
     order: int | None = None
@@ -70,12 +71,14 @@ class Options:
         """Reject values outside their range."""
         if self.method not in (None, *METHODS):
             raise InputError(f"method: {self.method!r} is not one of {', '.join(METHODS)}")
+        if isinstance(self.turn, str) and self.turn != "any":
+            raise InputError(f"turn: {self.turn!r} is no angle in degrees, nor any")
         if self.order not in (None, 0, 1):
             raise InputError(f"order: {self.order!r} is not 0 or 1")
         for f in fields(self):
             value = getattr(self, f.name)
-            signed = f.name == "turn"
-            if isinstance(value, float | int) and not (np.isfinite(value) and (signed or value >= 0)):
+            least = -np.inf if f.name == "turn" else 0
+            if isinstance(value, float | int) and not (np.isfinite(value) and value >= least):
                 raise InputError(f"{f.name}: {value} is not a finite number of at least 0")
         if self.vertices is not None and not 3 <= self.vertices <= 4000:
             raise InputError(f"vertices: {self.vertices} is not between 3 and 4000")

@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from . import files
-from .run.outputs import MESHES, is_mesh
-from .run.raster_size import PICTURES
+from . import files, formats
 from .shapes import shape as shapes
+from .spec import Spec
 
-MANIFESTS = (".toml", ".jsonl", ".ndjson")
 MOST = 20
 
 
@@ -25,23 +23,22 @@ def describe(path: Path) -> dict[str, Any]:
         InputError: the file is missing, of a kind that iccm does not read, or wrong.
     """
     files.open_input(path)
-    suffix = path.suffix.lower()
-    kinds: list[tuple[bool, Callable[[Path], dict[str, Any]]]] = [
-        (suffix in PICTURES, _picture),
-        (suffix in MESHES, _mesh),
-        (suffix == ".json", _constraints),
-        (suffix in MANIFESTS, _manifest),
-        (suffix in shapes.READERS, _shape),
-    ]
-    for fits, facts in kinds:
-        if fits:
+    kinds: dict[str, Callable[[Path], dict[str, Any]]] = {
+        "picture": _picture,
+        "mesh": _mesh,
+        "constraints": _constraints,
+        "manifest": _manifest,
+        "drawing": _shape,
+    }
+    for what, facts in kinds.items():
+        if getattr(formats.of(path), what):
             return {"file": str(path), "bytes": path.stat().st_size, **facts(path)}
-    known = sorted({*PICTURES, *MANIFESTS, *MESHES, *shapes.READERS, ".json"})
+    known = sorted(suffix for what in kinds for suffix in formats.holding(what))
     raise InputError(f"{path}: no kind of file that iccm reads; it reads {' '.join(known)}")
 
 
 def _shape(path: Path) -> dict[str, Any]:
-    drawing = shapes.drawn(path)
+    drawing = shapes.drawn(Spec(path))
     return {
         "kind": "shapes",
         "canvas": None if drawing.rectangle is None else [float(value) for value in drawing.rectangle],
@@ -83,7 +80,7 @@ def _picture(path: Path) -> dict[str, Any]:
         "colorspace": image.colorspace,
     }
     try:
-        silhouette = _shape(path) if path.suffix.lower() in shapes.READERS else {}
+        silhouette = _shape(path)
     except InputError as error:
         return {**facts, "silhouette": str(error)}
     return {
@@ -95,7 +92,7 @@ def _picture(path: Path) -> dict[str, Any]:
 def _mesh(path: Path) -> dict[str, Any]:
     from .meshes import mesh_files
 
-    if not is_mesh(str(path)):
+    if not mesh_files.is_mesh(str(path)):
         return _shape(path)
     file = mesh_files.read(str(path))
     mesh = file.mesh

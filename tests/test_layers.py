@@ -24,6 +24,7 @@ ORDER = (
     "io.pictures",
     "io.svg",
     "io.memory",
+    "io.spec io.formats io.places",
     "io.files",
     "solve",
     "conformal",

@@ -18,7 +18,7 @@ def solve(problem: Problem, options: Options) -> Fit:
     source, target = problem.given
     settings = Settings(
         theta=options.balance,
-        turn=None if options.turn is None else float(np.radians(options.turn)),
+        turn=None if options.turn == "any" else float(np.radians(options.turn)),
         tolerance=options.tolerance,
         max_dilatation=options.max_dilatation,
         max_stretch=options.max_stretch,

@@ -17,7 +17,8 @@ from pydantic import ValidationError
 
 from ...errors import InputError
 from .. import files
-from ..run.job import WRITTEN, Job, mistakes, path_of
+from ..run.job import WRITTEN, Job, mistakes
+from ..spec import Spec, path_of
 
 MAX_BYTES, MAX_JOBS, LONGEST = 64 << 20, 100_000, 500
 GLOBBED = ("source", "target", "texture")
@@ -156,8 +157,8 @@ def _matches(spec: str, base: str) -> list[str]:
     path = os.path.join(base, spec)
     if not glob.has_magic(spec) or os.path.exists(path):
         return [path]
-    file, mark, chosen = path.partition("#")
-    return sorted(match + mark + chosen for match in glob.glob(file, recursive=True))
+    file = path_of(path)
+    return sorted(match + path[len(file) :] for match in glob.glob(file, recursive=True))
 
 
 def _task(number: int, place: str, values: dict[str, Any], found: list[str]) -> Task | None:
@@ -191,13 +192,11 @@ def _fields(values: dict[str, Any], number: int) -> dict[str, str]:
     fields = {"number": str(number)}
     for key in GLOBBED:
         spec = values.get(key)
-        spec = spec if isinstance(spec, str) else ""
-        path = Path(path_of(spec))
-        chosen = spec[len(path_of(spec)) + 1 :]
+        named = Spec.of(spec if isinstance(spec, str) else "")
         fields |= {
-            f"{key}.stem": path.stem,
-            f"{key}.name": path.name,
-            f"{key}.id": re.sub(r"[^\w.-]", "_", chosen),
+            f"{key}.stem": named.path.stem,
+            f"{key}.name": named.path.name,
+            f"{key}.id": re.sub(r"[^\w.-]", "_", named.chosen or ""),
         }
     return fields
 

@@ -14,14 +14,12 @@ from numpy.typing import NDArray
 from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
-from .. import files
+from .. import files, formats
+from ..spec import Spec
 from . import material_library, obj, obj_write
 from .obj import Obj
 
 MAX_BYTES = 4 << 30
-THROUGH_TRIMESH = (".glb", ".gltf", ".ply", ".off", ".stl")
-SUFFIXES = (".obj", *THROUGH_TRIMESH)
-WITH_UV = (".obj", ".glb", ".ply")
 NEW = "iccm"  # a material of ours
 PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"  # how such files begin
 
@@ -51,10 +49,9 @@ class MeshFile:
 
 def is_mesh(spec: str) -> bool:
     """Whether `file` or `file#part` names a mesh by its suffix, an OBJ only if it has more than one face."""
-    path = split(spec)[0]
-    suffix = path.suffix.lower()
-    if suffix != ".obj":
-        return suffix in THROUGH_TRIMESH
+    path = Spec.of(spec).path
+    if formats.suffix_of(path) != ".obj":
+        return formats.of(path).mesh
     faces = 0
     with files.open_input(path).open("rb") as lines:
         for line in lines:
@@ -64,16 +61,7 @@ def is_mesh(spec: str) -> bool:
     return False
 
 
-def split(spec: str) -> tuple[Path, str | None]:
-    """`file#part` as file and part; a file that is really called so is taken whole."""
-    for at in [len(spec), *(k for k in range(len(spec) - 1, 0, -1) if spec[k] == "#")]:
-        if Path(spec[:at]).is_file():
-            return Path(spec[:at]), spec[at + 1 :] or None
-    file, _, part = spec.partition("#")
-    return Path(file), part or None
-
-
-def read(spec: str) -> MeshFile:
+def read(text: str) -> MeshFile:
     """The mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
     A part is an OBJ object, group or material, or a GLB geometry; a loop is a number, 1 for the longest boundary.
@@ -81,26 +69,17 @@ def read(spec: str) -> MeshFile:
     Raises:
         InputError: the file cannot be read, or has no such part.
     """
-    path, chosen = split(spec)
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError(f"{path}: no mesh is read from {suffix!r}; use one of {', '.join(SUFFIXES)}")
-    whole = _read_obj(path) if suffix == ".obj" else _read_other(path)
-    part, loop = _part_and_loop(chosen, whole[1])
-    return whole[0](part, loop)
+    spec = Spec.of(text)
+    path, suffix = spec.path, formats.suffix_of(spec.path)
+    if not formats.of(path).mesh:
+        known = ", ".join(formats.holding("mesh"))
+        raise InputError(f"{path}: no mesh is read from {suffix!r}; use one of {known}")
+    picked, names = _read_obj(path) if suffix == ".obj" else _read_other(path)
+    spec = spec.among(names)
+    return picked(spec.part, 1 if spec.number is None else spec.number)
 
 
 Reader = tuple[Callable[[str | None, int], MeshFile], list[str]]
-
-
-def _part_and_loop(chosen: str | None, names: list[str]) -> tuple[str | None, int]:
-    """A number is a loop, unless a part is called so."""
-    if chosen is None or chosen in names:
-        return chosen, 1
-    part, mark, last = chosen.rpartition("#")
-    if last.isdecimal():
-        return (part if mark else None), int(last)
-    return chosen, 1
 
 
 def _read_obj(path: Path) -> Reader:
@@ -189,8 +168,9 @@ def check_output(name: str) -> None:
     Raises:
         InputError: naming the suffixes that can.
     """
-    if Path(name).suffix.lower() not in WITH_UV:
-        raise InputError(f"{name}: cannot hold texture coordinates; use one of {', '.join(WITH_UV)}")
+    if not formats.of(name).uv:
+        known = ", ".join(formats.holding("uv"))
+        raise InputError(f"{name}: cannot hold texture coordinates; use one of {known}")
 
 
 def check_texture(name: Path, texture: Path | bytes | None) -> None:

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...memory import Room
 from ...pixels.pyramid import strip_rows
+from .. import formats
 from ..files import open_input
-from .image import OPAQUE, Image, first_line, prepared, transfer_of
+from .image import Image, first_line, prepared, transfer_of
 
 __all__ = ["MAX_PIXELS", "Image", "check", "read", "transfer_of", "write", "write_bands"]
 
@@ -27,7 +28,6 @@ STRAIGHT = {"bmp", "dds", "jpeg2000", "jpegxl"}
 PNG = b"\x89PNG\r\n\x1a\n"
 # PNG about as small as by default, in a third of the time; filters are numbered by libpng, this one is "up".
 ENCODERS = {"png:compressionLevel": 4, "png:filter": 32, "jpeg:subsampling": "4:4:4"}
-QUALITY = {".jpg": "jpeg:95", ".jpeg": "jpeg:95", ".webp": "lossless", ".jxl": "jpegxl:100"}
 # What describes the old file's storage rather than the picture.
 FORGOTTEN: tuple[str, ...] = (
     "oiio:",
@@ -110,8 +110,10 @@ def check(path: str | Path, like: Image, height: int, width: int) -> None:
         height, width: of the picture.
 
     Raises:
-        InputError: the format does not hold so many pixels or channels, or not the colour space.
+        InputError: an unknown suffix, or the format does not hold so many pixels or channels, or not the colour space.
     """
+    if formats.of(path).picture is None:
+        raise _unknown(path)
     side = max(height, width)
     row = np.zeros((1, side, like.pixels.shape[2]), like.pixels.dtype)
     with tempfile.TemporaryDirectory() as folder:
@@ -144,14 +146,13 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
         height, width: of the whole picture.
         blocks: rows of `like`'s kind.
     """
-    suffix = Path(path).suffix.lower()
-    row = 0
+    row, format = 0, formats.picture(path)
     with _opened(path) as file:
         for block in blocks:
-            ready = prepared(replace(like, pixels=block), suffix)
+            ready = prepared(replace(like, pixels=block), format)
             if row == 0:
                 _check_channels(path, ready, file.supports("nchannels"))
-                if not file.open(str(path), _spec(ready, height, width, suffix)):
+                if not file.open(str(path), _spec(ready, height, width, format.encoder)):
                     raise InputError(f"{path}: cannot be written: {first_line(file.geterror())}")
             rows = np.ascontiguousarray(ready.pixels)
             done = (
@@ -166,12 +167,19 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
 
 def _check_channels(path: str | Path, image: Image, any_number: bool) -> None:
     """Refuses what would come back as something else: the last of 2 or 4 channels as alpha, 2 and alpha as colours."""
-    suffix, colours = Path(path).suffix.lower(), image.pixels.shape[2] - (image.alpha >= 0)
-    if colours in (1, 3) or (any_number and (colours > 3 or suffix == ".exr")):
+    format, colours = formats.picture(path), image.pixels.shape[2] - (image.alpha >= 0)
+    if colours in (1, 3) or (any_number and (colours > 3 or format.light == "linear")):
         return
-    held = f"1{', 3 or more' if any_number else ' or 3'} channels{' beside alpha' if suffix not in OPAQUE else ''}"
+    suffix = formats.suffix_of(path)
+    held = f"1{', 3 or more' if any_number else ' or 3'} channels{' beside alpha' if format.alpha else ''}"
     others = ".exr" if any_number or colours == 2 else ".exr or .tif"
     raise InputError(f"{path}: {suffix} holds {held}, not {colours}; use {others}")
+
+
+def _unknown(path: str | Path) -> InputError:
+    return InputError(
+        f"{path}: no picture format has the suffix {Path(path).suffix!r}; use .png, .tif or .exr"
+    )
 
 
 @contextmanager
@@ -179,9 +187,7 @@ def _opened(path: str | Path) -> Iterator[Any]:
     file = oiio.ImageOutput.create(str(path))
     if file is None:
         oiio.geterror()
-        raise InputError(
-            f"{path}: no picture format has the suffix {Path(path).suffix!r}; use .png, .tif or .exr"
-        )
+        raise _unknown(path)
     try:
         yield file
     finally:
@@ -301,7 +307,7 @@ def _metadata(spec: oiio.ImageSpec) -> dict[str, Any]:
     return kept | {"channels": ("Y",) if names == ("A",) else names}
 
 
-def _spec(image: Image, height: int, width: int, suffix: str) -> oiio.ImageSpec:
+def _spec(image: Image, height: int, width: int, encoder: str) -> oiio.ImageSpec:
     channels = image.pixels.shape[2]
     names = {np.dtype(dtype): name for name, dtype in KEPT.items()}
     spec = oiio.ImageSpec(width, height, channels, names[image.pixels.dtype])
@@ -320,8 +326,8 @@ def _spec(image: Image, height: int, width: int, suffix: str) -> oiio.ImageSpec:
     spec.alpha_channel = image.alpha
     if image.alpha >= 0 and not image.associated:
         spec.attribute("oiio:UnassociatedAlpha", 1)
-    if suffix in QUALITY:
-        spec.attribute("Compression", QUALITY[suffix])
+    if encoder:
+        spec.attribute("Compression", encoder)
     for name, value in ENCODERS.items():
         spec.attribute(name, value)
     if "DateTime" not in image.metadata:

@@ -14,9 +14,9 @@ from ...pixels.canvas import Canvas
 from ...pixels.inverse_tiles import TILE
 from ...pixels.sampler import Sampler
 from ...pixels.warp import PIXEL, Warp
+from .. import formats
 from . import image_files
 
-SUFFIXES = (".exr", ".tif", ".tiff")
 _SAID = "STMap: R = s from the left, G = t from the bottom, 0..1; A = coverage"
 
 
@@ -53,8 +53,8 @@ def band_bytes(width: int) -> int:
 
 def check(path: str | Path) -> None:
     """Refuses a suffix whose format does not hold floats."""
-    if Path(path).suffix.lower() not in SUFFIXES:
-        raise InputError(f"{path}: an STMap holds floats; use one of {' '.join(SUFFIXES)}")
+    if not formats.of(path).stmap:
+        raise InputError(f"{path}: an STMap holds floats; use one of {' '.join(formats.holding('stmap'))}")
 
 
 def read(path: str | Path, *, max_pixels: int = image_files.MAX_PIXELS, room: Room | None = None) -> NDArray:

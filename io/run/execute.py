@@ -17,20 +17,17 @@ from .. import files
 from ..memory import Bounded
 from ..meshes import size_limits
 from ..shapes import shape
+from ..spec import Spec
 from . import inputs as companions
 from . import outputs as products
 from . import raster_size, report
 from .constraints import constrained
-from .job import WRITTEN, Job, path_of
+from .job import WRITTEN, Job
+from .options import SOLVER
 from .state import Progress, Run, Tell
 
 if TYPE_CHECKING:
     from ..shapes.shape import Shape
-
-SOLVER = (
-    "method", "balance", "max_dilatation", "max_stretch", "quasi", "order", "max_iterations", "tolerance", "vertices",
-    "pin_weight", "stroke_weight", "smoothness",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,9 +99,8 @@ def with_outputs(job: Job) -> Job:
     """The job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else."""
     if job.output or any(getattr(job, field) for field in WRITTEN):
         return job
-    names = [
-        Path(path_of(spec)).stem + spec[len(path_of(spec)) :] for spec in (job.source, job.target) if spec
-    ]
+    specs = [Spec.of(spec) for spec in (job.source, job.target) if spec]
+    names = [spec.path.stem + (f"#{spec.chosen}" if spec.chosen else "") for spec in specs]
     name = "-".join(names if job.target else [*names, "deformed"]).replace("#", "-")
     return job.model_copy(update={"output": (name + products.suffix_for(job),)})
 
@@ -166,14 +162,13 @@ def _solve(state: Run) -> None:
     import iccm
 
     job, curve = state.job, state.source.curve
-    options = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
-    options["turn"] = None if job.turn == "any" else job.turn
+    given = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
     with state.timed("solve"):
         if job.target:
             target = state.target.curve
-            state.fit = iccm.fit(curve, target, pins=state.pins, strokes=state.strokes, **options)
+            state.fit = iccm.fit(curve, target, pins=state.pins, strokes=state.strokes, **given)
         else:
-            state.fit = iccm.deform(curve, pins=state.pins, strokes=state.strokes, **options)
+            state.fit = iccm.deform(curve, pins=state.pins, strokes=state.strokes, **given)
     for note in state.fit.notes:
         state.note(note)
 
@@ -188,5 +183,5 @@ def read(spec: str, job: Job) -> Shape:
         return shape.read(spec)
     from ..shapes import mesh_shape
 
-    size_limits.faces(Path(path_of(spec)), job.max_faces)
+    size_limits.faces(Spec.of(spec).path, job.max_faces)
     return mesh_shape.read(spec, cut=job.cut)

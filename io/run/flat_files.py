@@ -6,10 +6,10 @@ import numpy as np
 
 from ...arrays import Index, Real
 from ...errors import InputError
+from .. import formats
 from ..meshes import mesh_files
 from ..shapes.mesh_shape import MeshShape
 
-SUFFIXES = (".svg", ".obj")
 PER_LINE = 8
 
 
@@ -19,7 +19,7 @@ def check(name: str) -> None:
     Raises:
         InputError: naming the suffixes.
     """
-    if Path(name).suffix.lower() not in SUFFIXES:
+    if not formats.of(name).flat:
         raise InputError(
             f"{name}: a flattening is written as .svg (outline) or .obj (flat mesh); --uv writes meshes"
         )
@@ -27,7 +27,7 @@ def check(name: str) -> None:
 
 def write(shape: MeshShape, out: Path) -> None:
     """Write the flattening: what, is up to the suffix of `out`."""
-    text = svg(shape) if out.suffix.lower() == ".svg" else flat_obj(shape)
+    text = svg(shape) if formats.suffix_of(out) == ".svg" else flat_obj(shape)
     out.write_text(text, encoding="utf-8")
 
 

@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from ...errors import InputError
+from .. import formats
+from ..spec import Spec
 from . import raster_size
-from .job import Job, path_of
-from .raster_size import PICTURES
+from .job import Job
 from .state import Run
 
 if TYPE_CHECKING:
@@ -25,28 +26,24 @@ if TYPE_CHECKING:
 Maker = Callable[[Run, Path | None, Path], None]
 """Writes one product of a run: the run, a temporary file (None for stdout), the final name."""
 
-MESHES = (".obj", ".glb", ".gltf", ".ply", ".off", ".stl")
-WITH_UV = (".obj", ".glb", ".ply")
-HIDES_NOTHING = (".jpg", ".jpeg", ".hdr", ".exr", ".webp")
-PLOTS = (".png", ".svg", ".pdf")
 PADDED, BAKED = (f"the whole picture at once ({option})" for option in ("--padding", "--bake"))
 
 
 def is_mesh(spec: str) -> bool:
     """Whether a spec names a mesh: by suffix, and for OBJ by what is in it."""
-    if Path(path_of(spec)).suffix.lower() not in MESHES:
+    if not formats.of(Spec.of(spec).path).mesh:
         return False
-    from ..shapes import mesh_shape
+    from ..meshes import mesh_files
 
-    return mesh_shape.is_mesh(spec)
+    return mesh_files.is_mesh(spec)
 
 
 def suffix_for(job: Job) -> str:
     """Of the output that is written when none is named: a mesh for a mesh, else a picture."""
     if job.target is None or job.bake or not is_mesh(job.target):
         return ".png"
-    suffix = Path(path_of(job.target)).suffix.lower()
-    return suffix if suffix in WITH_UV else ".obj"
+    path = Spec.of(job.target).path
+    return formats.suffix_of(path) if formats.of(path).uv else ".obj"
 
 
 def maker(name: str, job: Job) -> Maker:
@@ -55,28 +52,28 @@ def maker(name: str, job: Job) -> Maker:
     Raises:
         InputError: nothing does, or not for this target.
     """
-    suffix = Path(name).suffix.lower()
+    format, suffix = formats.of(name), formats.suffix_of(name)
     onto_mesh = bool(job.target) and is_mesh(job.target or "")
     if job.bake and not onto_mesh:
         raise InputError(f"{job.target or job.source}: --bake needs a mesh as target")
-    if suffix in MESHES:
+    if format.mesh:
         if job.target is None:
             raise InputError(
                 f"{name}: a deformation is in the plane and writes no mesh; use a picture's suffix"
             )
         if not onto_mesh:
             raise InputError(f"{name}: a mesh is written for a mesh as target; {job.target} is none")
-        _known(name, WITH_UV, "-o")
+        formats.check(name, "uv", "-o")
         return mesh
     if suffix == ".svg":
-        if Path(path_of(job.source)).suffix.lower() != ".svg" or onto_mesh:
+        if formats.suffix_of(Spec.of(job.source).path) != ".svg" or onto_mesh:
             raise InputError(
                 f"{name}: artwork is carried from an SVG to a planar shape; use a picture's suffix"
             )
         return artwork
     if name != "-":
-        _known(name, PICTURES, "-o")
-    if job.padding and not job.bake and suffix in HIDES_NOTHING:
+        formats.check(name, "picture", "-o")
+    if job.padding and not job.bake and format.picture and not format.picture.hidden:
         raise InputError(
             f"{name}: {suffix} keeps no colours where alpha is 0, so no --padding; use .png or .tif"
         )
@@ -89,7 +86,7 @@ def plotter(name: str) -> Maker:
     Raises:
         InputError: unknown suffix.
     """
-    _known(name, PLOTS, "--plot")
+    formats.check(name, "plot", "--plot")
     return plot
 
 
@@ -103,11 +100,6 @@ def stmapper(name: str) -> Maker:
 
     stmap_files.check(name)
     return stmapped
-
-
-def _known(name: str, suffixes: tuple[str, ...], option: str) -> None:
-    if Path(name).suffix.lower() not in suffixes:
-        raise InputError(f"{name}: unknown suffix for {option}; use one of {' '.join(suffixes)}")
 
 
 def picture(run: Run, path: Path | None, name: Path) -> None:
@@ -262,7 +254,7 @@ def check(run: Run) -> None:
         run.note(note)
     check_kind(job.kind, image.pixels.shape[2], job.texture or job.source)
     for name in job.output:
-        if Path(name).suffix.lower() in MESHES:
+        if formats.of(name).mesh:
             from ..meshes import mesh_files
 
             mesh_files.check_texture(Path(name), _shown(run))
@@ -280,7 +272,7 @@ def _check_meshes(run: Run) -> None:
     source, target = cast(Any, run.source), cast(Any, run.target)
     needed = [target] if run.job.bake else []
     if hasattr(source, "flattening"):
-        meshes = any(Path(name).suffix.lower() in MESHES for name in run.job.output)
+        meshes = any(formats.of(name).mesh for name in run.job.output)
         needed += [source] if run.job.bake or run.on_mesh or meshes else []
     for shape in needed:
         _ = shape.uv_faces
@@ -328,14 +320,14 @@ def _check_room(run: Run, image: Image, width: int, height: int) -> None:
 def _check_picture(run: Run, name: str, image: Image, width: int, height: int) -> None:
     from ..pictures import image_files
 
-    job, suffix = run.job, Path(name).suffix.lower()
+    job, suffix, format = run.job, formats.suffix_of(name), formats.picture(name)
     image_files.check("stdout.png" if name == "-" else name, image, height, width)
     as_stored = job.kind != "colour" or job.filter == "nearest"
-    hides = suffix in HIDES_NOTHING and not (suffix == ".exr" and image.associated)
+    hides = not format.hidden and not (format.light == "linear" and format.alpha and image.associated)
     if as_stored and run.image.alpha >= 0 and hides:
         run.note(f"{name}: {suffix} keeps no colours where alpha is 0; use .png or .tif to keep them")
     usual = "lin_rec709" if image.pixels.dtype.kind == "f" else "sRGB"
-    if suffix in (".tif", ".tiff") and image.colorspace not in (usual, "data", job.colorspace):
+    if format.light == "any" and not format.named and image.colorspace not in (usual, "data", job.colorspace):
         run.note(f"{name}: {suffix} does not say the colour space {image.colorspace}; its numbers are kept")
 
 

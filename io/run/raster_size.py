@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...arrays import Box
 from ...errors import InputError
+from .. import formats
 from .job import Job
 
 if TYPE_CHECKING:
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from ..pictures.image_files import Image
     from ..shapes.shape import Shape
 
-PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".webp", ".hdr", ".bmp")
 LONGER_SIDE = 1024
 OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is told
 
@@ -88,7 +87,7 @@ def pictured(job: Job) -> bool:
 
 def pictures(job: Job) -> list[str]:
     """The outputs that are pictures."""
-    return [name for name in job.output if name == "-" or Path(name).suffix.lower() in PICTURES]
+    return [name for name in job.output if name == "-" or formats.of(name).picture]
 
 
 def square(box: Box) -> Box:

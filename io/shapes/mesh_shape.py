@@ -5,6 +5,7 @@ coordinates (`new_uvs`: nothing is resampled) or a picture for the coordinates i
 its own texture.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from io import BytesIO
@@ -30,6 +31,7 @@ from ...pixels.texture import Placing, Texture
 from ..meshes import mesh_files
 from ..pictures import image_files
 from ..pictures.image_files import Image
+from ..places import Place, vertex_of
 from .shape import Shape
 
 if TYPE_CHECKING:
@@ -72,31 +74,24 @@ class MeshShape(Shape):
             )
         return complex(self.flattening.flat[self.flattening.patch.flat_vertex(number - mesh.base)])
 
-    def place(self, text: str) -> complex:
-        """The point that the user typed: `v17` is a vertex, `X,Y,Z` a point in space, `X,Y` one of the plane.
+    def at(self, place: Place) -> complex:
+        """A place that the user named: a vertex, a point in space, or one of the flattening's plane.
 
         Raises:
-            InputError: it is none of these.
+            InputError: there is no such vertex on the patch.
         """
-        text = text.strip()
-        if text[:1] in "vV" and text[1:].isdecimal():
-            return self.vertex(int(text[1:]))
-        try:
-            numbers = [float(word) for word in text.split(",")]
-        except ValueError:
-            numbers = []
-        if len(numbers) not in (2, 3) or not np.isfinite(numbers).all():
-            raise InputError(
-                f"{self.spec}: '{text}' is no place on a mesh; write v17 (a vertex), X,Y,Z or X,Y (flat)"
-            )
-        return complex(self.to_core(numbers))
+        number = vertex_of(place)
+        return complex(self.to_core(place)) if number is None else self.vertex(number)
 
-    def along(self, numbers: list[int]) -> Curve:
-        """The stroke along edges through vertices, given by their numbers in the file.
+    def along(self, places: Sequence[Place], name: str) -> Curve:
+        """The stroke through places; vertices alone are joined along the mesh's edges.
 
         Raises:
             InputError: fewer than two different vertices, or one that is not on the patch.
         """
+        numbers = [number for place in places if (number := vertex_of(place)) is not None]
+        if len(numbers) < len(places):
+            return super().along(places, name)
         for number in numbers:
             self.vertex(number)  # says what is wrong with it
         stops = [self.flattening.patch.flat_vertex(n - self.file.mesh.base) for n in numbers]
@@ -134,11 +129,6 @@ class MeshShape(Shape):
             )
             raise InputError(f"{self.spec}: {mesh.face_name(int(face))}: {what}")
         return faces
-
-
-def is_mesh(spec: str) -> bool:
-    """Whether `file` or `file#part` is a mesh rather than a planar drawing."""
-    return mesh_files.is_mesh(spec)
 
 
 def read(spec: str, *, cut: bool = False) -> MeshShape:

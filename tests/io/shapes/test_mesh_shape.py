@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from iccm.errors import InputError
+from iccm.io import places
 from iccm.io.meshes import obj
 from iccm.io.pictures import image_files
 from iccm.io.run import mesh_figure
@@ -124,27 +125,23 @@ def test_formats_without_coordinates_are_refused(tmp_path):
 def test_pins_by_number_by_place_and_in_the_plane(tmp_path):
     shape = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj")))
     corner = shape.flattening.flat[shape.flattening.patch.flat_vertex(0)]
-    assert shape.place("v1") == corner
-    assert shape.place("0.01, -0.02, 0") == corner
-    assert shape.place("0.25,-0.5") == 0.25 - 0.5j
+    for vertex in ("v1", "1", 1):
+        assert shape.at(places.read(vertex)) == corner
+    assert shape.at(places.read("0.01, -0.02, 0")) == corner
+    assert shape.at(places.read("0.25,-0.5")) == 0.25 - 0.5j
     assert shape.to_core(np.zeros((2, 3))).tolist() == [corner, corner]
-    for wrong, message in {
-        "v0": "no vertex 0",
-        "v9999": "no vertex 9999",
-        "1,2,3,4": "no place",
-        "a": "no place",
-    }.items():
+    for wrong, message in {"v0": "no vertex 0", "v9999": "no vertex 9999"}.items():
         with pytest.raises(InputError, match=message):
-            shape.place(wrong)
+            shape.at(wrong)
 
 
 def test_a_stroke_follows_edges(tmp_path):
     shape = mesh_shape.read(str(write_mesh(tmp_path / "flat.obj", n=4, height=lambda x, y: 0 * x)))
-    stroke = shape.along([1, 5, 25])
+    stroke = shape.along(["v1", "v5", "v25"], "a")
     assert stroke.z.size == 9
     assert stroke.length == pytest.approx(2)
     with pytest.raises(InputError, match="at least 2 different"):
-        shape.along([3, 3])
+        shape.along(["v3", "v3"], "a")
 
 
 def test_a_mesh_gives_its_texture_to_another_mesh(tmp_path):
@@ -309,14 +306,14 @@ def test_constraints_name_vertices_and_points_in_space(tmp_path, shapes):
 
     mesh = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj", n=4)))
     plane = planar.read("square.svg")
-    pins = [{"source": [30, 40], "target": 13}, {"source": [50, 50], "target": [0.26, 0.01, 0]}]
+    pins = [{"source": [30, 40], "target": "v13"}, {"source": [50, 50], "target": [0.26, 0.01, 0]}]
     strokes = [{"source": [[20, 20], [80, 20]], "target": [1, 5, 25]}]
     (tmp_path / "c.json").write_text(json.dumps({"pins": pins, "strokes": strokes}))
     found = constraints.collect(plane, mesh, constraints.read(tmp_path / "c.json"))
     assert found.pins[:, 0].tolist() == [30 - 40j, 50 - 50j]
     assert found.pins[:, 1].tolist() == [mesh.vertex(13), mesh.vertex(6)]
-    assert found.strokes[0][1].z.tolist() == mesh.along([1, 5, 25]).z.tolist()
-    with pytest.raises(InputError, match=r"square\.svg: 13 is a place on a mesh, and this is none"):
+    assert found.strokes[0][1].z.tolist() == mesh.along(["v1", "v5", "v25"], "a").z.tolist()
+    with pytest.raises(InputError, match=r"square\.svg: v13 is a place on a mesh, and this is none"):
         constraints.collect(plane, plane, constraints.read(tmp_path / "c.json"))
 
 
