@@ -168,20 +168,22 @@ def last(
     level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
     state = eased(refined(level, state, sizes), problem.theta)
+    best = None
     for q in POWERS:
         state = state.forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
         journal.level("last", state, q)
-        if within_bounds(state, settings):
+        if best is None or excess(state, settings) < excess(best, settings):
+            best = state
+        if excess(best, settings) <= 1:
             break
-    return state
+    return best
 
 
-def within_bounds(state: Meshed, settings: Settings) -> bool:
-    """Whether the largest dilatation and stretch are what was asked for."""
+def excess(state: Meshed, settings: Settings) -> float:
+    """How many times the bounds asked for the largest dilatation and stretch are: at most 1 where they are met."""
     dilatation, stretch, _ = stretches(state.z, state.u, state.faces)
-    return dilatation.max() <= (settings.max_dilatation or np.inf) and stretch.max() <= (
-        settings.max_stretch or np.inf
-    )
+    bounds = (settings.max_dilatation or np.inf, settings.max_stretch or np.inf)
+    return float(max(dilatation.max() / bounds[0], stretch.max() / bounds[1]))
 
 
 def onto_itself(problem: Problem, match: Match, settings: Settings) -> Meshed:
