@@ -55,7 +55,8 @@ def triangulate(outline: Complex, sizes: Sizes) -> tuple[Complex, Index]:
     z[: outline.size] = outline
     faces, across = np.empty((2 * room, 3), np.int64), np.full((2 * room, 3), -1)
     triangles = clip_ears(z, outline.size, faces, across)
-    if triangles < 0:
+    a, b, c = z[faces[: max(triangles, 0)]].T
+    if triangles < 0 or not ((b - a).conj() * (c - a)).imag.min() > 0:
         raise Stuck("the outline is too thin to be triangulated in double precision")
     stack = np.zeros(8 * room, np.int64)
     vertices, triangles = _refine(z, outline.size, faces, across, triangles, stack, 0, *sizes)
