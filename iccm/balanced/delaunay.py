@@ -6,7 +6,7 @@ edge opposite each of them, -1 on the outline. Both have room for more triangles
 
 import numpy as np
 
-from .kernels import cross, dot, kernel, twice_area
+from .kernels import cross, dot, kernel, set_row, twice_area
 
 FLAT = 1e-13  # of the squared edges: an ear with less area is three points on a line but for rounding
 ROUNDING = (
@@ -59,13 +59,17 @@ def _is_ear(z, before, i, after, following):
 def clip_ears(z, count, faces, across):
     """Triangulates the simple counter-clockwise polygon z[:count]; the number of triangles, or -1 where it fails.
 
+    `across` must hold -1 everywhere.
+
     Meisters, *Polygons have ears*, 1975. Every remaining edge remembers the triangle on its other side.
     """
     following = (np.arange(count) + 1) % count
     before = (np.arange(count) - 1) % count
-    beyond = np.full(count, -1)
+    beyond = np.empty(count, np.int64)
+    beyond.fill(-1)
     side = np.zeros(count, np.int64)
-    left, i, t, idle = count, 0, 0, 0
+    left, t, idle = count, 0, 0
+    i = following[count - 1]
     while left > 3:
         p, q = before[i], following[i]
         if not _is_ear(z, p, i, q, following):
@@ -74,8 +78,8 @@ def clip_ears(z, count, faces, across):
             if idle > left:
                 return -1
             continue
-        faces[t] = (p, i, q)
-        across[t] = (beyond[i], -1, beyond[p])
+        set_row(faces, t, p, i, q)
+        across[t, 0], across[t, 2] = beyond[i], beyond[p]
         for v in (p, i):
             if beyond[v] >= 0:
                 across[beyond[v], side[v]] = t
@@ -84,8 +88,8 @@ def clip_ears(z, count, faces, across):
         left, idle, i, t = left - 1, 0, following[q], t + 1
     a, b = i, following[i]
     c = following[b]
-    faces[t] = (a, b, c)
-    across[t] = (beyond[b], beyond[c], beyond[a])
+    set_row(faces, t, a, b, c)
+    set_row(across, t, beyond[b], beyond[c], beyond[a])
     for v in (a, b, c):
         if beyond[v] >= 0:
             across[beyond[v], side[v]] = t
@@ -110,31 +114,38 @@ def flip(faces, across, t, k):
     d = faces[u, j]
     beyond_ca, beyond_ab = across[t, (k + 1) % 3], across[t, (k + 2) % 3]
     beyond_bd, beyond_dc = across[u, (j + 1) % 3], across[u, (j + 2) % 3]
-    faces[t] = (a, b, d)
-    across[t] = (beyond_bd, u, beyond_ab)
-    faces[u] = (a, d, c)
-    across[u] = (beyond_dc, beyond_ca, t)
+    set_row(faces, t, a, b, d)
+    set_row(across, t, beyond_bd, u, beyond_ab)
+    set_row(faces, u, a, d, c)
+    set_row(across, u, beyond_dc, beyond_ca, t)
     relink(across, beyond_bd, u, t)
     relink(across, beyond_ca, t, u)
 
 
 @kernel
-def legalise(z, faces, across, stack, height, fixed):
-    """Lawson's flips, from the `height` triangles on the stack on, until all edges are Delaunay.
+def push(stack, t):
+    """Puts a triangle on the stack, whose first entry counts what is on it, unless it is full."""
+    if stack[0] + 1 < stack.size:
+        stack[0] += 1
+        stack[stack[0]] = t
+
+
+@kernel
+def legalise(z, faces, across, stack, fixed):
+    """Lawson's flips, from the triangles on the stack on, until all edges are Delaunay.
 
     Args:
         z: (n,) vertices.
         faces: (t, 3) triangles.
         across: (t, 3) their neighbours.
-        stack: room for triangles to look at, at least 2 more than there are.
-        height: how many are on it.
+        stack: triangles to look at, after their number; emptied.
         fixed: no flip may join two vertices below this number; 0 allows every flip.
     """
     for _ in range(MOST_FLIPS):
-        if height == 0:
+        if stack[0] == 0:
             return
-        height -= 1
-        t = stack[height]
+        t = stack[stack[0]]
+        stack[0] -= 1
         for k in range(3):
             u = across[t, k]
             if u < 0:
@@ -143,13 +154,8 @@ def legalise(z, faces, across, stack, height, fixed):
             d = faces[u, opposite(faces, u, b, c)]
             if a < fixed and d < fixed:
                 continue
-            if (
-                in_circle(z, a, b, c, d)
-                and twice_area(z, a, b, d) > THIN
-                and twice_area(z, a, d, c) > THIN
-                and height + 2 < stack.size
-            ):
+            if in_circle(z, a, b, c, d) and twice_area(z, a, b, d) > THIN and twice_area(z, a, d, c) > THIN:
                 flip(faces, across, t, k)
-                stack[height], stack[height + 1] = t, u
-                height += 2
+                push(stack, t)
+                push(stack, u)
                 break

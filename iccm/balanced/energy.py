@@ -157,7 +157,7 @@ def _projected(first, second, coupling):
     cosine, sine = 1.0, 0.0
     if radius > 0:
         cosine = np.sqrt(max(0.5 * (1 + half / radius), 0.0))
-        sine = np.copysign(np.sqrt(max(0.5 * (1 - half / radius), 0.0)), coupling)
+        sine = np.sqrt(max(0.5 * (1 - half / radius), 0.0)) * (1.0 if coupling >= 0 else -1.0)
     return max(middle + radius, 0.0), max(middle - radius, 0.0), cosine, sine
 
 
@@ -176,7 +176,8 @@ def assemble(system, gradients, weights, u, theta, q, epsilon, matrix, gradient)
         matrix: (e, 4) blocks of the upper triangle, written.
         gradient: (n,) complex, x + iy, written.
     """
-    matrix[:], gradient[:] = 0.0, 0j
+    matrix.fill(0.0)
+    gradient.fill(0j)
     energy = 0.0
     radial_a, radial_b = np.empty(3, np.complex128), np.empty(3, np.complex128)
     for t in range(system.corners.shape[0]):

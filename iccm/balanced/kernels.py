@@ -37,3 +37,16 @@ def located(knots, s):
     s -= np.floor(s / length) * length
     edge = min(max(np.searchsorted(knots, s, side="right") - 1, 0), knots.size - 2)
     return edge, s - knots[edge]
+
+
+@kernel
+def set_row(table, row, first, second, third):
+    """Writes the three numbers of a row; no tuple, whose assignment compiles slowly."""
+    table[row, 0], table[row, 1], table[row, 2] = first, second, third
+
+
+@kernel
+def move(start, step, share, result):
+    """Fills in start + share · step; a loop, since array expressions compile slowly."""
+    for v in range(start.size):
+        result[v] = start[v] + share * step[v]

@@ -98,7 +98,9 @@ def minimum_degree(faces: Index, count: int) -> Index:
 def _elimination_tree(starts, rows):
     """Parent of each column in the elimination tree, and the entries of each column of the factor."""
     n = starts.size - 1
-    parent, entries, seen = np.full(n, -1), np.zeros(n, np.int64), np.full(n, -1)
+    parent, entries, seen = np.empty(n, np.int64), np.zeros(n, np.int64), np.empty(n, np.int64)
+    parent.fill(-1)
+    seen.fill(-1)
     for k in range(n):
         seen[k] = k
         for p in range(starts[k], starts[k + 1]):
@@ -118,10 +120,12 @@ def factor_pattern(starts, rows):
     n = starts.size - 1
     parent, entries = _elimination_tree(starts, rows)
     factor_starts = np.zeros(n + 1, np.int64)
-    factor_starts[1:] = np.cumsum(entries)
+    for k in range(n):
+        factor_starts[k + 1] = factor_starts[k] + entries[k]
     factor_rows = np.empty(factor_starts[n], np.int64)
     reach_starts, reach = np.zeros(n + 1, np.int64), np.empty(factor_starts[n], np.int64)
-    filled, seen = factor_starts[:n].copy(), np.full(n, -1)
+    filled, seen = factor_starts[:n].copy(), np.empty(n, np.int64)
+    seen.fill(-1)
     path, order = np.empty(n, np.int64), np.empty(n, np.int64)
     for k in range(n):
         seen[k], top = k, n
@@ -135,7 +139,8 @@ def factor_pattern(starts, rows):
                 steps, top = steps - 1, top - 1
                 order[top] = path[steps]
         at = reach_starts[k]
-        for c in order[top:n]:
+        for m in range(top, n):
+            c = order[m]
             reach[at], factor_rows[filled[c]] = c, k
             filled[c] += 1
             at += 1
@@ -190,12 +195,12 @@ def factorise(system, matrix, factor, pivots):
 
 
 @kernel
-def substitute(system, factor, pivots, right):
-    """Solves with the factor for a right-hand side (n,) complex, x + iy of each vertex; the solution likewise."""
+def downhill(system, factor, pivots, gradient):
+    """The step -H⁻¹ g (n,) for the factor of H and a gradient (n,), both complex, x + iy of each vertex."""
     n = system.starts.size - 1
     u = np.empty(n, np.complex128)
     for v in range(n):
-        u[system.position[v]] = right[v]
+        u[system.position[v]] = -gradient[v]
     for c in range(n):
         x, y = u[c].real, u[c].imag
         for p in range(system.factor_starts[c], system.factor_starts[c + 1]):
@@ -209,4 +214,7 @@ def substitute(system, factor, pivots, right):
             a -= factor[p, 0] * w.real + factor[p, 2] * w.imag
             b -= factor[p, 1] * w.real + factor[p, 3] * w.imag
         u[c] = complex(a, b)
-    return u[system.position]
+    solution = np.empty(n, np.complex128)
+    for v in range(n):
+        solution[v] = u[system.position[v]]
+    return solution

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Complex, Index, Real
-from .delaunay import clip_ears, in_circle, legalise, opposite, relink
+from .delaunay import clip_ears, in_circle, legalise, opposite, push, relink
 from .failure import Stuck
-from .kernels import cross, dot, kernel, twice_area
+from .kernels import cross, dot, kernel, set_row, twice_area
 
 LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement no longer settles
 ENCROACHED = -0.3  # cosine under which an edge of the outline may be seen from a new point: found by trial
@@ -56,10 +56,11 @@ def triangulate(outline: Complex, sizes: Sizes) -> tuple[Complex, Index]:
     z[: outline.size] = outline
     faces, across = np.empty((2 * room, 3), np.int64), np.full((2 * room, 3), -1)
     triangles = clip_ears(z, outline.size, faces, across)
-    if triangles < 0:
+    a, b, c = z[faces[: max(triangles, 0)]].T
+    if triangles < 0 or not ((b - a).conj() * (c - a)).imag.min() > 0:
         raise Stuck("the outline is too thin to be triangulated in double precision")
-    stack = np.empty(8 * room, np.int64)
-    vertices, triangles = _refine(z, outline.size, faces, across, triangles, stack, *sizes)
+    stack = np.zeros(8 * room, np.int64)
+    vertices, triangles = _refine(z, outline.size, faces, across, triangles, stack, 0, *sizes)
     vertices, triangles = _split_chords(z, vertices, outline.size, faces, across, triangles, stack)
     return z[:vertices].copy(), faces[:triangles].copy()
 
@@ -76,7 +77,8 @@ def _limit(point, corner, side, areas):
 def _circumcentre(a, b, c):
     """The circumcentre of a triangle and the square of its circumradius."""
     u, v = a - c, b - c
-    offset = 1j * (u * dot(v, v) - v * dot(u, u)) / (2 * cross(u, v))
+    turned = (u * dot(v, v) - v * dot(u, u)) * (0.5 / cross(u, v))
+    offset = complex(-turned.imag, turned.real)
     return c + offset, dot(offset, offset)
 
 
@@ -120,19 +122,24 @@ def _encroaches(z, faces, across, t, new, cavity, mark, stamp):
 
 
 @kernel
-def _insert(z, faces, across, t, new, triangles, stack):
+def _insert(z, faces, across, t, new, triangles, stack, fixed):
     """Puts the vertex new into triangle t; False where it lies on an edge."""
     a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
     if min(twice_area(z, a, b, new), twice_area(z, b, c, new), twice_area(z, c, a, new)) < FLAT:
         return False
     u, v = triangles, triangles + 1
     beyond_a, beyond_b, beyond_c = across[t, 0], across[t, 1], across[t, 2]
-    faces[t], faces[u], faces[v] = (new, b, c), (new, c, a), (new, a, b)
-    across[t], across[u], across[v] = (beyond_a, u, v), (beyond_b, v, t), (beyond_c, t, u)
+    set_row(faces, t, new, b, c)
+    set_row(faces, u, new, c, a)
+    set_row(faces, v, new, a, b)
+    set_row(across, t, beyond_a, u, v)
+    set_row(across, u, beyond_b, v, t)
+    set_row(across, v, beyond_c, t, u)
     relink(across, beyond_b, t, u)
     relink(across, beyond_c, t, v)
-    stack[0], stack[1], stack[2] = t, u, v
-    legalise(z, faces, across, stack, 3, 0)
+    for triangle in (t, u, v):
+        push(stack, triangle)
+    legalise(z, faces, across, stack, fixed)
     return True
 
 
@@ -148,12 +155,12 @@ def _wanted(z, faces, t, corner, side, areas, only_large):
 
 
 @kernel
-def _refine(z, vertices, faces, across, triangles, stack, corner, side, areas):
+def _refine(z, vertices, faces, across, triangles, stack, fixed, corner, side, areas):
     """Inserts circumcentres, of large triangles first, until none is left that can be mended."""
     for t in range(triangles):
-        stack[t] = t
-    legalise(z, faces, across, stack, triangles, 0)
-    mark, cavity, stamp = np.full(faces.shape[0], -1), np.empty(4000, np.int64), 0
+        push(stack, t)
+    legalise(z, faces, across, stack, fixed)
+    mark, cavity, stamp = np.zeros(faces.shape[0], np.int64), np.empty(4000, np.int64), 0
     for sweep in range(ROUNDS):
         before = vertices
         for t in range(triangles):
@@ -167,7 +174,7 @@ def _refine(z, vertices, faces, across, triangles, stack, corner, side, areas):
             z[vertices] = point
             if _encroaches(z, faces, across, holder, vertices, cavity, mark, stamp):
                 continue
-            if _insert(z, faces, across, holder, vertices, triangles, stack):
+            if _insert(z, faces, across, holder, vertices, triangles, stack, fixed):
                 vertices, triangles = vertices + 1, triangles + 2
         if vertices == before and sweep > 0:
             break
@@ -185,26 +192,33 @@ def _split(z, new, faces, across, t, k, triangles, stack, outline):
     t2, u2 = triangles, triangles + 1
     beyond_ca, beyond_ab = across[t, (k + 1) % 3], across[t, (k + 2) % 3]
     beyond_bd, beyond_dc = across[u, (j + 1) % 3], across[u, (j + 2) % 3]
-    faces[t], faces[t2], faces[u], faces[u2] = (a, b, new), (a, new, c), (d, new, b), (d, c, new)
-    across[t], across[t2] = (u, t2, beyond_ab), (u2, beyond_ca, t)
-    across[u], across[u2] = (t, beyond_bd, u2), (t2, u, beyond_dc)
+    set_row(faces, t, a, b, new)
+    set_row(faces, t2, a, new, c)
+    set_row(faces, u, d, new, b)
+    set_row(faces, u2, d, c, new)
+    set_row(across, t, u, t2, beyond_ab)
+    set_row(across, t2, u2, beyond_ca, t)
+    set_row(across, u, t, beyond_bd, u2)
+    set_row(across, u2, t2, u, beyond_dc)
     relink(across, beyond_ca, t, t2)
     relink(across, beyond_dc, u, u2)
-    stack[0], stack[1], stack[2], stack[3] = t, t2, u, u2
-    legalise(z, faces, across, stack, 4, outline)
+    for triangle in (t, t2, u, u2):
+        push(stack, triangle)
+    legalise(z, faces, across, stack, outline)
 
 
 @kernel
 def _split_chords(z, vertices, outline, faces, across, triangles, stack):
     """Splits inner edges that join two vertices of the outline until there are none."""
-    t = 0
-    while t < triangles:
-        split = False
-        for k in range(3):
-            b, c = faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
-            if across[t, k] >= 0 and b < outline and c < outline and vertices < z.size:
-                _split(z, vertices, faces, across, t, k, triangles, stack, outline)
-                vertices, triangles, split = vertices + 1, triangles + 2, True
-                break
-        t = 0 if split else t + 1
+    for _ in range(ROUNDS):
+        before = vertices
+        for t in range(triangles):
+            for k in range(3):
+                b, c = faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
+                if across[t, k] >= 0 and b < outline and c < outline and vertices < z.size:
+                    _split(z, vertices, faces, across, t, k, triangles, stack, outline)
+                    vertices, triangles = vertices + 1, triangles + 2
+                    break
+        if vertices == before:
+            break
     return vertices, triangles

@@ -52,7 +52,7 @@ def _solution(
     dilatation, stretch, _ = stretches(state.z, state.u, state.faces)
     lean = turn_of(state.z, state.u, state.faces) * (-1 if mirror else 1)
     turn = np.angle(np.exp(1j * lean) * frames[0].factor / frames[1].factor)
-    reached = max(gap, source_gap) <= settings.tolerance and stages.within_bounds(state, settings)
+    reached = max(gap, source_gap) <= settings.tolerance and stages.excess(state, settings) <= 1
     return Solution(
         z,
         u,

@@ -11,8 +11,8 @@ where none does the two are the same.
 import numpy as np
 
 from .energy import assemble, total
-from .kernels import cross, kernel
-from .ldl import factorise, substitute
+from .kernels import cross, kernel, move
+from .ldl import downhill, factorise
 from .sliding import (
     border_derivatives,
     border_energy,
@@ -44,7 +44,7 @@ def largest_step(faces, u, step):
         discriminant = linear * linear - 4 * quadratic * area
         if discriminant < 0:
             continue
-        r = -0.5 * (linear + np.copysign(np.sqrt(discriminant), linear))
+        r = -0.5 * (linear + (np.sqrt(discriminant) if linear >= 0 else -np.sqrt(discriminant)))
         for root in (
             r / quadratic,
             area / r,
@@ -79,8 +79,7 @@ def _gap_limit(border, tau, slide, length, most):
 @kernel
 def _moved(rail, u, tau, step, slide, low, high, t, new_u, new_tau):
     """Fills in where a share t of the step leads."""
-    for v in range(u.size):
-        new_u[v] = u[v] + t * step[v]
+    move(u, step, t, new_u)
     for v in range(tau.size):
         s = min(max(t * slide[v], low[v]), high[v])
         new_tau[v] = tau[v] + s
@@ -129,7 +128,7 @@ def descend(system, faces, gradients, weights, u, tau, rail, border, held, theta
             gradient[v] = complex(along + slope[v] if directions[v] != 0 else 0.0, 0.0)
         if not factorise(system, matrix, factor, pivots):
             return energy, done
-        step = substitute(system, factor, pivots, -gradient)
+        step = downhill(system, factor, pivots, gradient)
         decrease = 0.0
         for v in range(n):
             decrease += gradient[v].real * step[v].real + gradient[v].imag * step[v].imag
@@ -154,7 +153,10 @@ def descend(system, faces, gradients, weights, u, tau, rail, border, held, theta
             t *= 0.5
         if gained < 0:
             return energy, done
-        u[:], tau[:] = new_u, new_tau
+        for v in range(n):
+            u[v] = new_u[v]
+        for v in range(b):
+            tau[v] = new_tau[v]
         small = small + 1 if gained < tolerance * energy else 0
         energy -= gained
         if small == 2:

@@ -13,7 +13,7 @@ from .sliding import Rail
 SHARP = np.radians(20)  # turn from which sliding vertices stop at a corner; smaller kinks are passed
 
 FINENESS = 0.2  # of the tolerance: how far the outlines that are solved for may be from those given
-MOST_VERTICES = 1500  # of an outline; one with more is simplified further
+MOST_VERTICES = 3000  # of an outline; one with more is simplified further
 
 
 @dataclass(frozen=True, eq=False)

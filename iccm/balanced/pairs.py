@@ -95,6 +95,8 @@ def boundary_pairs(
         anchors: pairs that must correspond; corners of both outlines.
     """
     s, tau, kind = _corner_pairs(source, target, match, anchors)
+    if anchors is None:
+        s, tau, kind = _begun_after_widest_gap(s, tau, kind, source.length, target.length)
     s, tau, kind = _merged(s, tau, kind, source.length, target.length, MERGED * spacing)
     ds, dt = _gaps(s, source.length), _gaps(tau, target.length)
     if min(ds.min() / source.length, dt.min() / target.length) < 1e-10:
@@ -127,6 +129,13 @@ def _corner_pairs(source: Outline, target: Outline, match: Match, anchors: Match
     kind = np.repeat([SOURCE, TARGET, BOTH], [own.size, goals.size, fixed_s.size])
     order = np.lexsort((tau, s))
     return s[order], tau[order], kind[order]
+
+
+def _begun_after_widest_gap(s: Real, tau: Real, kind, length: float, goal: float):
+    """The same pairs, the lap's end where no two of them are merged."""
+    k = int(np.argmax(_gaps(s, length) / length + _gaps(tau, goal) / goal)) + 1
+    later = np.arange(s.size) < k
+    return tuple(np.roll(values, -k) for values in (s + length * later, tau + goal * later, kind))
 
 
 def _apart(values: Real, others: Real, length: float) -> Flags:

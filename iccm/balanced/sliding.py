@@ -98,7 +98,7 @@ def border_energy(border, tau, length):
 @kernel
 def border_derivatives(border, tau, length, slope, curvature):
     """Fills in the derivative by each τ and the second derivative by each gap."""
-    slope[:] = 0.0
+    slope.fill(0.0)
     for v in range(tau.size):
         gap, span, beta = gap_ahead(border, tau, v, length), border.spans[v], border.stiffness[v]
         pull = 0.5 * beta * (2 * gap / span - span * span / (gap * gap))

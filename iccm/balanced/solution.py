@@ -74,6 +74,4 @@ class Journal:
 
     def level(self, name: str, state: DiscreteMap, q: float) -> None:
         """Notes the end of a level."""
-        self.energies.append(
-            {"level": name, "triangles": len(state.faces), "q": q, "energy": state.energy, "turn": state.turn}
-        )
+        self.energies.append({"level": name, "triangles": len(state.faces), "q": q, "energy": state.energy})

@@ -23,6 +23,8 @@ TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and
 POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others while a bound is not met
 UPRIGHT = 2.0  # weight of the turn among starts: with 1 heart onto star turns by 19 degrees
 TURNS = ((0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2))  # of elastic starts, and how many of each
+STRAIGHTENINGS, STRAIGHT = 3, 0.5  # rounds, and degrees that may be left
+ROUND = 0.95  # 4π · area / length², 1 for a disc and .91 for a hexagon
 FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
 LAST_STEPS, LAST_DECREASE = 20, 2e-3  # of Newton on the last mesh, and the relative decrease that ends them
 SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
@@ -118,7 +120,7 @@ def by_halves(
     z, u = (half.z, half.u) if used is half_problem else (half.u, half.z)
     z, u, faces, border = mirrored(z, u, half.faces, half.border, outline)
     sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border)
-    return (sketch, True) if exact else (finished(problem, sketch, settings, journal), False)
+    return (sketch if exact else finished(problem, sketch, settings, journal)), True
 
 
 def coarse(problem: Problem, size: float, journal: Journal) -> DiscreteMap:
@@ -137,8 +139,33 @@ def coarse(problem: Problem, size: float, journal: Journal) -> DiscreteMap:
     if not settled:
         raise Stuck("no start")
     best = min(settled, key=lambda state: score(state, problem.upright))
+    best = straightened(level, best, problem)
     journal.level("coarse", best, 1.0)
     return best
+
+
+def straightened(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
+    """The map with its turn taken out where a shape is round, so that any turn costs the same."""
+    for _ in range(STRAIGHTENINGS):
+        laps = state.turn / (2 * np.pi)
+        if problem.upright == 0 or abs(laps) < STRAIGHT / 360:
+            break
+        s, tau = state.match
+        round_source, round_target = (4 * np.pi / o.length**2 > ROUND for o in (level.source, level.target))
+        if round_target:
+            match = Match(s, tau - laps * level.target.length)
+        elif round_source:
+            match = Match(s + laps * level.source.length, tau)
+        else:
+            break
+        try:
+            new = released(level, level.mapped(match), problem)
+        except Stuck:
+            break
+        if score(new, problem.upright) >= score(state, problem.upright):
+            break
+        state = new
+    return state
 
 
 def candidates(level: Level) -> list[Match]:
@@ -168,20 +195,22 @@ def last(
     level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
     state = eased(refined(level, state, sizes), problem.theta)
+    best = None
     for q in POWERS:
         state = state.forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
         journal.level("last", state, q)
-        if within_bounds(state, settings):
+        if best is None or excess(state, settings) < excess(best, settings):
+            best = state
+        if excess(best, settings) <= 1:
             break
-    return state
+    return best
 
 
-def within_bounds(state: Meshed, settings: Settings) -> bool:
-    """Whether the largest dilatation and stretch are what was asked for."""
+def excess(state: Meshed, settings: Settings) -> float:
+    """How many times the bounds asked for the largest dilatation and stretch are: at most 1 where they are met."""
     dilatation, stretch, _ = stretches(state.z, state.u, state.faces)
-    return dilatation.max() <= (settings.max_dilatation or np.inf) and stretch.max() <= (
-        settings.max_stretch or np.inf
-    )
+    bounds = (settings.max_dilatation or np.inf, settings.max_stretch or np.inf)
+    return float(max(dilatation.max() / bounds[0], stretch.max() / bounds[1]))
 
 
 def onto_itself(problem: Problem, match: Match, settings: Settings) -> Meshed:

@@ -7,8 +7,8 @@ close to it else); then folds are undone with the outline held, by Newton on an 
 import numpy as np
 
 from .energy import assemble, least_determinant, total
-from .kernels import dot, kernel
-from .ldl import factorise, substitute
+from .kernels import dot, kernel, move
+from .ldl import downhill, factorise
 from .newton import ARMIJO, SHORTEST_STEP, regularise
 from .sliding import restrict
 
@@ -25,9 +25,10 @@ STEPS = 40
 
 
 @kernel
-def _stiffness(system, gradients, areas, u, matrix, force):
-    """Fills in the matrix of a graph with cotangent weights, floored, and force = -matrix · u."""
-    matrix[:], force[:] = 0.0, 0j
+def _stiffness(system, gradients, areas, u, matrix, gradient):
+    """Fills in the matrix of a graph with cotangent weights, floored, and gradient = matrix · u."""
+    matrix.fill(0.0)
+    gradient.fill(0j)
     for t in range(system.corners.shape[0]):
         for k, m, pair in ((0, 1, 1), (0, 2, 2), (1, 2, 4)):
             cotangent = -4 * areas[t] * dot(gradients[t, k], gradients[t, m])
@@ -38,8 +39,8 @@ def _stiffness(system, gradients, areas, u, matrix, force):
                 matrix[own, 3] += weight
             matrix[slot, 0] -= weight
             matrix[slot, 3] -= weight
-            force[i] += weight * (u[j] - u[i])
-            force[j] += weight * (u[i] - u[j])
+            gradient[i] += weight * (u[i] - u[j])
+            gradient[j] += weight * (u[j] - u[i])
 
 
 @kernel
@@ -70,14 +71,16 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
     n = u.size
     matrix, gradient = np.empty((system.rows.size, 4)), np.empty(n, np.complex128)
     factor, pivots = np.empty((system.factor_rows.size, 4)), np.empty((n, 3))
-    still = np.zeros(border, np.complex128)
+    still, trial = np.zeros(border, np.complex128), np.empty(n, np.complex128)
     if harmonic:
-        u[border:] = 0j
+        for v in range(border, n):
+            u[v] = 0j
         _stiffness(system, gradients, areas, u, matrix, gradient)
-        gradient[:border] = 0j
+        for v in range(border):
+            gradient[v] = 0j
         restrict(system, still, matrix)
         if factorise(system, matrix, factor, pivots):
-            u += substitute(system, factor, pivots, gradient)
+            move(u, downhill(system, factor, pivots, gradient), 1.0, u)
     epsilon, slow = -1.0, False
     for _ in range(steps):
         least = least_determinant(system.corners, gradients, u)
@@ -87,23 +90,25 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
             polish -= 1
         epsilon = _epsilon(least, epsilon, slow)
         energy = assemble(system, gradients, areas, u, 1.0, 1.0, epsilon, matrix, gradient)
-        gradient[:border] = 0j
+        for v in range(border):
+            gradient[v] = 0j
         restrict(system, still, matrix)
         regularise(system, matrix)
         if not factorise(system, matrix, factor, pivots):
             break
-        step = substitute(system, factor, pivots, -gradient)
+        step = downhill(system, factor, pivots, gradient)
         decrease = 0.0
         for v in range(n):
             decrease += dot(gradient[v], step[v])
         t, new_energy = 1.0, np.inf
         while t > SHORTEST_STEP:
-            new_energy = total(system.corners, gradients, areas, u + t * step, 1.0, 1.0, epsilon)
+            move(u, step, t, trial)
+            new_energy = total(system.corners, gradients, areas, trial, 1.0, 1.0, epsilon)
             if new_energy <= energy + ARMIJO * t * decrease:
                 break
             t *= 0.5
         if t <= SHORTEST_STEP:
             break
-        u += t * step
+        move(u, step, t, u)
         slow = new_energy > (1 - SLOW) * energy
     return least_determinant(system.corners, gradients, u)
