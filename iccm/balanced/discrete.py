@@ -6,17 +6,17 @@ import numpy as np
 import scipy.sparse
 
 from ..arrays import Complex, Flags, Index, Real
-from . import newton
-from .energy import geometry
 from .failure import Stuck
 from .kernels import kernel, twice_area
-from .ldl import System, system_of
-from .measures import turn_of
-from .mesh import Sizes, triangulate
+from .meshing.mesh import Sizes, triangulate
+from .minimise import newton
+from .minimise.energy import geometry
+from .minimise.ldl import System, system_of
+from .minimise.measures import turn_of
+from .minimise.sliding import Border
+from .minimise.untangle import LEAST_WEIGHT, STEPS, untangle
 from .outline import Outline
 from .pairs import Match, Pairs
-from .sliding import Border
-from .untangle import LEAST_WEIGHT, STEPS, untangle
 
 BETA = 0.02  # weight of the outline's term; without it outline edges cut across the tips of limbs
 

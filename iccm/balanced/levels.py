@@ -15,11 +15,11 @@ from ..arrays import Complex, Index, Real
 from ..curve import Curve
 from .discrete import DiscreteMap
 from .failure import Stuck
-from .measures import stretches
-from .mesh import Sizes
+from .meshing.mesh import Sizes
+from .meshing.transfer import interpolate
+from .minimise.measures import stretches
 from .outline import Outline
 from .pairs import Match, boundary_pairs, limited, through
-from .transfer import interpolate
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
 SCREENING = ((3, 9), (5, 5))  # Newton steps, then how many maps go on; within 1 % of keeping all

@@ -9,10 +9,10 @@ import numpy as np
 from ..curve import Curve
 from ..result import hausdorff
 from . import orientation, stages
-from .energy import energy_of
 from .failure import NoMapError
 from .frames import Frame, frames_of
-from .measures import stretches, turn_of
+from .minimise.energy import energy_of
+from .minimise.measures import stretches, turn_of
 from .solution import Journal, Settings, Solution
 
 

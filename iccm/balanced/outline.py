@@ -8,7 +8,7 @@ import shapely
 
 from ..arrays import Complex, Index, Real
 from ..curve import Curve
-from .sliding import Rail
+from .minimise.sliding import Rail
 
 SHARP = np.radians(20)  # turn from which sliding vertices stop at a corner; smaller kinks are passed
 

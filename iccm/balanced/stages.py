@@ -3,11 +3,12 @@
 import numpy as np
 
 from ..curve import Curve
-from . import sizing, starts
+from . import starts
 from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
 from .levels import Level, Problem, Sketch, alternated, eased, refined, released, score, screened
-from .measures import stretches
+from .meshing import sizing
+from .minimise.measures import stretches
 from .outline import manageable
 from .pairs import Match
 from .similar import similarity

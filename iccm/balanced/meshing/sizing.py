@@ -3,8 +3,8 @@
 import numpy as np
 import scipy.ndimage
 
-from ..arrays import Complex, Index
-from .measures import stretches
+from ...arrays import Complex, Index
+from ..minimise.measures import stretches
 from .mesh import Sizes
 
 MOST_MAGNIFIED = (

@@ -13,8 +13,8 @@ import scipy.sparse
 from numba import njit
 from scipy.sparse.linalg import splu
 
-from ..arrays import Index
-from .kernels import kernel
+from ...arrays import Index
+from ..kernels import kernel
 
 
 class System(NamedTuple):

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from iccm.balanced import NoMapError, Settings, solve, stages
-from iccm.balanced.energy import energy_of
 from iccm.balanced.failure import Stuck
+from iccm.balanced.meshing.transfer import interpolate
+from iccm.balanced.minimise.energy import energy_of
 from iccm.balanced.orientation import is_simple, positive
-from iccm.balanced.transfer import interpolate
 from iccm.curve import Curve
 from iccm.result import hausdorff
 

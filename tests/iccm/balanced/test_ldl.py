@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from iccm.balanced.ldl import downhill, factorise, system_of
-from iccm.balanced.mesh import Sizes, triangulate
+from iccm.balanced.meshing.mesh import Sizes, triangulate
+from iccm.balanced.minimise.ldl import downhill, factorise, system_of
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import igl
 import numpy as np
 
-from ..arrays import Complex, Index
+from ...arrays import Complex, Index
 
 
 def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> Complex:

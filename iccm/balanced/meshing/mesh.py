@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Complex, Index, Real
+from ...arrays import Complex, Index, Real
+from ..failure import Stuck
+from ..kernels import cross, dot, kernel, set_row, twice_area
 from .delaunay import clip_ears, in_circle, legalise, opposite, push, relink
-from .failure import Stuck
-from .kernels import cross, dot, kernel, set_row, twice_area
 
 LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement no longer settles
 ENCROACHED = -0.3  # cosine under which an edge of the outline may be seen from a new point: found by trial

@@ -6,8 +6,8 @@ close to it else); then folds are undone with the outline held, by Newton on an 
 
 import numpy as np
 
+from ..kernels import dot, kernel, move
 from .energy import assemble, least_determinant, total
-from .kernels import dot, kernel, move
 from .ldl import downhill, factorise
 from .newton import ARMIJO, SHORTEST_STEP, regularise
 from .sliding import restrict

@@ -15,8 +15,8 @@ Energies*, 2019).
 
 import numpy as np
 
-from ..arrays import Complex, Index, Real
-from .kernels import dot, kernel
+from ...arrays import Complex, Index, Real
+from ..kernels import dot, kernel
 
 UNTANGLING_AREA = 0.5  # weight of the area part while untangling
 

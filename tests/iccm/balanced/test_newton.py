@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from iccm.balanced.discrete import DiscreteMap, folds
-from iccm.balanced.mesh import Sizes
-from iccm.balanced.newton import largest_step
-from iccm.balanced.outline import Outline
-from iccm.balanced.pairs import Match, boundary_pairs
-from iccm.balanced.sliding import (
+from iccm.balanced.meshing.mesh import Sizes
+from iccm.balanced.minimise.newton import largest_step
+from iccm.balanced.minimise.sliding import (
     Border,
     border_derivatives,
     border_energy,
@@ -18,6 +16,8 @@ from iccm.balanced.sliding import (
     point_at,
     way_to_corners,
 )
+from iccm.balanced.outline import Outline
+from iccm.balanced.pairs import Match, boundary_pairs
 from iccm.curve import Curve
 
 SQUARE = Outline.of(Curve(np.array([-0.5 - 0.5j, 0.5 - 0.5j, 0.5 + 0.5j, -0.5 + 0.5j])), 0.0, 0.0)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..arrays import Complex, Index, Real
+from ...arrays import Complex, Index, Real
 from .energy import geometry
 
 

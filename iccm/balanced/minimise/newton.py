@@ -10,8 +10,8 @@ where none does the two are the same.
 
 import numpy as np
 
+from ..kernels import cross, kernel, move
 from .energy import assemble, total
-from .kernels import cross, kernel, move
 from .ldl import downhill, factorise
 from .sliding import (
     border_derivatives,

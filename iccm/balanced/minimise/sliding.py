@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Complex, Index, Real
-from .kernels import dot, kernel, located
+from ...arrays import Complex, Index, Real
+from ..kernels import dot, kernel, located
 
 SAME_PLACE = 1e-8  # of the length: a vertex this close to a corner is on it
 

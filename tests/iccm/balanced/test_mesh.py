@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iccm.balanced.energy import geometry
 from iccm.balanced.failure import Stuck
-from iccm.balanced.mesh import Sizes, triangulate
+from iccm.balanced.meshing.mesh import Sizes, triangulate
+from iccm.balanced.minimise.energy import geometry
 
 
 def densified(corners, spacing):
