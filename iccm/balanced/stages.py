@@ -196,11 +196,11 @@ def last(
     level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
     state = eased(refined(level, state, sizes), problem.theta)
-    best = None
+    best = state
     for q in POWERS:
         state = state.forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
         journal.level("last", state, q)
-        if best is None or excess(state, settings) < excess(best, settings):
+        if q == POWERS[0] or excess(state, settings) < excess(best, settings):
             best = state
         if excess(best, settings) <= 1:
             break
