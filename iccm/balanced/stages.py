@@ -46,8 +46,8 @@ def mapped(source: Curve, target: Curve, settings: Settings, journal: Journal) -
         NoMapError: none without folds was found.
     """
     upright = 0.0 if settings.turn is None else UPRIGHT
-    curves = [manageable(c, settings.tolerance) for c in (source, target)]
-    problem = Problem(*curves, settings.theta, upright)
+    simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
+    problem = Problem(simple, goal, settings.theta, upright)
     same = similarity(source, target, turns=settings.turn is None)
     if same is not None:
         journal.notes.append("The shapes are similar: the map is the similarity.")
@@ -63,8 +63,8 @@ def mapped(source: Curve, target: Curve, settings: Settings, journal: Journal) -
 
 def whole(problem: Problem, settings: Settings, journal: Journal) -> Meshed:
     """All stages."""
-    used, state = solved(problem, journal)
-    state = finished(used, state, settings, journal)
+    used, fine_map = solved(problem, journal)
+    state = finished(used, fine_map, settings, journal)
     return state if used is problem else inverted(state)
 
 
@@ -116,8 +116,8 @@ def by_halves(
     roots = np.sqrt([source.curve.area, target.curve.area])
     curves = [Curve(half.curve.z / root) for half, root in zip((source, target), roots)]
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target))]
-    curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
-    half_problem = Problem(*curves, problem.theta, 0.0, (anchors[0], anchors[1]))
+    simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
+    half_problem = Problem(simple, goal, problem.theta, 0.0, (anchors[0], anchors[1]))
     used, half = solved(half_problem, journal, share=0.5)
     exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:
@@ -201,16 +201,13 @@ def last(
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
     level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
-    state = eased(refined(level, state, sizes), problem.theta)
-    best = None
+    tried = [eased(refined(level, state, sizes), problem.theta)]
     for q in POWERS:
-        state = state.forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
-        journal.level("last", state, q)
-        if best is None or excess(state, settings) < excess(best, settings):
-            best = state
-        if excess(best, settings) <= 1:
-            break
-    return best
+        tried.append(tried[-1].forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True))
+        journal.level("last", tried[-1], q)
+        if excess(tried[-1], settings) <= 1:
+            return tried[-1]
+    return min(tried[1:], key=lambda state: excess(state, settings))
 
 
 def excess(state: Meshed, settings: Settings) -> float:
