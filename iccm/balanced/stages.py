@@ -33,7 +33,7 @@ ANY_TURN = (
 STRAIGHTENINGS, STRAIGHT = 3, 0.5  # rounds, and degrees that may be left
 ROUND = 0.95  # 4π · area / length², 1 for a disc and .91 for a hexagon
 FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
-LAST_STEPS, LAST_DECREASE = 20, 2e-3  # of Newton on the last mesh, and the relative decrease that ends them
+LAST_STEPS, LAST_DECREASE = 50, 2e-3  # of Newton on the last mesh, and the relative decrease that ends them
 SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
 
 
