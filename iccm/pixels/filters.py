@@ -94,7 +94,7 @@ def _nearest(tex, x, y, out):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gather(tex, x, y, p, q, r, level, kind, weights, out):
-    """The kernel with S⁻¹ = [[p, q], [q, r]] at (x, y) of a level. `weights` is room for one row of them."""
+    """The kernel with S⁻¹ = [[p, q], [q, r]] at (x, y) of a level. `weights` has room for one row of them."""
     w, h, first = tex.width[level], tex.height[level], tex.start[level]
     det = p * r - q * q
     reach_x, reach_y = RADIUS[kind] * (abs(r) + abs(q)) / det, RADIUS[kind] * (abs(p) + abs(q)) / det

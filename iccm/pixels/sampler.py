@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..memory import Room
+from ..memory import Memory
 from ..parallel import over_slices
 from . import colour, filters, pyramid
 from .colour import Float
@@ -43,7 +43,7 @@ class Sampler:
         kind: str = "colour",
         edge: str = "clamp",
         *,
-        memory: Room | None = None,
+        memory: Memory | None = None,
         threads: int | None = None,
     ):
         for given, known, what in (
@@ -55,7 +55,7 @@ class Sampler:
             if given not in known:
                 raise InputError(f"{what} {given!r}: not one of {', '.join(known)}")
         check_kind(kind, texture.pixels.shape[2])
-        self.texture, self.kind, self.memory = texture, kind, memory or Room()
+        self.texture, self.kind, self.memory = texture, kind, memory or Memory()
         name = "cubic" if filter == "auto" else filter
         self.filter = filters.FILTERS[name]
         self.mixes = kind == "colour" and name != "nearest"
