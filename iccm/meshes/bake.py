@@ -20,8 +20,8 @@ from .flatten import Flattening
 from .layout import Layout
 from .rasterise import affine
 
-ROWS, ACROSS = 64, 512  # texels of the layout that are filtered at a time
-TEXEL = 48  # bytes that a texel of the layout takes on the way
+ROWS, ACROSS = 64, 512  # texels of the layout that are filtered at a time (by hand)
+TEXEL = 48  # bytes that a texel of the layout takes on the way: arrays counted
 
 Origins = tuple[Complex, Complex, Complex]
 """(p,) points of the source's plane, their derivatives by the output's x and y."""

@@ -14,7 +14,7 @@ from .colour import Float
 from .padding import pad
 from .pyramid import strip_rows
 
-MENDING = 48  # bytes that each texel takes on the way where some are not finite
+MENDING = 48  # bytes that each texel takes on the way where some are not finite (by hand)
 
 
 def check_kind(kind: str, channels: int, name: str = "the picture") -> None:
