@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import InputError
-from ...memory import Room
+from ...memory import Memory
 from .. import files
 from ..memory import Bounded
 from ..meshes import size_limits
@@ -141,7 +141,7 @@ def _read(job: Job, threads: int | None, tell: Tell, progress: Progress | None) 
     start = time.perf_counter()
     source = read(job.source, job)
     target = read(job.target, job) if job.target else source
-    room = Bounded(job.memory, _scratch(job)) if job.memory else Room()
+    room = Bounded(job.memory, _scratch(job)) if job.memory else Memory()
     state = Run(job, source, target, room, tell, threads, progress)
     state.pins, state.strokes = constrained(job, source, target)
     products.check(state)

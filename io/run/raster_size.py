@@ -10,7 +10,7 @@ from .. import formats
 from .job import Job
 
 if TYPE_CHECKING:
-    from ...memory import Room
+    from ...memory import Memory
     from ..pictures.image_files import Image
     from ..shapes.shape import Shape
 
@@ -60,7 +60,7 @@ def _reach(shape: Shape) -> float:
     return min(1.0, max(max(over[0]) / size.real, max(over[1]) / size.imag))
 
 
-def image_of(job: Job, source: Shape, room: Room) -> Image:
+def image_of(job: Job, source: Shape, room: Memory) -> Image:
     """The picture to carry along: --texture, the mesh's own, or a checkerboard.
 
     Raises:

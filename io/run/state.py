@@ -17,7 +17,7 @@ from .job import Job
 from .raster_size import LONGER_SIDE
 
 if TYPE_CHECKING:
-    from ...memory import Room
+    from ...memory import Memory
     from ...pixels.warp import Canvas, Sampler
     from ...solve import Fit
     from ..pictures.image_files import Image
@@ -48,7 +48,7 @@ class Run:
     job: Job
     source: Shape
     target: Shape
-    room: Room
+    room: Memory
     tell: Tell
     threads: int | None = None
     progress: Progress | None = None

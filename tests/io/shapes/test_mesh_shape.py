@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from iccm.errors import InputError
-from iccm.io import places
+from iccm.io import memory, places
 from iccm.io.meshes import obj
 from iccm.io.pictures import image_files
 from iccm.io.run import mesh_figure
@@ -234,6 +234,25 @@ def test_a_figure_is_drawn_the_same_every_time(tmp_path, with_map):
 
 
 # ---- the command line
+
+
+@pytest.mark.parametrize(
+    "words", [("a.obj", "blob.svg"), ("square.svg", "a.obj", "--bake"), ("a.obj", "a.obj", "--bake")]
+)
+def test_a_bound_on_memory_does_not_change_a_picture_from_or_for_a_mesh(shapes, iccm, monkeypatch, words):
+    write_mesh(shapes / "a.obj", n=8)
+    image_files.write(shapes / "t.png", colours(300))
+    options = ("--texture", "t.png", "--size", "200", "--method", "paper", "--tolerance", "0.1")
+    assert iccm("map", *words, *options, "-o", "free.png").code == 0
+    monkeypatch.setattr(memory, "SHARE", 0)  # nothing stays in memory
+    assert iccm("map", *words, *options, "-o", "bound.png", "--memory", "4G").code == 0
+    assert (shapes / "bound.png").read_bytes() == (shapes / "free.png").read_bytes()
+
+
+def test_a_bake_that_a_bound_on_memory_cannot_hold_is_refused_before_the_solving(shapes, iccm):
+    write_mesh(shapes / "a.obj", n=3)
+    done = iccm("map", "square.svg", "a.obj", "--bake", "--size", "8000", "-o", "o.png", "--memory", "2G")
+    assert done.code == 2 and "too little for the whole picture at once (--bake)" in done.err
 
 
 def test_flatten_writes_outline_flat_mesh_and_coordinates(tmp_path, monkeypatch, iccm):
