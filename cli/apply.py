@@ -40,7 +40,6 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     from ..io.memory import Bounded
     from ..io.pictures import image_files
     from ..io.pictures import stmap_files as maps
-    from ..io.run import outputs
     from ..memory import Memory
     from ..pixels.texture import check_kind
 
@@ -58,11 +57,9 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     with ExitStack() as stack:
         progress = stack.enter_context(_progress())
         advance = None if progress is None else (lambda rows: progress(rows, st.shape[0]))
-        temporary = (
-            None if output == "-" else stack.enter_context(files.replacing(output, force=given["force"]))
-        )
         sampling |= {"room": room, "threads": threads, "progress": advance}
-        outputs.put(temporary, lambda file: maps.apply(st, picture, file, **sampling))
-    if temporary:
+        path = stack.enter_context(files.writing(output, force=given["force"]))
+        maps.apply(st, picture, path, **sampling)
+    if output != "-":
         logs.log.info(f"wrote {output}")
     return 0

@@ -113,7 +113,7 @@ EVERY = ("map", "deform", "apply")
 
 
 @_fields
-class Options:
+class JobOptions:
     """What can be said about a run, in the order in which help shows it."""
 
     texture: str | None = _option("Picture to carry along.  [default: a numbered checkerboard]", "IMAGE")
@@ -208,8 +208,8 @@ class Options:
 
 
 def described() -> dict[str, tuple[Any, Option]]:
-    """The type and the description of each option of `Options`, by name."""
-    hints = get_type_hints(Options, include_extras=True)
+    """The type and the description of each option of `JobOptions`, by name."""
+    hints = get_type_hints(JobOptions, include_extras=True)
     return {name: (hint.__origin__, hint.__metadata__[0]) for name, hint in hints.items()}
 
 

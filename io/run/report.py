@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,6 @@ import numpy as np
 
 from ... import __version__
 from .. import files
-from . import inputs as companions
 
 if TYPE_CHECKING:
     from .state import Run
@@ -42,7 +40,7 @@ def build(run: Run) -> dict[str, Any]:
             "total": run.seconds["total"],
         }
     report["notes"] = run.notes
-    report["inputs"] = [{"path": name, "sha256": files.sha256(name)} for name in companions.inputs(run.job)]
+    report["inputs"] = [{"path": name, "sha256": run.inputs.sha256(name)} for name in run.inputs.named]
     report["job"] = run.job.model_dump(mode="json", exclude_defaults=True, exclude={"force"})
     return plain(report)
 
@@ -96,11 +94,9 @@ def text(report: dict[str, Any]) -> str:
 
 
 def write(report: dict[str, Any], name: str, stack: ExitStack, *, force: bool) -> None:
-    """Write the report to stdout, or to a file that appears when the stack is left."""
-    if name == "-":
-        sys.stdout.write(text(report))
-    else:
-        stack.enter_context(files.replacing(name, force=force)).write_text(text(report), encoding="utf-8")
+    """Write the report to stdout, or to a file; it appears when the stack is left."""
+    path = stack.enter_context(files.writing(name, force=force, suffix=".json"))
+    path.write_text(text(report), encoding="utf-8")
 
 
 def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:

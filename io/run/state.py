@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...arrays import Box
 from ...parallel import beside, thread_count
-from . import raster_size
+from . import raster_size, texture
 from .job import Job
 from .raster_size import LONGER_SIDE
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ...solve import Fit
     from ..pictures.image_files import Image
     from ..shapes.shape import Shape
+    from .inputs import Inputs
 
 Tell = Callable[[str], None]
 Progress = Callable[[int, int], None]
@@ -33,6 +34,7 @@ class Run:
 
     Attributes:
         job: what to do.
+        inputs: the files that it reads.
         source, target: its shapes; the same for a deformation.
         room: makes the large arrays, within --memory.
         tell: is given each remark as it is made.
@@ -40,12 +42,13 @@ class Run:
         progress: is given rows done and rows in all.
         seconds: what each part took.
         notes: remarks on the inputs and on the solving.
-        figures: what making the products adds to the report.
+        figures: what making the outputs adds to the report.
         fit: the map, once it is there.
         pins, strokes: what must meet.
     """
 
     job: Job
+    inputs: Inputs
     source: Shape
     target: Shape
     room: Memory
@@ -63,17 +66,17 @@ class Run:
     @cached_property
     def image(self) -> Image:
         """The texture."""
-        return raster_size.image_of(self.job, self.source, self.room)
+        return texture.image_of(self.job, self.source, self.room)
 
     @cached_property
     def box(self) -> Box:
         """Its place in the source's plane."""
-        return raster_size.texture_box(self.job, self.source)
+        return texture.box_of(self.job, self.source)
 
     @cached_property
     def on_mesh(self) -> bool:
         """Whether it lies on a mesh that is the source."""
-        return raster_size.on_mesh(self.job, self.source)
+        return texture.on_mesh(self.job, self.source)
 
     def begin(self, part: str) -> None:
         """Make `sampler` or `found` beside what follows, if there may be threads."""
@@ -129,7 +132,9 @@ class Run:
         )
 
     def note(self, remark: str) -> None:
-        """Add a remark."""
+        """Add a remark, once."""
+        if remark in self.notes:
+            return
         self.notes.append(remark)
         self.tell(remark)
 
