@@ -9,7 +9,7 @@ from . import pictures, shapes
 PAIRS = (
     ("rose-leaf/rose.svg", "rose-leaf/leaf.svg"),
     ("limbs/gingerbread.svg", "limbs/starfish.svg"),
-    ("square-country/square.svg", "square-country/country.svg"),
+    ("square-country/square.svg", "square-country/france.svg"),
     ("raster/whale.svg", "raster/fish.svg"),
 )
 METHODS = ("paper", "conformal", "balanced")
