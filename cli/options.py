@@ -147,6 +147,15 @@ CONSTRAINTS = together(
     click.option("--stroke-weight", type=float, metavar="W", help="Pull of the strokes.  [default: 1]"),
 )
 
+
+def _vertices(ctx: click.Context, parameter: click.Parameter, value: str | None) -> int | str | None:
+    if value is None or value == "source":
+        return value
+    if not value.isdecimal() or int(value) < 3:
+        raise click.BadParameter(f"{value!r} is neither a number of at least 3 nor `source`.")
+    return int(value)
+
+
 SOLVER = together(
     click.option(
         "--quasi", type=float, metavar="WEIGHT", help="Quasi-conformal, with this weight against shear."
@@ -165,7 +174,21 @@ SOLVER = together(
         "--max-iterations", type=click.IntRange(1), metavar="N", help="Stop after N.  [default: by method]"
     ),
     click.option(
-        "--vertices", type=click.IntRange(3), metavar="N", help="Boundary vertices.  [default: by shape]"
+        "--vertices",
+        metavar="N|source",
+        callback=_vertices,
+        help="Boundary vertices, or the source's own and no others.  [default: by shape]",
+    ),
+    click.option(
+        "--samples-per-edge",
+        type=click.IntRange(1),
+        metavar="N",
+        help="Samples between two vertices, with --method paper.  [default: 4]",
+    ),
+    click.option(
+        "--weights",
+        type=_choice("relative", "paper"),
+        help="Means that do not depend on sizes and counts, or sums as the paper has them.  [default: relative]",
     ),
     click.option(
         "--smoothness", type=float, metavar="W", help="Resistance to bending.  [default: by command]"

@@ -11,6 +11,8 @@ from .curve import Curve
 from .errors import InputError
 from .maps.harmonic import HarmonicMap
 
+MOST_VERTICES = 4000  # of a map's polygon: its equations are a dense matrix
+
 
 @dataclass(frozen=True)
 class Options:
@@ -25,7 +27,9 @@ class Options:
         smoothness: α of §3.3.
         consistency: μ of the consistency energy.
         tangential: λ of §3.4, with order 1.
-        vertices: vertices of the source polygon; None chooses.
+        weights: "relative" for means over samples and boundaries, so that weights depend neither on how many there
+            are nor on the shapes' size; "paper" for the sums of the paper, in the coordinates as given.
+        vertices: vertices of the source polygon; "source" for the outline's own and no others; None chooses.
         samples_per_edge: boundary samples of each source edge.
         max_iterations: most local and global steps.
         decrease: stop when the energy falls by less than this share of itself in one step; None is 1e-4, and 2e-3
@@ -42,7 +46,8 @@ class Options:
     smoothness: float = 0.0
     consistency: float | None = None
     tangential: float = 0.05
-    vertices: int | None = None
+    weights: str = "relative"
+    vertices: int | str | None = None
     samples_per_edge: int = 4
     max_iterations: int = 300
     decrease: float | None = None
@@ -59,8 +64,13 @@ class Options:
             value = getattr(self, f.name)
             if isinstance(value, float | int) and not (np.isfinite(value) and value >= 0):
                 raise InputError(f"{f.name}: {value} is not a finite number of at least 0")
-        if self.vertices is not None and not 3 <= self.vertices <= 4000:
-            raise InputError(f"vertices: {self.vertices} is not between 3 and 4000")
+        if self.weights not in ("relative", "paper"):
+            raise InputError(f"weights: {self.weights!r} is not one of relative, paper")
+        if isinstance(self.vertices, str):
+            if self.vertices != "source":
+                raise InputError(f"vertices: {self.vertices!r} is neither a number nor 'source'")
+        elif self.vertices is not None and not 3 <= self.vertices <= MOST_VERTICES:
+            raise InputError(f"vertices: {self.vertices} is not between 3 and {MOST_VERTICES}")
         if self.tolerance == 0:
             raise InputError("tolerance: 0 cannot be reached; give a number above")
         if not (self.samples_per_edge >= 1 and self.max_iterations >= 1 and 0 < self.tangential <= 1):

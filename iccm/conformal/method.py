@@ -79,7 +79,9 @@ def solve(problem: Problem, settings: Options) -> Fit:
 def _solve(problem: Problem, settings: Options):
     """Polygon, φ, ψ, energies, status and notes, in the unit frames."""
     assert problem.target is not None
-    source, notes = simplified(from_farthest(problem.source), settings.tolerance, "source")
+    source, notes = from_farthest(problem.source), list[str]()
+    if settings.vertices != "source":
+        source, notes = simplified(source, settings.tolerance, "source")
     target, more = simplified(from_farthest(problem.target), settings.tolerance, "target")
     fineness = float(np.clip(settings.tolerance / COARSEST, FINEST / COARSEST, 1.0))
     chosen = align(problem, source, target, fineness)
@@ -194,7 +196,8 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
     """
     source, target = c.source.measure.curve, c.target.measure.curve
     error = FIRST_ERROR * settings.tolerance * target.diameter
-    radius, most = radius_along(source, PANEL), settings.vertices or MOST_VERTICES
+    own = source.z.size if settings.vertices == "source" else settings.vertices
+    radius, most = radius_along(source, PANEL), int(own or MOST_VERTICES)
     c = replace(c, between=CircleMap.of(c))
     energies: list[dict[str, float]] = []
     best: tuple[float, float, State] | None = None  # score, gap, state

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from ..shapes.shape import Shape
 
 SOLVER = (
-    "quasi", "method", "order", "max_iterations", "tolerance", "vertices", "pin_weight", "stroke_weight", "smoothness"
+    "quasi", "method", "order", "max_iterations", "tolerance", "vertices", "pin_weight", "stroke_weight", "smoothness",
+    "samples_per_edge", "weights",
 )  # fmt: skip
 
 

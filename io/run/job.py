@@ -108,7 +108,9 @@ class Job(BaseModel):
     method: Literal["conformal", "paper"] = "conformal"
     order: Literal[0, 1] | None = None
     max_iterations: int | None = Field(None, ge=1)
-    vertices: int | None = Field(None, ge=3, le=4000)
+    vertices: Annotated[int, Field(ge=3, le=4000)] | Literal["source"] | None = None
+    samples_per_edge: int | None = Field(None, ge=1, le=64)
+    weights: Literal["relative", "paper"] | None = None
     tolerance: Positive = 1e-3
     pin_weight: Positive | None = None
     stroke_weight: Positive | None = None
