@@ -201,7 +201,12 @@ SOLVER = together(
         help="Boundary gap to reach, relative to the target's diagonal.",
     ),
     click.option(
-        "--require-injective", is_flag=True, help="Exit code 1 unless the map is certified one-to-one."
+        "--require-injective",
+        is_flag=False,
+        flag_value="0.99",
+        type=float,
+        metavar="[SHARE]",
+        help="Exit code 1 unless it is certified one-to-one on this share of the source's area.  [0.99]",
     ),
 )
 

@@ -14,6 +14,8 @@ Place = tuple[float, float] | tuple[float, float, float] | Annotated[str, Field(
 """A point in a file's units, in space for a mesh, or a mesh's vertex such as v17."""
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 MAX_SIDE = 1 << 17
+CERTIFIED = 0.99
+"""Share of the source's area that `require_injective` asks for."""
 WRITTEN = ("report", "plot", "stmap")
 """Fields that name a file to write, beside `output`."""
 
@@ -69,6 +71,12 @@ def _many(value: Any) -> Any:
     return () if value is None else (value,) if isinstance(value, str | Path) else value
 
 
+def _share(value: Any) -> Any:
+    """True is the default share; false is none."""
+    return {True: CERTIFIED, False: None}[value] if isinstance(value, bool) else value
+
+
+Share = Annotated[float, BeforeValidator(_share), Field(gt=0, le=1, allow_inf_nan=False)]
 Size = Annotated[tuple[int] | tuple[int, int], BeforeValidator(_size)]
 Bytes = Annotated[int, BeforeValidator(memory), Field(ge=1)]
 Names = Annotated[tuple[str, ...], BeforeValidator(_many)]
@@ -119,7 +127,7 @@ class Job(BaseModel):
     plot: str | None = None
     stmap: str | None = None
     force: bool = False
-    require_injective: bool = False
+    require_injective: Share | None = None
 
     @model_validator(mode="after")
     def _one_stream(self) -> Job:
