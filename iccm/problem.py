@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Complex, Real, as_complex
-from .curve import Curve
+from .curve import Curve, boundary_samples
 from .errors import InputError
 from .maps.harmonic import HarmonicMap
 
@@ -163,7 +163,14 @@ class Problem:
     def world(self, polygon: Complex, phi: Complex, psi: Complex) -> HarmonicMap:
         """The map of unit frames as a map of the user's plane: constants go to φ alone, since Σ C = 1."""
         s, t = self.source_frame, self.target_frame
-        return HarmonicMap(s.world(polygon), t.world(phi), psi * t.radius)
+        z = s.world(polygon)
+        return HarmonicMap(z, t.world(phi), psi * t.radius, overhang(Curve(z), s.world(self.source.z)))
+
+
+def overhang(polygon: Curve, outline: Complex) -> float:
+    """How far the outline that a polygon stands for lies outside of it, at its vertices and three places between."""
+    z = boundary_samples(outline)
+    return float(np.abs(polygon.pulled_in(z) - z).max()) * (1 + 1e-9)
 
 
 def as_domain(shape: "Curve | ArrayLike", name: str) -> Curve:

@@ -18,14 +18,14 @@ import numpy as np
 import shapely
 
 from ..arrays import Complex, Real
-from ..curve import Curve
+from ..curve import Curve, boundary_samples
 from ..maps.harmonic import HarmonicMap
 from ..paper.algorithm1 import assemble, finish, iterate
 from ..paper.energies import Basis
 from ..paper.initial import constraint_points
 from ..paper.least_squares import System
 from ..problem import Options, Problem, from_farthest
-from ..result import Fit, Status, boundary_samples, hausdorff
+from ..result import Fit, Status, hausdorff
 from .correspondence import CircleMap, Correspondence, View
 from .harmonic_measure import HarmonicMeasure
 from .normalisation import search
@@ -71,8 +71,8 @@ def solve(problem: Problem, settings: Options) -> Fit:
     else:
         fit = finish(problem, *_solve(problem, settings))
     # judged as it is reported: in the user's frame, against the target as it was given
-    if fit.status in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
-        return replace(fit, status=Status.REACHED)
+    if fit.ended in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
+        return replace(fit, ended=Status.REACHED)
     return fit
 
 

@@ -29,7 +29,7 @@ from .evaluate import Evaluator
 NEAR = 0.5  # half of a piece, relative to its distance to the nearest vertex, at most
 SPREAD = 0.5  # radius of the disc that holds the tangents of a piece's image, relative to its centre, at most
 ROUNDING = 1e-13  # of what is added up in a value of the map or its derivatives
-MOST = 60_000  # pieces; a map that takes more is not proven
+MOST = 30_000  # pieces; a map that takes more is not proven
 ROUNDS = 50
 SLICE = 256
 

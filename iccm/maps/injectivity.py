@@ -14,6 +14,8 @@ from .harmonic import HarmonicMap
 DEPTHS = np.concatenate([10 ** np.arange(-4.0, -1.0, 0.25), 10 ** np.arange(-1.0, -0.04, 0.05)])
 """Relative to the inradius of the source."""
 BISECTIONS = 3
+TINIEST = 8  # image of a piece, in units of rounding
+CLOSER = 12  # rounds of halving pieces whose images come close
 SHORTEST = 1e-12  # edge of a ring moved inwards, relative to its length
 
 
@@ -134,7 +136,10 @@ class Inside:
         if not _apart(pieces.rings()):
             return pieces, "the image of the boundary crosses itself"
         fresh = None
-        for _ in range(ROUNDS):
+        for _ in range(CLOSER):
+            chord = np.abs(pieces.image[pieces.following] - pieces.image)
+            if chord.min() < TINIEST * self.encloser.rounding:
+                break  # thousands of pieces in one place: which of them cross is noise
             i, j = too_close(pieces, fresh)
             if not i.size:
                 return pieces, "" if _apart(pieces.rings()) else "the image of the boundary crosses itself"

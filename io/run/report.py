@@ -29,6 +29,9 @@ def build(run: Run) -> dict[str, Any]:
     What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
     job then gives the same bytes.
     """
+    for note in run.found["notes"]:
+        if note not in run.notes:
+            run.note(note)
     for doubt in doubts(run.found, run.job.tolerance, run.job.quasi is not None):
         run.note(doubt)
     report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
