@@ -122,10 +122,13 @@ class Problem:
     target_frame: Frame
 
     @classmethod
-    def of(cls, source, target, pins=None, strokes=None) -> "Problem":
-        """Check and normalise what the user gave (see `iccm.fit`)."""
+    def of(cls, source, target, pins=None, strokes=None, *, first: bool = True) -> "Problem":
+        """Check and normalise what the user gave (see `iccm.fit`); `first` says whether it matters which vertices are
+        the first, as for a start by arclength."""
         source = as_domain(source, "source")
         target = None if target is None else as_domain(target, "target")
+        if not first:
+            source, target = from_lowest(source), target and from_lowest(target)
         s, t = Frame.of(source), Frame.of(target or source)
         pins = _pins(pins)
         _inside(source, pins[:, 0], "pin")
@@ -181,6 +184,11 @@ def as_domain(shape: "Curve | ArrayLike", name: str) -> Curve:
 def from_farthest(curve: Curve) -> Curve:
     """The closed curve of a unit frame, started at its vertex farthest from 0."""
     return Curve(np.roll(curve.z, -int(np.argmax(np.abs(curve.z)))))
+
+
+def from_lowest(curve: Curve) -> Curve:
+    """The closed curve started at its leftmost vertex, the lowest of several: the same however it was given."""
+    return Curve(np.roll(curve.z, -int(np.lexsort((curve.z.imag, curve.z.real))[0])))
 
 
 def _mirror(curve: Curve) -> Curve:

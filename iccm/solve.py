@@ -38,7 +38,7 @@ def fit(
         InputError: a boundary that is no simple polygon, a constraint outside the source, an option out of range.
     """
     settings = Options(**options)
-    problem = Problem.of(source, target, pins, strokes)
+    problem = Problem.of(source, target, pins, strokes, first=settings.method == "paper")
     if settings.method == "paper":
         return algorithm1.solve(problem, settings)
     from .conformal.method import solve
