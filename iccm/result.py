@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from .arrays import Complex
+from .blas import on_one_thread
 from .curve import Curve, boundary_samples
 from .maps import harmonic
 from .maps.harmonic import HarmonicMap
@@ -141,6 +142,7 @@ class Fit:
         """About INTERIOR_POINTS points spread evenly over the inside of the source."""
         return interior_grid(Curve(self.map.polygon), INTERIOR_POINTS)
 
+    @on_one_thread
     def report(self) -> dict[str, Any]:
         """The figures of the JSON report that depend on the map alone; lengths relative to `diagonal`."""
         f_z, f_zbar = self.fast.derivatives(self.interior)

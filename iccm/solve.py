@@ -5,6 +5,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
 from .paper import algorithm1
@@ -14,6 +15,7 @@ from .result import Fit, Status
 __all__ = ["Fit", "Status", "deform", "fit"]
 
 
+@on_one_thread
 def fit(
     source: ArrayLike | Curve,
     target: ArrayLike | Curve,
@@ -46,6 +48,7 @@ def fit(
     return solve(problem, settings)
 
 
+@on_one_thread
 def deform(
     source: ArrayLike | Curve,
     *,
