@@ -25,34 +25,7 @@ from .paths import FILE
     required=True,
     help="The picture to write; - for a PNG on stdout.",
 )
-@click.option(
-    "--filter",
-    type=click.Choice(["auto", "nearest", "linear", "cubic", "lanczos"]),
-    default="auto",
-    show_default=True,
-    help="Sampling of the image; nearest for label maps and masks.",
-)
-@click.option(
-    "--kind",
-    type=click.Choice(["colour", "normal", "normal-down", "data"]),
-    default="colour",
-    show_default=True,
-    help="What the channels are; normals (y up, or y down) turn with the map.",
-)
-@click.option(
-    "--colorspace", metavar="NAME", help="The image's, as OpenColorIO names it.  [default: what it says]"
-)
-@click.option(
-    "--edge",
-    type=click.Choice(["clamp", "transparent"]),
-    default="clamp",
-    show_default=True,
-    help="What lies outside the image.",
-)
-@click.option("--threads", type=click.IntRange(1), metavar="N", help="Never changes the result.")
-@click.option("--max-pixels", type=int, default=1 << 28, show_default=True, help="Refuse larger pictures.")
-@options.MEMORY
-@click.option("--force", is_flag=True, help="Replace a file that exists.")
+@options.of("apply")
 @logs.options
 def command(stmap: str, image: str, output: str, **given: Any) -> int:
     """Warp IMAGE through STMAP, a map that `iccm map --stmap` or another program wrote.
@@ -73,15 +46,14 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     from ..io.memory import Bounded
     from ..io.pictures import image_files
     from ..io.pictures import stmap_files as maps
-    from ..io.run import outputs
-    from ..memory import Room
+    from ..memory import Memory
     from ..pixels.texture import check_kind
 
     limit, threads = given["max_pixels"], given["threads"]
     inputs = [Path(name).resolve() for name in (stmap, image)]
     if output != "-" and files.check_output(output, force=given["force"]) in inputs:
         raise InputError(f"{output}: is also an input; name another output")
-    room = Bounded(given["memory"], Path(output).resolve().parent) if given["memory"] else Room()
+    room = Bounded(given["memory"], Path(output).resolve().parent) if given["memory"] else Memory()
     st = maps.read(stmap, max_pixels=limit, room=room)
     picture = image_files.read(image, max_pixels=limit, colorspace=given["colorspace"], room=room)
     check_kind(given["kind"], picture.pixels.shape[2], image)
@@ -91,11 +63,9 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     with ExitStack() as stack:
         progress = stack.enter_context(_progress())
         advance = None if progress is None else (lambda rows: progress(rows, st.shape[0]))
-        temporary = (
-            None if output == "-" else stack.enter_context(files.replacing(output, force=given["force"]))
-        )
         sampling |= {"room": room, "threads": threads, "progress": advance}
-        outputs.put(temporary, lambda file: maps.apply(st, picture, file, **sampling))
-    if temporary:
+        path = stack.enter_context(files.writing(output, force=given["force"]))
+        maps.apply(st, picture, path, **sampling)
+    if output != "-":
         logs.log.info(f"wrote {output}")
     return 0

@@ -13,11 +13,7 @@ from .paths import FILE
 
 @click.command()
 @click.argument("shape", type=FILE)
-@options.OUTPUTS
-@options.CONSTRAINTS
-@options.SOLVER
-@options.RASTER
-@options.MESH
+@options.of("deform")
 @logs.options
 def command(shape: str, **given: Any) -> int:
     """Move SHAPE, a file or file#id, and its texture by pins and strokes alone: no target.

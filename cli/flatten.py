@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from pathlib import Path
 
 import click
 
-from ..errors import InputError
 from . import logs
 from .paths import FILE
 
@@ -63,21 +61,23 @@ def command(
 
     Exit code: 0 done, 2 an input is wrong.
     """
+    from ..io import formats
     from ..io.meshes import size_limits
     from ..io.meshes.mesh_files import check_output
     from ..io.run import flat_files, flatten
     from ..io.shapes import mesh_shape
+    from ..io.spec import Spec
 
     if not (output or uv or report or plot):
-        output = (f"{Path(mesh_shape.mesh_files.split(mesh)[0]).stem}-flat.svg",)
+        output = (f"{Spec.of(mesh).path.stem}-flat.svg",)
     for name in output:
         flat_files.check(name)
     if uv:
         check_output(uv)
-    if plot and Path(plot).suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise InputError(f"{plot}: unknown suffix for --plot; use one of .png .svg .pdf")
+    if plot:
+        formats.check(plot, "plot", "--plot")
     outputs = flatten.checked([*output, uv, plot, None if report == "-" else report], mesh, force=force)
-    size_limits.faces(mesh_shape.mesh_files.split(mesh)[0], max_faces)
+    size_limits.faces(Spec.of(mesh).path, max_faces)
     shape = mesh_shape.read(mesh, cut=cut)
     for note in shape.notes:
         logs.log.warning(f"{mesh}: {note}")

@@ -16,12 +16,7 @@ from .paths import FILE
 @click.command()
 @click.argument("source", type=FILE)
 @click.argument("target", type=FILE)
-@options.OUTPUTS
-@options.CONSTRAINTS
-@options.SOLVER
-@options.RASTER
-@options.BAKE
-@options.MESH
+@options.of("map")
 @logs.options
 def command(**given: Any) -> int:
     """Map the shape SOURCE onto the shape TARGET and carry a texture through the map.

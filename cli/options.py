@@ -1,203 +1,81 @@
-"""Options that several commands share. Each is a field of `Job`; a test holds the two together."""
+"""The options of a run on the command line: made from `iccm.io.run.options`, where each is described."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any, Literal, get_args, get_origin
 
 import click
 
+from ..io.run.options import Option, described
 from .paths import FILE
 
 Decorator = Callable[[Callable], Callable]
 
+THREADS = click.option(
+    "--threads", type=click.IntRange(1), metavar="N", help="Never changes the result.  [default: all cores]"
+)
 
-def together(*options: Decorator) -> Decorator:
-    """One decorator that adds the options in the order in which help shows them."""
 
-    def decorate(command: Callable) -> Callable:
-        for option in reversed(options):
-            command = option(command)
-        return command
+def of(command: str) -> Decorator:
+    """One decorator that adds the options of a command, in the order of help, and --threads."""
+    made: list[Decorator] = [
+        _click(name, hint, option)
+        for name, (hint, option) in described().items()
+        if command in option.commands
+    ]
+    made.append(THREADS)
+
+    def decorate(function: Callable) -> Callable:
+        for option in reversed(made):
+            function = option(function)
+        return function
 
     return decorate
 
 
-def _choice(*names: str) -> click.Choice:
-    return click.Choice(list(names))
+def _click(name: str, hint: Any, option: Option) -> Decorator:
+    settings: dict[str, Any] = {"help": option.help}
+    if hint is bool:
+        settings |= {"is_flag": True}
+    elif option.default == ():
+        settings |= {"multiple": True, "metavar": option.metavar, "type": _text(option)}
+    elif option.parse:
+        settings |= {"metavar": option.metavar, "callback": _parsed(option.parse)}
+        if option.implied is not None:
+            settings |= {"is_flag": False, "flag_value": str(option.implied)}
+    else:
+        shown = option.default is not None
+        settings |= {"metavar": option.metavar, "default": option.default, "show_default": shown}
+        settings |= {"type": _type(hint, option)}
+    return click.option(f"--{name.replace('_', '-')}", *filter(None, [option.short]), **settings)
 
 
-OUTPUTS = together(
-    click.option(
-        "--texture",
-        type=FILE,
-        metavar="IMAGE",
-        help="Picture to carry along.  [default: a numbered checkerboard]",
-    ),
-    click.option(
-        "-o",
-        "--output",
-        multiple=True,
-        type=FILE,
-        metavar="FILE",
-        help="What to write, by suffix: a picture (.png .jpg .tif .exr .webp .hdr), a mesh (.obj), artwork (.svg); "
-        "- for a PNG on stdout. May be repeated.  [default, when nothing else is written: SOURCE-TARGET.png or "
-        "SHAPE-deformed.png here]",
-    ),
-    click.option(
-        "--report", type=FILE, metavar="FILE.json", help="Figures of the run as JSON; - for stdout."
-    ),
-    click.option(
-        "--plot", type=FILE, metavar="FILE.png", help="A figure: grids, energy, distortion (.png .svg .pdf)."
-    ),
-    click.option(
-        "--stmap", type=FILE, metavar="FILE.exr", help="The map itself, for `iccm apply` and compositors."
-    ),
-    click.option("--force", is_flag=True, help="Replace files that exist."),
-)
+def _type(hint: Any, option: Option) -> Any:
+    """What click checks of a value: its kind, its choices, its bounds."""
+    types = (hint, *get_args(hint))
+    choices = next((get_args(each) for each in types if get_origin(each) is Literal), ())
+    if choices and isinstance(choices[0], str):
+        return click.Choice(choices)
+    least, above = (option.least, False) if option.above is None else (option.above, True)
+    if float in types:
+        return float if least is None else click.FloatRange(least, option.most, min_open=above)
+    return click.IntRange(least, option.most) if int in types or choices else _text(option)
 
 
-def _bytes(ctx: click.Context, parameter: click.Parameter, value: str | None) -> int | None:
-    if value is None:
-        return None
-    from ..io.run.job import memory
-
-    try:
-        return memory(value)
-    except ValueError as error:
-        raise click.BadParameter(str(error)) from None
+def _text(option: Option) -> Any:
+    """Words, or the name of a file, which shells complete."""
+    return FILE if (option.metavar or "").startswith(("FILE", "IMAGE")) else str
 
 
-MEMORY = click.option(
-    "--memory",
-    metavar="SIZE",
-    callback=_bytes,
-    help="Bound on the process, such as 2G: pictures that do not fit go through a scratch file.",
-)
+def _parsed(parse: Callable[[Any], Any]) -> Callable:
+    def parsed(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
+        try:
+            return None if value is None else parse(value)
+        except ValueError as error:
+            raise click.BadParameter(str(error)) from None
 
-RASTER = together(
-    click.option(
-        "--size", metavar="WxH|N", help="Pixels of the picture, or its longer side.  [default: 1024]"
-    ),
-    click.option(
-        "--texture-box",
-        type=_choice("viewbox", "bbox"),
-        default="viewbox",
-        show_default=True,
-        help="What of the source the texture covers: its canvas, or its outline's bounding box.",
-    ),
-    click.option(
-        "--filter",
-        type=_choice("auto", "nearest", "linear", "cubic", "lanczos", "spline"),
-        default="auto",
-        show_default=True,
-        help="Sampling of the texture; nearest for label maps and masks.",
-    ),
-    click.option(
-        "--kind",
-        type=_choice("colour", "normal", "normal-down", "data"),
-        default="colour",
-        show_default=True,
-        help="What the texture's channels are; normals (y up or down) turn with the map.",
-    ),
-    click.option(
-        "--colorspace",
-        metavar="NAME",
-        help="The texture's, as OpenColorIO names it.  [default: what it says]",
-    ),
-    click.option(
-        "--edge",
-        type=_choice("clamp", "transparent"),
-        default="clamp",
-        show_default=True,
-        help="What lies outside the texture.",
-    ),
-    click.option(
-        "--padding", type=click.IntRange(-1), metavar="N", help="Pixels to spill past the outline; -1: all."
-    ),
-    click.option(
-        "--fill",
-        type=_choice("push-pull", "nearest"),
-        default="push-pull",
-        show_default=True,
-        help="How padding is filled.",
-    ),
-    click.option(
-        "--max-pixel-error",
-        type=float,
-        default=0.05,
-        show_default=True,
-        help="Error that fast evaluation may make, in texels.",
-    ),
-    click.option(
-        "--max-pixels", type=int, default=1 << 28, show_default=True, help="Refuse larger pictures."
-    ),
-    click.option(
-        "--max-segments", type=int, default=1 << 20, show_default=True, help="Refuse SVGs that draw more."
-    ),
-    MEMORY,
-)
-
-BAKE = click.option(
-    "--bake", is_flag=True, help="Fill the texture layout that the target mesh has, not a new one."
-)
-MESH = together(
-    click.option("--cut", is_flag=True, help="Cut a closed mesh, or one with handles, open."),
-    click.option(
-        "--threads", type=click.IntRange(1), help="For the pixels; never changes the result.  [default: all]"
-    ),
-    click.option("--max-faces", type=int, default=5_000_000, show_default=True, help="Refuse larger meshes."),
-)
-
-CONSTRAINTS = together(
-    click.option(
-        "--pin",
-        multiple=True,
-        metavar="SX,SY:TX,TY",
-        help="A point of the source and where it goes, in the files' units. May be repeated.",
-    ),
-    click.option(
-        "--constraints", type=FILE, metavar="FILE.json", help="Pins and strokes from a file; - for stdin."
-    ),
-    click.option(
-        "--pin-weight", type=float, metavar="W", help="Pull of the pins against the outline's.  [default: 1]"
-    ),
-    click.option("--stroke-weight", type=float, metavar="W", help="Pull of the strokes.  [default: 1]"),
-)
-
-SOLVER = together(
-    click.option(
-        "--quasi", type=float, metavar="WEIGHT", help="Quasi-conformal, with this weight against shear."
-    ),
-    click.option(
-        "--method",
-        type=_choice("conformal", "paper"),
-        default="conformal",
-        show_default=True,
-        help="conformal finds its own start and vertices; paper is Algorithm 1 as published.",
-    ),
-    click.option(
-        "--order", type=click.IntRange(0, 1), help="Distance of zeroth or first order.  [default: by method]"
-    ),
-    click.option(
-        "--max-iterations", type=click.IntRange(1), metavar="N", help="Stop after N.  [default: by method]"
-    ),
-    click.option(
-        "--vertices", type=click.IntRange(3), metavar="N", help="Boundary vertices.  [default: by shape]"
-    ),
-    click.option(
-        "--smoothness", type=float, metavar="W", help="Resistance to bending.  [default: by command]"
-    ),
-    click.option(
-        "--tolerance",
-        type=float,
-        default=1e-3,
-        show_default=True,
-        help="Boundary gap to reach, relative to the target's diagonal.",
-    ),
-    click.option(
-        "--require-injective", is_flag=True, help="Exit code 1 unless the map is certified one-to-one."
-    ),
-)
+    return parsed
 
 
 def values(options: dict[str, object]) -> dict[str, object]:

@@ -13,10 +13,11 @@ __version__ = "0.1.0"
 _HOME = {
     "Curve": "curve",
     "Fit": "result",
-    "HarmonicMap": "harmonic",
+    "HarmonicMap": "maps.harmonic",
     "IccmError": "errors",
     "InputError": "errors",
     "Status": "result",
+    "TriangulatedMap": "maps.triangulated.map",
     "deform": "solve",
     "fit": "solve",
 }

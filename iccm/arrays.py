@@ -10,6 +10,7 @@ from .errors import InputError
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
 Index = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 Box = tuple[complex, complex]
 """Lower left and upper right corner."""
 

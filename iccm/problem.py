@@ -2,14 +2,35 @@
 
 from collections.abc import Sequence, Sized
 from dataclasses import dataclass, fields
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Complex, Real, as_complex
-from .curve import Curve
+from .curve import Curve, boundary_samples
 from .errors import InputError
 from .maps.harmonic import HarmonicMap
+
+MOST_VERTICES = 4000  # of a map's polygon: its equations are a dense matrix
+METHODS = ("balanced", "conformal", "paper")
+OTHERS = dict.fromkeys(
+    (
+        *(
+            "order",
+            "quasi",
+            "smoothness",
+            "vertices",
+            "samples_per_edge",
+            "weights",
+            "max_iterations",
+            "decrease",
+        ),
+        *("pin_weight", "stroke_weight"),
+    ),
+    "conformal or paper",
+)
+"""Options that the balanced method does not have, and whose they are."""
 
 
 @dataclass(frozen=True)
@@ -17,7 +38,13 @@ class Options:
     """How to solve. Weights are relative to the closeness of the boundary, lengths to the radius of a shape.
 
     Attributes:
-        method: "paper" for Algorithm 1 as published, "conformal" for the global start and the adaptive boundary.
+        method: "balanced" (even sizes, nothing folded, the outline held; the default where there are no constraints),
+            "conformal" (angles kept exactly) or "paper" (Algorithm 1 as published).
+        balance: θ of the balanced method: 0 keeps angles only (the conformal method), 1 is even, more keeps areas.
+        turn: degrees counter-clockwise by which the balanced method should turn the picture; "any" lets
+            the shapes say.
+        max_dilatation: the largest s1/s2 wished of the balanced method.
+        max_stretch: the largest max(s1, 1/s2) wished of the balanced method, relative to the mean scale.
         order: 0 for the distance to closest points, 1 for the first-order distance of §3.4.
         quasi: None for a conformal map, else the weight of E_q.
         pin_weight: β of §3.1.
@@ -25,7 +52,9 @@ class Options:
         smoothness: α of §3.3.
         consistency: μ of the consistency energy.
         tangential: λ of §3.4, with order 1.
-        vertices: vertices of the source polygon; None chooses.
+        weights: "relative" for means over samples and boundaries, so that weights depend neither on how many there
+            are nor on the shapes' size; "paper" for the sums of the paper, in the coordinates as given.
+        vertices: vertices of the source polygon; "source" for the outline's own and no others; None chooses.
         samples_per_edge: boundary samples of each source edge.
         max_iterations: most local and global steps.
         decrease: stop when the energy falls by less than this share of itself in one step; None is 1e-4, and 2e-3
@@ -34,7 +63,11 @@ class Options:
         tolerance: the boundary gap aimed at, relative to the diagonal of the target (conformal).
     """
 
-    method: str = "conformal"
+    method: str | None = None
+    balance: float = 1.0
+    turn: float | Literal["any"] = 0.0
+    max_dilatation: float | None = None
+    max_stretch: float | None = None
     order: int | None = None
     quasi: float | None = None
     pin_weight: float = 1.0
@@ -42,7 +75,8 @@ class Options:
     smoothness: float = 0.0
     consistency: float | None = None
     tangential: float = 0.05
-    vertices: int | None = None
+    weights: str = "relative"
+    vertices: int | str | None = None
     samples_per_edge: int = 4
     max_iterations: int = 300
     decrease: float | None = None
@@ -51,22 +85,42 @@ class Options:
 
     def __post_init__(self):
         """Reject values outside their range."""
-        if self.method not in ("paper", "conformal"):
-            raise InputError(f"method: {self.method!r} is not one of paper, conformal")
+        if self.method not in (None, *METHODS):
+            raise InputError(f"method: {self.method!r} is not one of {', '.join(METHODS)}")
+        if isinstance(self.turn, str) and self.turn != "any":
+            raise InputError(f"turn: {self.turn!r} is no angle in degrees, nor any")
         if self.order not in (None, 0, 1):
             raise InputError(f"order: {self.order!r} is not 0 or 1")
         for f in fields(self):
             value = getattr(self, f.name)
-            if isinstance(value, float | int) and not (np.isfinite(value) and value >= 0):
+            least = -np.inf if f.name == "turn" else 0
+            if isinstance(value, float | int) and not (np.isfinite(value) and value >= least):
                 raise InputError(f"{f.name}: {value} is not a finite number of at least 0")
-        if self.vertices is not None and not 3 <= self.vertices <= 4000:
-            raise InputError(f"vertices: {self.vertices} is not between 3 and 4000")
+        if self.weights not in ("relative", "paper"):
+            raise InputError(f"weights: {self.weights!r} is not one of relative, paper")
+        if isinstance(self.vertices, str):
+            if self.vertices != "source":
+                raise InputError(f"vertices: {self.vertices!r} is neither a number nor 'source'")
+        elif self.vertices is not None and not 3 <= self.vertices <= MOST_VERTICES:
+            raise InputError(f"vertices: {self.vertices} is not between 3 and {MOST_VERTICES}")
+        for name in ("max_dilatation", "max_stretch"):
+            bound = getattr(self, name)
+            if bound is not None and bound < 1:
+                raise InputError(f"{name}: {bound:g} is below 1, which no map can have")
+        if self.method == "balanced":
+            self._refuse_others()
         if self.tolerance == 0:
             raise InputError("tolerance: 0 cannot be reached; give a number above")
         if not (self.samples_per_edge >= 1 and self.max_iterations >= 1 and 0 < self.tangential <= 1):
             raise InputError(
                 "samples_per_edge and max_iterations must be at least 1, tangential above 0 and at most 1"
             )
+
+    def _refuse_others(self) -> None:
+        """Reject options of the other methods."""
+        for f in fields(self):
+            if f.name in OTHERS and getattr(self, f.name) != f.default:
+                raise InputError(f"{f.name}: an option of --method {OTHERS[f.name]}, not of balanced")
 
 
 @dataclass(frozen=True)
@@ -112,10 +166,13 @@ class Problem:
     target_frame: Frame
 
     @classmethod
-    def of(cls, source, target, pins=None, strokes=None) -> "Problem":
-        """Check and normalise what the user gave (see `iccm.fit`)."""
+    def of(cls, source, target, pins=None, strokes=None, *, first: bool = True) -> "Problem":
+        """Check and normalise what the user gave (see `iccm.fit`); `first` says whether it matters which vertices are
+        the first, as for a start by arclength."""
         source = as_domain(source, "source")
         target = None if target is None else as_domain(target, "target")
+        if not first:
+            source, target = from_lowest(source), target and from_lowest(target)
         s, t = Frame.of(source), Frame.of(target or source)
         pins = _pins(pins)
         _inside(source, pins[:, 0], "pin")
@@ -136,6 +193,12 @@ class Problem:
         return Problem(_mirror(self.source), target, self.pins.conj(), strokes, *frames)
 
     @property
+    def given(self) -> tuple[Curve, Curve]:
+        """Source and target in the user's coordinates; there must be a target."""
+        assert self.target is not None
+        return Curve(self.source_frame.world(self.source.z)), Curve(self.target_frame.world(self.target.z))
+
+    @property
     def handedness(self) -> float:
         """A number that changes sign in a mirror: the third moment of the source's boundary across its axis,
         or the target's."""
@@ -153,7 +216,14 @@ class Problem:
     def world(self, polygon: Complex, phi: Complex, psi: Complex) -> HarmonicMap:
         """The map of unit frames as a map of the user's plane: constants go to φ alone, since Σ C = 1."""
         s, t = self.source_frame, self.target_frame
-        return HarmonicMap(s.world(polygon), t.world(phi), psi * t.radius)
+        z = s.world(polygon)
+        return HarmonicMap(z, t.world(phi), psi * t.radius, overhang(Curve(z), s.world(self.source.z)))
+
+
+def overhang(polygon: Curve, outline: Complex) -> float:
+    """How far the outline that a polygon stands for lies outside of it, at its vertices and three places between."""
+    z = boundary_samples(outline)
+    return float(np.abs(polygon.pulled_in(z) - z).max()) * (1 + 1e-9)
 
 
 def as_domain(shape: "Curve | ArrayLike", name: str) -> Curve:
@@ -164,6 +234,11 @@ def as_domain(shape: "Curve | ArrayLike", name: str) -> Curve:
 def from_farthest(curve: Curve) -> Curve:
     """The closed curve of a unit frame, started at its vertex farthest from 0."""
     return Curve(np.roll(curve.z, -int(np.argmax(np.abs(curve.z)))))
+
+
+def from_lowest(curve: Curve) -> Curve:
+    """The closed curve started at its leftmost vertex, the lowest of several: the same however it was given."""
+    return Curve(np.roll(curve.z, -int(np.lexsort((curve.z.imag, curve.z.real))[0])))
 
 
 def _mirror(curve: Curve) -> Curve:

@@ -1,19 +1,21 @@
 """The entry points: `fit` and `deform`, the roof over the methods."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from numpy.typing import ArrayLike
 
+from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
 from .paper import algorithm1
-from .problem import Options, Problem
+from .problem import OTHERS, Options, Problem
 from .result import Fit, Status
 
 __all__ = ["Fit", "Status", "deform", "fit"]
 
 
+@on_one_thread
 def fit(
     source: ArrayLike | Curve,
     target: ArrayLike | Curve,
@@ -22,7 +24,7 @@ def fit(
     strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
     **options: Any,
 ) -> Fit:
-    """A conformal, or with `quasi` a harmonic, map of the source domain onto the target domain.
+    """A map of the source domain onto the target domain: balanced, conformal, or as the paper has it.
 
     Args:
         source: (n,) complex vertices of the source's boundary, x + iy, y up, either way round.
@@ -38,14 +40,33 @@ def fit(
         InputError: a boundary that is no simple polygon, a constraint outside the source, an option out of range.
     """
     settings = Options(**options)
-    problem = Problem.of(source, target, pins, strokes)
+    problem = Problem.of(source, target, pins, strokes, first=settings.method == "paper")
+    return solver(problem, settings)(problem, settings)
+
+
+def solver(problem: Problem, settings: Options) -> Callable[[Problem, Options], Fit]:
+    """What solves a problem. Unless a method is named it is the balanced one; constraints, and what the balanced method
+    does not know, are the conformal one's."""
     if settings.method == "paper":
-        return algorithm1.solve(problem, settings)
-    from .conformal.method import solve
+        return algorithm1.solve
+    constrained = bool(problem.pins.size or problem.strokes)
+    others = any(getattr(settings, name) != getattr(Options, name) for name in OTHERS)
+    if (
+        settings.method == "conformal"
+        or settings.balance == 0
+        or (not settings.method and (constrained or others))
+    ):
+        from .conformal import method as conformal
 
-    return solve(problem, settings)
+        return conformal.solve
+    if constrained:
+        raise InputError("pins and strokes: not known to --method balanced; use conformal or paper")
+    from .balanced import fit as balanced
+
+    return balanced.solve
 
 
+@on_one_thread
 def deform(
     source: ArrayLike | Curve,
     *,

@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from . import files
+from . import files, formats
 from .meshes import size_limits
-from .run.outputs import MESHES, is_mesh
-from .run.raster_size import PICTURES
 from .shapes import shape as shapes
+from .spec import Spec
 
-MANIFESTS = (".toml", ".jsonl", ".ndjson")
 MOST = 20
 MAX_FACES = 5_000_000
 
@@ -28,23 +26,22 @@ def describe(path: Path, *, max_faces: int = MAX_FACES) -> dict[str, Any]:
     """
     files.open_input(path)
     size_limits.faces(path, max_faces)
-    suffix = path.suffix.lower()
-    kinds: list[tuple[bool, Callable[[Path], dict[str, Any]]]] = [
-        (suffix in PICTURES, _picture),
-        (suffix in MESHES, _mesh),
-        (suffix == ".json", _constraints),
-        (suffix in MANIFESTS, _manifest),
-        (suffix in shapes.READERS, _shape),
-    ]
-    for fits, facts in kinds:
-        if fits:
+    kinds: dict[str, Callable[[Path], dict[str, Any]]] = {
+        "picture": _picture,
+        "mesh": _mesh,
+        "constraints": _constraints,
+        "manifest": _manifest,
+        "drawing": _shape,
+    }
+    for what, facts in kinds.items():
+        if getattr(formats.of(path), what):
             return {"file": str(path), "bytes": path.stat().st_size, **facts(path)}
-    known = sorted({*PICTURES, *MANIFESTS, *MESHES, *shapes.READERS, ".json"})
+    known = sorted(suffix for what in kinds for suffix in formats.holding(what))
     raise InputError(f"{path}: no kind of file that iccm reads; it reads {' '.join(known)}")
 
 
 def _shape(path: Path) -> dict[str, Any]:
-    drawing = shapes.drawn(path)
+    drawing = shapes.drawn(Spec(path))
     return {
         "kind": "shapes",
         "canvas": None if drawing.rectangle is None else [float(value) for value in drawing.rectangle],
@@ -86,7 +83,7 @@ def _picture(path: Path) -> dict[str, Any]:
         "colorspace": image.colorspace,
     }
     try:
-        silhouette = _shape(path) if path.suffix.lower() in shapes.READERS else {}
+        silhouette = _shape(path)
     except InputError as error:
         return {**facts, "silhouette": str(error)}
     return {
@@ -98,7 +95,7 @@ def _picture(path: Path) -> dict[str, Any]:
 def _mesh(path: Path) -> dict[str, Any]:
     from .meshes import mesh_files
 
-    if not is_mesh(str(path)):
+    if not mesh_files.is_mesh(str(path)):
         return _shape(path)
     file = mesh_files.read(str(path))
     mesh = file.mesh
@@ -120,17 +117,10 @@ def _mesh(path: Path) -> dict[str, Any]:
 
 def _charts(mesh: Any) -> int:
     """Connected pieces of the texture layout; corners without coordinates don't count."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
+    from ..meshes.layout import charts
 
-    corner, last = mesh.uv_corners, mesh.starts[1:] - 1
-    after = np.arange(1, corner.size + 1)
-    after[last] = mesh.starts[:-1]
-    both = (corner >= 0) & (corner[after] >= 0)
-    a, b = corner[both], corner[after][both]
-    used, index = np.unique(np.concatenate([a, b]), return_inverse=True)
-    links = coo_matrix((np.ones(a.size), (index[: a.size], index[a.size :])), shape=(used.size, used.size))
-    return int(connected_components(links, directed=False)[0])
+    found = charts(mesh.uv_corners, len(mesh.uv), mesh.starts)
+    return np.unique(found[found >= 0]).size
 
 
 def _surface(mesh: Any) -> dict[str, Any]:

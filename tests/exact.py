@@ -9,8 +9,7 @@ from functools import cache
 import numpy as np
 from scipy.optimize import brentq
 
-import iccm
-from tests.shapes import circle, ell, square
+from tests.shapes import circle, conformal_fit, ell, square
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)
 NODES, WEIGHTS = 0.5 * (NODES + 1), 0.5 * WEIGHTS
@@ -92,19 +91,19 @@ def fair(z):
 def smooth_error(c, n, **options):
     """Disc of n vertices onto the image of a fine one."""
     f, back = quadratic(c)
-    fit = iccm.fit(fair(circle(n)), fair(f(circle(1000))), vertices=n, tolerance=1e-6, **options)
+    fit = conformal_fit(fair(circle(n)), fair(f(circle(1000))), vertices=n, tolerance=1e-6, **options)
     assert fit.map.polygon.size <= 1.1 * n
     return moebius_error(back(fit.map(DISC)), DISC)
 
 
 def square_error(n, **options):
     """Square onto the regular polygon of 4n sides: its difference from the disc is far below the errors."""
-    fit = iccm.fit(square(), circle(1000), vertices=n, tolerance=1e-6, **options)
+    fit = conformal_fit(square(), circle(1000), vertices=n, tolerance=1e-6, **options)
     return moebius_error(fit.map(to_square()(DISC)), DISC)
 
 
 def ell_error(n, **options):
-    fit = iccm.fit(ell(), square(), vertices=n, tolerance=1e-6, **options)
+    fit = conformal_fit(ell(), square(), vertices=n, tolerance=1e-6, **options)
     image = fit.map(to_ell()(DISC))
     return moebius_error(to_square().inverse(image, 0.9 * image / np.abs(image).max()), DISC)
 

@@ -1,8 +1,13 @@
 """Simple outlines for the tests, as complex vertices, and an independent way to evaluate Cauchy-Green coordinates."""
 
+from functools import partial
+
 import numpy as np
 
+import iccm
 from iccm.curve import Curve
+
+conformal_fit = partial(iccm.fit, method="conformal")
 
 
 def circle(n=200):

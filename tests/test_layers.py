@@ -24,8 +24,10 @@ ORDER = (
     "io.pictures",
     "io.svg",
     "io.memory io.silence io.names",
+    "io.spec io.formats io.places",
     "io.files",
     "solve",
+    "balanced",
     "conformal",
     "paper",
     "problem result",
@@ -34,7 +36,7 @@ ORDER = (
     "maps",
     "curve",
     "arrays",
-    "parallel memory",
+    "parallel memory blas",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}

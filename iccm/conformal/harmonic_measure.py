@@ -20,8 +20,8 @@ from ..curve import Curve
 from ..errors import InputError
 from .panels import CORNER
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 GROW = 0.35  # growth of the element size with the distance from the boundary
-EMPTY = 1e-3  # mass of a boundary vertex without an inner neighbour, relative to its neighbours' (a convex corner)
 SHAKE = 0.1  # of the points, relative to their cell
 SUBDIVISIONS = 6  # of a panel, for interpolation
 MOST_PANELS = 50_000  # that splitting may come to; usual are hundreds, and ten thousand where a shape is thin

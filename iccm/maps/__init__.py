@@ -1,1 +1,15 @@
-"""What a map between planar domains is: harmonic maps, their evaluation, inverse, boundary image and injectivity."""
+"""What a map between planar domains is: harmonic maps, their evaluation, inverse, boundary image and injectivity.
+
+A kind of map is a class with these methods; z is in the source's plane, w in the target's, arrays are complex and (p,):
+
+- `map(z)` and `derivatives(z)`: f, and its f_z and f_z̄. `jet(z, threads)` gives all three at once.
+- `extended_inverse(w, threads)`: preimages, where the nearest point of the boundary's image stands for a point outside,
+  and how far outside each lay (`extended_inverse.Invertible`; `ExtendedInverse` keeps count).
+- `preimages(canvas, tolerance, slopes)`: the source points of a canvas's pixels, band by band
+  (`iccm.pixels.preimages.Mapping`; `preimages.of` asks for them).
+- its boundary image: `boundary_image.BoundaryImage`, closed polylines with their preimages.
+- its injectivity: `injectivity.Certificate`, what was proven.
+
+A harmonic map is bare coefficients: `Evaluator` makes it fast to evaluate, `Inverse` to invert, and whoever takes maps
+of every kind (`ExtendedInverse`, `preimages.of`) makes these from it; another kind is asked for its own methods.
+"""

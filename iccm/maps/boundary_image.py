@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from ..arrays import Complex
 from .evaluate import Evaluator, edge_jets
 
-ROUNDS = 45
-MOST = 400_000  # points: a wild map's image may be longer than any use of it
+ROUNDS = 45  # of halving: 2 ** -45 of an edge is below what stops it, 1e-12
+MOST = 400_000  # points (by hand): a wild map's image may be longer than any use of it
 
 
 @dataclass(frozen=True, eq=False)
-class Outline:
+class BoundaryImage:
     """A closed polyline with its preimage.
 
     Attributes:
@@ -27,7 +27,7 @@ class Outline:
     edge: NDArray[np.int64]
 
 
-def outline(evaluator: Evaluator, flatness: float, spacing: float = np.inf) -> Outline:
+def boundary_image(evaluator: Evaluator, flatness: float, spacing: float = np.inf) -> BoundaryImage:
     """Samples the boundary until its image is known to `flatness`, with steps of at most `spacing` (target units)."""
     polygon, n = evaluator.map.polygon, evaluator.map.polygon.size
     parts = 3
@@ -57,7 +57,7 @@ def outline(evaluator: Evaluator, flatness: float, spacing: float = np.inf) -> O
     edge, t, w = (np.concatenate(x) for x in zip(*done))
     order = np.lexsort([t, edge])
     edge, t, w = edge[order], t[order], w[order]
-    return Outline(polygon[edge] + t * evaluator.tree.edge[edge], w, edge)
+    return BoundaryImage(polygon[edge] + t * evaluator.tree.edge[edge], w, edge)
 
 
 def _on_edges(evaluator: Evaluator, edge: NDArray[np.int64], t: NDArray[np.float64]) -> Complex:

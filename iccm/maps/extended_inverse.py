@@ -2,26 +2,37 @@
 
 from dataclasses import dataclass, field
 from threading import Lock
+from typing import Protocol
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from ..arrays import Complex, Real
-from ..curve import Curve
 from ..parallel import over_slices
+from .evaluate import Evaluator
 from .harmonic import HarmonicMap
-from .inverse import Inverse
+from .inverse import Inverse, inverse_derivatives
 
-SLICE = 1 << 15
+SLICE = 1 << 15  # triangles that a thread takes at a time (by hand)
+
+
+class Invertible(Protocol):
+    """What an extended inverse asks of a map; `Inverse` gives it for the harmonic ones."""
+
+    def jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
+        """f, f_z and f_z̄ at points (p,) of the source; not finite where they do not exist."""
+
+    def extended_inverse(self, w: Complex, threads: int | None = None) -> tuple[Complex, Real]:
+        """(p,) preimages and how far outside the image each point lay; see `Inverse.extended_inverse`."""
 
 
 @dataclass(eq=False)
-class Pullback:
+class ExtendedInverse:
     """The inverse of a map, continued past the image of the boundary by its nearest point.
 
     A map meets the target's outline only to within a gap, so points on that outline may have no preimage; they take the
-    one of the nearest point of the image's outline. How many there were and how far they lay is kept.
+    one of the nearest point of the boundary's image. How many there were and how far they lay is kept.
 
     Attributes:
         map: source to target.
@@ -30,41 +41,29 @@ class Pullback:
         away: the farthest of them lay this far from the image.
     """
 
-    map: HarmonicMap
+    map: HarmonicMap | Evaluator | Invertible
     threads: int | None = None
     outside: int = field(default=0, init=False)
     away: float = field(default=0.0, init=False)
     _counting: Lock = field(default_factory=Lock, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self.inverse = Inverse(self.map)
-        self.rim = Curve(self.inverse.outline.w)
+        map = self.map
+        self._invertible: Invertible = Inverse(map) if isinstance(map, HarmonicMap | Evaluator) else map
 
     def __call__(self, w: Complex) -> Complex:
         """(p,) preimages of (p,) points, never NaN for a finite point."""
-        z = self.inverse(w, self.threads)
-        lost = np.flatnonzero(np.isnan(z))
-        if lost.size:
-            z[lost], away = self._from_rim(w[lost])
-            with self._counting:
-                self.outside += lost.size
-                self.away = max(self.away, float(away.max()))
+        z, away = self._invertible.extended_inverse(w, self.threads)
+        with self._counting:
+            self.outside += int(np.count_nonzero(away))
+            self.away = max(self.away, float(away.max(initial=0.0)))
         return z
-
-    def _from_rim(self, w: Complex) -> tuple[Complex, Real]:
-        edge, t = self.rim.locate(self.rim.closest(w))
-        after = (edge + 1) % self.rim.z.size
-        foot = self.rim.z[edge] * (1 - t) + self.rim.z[after] * t
-        z = self.inverse.outline.z
-        return z[edge] * (1 - t) + z[after] * t, np.abs(w - foot)
 
     def slopes(self, z: Complex) -> tuple[Complex, Complex]:
         """z_w and z_w̄ of the inverse at points z of the source; NaN where the map has no derivative or folds."""
-        _, a, b = self.inverse.forward.jet(z, self.threads)
-        jacobian = np.abs(a) ** 2 - np.abs(b) ** 2
-        with np.errstate(divide="ignore", invalid="ignore"):
-            z_w, z_wbar = a.conj() / jacobian, -b / jacobian
-        bad = ~(jacobian > 0) | ~np.isfinite(z_w + z_wbar)
+        _, a, b = self._invertible.jet(z, self.threads)
+        z_w, z_wbar = inverse_derivatives(a, b)
+        bad = ~(np.abs(a) > np.abs(b)) | ~np.isfinite(z_w + z_wbar)
         z_w[bad] = z_wbar[bad] = complex(np.nan, np.nan)
         return z_w, z_wbar
 

@@ -16,15 +16,17 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ..arrays import Complex
+from ..arrays import Complex, Real
+from ..curve import Curve
 from ..parallel import over_slices, thread_count
-from .boundary_image import Outline, outline
+from .boundary_image import BoundaryImage, boundary_image
 from .evaluate import Evaluator, jet_in
 from .harmonic import HarmonicMap
 from .quadtree import RHO, distance, is_inside, leaf_of
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 TRIES = 12  # seeds tried for a point before it is called lost
-SEEDS = 400_000
+SEEDS = 400_000  # at most
 
 
 class Inverse:
@@ -42,9 +44,9 @@ class Inverse:
         self.resolution = resolution or self.size / 400
 
     @cached_property
-    def outline(self) -> Outline:
+    def boundary_image(self) -> BoundaryImage:
         """The image of the boundary, flat to a twentieth of the resolution."""
-        return outline(self.forward, 0.05 * self.resolution, 2 * self.resolution)
+        return boundary_image(self.forward, 0.05 * self.resolution, 2 * self.resolution)
 
     @cached_property
     def seeds(self) -> tuple[Complex, Complex]:
@@ -54,10 +56,10 @@ class Inverse:
 
     @cached_property
     def rim(self) -> tuple[Complex, Complex]:
-        """Points just inside the boundary, one for each of the outline's segments, and their images."""
-        z = self.outline.z
+        """Points just inside the boundary, one for each of the boundary image's segments, and their images."""
+        z = self.boundary_image.z
         ahead = np.roll(z, -1) - z
-        inward = 1j * self.forward.tree.edge[self.outline.edge]
+        inward = 1j * self.forward.tree.edge[self.boundary_image.edge]
         rim = z + 0.5 * ahead + inward / np.abs(inward) * 0.25 * np.abs(ahead)
         w = self.forward(rim)
         good = np.isfinite(w)
@@ -83,6 +85,32 @@ class Inverse:
             out[todo] = self.solve(flat[todo], near, threads)
             todo, tried = todo[np.isnan(out[todo])], count
         return out.reshape(w.shape)
+
+    @cached_property
+    def _image_curve(self) -> Curve:
+        return Curve(self.boundary_image.w)
+
+    def inverse(self, w: Complex, threads: int | None = None) -> Complex:
+        """The call, under the name that maps of other kinds have for it."""
+        return self(w, threads)
+
+    def extended_inverse(self, w: Complex, threads: int | None = None) -> tuple[Complex, Real]:
+        """(p,) preimages of finite points (p,), those outside the image taking that of the nearest point of the
+        boundary's image, and (p,) how far they lie from it: 0 where there is a preimage."""
+        z, away = self(w, threads), np.zeros(w.size)
+        lost = np.flatnonzero(np.isnan(z))
+        if lost.size:
+            edge, t = self._image_curve.locate(self._image_curve.closest(w[lost]))
+            after = (edge + 1) % self.boundary_image.z.size
+            z[lost], foot = (
+                a[edge] * (1 - t) + a[after] * t for a in (self.boundary_image.z, self.boundary_image.w)
+            )
+            away[lost] = np.abs(w[lost] - foot)
+        return z, away
+
+    def jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
+        """f, f_z and f_z̄ of the map itself, as `Evaluator.jet`."""
+        return self.forward.jet(z, threads)
 
     def seed_numbers(self, w: Complex, count: int, threads: int | None = 1) -> NDArray[np.int64]:
         """(p, count) numbers of the seeds whose images are nearest to w (p,), nearest first."""
@@ -114,6 +142,13 @@ def inverse(map: HarmonicMap | Evaluator | Inverse, w: Complex) -> Complex:
         The same shape, NaN where w has no preimage inside.
     """
     return (map if isinstance(map, Inverse) else Inverse(map))(w)
+
+
+def inverse_derivatives(f_z: Complex, f_zbar: Complex) -> tuple[Complex, Complex]:
+    """z_w and z_w̄ of a map's inverse where the map has such derivatives; not finite where its Jacobian is 0."""
+    jacobian = np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return f_z.conj() / jacobian, -f_zbar / jacobian
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..arrays import Index, Real
 from ..errors import InputError
 
-FLAT = 1e-14  # a face with less area than this times its longest edge squared has no usable angles
+FLAT = 1e-14  # a face with less area than this times its longest edge squared has no usable angles (by hand)
 MOST_EARS = 100  # corners of a polygon that is cut into ears, which takes their number to the third power
 
 

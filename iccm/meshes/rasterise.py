@@ -16,12 +16,12 @@ from ..arrays import Index, Real
 from ..parallel import over_slices
 
 NONE = -1
-SLICE = 1 << 15
-ROWS = 1024  # of the grid that a thread fills at a time, looking at every triangle
+SLICE = 1 << 15  # triangles that a thread takes at a time (by hand)
+ROWS = 1024  # (by hand) of the grid that a thread fills at a time, looking at every triangle
 
 
 @dataclass(frozen=True, eq=False)
-class Raster:
+class Ownership:
     """Triangles on a grid of texels.
 
     Attributes:
@@ -43,7 +43,7 @@ def rasterise(
     border: NDArray[np.bool_] | None = None,
     wrap: bool = False,
     threads: int | None = None,
-) -> Raster:
+) -> Ownership:
     """Rasterise triangles, the first one winning where several overlap.
 
     Args:
@@ -63,7 +63,7 @@ def rasterise(
     if border is not None and border.any():
         nearest = np.full((height, width), np.inf, np.float32)
         _touch(corners, np.flatnonzero(border), owner, centre, nearest, wrap)
-    return Raster(owner, centre, sum(overlaps))
+    return Ownership(owner, centre, sum(overlaps))
 
 
 def affine(corners: Real, values: NDArray, threads: int | None = None) -> NDArray:

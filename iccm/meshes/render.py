@@ -5,11 +5,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ..arrays import Index, Real
-from ..pixels.sampler import Places, Reader
+from ..pixels.sampler import Sampler
+from ..pixels.texture import Places
 from .rasterise import affine
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 SAMPLES = 2  # a pixel and axis
-AMBIENT = 0.35
+AMBIENT = 0.35  # share of the light that comes from everywhere
 CREASE = 0.7  # cosine of 45 degrees
 
 
@@ -31,7 +33,7 @@ def view(points: Real, faces: Index) -> Real:
 
 
 def render(
-    points: Real, faces: Index, uv: Real, read: Reader | None, size: int, axes: Real | None = None
+    points: Real, faces: Index, uv: Real, sampler: Sampler | None, size: int, axes: Real | None = None
 ) -> NDArray[np.uint8]:
     """An (h, w, 4) picture with transparent background, `size` pixels on its longer side.
 
@@ -39,7 +41,7 @@ def render(
         points: (n, 3) positions.
         faces: (m, 3) vertices.
         uv: (m, 3, 2) places of the corners in the texture, in texels, y down.
-        read: the texture, None for plain clay.
+        sampler: the texture, None for plain clay.
         size: pixels.
         axes: as `view` gives; chosen by it if None.
     """
@@ -57,7 +59,7 @@ def render(
     _nearest(corners, slopes, owner, depth)
     at = np.flatnonzero(owner >= 0)
     own = owner.ravel()[at]
-    colour = _texels(corners, uv, own, at, width, read)
+    colour = _texels(corners, uv, own, at, width, sampler)
     shade = affine(corners, _light(points, faces, axes))[own]
     light = shade[:, 0] + shade[:, 1] * (at % width + 0.5) + shade[:, 2] * (at // width + 0.5)
     picture = np.zeros((height * width, 4), np.float32)
@@ -96,8 +98,8 @@ def _unit(vectors: Real) -> Real:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
 
-def _texels(corners: Real, uv: Real, own: NDArray, at: Index, width: int, read: Reader | None) -> Real:
-    if read is None:
+def _texels(corners: Real, uv: Real, own: NDArray, at: Index, width: int, sampler: Sampler | None) -> Real:
+    if sampler is None:
         return np.full((at.size, 3), 0.8, np.float32)
     across = affine(corners, uv[..., 0])
     down = affine(corners, uv[..., 1])
@@ -108,7 +110,7 @@ def _texels(corners: Real, uv: Real, own: NDArray, at: Index, width: int, read: 
         xy = np.column_stack([c[:, 0] + c[:, 1] * x[p] + c[:, 2] * y[p] for c in (u, v)])
         return Places(xy, np.column_stack([u[:, 1], u[:, 2], v[:, 1], v[:, 2]]))
 
-    pixels = read(places, at.size)
+    pixels = sampler(places, at.size)
     top = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
     values = pixels.astype(np.float32) / top
     return values[:, :3] if values.shape[1] >= 3 else np.repeat(values[:, :1], 3, axis=1)

@@ -1,66 +1,60 @@
-"""A mesh's own texture carried to a planar target, through its texture coordinates."""
+"""Where points of a flattened mesh's plane lie in the mesh's own texture."""
 
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..arrays import Complex
-from ..maps.extended_inverse import Pullback
-from ..maps.harmonic import HarmonicMap
-from ..pixels.canvas import Canvas, Diagnostics
-from ..pixels.coverage import coverage
-from ..pixels.sampler import Places, Reader
-from ..pixels.warp import Warped
-from .bake import Plane, Surface
+from ..arrays import Complex, Real
+from ..pixels.texture import Places
+from .layout import turns
+from .locate import Locator
 
-ROWS = 64
+ROUNDED = 1e-6  # texels beyond the texture's edge that are still on it (by hand: above round-off)
 
 
-def warp(
-    map: HarmonicMap, read: Reader, canvas: Canvas, place: Plane | Surface, threads: int | None = None
-) -> Warped:
-    """The texture seen through the map; as `resample.warp`, but `place` says where points of the source lie in it.
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Places in the texture of a mesh, whose flattening is the source's plane.
 
-    Args:
-        map: source → target.
-        read: the texture.
-        canvas: the raster to make, in the target's plane.
-        place: where points of the source's plane lie in the texture.
-        threads: as many as there are processors by default.
+    Attributes:
+        locator: of the flattening.
+        corners: (m, 3, 2) texture coordinates of its triangles in texels, y down; beyond the texture it repeats.
+        size: the texture's width and height in texels.
     """
-    pull, texture = Pullback(map, threads), read.texture
-    loop = canvas.pixels(pull.rim.z)
-    alpha = texture.alpha if texture.alpha >= 0 else read.channels
-    out = np.zeros((canvas.height, canvas.width, read.channels + (texture.alpha < 0)), read.dtype)
-    full = np.iinfo(out.dtype).max if out.dtype.kind == "u" else 1
-    done = Diagnostics()
-    for row in range(0, canvas.height, ROWS):
-        rows = min(ROWS, canvas.height - row)
-        cover, inside = coverage(loop, row, rows, canvas.width)
-        at = np.flatnonzero((cover > 0) | inside)
-        steps = _steps(pull, canvas, canvas.centres(row, rows).ravel()[at])
-        pixels = read(partial(_places, place, steps), at.size, threads)
-        share = np.maximum(cover.ravel()[at], inside.ravel()[at] * 1e-6)
-        band = out[row : row + rows].reshape(-1, out.shape[2])
-        band[at, : read.channels] = pixels
-        opacity = pixels[:, alpha] if texture.alpha >= 0 else full
-        band[at, alpha] = np.rint(opacity * share) if full > 1 else opacity * share
-        if texture.associated:
-            band[at, : read.channels] = (pixels * share[:, None]).astype(out.dtype)
-        done.inside += int(inside.sum())
-        done.edge += int(at.size - inside.sum())
-    done.exact, done.fallback = done.inside, pull.outside
-    return Warped(out, alpha, done)
 
+    locator: Locator
+    corners: Real
+    size: tuple[int, int]
 
-def _steps(pull: Pullback, canvas: Canvas, w: Complex) -> tuple[Complex, Complex, Complex]:
-    """Where points of the target come from, and the steps there of a pixel right and one down."""
-    z = pull(w)
-    z_w, z_wbar = (np.nan_to_num(s) for s in pull.slopes(z))
-    dx, dy = canvas.step
-    return z, (z_w + z_wbar) * dx, -1j * (z_w - z_wbar) * dy
+    @property
+    def scale(self) -> tuple[float, float]:
+        """Texels a unit, across and down: the square root of the ratio of areas."""
+        at = self.locator.flat[self.locator.faces]
+        flat, own = (np.abs(turns(c)).sum() for c in (np.stack([at.real, at.imag], axis=-1), self.corners))
+        return (float(np.sqrt(own / flat)),) * 2
 
+    def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
+        """As `Placing.places`."""
+        triangle, weights = self.locator(z, 1)
+        place = np.einsum("pk,pkc->pc", weights, self.corners[triangle])
+        beyond = (place < -ROUNDED) | (place > np.add(self.size, ROUNDED))
+        place = np.where(beyond, np.mod(place, self.size), place)
+        at = self.locator.flat[self.locator.faces[triangle]]
+        e1, e2 = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
+        area = (e1.conj() * e2).imag
+        d1, d2 = (self.corners[triangle, k] - self.corners[triangle, 0] for k in (1, 2))
+        turn = np.empty((z.size, 4))
+        for k, step in enumerate((right, down)):
+            s, t = (step.conj() * e2).imag / area, (e1.conj() * step).imag / area
+            turn[:, k::2] = s[:, None] * d1 + t[:, None] * d2
+        turned = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
+        tangent = np.sign(turned) * (e1 * d2[:, 1] - e2 * d1[:, 1])  # where x grows and y does not
+        steps = (step * tangent.conj() for step in (right, down))
+        return Places(place, turn, *(np.where(turned > 0, step.conj(), step) for step in steps))
 
-def _places(place: Plane | Surface, steps: tuple[Complex, Complex, Complex], part: slice) -> Places:
-    z, zx, zy = (values[part] for values in steps)
-    return place.texels(z, zx, zy, 1)
+    @classmethod
+    def of(cls, locator: Locator, uv: Real, size: tuple[int, int]) -> "Surface":
+        """From (m, 3, 2) texture coordinates, v up; each triangle comes to where its middle is on the texture."""
+        corners = np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1)
+        return cls(locator, (corners - np.floor(corners.mean(axis=1, keepdims=True))) * size, size)

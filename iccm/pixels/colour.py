@@ -3,10 +3,12 @@
 from functools import cache
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 Float = NDArray[np.float32]
 HALF = np.finfo(np.float16).max
+FINE = 4096  # cells of the table from linear light to sRGB bytes, narrower than any byte's share
 
 
 def linear_from_srgb(v):
@@ -63,8 +65,12 @@ def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool, associated
         for k in _colours(straight, alpha):
             straight[..., k] = srgb_from_linear(straight[..., k])
         values, srgb = _scaled(straight, alpha, divide=False), False
-    top = np.iinfo(dtype).max if dtype.kind != "f" else 0
     out = np.empty(values.shape, dtype=dtype)
+    if srgb and dtype == np.uint8:
+        channels = values.shape[2]
+        _encode_bytes(values.reshape(-1, channels), alpha, *_byte_edges(), out.reshape(-1, channels))
+        return out
+    top = np.iinfo(dtype).max if dtype.kind != "f" else 0
     for k in range(values.shape[2]):
         v = np.clip(values[..., k], 0, 1) if top else values[..., k]
         if srgb and k != alpha:
@@ -73,6 +79,30 @@ def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool, associated
             v = np.where(np.isinf(v), v, np.clip(v, -HALF, HALF))
         out[..., k] = np.rint(v * top) if top else v
     return out
+
+
+@cache
+def _byte_edges() -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
+    """Linear values at which sRGB bytes 0 .. 255 begin (and infinity), and the byte where each of FINE cells starts."""
+    edges = linear_from_srgb((np.arange(256) - 0.5) / 255)
+    start = np.searchsorted(edges, np.arange(FINE + 1) / FINE, side="right") - 1
+    return np.append(edges, np.inf), start.astype(np.uint8)
+
+
+@njit(cache=True, nogil=True)
+def _encode_bytes(values, alpha, edges, start, out):
+    """Linear values (p, c) as sRGB bytes, by looking up instead of raising to powers."""
+    for i in range(values.shape[0]):
+        for channel in range(values.shape[1]):
+            v = values[i, channel]
+            v = min(v, 1.0) if v > 0 else 0.0  # NaN too
+            if channel == alpha:
+                out[i, channel] = np.uint8(np.rint(v * 255))
+                continue
+            code = np.int64(start[int(v * FINE)])
+            while v >= edges[code + 1]:
+                code += 1
+            out[i, channel] = code
 
 
 def tables(dtype: np.dtype, channels: int, alpha: int, *, srgb: bool) -> Float:

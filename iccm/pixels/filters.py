@@ -7,246 +7,22 @@ quasi-conformal map, and changes continuously between these. Wide kernels read a
 """
 
 import math
-from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit, types
 from numba.extending import overload
-from numpy.typing import NDArray
 
-from ..memory import Room
-from ..parallel import over_slices
+from ..arrays import Real
 from .colour import Float
+from .pyramid import CLAMP, CLEAR, FRAME, Pyramid
 
 NEAREST, LINEAR, CUBIC, LANCZOS, SPLINE = 0, 1, 2, 3, 4
 FILTERS = {"nearest": NEAREST, "linear": LINEAR, "cubic": CUBIC, "lanczos": LANCZOS, "spline": SPLINE}
-RADIUS = (0.5, 1.0, 2.0, 3.0, 3.0)
-LONGEST = 8.0  # longest over shortest axis of a kernel: beyond, the short one is widened
-BLEND = 1.5  # a spline gives way to the cubic between a footprint of one texel and this
-FRAME = 12  # texels around a spline's coefficients: what lies outside no longer matters beyond
-CLAMP, CLEAR = 0, 1
-STRIP, LEAST_ROWS = 1 << 20, 64  # numbers of a picture, and rows of a wide one, that are worked on at a time
-HALO = 20  # rows around them that two reductions by two reach
-
-
-class Pyramid(NamedTuple):
-    """A picture and its reductions by powers of two.
-
-    Attributes:
-        base: (h, w, c) the picture, ready to be filtered, or as stored in integers.
-        decode: (levels, c) what stored integers mean, channel by channel; empty if the picture is ready.
-        alpha: the channel that the others are to be multiplied by when they are decoded, or -1.
-        texels: (t, c) the reductions, ready, row after row.
-        size: (l,) how many texels of the picture a level's texel is wide; 1 is the picture itself.
-        start, height, width: (l,) where a level begins in `texels`, and its size.
-        edge: CLAMP or CLEAR, what lies outside.
-        spline: (h + 2 FRAME, w + 2 FRAME, c) coefficients of the quintic spline through the picture, or nothing.
-    """
-
-    base: NDArray
-    decode: Float
-    alpha: int
-    texels: Float
-    size: NDArray[np.int64]
-    start: NDArray[np.int64]
-    height: NDArray[np.int64]
-    width: NDArray[np.int64]
-    edge: int
-    spline: Float
-
-
-def pyramid(
-    picture: Float, edge: int, kind: int, room: Room | None = None, threads: int | None = None
-) -> Pyramid:
-    """What a filter of the given kind reads of an (h, w, c) picture that is ready: linear and premultiplied.
-
-    Args:
-        picture: the picture.
-        edge: CLAMP or CLEAR.
-        kind: a filter's number.
-        room: where the reductions are kept.
-        threads: never change the result.
-    """
-    c = picture.shape[2]
-    spline = _coefficients(picture, edge) if kind == SPLINE else np.empty((0, 0, c), dtype=np.float32)
-    no = np.empty((0, c), dtype=np.float32)
-    levels = _reductions(picture.shape, picture.__getitem__, 0 if kind == NEAREST else 1, edge, room, threads)
-    return _stacked(picture, no, -1, levels, edge, spline)
-
-
-def compact(
-    pixels: NDArray,
-    decode: Float,
-    alpha: int,
-    edge: int,
-    kind: int,
-    room: Room | None = None,
-    threads: int | None = None,
-) -> Pyramid:
-    """The same of a large picture that stays as it is stored, in unsigned integers.
-
-    Its first reduction is by four, so that all of them together take a third of the memory of 8-bit pixels; a spline
-    gives way to the cubic.
-
-    Args:
-        pixels: (h, w, c) uint8 or uint16.
-        decode: (levels, c) the linear value of every integer, by channel.
-        alpha: the channel to premultiply by, or -1.
-        edge, kind, room, threads: as for `pyramid`.
-    """
-    spline = np.empty((0, 0, pixels.shape[2]), dtype=np.float32)
-
-    def read(rows: slice) -> Float:
-        return ready(pixels[rows], decode, alpha)
-
-    levels = _reductions(pixels.shape, read, 0 if kind == NEAREST else 2, edge, room, threads)
-    return _stacked(pixels, decode, alpha, levels, edge, spline)
-
-
-def ready(pixels: NDArray, decode: Float, alpha: int) -> Float:
-    """(h, w, c) stored integers decoded and premultiplied; arguments as for `compact`."""
-    out = np.empty(pixels.shape, dtype=np.float32)
-    _decoded(pixels, decode, alpha, out)
-    return out
-
-
-def strip_rows(width: int, channels: int) -> int:
-    """How many rows of a picture are worked on at a time."""
-    return max(LEAST_ROWS, STRIP // max(1, width * channels) // 8 * 8)
-
-
-def _reductions(
-    shape: tuple[int, ...],
-    read: Callable[[slice], Float],
-    halvings: int,
-    edge: int,
-    room: Room | None,
-    threads: int | None,
-) -> tuple[Float, list[Float], list[int]]:
-    """All reductions' texels, the reductions as views of them, and by how much each is reduced.
-
-    Args:
-        shape: (h, w, c) of the picture.
-        read: gives rows of it.
-        halvings: before the first reduction; later ones are halves of those before. None at all for 0.
-        edge, room, threads: as for `pyramid`.
-    """
-    (h, w, c), room = shape, room or Room()
-    sizes: list[int] = []
-    while halvings and max(h, w) > (sizes[-1] if sizes else 1):
-        sizes.append(2 * sizes[-1] if sizes else 1 << halvings)
-    shapes = [(-(-h // size), -(-w // size)) for size in sizes]
-    ends = np.cumsum([0, *(a * b for a, b in shapes)])
-    texels = room((int(ends[-1]), c), np.float32)
-    levels = [texels[i : i + a * b].reshape(a, b, c) for i, (a, b) in zip(ends, shapes)]
-    for out in levels:
-        _shrink(read, h, out, halvings, edge, room, threads)
-        read, h, halvings = out.__getitem__, len(out), 1
-    return texels, levels, sizes
-
-
-def _shrink(
-    read: Callable[[slice], Float],
-    height: int,
-    out: Float,
-    halvings: int,
-    edge: int,
-    room: Room,
-    threads: int | None,
-) -> None:
-    """Halves a picture both ways, once or twice, some rows at a time."""
-    by = 1 << halvings
-
-    def strip(rows: slice) -> None:
-        above, below = min(rows.start, HALO), min(height - rows.stop, HALO)
-        part = read(slice(rows.start - above, rows.stop + below))
-        for _ in range(halvings):
-            part = _reduced(part, edge)
-        first = rows.start // by
-        out[first : -(-rows.stop // by)] = part[above // by :][: -(-(rows.stop - rows.start) // by)]
-        room.release()
-
-    over_slices(strip, height, threads, strip_rows(by * out.shape[1], out.shape[2]))
-
-
-def _stacked(base, decode, alpha, levels: tuple[Float, list[Float], list[int]], edge: int, spline) -> Pyramid:
-    texels, reduced, sizes = levels
-    shapes = np.array([base.shape[:2], *(level.shape[:2] for level in reduced)], dtype=np.int64)
-    start = np.cumsum([0, 0, *(len(level) * level.shape[1] for level in reduced)])[: len(shapes)]
-    size = np.array([1, *sizes], dtype=np.int64)
-    height, width = np.ascontiguousarray(shapes.T)
-    return Pyramid(base, decode, alpha, texels, size, start.astype(np.int64), height, width, edge, spline)
-
-
-def _reduced(a: Float, edge: int) -> Float:
-    """(h, w, c) halved both ways with a Lanczos-windowed half-band kernel of 12 taps."""
-    x = (np.arange(6) + 0.5) / 2
-    side = np.sinc(x) * np.sinc(x / 3)
-    taps = np.concatenate([side[::-1], side]).astype(np.float32)
-    taps /= taps.sum()
-    h, w, c = a.shape
-    low = np.zeros(((h + 1) // 2, w, c), dtype=np.float32)
-    _halve_rows(a.reshape(h, w * c), taps, edge, low.reshape(len(low), w * c))
-    out = np.zeros((len(low), (w + 1) // 2, c), dtype=np.float32)
-    _halve_columns(low, taps, edge, out)
-    return out
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _halve_rows(a, taps, edge, out):
-    h = a.shape[0]
-    for i in range(out.shape[0]):
-        for t in range(taps.size):
-            row = 2 * i + t - 5
-            if edge == CLEAR and (row < 0 or row >= h):
-                continue
-            row, tap = min(max(row, 0), h - 1), taps[t]
-            for j in range(a.shape[1]):
-                out[i, j] += tap * a[row, j]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _halve_columns(a, taps, edge, out):
-    w, c = a.shape[1], a.shape[2]
-    line = np.zeros(((w + 12), c), dtype=np.float32)  # a row with its surroundings
-    for i in range(a.shape[0]):
-        for j in range(w + 12):
-            if edge == CLAMP or 5 <= j < w + 5:
-                for k in range(c):
-                    line[j, k] = a[i, min(max(j - 5, 0), w - 1), k]
-        for j in range(out.shape[1]):
-            for t in range(taps.size):
-                for k in range(c):
-                    out[i, j, k] += taps[t] * line[2 * j + t, k]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _decoded(pixels, decode, alpha, out):
-    """Stored integers made ready."""
-    h, w, c = pixels.shape
-    for i in range(h):
-        for j in range(w):
-            over = decode[pixels[i, j, alpha], alpha] if alpha >= 0 else np.float32(1)
-            for k in range(c):
-                value = decode[pixels[i, j, k], k]
-                out[i, j, k] = value if k == alpha else over * value
-
-
-def _coefficients(picture: Float, edge: int) -> Float:
-    """Quintic B-spline coefficients (Unser 1999) of the picture in a frame of what lies outside."""
-    from scipy.ndimage import spline_filter1d
-
-    framed = _framed(picture, [(FRAME, FRAME), (FRAME, FRAME), (0, 0)], edge)
-    out = np.empty_like(framed)
-    for k in range(framed.shape[2]):
-        along = spline_filter1d(framed[..., k], 5, 0, output=np.float64, mode="mirror")
-        out[..., k] = spline_filter1d(along, 5, 1, output=np.float64, mode="mirror")
-    return out
-
-
-def _framed(a: Float, frame: list[tuple[int, int]], edge: int) -> Float:
-    return np.pad(a, frame, mode="edge") if edge == CLAMP else np.pad(a, frame)
+RADIUS = (0.5, 1.0, 2.0, 3.0, 3.0)  # of the kernels, in texels
+LONGEST = (
+    8.0  # longest over shortest axis of a kernel: beyond, the short one is widened (by hand: bounds the work)
+)
+BLEND = 1.5  # a spline gives way to the cubic between a footprint of one texel and this (by hand)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -320,7 +96,7 @@ def _nearest(tex, x, y, out):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gather(tex, x, y, p, q, r, level, kind, weights, out):
-    """The kernel with S⁻¹ = [[p, q], [q, r]] at (x, y) of a level. `weights` is room for one row of them."""
+    """The kernel with S⁻¹ = [[p, q], [q, r]] at (x, y) of a level. `weights` has room for one row of them."""
     w, h, first = tex.width[level], tex.height[level], tex.start[level]
     det = p * r - q * q
     reach_x, reach_y = RADIUS[kind] * (abs(r) + abs(q)) / det, RADIUS[kind] * (abs(p) + abs(q)) / det
@@ -386,7 +162,7 @@ def _smooth(tex, x, y, across, down, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def read_all(tex, xy, turn, kind, out):
+def _read_all(tex, xy, turn, kind, out):
     """Filters at texel coordinates xy (p, 2) with footprints turn (p, 4) = xx, xy, yx, yy into out (p, c).
 
     x is to the right, y down, and the first texel's centre at 0.5. A footprint that is not finite counts as a point.
@@ -420,3 +196,66 @@ def read_all(tex, xy, turn, kind, out):
                     value[k] = mixed[k] if share == 1 else share * mixed[k] + (1 - share) * value[k]
         for k in range(value.size):
             out[i, k] = value[k]
+
+
+def read(tex: Pyramid, xy: Real, turn: Real, kind: int) -> Float:
+    """(p, c) values at texel coordinates with footprints, see `_read_all`; magnified pixels under a cubic filter take
+    a short cut, which differs by rounding."""
+    out = np.empty((len(xy), tex.base.shape[2]), np.float32)
+    if kind != CUBIC or tex.base.dtype.kind != "f":
+        _read_all(tex, xy, turn, kind, out)
+        return out
+    left = _magnified(tex, xy, turn, out)
+    if left.any():
+        rest = np.empty((int(left.sum()), out.shape[1]), np.float32)
+        _read_all(tex, xy[left], turn[left], kind, rest)
+        out[left] = rest
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _magnified(tex, xy, turn, out):
+    """Catmull-Rom where the texture is magnified and its edge is not near; (p,) whether a point is left to do."""
+    width, height, channels = tex.width[0], tex.height[0], tex.base.shape[2]
+    row, reach = width * channels, 4 * channels
+    texels = tex.base.reshape(height * row)
+    columns = np.empty(reach)
+    left = np.ones(xy.shape[0], np.bool_)
+    for i in range(xy.shape[0]):
+        x, y = xy[i]
+        a, b, c, d = turn[i]
+        e, f, g = a * a + b * b, a * c + b * d, c * c + d * d
+        if not (e <= 1 and g <= 1 and (1 - e) * (1 - g) >= f * f):  # an axis of the footprint over one texel
+            continue
+        if not (1.5 <= x < width - 1.5 and 1.5 <= y < height - 1.5):
+            continue
+        j, k = int(x - 0.5), int(y - 0.5)
+        first = (k - 1) * row + (j - 1) * channels
+        above, upper = texels[first : first + reach], texels[first + row : first + row + reach]
+        first += 2 * row
+        lower, below = texels[first : first + reach], texels[first + row : first + row + reach]
+        w = _catmull_rom(y - 0.5 - k)
+        for n in range(reach):
+            columns[n] = w[0] * above[n] + w[1] * upper[n] + w[2] * lower[n] + w[3] * below[n]
+        w = _catmull_rom(x - 0.5 - j)
+        for n in range(channels):
+            m = n + 2 * channels
+            out[i, n] = (
+                w[0] * columns[n]
+                + w[1] * columns[n + channels]
+                + w[2] * columns[m]
+                + w[3] * columns[m + channels]
+            )
+        left[i] = False
+    return left
+
+
+@njit(cache=True, nogil=True)
+def _catmull_rom(t):
+    """Weights of the four texels around a place t past the second one."""
+    return (
+        ((-0.5 * t + 1) * t - 0.5) * t,
+        (1.5 * t - 2.5) * t * t + 1,
+        ((-1.5 * t + 2) * t + 0.5) * t,
+        (0.5 * t - 0.5) * t * t,
+    )

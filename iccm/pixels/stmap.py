@@ -12,18 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Box
-from ..maps.evaluate import Evaluator
-from ..maps.harmonic import HarmonicMap
-from ..maps.inverse import Inverse
 from ..parallel import in_order
-from . import inverse_tiles
-from .canvas import Band, Canvas, Diagnostics, Raster
+from . import inverse_tiles, preimages
+from .canvas import Band, Canvas, Diagnostics
 
-FINEST = 16384  # texels across: the accuracy that suits any picture
+FINEST = 16384  # texels across: the accuracy that suits any picture (by hand)
 
 
 def stmap(
-    map: HarmonicMap | Evaluator | Inverse,
+    map: preimages.AnyMap,
     box: Box,
     canvas: Canvas,
     *,
@@ -44,12 +41,11 @@ def stmap(
     Yields:
         (rows, W, 4) s, t, 0, coverage.
     """
-    inverse = map if isinstance(map, Inverse) else Inverse(map, 2 * min(canvas.step))
     size = box[1] - box[0]
-    raster = Raster(inverse, canvas, max_error / texels * min(size.real, size.imag), slopes=False)
+    source = preimages.of(map, canvas, max_error / texels * min(size.real, size.imag), slopes=False)
 
     def rows(row: int) -> NDArray[np.float32]:
-        band = raster.band(row)
+        band = source.band(row)
         seen = band.coverage > 0
         out = np.zeros((*seen.shape, 4), dtype=np.float32)
         z = band.z[seen] - box[0]
@@ -60,7 +56,7 @@ def stmap(
 
 
 class Stored:
-    """An STMap in the place of a `Raster`: (H, W, c) with s, t in the first two channels and alpha, if any, last.
+    """An STMap in the place of a map: (H, W, c) with s, t in the first two channels and alpha, if any, last.
 
     Args:
         st: the map's pixels; without a fourth channel, pixels where s and t are both 0 or not finite are empty.
@@ -71,6 +67,10 @@ class Stored:
         self.st, self.aspect = st, aspect
         self.canvas = Canvas(st.shape[1], st.shape[0], (0j, complex(st.shape[1], st.shape[0])))
         self.box = (0j, complex(aspect, 1))
+
+    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> "Stored":
+        """Itself: it knows no other canvas than its own, and nothing more accurate."""
+        return self
 
     def band(self, row: int) -> Band:
         """The band that starts at the given row."""

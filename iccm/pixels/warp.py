@@ -8,26 +8,26 @@ from numpy.typing import NDArray
 
 from ..arrays import Box
 from ..errors import InputError
-from ..maps.evaluate import Evaluator
-from ..maps.harmonic import HarmonicMap
-from ..maps.inverse import Inverse
 from ..parallel import in_order
-from . import inverse_tiles
-from .canvas import Band, Canvas, Diagnostics, Raster
-from .normals import turned
-from .stmap import Stored
-from .texture import Prepared, Texture
+from . import inverse_tiles, preimages
+from .canvas import Band, Canvas, Diagnostics
+from .padding import pad
+from .preimages import AnyMap
+from .sampler import SLICE, Sampler, put
+from .texture import Places, Placing, Texture
 
-__all__ = ["Box", "Canvas", "Prepared", "Texture", "Warp", "Warped", "warp", "whole"]
+__all__ = ["Box", "Canvas", "Sampler", "Texture", "Warp", "Warped", "padded", "warp", "whole"]
 
-
-CHUNK = 1 << 17  # pixels that are filtered at a time
-PIXEL, SAMPLE = 96, 256  # bytes that each pixel of a band, and of those filtered at a time, takes on the way
+ACROSS = SLICE // inverse_tiles.TILE  # columns of a band that are filtered at a time
+PIXEL, SAMPLE = (
+    96,
+    1024,
+)  # bytes that each pixel of a band, and of those filtered at a time, takes: arrays counted
 
 
 def band_bytes(width: int) -> int:
     """Bytes that a thread takes to make rows of a picture."""
-    return width * inverse_tiles.TILE * PIXEL + CHUNK * SAMPLE
+    return width * inverse_tiles.TILE * PIXEL + SLICE * SAMPLE
 
 
 def whole_bytes(height: int, width: int, channels: int, itemsize: int) -> int:
@@ -45,13 +45,14 @@ class Warped:
 
 
 def warp(
-    map: HarmonicMap | Evaluator | Inverse | Stored,
+    map: AnyMap,
     texture: Texture,
     canvas: Canvas,
     *,
     filter: str = "auto",
     kind: str = "colour",
     edge: str = "clamp",
+    placing: Placing | None = None,
     antialias: bool = True,
     padding: int = 0,
     fill: str = "push-pull",
@@ -65,11 +66,8 @@ def warp(
         map: source → target, or a stored one.
         texture: placed in the source's plane; a stored map's `box` is where it goes.
         canvas: the raster to make, in the target's plane; the stored map's own.
-        filter: "nearest", "linear", "cubic" (Catmull-Rom), "lanczos", "spline" (quintic, for smooth pictures that are
-            enlarged; cubic where they are shrunk), or "auto" (cubic).
-        kind: "colour" (filtered in linear light, premultiplied), "data" (numbers, filtered as they are), or "normal"
-            and "normal-down" (tangent-space normals with y up or down, turned with the map and renormalised).
-        edge: outside the texture's box its edge is repeated ("clamp") or nothing is there ("transparent").
+        filter, kind, edge: as for `Sampler`.
+        placing: as for `Warp`.
         antialias: whether alpha holds the coverage of outline pixels; else it is all or nothing.
         padding: pixels to extend the colours beyond the outline (alpha stays), -1 for all. Needs straight alpha.
         fill: how, "push-pull" (smooth) or "nearest".
@@ -83,8 +81,8 @@ def warp(
     Raises:
         InputError: an unknown filter, kind or edge; normals without three channels; padding of associated alpha.
     """
-    ready = Prepared(texture, filter, kind, edge, threads=threads)
-    job = Warp(map, ready, canvas, antialias=antialias, max_error=max_error)
+    sampler = Sampler(texture, filter, kind, edge, threads=threads)
+    job = Warp(map, sampler, canvas, placing=placing, antialias=antialias, max_error=max_error)
     return whole(job, padding=padding, fill=fill, threads=threads, progress=progress)
 
 
@@ -105,7 +103,7 @@ def whole(
         if progress:
             progress(len(block))
     if padding:
-        if job.source.texture.associated:
+        if job.sampler.texture.associated:
             raise InputError(
                 "padding: the texture's alpha is associated, so nothing can be stored where it is zero"
             )
@@ -117,68 +115,78 @@ def padded(pixels: NDArray, alpha: int, reach: int, fill: str) -> NDArray:
     """(h, w, c) straight pixels, their colours extended where the channel `alpha` is 0; arguments as for `warp`."""
     if fill not in ("push-pull", "nearest"):
         raise InputError(f"fill {fill!r}: not one of push-pull, nearest")
-    from .padding import pad
-
     colours = [k for k in range(pixels.shape[2]) if k != alpha]
-    out = pixels.copy()
-    out[..., colours] = pad(pixels[..., colours], pixels[..., alpha] > 0, reach, fill)
+    out, extended = pixels.copy(), pixels[..., colours]
+    pad(extended, pixels[..., alpha] > 0, reach, fill)
+    out[..., colours] = extended
     return out
 
 
 class Warp:
-    """A warp made ready: everything that is not one band's own. Arguments as in `warp`."""
+    """A warp made ready: everything that is not one band's own.
+
+    Args:
+        map: source → target, of any kind; or an STMap.
+        sampler: the texture.
+        canvas, antialias, max_error: as in `warp`.
+        placing: where points of the source's plane lie in the texture, if it does not lie flat there.
+    """
 
     def __init__(
         self,
-        map: HarmonicMap | Evaluator | Inverse | Stored,
-        source: Prepared,
+        map: AnyMap,
+        sampler: Sampler,
         canvas: Canvas,
         *,
+        placing: Placing | None = None,
         antialias: bool = True,
         max_error: float = 0.05,
     ):
-        self.source, self.canvas, self.antialias = source, canvas, antialias
-        self.alpha, self.channels, self.dtype = source.alpha, source.channels, source.texture.pixels.dtype
+        texture = sampler.texture
+        self.sampler, self.canvas, self.antialias, self.dtype = sampler, canvas, antialias, sampler.dtype
+        self.placing: Placing = placing or texture
+        self.channels = sampler.channels + (texture.alpha < 0)
+        self.alpha = texture.alpha if texture.alpha >= 0 else sampler.channels
         self.diagnostics = Diagnostics()
-        if isinstance(map, Stored):
-            self.raster: Raster | Stored = map
-        else:
-            inverse = map if isinstance(map, Inverse) else Inverse(map, 2 * min(canvas.step))
-            self.raster = Raster(inverse, canvas, max_error * min(1 / s for s in source.texture.scale))
+        self.preimages = preimages.of(map, canvas, max_error / max(self.placing.scale))
 
     def blocks(self, threads: int | None = None) -> Iterator[NDArray]:
         """(rows, W, c) finished pixels from top to bottom."""
 
         def finished(row: int) -> tuple[NDArray, Diagnostics]:
-            band = self.raster.band(row)
+            band = self.preimages.band(row)
             return self._finish(band), band.diagnostics
 
         each, what = band_bytes(self.canvas.width), f"rows of {self.canvas.width} pixels"
-        threads = self.source.room.threads(threads, each, what)
+        threads = self.sampler.memory.threads(threads, each, what)
         for block, seen in in_order(finished, range(0, self.canvas.height, inverse_tiles.TILE), threads):
             self.diagnostics.add(seen)
             yield block
 
     def _finish(self, band: Band) -> NDArray:
         """Stored pixels of a band; zero where nothing is."""
-        at = np.flatnonzero(band.coverage)
-        out = np.zeros((band.coverage.size, self.channels), dtype=self.dtype)
+        rows, width = band.coverage.shape
+        out = np.zeros((rows * width, self.channels), dtype=self.dtype)
         cover = band.coverage.ravel()
         if not self.antialias:
             cover = (cover >= 0.5).astype(np.float32)
-        for first in range(0, at.size, CHUNK):
-            part = at[first : first + CHUNK]
-            out[part] = self.source.stored(self._filtered(band, part), cover[part])
-            self.source.room.release()
-        return out.reshape(*band.coverage.shape, self.channels)
+        for first in range(
+            0, width, ACROSS
+        ):  # squares: little of the texture is read at a time, however it turns
+            i, j = np.nonzero(band.coverage[:, first : first + ACROSS])
+            part = i * width + first + j
+            put(out, part, self.sampler.stored(self.sampler.values(self._places(band, part)), cover[part]))
+            self.sampler.memory.release()
+        return out.reshape(rows, width, self.channels)
 
-    def _filtered(self, band: Band, at: NDArray[np.intp]) -> NDArray[np.float32]:
-        """(p, c) linear values of the band's pixels numbered `at`."""
-        z, right, down = (a.ravel()[at] for a in (band.z, band.right, band.down))
-        out = self.source.read(z, right, down)
-        if self.source.kind.startswith("normal"):
-            dx, dy = self.canvas.step
-            inverse = right / dx + 1j * down / dy  # along the inverse's derivative: the map's angle, negated
-            turn = np.where(inverse != 0, inverse, 1).conj()
-            out[:, :3] = turned(out[:, :3], turn, self.dtype, up=self.source.kind == "normal")
-        return out
+    def _places(self, band: Band, at: NDArray[np.intp]) -> Places:
+        """Where the band's pixels numbered `at` lie in the texture; normals turn by the map's angle."""
+        z = band.z.ravel()[at]
+        right, down = (a.ravel()[at] for a in (band.right, band.down))
+        places = self.placing.places(z, right, down)
+        if not self.sampler.kind.startswith("normal"):
+            return places
+        dx, dy = self.canvas.step
+        along = right / dx + 1j * down / dy  # the inverse's derivative: the map's angle, negated
+        turned = self.placing.places(z, along, -1j * along)
+        return places._replace(right=turned.right, down=turned.down)

@@ -8,8 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ...errors import InputError
-from ...maps.evaluate import Evaluator
-from ...maps.harmonic import HarmonicMap
+from ...maps.kinds import AnyMap, Evaluated
 from ..shapes.shape import Shape
 from ..svg.source import SUFFIXES, drawing_bytes
 from . import attributes
@@ -30,7 +29,7 @@ def check(source: Shape, target: Shape) -> None:
 
 def carry(
     source: Shape,
-    map: HarmonicMap | Evaluator,
+    map: AnyMap | Evaluated,
     target: Shape,
     path: str | Path,
     *,

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from ...arrays import Complex
 from ...curve import Curve
 from ...maps.bezier_fit import refit
-from ...maps.evaluate import Evaluator
-from ...maps.harmonic import HarmonicMap
+from ...maps.kinds import AnyMap, Evaluated, evaluated
 from ..shapes.shape import Shape
 from ..svg.affine import Affine
 from ..svg.path_data import Run
@@ -48,9 +47,9 @@ class Carrier:
         notes: what was cut off, left out or approximated, with how often.
     """
 
-    def __init__(self, map: HarmonicMap | Evaluator, source: Shape, tolerance: float):
-        self.map = map if isinstance(map, Evaluator) else Evaluator(map)
-        self.rim = Curve(self.map.map.polygon)
+    def __init__(self, map: AnyMap | Evaluated, source: Shape, tolerance: float):
+        self.map = evaluated(map)
+        self.rim = Curve(self.map.polygon)
         outline = source.curve.z
         gap = float(np.abs(self.rim.at(self.rim.closest(outline)) - outline).max())
         self.domain = Domain(self.rim, max(1.2 * gap, NEAR * source.curve.diagonal))

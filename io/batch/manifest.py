@@ -18,7 +18,8 @@ from pydantic import ValidationError
 
 from ...errors import InputError
 from .. import files, names
-from ..run.job import WRITTEN, Job, mistakes, path_of
+from ..run.job import WRITTEN, Job, mistakes
+from ..spec import Spec, path_of
 
 MAX_BYTES, MAX_JOBS, LONGEST = 64 << 20, 100_000, 500
 MAX_DEPTH = 8  # of lists and tables in each other; pins need three
@@ -216,8 +217,8 @@ def _matches(spec: str, base: str) -> list[str]:
     path = os.path.join(base, spec)
     if not glob.has_magic(spec) or os.path.exists(path):
         return [path]
-    file, mark, chosen = path.partition("#")
-    return sorted(match + mark + chosen for match in glob.glob(file, recursive=True))
+    file = path_of(path)
+    return sorted(match + path[len(file) :] for match in glob.glob(file, recursive=True))
 
 
 def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -> Task | None:
@@ -258,10 +259,11 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
 
 def _unmakeable(job: Job) -> Iterator[str]:
     """What is wrong with the kinds of the outputs."""
-    from ..run.execute import makers_of
+    from ..run import outputs
+    from ..run.inputs import Inputs
 
     try:
-        makers_of(job)
+        outputs.of(job, Inputs(job, keep=False))
     except InputError as error:
         yield str(error)
 
@@ -271,13 +273,11 @@ def _fields(values: dict[str, Any], number: int) -> dict[str, str]:
     fields = {"number": str(number)}
     for key in GLOBBED:
         spec = values.get(key)
-        spec = spec if isinstance(spec, str) else ""
-        path = Path(path_of(spec))
-        chosen = spec[len(path_of(spec)) + 1 :]
+        named = Spec.of(spec if isinstance(spec, str) else "")
         fields |= {
-            f"{key}.stem": path.stem,
-            f"{key}.name": path.name,
-            f"{key}.id": re.sub(r"[^\w.-]", "_", chosen),
+            f"{key}.stem": named.path.stem,
+            f"{key}.name": named.path.name,
+            f"{key}.id": re.sub(r"[^\w.-]", "_", named.chosen or ""),
         }
     return fields
 

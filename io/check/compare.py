@@ -13,9 +13,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import InputError
-from .. import files
+from .. import files, formats
 from ..run.job import mistakes
-from ..run.raster_size import PICTURES
 
 MAX_BYTES = 1 << 28
 
@@ -102,7 +101,7 @@ def compare(name: str, run: Path, baseline: Path, allowed: Tolerances) -> Verdic
         verdict.problems.append("missing from the run")
     elif not baseline.is_file():
         verdict.problems.append("has no baseline; --update makes it one")
-    elif baseline.suffix.lower() in PICTURES:
+    elif formats.of(baseline).picture:
         _pictures(run, baseline, allowed.pictures, verdict)
     elif baseline.suffix.lower() == ".json":
         _reports(run, baseline, allowed, verdict)

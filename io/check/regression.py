@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ...errors import InputError
-from .. import files
-from .compare import PICTURES, Tolerances, Verdict, compare, finite, scaled
+from .. import files, formats
+from .compare import Tolerances, Verdict, compare, finite, scaled
 
 SETTINGS = "tolerances.toml"
 
@@ -80,7 +80,7 @@ def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | N
     from ..pictures import image_files
 
     pair = [baselines / verdict.name, run / verdict.name]
-    if Path(verdict.name).suffix.lower() not in PICTURES or not all(path.is_file() for path in pair):
+    if not formats.of(verdict.name).picture or not all(path.is_file() for path in pair):
         return None
     try:
         shown = [_shown(image_files.read(path).pixels) for path in pair]

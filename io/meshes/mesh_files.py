@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
-from .. import files
+from .. import files, formats
+from ..spec import Spec
 from . import material_library, obj, obj_write
 from .obj import Obj
+from .obj_source import ObjSource
 
 MAX_BYTES = 4 << 30
-THROUGH_TRIMESH = (".glb", ".gltf", ".ply", ".off", ".stl")
-SUFFIXES = (".obj", *THROUGH_TRIMESH)
-WITH_UV = (".obj", ".glb", ".ply")
 NEW = "iccm"  # a material of ours
 PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"  # how such files begin
 
@@ -51,64 +50,38 @@ class MeshFile:
 
 def is_mesh(spec: str) -> bool:
     """Whether `file` or `file#part` names a mesh by its suffix, an OBJ only if it has more than one face."""
-    path = split(spec)[0]
-    suffix = path.suffix.lower()
-    if suffix != ".obj":
-        return suffix in THROUGH_TRIMESH
-    faces = 0
-    with files.open_input(path).open("rb") as lines:
-        for line in lines:
-            faces += line[:2] in (b"f ", b"f\t")
-            if faces > 1:
-                return True
-    return False
+    path = Spec.of(spec).path
+    if formats.suffix_of(path) != ".obj":
+        return formats.of(path).mesh
+    return ObjSource(path).faces > 1
 
 
-def split(spec: str) -> tuple[Path, str | None]:
-    """`file#part` as file and part; a file that is really called so is taken whole."""
-    for at in [len(spec), *(k for k in range(len(spec) - 1, 0, -1) if spec[k] == "#")]:
-        if Path(spec[:at]).is_file():
-            return Path(spec[:at]), spec[at + 1 :] or None
-    file, _, part = spec.partition("#")
-    return Path(file), part or None
-
-
-def read(spec: str) -> MeshFile:
+def read(text: str, whole: Obj | None = None) -> MeshFile:
     """The mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
     A part is an OBJ object, group or material, or a GLB geometry; a loop is a number, 1 for the longest boundary.
+    `whole` is the content of the file, if it is an OBJ that was read.
 
     Raises:
         InputError: the file cannot be read, or has no such part.
     """
-    path, chosen = split(spec)
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError(f"{path}: no mesh is read from {suffix!r}; use one of {', '.join(SUFFIXES)}")
-    whole = _read_obj(path) if suffix == ".obj" else _read_other(path)
-    part, loop = _part_and_loop(chosen, whole[1])
-    return whole[0](part, loop)
+    spec = Spec.of(text)
+    path, suffix = spec.path, formats.suffix_of(spec.path)
+    if not formats.of(path).mesh:
+        known = ", ".join(formats.holding("mesh"))
+        raise InputError(f"{path}: no mesh is read from {suffix!r}; use one of {known}")
+    picked, names = _of_obj(whole or obj.read(path)) if suffix == ".obj" else _read_other(path)
+    spec = spec.among(names)
+    return picked(spec.part, 1 if spec.number is None else spec.number)
 
 
 Reader = tuple[Callable[[str | None, int], MeshFile], list[str]]
 
 
-def _part_and_loop(chosen: str | None, names: list[str]) -> tuple[str | None, int]:
-    """A number is a loop, unless a part is called so."""
-    if chosen is None or chosen in names:
-        return chosen, 1
-    part, mark, last = chosen.rpartition("#")
-    if last.isdecimal():
-        return (part if mark else None), int(last)
-    return chosen, 1
-
-
-def _read_obj(path: Path) -> Reader:
-    whole = obj.read(path)
-
+def _of_obj(whole: Obj) -> Reader:
     def picked(part: str | None, loop: int) -> MeshFile:
         faces = whole.faces_of(part) if part else np.ones(len(whole.face_at), bool)
-        return MeshFile(path, whole.mesh(part), faces, whole, loop=loop)
+        return MeshFile(whole.path, whole.mesh(part), faces, whole, loop=loop)
 
     return picked, whole.parts()
 
@@ -189,8 +162,9 @@ def check_output(name: str) -> None:
     Raises:
         InputError: naming the suffixes that can.
     """
-    if Path(name).suffix.lower() not in WITH_UV:
-        raise InputError(f"{name}: cannot hold texture coordinates; use one of {', '.join(WITH_UV)}")
+    if not formats.of(name).uv:
+        known = ", ".join(formats.holding("uv"))
+        raise InputError(f"{name}: cannot hold texture coordinates; use one of {known}")
 
 
 def check_texture(name: Path, texture: Path | bytes | None) -> None:
@@ -231,7 +205,7 @@ def write(
         out: where to write now, a temporary file beside `name`.
         name: what it will be called.
         texture: the picture to show, or its content; None to leave materials alone.
-        force: whether the `companions` may be replaced.
+        force: whether what is `written_beside` it may be replaced.
 
     Returns:
         The other files written, and notes on what could not be kept.
@@ -246,7 +220,7 @@ def write(
     if texture is None:
         out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners))
         return [], []
-    library, *beside = (Path(other) for other in companions(name, texture))
+    library, *beside = (Path(other) for other in written_beside(name, texture))
     materials, notes = _library(whole)
     rename, plain = _renamed(whole, faces)
     binding = obj_write.Binding(library.name, rename, plain)
@@ -263,7 +237,7 @@ def write(
     return [str(library), *map(str, beside)], notes
 
 
-def companions(name: Path, texture: Path | bytes | None) -> list[str]:
+def written_beside(name: Path, texture: Path | bytes | None) -> list[str]:
     """The files that `write` puts beside an output: an OBJ's material library, and a picture that is no file yet."""
     if texture is None or name.suffix.lower() != ".obj":
         return []

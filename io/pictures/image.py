@@ -10,21 +10,11 @@ from numpy.typing import NDArray
 
 from ...arrays import Box
 from ...errors import InputError
-from ...memory import Room
+from ...memory import Memory
 from ...pixels import colour
-from ...pixels.filters import strip_rows
+from ...pixels.pyramid import strip_rows
 from ...pixels.texture import Texture
-
-DISPLAY = {".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tga", ".gif"}  # hold encoded colours only
-LINEAR = {".exr", ".hdr"}  # hold linear, associated floats only
-COLOURED = {".webp", ".hdr", ".bmp", ".jxl"}  # hold no grey
-OPAQUE = {".jpg", ".jpeg", ".hdr"}  # hold no alpha
-INTEGERS: dict[str, list[type]] = {
-    ".jpg": [np.uint8],
-    ".webp": [np.uint8],
-    ".bmp": [np.uint8],
-    ".png": [np.uint8, np.uint16],
-}
+from ..formats import Picture
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +39,12 @@ class Image:
     notes: tuple[str, ...] = ()
     holes: int = 0
 
-    def texture(self, box: Box, kind: str = "colour", room: Room | None = None) -> Texture:
+    def texture(self, box: Box, kind: str = "colour", room: Memory | None = None) -> Texture:
         """The picture placed in the plane, in sRGB or linear light. `kind` other than "colour" is taken as numbers."""
         transfer = "linear" if kind != "colour" else transfer_of(self.colorspace)
         if transfer is not None:
             return Texture(self.pixels, box, self.alpha, transfer, self.associated)
-        room = room or Room()
+        room = room or Memory()
         linear = room(self.pixels.shape, np.float32)
         step = strip_rows(*linear.shape[1:])
         for row in range(0, len(linear), step):
@@ -89,31 +79,29 @@ def transfer_of(colorspace: str) -> str | None:
     return None
 
 
-def prepared(image: Image, suffix: str) -> Image:
+def prepared(image: Image, format: Picture) -> Image:
     """The picture as a format can hold it: encoding, association of alpha, channels and depth."""
     before, encoded = image.colorspace, transfer_of(image.colorspace)
-    unsaid = suffix != ".png" and encoded != "srgb" and image.colorspace != "data"  # only PNG says the space
-    if suffix in DISPLAY:
+    unsaid = not format.named and encoded != "srgb" and image.colorspace != "data"
+    display, linear = format.light == "display", format.light == "linear"
+    if display:
         image = straight(image)
-    if suffix in LINEAR and (encoded != "linear" or image.pixels.dtype.kind != "f"):
+    if linear and (encoded != "linear" or image.pixels.dtype.kind != "f"):
         space = "data" if image.colorspace == "data" else "lin_rec709"
         image = _converted(
             image, space, np.dtype(np.float16 if image.pixels.dtype == np.uint8 else np.float32)
         )
-    elif suffix in DISPLAY and (unsaid or image.pixels.dtype.kind == "f"):
-        depth = np.uint16 if np.uint16 in INTEGERS.get(suffix, []) else np.uint8
+    elif display and (unsaid or image.pixels.dtype.kind == "f"):
+        depth = np.uint16 if 16 in format.bits else np.uint8
         image = _converted(image, "data" if image.colorspace == "data" else "sRGB", np.dtype(depth))
     if image.colorspace != before:
         image = replace(image, metadata=_without(image, "ICCProfile", "CICP"))
-    if image.alpha >= 0 and (suffix in OPAQUE or suffix == ".exr"):
-        image = _associated(image, keep=suffix == ".exr")
-    if image.pixels.dtype == np.uint16 and INTEGERS.get(suffix) == [np.uint8]:
+    if image.alpha >= 0 and (linear or not format.alpha):
+        image = _associated(image, keep=format.alpha)
+    if image.pixels.dtype == np.uint16 and 16 not in format.bits:
         image = replace(image, pixels=np.rint(image.pixels / 257.0).astype(np.uint8))
-    if (
-        suffix in COLOURED
-        and image.pixels.shape[2] < 3
-        and (image.alpha >= 0) == (image.pixels.shape[2] == 2)
-    ):
+    channels = image.pixels.shape[2]
+    if not format.grey and channels < 3 and (image.alpha >= 0) == (channels == 2):
         image = replace(
             image,
             pixels=image.pixels[..., [0, 0, 0, 1][: 3 + (image.alpha >= 0)]],

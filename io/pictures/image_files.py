@@ -13,11 +13,12 @@ import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...memory import Room
-from ...pixels.filters import strip_rows
+from ...memory import Memory
+from ...pixels.pyramid import strip_rows
+from .. import formats
 from ..files import open_input
 from ..silence import silenced
-from .image import OPAQUE, Image, error_of, prepared, transfer_of
+from .image import Image, error_of, prepared, transfer_of
 
 __all__ = ["MAX_PIXELS", "Image", "check", "read", "transfer_of", "write", "write_bands"]
 
@@ -28,7 +29,6 @@ STRAIGHT = {"bmp", "dds", "jpeg2000", "jpegxl"}
 PNG = b"\x89PNG\r\n\x1a\n"
 # PNG about as small as by default, in a third of the time; filters are numbered by libpng, this one is "up".
 ENCODERS = {"png:compressionLevel": 4, "png:filter": 32, "jpeg:subsampling": "4:4:4"}
-QUALITY = {".jpg": "jpeg:95", ".jpeg": "jpeg:95", ".webp": "lossless", ".jxl": "jpegxl:100"}
 # What describes the old file's storage rather than the picture.
 FORGOTTEN: tuple[str, ...] = (
     "oiio:",
@@ -49,7 +49,7 @@ def read(
     *,
     max_pixels: int = MAX_PIXELS,
     colorspace: str | None = None,
-    room: Room | None = None,
+    room: Memory | None = None,
 ) -> Image:
     """Reads the first picture of a file as it is stored, upright.
 
@@ -66,10 +66,10 @@ def read(
         if content.read(len(PNG)) == PNG:
             _check_png(path, content)
     with silenced():
-        return _read(path, max_pixels, colorspace, room or Room())
+        return _read(path, max_pixels, colorspace, room or Memory())
 
 
-def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Room) -> Image:
+def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memory) -> Image:
     config = oiio.ImageSpec()
     config["oiio:UnassociatedAlpha"] = 1
     file = oiio.ImageInput.open(str(path), config)
@@ -116,8 +116,10 @@ def check(path: str | Path, like: Image, height: int, width: int) -> None:
         height, width: of the picture.
 
     Raises:
-        InputError: the format does not hold so many pixels or channels, or not the colour space.
+        InputError: an unknown suffix, or the format does not hold so many pixels or channels, or not the colour space.
     """
+    if formats.of(path).picture is None:
+        raise _unknown(path)
     side = max(height, width)
     row = np.zeros((1, side, like.pixels.shape[2]), like.pixels.dtype)
     with tempfile.TemporaryDirectory() as folder:
@@ -150,15 +152,14 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
         height, width: of the whole picture.
         blocks: rows of `like`'s kind.
     """
-    suffix = Path(path).suffix.lower()
-    row = 0
+    row, format = 0, formats.picture(path)
     with _opened(path) as file:
         for block in blocks:
-            ready = prepared(replace(like, pixels=block), suffix)
+            ready = prepared(replace(like, pixels=block), format)
             if row == 0:
                 _check_channels(path, ready, file.supports("nchannels"))
                 with silenced():
-                    begun = file.open(str(path), _spec(ready, height, width, suffix))
+                    begun = file.open(str(path), _spec(ready, height, width, format.encoder))
                 if not begun:
                     raise InputError(f"{path}: cannot be written: {error_of(file)}")
             rows = np.ascontiguousarray(ready.pixels)
@@ -174,12 +175,19 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
 
 def _check_channels(path: str | Path, image: Image, any_number: bool) -> None:
     """Refuses what would come back as something else: the last of 2 or 4 channels as alpha, 2 and alpha as colours."""
-    suffix, colours = Path(path).suffix.lower(), image.pixels.shape[2] - (image.alpha >= 0)
-    if colours in (1, 3) or (any_number and (colours > 3 or suffix == ".exr")):
+    format, colours = formats.picture(path), image.pixels.shape[2] - (image.alpha >= 0)
+    if colours in (1, 3) or (any_number and (colours > 3 or format.light == "linear")):
         return
-    held = f"1{', 3 or more' if any_number else ' or 3'} channels{' beside alpha' if suffix not in OPAQUE else ''}"
+    suffix = formats.suffix_of(path)
+    held = f"1{', 3 or more' if any_number else ' or 3'} channels{' beside alpha' if format.alpha else ''}"
     others = ".exr" if any_number or colours == 2 else ".exr or .tif"
     raise InputError(f"{path}: {suffix} holds {held}, not {colours}; use {others}")
+
+
+def _unknown(path: str | Path) -> InputError:
+    return InputError(
+        f"{path}: no picture format has the suffix {Path(path).suffix!r}; use .png, .tif or .exr"
+    )
 
 
 @contextmanager
@@ -187,9 +195,7 @@ def _opened(path: str | Path) -> Iterator[Any]:
     file = oiio.ImageOutput.create(str(path))
     if file is None:
         oiio.geterror()
-        raise InputError(
-            f"{path}: no picture format has the suffix {Path(path).suffix!r}; use .png, .tif or .exr"
-        )
+        raise _unknown(path)
     try:
         yield file
     finally:
@@ -198,7 +204,7 @@ def _opened(path: str | Path) -> Iterator[Any]:
         raise InputError(f"{path}: cannot be written: {error_of(file)}")
 
 
-def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Room) -> NDArray | None:
+def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Memory) -> NDArray | None:
     """The (h, w, c) pixels, some rows at a time: the library's own reading of all holds them twice."""
     c, tall = spec.nchannels, max(1, spec.tile_height)
     step = -(-strip_rows(spec.width, c) // tall) * tall
@@ -237,7 +243,7 @@ def _check_png(path: str | Path, content: BinaryIO) -> None:
             raise InputError(f"{path}: the picture is damaged: wrong checksum of {name.decode('latin-1')}")
 
 
-def _holes(pixels: NDArray, room: Room) -> int:
+def _holes(pixels: NDArray, room: Memory) -> int:
     """How many texels are not finite in some channel."""
     count, step = 0, strip_rows(*pixels.shape[1:])
     for row in range(0, len(pixels), step):
@@ -265,7 +271,7 @@ def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int, who
     return tuple(notes)
 
 
-def _copied(pixels: NDArray, out: NDArray, room: Room) -> NDArray:
+def _copied(pixels: NDArray, out: NDArray, room: Memory) -> NDArray:
     """`out` with the pixels in it."""
     step = strip_rows(*pixels.shape[1:])
     for row in range(0, len(pixels), step):
@@ -330,7 +336,7 @@ def _metadata(spec: oiio.ImageSpec) -> tuple[dict[str, Any], bool]:
     return kept | {"channels": ("Y",) if names == ("A",) else names}, whole
 
 
-def _spec(image: Image, height: int, width: int, suffix: str) -> oiio.ImageSpec:
+def _spec(image: Image, height: int, width: int, encoder: str) -> oiio.ImageSpec:
     channels = image.pixels.shape[2]
     names = {np.dtype(dtype): name for name, dtype in KEPT.items()}
     spec = oiio.ImageSpec(width, height, channels, names[image.pixels.dtype])
@@ -349,8 +355,8 @@ def _spec(image: Image, height: int, width: int, suffix: str) -> oiio.ImageSpec:
     spec.alpha_channel = image.alpha
     if image.alpha >= 0 and not image.associated:
         spec.attribute("oiio:UnassociatedAlpha", 1)
-    if suffix in QUALITY:
-        spec.attribute("Compression", QUALITY[suffix])
+    if encoder:
+        spec.attribute("Compression", encoder)
     for name, value in ENCODERS.items():
         spec.attribute(name, value)
     if "DateTime" not in image.metadata:
@@ -366,7 +372,7 @@ def _fits(profile: Any, colours: int) -> bool:
     return header[36:] == b"acsp" and header[16:20] == {1: b"GRAY", 3: b"RGB "}.get(colours)
 
 
-def _displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Room) -> NDArray:
+def _displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Memory) -> NDArray:
     """The pixels of the display window: an EXR may store more or less than that."""
     full = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
     if full == (spec.x, spec.y, spec.width, spec.height) or min(full[2:]) <= 0:

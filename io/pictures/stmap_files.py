@@ -8,19 +8,20 @@ from numpy.typing import NDArray
 
 from ...arrays import Box
 from ...errors import InputError
-from ...memory import Room
+from ...memory import Memory
 from ...pixels import stmap
 from ...pixels.canvas import Canvas
 from ...pixels.inverse_tiles import TILE
-from ...pixels.warp import PIXEL, Prepared, Warp
+from ...pixels.sampler import Sampler
+from ...pixels.warp import PIXEL, Warp
+from .. import formats
 from . import image_files
 
-SUFFIXES = (".exr", ".tif", ".tiff")
 _SAID = "STMap: R = s from the left, G = t from the bottom, 0..1; A = coverage"
 
 
 def write(
-    path: str | Path, map, box: Box, canvas: Canvas, *, room: Room | None = None, threads: int | None = None
+    path: str | Path, map, box: Box, canvas: Canvas, *, room: Memory | None = None, threads: int | None = None
 ) -> None:
     """Writes a map as a float STMap (.exr or .tif), as it is computed.
 
@@ -40,7 +41,7 @@ def write(
         np.zeros((1, 1, 4), np.float32), 3, True, "data", {"ImageDescription": ("string", _SAID)}
     )
     each, what = band_bytes(canvas.width), f"rows of {canvas.width} pixels"
-    threads = (room or Room()).threads(threads, each, what)
+    threads = (room or Memory()).threads(threads, each, what)
     rows = stmap.stmap(map, box, canvas, threads=threads)
     image_files.write_bands(path, like, canvas.height, canvas.width, rows)
 
@@ -52,11 +53,13 @@ def band_bytes(width: int) -> int:
 
 def check(path: str | Path) -> None:
     """Refuses a suffix whose format does not hold floats."""
-    if Path(path).suffix.lower() not in SUFFIXES:
-        raise InputError(f"{path}: an STMap holds floats; use one of {' '.join(SUFFIXES)}")
+    if not formats.of(path).stmap:
+        raise InputError(f"{path}: an STMap holds floats; use one of {' '.join(formats.holding('stmap'))}")
 
 
-def read(path: str | Path, *, max_pixels: int = image_files.MAX_PIXELS, room: Room | None = None) -> NDArray:
+def read(
+    path: str | Path, *, max_pixels: int = image_files.MAX_PIXELS, room: Memory | None = None
+) -> NDArray:
     """The (h, w, c) floats of an STMap.
 
     Raises:
@@ -79,7 +82,7 @@ def apply(
     filter: str = "auto",
     kind: str = "colour",
     edge: str = "clamp",
-    room: Room | None = None,
+    room: Memory | None = None,
     threads: int | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> None:
@@ -91,7 +94,8 @@ def apply(
     stored = stmap.Stored(st, width / height)
     image_files.check(path, image.covered(), *st.shape[:2])
     texture = image.texture(stored.box, kind=kind, room=room)
-    work = Warp(stored, Prepared(texture, filter, kind, edge, room=room, threads=threads), stored.canvas)
+    sampler = Sampler(texture, filter, kind, edge, memory=room, threads=threads)
+    work = Warp(stored, sampler, stored.canvas)
 
     def blocks():
         for block in work.blocks(threads):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import InputError
-from .job import Job, Place
+from .job import Job
 
 if TYPE_CHECKING:
     from ..shapes.shape import Shape
@@ -20,26 +20,11 @@ def constrained(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
         InputError: a name without its partner, a place that a file does not have, a point outside the source.
     """
     pins, strokes = _drawn(job, source, target)
-    typed = [[placed(source, here), placed(target, there)] for here, there in job.pin]
+    typed = [[source.at(here), target.at(there)] for here, there in job.pin]
     pins = np.concatenate([np.reshape(pins, (-1, 2)), np.reshape(np.array(typed, dtype=complex), (-1, 2))])
     _inside(source, "pin", list(pins[:, 0]))
     _inside(source, "vertex of a stroke", [z for stroke in strokes for z in stroke[0].z])
     return (pins if len(pins) else None), (strokes or None)
-
-
-def placed(shape: Shape, place: Place) -> complex:
-    """A place that the user typed, in the core plane.
-
-    Raises:
-        InputError: a vertex or a point in space where the shape is no mesh.
-    """
-    find = getattr(shape, "place", None)
-    text = place if isinstance(place, str) else ",".join(map(repr, place))
-    if find is not None:
-        return complex(find(text))
-    if isinstance(place, str) or len(place) != 2:
-        raise InputError(f"--pin: {text}: {shape.spec} is no mesh; write X,Y")
-    return complex(shape.to_core(place))
 
 
 def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:

@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter
 
-from ...maps.evaluate import Evaluator
 from ...maps.harmonic import area_scale, dilatation
 from .report import summary
 
@@ -69,7 +68,7 @@ def _inside(z: np.ndarray, outline: np.ndarray, margin: float = 0.0) -> np.ndarr
 
 def _grids(run: Run, left: Any, right: Any) -> None:
     outline = run.fit.source.z
-    evaluate = Evaluator(run.fit.map)
+    evaluate = run.fit.fast
     for lines, colour in zip(grid(run.fit.map.polygon), (ACROSS, UP)):
         _strands(left, lines, colour)
         _strands(right, _apply(evaluate, lines), colour)
@@ -151,7 +150,7 @@ def _distortion(run: Run, figure: Any, left: Any, right: Any) -> None:
     z = _inside(x[None, :] + 1j * y[:, None], run.fit.map.polygon, margin=1e-3 * run.fit.source.diagonal)
     area, shear = np.full(z.shape, np.nan), np.full(z.shape, np.nan)
     known = np.isfinite(z)
-    f_z, f_zbar = Evaluator(run.fit.map).derivatives(z[known])
+    f_z, f_zbar = run.fit.fast.derivatives(z[known])
     area[known], shear[known] = area_scale(f_z, f_zbar), dilatation(f_z, f_zbar)
     extent = (low.real, low.real + x.size * step, low.imag, low.imag + y.size * step)
     _area(figure, left, area, extent)

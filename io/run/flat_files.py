@@ -6,10 +6,10 @@ import numpy as np
 
 from ...arrays import Index, Real
 from ...errors import InputError
+from .. import formats
 from ..meshes import mesh_files
 from ..shapes.mesh_shape import MeshShape
 
-SUFFIXES = (".svg", ".obj")
 PER_LINE = 8
 
 
@@ -19,7 +19,7 @@ def check(name: str) -> None:
     Raises:
         InputError: naming the suffixes.
     """
-    if Path(name).suffix.lower() not in SUFFIXES:
+    if not formats.of(name).flat:
         raise InputError(
             f"{name}: a flattening is written as .svg (outline) or .obj (flat mesh); --uv writes meshes"
         )
@@ -27,7 +27,7 @@ def check(name: str) -> None:
 
 def write(shape: MeshShape, out: Path) -> None:
     """Write the flattening: what, is up to the suffix of `out`."""
-    text = svg(shape) if out.suffix.lower() == ".svg" else flat_obj(shape)
+    text = svg(shape) if formats.suffix_of(out) == ".svg" else flat_obj(shape)
     out.write_text(text, encoding="utf-8")
 
 
@@ -48,9 +48,8 @@ def svg(shape: MeshShape) -> str:
 
 def flat_obj(shape: MeshShape) -> str:
     """The polygons at their flat positions (z = 0), with the texture coordinates that they have."""
-    patch, mesh, flat = shape.flattening.patch, shape.file.mesh, shape.flattening.flat
-    corner = np.zeros(mesh.corners.size, np.int64)
-    corner[patch.corner] = patch.faces
+    mesh, flat = shape.file.mesh, shape.flattening.flat
+    corner, _ = shape.corners
     xyz = np.column_stack([flat.real, flat.imag, np.zeros(flat.size)])
     text = ["# flattened by iccm\n", ("v %.10g %.10g %.10g\n" * flat.size) % tuple(xyz.ravel().tolist())]
     uv = mesh.uv_corners
@@ -76,10 +75,7 @@ def write_uvs(shape: MeshShape, out: Path, name: Path) -> None:
     Raises:
         InputError: the format holds none.
     """
-    patch, mesh = shape.flattening.patch, shape.file.mesh
-    corners = np.zeros(mesh.corners.size, np.int64)
-    corners[patch.corner] = patch.faces
-    mesh_files.write(shape.file, unit_uvs(shape), corners, patch.corner, out, name=name)
+    mesh_files.write(shape.file, unit_uvs(shape), *shape.corners, out, name=name)
 
 
 def _path(z) -> str:

@@ -7,8 +7,8 @@ from typing import Any
 from ... import __version__
 from ...errors import InputError
 from .. import files
-from ..meshes import mesh_files
 from ..shapes.mesh_shape import MeshShape
+from ..spec import Spec
 from . import flat_files, report
 
 SCHEMA = "iccm.flatten/1"
@@ -21,7 +21,7 @@ def checked(names: list[str | None], mesh: str, *, force: bool) -> list[str]:
         InputError: one cannot be written, is named twice, or is the mesh itself.
     """
     outputs = [name for name in names if name]
-    seen = {mesh_files.split(mesh)[0].resolve()}
+    seen = {Spec.of(mesh).path.resolve()}
     for name in outputs:
         real = files.check_output(name, force=force)
         if real in seen:

@@ -10,17 +10,17 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ...arrays import Box, Complex
-from ...maps.evaluate import Evaluator
-from ...maps.extended_inverse import Pullback
-from ...maps.harmonic import HarmonicMap
+from ...arrays import Complex
+from ...maps.extended_inverse import ExtendedInverse
+from ...maps.kinds import AnyMap, evaluated
 from ...meshes.render import render
 from ...pixels.checkerboard import checkerboard
-from ...pixels.sampler import Reader
+from ...pixels.sampler import Sampler
 from ...pixels.warp import Texture
-from ..shapes.mesh_shape import MeshShape, placing
+from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
 from .figure import grid
+from .texture import square
 
 INK, ACROSS, UP, EDGE, MARK = "#22262b", "#2a78b8", "#d1662b", "#c6ccd2", "#b0122f"
 MOST_EDGES = 20000
@@ -31,7 +31,7 @@ def draw(
     target: MeshShape,
     path: Path,
     *,
-    map: HarmonicMap | None = None,
+    map: AnyMap | None = None,
     source: Shape | None = None,
     texture: Texture | None = None,
     pins: Complex | None = None,
@@ -64,22 +64,22 @@ def draw(
 
 def surface(
     target: MeshShape,
-    map: HarmonicMap | None = None,
+    map: AnyMap | None = None,
     source: Shape | None = None,
     texture: Texture | None = None,
     size: int = PIXELS,
 ) -> NDArray[np.uint8]:
     """(h, w, 4) picture of the textured surface; a checkerboard where there is no texture."""
     piece = target.flattening.patch
-    z = target.flattening.flat if map is None else Pullback(map)(target.flattening.flat)
+    z = target.flattening.flat if map is None else ExtendedInverse(map)(target.flattening.flat)
     if texture is None:
         box = target.box if map is None or source is None else source.box
-        texture = Texture(checkerboard(1024), _square(box))
+        texture = Texture(checkerboard(1024), square(box))
         source = None
-    place = placing(source if source is not None else target_plane(target), texture)
+    place = (source if source is not None else target_plane(target)).placing(texture)
     still = np.zeros(z.size, complex)
-    uv = place.texels(z, still, still)[0][piece.faces]
-    return render(piece.points, piece.faces, uv, Reader(texture), size)
+    uv = place.places(z, still, still).xy[piece.faces]
+    return render(piece.points, piece.faces, uv, Sampler(texture), size)
 
 
 def target_plane(target: MeshShape) -> Shape:
@@ -87,14 +87,14 @@ def target_plane(target: MeshShape) -> Shape:
     return Shape(target.spec, target.path, target.curve, target.box, False, {}, {})
 
 
-def _flat(axes: Axes, target: MeshShape, map: HarmonicMap | None) -> None:
+def _flat(axes: Axes, target: MeshShape, map: AnyMap | None) -> None:
     flat, piece = target.flattening.flat, target.flattening.patch
     half = np.flatnonzero(piece.drawn & (piece.triangles.twin > np.arange(piece.drawn.size)))
     if half.size <= MOST_EDGES:
         ends = np.stack([flat[piece.triangles.tail[half]], flat[piece.triangles.head[half]]], axis=1)
         _strands(axes, ends, EDGE, 0.4)
     if map is not None:
-        evaluate = Evaluator(map)
+        evaluate = evaluated(map)
         for lines, colour in zip(grid(map.polygon), (ACROSS, UP)):
             known = np.isfinite(lines)
             image = np.full(lines.shape, complex(np.nan, np.nan))
@@ -105,7 +105,7 @@ def _flat(axes: Axes, target: MeshShape, map: HarmonicMap | None) -> None:
         axes.plot(closed.real, closed.imag, color=INK, lw=1.2)
 
 
-def _pins(axes: Axes, map: HarmonicMap | None, pins: Complex) -> None:
+def _pins(axes: Axes, map: AnyMap | None, pins: Complex) -> None:
     """Where pins should go, circled, and where they went."""
     axes.plot(pins[:, 1].real, pins[:, 1].imag, "o", color=MARK, ms=7, mfc="none")
     if map is not None:
@@ -116,8 +116,3 @@ def _pins(axes: Axes, map: HarmonicMap | None, pins: Complex) -> None:
 def _strands(axes: Axes, lines: Complex, colour: str, width: float) -> None:
     points = np.stack([lines.real, lines.imag], axis=-1)
     axes.add_collection(LineCollection(list(points), colors=colour, linewidths=width))
-
-
-def _square(box: Box) -> Box:
-    middle, half = (box[0] + box[1]) / 2, max((box[1] - box[0]).real, (box[1] - box[0]).imag) / 2
-    return middle - half * (1 + 1j), middle + half * (1 + 1j)

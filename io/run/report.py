@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -13,14 +12,13 @@ import numpy as np
 
 from ... import __version__
 from .. import files
-from . import inputs as companions
 
 if TYPE_CHECKING:
     from .state import Run
 
 SCHEMA = "iccm.report/1"
 OFF = 30  # tolerances: an outline farther from the target's is told
-DEEP = 0.05  # of the source's diagonal: folds that may reach farther inside are told
+MOST_OF_IT = 0.99  # of the source's area: less that is certain to be one-to-one is told
 
 
 class Doubt(str):
@@ -35,6 +33,9 @@ def build(run: Run) -> dict[str, Any]:
     What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
     job then gives the same bytes.
     """
+    for note in run.found["notes"]:
+        if note not in run.notes:
+            run.note(note)
     for doubt in doubts(run.found, run.job.tolerance, run.job.quasi is not None):
         run.note(doubt)
     report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
@@ -48,7 +49,7 @@ def build(run: Run) -> dict[str, Any]:
             "total": run.seconds["total"],
         }
     report["notes"] = run.notes
-    report["inputs"] = [{"path": name, "sha256": files.sha256(name)} for name in companions.inputs(run.job)]
+    report["inputs"] = [{"path": name, "sha256": run.inputs.sha256(name)} for name in run.inputs.named]
     report["job"] = run.job.model_dump(mode="json", exclude_defaults=True, exclude={"force"})
     return plain(report)
 
@@ -68,8 +69,11 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
         said.append("the outline's image is far from the target's (boundary)")
     if not injective["certified"]:
         said.append("the map is not one-to-one, so the picture overlaps itself (injective)")
-    elif injective["depth"] >= DEEP:
-        said.append("the picture may overlap itself near the outline (injective)")
+    elif injective["share"] < MOST_OF_IT:
+        said.append(
+            f"the picture may overlap itself near the outline: {injective['share']:.1%} of the source's area are "
+            "certain to be one-to-one (injective)"
+        )
     if not (found["pins"] or found["strokes"]):
         return [Doubt(text) for text in said]
     cure = "move pins and strokes, or lower their weights" + ("" if quasi else ", or try --quasi 0.01")
@@ -102,11 +106,9 @@ def text(report: dict[str, Any]) -> str:
 
 
 def write(report: dict[str, Any], name: str, stack: ExitStack, *, force: bool) -> None:
-    """Write the report to stdout, or to a file that appears when the stack is left."""
-    if name == "-":
-        sys.stdout.write(text(report))
-    else:
-        stack.enter_context(files.replacing(name, force=force)).write_text(text(report), encoding="utf-8")
+    """Write the report to stdout, or to a file; it appears when the stack is left."""
+    path = stack.enter_context(files.writing(name, force=force, suffix=".json"))
+    path.write_text(text(report), encoding="utf-8")
 
 
 def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
@@ -114,8 +116,10 @@ def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
     status = run.fit.status
     if not status.ok:
         return False, status.value
-    if run.job.require_injective and not report.get("injective", {}).get("certified", False):
-        return False, "the map is not certified injective (--require-injective)"
+    wanted, share = run.job.require_injective, (report.get("injective") or {}).get("share") or 0.0
+    if wanted is not None and not share >= wanted:
+        found = f"{share:.4g} of the source's area are certified injective, less than {wanted:g}"
+        return False, f"{found} (--require-injective)"
     return True, status.value
 
 
@@ -145,7 +149,8 @@ def summary(report: dict[str, Any]) -> list[str]:
 
 def _injective(found: dict[str, Any]) -> str:
     if found.get("certified"):
-        return f"certified from a depth of {_short(found.get('depth'))} of the diagonal"
+        depth, share = _short(found.get("depth")), found.get("share") or 0.0
+        return f"certified on {share:.2%} of the area, from a depth of {depth} of the inradius"
     return f"not certified; {found.get('obstacle', 'unknown')}"
 
 

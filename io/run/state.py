@@ -12,16 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 from ...arrays import Box
 from ...parallel import beside, thread_count
-from . import raster_size
+from . import raster_size, texture
 from .job import Job
 from .raster_size import LONGER_SIDE
 
 if TYPE_CHECKING:
-    from ...memory import Room
-    from ...pixels.warp import Canvas, Prepared
+    from ...memory import Memory
+    from ...pixels.warp import Canvas, Sampler
     from ...solve import Fit
     from ..pictures.image_files import Image
     from ..shapes.shape import Shape
+    from .inputs import Inputs
 
 Tell = Callable[[str], None]
 Progress = Callable[[int, int], None]
@@ -33,6 +34,7 @@ class Run:
 
     Attributes:
         job: what to do.
+        inputs: the files that it reads.
         source, target: its shapes; the same for a deformation.
         room: makes the large arrays, within --memory.
         tell: is given each remark as it is made.
@@ -40,15 +42,16 @@ class Run:
         progress: is given rows done and rows in all.
         seconds: what each part took.
         notes: remarks on the inputs and on the solving.
-        figures: what making the products adds to the report.
+        figures: what making the outputs adds to the report.
         fit: the map, once it is there.
         pins, strokes: what must meet.
     """
 
     job: Job
+    inputs: Inputs
     source: Shape
     target: Shape
-    room: Room
+    room: Memory
     tell: Tell
     threads: int | None = None
     progress: Progress | None = None
@@ -63,35 +66,35 @@ class Run:
     @cached_property
     def image(self) -> Image:
         """The texture."""
-        return raster_size.image_of(self.job, self.source, self.room)
+        return texture.image_of(self.job, self.source, self.room)
 
     @cached_property
     def box(self) -> Box:
         """Its place in the source's plane."""
-        return raster_size.texture_box(self.job, self.source)
+        return texture.box_of(self.job, self.source)
 
     @cached_property
     def on_mesh(self) -> bool:
         """Whether it lies on a mesh that is the source."""
-        return raster_size.on_mesh(self.job, self.source)
+        return texture.on_mesh(self.job, self.source)
 
     def begin(self, part: str) -> None:
-        """Make `prepared` or `found` beside what follows, if there may be threads."""
+        """Make `sampler` or `found` beside what follows, if there may be threads."""
         if thread_count(self.threads) > 1:
             self._begun[part] = beside(getattr(self, f"_{part}"))
 
     @cached_property
-    def prepared(self) -> Prepared:
+    def sampler(self) -> Sampler:
         """The texture ready to be filtered."""
-        return self._begun["prepared"].result() if "prepared" in self._begun else self._prepared()
+        return self._begun["sampler"].result() if "sampler" in self._begun else self._sampler()
 
-    def _prepared(self) -> Prepared:
-        from ...pixels.warp import Prepared
+    def _sampler(self) -> Sampler:
+        from ...pixels.sampler import Sampler
 
         job = self.job
         with self.timed("prepare"):
             placed = self.image.texture(self.box, kind=job.kind, room=self.room)
-            return Prepared(placed, job.filter, job.kind, job.edge, room=self.room, threads=self.threads)
+            return Sampler(placed, job.filter, job.kind, job.edge, memory=self.room, threads=self.threads)
 
     @cached_property
     def found(self) -> dict[str, Any]:
@@ -129,7 +132,9 @@ class Run:
         )
 
     def note(self, remark: str) -> None:
-        """Add a remark."""
+        """Add a remark, once."""
+        if remark in self.notes:
+            return
         self.notes.append(remark)
         self.tell(remark)
 

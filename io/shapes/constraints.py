@@ -18,8 +18,7 @@ Listed, coordinates in the units of the source and target files::
 `name` (for messages), `weight` (relative to the other pins or strokes, 1) and `ends` are optional. A stroke with ends
 "free" slides along its target; with "stick" its first and last points also are pinned to those of the target.
 
-On a mesh a place may also be a point in space, [x, y, z], which means the nearest vertex, or the number of a vertex as
-the file counts; a stroke of such numbers follows the mesh's edges from each to the next.
+A place has the forms of `iccm.io.places`; on a mesh a stroke of vertices follows the edges from each to the next.
 """
 
 import json
@@ -29,12 +28,13 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...arrays import Complex, Real
 from ...curve import Curve
 from ...errors import InputError
 from .. import files
+from ..places import TAGS, Place
 from .shape import Shape
 
 MAX_BYTES = 16 * 2**20
@@ -42,26 +42,7 @@ MESSAGES = {
     "extra_forbidden": "unknown key",
     "missing": "is missing",
     "model_type": "must be an object, {…}",
-    "tuple_type": "is no place; write [x, y], or on a mesh [x, y, z] or the number of a vertex",
 }
-Number = Annotated[float, Field(allow_inf_nan=False, ge=-1e100, le=1e100, strict=True)]
-Point = tuple[Number, Number]
-Vertex = Annotated[int, Field(ge=0, strict=True)]
-
-
-def _kind(value: Any) -> str:
-    """Which form of a place is meant, so that a mistake in it is told as one of that form."""
-    if isinstance(value, int) and not isinstance(value, bool):
-        return "vertex"
-    return "space" if isinstance(value, list | tuple) and len(value) == 3 else "plane"
-
-
-Place = Annotated[
-    Annotated[Point, Tag("plane")]
-    | Annotated[tuple[Number, Number, Number], Tag("space")]
-    | Annotated[Vertex, Tag("vertex")],
-    Discriminator(_kind),
-]
 Weight = Annotated[float, Field(gt=0, le=1e12, strict=True)]
 
 
@@ -142,7 +123,7 @@ def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Const
     """
     listed = listed or Listed()
     pins = [(*_both(source.pins, target.pins, name), 1.0) for name in _paired(source, target, "pins")]
-    pins += [(_at(source, p.source), _at(target, p.target), p.weight) for p in listed.pins]
+    pins += [(source.at(p.source), target.at(p.target), p.weight) for p in listed.pins]
     names = _paired(source, target, "strokes")
     strokes = [(*_both(source.strokes, target.strokes, name), 1.0) for name in names]
     for number, stroke in enumerate(listed.strokes):
@@ -196,30 +177,7 @@ def _both(here: dict[str, Any], there: dict[str, Any], name: str) -> tuple[Any, 
 
 def _curves(stroke: Stroke, number: int, source: Shape, target: Shape) -> tuple[Curve, Curve]:
     name = f"strokes.{number}{f' ({stroke.name})' if stroke.name else ''}"
-    return (
-        _stroke(source, stroke.source, f"{name}: source"),
-        _stroke(target, stroke.target, f"{name}: target"),
-    )
-
-
-def _stroke(shape: Shape, places: list[Any], name: str) -> Curve:
-    """The polyline through places; on a mesh, vertices alone are joined along edges."""
-    if hasattr(shape, "along") and all(isinstance(place, int) for place in places):
-        return shape.along(places)
-    return Curve.stroke([_at(shape, place) for place in places], name)
-
-
-def _at(shape: Shape, place: Any) -> complex:
-    """A place in the core plane.
-
-    Raises:
-        InputError: a vertex or a point in space where there is no mesh.
-    """
-    if not isinstance(place, int) and len(place) == 2:
-        return complex(shape.to_core(place))
-    if not hasattr(shape, "vertex"):
-        raise InputError(f"{shape.spec}: {place} is a place on a mesh, and this is none; write [x, y]")
-    return shape.vertex(place) if isinstance(place, int) else complex(shape.to_core(place))
+    return source.along(stroke.source, f"{name}: source"), target.along(stroke.target, f"{name}: target")
 
 
 def _once(items: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -235,8 +193,8 @@ def _once(items: list[tuple[str, Any]]) -> dict[str, Any]:
 def _first(error: ValidationError) -> str:
     """The first thing that is wrong, with its place, and how many more there are."""
     errors = error.errors(include_url=False, include_context=False, include_input=False)
-    parts = [str(part) for part in errors[0]["loc"] if part not in ("plane", "space", "vertex")]
+    parts = [str(part) for part in errors[0]["loc"] if part not in TAGS]
     place = ".".join(parts) or "the file"
-    message = MESSAGES.get(errors[0]["type"], errors[0]["msg"])
+    message = MESSAGES.get(errors[0]["type"], errors[0]["msg"]).removeprefix("Value error, ")
     more = f" (and {len(errors) - 1} more mistakes)" if len(errors) > 1 else ""
     return f"{place[:200]}: {message}{more}"

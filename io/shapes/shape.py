@@ -1,9 +1,11 @@
 """Shapes from files of every format: `file` or `file#id` to a domain in the core plane."""
 
-from collections.abc import Callable
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,10 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 from ...arrays import Box, Complex
 from ...curve import Curve
 from ...errors import InputError
+from .. import formats
+from ..places import Place, written
+from ..spec import Spec
 from ..svg import reader as svg
 from ..svg.drawing import Drawing
 from ..svg.fill import Outline
 from . import planar_obj, silhouette
+
+if TYPE_CHECKING:
+    from ...pixels.texture import Placing, Texture
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,10 +49,41 @@ class Shape:
     strokes: dict[str, Curve]
     notes: tuple[str, ...] = ()
 
+    is_mesh: ClassVar[bool] = False
+
+    @property
+    def has_uv(self) -> bool:
+        """Whether the file has texture coordinates: those of a mesh."""
+        return False
+
+    @property
+    def pictures(self) -> tuple[Path | bytes, ...]:
+        """The textures that the file names or holds: those of a mesh."""
+        return ()
+
+    def placing(self, texture: Texture) -> Placing:
+        """Where points of the shape's plane lie in a texture, which has a place of its own in it."""
+        return texture
+
     def to_core(self, xy: ArrayLike) -> Complex:
         """(..., 2) coordinates in the file's units to complex numbers of the core plane."""
         xy = np.asarray(xy, dtype=float)
         return _core(xy[..., 0] + 1j * xy[..., 1], self.flip)
+
+    def at(self, place: Place) -> complex:
+        """A place that the user named, in the core plane.
+
+        Raises:
+            InputError: a vertex or a point in space where the shape is no mesh.
+        """
+        if isinstance(place, str) or len(place) != 2:
+            text = f"{written(place)} is a place on a mesh, and this is none; write x,y"
+            raise InputError(f"{self.spec}: {text}")
+        return complex(self.to_core(place))
+
+    def along(self, places: Sequence[Place], name: str) -> Curve:
+        """The stroke through places; `name` is for messages."""
+        return Curve.stroke([self.at(place) for place in places], name)
 
     def to_file(self, z: ArrayLike) -> NDArray[np.float64]:
         """Complex numbers of the core plane to (..., 2) coordinates in the file's units."""
@@ -53,66 +92,50 @@ class Shape:
 
 
 THINNEST = 1e6  # square of the outline's length by the area: of a strip, four times its length by its width
-PICTURES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".webp", ".bmp", ".exr")
-READERS: dict[str, tuple[Callable[..., Drawing], int]] = {
-    ".svg": (svg.read, svg.MAX_BYTES),
-    ".svgz": (svg.read, svg.MAX_BYTES),
-    ".obj": (planar_obj.read, planar_obj.MAX_BYTES),
-    **dict.fromkeys(PICTURES, (silhouette.read, silhouette.MAX_BYTES)),
-}
-
-
-def split(spec: str) -> tuple[Path, str | None]:
-    """`file#id` as file and id; a file that is really called so is taken whole."""
-    file, mark, chosen = spec.rpartition("#")
-    if not mark or Path(spec).exists():
-        return Path(spec), None
-    return Path(file), chosen or None
+READERS = {".svg": svg.read, ".svgz": svg.read, ".obj": planar_obj.read}
+SUFFIXES = (*READERS, *formats.holding("picture"))
 
 
 def read(
-    spec: str,
+    text: str,
     *,
     vertices: int | None = None,
     flatness: float = 1e-4,
     max_bytes: int | None = None,
     max_segments: int | None = None,
 ) -> Shape:
-    """The shape that `spec` names: `file`, `file#id` or `file#number`.
+    """The shape that `file`, `file#part`, `file#number` or `file#part#number` names.
 
-    Without an id it is the largest outline of the file; an id is an SVG element's or group's id or Inkscape label, or
-    an OBJ object or group; a number counts the outlines from the largest, 1. Curves are flattened to `flatness` times
-    the shape's size with corners kept exactly; `vertices` resamples the result to about so many even edges.
+    Without a part it is the largest outline of the file; a part is an SVG element's or group's id or Inkscape label,
+    or an OBJ object or group; a number counts its outlines from the largest, 1. Curves are flattened to `flatness`
+    times the shape's size with corners kept exactly; `vertices` resamples the result to about so many even edges.
 
     Raises:
         InputError: anything that makes the file no domain, in one line: file, place, what is wrong, what to do.
     """
-    path, chosen = split(spec)
-    drawing = drawn(path, chosen, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments)
-    outline, notes = _choose(drawing, spec, chosen)
-    curve = Curve.domain(_core(outline.z, drawing.flip), spec)
+    spec = Spec.of(text)
+    drawing = drawn(spec, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments)
+    outline, notes = _choose(drawing, text, spec.among(drawing.ids))
+    curve = Curve.domain(_core(outline.z, drawing.flip), text)
     if curve.length**2 > THINNEST * curve.area:
         times = curve.length**2 / (4 * curve.area)
         raise InputError(
-            f"{spec}: the shape is about {times:.2g} times as long as wide; make it wider, or shorter"
+            f"{text}: the shape is about {times:.2g} times as long as wide; make it wider, or shorter"
         )
     if vertices is not None:
-        curve = Curve.domain(curve.resample(vertices).z, f"{spec} with {vertices} vertices")
-    strokes = {k: Curve.stroke(_core(z, drawing.flip), f"{path}: {k}") for k, z in drawing.strokes.items()}
+        curve = Curve.domain(curve.resample(vertices).z, f"{text} with {vertices} vertices")
+    strokes = {
+        k: Curve.stroke(_core(z, drawing.flip), f"{spec.path}: {k}") for k, z in drawing.strokes.items()
+    }
     pins = {k: complex(_core(z, drawing.flip)) for k, z in drawing.pins.items()}
     box = _box(drawing, curve)
-    return Shape(spec, path, curve, box, drawing.flip, pins, strokes, tuple(notes))
+    return Shape(text, spec.path, curve, box, drawing.flip, pins, strokes, tuple(notes))
 
 
 def drawn(
-    path: Path,
-    chosen: str | None = None,
-    *,
-    flatness: float = 1e-4,
-    max_bytes: int | None = None,
-    max_segments: int | None = None,
+    spec: Spec, *, flatness: float = 1e-4, max_bytes: int | None = None, max_segments: int | None = None
 ) -> Drawing:
-    """Everything that a file draws, by the reader that its suffix names.
+    """Everything that a file draws, or a part of it, by the reader that its suffix names.
 
     Raises:
         InputError: an unknown suffix, or what the reader finds wrong.
@@ -121,34 +144,32 @@ def drawn(
         raise InputError(
             f"flatness {flatness:g}: a number from 1e-9 to 0.1, relative to the shape's size, is needed"
         )
-    if path.suffix.lower() not in READERS:
+    path, suffix = spec.path, formats.suffix_of(spec.path)
+    if suffix not in SUFFIXES:
         kind = repr(path.suffix) if path.suffix else "a file without suffix"
-        raise InputError(f"{path}: no shape is read from {kind}; use one of {', '.join(sorted(READERS))}")
-    reader, limit = READERS[path.suffix.lower()]
-    number = chosen if chosen is not None and chosen.isdecimal() else None
-    options: dict[str, Any] = {"flatness": flatness, "max_bytes": max_bytes or limit}
-    if max_segments is not None and reader is svg.read:
-        options["max_segments"] = max_segments
-    drawing = reader(path, chosen, **options)
-    if number is None or drawing.outlines or drawing.refused:
+        raise InputError(f"{path}: no shape is read from {kind}; use one of {', '.join(sorted(SUFFIXES))}")
+    reader: Callable[..., Drawing] = READERS.get(suffix, silhouette.read)
+    limits: dict[str, Any] = {"flatness": flatness} | ({"max_bytes": max_bytes} if max_bytes else {})
+    limits |= {"max_segments": max_segments} if max_segments and reader is svg.read else {}
+    drawing = reader(path, spec.chosen, **limits)
+    if spec.number is None or drawing.outlines or drawing.refused:
         return drawing
-    return reader(path, None, **options)
+    return reader(path, spec.part, **limits)
 
 
-def _choose(drawing: Drawing, spec: str, chosen: str | None) -> tuple[Outline, list[str]]:
+def _choose(drawing: Drawing, text: str, spec: Spec) -> tuple[Outline, list[str]]:
     """The outline that is meant, and the notes about all the others."""
-    found = drawing.outlines
-    number = int(chosen) if chosen is not None and chosen.isdecimal() and chosen not in drawing.ids else None
-    if chosen is not None and number is None and chosen not in drawing.ids:
-        raise InputError(f"{spec}: no {chosen!r} in the file; it has {_listed(drawing.ids)}")
+    found, number = drawing.outlines, spec.number
+    if spec.part is not None and spec.part not in drawing.ids:
+        raise InputError(f"{text}: no {spec.part!r} in the file; it has {_listed(drawing.ids)}")
     if number is not None and not 1 <= number <= len(found):
-        raise InputError(f"{spec}: no outline {number}; the file has {len(found)}")
+        raise InputError(f"{text}: no outline {number}; {'it' if spec.part else 'the file'} has {len(found)}")
     largest = max(drawing.refused, key=lambda r: r[0], default=None)
     if largest and (not found or (number is None and largest[0] > found[0].area)):
-        raise InputError(f"{spec}: {largest[1]}")
+        raise InputError(f"{text}: {largest[1]}")
     if not found:
         raise InputError(
-            f"{spec}: nothing in it has an outline; draw a closed path (text must be made paths)"
+            f"{text}: nothing in it has an outline; draw a closed path (text must be made paths)"
         )
     outline = found[(number or 1) - 1]
     return outline, [*drawing.notes, *outline.notes, *_left_out(drawing, outline)]

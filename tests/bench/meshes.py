@@ -17,13 +17,15 @@ import numpy as np
 
 from iccm.io.meshes import obj, obj_write
 from iccm.io.pictures import image_files
+from iccm.io.run.outputs import baked
 from iccm.io.shapes import mesh_shape
-from iccm.maps.extended_inverse import Pullback
+from iccm.maps.extended_inverse import ExtendedInverse
 from iccm.maps.harmonic import HarmonicMap
 from iccm.meshes import bake, flatten
 from iccm.meshes.disk_patch import disk_patch
+from iccm.meshes.layout import layout
 from iccm.meshes.mesh import Mesh
-from iccm.pixels.sampler import Reader
+from iccm.pixels.sampler import Sampler
 from iccm.pixels.warp import Texture
 
 from . import surfaces
@@ -122,8 +124,8 @@ def baking(size: int = 4096) -> None:
     uv, uv_faces = mesh.uv, mesh.uv_corners[piece.corner]
 
     def work() -> None:
-        charts = bake.layout("wave", uv, uv_faces, piece.triangles.twin, size, size)
-        bake.bake(target, charts, Pullback(map_), Reader(texture), bake.Plane(texture))
+        charts = layout("wave", uv, uv_faces, piece.triangles.twin, size, size)
+        bake.bake(target, charts, ExtendedInverse(map_), Sampler(texture), texture)
 
     wall, cpu, _ = best(work, 2)
     print(f"bake, {len(piece.faces)} triangles into {size}²   {wall:.2f} s, {cpu:.2f} s of processor")
@@ -151,9 +153,10 @@ def rebake(mesh: str, picture: str) -> None:
     shape, image = mesh_shape.read(mesh, cut=True), image_files.read(picture)
     same = HarmonicMap(shape.curve.z, shape.curve.z, 0 * shape.curve.z)
     height, width = image.pixels.shape[:2]
-    made, report = mesh_shape.bake(shape, same, shape, image, shape.box, (width, height), padding=0)
-    reached = made.pixels.any(axis=2)
-    error = np.abs(made.pixels.astype(float) - image.pixels)[reached]
+    sampler = Sampler(image.texture(shape.box))
+    made, report = baked.bake(shape, same, shape, sampler, (width, height), padding=0)
+    reached = made.any(axis=2)
+    error = np.abs(made.astype(float) - image.pixels)[reached]
     print(
         f"{mesh} into its own {report['charts']} charts, {reached.sum()} texels: "
         f"error {error.mean():.4f} in the mean, {error.max():.0f} at most"

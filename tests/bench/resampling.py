@@ -17,8 +17,9 @@ import numpy as np
 
 from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.inverse import Inverse
-from iccm.pixels.canvas import Canvas, Diagnostics, Raster
-from iccm.pixels.warp import Prepared, Texture, Warp, warp
+from iccm.pixels.canvas import Canvas, Diagnostics
+from iccm.pixels.preimages import Preimages
+from iccm.pixels.warp import Sampler, Texture, Warp, warp
 
 BOX = (-1.4 - 1.4j, 1.4 + 1.4j)
 VERTICES = 300
@@ -64,7 +65,7 @@ def coordinates(size=4096):
         found = np.zeros((size, size), dtype=np.complex64)
 
         def ours(map=map, canvas=canvas, texel=texel, found=found):
-            raster = Raster(Inverse(map, 2 * canvas.step[0]), canvas, 0.05 * texel, slopes=False)
+            raster = Preimages(Inverse(map, 2 * canvas.step[0]), canvas, 0.05 * texel, slopes=False)
             seen = Diagnostics()
             for band in raster.bands():
                 found[band.row : band.row + len(band.z)] = band.z
@@ -165,10 +166,10 @@ def compared(inverse, g, texels, pixels, samples):
 
     canvas = Canvas(pixels, pixels, BOX)
     texture = g(Canvas(texels, texels, BOX).centres()).astype(np.float32)
-    fine = Raster(inverse, Canvas(pixels * samples, pixels * samples, BOX), 1e-9, slopes=False)
+    fine = Preimages(inverse, Canvas(pixels * samples, pixels * samples, BOX), 1e-9, slopes=False)
     rows = np.concatenate([np.nan_to_num(g(band.z)).astype(np.float32) for band in fine.bands()])
     truth = rows.reshape(pixels, samples, pixels, samples).mean((1, 3))
-    bands = list(Raster(inverse, canvas, 1e-10).bands())
+    bands = list(Preimages(inverse, canvas, 1e-10).bands())
     z, right, down, cover = (
         np.concatenate([getattr(b, k) for b in bands]) for k in ("z", "right", "down", "coverage")
     )
@@ -248,7 +249,7 @@ def one(size, name=None):
     warp(map, Texture(texture[:64, :64], BOX, 3), Canvas(64, 64, BOX))  # kernels are loaded
     with tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()
-        work = Warp(map, Prepared(Texture(texture, BOX, 3)), canvas)
+        work = Warp(map, Sampler(Texture(texture, BOX, 3)), canvas)
         like = image_files.Image(texture, 3)
         image_files.write_bands(Path(folder) / "out.tif", like, size, size, work.blocks())
         took = time.perf_counter() - start

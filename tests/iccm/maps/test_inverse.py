@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from iccm.maps.boundary_image import outline
+from iccm.maps.boundary_image import boundary_image
 from iccm.maps.evaluate import Evaluator
 from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.inverse import Inverse, inverse
@@ -103,7 +103,7 @@ def test_crowded_limb_is_inverted():
 def test_outline_is_as_flat_as_asked():
     p = star(12)
     fast = Evaluator(HarmonicMap(p, p + 0.1 * p**2, 0 * p))
-    rough, fine = outline(fast, 1e-3), outline(fast, 1e-5, spacing=0.01)
+    rough, fine = boundary_image(fast, 1e-3), boundary_image(fast, 1e-5, spacing=0.01)
     assert np.abs(np.roll(fine.w, -1) - fine.w).max() <= 0.01
     from iccm.curve import Curve
 

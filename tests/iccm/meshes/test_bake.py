@@ -4,16 +4,18 @@ import numpy as np
 import pytest
 
 from iccm.errors import InputError
-from iccm.maps.extended_inverse import Pullback, bends
+from iccm.maps.extended_inverse import ExtendedInverse, bends
 from iccm.maps.harmonic import HarmonicMap
 from iccm.meshes import bake as baking
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import flatten
+from iccm.meshes.layout import layout
 from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh
 from iccm.meshes.rasterise import affine, open_edges, rasterise
+from iccm.meshes.surface import Surface
 from iccm.meshes.topology import Triangles
-from iccm.pixels.sampler import Reader
+from iccm.pixels.sampler import Sampler
 from iccm.pixels.warp import Texture
 
 SQUARE = np.concatenate(
@@ -122,7 +124,7 @@ def test_borders_of_charts():
 
 
 def test_points_outside_the_image_take_the_nearest_boundary_point():
-    pull = Pullback(mapped())
+    pull = ExtendedInverse(mapped())
     inside = mapped()(np.array([0.3 + 0.4j, 0.9 + 0.1j]))
     assert np.abs(pull(inside) - [0.3 + 0.4j, 0.9 + 0.1j]).max() < 1e-9
     assert pull.outside == 0
@@ -132,7 +134,7 @@ def test_points_outside_the_image_take_the_nearest_boundary_point():
 
 
 def test_the_bend_of_the_inverse_is_what_linear_interpolation_misses():
-    pull = Pullback(mapped())
+    pull = ExtendedInverse(mapped())
     z = np.array([0.4 + 0.4j, 0.5 + 0.4j, 0.45 + 0.5j])
     w = g(z)
     middle = 0.5 * (w[[0, 1, 2]] + w[[1, 2, 0]])
@@ -165,10 +167,10 @@ def baked(mesh, size=64, texture=None, pull=None, kind="colour", **options):
     shift = (mesh.points[piece.vertex[0], 0] + 1j * mesh.points[piece.vertex[0], 1]) - found.flat[0]
     object.__setattr__(found, "flat", found.flat + shift)
     texture = texture if texture is not None else Texture(smooth_texture(), (0, 1 + 1j), transfer="linear")
-    charts = baking.layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, size, size)
-    pull = Pullback(mapped()) if pull is None else pull
-    read = Reader(texture, kind=kind)
-    return baking.bake(found, charts, pull, read, baking.Plane(texture), **options), charts
+    charts = layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, size, size)
+    pull = ExtendedInverse(mapped()) if pull is None else pull
+    read = Sampler(texture, kind=kind)
+    return baking.bake(found, charts, pull, read, texture, **options), charts
 
 
 @pytest.mark.parametrize("cells", [2, 8, 32])
@@ -176,7 +178,7 @@ def test_baking_into_the_preimages_gives_the_texture_back(cells):
     """UVs at f⁻¹ of the vertices: the atlas is the source's square again, up to the mesh being piecewise linear."""
     (pixels, report), charts = baked(square_grid(cells, g), 64)
     expected = smooth_texture(64)
-    assert charts.raster.centre.all()
+    assert charts.owners.centre.all()
     bend = 0.3 / 8 * 2 / cells**2  # |g''| e² / 8 on a diagonal e
     assert np.abs(pixels[..., :2] - expected[..., :2]).max() < bend + 5e-4  # g's harmonic map is off by 4e-5
     assert report["outside_distance"] < 0.01
@@ -210,17 +212,17 @@ def replace_uv(mesh, change):
 
 def test_overlapping_coordinates_are_reported():
     mesh = replace_uv(square_grid(4), lambda uv: np.column_stack([np.abs(uv[:, 0] - 0.5), uv[:, 1]]))
-    (_, report), _ = baked(mesh, 32, pull=Pullback(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE)))
+    (_, report), _ = baked(mesh, 32, pull=ExtendedInverse(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE)))
     assert report["overlapping_texels"] == 32 * 32 // 2
 
 
 def test_charts_are_counted_and_seams_padded():
     mesh = replace_uv(square_grid(4), lambda uv: 0.25 + 0.5 * uv)
-    identity = Pullback(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))
+    identity = ExtendedInverse(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))
     (bare, report), charts = baked(mesh, 64, pull=identity, padding=0)
     (some, _), _ = baked(mesh, 64, pull=identity, padding=5)
     (full, _), _ = baked(mesh, 64, pull=identity, padding=-1)
-    covered = charts.raster.owner >= 0
+    covered = charts.owners.owner >= 0
     assert report["charts"] == 1
     assert (bare[~covered] == 0).all()
     assert (some[32, 11:16] == some[32, 16]).all()
@@ -244,7 +246,7 @@ def test_absurd_coordinates_are_refused(value):
     mesh.uv[3, 0] = value
     with pytest.raises(InputError, match="grid: texture coordinates"):
         piece = disk_patch(mesh)
-        baking.layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, 8, 8)
+        layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, 8, 8)
 
 
 # ---- normals
@@ -284,11 +286,11 @@ def test_normals_are_seen_in_the_frame_of_the_chart(place, matrix, down, error):
     """On the surface the frame is where u grows and, square to it, the side where v grows."""
     n = np.array([0.6, 0.3, 0.74])
     mesh = replace_uv(square_grid(4), place)
-    identity = Pullback(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))
+    identity = ExtendedInverse(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))
     kind = "normal-down" if down else "normal"
     (out, _), charts = baked(mesh, 32, one_normal(n, down), identity, kind=kind, max_error=error, padding=0)
     expected = stored(np.append(np.array(matrix) @ n[:2], n[2]), down)
-    inside = charts.raster.centre
+    inside = charts.owners.centre
     assert inside.sum() > 300
     assert np.abs(out[inside].astype(int) - expected).max() <= 1
 
@@ -298,7 +300,7 @@ def test_normals_turn_with_the_map_that_brought_them():
     mesh, n = square_grid(6, g), np.array([0.6, 0.3, 0.74])
     chart = replace_uv(mesh, lambda uv: square_of(mesh.points[:, :2]))
     (out, _), charts = baked(chart, 64, one_normal(n), kind="normal", padding=0, max_error=1e-9)
-    y, x = np.nonzero(charts.raster.centre)
+    y, x = np.nonzero(charts.owners.centre)
     low, size = extent(mesh.points[:, :2])
     w = (x + 0.5) / 64 * size + low[0] + 1j * ((1 - (y + 0.5) / 64) * size + low[1])
     z = (-1 + np.sqrt(1 + 0.6 * w)) / 0.3  # the inverse of g
@@ -341,11 +343,11 @@ def test_normals_of_a_textured_mesh_come_from_the_frame_of_its_chart(place, matr
     found = flatten(disk_patch(mesh))
     object.__setattr__(found, "flat", found.flat + (mesh.points[0, :2] @ [1, 1j] - found.flat[0]))
     uv = place(mesh.uv)[mesh.uv_corners[found.patch.corner]]
-    source = baking.Surface.of(Locator(found), uv, (16, 16))
+    source = Surface.of(Locator(found), uv, (16, 16))
     faces = mesh.uv_corners[found.patch.corner]
-    grid = baking.layout("grid", mesh.uv, faces, found.patch.triangles.twin, 32, 32)
-    identity = Pullback(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))
-    out, _ = baking.bake(found, grid, identity, Reader(one_normal(n), kind="normal"), source)
+    grid = layout("grid", mesh.uv, faces, found.patch.triangles.twin, 32, 32)
+    identity = ExtendedInverse(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))
+    out, _ = baking.bake(found, grid, identity, Sampler(one_normal(n), kind="normal"), source)
     expected = stored(np.append(np.array(matrix) @ n[:2], n[2]))
     assert np.abs(out.astype(int) - expected).max() <= 1
 
@@ -358,5 +360,5 @@ def test_normals_need_three_channels():
 
 def test_a_triangle_as_wide_as_the_picture_keeps_its_last_column():
     """The one at the right rim is not taken for one that came in from the left."""
-    (out, _), _ = baked(square_grid(1), 8, pull=Pullback(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE)))
+    (out, _), _ = baked(square_grid(1), 8, pull=ExtendedInverse(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE)))
     assert np.abs(out[:, :, 0] - (np.arange(8) + 0.5) / 8).max() < 0.01

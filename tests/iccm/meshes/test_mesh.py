@@ -8,6 +8,7 @@ import pytest
 from iccm.errors import InputError
 from iccm.io.meshes import mesh_files
 from iccm.io.shapes import mesh_shape
+from iccm.io.spec import Spec
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.mesh import Mesh, checked, triangulated
 
@@ -216,8 +217,8 @@ def test_a_ply_with_an_index_out_of_range_or_no_faces_is_refused(tmp_path):
 def test_names_with_hashes_parts_and_loops(tmp_path):
     path = tmp_path / "a#b.obj"
     path.write_text("g top\n" + TWO + "g 7\nf 1 4 2\n")
-    assert mesh_files.split(str(path)) == (path, None)
-    assert mesh_files.split(f"{path}#top#2") == (path, "top#2")
+    assert Spec.of(str(path)) == Spec(path)
+    assert Spec.of(f"{path}#top#2") == Spec(path, "top", 2)
     top = mesh_files.read(f"{path}#top#2")
     assert (top.loop, top.mesh.sizes.size) == (2, 2)
     assert mesh_files.read(f"{path}#2").loop == 2
@@ -227,9 +228,9 @@ def test_names_with_hashes_parts_and_loops(tmp_path):
 def test_an_obj_without_faces_is_a_drawing_not_a_mesh(tmp_path):
     path = tmp_path / "m.obj"
     path.write_text(SQUARE + "l 1 2 3 4 1\n")
-    assert not mesh_shape.is_mesh(str(path))
+    assert not mesh_files.is_mesh(str(path))
     path.write_text(TWO)
-    assert mesh_shape.is_mesh(f"{path}#x")
+    assert mesh_files.is_mesh(f"{path}#x")
 
 
 @pytest.mark.slow

@@ -101,7 +101,7 @@ def test_iccm_apply_tells_what_is_left_out_and_refuses_at_once(tmp_path, monkeyp
     assert done.code == 0
     assert "note: p.exr: texels that are not finite: 1" in done.err
     assert np.isfinite(image_files.read("o.exr").pixels).all()
-    monkeypatch.setattr(stmap_files, "Prepared", lambda *args, **given: pytest.fail("prepared"))
+    monkeypatch.setattr(stmap_files, "Sampler", lambda *args, **given: pytest.fail("prepared"))
     done = iccm("apply", "a.exr", "p.exr", "-o", "o.png")
     assert done.code == 2
     assert "o.png: .png holds 1 or 3 channels beside alpha, not 5" in done.err

@@ -6,10 +6,12 @@ import os
 import pytest
 
 from iccm import Fit, InputError
-from iccm.cli import deform, map, options
+from iccm.cli import apply, deform, map, options
 from iccm.io.run.execute import check, run, with_outputs
-from iccm.io.run.job import Job, make, path_of
+from iccm.io.run.job import Job, make
+from iccm.io.run.options import described
 from iccm.io.run.state import Run
+from iccm.io.spec import path_of
 from iccm.parallel import thread_count
 
 
@@ -75,6 +77,25 @@ def test_every_field_is_an_option_of_the_command_line_and_back():
         }
         names = {"source" if name == "shape" else name for name in names}
         assert names == fields - own
+
+
+def test_apply_takes_its_options_from_the_same_place():
+    same = {parameter.name: parameter for parameter in map.command.params}
+    for parameter in apply.command.params[3:]:
+        other = same[parameter.name]
+        assert (parameter.help, parameter.default, repr(parameter.type)) == (
+            other.help, other.default, repr(other.type)
+        )  # fmt: skip
+    assert {"filter", "kind", "edge", "colorspace", "memory"} <= {p.name for p in apply.command.params}
+
+
+@pytest.mark.parametrize("name", sorted(described()))
+def test_what_is_said_of_an_option_is_what_the_job_checks(name):
+    _, option = described()[name]
+    assert Job.model_fields[name].default == option.default and option.help[0].isalnum()
+    if option.least is not None:
+        with pytest.raises(InputError, match=f"--{name.replace('_', '-')}: "):
+            make({"source": "a.svg", name: option.least - 1})
 
 
 def test_defaults_of_the_command_line_are_those_of_the_job():

@@ -97,7 +97,12 @@ PIN = '{"source": [1, 2], "target": [3, 4]'
         ("", "empty"),
         ("{", "not JSON: "),
         ("[]", "the file: must be an object"),
-        ('{"pins": [{"source": "v1", "target": [3, 4]}]}', r"pins\.0\.source: is no place; write \[x, y\]"),
+        (
+            '{"pins": [{"source": "west", "target": [3, 4]}]}',
+            r"pins\.0\.source: 'west' is no place; write .*\[x, y\]",
+        ),
+        ('{"pins": [{"source": -1, "target": [3, 4]}]}', r"pins\.0\.source: '-1' is no place"),
+        ('{"pins": [{"source": null, "target": [3, 4]}]}', r"pins\.0\.source: is no place"),
         ("[" * 100_000, "nested too deeply"),
         ('{"pegs": []}', "pegs: unknown key"),
         ('{"pins": [' + PIN + ', "colour": 1}]}', r"pins\.0\.colour: unknown key"),

@@ -92,13 +92,6 @@ def test_mutated_files_are_shapes_or_one_line(tmp_path, suffix, data):
     assert 0 < refused < 250
 
 
-def test_split():
-    assert shape.split("a/b.svg") == (Path("a/b.svg"), None)
-    assert shape.split("a/b.svg#c d") == (Path("a/b.svg"), "c d")
-    assert shape.split("a#1/b.svg#c") == (Path("a#1/b.svg"), "c")
-    assert shape.split("a.svg#") == (Path("a.svg"), None)
-
-
 @pytest.mark.parametrize("flatness", [0, -1, 1, float("nan"), float("inf")])
 def test_flatness_out_of_range(flatness):
     with pytest.raises(InputError, match="flatness"):

@@ -1,0 +1,36 @@
+"""The balanced method as one of the methods: a problem and options in, a fit out."""
+
+import numpy as np
+
+from ..maps.triangulated.map import TriangulatedMap
+from ..problem import Options, Problem
+from ..result import Fit, Status
+from .method import solve as solved
+from .solution import Settings, Solution
+
+
+def solve(problem: Problem, options: Options) -> Fit:
+    """The balanced map of a problem without constraints.
+
+    Raises:
+        NoMapError: no map without folds was found.
+    """
+    source, target = problem.given
+    settings = Settings(
+        theta=options.balance,
+        turn=None if options.turn == "any" else float(np.radians(options.turn)),
+        tolerance=options.tolerance,
+        max_dilatation=options.max_dilatation,
+        max_stretch=options.max_stretch,
+    )
+    found = solved(source, target, settings)
+    map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
+    status = _status(found, options)
+    energies = [{"total": float(level["energy"])} for level in found.energies]
+    return Fit(map, status, energies, source, target, problem.pins, [], list(found.notes))
+
+
+def _status(found: Solution, options: Options) -> Status:
+    if found.gap > options.tolerance:
+        return Status.GAP
+    return Status.REACHED if found.reached else Status.BOUNDS

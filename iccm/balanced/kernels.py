@@ -1,0 +1,52 @@
+"""The decorator of the compiled kernels, and the small ones that all files of this folder share."""
+
+import numpy as np
+from numba import njit
+
+# numpy's error model: a division by zero gives inf, which line searches reject, instead of a branch at each one
+kernel = njit(cache=True, nogil=True, error_model="numpy")
+
+
+@kernel
+def cross(a, b):
+    """The determinant of two vectors of the plane, complex numbers."""
+    return a.real * b.imag - a.imag * b.real
+
+
+@kernel
+def dot(a, b):
+    """The scalar product of two vectors of the plane, complex numbers."""
+    return a.real * b.real + a.imag * b.imag
+
+
+@kernel
+def twice_area(z, a, b, c):
+    """Twice the signed area of the triangle of vertices a, b, c of z."""
+    return cross(z[b] - z[a], z[c] - z[a])
+
+
+@kernel
+def located(knots, s):
+    """The edge of a closed polyline that holds arclength s, and the arclength from that edge's start.
+
+    Args:
+        knots: (e + 1,) arclengths of the vertices, from 0 to the length.
+        s: any arclength, wrapped around the curve.
+    """
+    length = knots[-1]
+    s -= np.floor(s / length) * length
+    edge = min(max(np.searchsorted(knots, s, side="right") - 1, 0), knots.size - 2)
+    return edge, s - knots[edge]
+
+
+@kernel
+def set_row(table, row, first, second, third):
+    """Writes the three numbers of a row; no tuple, whose assignment compiles slowly."""
+    table[row, 0], table[row, 1], table[row, 2] = first, second, third
+
+
+@kernel
+def move(start, step, share, result):
+    """Fills in start + share · step; a loop, since array expressions compile slowly."""
+    for v in range(start.size):
+        result[v] = start[v] + share * step[v]

@@ -1,0 +1,190 @@
+"""From many coarse starts to one fine map.
+
+Coarse maps for all starts, a few Newton steps, the best go on; corners are released, so that those of one outline may
+pass those of the other, and pinned again on a new mesh; the best of all goes to the fine mesh, where the worst stretch
+is lowered (q = 3).
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import isotonic_regression
+
+from ..arrays import Complex, Index, Real
+from ..curve import Curve
+from .discrete import DiscreteMap
+from .failure import Stuck
+from .meshing.mesh import Sizes
+from .meshing.transfer import interpolate
+from .minimise.measures import stretches
+from .outline import Outline
+from .pairs import Match, boundary_pairs, limited, through
+
+SPACING = 0.75  # of the outline's vertices, in mesh sizes
+SCREENING = ((3, 9), (5, 5))  # Newton steps, then how many maps go on; within 1 % of keeping all
+RELEASES = 3  # rounds of released corners
+RELEASED_STEPS = 8
+FORWARD, BACKWARD = 8, 3  # Newton steps on the map and on its inverse, in turn
+SETTLED = 1e-3  # relative decrease of a round that ends it
+POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
+EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
+MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
+BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
+EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
+GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
+
+
+class Problem(NamedTuple):
+    """What is solved, in unit coordinates.
+
+    Attributes:
+        source: boundary of the source, of area one.
+        target: boundary of the target, of area one.
+        theta: weight of the area part.
+        upright: weight of the turn when maps are compared.
+        anchors: vertices of the source and of the target, in order, that must correspond.
+    """
+
+    source: Curve
+    target: Curve
+    theta: float
+    upright: float
+    anchors: tuple[tuple[complex, ...], tuple[complex, ...]] = ((), ())
+
+    def inverse(self) -> "Problem":
+        """The problem of the inverse map; it has the same energy."""
+        return self._replace(source=self.target, target=self.source, anchors=self.anchors[::-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Sketch:
+    """A map without outlines: vertices, outline first, images, triangles, and how many vertices are on the outline."""
+
+    z: Complex
+    u: Complex
+    faces: Index
+    border: int
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """The two outlines at one fineness and the size h of the triangles."""
+
+    source: Outline
+    target: Outline
+    size: float
+    anchors: Match | None
+    steepest: float
+
+    @classmethod
+    def of(
+        cls, problem: Problem, size: float, fineness: float, corner_fineness: float, steepest: float
+    ) -> "Level":
+        """The level of mesh size h; fineness of outlines and corners as shares of their diagonals."""
+        source = Outline.of(problem.source, fineness, corner_fineness, problem.anchors[0])
+        target = Outline.of(problem.target, fineness, corner_fineness, problem.anchors[1])
+        anchors = None
+        if problem.anchors[0]:
+            anchors = Match(*(o.arclengths(a) for o, a in zip((source, target), problem.anchors)))
+        return cls(source, target, size, anchors, steepest)
+
+    def mapped(self, match: Match, sizes: Sizes | None = None) -> DiscreteMap:
+        """A mesh for a match, without an inside yet."""
+        match = through(limited(match, self.steepest), self.anchors)
+        if max(self.source.length, self.target.length) > MOST_PAIRS * SPACING * self.size:
+            raise Stuck("an outline is too long for its area")
+        pairs = boundary_pairs(self.source, self.target, match, SPACING * self.size, self.anchors)
+        sizes = sizes or Sizes.even(0.5 * self.size**2)
+        return DiscreteMap.on(self.source, self.target, pairs, sizes, self.anchors)
+
+
+def score(state: DiscreteMap, upright: float) -> float:
+    """The energy, made larger the more the picture is turned."""
+    return state.energy * (1 + 0.5 * upright * (1 - np.cos(state.turn)))
+
+
+def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list[DiscreteMap], int]:
+    """The best maps after a few steps, best first, and how many matches failed."""
+    states, failed = [], 0
+    for match in matches:
+        try:
+            states.append(level.mapped(match).unfolded())
+        except Stuck:
+            failed += 1
+    for steps, keep in SCREENING:
+        states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in states]
+        states = sorted(states, key=lambda s: score(s, problem.upright))[:keep]
+    return states, failed
+
+
+def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
+    """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
+    before = np.inf  # the energy so far may be another one, of q = 1
+    for _ in range(rounds):
+        state = state.forward(theta, q, FORWARD, 0.5 * GOOD_ENOUGH, corners=True)
+        state = state.backward(theta, q, backward, 0.5 * GOOD_ENOUGH)
+        if before - state.energy < SETTLED * state.energy:
+            break
+        before = state.energy
+    return state
+
+
+def released(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
+    """The best map of a few rounds: corners pinned on a new mesh, settled, released."""
+    best, best_score = None, np.inf
+    for attempt in range(1 + RELEASES):
+        if attempt:
+            state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
+        try:
+            state = level.mapped(state.match).unfolded()
+        except Stuck:
+            break
+        state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
+        new_score = score(state, problem.upright)
+        improved = new_score < best_score
+        if improved:
+            best, best_score = state, new_score
+        if not improved:
+            break
+    if best is None:
+        raise Stuck("no map without folds was found for this correspondence of the outlines")
+    return best
+
+
+def projected(curve: Curve, points: Complex) -> Real:
+    """Arclengths of the closest points of a curve, made monotone, for points in order along it."""
+    s = np.mod(curve.closest(points), curve.length)
+    steps = np.mod(np.diff(s) + 0.5 * curve.length, curve.length) - 0.5 * curve.length
+    s = isotonic_regression(s[0] + np.append(0, np.cumsum(steps))).x
+    even = s[0] + curve.length * np.arange(s.size) / s.size
+    return (1 - EVENED) * s + EVENED * even  # strictly ascending
+
+
+def match_on(level: Level, state: DiscreteMap | Sketch) -> Match:
+    """The match of a map's outlines, carried to the outlines of another level."""
+    if isinstance(state, DiscreteMap):
+        s = level.source.simplified_from(state.source.original(state.pairs.s))
+        tau = level.target.simplified_from(state.target.original(state.pairs.tau))
+    else:
+        s = projected(level.source.curve, state.z[: state.border])
+        tau = projected(level.target.curve, state.u[: state.border])
+    return Match(np.append(s, s[0] + level.source.length), np.append(tau, tau[0] + level.target.length))
+
+
+def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
+    """The map carried to a finer level, without folds."""
+    fine = level.mapped(match_on(level, state), sizes)
+    carried = fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
+    try:
+        return carried.unfolded(harmonic=False, polish=POLISHING)
+    except Stuck:
+        return fine.unfolded(polish=POLISHING)
+
+
+def eased(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """A few steps at q = 1 where a triangle is badly stretched: Newton at q widens it slowly."""
+    _, stretch, _ = stretches(state.z, state.u, state.faces)
+    if stretch.max() < BADLY_STRETCHED:
+        return state
+    return state.forward(theta, 1.0, EASING_STEPS, EASED, corners=True)

@@ -1,0 +1,161 @@
+"""A constrained Delaunay triangulation under edit: ear clipping to begin with, flips that keep it Delaunay.
+
+A triangulation is two arrays: `faces` (t, 3), counter-clockwise vertices, and `across` (t, 3), the triangle beyond the
+edge opposite each of them, -1 on the outline. Both have room for more triangles than there are.
+"""
+
+import numpy as np
+
+from ..kernels import cross, dot, kernel, set_row, twice_area
+
+FLAT = 1e-13  # of the squared edges: an ear with less area is three points on a line but for rounding
+ROUNDING = (
+    1e-13  # relative: the in-circle determinant's error bound is 1e-15 (Shewchuk 1997), with room to spare
+)
+THIN = 1e-14  # twice the area, of a domain of area one, that a flip may leave
+MOST_FLIPS = 2_000_000  # a bound that no mesh comes near
+
+
+@kernel
+def in_circle(z, a, b, c, d):
+    """Whether d lies inside the circle of the counter-clockwise triangle a, b, c by more than rounding."""
+    u, v, w = z[a] - z[d], z[b] - z[d], z[c] - z[d]
+    first, second, third = (
+        dot(u, u) * cross(v, w),
+        dot(v, v) * cross(w, u),
+        dot(w, w) * cross(u, v),
+    )
+    return first + second + third > ROUNDING * (abs(first) + abs(second) + abs(third))
+
+
+@kernel
+def relink(across, t, old, new):
+    """Tells triangle t, unless it is -1, that its neighbour old is now new."""
+    if t >= 0:
+        for k in range(3):
+            if across[t, k] == old:
+                across[t, k] = new
+                return
+
+
+@kernel
+def _is_ear(z, before, i, after, following):
+    """Whether the corner i of the remaining polygon can be cut off."""
+    a, b, c = z[before], z[i], z[after]
+    size = dot(b - a, b - a) + dot(c - b, c - b)
+    if cross(b - a, c - b) <= FLAT * size:
+        return False
+    slack = -1e-15
+    j = following[after]
+    while j != before:
+        p = z[j]
+        if cross(b - a, p - a) >= slack and cross(c - b, p - b) >= slack and cross(a - c, p - c) >= slack:
+            return False
+        j = following[j]
+    return True
+
+
+@kernel
+def clip_ears(z, count, faces, across):
+    """Triangulates the simple counter-clockwise polygon z[:count]; the number of triangles, or -1 where it fails.
+
+    `across` must hold -1 everywhere.
+
+    Meisters, *Polygons have ears*, 1975. Every remaining edge remembers the triangle on its other side.
+    """
+    following = (np.arange(count) + 1) % count
+    before = (np.arange(count) - 1) % count
+    beyond = np.empty(count, np.int64)
+    beyond.fill(-1)
+    side = np.zeros(count, np.int64)
+    left, t, idle = count, 0, 0
+    i = following[count - 1]
+    while left > 3:
+        p, q = before[i], following[i]
+        if not _is_ear(z, p, i, q, following):
+            i = q
+            idle += 1
+            if idle > left:
+                return -1
+            continue
+        set_row(faces, t, p, i, q)
+        across[t, 0], across[t, 2] = beyond[i], beyond[p]
+        for v in (p, i):
+            if beyond[v] >= 0:
+                across[beyond[v], side[v]] = t
+        beyond[p], side[p] = t, 1
+        following[p], before[q] = q, p
+        left, idle, i, t = left - 1, 0, following[q], t + 1
+    a, b = i, following[i]
+    c = following[b]
+    set_row(faces, t, a, b, c)
+    set_row(across, t, beyond[b], beyond[c], beyond[a])
+    for v in (a, b, c):
+        if beyond[v] >= 0:
+            across[beyond[v], side[v]] = t
+    return t + 1
+
+
+@kernel
+def opposite(faces, u, b, c):
+    """The place in triangle u of the vertex that is neither b nor c."""
+    for k in range(3):
+        if faces[u, k] != b and faces[u, k] != c:
+            return k
+    return 0
+
+
+@kernel
+def flip(faces, across, t, k):
+    """Replaces the edge opposite corner k of t by the other diagonal of the two triangles beside it."""
+    u = across[t, k]
+    a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
+    j = opposite(faces, u, b, c)
+    d = faces[u, j]
+    beyond_ca, beyond_ab = across[t, (k + 1) % 3], across[t, (k + 2) % 3]
+    beyond_bd, beyond_dc = across[u, (j + 1) % 3], across[u, (j + 2) % 3]
+    set_row(faces, t, a, b, d)
+    set_row(across, t, beyond_bd, u, beyond_ab)
+    set_row(faces, u, a, d, c)
+    set_row(across, u, beyond_dc, beyond_ca, t)
+    relink(across, beyond_bd, u, t)
+    relink(across, beyond_ca, t, u)
+
+
+@kernel
+def push(stack, t):
+    """Puts a triangle on the stack, whose first entry counts what is on it, unless it is full."""
+    if stack[0] + 1 < stack.size:
+        stack[0] += 1
+        stack[stack[0]] = t
+
+
+@kernel
+def legalise(z, faces, across, stack, fixed):
+    """Lawson's flips, from the triangles on the stack on, until all edges are Delaunay.
+
+    Args:
+        z: (n,) vertices.
+        faces: (t, 3) triangles.
+        across: (t, 3) their neighbours.
+        stack: triangles to look at, after their number; emptied.
+        fixed: no flip may join two vertices below this number; 0 allows every flip.
+    """
+    for _ in range(MOST_FLIPS):
+        if stack[0] == 0:
+            return
+        t = stack[stack[0]]
+        stack[0] -= 1
+        for k in range(3):
+            u = across[t, k]
+            if u < 0:
+                continue
+            a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
+            d = faces[u, opposite(faces, u, b, c)]
+            if a < fixed and d < fixed:
+                continue
+            if in_circle(z, a, b, c, d) and twice_area(z, a, b, d) > THIN and twice_area(z, a, d, c) > THIN:
+                flip(faces, across, t, k)
+                push(stack, t)
+                push(stack, u)
+                break

@@ -1,0 +1,82 @@
+"""Balanced maps: the outline held, nothing folded, the size even, the picture upright.
+
+A piecewise linear homeomorphism between triangulations of two shapes that minimises the symmetric energy of
+`energy.py`, its boundary sliding on the target's outline. The stages are in `stages.py`.
+"""
+
+import numpy as np
+
+from ..curve import Curve
+from ..result import hausdorff
+from . import orientation, stages
+from .failure import NoMapError
+from .frames import Frame, frames_of
+from .minimise.energy import energy_of
+from .minimise.measures import stretches, turn_of
+from .solution import Journal, Settings, Solution
+
+
+def solve(source: Curve, target: Curve, settings: Settings | None = None) -> Solution:
+    """The balanced map of two domains.
+
+    Args:
+        source: a domain, as from `Curve.domain`.
+        target: likewise.
+        settings: what is asked of the map.
+
+    Raises:
+        NoMapError: no map without folds was found.
+    """
+    settings = settings or Settings()
+    frames = frames_of(source, target, settings.turn)
+    journal = Journal()
+    state, symmetric = stages.mapped(frames[0].curve(source), frames[1].curve(target), settings, journal)
+    return _solution(state, frames, (source, target), settings, journal, symmetric)
+
+
+def _solution(
+    state: stages.Meshed,
+    frames: tuple[Frame, Frame],
+    given: tuple[Curve, Curve],
+    settings: Settings,
+    journal: Journal,
+    symmetric: bool,
+) -> Solution:
+    """The map in the given coordinates, checked there."""
+    z, u = frames[0].world(state.z), frames[1].world(state.u)
+    mirror = frames[0].mirrored
+    faces = np.ascontiguousarray(state.faces[:, ::-1]) if mirror else state.faces
+    loop = np.arange(state.border)[::-1].copy() if mirror else np.arange(state.border)
+    _refuse_folds(z, u, faces, loop)
+    source_gap, gap = (hausdorff(Curve(w[loop]), c) / c.diagonal for w, c in zip((z, u), given))
+    dilatation, stretch, _ = stretches(state.z, state.u, state.faces)
+    lean = turn_of(state.z, state.u, state.faces) * (-1 if mirror else 1)
+    turn = np.angle(np.exp(1j * lean) * frames[0].factor / frames[1].factor)
+    reached = max(gap, source_gap) <= settings.tolerance and stages.excess(state, settings) <= 1
+    return Solution(
+        z,
+        u,
+        faces,
+        (loop,),
+        energy_of(state.z, state.u, state.faces, settings.theta),
+        journal.energies,
+        float(turn),
+        gap,
+        source_gap,
+        journal.starts,
+        {"dilatation": float(dilatation.max()), "stretch": float(stretch.max())},
+        symmetric,
+        bool(reached),
+        journal.notes,
+    )
+
+
+def _refuse_folds(z, u, faces, loop) -> None:
+    """Raises NoMapError unless all triangles are positive and both outlines simple, in these very numbers."""
+    for name, w in (("source", z), ("image", u)):
+        if not orientation.positive(w, faces).all():
+            raise NoMapError(
+                f"the {name} has triangles without area in double precision; move the shape to the origin or enlarge it"
+            )
+        if not orientation.is_simple(w[loop]):
+            raise NoMapError(f"the outline of the {name} touches itself in double precision")

@@ -1,0 +1,1 @@
+"""The energy and its minimisation: projected Newton on sparse LDLᵀ, boundary vertices sliding, nothing ever folding."""

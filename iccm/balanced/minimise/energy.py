@@ -1,0 +1,249 @@
+"""The energy of a balanced map and its derivatives, triangle by triangle.
+
+With Wirtinger derivatives a = f_z, b = f_z̄ of a linear map, p = |a|² + |b|² (half the sum of the squared singular
+values) and d = |a|² - |b|² (their product), the density is
+
+    W = [ p/d · ((d + 1/d)/2)^θ ]^q · (1 + d)/2
+
+p/d is 1 where the map is conformal, (d + 1/d)/2 is 1 where it keeps areas, and the last factor counts half the
+source's area and half the target's, so that a map and its inverse have the same energy. Large q lowers the worst
+stretch. W depends on |a|² and |b|² alone, hence its 4 × 4 Hessian has closed eigenvectors: a 2 × 2 block of the radial
+directions of a and b, and their tangential directions by themselves; negative eigenvalues are set to zero (the
+projection of Teran et al. 2005, in the form of Smith, De Goes and Kim, *Analytic Eigensystems for Isotropic Distortion
+Energies*, 2019).
+"""
+
+import numpy as np
+
+from ...arrays import Complex, Index, Real
+from ..kernels import dot, kernel
+
+UNTANGLING_AREA = 0.5  # weight of the area part while untangling
+
+
+@kernel
+def power(base, exponent):
+    """base ** exponent, without a logarithm for the exponents that are met most."""
+    if exponent == 1.0:
+        return base
+    if exponent == 2.0:
+        return base * base
+    if exponent == 0.0:
+        return 1.0
+    return base**exponent
+
+
+@kernel
+def density(p, d, theta, q):
+    """W at one triangle with d > 0."""
+    core = p / d * power(0.5 * (d + 1 / d), theta)
+    return core * power(core, q - 1) * 0.5 * (1 + d)
+
+
+@kernel
+def density_derivatives(p, d, theta, q):
+    """W and its derivatives W_p, W_d, W_pp, W_pd, W_dd."""
+    area, area1, area2 = 0.5 * (d + 1 / d), 0.5 * (1 - 1 / (d * d)), 1 / (d * d * d)
+    grown = power(area, theta)
+    grown1 = theta * grown / area * area1
+    grown2 = theta * grown / area * ((theta - 1) / area * area1 * area1 + area2)
+    core, core_p = p / d * grown, grown / d
+    core_pd = grown1 / d - grown / (d * d)
+    core_d = p * core_pd
+    core_dd = p * (grown2 / d - 2 * grown1 / (d * d) + 2 * grown / (d * d * d))
+    below = power(core, q - 2) if q > 1 else 1 / core
+    first, second = q * below * core, q * (q - 1) * below
+    value = below * core * core
+    pp, pd = second * core_p * core_p, first * core_pd + second * core_p * core_d
+    dd = first * core_dd + second * core_d * core_d
+    core_p, core_d, half = first * core_p, first * core_d, 0.5 * (1 + d)
+    return (
+        value * half,
+        core_p * half,
+        core_d * half + 0.5 * value,
+        pp * half,
+        pd * half + 0.5 * core_p,
+        dd * half + core_d,
+    )
+
+
+@kernel
+def untangling_derivatives(p, d, epsilon):
+    """A density that is finite for folded triangles, with the derivatives of `density_derivatives`.
+
+    (p + ½ (1 + d²)/2·2) / (1 + ½) with d in the denominators replaced by (d + √(ε² + d²))/2 (Garanzha et al.,
+    *Foldover-free maps in 50 lines of code*, 2021).
+    """
+    root = np.sqrt(epsilon * epsilon + d * d)
+    x = 0.5 * (d + root) if d > 0 else 0.5 * epsilon * epsilon / (root - d)
+    x1, x2 = x / root, 0.5 * epsilon * epsilon / (root * root * root)
+    area, share = (d * d + 1) / (2 * x), 1 / (1 + UNTANGLING_AREA)
+    area1 = d / x - (d * d + 1) * x1 / (2 * x * x)
+    inverse2 = 2 * x1 * x1 / (x * x * x) - x2 / (x * x)  # second derivative of 1/x
+    area2 = 1 / x - 2 * d * x1 / (x * x) + 0.5 * (d * d + 1) * inverse2
+    return (
+        share * (p / x + UNTANGLING_AREA * area),
+        share / x,
+        share * (UNTANGLING_AREA * area1 - p * x1 / (x * x)),
+        0.0,
+        -share * x1 / (x * x),
+        share * (p * inverse2 + UNTANGLING_AREA * area2),
+    )
+
+
+@kernel
+def hat_gradients(corners, z, gradients, areas):
+    """Fills in the Wirtinger gradients of the hat functions and the areas of the source's triangles.
+
+    Args:
+        corners: (m, 3) triangles of either orientation.
+        z: (n,) vertices of the source.
+        gradients: (m, 3) complex α, written: f_z = Σ α u and f_z̄ = Σ ᾱ u for values u at the corners.
+        areas: (m,) written, positive.
+    """
+    for t in range(corners.shape[0]):
+        a, b, c = z[corners[t, 0]], z[corners[t, 1]], z[corners[t, 2]]
+        area = 0.5 * ((b - a).real * (c - a).imag - (b - a).imag * (c - a).real)
+        scale = -0.25j / area
+        gradients[t, 0] = scale * (c - b).conjugate()
+        gradients[t, 1] = scale * (a - c).conjugate()
+        gradients[t, 2] = scale * (b - a).conjugate()
+        areas[t] = abs(area)
+
+
+@kernel
+def wirtinger(corners, gradients, u, t):
+    """f_z and f_z̄ on triangle t."""
+    a, b = 0j, 0j
+    for k in range(3):
+        value, alpha = u[corners[t, k]], gradients[t, k]
+        a += alpha * value
+        b += alpha.conjugate() * value
+    return a, b
+
+
+@kernel
+def total(corners, gradients, weights, u, theta, q, epsilon):
+    """The energy of the images u (n,); infinite where a triangle is folded, unless epsilon > 0 (untangling)."""
+    energy = 0.0
+    for t in range(corners.shape[0]):
+        a, b = wirtinger(corners, gradients, u, t)
+        aa, bb = dot(a, a), dot(b, b)
+        if epsilon > 0:
+            energy += weights[t] * untangling_derivatives(aa + bb, aa - bb, epsilon)[0]
+        elif aa > bb:
+            energy += weights[t] * density(aa + bb, aa - bb, theta, q)
+        else:
+            return np.inf
+    return energy
+
+
+@kernel
+def least_determinant(corners, gradients, u):
+    """The smallest determinant of all triangles."""
+    least = np.inf
+    for t in range(corners.shape[0]):
+        a, b = wirtinger(corners, gradients, u, t)
+        least = min(least, dot(a, a) - dot(b, b))
+    return least
+
+
+@kernel
+def _projected(first, second, coupling):
+    """Eigenvalues, negative ones set to zero, of [[first, coupling], [coupling, second]], and the cosine and sine of
+    the larger one's eigenvector."""
+    middle, half = 0.5 * (first + second), 0.5 * (first - second)
+    radius = np.sqrt(half * half + coupling * coupling)
+    cosine, sine = 1.0, 0.0
+    if radius > 0:
+        cosine = np.sqrt(max(0.5 * (1 + half / radius), 0.0))
+        sine = np.sqrt(max(0.5 * (1 - half / radius), 0.0)) * (1.0 if coupling >= 0 else -1.0)
+    return max(middle + radius, 0.0), max(middle - radius, 0.0), cosine, sine
+
+
+@kernel
+def assemble(system, gradients, weights, u, theta, q, epsilon, matrix, gradient):
+    """The energy at u; fills in its gradient and projected Hessian.
+
+    Args:
+        system: pattern of the Hessian.
+        gradients: (m, 3) of the hat functions, in the order of `system.corners`.
+        weights: (m,) areas of the source's triangles, times weights if there are any.
+        u: (n,) images, without folds unless epsilon > 0.
+        theta: weight of the area part.
+        q: power that raises the worst.
+        epsilon: 0, or how far untangling reaches below zero.
+        matrix: (e, 4) blocks of the upper triangle, written.
+        gradient: (n,) complex, x + iy, written.
+    """
+    matrix.fill(0.0)
+    gradient.fill(0j)
+    energy = 0.0
+    radial_a, radial_b = np.empty(3, np.complex128), np.empty(3, np.complex128)
+    for t in range(system.corners.shape[0]):
+        a, b = wirtinger(system.corners, gradients, u, t)
+        aa, bb, weight = dot(a, a), dot(b, b), weights[t]
+        if epsilon > 0:
+            w, w_p, w_d, w_pp, w_pd, w_dd = untangling_derivatives(aa + bb, aa - bb, epsilon)
+        else:
+            w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(aa + bb, aa - bb, theta, q)
+        energy += weight * w
+        size_a, size_b = np.sqrt(aa), np.sqrt(bb)
+        unit_a = a / size_a if size_a > 1e-140 else 1 + 0j
+        unit_b = b / size_b if size_b > 1e-140 else 1 + 0j
+        along_a, along_b = 2 * weight * (w_p + w_d), 2 * weight * (w_p - w_d)
+        large, small, cosine, sine = _projected(
+            along_a + 4 * weight * (w_pp + 2 * w_pd + w_dd) * aa,
+            along_b + 4 * weight * (w_pp - 2 * w_pd + w_dd) * bb,
+            4 * weight * (w_pp - w_dd) * size_a * size_b,
+        )
+        for k in range(3):
+            radial_a[k] = unit_a * gradients[t, k].conjugate()
+            radial_b[k] = unit_b * gradients[t, k]
+            gradient[system.corners[t, k]] += along_a * size_a * radial_a[k] + along_b * size_b * radial_b[k]
+        around_a, around_b = max(along_a, 0.0), max(along_b, 0.0)
+        pair = 0
+        for k in range(3):
+            first, second = (
+                cosine * radial_a[k] + sine * radial_b[k],
+                cosine * radial_b[k] - sine * radial_a[k],
+            )
+            third, fourth = 1j * radial_a[k], 1j * radial_b[k]
+            first, second, third, fourth = large * first, small * second, around_a * third, around_b * fourth
+            for m in range(k, 3):
+                e, f = cosine * radial_a[m] + sine * radial_b[m], cosine * radial_b[m] - sine * radial_a[m]
+                g, h = radial_a[m], radial_b[m]
+                slot = system.slots[t, pair]
+                pair += 1
+                matrix[slot, 0] += (
+                    first.real * e.real + second.real * f.real - third.real * g.imag - fourth.real * h.imag
+                )
+                matrix[slot, 1] += (
+                    first.real * e.imag + second.real * f.imag + third.real * g.real + fourth.real * h.real
+                )
+                matrix[slot, 2] += (
+                    first.imag * e.real + second.imag * f.real - third.imag * g.imag - fourth.imag * h.imag
+                )
+                matrix[slot, 3] += (
+                    first.imag * e.imag + second.imag * f.imag + third.imag * g.real + fourth.imag * h.real
+                )
+    return energy
+
+
+def energy_of(z: Complex, u: Complex, faces: Index, theta: float = 1.0, q: float = 1.0) -> float:
+    """The energy of the piecewise linear map z -> u (n,) on triangles (m, 3), both domains' areas taken as one.
+
+    Without the outline's term; 1 for a similarity, and the same for the inverse map.
+    """
+    _, areas = geometry(z, faces)
+    _, images = geometry(u, faces)
+    z, u = z / np.sqrt(areas.sum()), u / np.sqrt(images.sum())
+    gradients, areas = geometry(z, faces)
+    return float(total(faces, gradients, areas, u, float(theta), float(q), 0.0))
+
+
+def geometry(z: Complex, corners: Index) -> tuple[Complex, Real]:
+    """(m, 3) gradients of the hat functions and (m,) areas of the triangles of z."""
+    gradients, areas = np.empty(corners.shape, np.complex128), np.empty(len(corners))
+    hat_gradients(corners, z, gradients, areas)
+    return gradients, areas

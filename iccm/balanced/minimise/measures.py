@@ -1,0 +1,31 @@
+"""Figures of a piecewise linear map: turn, stretch, dilatation and scale."""
+
+import numpy as np
+
+from ...arrays import Complex, Index, Real
+from .energy import geometry
+
+
+def derivatives(z: Complex, u: Complex, faces: Index) -> tuple[Complex, Complex, Real]:
+    """(m,) f_z, f_z̄ and areas of the source's triangles."""
+    gradients, areas = geometry(z, faces)
+    values = u[faces]
+    return (gradients * values).sum(1), (gradients.conj() * values).sum(1), areas
+
+
+def turn_of(z: Complex, u: Complex, faces: Index) -> float:
+    """Radians by which the map turns the picture on average: over half the source's area and half the target's.
+
+    Both areas are taken as one.
+    """
+    a, b, areas = derivatives(z, u, faces)
+    weight = areas * (1 + np.abs(a) ** 2 - np.abs(b) ** 2)
+    return float(np.angle(np.sum(weight * a / np.maximum(np.abs(a), 1e-300))))
+
+
+def stretches(z: Complex, u: Complex, faces: Index) -> tuple[Real, Real, Real]:
+    """(m,) dilatation K = s1/s2, stretch max(s1, 1/s2) and determinant, both domains' areas taken as one."""
+    a, b, _ = derivatives(z, u, faces)
+    large, small = np.abs(a) + np.abs(b), np.abs(a) - np.abs(b)
+    small = np.maximum(small, 1e-300)
+    return large / small, np.maximum(large, 1 / small), large * small

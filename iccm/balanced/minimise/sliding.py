@@ -1,0 +1,186 @@
+"""Vertices that slide along an outline: their directions, the outline's own energy, and how far they may go.
+
+Each vertex of the outline has one unknown, its arclength τ on the polyline it slides on. It passes small kinks; at a
+corner it stops, and stays as long as the slopes to both sides hold it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Complex, Index, Real
+from ..kernels import dot, kernel, located
+
+SAME_PLACE = 1e-8  # of the length: a vertex this close to a corner is on it
+
+
+class Rail(NamedTuple):
+    """The closed polyline that vertices slide on.
+
+    Attributes:
+        knots: (e + 1,) arclengths of its vertices.
+        vertices: (e,) complex.
+        corners: (c,) arclengths of the corners, ascending, where a step ends.
+    """
+
+    knots: Real
+    vertices: Complex
+    corners: Real
+
+
+class Border(NamedTuple):
+    """The outline's vertices as a chain, with the energy ½ β Σ (Δτ²/Δs + Δs²/Δτ) of its edges.
+
+    Attributes:
+        following: (b,) the next vertex of each one.
+        spans: (b,) Δs, arclengths of the edges on the side that is kept.
+        stiffness: (b,) β of the edges.
+    """
+
+    following: Index
+    spans: Real
+    stiffness: Real
+
+
+@kernel
+def point_at(rail, s):
+    """The point at arclength s."""
+    edge, along = located(rail.knots, s)
+    share = min(along / (rail.knots[edge + 1] - rail.knots[edge]), 1.0)
+    end = rail.vertices[(edge + 1) % rail.vertices.size]
+    return rail.vertices[edge] + share * (end - rail.vertices[edge])
+
+
+@kernel
+def tangent(rail, s):
+    """The unit tangent at arclength s."""
+    edge, _ = located(rail.knots, s)
+    step = rail.vertices[(edge + 1) % rail.vertices.size] - rail.vertices[edge]
+    return step / abs(step)
+
+
+@kernel
+def way_to_corners(rail, s):
+    """Whether s is on a corner, and the distances (negative, positive) to the corners behind and ahead."""
+    length, corners = rail.knots[-1], rail.corners
+    count = corners.size
+    if count == 0:
+        return False, -length, length
+    near = SAME_PLACE * length
+    s -= np.floor(s / length) * length
+    k = np.searchsorted(corners, s - near)
+    behind = (corners[k - 1] if k > 0 else corners[count - 1] - length) - s
+    on = k < count and corners[k] <= s + near
+    k += 1 if on else 0
+    ahead = (corners[k] if k < count else corners[k - count] + length) - s
+    return on or behind > -near or ahead < near, behind, ahead
+
+
+@kernel
+def gap_ahead(border, tau, v, length):
+    """Arclength from outline vertex v to the next one."""
+    w = border.following[v]
+    return tau[w] - tau[v] + (length if w <= v else 0.0)
+
+
+@kernel
+def border_energy(border, tau, length):
+    """The outline's energy; infinite where two vertices have changed places."""
+    energy = 0.0
+    for v in range(tau.size):
+        gap, span = gap_ahead(border, tau, v, length), border.spans[v]
+        if gap <= 0:
+            return np.inf
+        energy += 0.5 * border.stiffness[v] * (gap * gap / span + span * span / gap)
+    return energy
+
+
+@kernel
+def border_derivatives(border, tau, length, slope, curvature):
+    """Fills in the derivative by each τ and the second derivative by each gap."""
+    slope.fill(0.0)
+    for v in range(tau.size):
+        gap, span, beta = gap_ahead(border, tau, v, length), border.spans[v], border.stiffness[v]
+        pull = 0.5 * beta * (2 * gap / span - span * span / (gap * gap))
+        slope[v] -= pull
+        slope[border.following[v]] += pull
+        curvature[v] = beta * (1 / span + span * span / (gap * gap * gap))
+
+
+@kernel
+def choose_directions(rail, tau, held, gradient, slope, directions, low, high):
+    """Fills in where each outline vertex may go: a unit tangent, 0 to stay, and the limits of its step.
+
+    Args:
+        rail: what it slides on.
+        tau: (b,) arclengths.
+        held: (b,) vertices that may not move.
+        gradient: (n,) of the energy in the plane.
+        slope: (b,) of the outline's energy.
+        directions: (b,) complex, written.
+        low: (b,) most negative step, written.
+        high: (b,) largest step, written.
+    """
+    nudge = 1e-9 * rail.knots[-1]
+    for v in range(tau.size):
+        directions[v], low[v], high[v] = 0j, 0.0, 0.0
+        if held[v]:
+            continue
+        on, behind, ahead = way_to_corners(rail, tau[v])
+        forward = tangent(rail, tau[v] + nudge)
+        directions[v], low[v], high[v] = forward, behind, ahead
+        if not on:
+            continue
+        backward = tangent(rail, tau[v] - nudge)
+        slope_ahead, slope_behind = (
+            dot(gradient[v], forward) + slope[v],
+            dot(gradient[v], backward) + slope[v],
+        )
+        low[v] = 0.0
+        if slope_ahead >= 0 and slope_behind <= 0:
+            directions[v], high[v] = 0j, 0.0
+        elif slope_ahead >= 0 or slope_behind > -slope_ahead > 0:
+            directions[v], low[v], high[v] = backward, behind, 0.0
+
+
+@kernel
+def restrict(system, directions, matrix):
+    """Rewrites the blocks of outline vertices: first unknown along the direction, the missing ones 1.
+
+    Args:
+        system: pattern.
+        directions: (b,) of the first b vertices; 0 holds one.
+        matrix: (e, 4), changed in place.
+    """
+    n = system.position.size
+    constrained, way = np.zeros(n, np.bool_), np.zeros(n, np.complex128)
+    for v in range(directions.size):
+        constrained[system.position[v]], way[system.position[v]] = True, directions[v]
+    for k in range(n):
+        for p in range(system.starts[k], system.starts[k + 1]):
+            i = system.rows[p]
+            if constrained[i]:
+                for b in range(2):
+                    matrix[p, b] = way[i].real * matrix[p, b] + way[i].imag * matrix[p, 2 + b]
+                    matrix[p, 2 + b] = 0.0
+            if constrained[k]:
+                for b in range(0, 4, 2):
+                    matrix[p, b] = way[k].real * matrix[p, b] + way[k].imag * matrix[p, b + 1]
+                    matrix[p, b + 1] = 0.0
+    for v in range(directions.size):
+        matrix[system.diagonal[v], 3] = 1.0
+        if directions[v] == 0:
+            matrix[system.diagonal[v], 0] = 1.0
+
+
+@kernel
+def stiffen(system, border, directions, curvature, matrix):
+    """Adds the outline's second derivatives to a restricted matrix."""
+    for v in range(directions.size):
+        w = border.following[v]
+        if directions[v] != 0:
+            matrix[system.diagonal[v], 0] += curvature[v]
+        if directions[w] != 0:
+            matrix[system.diagonal[w], 0] += curvature[v]
+        if directions[v] != 0 and directions[w] != 0:
+            matrix[system.ahead[v], 0] -= curvature[v]

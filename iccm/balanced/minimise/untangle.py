@@ -1,0 +1,114 @@
+"""A map without folds for a given correspondence of the outlines.
+
+First the inside is harmonic with positive weights (mean values, Floater 2003: one-to-one onto a convex target, and
+close to it else); then folds are undone with the outline held, by Newton on an energy that is finite for them.
+"""
+
+import numpy as np
+
+from ..kernels import dot, kernel, move
+from .energy import assemble, least_determinant, total
+from .ldl import downhill, factorise
+from .newton import ARMIJO, SHORTEST_STEP, regularise
+from .sliding import restrict
+
+LEAST_WEIGHT = 0.08  # of an edge: cotangents of obtuse angles are negative and would fold
+ENOUGH = 1e-3  # determinant from which a triangle counts as unfolded
+POLISHED = (
+    0.2  # ε once nothing is folded: steps on a smooth energy widen thin triangles faster than on a barrier
+)
+DEEP = 0.16  # ε² = 1e-6 + DEEP · min(d, 0)²: with 0.04 fish onto hippo stays folded, found by trial
+SLOW = 3e-3  # relative decrease below which ε shrinks
+SHRINK = 0.6  # of ε where the energy hardly falls: without it a few folds lock up
+LEAST_EPSILON = 1e-5
+STEPS = 40
+
+
+@kernel
+def _stiffness(system, gradients, areas, u, matrix, gradient):
+    """Fills in the matrix of a graph with cotangent weights, floored, and gradient = matrix · u."""
+    matrix.fill(0.0)
+    gradient.fill(0j)
+    for t in range(system.corners.shape[0]):
+        for k, m, pair in ((0, 1, 1), (0, 2, 2), (1, 2, 4)):
+            cotangent = -4 * areas[t] * dot(gradients[t, k], gradients[t, m])
+            weight = max(cotangent, LEAST_WEIGHT)
+            i, j, slot = system.corners[t, k], system.corners[t, m], system.slots[t, pair]
+            for own in (system.diagonal[i], system.diagonal[j]):
+                matrix[own, 0] += weight
+                matrix[own, 3] += weight
+            matrix[slot, 0] -= weight
+            matrix[slot, 3] -= weight
+            gradient[i] += weight * (u[i] - u[j])
+            gradient[j] += weight * (u[j] - u[i])
+
+
+@kernel
+def _epsilon(least, before, slow):
+    """How far below zero the smoothed determinant reaches."""
+    if least > 0:
+        return POLISHED
+    epsilon = np.sqrt(1e-6 + DEEP * least * least)
+    if before > 0:
+        epsilon = min(epsilon, before * (SHRINK if slow else 1.0))
+    return max(epsilon, LEAST_EPSILON)
+
+
+@kernel
+def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
+    """Fills in the inside of u, given on the outline, so that no triangle is folded; the least determinant.
+
+    Args:
+        system: pattern of the mesh.
+        gradients: (m, 3) of the hat functions on the source, corners as in the system.
+        areas: (m,) of the source's triangles.
+        u: (n,) images, changed in place but for the first `border` ones.
+        border: how many vertices are on the outline.
+        harmonic: whether the inside begins as the harmonic one instead of as given.
+        steps: the most there may be.
+        polish: how many of them may be made once nothing is folded.
+    """
+    n = u.size
+    matrix, gradient = np.empty((system.rows.size, 4)), np.empty(n, np.complex128)
+    factor, pivots = np.empty((system.factor_rows.size, 4)), np.empty((n, 3))
+    still, trial = np.zeros(border, np.complex128), np.empty(n, np.complex128)
+    if harmonic:
+        for v in range(border, n):
+            u[v] = 0j
+        _stiffness(system, gradients, areas, u, matrix, gradient)
+        for v in range(border):
+            gradient[v] = 0j
+        restrict(system, still, matrix)
+        if factorise(system, matrix, factor, pivots):
+            move(u, downhill(system, factor, pivots, gradient), 1.0, u)
+    epsilon, slow = -1.0, False
+    for _ in range(steps):
+        least = least_determinant(system.corners, gradients, u)
+        if least > ENOUGH:
+            if polish == 0 or least > POLISHED:
+                return least
+            polish -= 1
+        epsilon = _epsilon(least, epsilon, slow)
+        energy = assemble(system, gradients, areas, u, 1.0, 1.0, epsilon, matrix, gradient)
+        for v in range(border):
+            gradient[v] = 0j
+        restrict(system, still, matrix)
+        regularise(system, matrix)
+        if not factorise(system, matrix, factor, pivots):
+            break
+        step = downhill(system, factor, pivots, gradient)
+        decrease = 0.0
+        for v in range(n):
+            decrease += dot(gradient[v], step[v])
+        t, new_energy = 1.0, np.inf
+        while t > SHORTEST_STEP:
+            move(u, step, t, trial)
+            new_energy = total(system.corners, gradients, areas, trial, 1.0, 1.0, epsilon)
+            if new_energy <= energy + ARMIJO * t * decrease:
+                break
+            t *= 0.5
+        if t <= SHORTEST_STEP:
+            break
+        move(u, step, t, u)
+        slow = new_energy > (1 - SLOW) * energy
+    return least_determinant(system.corners, gradients, u)

@@ -1,0 +1,226 @@
+"""The stages of a solve, from two outlines in unit coordinates to a map on the last mesh."""
+
+import numpy as np
+
+from ..curve import Curve
+from . import starts
+from .discrete import DiscreteMap
+from .failure import NoMapError, Stuck
+from .levels import Level, Problem, Sketch, alternated, eased, refined, released, score, screened
+from .meshing import sizing
+from .minimise.measures import stretches
+from .outline import manageable
+from .pairs import Match
+from .similar import similarity
+from .solution import Journal, Settings
+from .symmetry import Half, half_of, mirrored
+
+COARSE, FINE = 0.1, 0.04  # mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of these
+SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
+COARSE_FINENESS, COARSE_CORNERS = 5e-4, 6e-3  # of the diagonal
+FINE_FINENESS, FINE_CORNERS = 2e-4, 6e-4  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
+STEEPEST, STEEPEST_FINE = 8.0, 20.0  # slope of a match, relative to the mean, that a mesh follows
+TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
+POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others while a bound is not met
+UPRIGHT = 3.0  # weight of the turn among starts: 82 % of 40 pairs turn by less than 20°, with 2 75 %, for 1 % of energy
+TURNS = ((0.0, 5), (0.6, 2), (-0.6, 2))  # of elastic starts, and how many of each
+ANY_TURN = (
+    (0.0, 4),
+    (0.5 * np.pi, 2),
+    (np.pi, 2),
+    (-0.5 * np.pi, 2),
+)  # the same where the turn is left to the shapes
+STRAIGHTENINGS, STRAIGHT = 3, 0.5  # rounds, and degrees that may be left
+ROUND = 0.95  # 4π · area / length², 1 for a disc and .91 for a hexagon
+FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
+LAST_STEPS, LAST_DECREASE = 50, 2e-3  # of Newton on the last mesh, and the relative decrease that ends them
+SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
+
+
+Meshed = DiscreteMap | Sketch
+
+
+def mapped(source: Curve, target: Curve, settings: Settings, journal: Journal) -> tuple[Meshed, bool]:
+    """The map in unit coordinates, and whether it is the mirror image of itself.
+
+    Raises:
+        NoMapError: none without folds was found.
+    """
+    upright = 0.0 if settings.turn is None else UPRIGHT
+    simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
+    problem = Problem(simple, goal, settings.theta, upright)
+    same = similarity(source, target, turns=settings.turn is None)
+    if same is not None:
+        journal.notes.append("The shapes are similar: the map is the similarity.")
+        return onto_itself(problem, same, settings), False
+    halves = (half_of(source), half_of(target)) if settings.turn == 0 else (None, None)
+    if halves[0] and halves[1]:
+        try:
+            return by_halves(problem, halves[0], halves[1], settings, journal)
+        except (Stuck, NoMapError):
+            journal.notes.append("The shapes are symmetric, but no symmetric map without folds was found.")
+    return whole(problem, settings, journal), False
+
+
+def whole(problem: Problem, settings: Settings, journal: Journal) -> Meshed:
+    """All stages."""
+    used, fine_map = solved(problem, journal)
+    state = finished(used, fine_map, settings, journal)
+    return state if used is problem else inverted(state)
+
+
+def solved(problem: Problem, journal: Journal, share: float = 1.0) -> tuple[Problem, DiscreteMap]:
+    """All stages but the last, of the problem or, where that fails, of its inverse; and which of the two.
+
+    Args:
+        problem: `share` of what was given (a half, or all of it).
+        journal: of what happens.
+        share: see above.
+
+    Raises:
+        NoMapError: none without folds was found.
+    """
+    for smaller in SMALLER:
+        for used in (problem, problem.inverse()):
+            try:
+                state = coarse(used, COARSE * smaller / np.sqrt(share), journal)
+                return used, fine(used, state, FINE * smaller / np.sqrt(share), journal)
+            except Stuck:
+                continue
+    raise NoMapError(
+        "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
+    )
+
+
+def finished(
+    problem: Problem, state: Meshed, settings: Settings, journal: Journal, share: float = 1.0
+) -> Meshed:
+    """The map on the last mesh, or as it is where that folds."""
+    try:
+        return last(problem, state, settings, journal, share)
+    except Stuck:
+        journal.notes.append(
+            "The finest mesh folds: the outlines are followed as closely as the one before allows."
+        )
+        return state
+
+
+def inverted(state: Meshed) -> Sketch:
+    """The inverse map."""
+    return Sketch(state.u, state.z, state.faces, state.border)
+
+
+def by_halves(
+    problem: Problem, source: Half, target: Half, settings: Settings, journal: Journal
+) -> tuple[Meshed, bool]:
+    """The map of the right halves, mirrored; carried to the outlines given where those are not quite symmetric."""
+    roots = np.sqrt([source.curve.area, target.curve.area])
+    curves = [Curve(half.curve.z / root) for half, root in zip((source, target), roots)]
+    anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target))]
+    simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
+    half_problem = Problem(simple, goal, problem.theta, 0.0, (anchors[0], anchors[1]))
+    used, half = solved(half_problem, journal, share=0.5)
+    exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
+    if exact:
+        half = last(used, half, settings, journal, share=0.5)
+    outline = 1 + int(np.searchsorted(half.pairs.s, half.axis - 1e-9))
+    z, u = (half.z, half.u) if used is half_problem else (half.u, half.z)
+    z, u, faces, border = mirrored(z, u, half.faces, half.border, outline)
+    sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border)
+    return (sketch if exact else finished(problem, sketch, settings, journal)), True
+
+
+def coarse(problem: Problem, size: float, journal: Journal) -> DiscreteMap:
+    """The best map of all starts on coarse meshes."""
+    level = Level.of(problem, size, COARSE_FINENESS, COARSE_CORNERS, STEEPEST)
+    free = problem.upright == 0 and level.anchors is None
+    matches = candidates(level, ANY_TURN if free else TURNS)
+    states, failed = screened(level, matches, problem)
+    journal.starts["tried"] += len(matches)
+    journal.starts["failed"] += failed
+    settled = []
+    for state in states:
+        try:
+            settled.append(released(level, state, problem))
+        except Stuck:
+            continue
+    if not settled:
+        raise Stuck("no start")
+    best = min(settled, key=lambda state: score(state, problem.upright))
+    best = straightened(level, best, problem)
+    journal.level("coarse", best, 1.0)
+    return best
+
+
+def straightened(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
+    """The map with its turn taken out where a shape is round, so that any turn costs the same."""
+    for _ in range(STRAIGHTENINGS):
+        laps = state.turn / (2 * np.pi)
+        if problem.upright == 0 or abs(laps) < STRAIGHT / 360:
+            break
+        s, tau = state.match
+        round_source, round_target = (4 * np.pi / o.length**2 > ROUND for o in (level.source, level.target))
+        if round_target:
+            match = Match(s, tau - laps * level.target.length)
+        elif round_source:
+            match = Match(s + laps * level.source.length, tau)
+        else:
+            break
+        try:
+            new = released(level, level.mapped(match), problem)
+        except Stuck:
+            break
+        if score(new, problem.upright) >= score(state, problem.upright):
+            break
+        state = new
+    return state
+
+
+def candidates(level: Level, turns: tuple[tuple[float, int], ...]) -> list[Match]:
+    """Elastic matches at several turns, and shifts of the arclength."""
+    source, target = level.source.curve, level.target.curve
+    found = starts.Different(source, target)
+    for turn, count in turns:
+        starts.first_new(found, starts.elastic_matches(source, target, turn), count)
+    return found.matches + starts.arclength_matches(source, target)
+
+
+def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) -> DiscreteMap:
+    """The map on a finer mesh, its worst stretch lowered."""
+    level = Level.of(problem, size, FINE_FINENESS, FINE_CORNERS, STEEPEST_FINE)
+    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
+    state = eased(refined(level, state, sizes), problem.theta)
+    state = alternated(state, problem.theta, POWERS[0], FINE_ROUNDS, FINE_BACKWARD)
+    journal.level("fine", state, POWERS[0])
+    return state
+
+
+def last(
+    problem: Problem, state: Meshed, settings: Settings, journal: Journal, share: float = 1.0
+) -> DiscreteMap:
+    """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
+    size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
+    level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
+    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
+    tried = [eased(refined(level, state, sizes), problem.theta)]
+    for q in POWERS:
+        tried.append(tried[-1].forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True))
+        journal.level("last", tried[-1], q)
+        if excess(tried[-1], settings) <= 1:
+            return tried[-1]
+    return min(tried[1:], key=lambda state: excess(state, settings))
+
+
+def excess(state: Meshed, settings: Settings) -> float:
+    """How many times the bounds asked for the largest dilatation and stretch are: at most 1 where they are met."""
+    dilatation, stretch, _ = stretches(state.z, state.u, state.faces)
+    bounds = (settings.max_dilatation or np.inf, settings.max_stretch or np.inf)
+    return float(max(dilatation.max() / bounds[0], stretch.max() / bounds[1]))
+
+
+def onto_itself(problem: Problem, match: Match, settings: Settings) -> Meshed:
+    """The similarity on a mesh."""
+    size = np.sqrt(TRIANGLES_PER_AREA / settings.triangles)
+    state = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE).mapped(match)
+    turn = np.vdot(state.z[: state.border], state.u[: state.border])
+    return Sketch(state.z, state.z * turn / abs(turn), state.faces, state.border)

@@ -1,0 +1,121 @@
+"""Correspondences of two outlines to start from: elastic matches and arclength with shifts.
+
+Elastic matching of closed curves by dynamic programming over cyclic shifts (Sebastian, Klein, Kimia, *On aligning
+curves*, 2003): monotone paths with slopes from ¼ to 4 that maximise ∫ √(ds dτ) (cos of the angle between the tangents
+- ½ |difference of the positions|²), positions relative to the radius of gyration.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..arrays import Complex
+from ..curve import Curve
+from .kernels import kernel
+from .pairs import Match
+
+SAMPLES = 64  # of each outline; 120 found the same matches on 15 pairs
+SHIFTS = 16  # cyclic shifts of the target tried for each turn
+POSITION = 0.5  # weight of the difference of positions
+SMOOTH = 0.01  # of the length: the chord beyond a sample's ends over which its tangent is taken
+DIFFERENT = 0.12  # mean distance on the unit circle from which two matches count as two
+STEPS = np.array([(1, 1), (1, 2), (2, 1), (1, 3), (3, 1), (2, 3), (3, 2), (1, 4), (4, 1), (3, 4), (4, 3)])
+ARCLENGTHS = 8  # shifts of the arclength correspondence
+
+
+@kernel
+def best_path(score, steps):
+    """The monotone path from (0, 0) to (n, n) with the largest score: its score, rows and columns.
+
+    Args:
+        score: (n, n) gain of matching sample i of one curve with sample j of the other.
+        steps: (k, 2) steps that a path is made of.
+    """
+    n = score.shape[0]
+    best, came = np.full((n + 1, n + 1), -np.inf), np.zeros((n + 1, n + 1), np.int64)
+    best[0, 0] = 0.0
+    for i in range(1, n + 1):
+        for j in range(1, n + 1):
+            for k in range(steps.shape[0]):
+                a, b = steps[k, 0], steps[k, 1]
+                if i < a or j < b or best[i - a, j - b] == -np.inf:
+                    continue
+                gain, count = 0.0, max(a, b)
+                for m in range(count):
+                    gain += score[i - a + (m * a) // count, j - b + (m * b) // count]
+                value = best[i - a, j - b] + gain / count * np.sqrt(a * b)
+                if value > best[i, j]:
+                    best[i, j], came[i, j] = value, k
+    rows, columns = np.zeros(2 * n + 2, np.int64), np.zeros(2 * n + 2, np.int64)
+    i, j, at = n, n, rows.size
+    while True:
+        at -= 1
+        rows[at], columns[at] = i, j
+        if i == 0 and j == 0:
+            return best[n, n], rows[at:].copy(), columns[at:].copy()
+        i, j = i - steps[came[i, j], 0], j - steps[came[i, j], 1]
+
+
+def _samples(curve: Curve, offset: float = 0.0) -> tuple[Complex, Complex]:
+    """(SAMPLES,) unit tangents and centred middles, in radii of gyration, of equal pieces of a closed curve."""
+    s = offset + curve.length * np.arange(SAMPLES) / SAMPLES
+    start, end = curve.at(s), curve.at(s + curve.length / SAMPLES)
+    reach = SMOOTH * curve.length
+    chord = curve.at(s + curve.length / SAMPLES + reach) - curve.at(s - reach)
+    middle = 0.5 * (start + end)
+    return chord / np.maximum(np.abs(chord), 1e-12), middle / np.sqrt(np.mean(np.abs(middle) ** 2))
+
+
+def elastic_matches(source: Curve, target: Curve, turn: float) -> Iterator[Match]:
+    """Elastic matches of the source turned by `turn` radians with the target, best first."""
+    tangents, middles = (np.exp(1j * turn) * w for w in _samples(source))
+    goals, places = _samples(target)
+    angles = (tangents[:, None] * goals.conj()).real
+    score = angles - POSITION * np.abs(middles[:, None] - places) ** 2
+    found = []
+    for k in range(SHIFTS):
+        shift = k * SAMPLES // SHIFTS
+        value, rows, columns = best_path(np.roll(score, -shift, axis=1), STEPS)
+        s, tau = rows / SAMPLES * source.length, (columns + shift) / SAMPLES * target.length
+        found.append((-value, k, Match(s, tau)))
+    return (match for _, _, match in sorted(found, key=lambda entry: entry[:2]))
+
+
+def arclength_matches(source: Curve, target: Curve) -> list[Match]:
+    """Equal shares of the arclength, with evenly spaced shifts."""
+    shifts = target.length * np.arange(ARCLENGTHS) / ARCLENGTHS
+    ends = np.array([0.0, 1.0])
+    return [Match(ends * source.length, shift + ends * target.length) for shift in shifts]
+
+
+class Different:
+    """A list of matches that refuses one too much like those it has."""
+
+    def __init__(self, source: Curve, target: Curve):
+        self._samples, self._length = source.length * np.arange(64) / 64, target.length
+        self._kept: list[Complex] = []
+        self.matches: list[Match] = []
+
+    def add(self, match: Match) -> bool:
+        """Whether the match was new."""
+        places = np.exp(2j * np.pi / self._length * match.at(self._samples))
+        if any(np.mean(np.abs(places - other)) < DIFFERENT for other in self._kept):
+            return False
+        self._kept.append(places)
+        self.matches.append(match)
+        return True
+
+
+def first_new(found: Different, matches: Iterator[Match], count: int) -> None:
+    """Adds the first `count` matches that differ from those found."""
+    for match in matches:
+        if found.add(match):
+            count -= 1
+        if count == 0:
+            return
+
+
+def implied_turn(match: Match, source: Curve, target: Curve) -> float:
+    """Radians of the similarity that fits a match best."""
+    s = source.length * np.arange(SAMPLES) / SAMPLES
+    return float(np.angle(np.sum(source.at(s).conj() * target.at(match.at(s)))))

@@ -1,0 +1,115 @@
+"""How a map distorts, over the target's area: the figures of the report, from samples of any kind of map.
+
+A sample stands for a piece of the target: its area, and f_z and f_z̄ there. Points spread over the source count by
+|J| times their share of the source's area; samples of area 0 count for the largest values alone. Lengths are relative
+to the mean scale, the root of the target's area by the source's, so that a similarity has stretch 1.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..arrays import Complex, Real
+from .triangulated.map import TriangulatedMap
+from .triangulated.patches import cross
+
+
+@dataclass(frozen=True, eq=False)
+class Distortion:
+    """Samples of a map.
+
+    Attributes:
+        area: (p,) areas of the target that they stand for, not negative, some positive.
+        f_z, f_zbar: (p,) the derivatives there.
+        scale: the mean scale; positive.
+    """
+
+    area: Real
+    f_z: Complex
+    f_zbar: Complex
+    scale: float
+
+    @cached_property
+    def stretches(self) -> Real:
+        """(p,) max(s₁, 1 / s₂) of the singular values by the mean scale; inf where folded."""
+        major, minor = np.abs(self.f_z) + np.abs(self.f_zbar), np.abs(self.f_z) - np.abs(self.f_zbar)
+        return np.maximum(major / self.scale, _ratio(np.full_like(minor, self.scale), minor))
+
+    @cached_property
+    def dilatations(self) -> Real:
+        """(p,) s₁ / s₂; inf where folded, 1 where nothing is painted."""
+        size, other = np.abs(self.f_z), np.abs(self.f_zbar)
+        return np.where(size + other > 0, _ratio(size + other, size - other), 1.0)
+
+    @cached_property
+    def scales(self) -> Real:
+        """(p,) √|J| by the mean scale."""
+        return np.sqrt(np.abs(np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2)) / self.scale
+
+    def within(self, factor: float) -> float:
+        """The share of the target whose scale is within a factor of the mean."""
+        near = (self.scales <= factor) & (self.scales >= 1 / factor)
+        return min(1.0, float(self.area @ near / self.area.sum()))
+
+    @property
+    def turn(self) -> float:
+        """By how many degrees the picture is turned counter-clockwise, in (-180, 180]: of the mean of f_z / |f_z|."""
+        size = np.abs(self.f_z)
+        mean = self.area @ np.divide(self.f_z, size, out=np.zeros_like(self.f_z), where=size > 0)
+        return float(np.degrees(np.angle(mean)))
+
+    def quantile(self, values: Real, share: float) -> float:
+        """The least of values (p,) that those of a share of the target do not exceed."""
+        order = np.argsort(values)
+        summed = np.cumsum(self.area[order])
+        return float(values[order][min(np.searchsorted(summed, share * summed[-1]), values.size - 1)])
+
+    def report(self) -> dict:
+        """As in the JSON report."""
+        return {
+            "stretch": self._figures(self.stretches, ("p50", 0.5), ("p95", 0.95)),
+            "dilatation": self._figures(self.dilatations, ("median", 0.5), ("p95", 0.95)),
+            "scale": {"within2": self.within(2), "within4": self.within(4)},
+            "turn": self.turn,
+        }
+
+    def _figures(self, values: Real, *names: tuple[str, float]) -> dict[str, float]:
+        return {**{name: self.quantile(values, share) for name, share in names}, "max": float(values.max())}
+
+
+def _ratio(a: Real | float, b: Real) -> Real:
+    """a / b, inf where b is not positive."""
+    return np.where(b > 0, a / np.where(b > 0, b, 1), np.inf)
+
+
+# Barycentric coordinates in a triangle: three points that integrate quadratics exactly (Strang & Fix), and its corners.
+_INNER = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
+_POINTS = np.concatenate([_INNER, np.eye(3)])
+
+
+def of_triangles(map: TriangulatedMap) -> Distortion:
+    """Three samples in each triangle, which share its area of the image, and its corners for the largest values."""
+    a, b, c = map.corners.T
+    d, e, f = map.source[map.faces].T
+    area, before = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
+    triangle = np.repeat(np.arange(len(map.faces)), len(_POINTS))
+    weight = np.outer(area, np.repeat([1 / 3, 0.0], 3)).ravel()
+    f_z, f_zbar = map.derivatives_at(triangle, np.tile(_POINTS, (len(map.faces), 1)))
+    return Distortion(weight, f_z, f_zbar, float(np.sqrt(area.sum() / before.sum())))
+
+
+def of_inverse(inverse, w: Complex, scale: float) -> Distortion:
+    """Points w (p,) spread evenly over the target, through the inverse of a map of any kind.
+
+    Where no point of the source goes nothing is painted: scale 0 and infinite stretch.
+
+    Args:
+        inverse: with `extended_inverse` and `jet`, such as `inverse.Inverse`.
+        w: points inside the target.
+        scale: the mean scale.
+    """
+    z, away = inverse.extended_inverse(w)
+    _, f_z, f_zbar = inverse.jet(z)
+    lost = (away > 0) | ~np.isfinite(f_z) | ~np.isfinite(f_zbar)
+    return Distortion(np.ones(w.size), np.where(lost, 0, f_z), np.where(lost, 0, f_zbar), scale)

@@ -1,0 +1,93 @@
+"""Whether a triangulated map is one-to-one up to the boundary, without a tolerance.
+
+Let h take the abstract triangulation to one of the planes, linearly on each triangle. If all triangles are positive and
+the boundary edges make disjoint simple loops around a region, every point of the region has winding number 1 and every
+other one 0, which is the number of triangles over it: h is one-to-one. The same holds for the patches: a Jacobian whose
+Bernstein coefficients are positive is positive, and where it is, each point of the source counts with at least 1; on
+the boundary they go along the source's straight edges without turning back. So both planes have the same region, and
+each patch its part of it.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Complex, Real
+from ..injectivity import Certificate
+from .adjacency import Edges, Index
+from .patches import bernstein, gradients, slides
+from .predicates import TINY, UNIT, orientation
+from .simple import fault
+
+# Error of a Bernstein coefficient relative to the product of its operands' sums of absolute values: an operand takes
+# four roundings at most, and two more for a bulge on the rim, exactly a multiple of its edge; products and sums four.
+MARGIN = 32 * UNIT
+
+
+def certify(
+    source: Complex, image: Complex, faces: Index, loops: tuple[Index, ...], edges: Edges, bulge: Complex
+) -> Certificate:
+    """What is certain; arguments as of `TriangulatedMap`, with its edges and their bulges.
+
+    `zeros` of the answer is the number of triangles that are folded in either plane, or whose patch may be.
+    """
+    why = _unfit(source, image, faces, loops, bulge)
+    if why:
+        return Certificate(False, 0.0, beltrami=np.inf, obstacle=why)
+    folded = (_turns(source, faces) <= 0) | (_turns(image, faces) <= 0)
+    bent = ~folded & ~positive(source[faces], bulge[edges.sides])
+    late = int(np.sum(np.abs(slides(bulge, source, edges)) >= 0.5 - 1e-9))
+    faults = [fault([plane[loop] for loop in loops]) for plane in (source, image)]
+    said = [f"{count} {what}" for count, what in _counts(int(folded.sum()), int(bent.sum()), late) if count]
+    said += [f"the outline of the {name} {what}" for name, what in zip(("source", "image"), faults) if what]
+    beltrami = _beltrami(faces, image, source)
+    return Certificate(
+        not said, 0.0, float(not said), int((folded | bent).sum()), beltrami, not faults[1], "; ".join(said)
+    )
+
+
+def _counts(folded: int, bent: int, late: int) -> list[tuple[int, str]]:
+    return [
+        (folded, "triangles are folded"),
+        (bent, "patches may be folded"),
+        (late, "edges of the outline turn back"),
+    ]
+
+
+def _unfit(source: Complex, image: Complex, faces: Index, loops: tuple[Index, ...], bulge: Complex) -> str:
+    """Why this is no triangulation with these loops as its boundary; empty if it is."""
+    if not all(np.isfinite(values).all() for values in (source, image, bulge)):
+        return "some vertices are not finite numbers"
+    n = source.size
+    half = (faces * n + np.roll(faces, -1, axis=1)).ravel()
+    other = (np.roll(faces, -1, axis=1) * n + faces).ravel()
+    if np.unique(half).size < half.size:
+        return "some edges have more than two triangles"
+    rim = np.sort(half[~np.isin(half, other)])
+    given = np.sort(np.concatenate([loop * n + np.roll(loop, -1) for loop in loops]))
+    return "" if np.array_equal(rim, given) else "the loops are not the triangulation's boundary"
+
+
+def _turns(plane: Complex, faces: Index) -> NDArray[np.int8]:
+    return orientation(*(plane[faces[:, k]] for k in range(3)))
+
+
+def positive(corners: Complex, bulge: Complex) -> NDArray[np.bool_]:
+    """(m,) whether the Jacobians of patches, (m, 3) corners and bulges, are certainly positive.
+
+    Those of patches without bulges are the triangles' own, which are known to be.
+    """
+    value, size = bernstein(corners, bulge), _size(corners, bulge)
+    sure = ((value > MARGIN * size) & (size > TINY)).all(axis=0)
+    return sure | (bulge == 0).all(axis=1)
+
+
+def _size(corners: Complex, bulge: Complex) -> Real:
+    """(m,) a bound of the sums of the products that the coefficients are made of."""
+    edges = np.abs(corners[:, 1] - corners[:, 0]) + np.abs(corners[:, 2] - corners[:, 0])
+    return (edges + 4 * np.abs(bulge).sum(axis=1)) ** 2
+
+
+def _beltrami(faces: Index, image: Complex, source: Complex) -> float:
+    """Largest |f_z̄ / f_z| of the straight triangles."""
+    p, q = gradients(faces, image, source)
+    return float(np.max(np.abs(q) / np.maximum(np.abs(p), 1e-300), initial=0.0))

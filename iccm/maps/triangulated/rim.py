@@ -1,0 +1,48 @@
+"""The rim of a triangulated map: what lies a little outside belongs to its nearest point."""
+
+import numpy as np
+
+from ...arrays import Complex, Real
+from .adjacency import Edges, Index
+
+
+class Rim:
+    """The edges on the rim, in one plane.
+
+    Args:
+        points: (n,) vertices in that plane.
+        edges: of the triangulation.
+    """
+
+    def __init__(self, points: Complex, edges: Edges):
+        self.beside, self.opposite = edges.beside, edges.opposite
+        self.points, self.ends = np.column_stack([points.real, points.imag]), edges.ends[edges.rim]
+        self.start, self.along = points[self.ends[:, 0]], np.diff(points[self.ends], axis=1)[:, 0]
+
+    def closest(self, w: Complex) -> tuple[Index, Real, Real]:
+        """For points (p,), the nearest edge of the rim, the fraction of it in [0, 1], and the distance; all (p,)."""
+        import igl
+
+        where = np.column_stack([w.real, w.imag])
+        squared, edge, foot = igl.point_mesh_squared_distance(where, self.points, self.ends)
+        away = foot[:, 0] + 1j * foot[:, 1] - self.start[edge]
+        part = np.abs(away) / np.maximum(np.abs(self.along[edge]), 1e-300)
+        return edge, np.minimum(part, 1.0), np.sqrt(squared)
+
+    def places(self, edge: Index, part: Real) -> tuple[Index, Real]:
+        """The triangles at fractions of edges (p,), and barycentric coordinates there (p, 3)."""
+        corner, at = self.opposite[edge], np.arange(edge.size)
+        place = np.zeros((edge.size, 3))
+        place[at, (corner + 1) % 3], place[at, (corner + 2) % 3] = 1 - part, part
+        return self.beside[edge], place
+
+
+def slid(part: Real, slide: Real) -> Real:
+    """Where on the source's edge a fraction of the image's edge comes from: t + 2 t (1 - t) slide."""
+    return part + 2 * part * (1 - part) * slide
+
+
+def unslid(part: Real, slide: Real) -> Real:
+    """The inverse of `slid` for |slide| < 1/2: the root of t (1 + 2 slide) - 2 slide t² = part in [0, 1]."""
+    first = 1 + 2 * slide
+    return 2 * part / (first + np.sqrt(np.maximum(first**2 - 8 * slide * part, 0)))

@@ -1,0 +1,119 @@
+"""The texel grid of a mesh's UV charts: which triangle's texel is which, and what is wrong with the layout."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Index, Real
+from ..errors import InputError
+from .rasterise import Ownership, open_edges, rasterise
+
+MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file (by hand)
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """The texel grid of a mesh's UV charts.
+
+    Attributes:
+        corners: (m, 3, 2) texture coordinates of the triangles in texels, y down.
+        owners: who owns which texel.
+        report: charts, mirrored triangles, overlaps and what lies outside 0..1.
+    """
+
+    corners: Real
+    owners: Ownership
+    report: dict
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        height, width = self.owners.owner.shape
+        return height, width
+
+
+def layout(name: str, uv: Real, uv_faces: Index, twin: Index, width: int, height: int) -> Layout:
+    """Rasterise UV charts; what lies outside 0..1 comes in on the other side, as renderers repeat textures.
+
+    Args:
+        name: of the mesh, for messages.
+        uv: (t, 2) texture coordinates, v up.
+        uv_faces: (m, 3) coordinate of each triangle's corner.
+        twin: (3m,) which half-edges lie on one edge (see `topology.Triangles`), to tell where charts end.
+        width, height: texels.
+
+    Raises:
+        InputError: a corner without coordinates, or one that is not finite or absurdly far off.
+    """
+    at = check_layout(name, uv, uv_faces)
+    corners = np.empty_like(at)
+    corners[..., 0], corners[..., 1] = at[..., 0] * width, (1 - at[..., 1]) * height
+    beyond = outside(at)
+    owners = rasterise(corners, width, height, border=open_edges(uv_faces, twin), wrap=bool(beyond.any()))
+    turn = turns(corners)
+    report = {
+        "charts": np.unique(charts(uv_faces, len(uv))[uv_faces[:, 0]]).size,
+        "mirrored_triangles": int((turn > 0).sum()),  # y is down
+        "flat_triangles": int((turn == 0).sum()),
+        "outside_triangles": int(beyond.sum()),
+        "overlapping_texels": owners.overlaps,
+        "covered_texels": int(owners.centre.sum()),
+    }
+    return Layout(corners, owners, report)
+
+
+def check_layout(name: str, uv: Real, uv_faces: Index) -> Real:
+    """The texture coordinates (m, 3, 2) of the triangles' corners; arguments and errors as for `layout`."""
+    if (uv_faces < 0).any():
+        bad = int(np.flatnonzero((uv_faces < 0).any(axis=1))[0])
+        raise InputError(
+            f"{name}: triangle {bad} has no texture coordinates; leave out --bake to make new ones"
+        )
+    at = np.take(uv, uv_faces, axis=0)  # several times faster than uv[uv_faces]
+    low, high = _over_corners(np.minimum, at), _over_corners(np.maximum, at)
+    span = (high - low).max(initial=0.0)
+    if not np.isfinite(span) or span * span > MOST_TILES or np.abs(low).max(initial=0.0) > 1e6:
+        raise InputError(
+            f"{name}: texture coordinates of a triangle are not finite or span {span:.3g} pictures"
+        )
+    return at
+
+
+def outside(corners: Real) -> NDArray[np.bool_]:
+    """(m,) which triangles of (m, 3, 2) texture coordinates leave 0..1."""
+    low, high = _over_corners(np.minimum, corners), _over_corners(np.maximum, corners)
+    return (np.minimum(low[:, 0], low[:, 1]) < -1e-9) | (np.maximum(high[:, 0], high[:, 1]) > 1 + 1e-9)
+
+
+def _over_corners(function: np.ufunc, corners: Real) -> Real:
+    """(m, 2) least or greatest coordinates of (m, 3, 2) corners; numpy's own reduction over three is slow."""
+    return function(function(corners[:, 0], corners[:, 1]), corners[:, 2])
+
+
+def turns(corners: Real) -> Real:
+    """(m,) twice the areas of (m, 3, 2) corners, positive where they turn from x to y."""
+    e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return e1[:, 0] * e2[:, 1] - e1[:, 1] * e2[:, 0]
+
+
+def charts(corners: Index, count: int, starts: Index | None = None) -> Index:
+    """(count,) the chart that each texture coordinate belongs to, joined by faces; -1 where no face has it.
+
+    Args:
+        corners: (m, 3) texture coordinate of each triangle's corner, or (c,) of each face's; -1 where it has none.
+        count: of texture coordinates.
+        starts: (m + 1,) where faces begin that are no triangles.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    corners, starts = corners.ravel(), np.arange(0, corners.size + 1, 3) if starts is None else starts
+    after = np.arange(1, corners.size + 1)
+    after[starts[1:] - 1] = starts[:-1]
+    both = (corners >= 0) & (corners[after] >= 0)
+    links = corners[both], corners[after][both]
+    graph = coo_matrix((np.ones(len(links[0]), np.int8), links), shape=(count, count))
+    used = np.zeros(count, bool)
+    used[corners[corners >= 0]] = True
+    return np.where(used, connected_components(graph, directed=False)[1], -1)

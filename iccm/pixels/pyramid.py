@@ -1,0 +1,246 @@
+"""What filters read of a picture: reductions by powers of two, and the coefficients of a spline."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ..memory import Memory
+from ..parallel import over_slices
+from .colour import Float
+
+FRAME = 12  # texels around a spline's coefficients: the spline's pole to this power is 0.43 ** 12 = 4e-5
+CLAMP, CLEAR = 0, 1
+STRIP, LEAST_ROWS = (
+    1 << 20,
+    64,
+)  # numbers of a picture, and rows of a wide one, that are worked on at a time (by hand)
+HALO = 20  # rows around them that two reductions by two reach: 6 + 2 · 6, in whole fours
+
+
+class Pyramid(NamedTuple):
+    """A picture and its reductions by powers of two.
+
+    Attributes:
+        base: (h, w, c) the picture, ready to be filtered, or as stored in integers.
+        decode: (levels, c) what stored integers mean, channel by channel; empty if the picture is ready.
+        alpha: the channel that the others are to be multiplied by when they are decoded, or -1.
+        texels: (t, c) the reductions, ready, row after row.
+        size: (l,) how many texels of the picture a level's texel is wide; 1 is the picture itself.
+        start, height, width: (l,) where a level begins in `texels`, and its size.
+        edge: CLAMP or CLEAR, what lies outside.
+        spline: (h + 2 FRAME, w + 2 FRAME, c) coefficients of the quintic spline through the picture, or nothing.
+    """
+
+    base: NDArray
+    decode: Float
+    alpha: int
+    texels: Float
+    size: NDArray[np.int64]
+    start: NDArray[np.int64]
+    height: NDArray[np.int64]
+    width: NDArray[np.int64]
+    edge: int
+    spline: Float
+
+
+def pyramid(
+    picture: Float,
+    edge: int,
+    memory: Memory | None = None,
+    threads: int | None = None,
+    *,
+    reduced: bool = True,
+    spline: bool = False,
+) -> Pyramid:
+    """What a filter reads of an (h, w, c) picture that is ready: linear and premultiplied.
+
+    Args:
+        picture: the picture.
+        edge: CLAMP or CLEAR.
+        memory: where the reductions are kept.
+        threads: never change the result.
+        reduced, spline: whether the filter reads reductions, and the spline.
+    """
+    c = picture.shape[2]
+    smooth = _coefficients(picture, edge) if spline else np.empty((0, 0, c), dtype=np.float32)
+    no = np.empty((0, c), dtype=np.float32)
+    levels = _reductions(picture.shape, picture.__getitem__, int(reduced), edge, memory, threads)
+    return _stacked(picture, no, -1, levels, edge, smooth)
+
+
+def compact(
+    pixels: NDArray,
+    decode: Float,
+    alpha: int,
+    edge: int,
+    memory: Memory | None = None,
+    threads: int | None = None,
+    *,
+    reduced: bool = True,
+) -> Pyramid:
+    """The same of a large picture that stays as it is stored, in unsigned integers.
+
+    Its first reduction is by four, so that all of them together take a third of the memory of 8-bit pixels; a spline
+    gives way to the cubic.
+
+    Args:
+        pixels: (h, w, c) uint8 or uint16.
+        decode: (levels, c) the linear value of every integer, by channel.
+        alpha: the channel to premultiply by, or -1.
+        edge, memory, threads, reduced: as for `pyramid`.
+    """
+    spline = np.empty((0, 0, pixels.shape[2]), dtype=np.float32)
+
+    def read(rows: slice) -> Float:
+        return ready(pixels[rows], decode, alpha)
+
+    levels = _reductions(pixels.shape, read, 2 * reduced, edge, memory, threads)
+    return _stacked(pixels, decode, alpha, levels, edge, spline)
+
+
+def ready(pixels: NDArray, decode: Float, alpha: int) -> Float:
+    """(h, w, c) stored integers decoded and premultiplied; arguments as for `compact`."""
+    out = np.empty(pixels.shape, dtype=np.float32)
+    _decoded(pixels, decode, alpha, out)
+    return out
+
+
+def strip_rows(width: int, channels: int) -> int:
+    """How many rows of a picture are worked on at a time."""
+    return max(LEAST_ROWS, STRIP // max(1, width * channels) // 8 * 8)
+
+
+def _reductions(
+    shape: tuple[int, ...],
+    read: Callable[[slice], Float],
+    halvings: int,
+    edge: int,
+    memory: Memory | None,
+    threads: int | None,
+) -> tuple[Float, list[Float], list[int]]:
+    """All reductions' texels, the reductions as views of them, and by how much each is reduced.
+
+    Args:
+        shape: (h, w, c) of the picture.
+        read: gives rows of it.
+        halvings: before the first reduction; later ones are halves of those before. None at all for 0.
+        edge, memory, threads: as for `pyramid`.
+    """
+    (h, w, c), memory = shape, memory or Memory()
+    sizes: list[int] = []
+    while halvings and max(h, w) > (sizes[-1] if sizes else 1):
+        sizes.append(2 * sizes[-1] if sizes else 1 << halvings)
+    shapes = [(-(-h // size), -(-w // size)) for size in sizes]
+    ends = np.cumsum([0, *(a * b for a, b in shapes)])
+    texels = memory((int(ends[-1]), c), np.float32)
+    levels = [texels[i : i + a * b].reshape(a, b, c) for i, (a, b) in zip(ends, shapes)]
+    for out in levels:
+        _shrink(read, h, out, halvings, edge, memory, threads)
+        read, h, halvings = out.__getitem__, len(out), 1
+    return texels, levels, sizes
+
+
+def _shrink(
+    read: Callable[[slice], Float],
+    height: int,
+    out: Float,
+    halvings: int,
+    edge: int,
+    memory: Memory,
+    threads: int | None,
+) -> None:
+    """Halves a picture both ways, once or twice, some rows at a time."""
+    by = 1 << halvings
+
+    def strip(rows: slice) -> None:
+        above, below = min(rows.start, HALO), min(height - rows.stop, HALO)
+        part = read(slice(rows.start - above, rows.stop + below))
+        for _ in range(halvings):
+            part = _reduced(part, edge)
+        first = rows.start // by
+        out[first : -(-rows.stop // by)] = part[above // by :][: -(-(rows.stop - rows.start) // by)]
+        memory.release()
+
+    over_slices(strip, height, threads, strip_rows(by * out.shape[1], out.shape[2]))
+
+
+def _stacked(base, decode, alpha, levels: tuple[Float, list[Float], list[int]], edge: int, spline) -> Pyramid:
+    texels, reduced, sizes = levels
+    shapes = np.array([base.shape[:2], *(level.shape[:2] for level in reduced)], dtype=np.int64)
+    start = np.cumsum([0, 0, *(len(level) * level.shape[1] for level in reduced)])[: len(shapes)]
+    size = np.array([1, *sizes], dtype=np.int64)
+    height, width = np.ascontiguousarray(shapes.T)
+    return Pyramid(base, decode, alpha, texels, size, start.astype(np.int64), height, width, edge, spline)
+
+
+def _reduced(a: Float, edge: int) -> Float:
+    """(h, w, c) halved both ways with a Lanczos-windowed half-band kernel of 12 taps."""
+    x = (np.arange(6) + 0.5) / 2
+    side = np.sinc(x) * np.sinc(x / 3)
+    taps = np.concatenate([side[::-1], side]).astype(np.float32)
+    taps /= taps.sum()
+    h, w, c = a.shape
+    low = np.zeros(((h + 1) // 2, w, c), dtype=np.float32)
+    _halve_rows(a.reshape(h, w * c), taps, edge, low.reshape(len(low), w * c))
+    out = np.zeros((len(low), (w + 1) // 2, c), dtype=np.float32)
+    _halve_columns(low, taps, edge, out)
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _halve_rows(a, taps, edge, out):
+    h = a.shape[0]
+    for i in range(out.shape[0]):
+        for t in range(taps.size):
+            row = 2 * i + t - 5
+            if edge == CLEAR and (row < 0 or row >= h):
+                continue
+            row, tap = min(max(row, 0), h - 1), taps[t]
+            for j in range(a.shape[1]):
+                out[i, j] += tap * a[row, j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _halve_columns(a, taps, edge, out):
+    w, c = a.shape[1], a.shape[2]
+    line = np.zeros(((w + 12), c), dtype=np.float32)  # a row with its surroundings
+    for i in range(a.shape[0]):
+        for j in range(w + 12):
+            if edge == CLAMP or 5 <= j < w + 5:
+                for k in range(c):
+                    line[j, k] = a[i, min(max(j - 5, 0), w - 1), k]
+        for j in range(out.shape[1]):
+            for t in range(taps.size):
+                for k in range(c):
+                    out[i, j, k] += taps[t] * line[2 * j + t, k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _decoded(pixels, decode, alpha, out):
+    """Stored integers made ready."""
+    h, w, c = pixels.shape
+    for i in range(h):
+        for j in range(w):
+            over = decode[pixels[i, j, alpha], alpha] if alpha >= 0 else np.float32(1)
+            for k in range(c):
+                value = decode[pixels[i, j, k], k]
+                out[i, j, k] = value if k == alpha else over * value
+
+
+def _coefficients(picture: Float, edge: int) -> Float:
+    """Quintic B-spline coefficients (Unser 1999) of the picture in a frame of what lies outside."""
+    from scipy.ndimage import spline_filter1d
+
+    framed = _framed(picture, [(FRAME, FRAME), (FRAME, FRAME), (0, 0)], edge)
+    out = np.empty_like(framed)
+    for k in range(framed.shape[2]):
+        along = spline_filter1d(framed[..., k], 5, 0, output=np.float64, mode="mirror")
+        out[..., k] = spline_filter1d(along, 5, 1, output=np.float64, mode="mirror")
+    return out
+
+
+def _framed(a: Float, frame: list[tuple[int, int]], edge: int) -> Float:
+    return np.pad(a, frame, mode="edge") if edge == CLAMP else np.pad(a, frame)

@@ -1,0 +1,202 @@
+"""The inverse of a triangulated map on the pixels of a canvas, band by band: scanlines over the quadratic patches.
+
+A row's line of centres meets each triangle between two of its sides. Where it meets a side is worked out once the same
+way for both triangles, so that the spans of neighbours abut: every centre inside belongs to one triangle.
+"""
+
+import ctypes
+import weakref
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ..arrays import Complex
+from ..maps.triangulated.map import TriangulatedMap
+from ..parallel import in_order
+from . import inverse_tiles
+from .canvas import Band, Canvas, Diagnostics
+from .coverage import coverage
+
+EMPTY, FILLED, TOUCHED = 0, 1, 2  # states of a pixel; the last: only the outline comes near its centre
+BYTES = 33  # of a pixel: 16 for z, 8 for right and for down, and its state
+
+
+@dataclass(eq=False)
+class TriangulatedPreimages:
+    """In the place of `Preimages`: where the pixels of a canvas come from. They are exact, whatever is asked for.
+
+    Attributes:
+        map: source to target.
+        canvas: the pixels, in the target's plane.
+    """
+
+    map: TriangulatedMap
+    canvas: Canvas
+
+    def __post_init__(self) -> None:
+        # Everything that bands share is made before threads ask for it.
+        self.loop = self.canvas.pixels(_joined([self.map.image[loop] for loop in self.map.loops]))
+        centres = self.canvas.pixels(self.map.corners) - 0.5 * (1 + 1j)
+        self.corners = np.ascontiguousarray(centres)
+        self.powers = powers(self.corners, self.map.patches)
+        self.blocks = Blocks(self.canvas.width)
+        self.top, self.bottom = (f(centres.imag, axis=1) for f in (np.min, np.max))
+
+    def bands(self, threads: int | None = None) -> Iterator[Band]:
+        """All bands from top to bottom, a few being worked on at a time."""
+        return in_order(self.band, range(0, self.canvas.height, inverse_tiles.TILE), threads)
+
+    def band(self, row: int) -> Band:
+        """The band that starts at the given row."""
+        rows, width = min(inverse_tiles.TILE, self.canvas.height - row), self.canvas.width
+        covered, _ = coverage(self.loop, row, rows, width)
+        z, right, down, state = self.blocks.arrays(rows, width)
+        chosen = np.flatnonzero((self.bottom >= row) & (self.top < row + rows))
+        inside = _fill(self.corners, self.powers, chosen, row, z, right, down, state)
+        _clear(state, covered, z, right, down)
+        band = Band(row, covered, z, right, down, Diagnostics(inside=inside))
+        self._touch(band, np.flatnonzero(state == TOUCHED))
+        return band
+
+    def _touch(self, band: Band, at: NDArray[np.intp]) -> None:
+        """Pixels that the outline touches: the nearest boundary point stands for them."""
+        if not at.size:
+            return
+        low, high = self.canvas.box
+        dx, dy = self.canvas.step
+        i, j = np.divmod(at, self.canvas.width)
+        w = low.real + (j + 0.5) * dx + 1j * (high.imag - (band.row + i + 0.5) * dy)
+        edge, part, _ = self.map.image_rim.closest(w)
+        z, z_w, z_wbar = self.map.jet_at(*self.map.image_rim.places(edge, part))
+        band.z.ravel()[at] = z
+        band.right.ravel()[at] = (z_w + z_wbar) * dx
+        band.down.ravel()[at] = -1j * (z_w - z_wbar) * dy
+        band.diagnostics.edge += at.size
+
+
+class Blocks:
+    """Memory for bands, used again when nobody holds a band's arrays any more.
+
+    Pages fresh from the system cost about as much as filling them. NumPy asks for large ones, which plain buffers are
+    not made of.
+
+    Args:
+        width: pixels a row.
+    """
+
+    def __init__(self, width: int):
+        self.size = BYTES * inverse_tiles.TILE * width
+        self.free: list[ctypes.Array] = []
+
+    def arrays(self, rows: int, width: int) -> tuple[Complex, NDArray, NDArray, NDArray[np.uint8]]:
+        """z, right and down, to be written, and zeros for the states, (rows, width) each."""
+        try:
+            memory = self.free.pop()
+        except IndexError:
+            memory = (ctypes.c_ubyte * self.size).from_buffer(np.empty(self.size, np.uint8))  # type: ignore[arg-type]
+        shape, count = (rows, width), rows * width
+        # Its own base is no array, so that it is the base of all its views, and dies with the last of them.
+        block: NDArray[np.uint8] = np.frombuffer(memory, np.uint8, BYTES * count)  # type: ignore[call-overload]
+        weakref.finalize(block, self.free.append, memory).atexit = False
+        z, right, down, state = np.split(block, [16 * count, 24 * count, 32 * count])
+        state[:] = EMPTY
+        across, below = (part.view(np.complex64).reshape(shape) for part in (right, down))
+        return z.view(np.complex128).reshape(shape), across, below, state.reshape(shape)
+
+
+def _joined(loops: list[Complex]) -> Complex:
+    """One closed polyline through all loops: to each hole there is a way, and back, which covers nothing."""
+    start = loops[0][:1]
+    parts = [np.concatenate([start, hole, hole[:1]]) for hole in loops[1:]]
+    return np.concatenate([loops[0], *parts])
+
+
+def powers(corners: Complex, patches: Complex) -> Complex:
+    """(m, 6) coefficients of 1, x, y, x², xy, y² of each patch, x and y being counted from its first corner.
+
+    Args:
+        corners: (m, 3) in the plane of x and y, of either turn.
+        patches: (m, 6) values at the corners and bulges of the sides opposite to them.
+    """
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = u.real * v.imag - u.imag * v.real
+    scale = np.divide(1.0, area, out=np.zeros_like(area), where=area != 0)
+    l1, l2 = np.stack([v.imag, -v.real]) * scale, np.stack([-u.imag, u.real]) * scale
+    l0 = -l1 - l2
+    z0, z1, z2, d0, d1, d2 = patches.T
+    x, y = (l1[k] * (z1 - z0 + 2 * d2) + l2[k] * (z2 - z0 + 2 * d1) for k in (0, 1))
+
+    def second(i: int, j: int) -> Complex:
+        """Coefficient of the product of coordinates i and j."""
+        pairs = ((l1, l2, d0), (l2, l0, d1), (l0, l1, d2))
+        return sum((a[i] * b[j] + (a[j] * b[i] if i != j else 0)) * (2 * d) for a, b, d in pairs)
+
+    return np.ascontiguousarray(np.stack([z0, x, y, second(0, 0), second(0, 1), second(1, 1)], axis=1))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fill(corners, powers, chosen, row, z, right, down, state):
+    """Writes the pixels whose centres lie in the chosen triangles, corners with pixel centres at whole numbers.
+
+    Returns how many there are; their state becomes FILLED.
+    """
+    rows, width = z.shape
+    count = 0
+    for t in chosen:
+        c = corners[t]
+        low, high = min(c[0].imag, c[1].imag, c[2].imag), max(c[0].imag, c[1].imag, c[2].imag)
+        k = powers[t]
+        for i in range(max(int(np.ceil(low)) - row, 0), min(int(np.ceil(high)) - row, rows)):
+            first, last = _span(c, float(i + row), width)
+            if first >= last:
+                continue
+            y = i + row - c[0].imag
+            x0 = first - c[0].real
+            start = k[0] + y * (k[2] + y * k[5])
+            slope = k[1] + y * k[4]
+            fall = k[2] + 2 * y * k[5]
+            a, b, e = z[i], right[i], down[i]
+            sr, si, pr, pi, qr, qi = start.real, start.imag, slope.real, slope.imag, k[3].real, k[3].imag
+            fr, fi, gr, gi = fall.real, fall.imag, k[4].real, k[4].imag
+            for j in range(first, last):
+                x = x0 + (j - first)
+                a[j] = complex(sr + x * (pr + x * qr), si + x * (pi + x * qi))
+                b[j] = complex(pr + 2 * x * qr, pi + 2 * x * qi)
+                e[j] = complex(fr + x * gr, fi + x * gi)
+            for j in range(first, last):
+                count += state[i, j] == EMPTY
+                state[i, j] = FILLED
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _span(c, y, width):
+    """The pixels first .. last - 1 of the line at y that lie in a triangle."""
+    low, high = np.inf, -np.inf
+    for k in range(3):
+        p, q = c[k], c[(k + 1) % 3]
+        if p.imag > q.imag:  # the same way for both triangles of a side
+            p, q = q, p
+        if p.imag <= y < q.imag:
+            x = p.real + (y - p.imag) * ((q.real - p.real) / (q.imag - p.imag))
+            low, high = min(low, x), max(high, x)
+    if not low <= high:
+        return 0, 0
+    return int(np.ceil(max(low, 0.0))), int(np.ceil(min(high, float(width))))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _clear(state, covered, z, right, down):
+    """NaN where no triangle is; marks those of these pixels that are covered in part."""
+    nothing = complex(np.nan, np.nan)
+    for i in range(z.shape[0]):
+        for j in range(z.shape[1]):
+            if state[i, j] == EMPTY:
+                z[i, j] = nothing
+                right[i, j] = nothing
+                down[i, j] = nothing
+                if covered[i, j] > 0:
+                    state[i, j] = TOUCHED

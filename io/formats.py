@@ -1,0 +1,121 @@
+"""What files of each suffix hold: the one table. Nothing is read or written here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+from ..errors import InputError
+
+
+@dataclass(frozen=True)
+class Picture:
+    """How a format holds pixels.
+
+    Attributes:
+        light: "display" for encoded colours with straight alpha, "linear" for floats with associated alpha, or "any".
+        bits: of the integers that it holds.
+        grey: whether it holds pictures of fewer than three channels.
+        alpha: whether it holds alpha.
+        hidden: whether it keeps colours where alpha is 0.
+        named: whether it says any colour space; others are taken for sRGB, or linear when they hold floats.
+        encoder: what OpenImageIO calls the compression.
+    """
+
+    light: str = "any"
+    bits: tuple[int, ...] = (8, 16)
+    grey: bool = True
+    alpha: bool = True
+    hidden: bool = True
+    named: bool = False
+    encoder: str = ""
+
+
+@dataclass(frozen=True)
+class Format:
+    """What files of a suffix hold.
+
+    Attributes:
+        picture: how they hold pixels, if they do.
+        drawing: outlines and artwork.
+        mesh: a mesh.
+        uv: a mesh that iccm writes with texture coordinates.
+        flat: a flattening.
+        plot: a figure.
+        stmap: a map, as floats.
+        manifest: jobs.
+        constraints: pins and strokes.
+    """
+
+    picture: Picture | None = None
+    drawing: bool = False
+    mesh: bool = False
+    uv: bool = False
+    flat: bool = False
+    plot: bool = False
+    stmap: bool = False
+    manifest: bool = False
+    constraints: bool = False
+
+
+_JPEG = Format(Picture("display", (8,), alpha=False, hidden=False, encoder="jpeg:95"))
+_TIFF = Format(Picture(), stmap=True)
+# Every picture format here gives back what it is said to hold; OpenImageIO knows more, which lose something unsaid.
+FORMATS = {
+    ".png": Format(Picture("display", named=True), plot=True),
+    ".jpg": _JPEG,
+    ".jpeg": _JPEG,
+    ".tif": _TIFF,
+    ".tiff": _TIFF,
+    ".exr": Format(Picture("linear", (), hidden=False, named=True), stmap=True),
+    ".webp": Format(Picture("display", (8,), grey=False, hidden=False, encoder="lossless")),
+    ".hdr": Format(Picture("linear", (), grey=False, alpha=False, hidden=False)),
+    ".bmp": Format(Picture("display", (8,), grey=False)),
+    ".tga": Format(Picture("display", (8,))),
+    ".jxl": Format(Picture(grey=False, named=True, encoder="jpegxl:100")),
+    ".dpx": Format(Picture(named=True)),
+    ".svg": Format(drawing=True, flat=True, plot=True),
+    ".svgz": Format(drawing=True),
+    ".pdf": Format(plot=True),
+    ".obj": Format(drawing=True, mesh=True, uv=True, flat=True),
+    ".glb": Format(mesh=True, uv=True),
+    ".ply": Format(mesh=True, uv=True),
+    ".gltf": Format(mesh=True),
+    ".off": Format(mesh=True),
+    ".stl": Format(mesh=True),
+    ".toml": Format(manifest=True),
+    ".jsonl": Format(manifest=True),
+    ".ndjson": Format(manifest=True),
+    ".json": Format(constraints=True),
+}
+
+
+def suffix_of(name: str | PathLike) -> str:
+    """The suffix, in lower case."""
+    return Path(name).suffix.lower()
+
+
+def of(name: str | PathLike) -> Format:
+    """What a file holds by its suffix; nothing where that is unknown."""
+    return FORMATS.get(suffix_of(name), Format())
+
+
+def picture(name: str | PathLike) -> Picture:
+    """How a file holds pixels by its suffix; of a suffix that is not in the table anything is expected."""
+    return of(name).picture or Picture()
+
+
+def holding(what: str) -> tuple[str, ...]:
+    """The suffixes of files that hold something: one of the attributes of `Format`."""
+    return tuple(suffix for suffix, format in FORMATS.items() if getattr(format, what))
+
+
+def check(name: str | PathLike, what: str, option: str) -> None:
+    """Refuse an output whose format does not hold something.
+
+    Raises:
+        InputError: naming the suffixes that do.
+    """
+    if not getattr(of(name), what):
+        raise InputError(f"{name}: unknown suffix for {option}; use one of {' '.join(holding(what))}")

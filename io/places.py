@@ -1,0 +1,80 @@
+"""A point that a user names, written the same on the command line, in JSON, in manifests and in reports.
+
+`x,y` or [x, y] is a point of the file's plane, in its units; on a mesh `v5` or `5` is the vertex that its file counts
+so, and `x,y,z` or [x, y, z] the vertex nearest to a point in space.
+"""
+
+import re
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+
+LARGEST = 1e100
+TAGS = ("plane", "space", "vertex")  # what pydantic calls the forms of a place in the path to a mistake
+FORMS = "write x,y or [x, y], on a mesh also v5 (a vertex) or x,y,z"
+PIN = "SX,SY:TX,TY, such as 10,20:30,40"
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_VERTEX = re.compile(r"[vV]?(\d{1,18})")
+
+
+def read(value: Any) -> Any:
+    """A place as two or three numbers, or as the name of a vertex, such as "v5"; lists are left to be checked.
+
+    Raises:
+        ValueError: it is no place, in a sentence.
+    """
+    if isinstance(value, int) and not isinstance(value, bool):
+        value = str(value)
+    if isinstance(value, list | tuple):
+        return value
+    words = [word.strip() for word in value.split(",")] if isinstance(value, str) else []
+    if len(words) == 1 and (vertex := _VERTEX.fullmatch(words[0])):
+        return f"v{int(vertex[1])}"
+    if len(words) not in (2, 3) or not all(map(_NUMBER.fullmatch, words)):
+        raise ValueError(f"{f'{value!r} ' if isinstance(value, str) else ''}is no place; {FORMS}")
+    return tuple(map(float, words))
+
+
+def _kind(value: Any) -> str:
+    """Which form is meant, so that a mistake in it is told as one of that form."""
+    if isinstance(value, str):
+        return "vertex"
+    return "space" if isinstance(value, list | tuple) and len(value) == 3 else "plane"
+
+
+Number = Annotated[float, Field(allow_inf_nan=False, ge=-LARGEST, le=LARGEST, strict=True)]
+Place = Annotated[
+    Annotated[tuple[Number, Number], Tag("plane")]
+    | Annotated[tuple[Number, Number, Number], Tag("space")]
+    | Annotated[str, Tag("vertex")],
+    Discriminator(_kind),
+    BeforeValidator(read),
+]
+
+
+def written(place: Place) -> str:
+    """A place as it is typed."""
+    return place if isinstance(place, str) else ",".join(f"{value:.15g}" for value in place)
+
+
+def vertex_of(place: Place) -> int | None:
+    """The number of the vertex that a place names, if it names one."""
+    return int(place[1:]) if isinstance(place, str) else None
+
+
+def _pin(value: Any) -> Any:
+    """`SX,SY:TX,TY` as typed, or two places, or four numbers."""
+    if isinstance(value, str):
+        sides = value.split(":")
+        if len(sides) != 2:
+            raise ValueError(f"{value!r} is not {PIN}")
+        try:
+            return tuple(map(read, sides))
+        except ValueError as error:
+            raise ValueError(f"{error}; a pin is {PIN}") from None
+    if isinstance(value, list | tuple) and len(value) == 4:
+        return (value[:2], value[2:])
+    return value
+
+
+Pin = Annotated[tuple[Place, Place], BeforeValidator(_pin)]

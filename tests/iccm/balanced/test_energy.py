@@ -1,0 +1,109 @@
+"""The energy: identities, and derivatives against finite differences."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iccm.balanced.meshing.mesh import Sizes, triangulate
+from iccm.balanced.minimise import energy
+from iccm.balanced.minimise.ldl import system_of
+
+ANGLES = 2 * np.pi * np.arange(16) / 16
+OUTLINE = np.exp(1j * ANGLES) / np.sqrt(np.pi)
+Z, FACES = triangulate(OUTLINE, Sizes.even(0.05))
+SYSTEM = system_of(FACES, (np.arange(16) + 1) % 16, Z.size)
+GRADIENTS, AREAS = energy.geometry(Z, SYSTEM.corners)
+BENT = Z + 0.15 * Z**2 + 0.1 * Z.conj()
+POWERS = [(1.0, 1.0), (1.0, 3.0), (0.5, 1.0), (2.0, 4.0), (0.1, 2.0)]
+
+
+def assembled(u, theta=1.0, q=1.0, epsilon=0.0):
+    matrix, gradient = np.empty((SYSTEM.rows.size, 4)), np.empty(u.size, complex)
+    value = energy.assemble(SYSTEM, GRADIENTS, AREAS, u, theta, q, epsilon, matrix, gradient)
+    return value, gradient, matrix
+
+
+def times(matrix, w):
+    """The symmetric block matrix times a vector of the plane for each vertex."""
+    columns = np.repeat(np.arange(w.size), np.diff(SYSTEM.starts))
+    blocks, at = matrix.reshape(-1, 2, 2), np.argsort(SYSTEM.position)
+    x = np.stack([w.real, w.imag], axis=1)[at]
+    y = np.zeros_like(x)
+    np.add.at(y, SYSTEM.rows, np.einsum("pij,pj->pi", blocks, x[columns]))
+    off = SYSTEM.rows != columns
+    np.add.at(y, columns[off], np.einsum("pji,pj->pi", blocks[off], x[SYSTEM.rows[off]]))
+    return (y[:, 0] + 1j * y[:, 1])[SYSTEM.position]
+
+
+@pytest.mark.parametrize(("theta", "q"), POWERS)
+def test_a_map_and_its_inverse_have_the_same_energy(theta, q):
+    there, back = energy.energy_of(Z, BENT, FACES, theta, q), energy.energy_of(BENT, Z, FACES, theta, q)
+    assert there > 1.01 and there == pytest.approx(back, rel=1e-12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0.01, 100), st.floats(-3.2, 3.2), st.floats(-10, 10))
+def test_a_similarity_has_energy_one(scale, angle, shift):
+    u = scale * np.exp(1j * angle) * Z + shift
+    assert energy.energy_of(Z, u, FACES, 1.0, 3.0) == pytest.approx(1, abs=1e-9)
+
+
+def test_no_map_has_less_than_one():
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        u = Z + 0.02 * (rng.standard_normal(Z.size) + 1j * rng.standard_normal(Z.size))
+        assert energy.energy_of(Z, u, FACES) >= 1
+
+
+def test_an_affine_map_by_hand():
+    stretched = 2.0  # singular values √2 and 1/√2 at determinant 1
+    u = np.sqrt(stretched) * Z.real + 1j * Z.imag / np.sqrt(stretched)
+    p = 0.5 * (stretched + 1 / stretched)
+    assert energy.energy_of(Z, u, FACES, 1.0, 3.0) == pytest.approx(p**3, rel=1e-12)
+    half = energy.total(SYSTEM.corners, GRADIENTS, AREAS, 0.5 * Z, 2.0, 1.0, 0.0)  # d = 1/4
+    assert half / AREAS.sum() == pytest.approx((0.5 * (0.25 + 4)) ** 2 * 0.5 * 1.25, rel=1e-12)
+
+
+def test_a_fold_is_infinite_but_not_while_untangling():
+    u = BENT.copy()
+    u[-1] += 3
+    assert energy.total(SYSTEM.corners, GRADIENTS, AREAS, u, 1.0, 1.0, 0.0) == np.inf
+    assert np.isfinite(energy.total(SYSTEM.corners, GRADIENTS, AREAS, u, 1.0, 1.0, 0.1))
+
+
+@pytest.mark.parametrize(("theta", "q", "epsilon"), [(*p, 0.0) for p in POWERS] + [(1.0, 1.0, 0.3)])
+def test_the_gradient_is_that_of_the_energy(theta, q, epsilon):
+    value, gradient, _ = assembled(BENT, theta, q, epsilon)
+    assert value == pytest.approx(energy.total(SYSTEM.corners, GRADIENTS, AREAS, BENT, theta, q, epsilon))
+    rng = np.random.default_rng(3)
+    for _ in range(3):
+        way = rng.standard_normal(Z.size) + 1j * rng.standard_normal(Z.size)
+        ends = [
+            energy.total(SYSTEM.corners, GRADIENTS, AREAS, BENT + h * way, theta, q, epsilon)
+            for h in (1e-6, -1e-6)
+        ]
+        assert np.sum((gradient.conj() * way).real) == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-5)
+
+
+@pytest.mark.parametrize(("theta", "q"), [(1.0, 1.0), (1.0, 3.0), (2.0, 4.0)])
+def test_the_hessian_is_that_of_the_gradient_where_nothing_is_projected(theta, q):
+    u = 1.3 * Z.real + 1.2j * Z.imag  # stretched in both directions: every eigenvalue is positive
+    _, _, matrix = assembled(u, theta, q)
+    rng = np.random.default_rng(4)
+    way = rng.standard_normal(Z.size) + 1j * rng.standard_normal(Z.size)
+    ends = [assembled(u + h * way, theta, q)[1] for h in (1e-6, -1e-6)]
+    expected = (ends[0] - ends[1]) / 2e-6
+    assert np.abs(times(matrix, way) - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("epsilon", [0.0, 0.2])
+def test_the_projected_hessian_is_positive(epsilon):
+    u = BENT.copy()
+    if epsilon:
+        u[-1] += 0.5
+    _, _, matrix = assembled(u, epsilon=epsilon)
+    rng = np.random.default_rng(5)
+    for _ in range(50):
+        way = rng.standard_normal(Z.size) + 1j * rng.standard_normal(Z.size)
+        assert np.sum((way.conj() * times(matrix, way)).real) > 0

@@ -1,0 +1,199 @@
+"""The solver as a whole: identities, invariants, and what every map must be."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from iccm.balanced import NoMapError, Settings, solve, stages
+from iccm.balanced.failure import Stuck
+from iccm.balanced.meshing.transfer import interpolate
+from iccm.balanced.minimise.energy import energy_of
+from iccm.balanced.orientation import is_simple, positive
+from iccm.curve import Curve
+from iccm.result import hausdorff
+
+SMALL = Settings(triangles=1200)
+ANGLES = 2 * np.pi * np.arange(60) / 60
+BLOB = Curve.domain((1 + 0.25 * np.cos(2 * ANGLES + 0.5) + 0.15 * np.sin(3 * ANGLES)) * np.exp(1j * ANGLES))
+FLAG = Curve.domain(np.array([0, 3, 2.5 + 0.6j, 3.1 + 1.5j, 1 + 1.7j, 0.9 + 3j, 0.2 + 2.9j]))
+STAR = Curve.domain(1j * np.tile([1, 0.45], 5) * np.exp(2j * np.pi * np.arange(10) / 10))
+SHIELD = Curve.domain(np.array([-1 + 1j, -1 - 0.2j, -1.3j, 1 - 0.2j, 1 + 1j, 1.2j]))
+DISC = Curve.domain(np.exp(1j * ANGLES))
+SQUARE = Curve.domain(np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j]))
+
+
+@pytest.fixture(scope="module")
+def solution():
+    return solve(BLOB, FLAG, SMALL)
+
+
+@pytest.fixture(scope="module")
+def free():
+    return solve(BLOB, FLAG, replace(SMALL, turn=None))
+
+
+def difference(first, second, place, image):
+    """The largest distance of second's map from first's, seen in the other coordinates, of the image's size."""
+    found = interpolate(second.source, second.faces, second.image, place(first.source))
+    return np.abs(found - image(first.image)).max() / np.ptp(second.image.real)
+
+
+def check(solution, source, target, tolerance=5e-4):
+    for w, given in ((solution.source, source), (solution.image, target)):
+        assert positive(w, solution.faces).all()
+        loop = w[solution.loops[0]]
+        assert is_simple(loop) and Curve(loop).area > 0
+        assert hausdorff(Curve(loop), given) <= tolerance * given.diagonal
+    used = np.unique(solution.faces)
+    assert np.array_equal(used, np.arange(solution.source.size))
+
+
+def test_the_map_is_one_to_one_and_follows_both_outlines(solution):
+    check(solution, BLOB, FLAG)
+    assert solution.reached and solution.gap <= 5e-4 and not solution.symmetric
+    assert solution.energy == pytest.approx(
+        energy_of(solution.image, solution.source, solution.faces), rel=1e-9
+    )
+    assert abs(solution.turn) < np.radians(25)
+
+
+@pytest.mark.parametrize("shape", [BLOB, FLAG, STAR], ids=["blob", "flag", "star"])
+def test_a_shape_onto_itself_is_the_identity(shape):
+    found = solve(shape, shape, SMALL)
+    assert np.abs(found.image - found.source).max() < 1e-6 * shape.diagonal
+    assert found.energy == pytest.approx(1, abs=1e-9) and found.turn == pytest.approx(0, abs=1e-9)
+    check(found, shape, shape)
+
+
+def test_a_shape_onto_a_similar_copy_is_the_similarity():
+    factor = 2.5 * np.exp(0.7j)
+    copy = Curve.domain(FLAG.z * factor + 5 - 2j)
+    free = solve(FLAG, copy, replace(SMALL, turn=None))
+    asked = solve(FLAG, copy, replace(SMALL, turn=0.7))
+    for found in (free, asked):
+        assert np.abs(found.image - (found.source * factor + 5 - 2j)).max() < 1e-6 * copy.diagonal
+        assert found.turn == pytest.approx(0.7)
+
+
+def test_a_turned_copy_is_found_by_the_search_as_well():
+    found = solve(FLAG, Curve.domain(FLAG.z * np.exp(0.5j)), SMALL)
+    assert not found.notes and found.energy == pytest.approx(1, abs=1e-3)
+
+
+@pytest.mark.parametrize(("scale", "shift"), [(1e6, 0), (1e-6, 0), (1, 1e6 - 1e6j), (1e-3, 3)])
+def test_scale_and_place_of_either_shape_change_nothing(solution, scale, shift):
+    moved = solve(Curve.domain(BLOB.z * scale + shift), Curve.domain(FLAG.z * 2 - shift), SMALL)
+    gap = difference(solution, moved, lambda z: z * scale + shift, lambda w: w * 2 - shift)
+    assert gap < 1e-6
+    check(moved, Curve(BLOB.z * scale + shift), Curve(FLAG.z * 2 - shift))
+
+
+def test_rotations_change_nothing_when_any_turn_will_do(free):
+    a, b = np.exp(1.1j), 3 * np.exp(-2j)
+    turned = solve(Curve.domain(BLOB.z * a), Curve.domain(FLAG.z * b), replace(SMALL, turn=None))
+    assert difference(free, turned, lambda z: z * a, lambda w: w * b) < 1e-6
+    assert np.exp(1j * turned.turn) == pytest.approx(np.exp(1j * (free.turn - 3.1)))
+
+
+def test_first_vertex_and_direction_change_nothing(solution):
+    rolled = solve(Curve.domain(np.roll(BLOB.z, 7)), Curve.domain(np.roll(FLAG.z[::-1], 3)), SMALL)
+    assert difference(solution, rolled, lambda z: z, lambda w: w) < 1e-6
+
+
+@pytest.mark.parametrize("mirror", [np.conj, lambda z: -np.conj(z)], ids=["upside down", "left to right"])
+def test_mirrored_shapes_have_the_mirrored_map(solution, mirror):
+    seen = solve(Curve.domain(mirror(BLOB.z)), Curve.domain(mirror(FLAG.z)), SMALL)
+    assert difference(solution, seen, mirror, mirror) < 1e-6
+    assert seen.turn == pytest.approx(-solution.turn)
+    check(seen, Curve.domain(mirror(BLOB.z)), Curve.domain(mirror(FLAG.z)))
+
+
+@pytest.mark.parametrize(("source", "target"), [(STAR, SHIELD), (SQUARE, DISC), (DISC, STAR)])
+def test_symmetric_shapes_have_a_symmetric_map_without_turn(source, target):
+    found = solve(source, target, SMALL)
+    assert found.symmetric and found.turn == pytest.approx(0, abs=1e-9)
+    mirrored = interpolate(found.source, found.faces, found.image, -found.source.conj())
+    assert np.abs(mirrored + found.image.conj()).max() < 1e-9 * target.diagonal
+    check(found, source, target)
+
+
+def test_shapes_symmetric_but_for_a_little_keep_their_own_outlines():
+    bent = Curve.domain(np.where(STAR.z.real > 0.5, STAR.z + 0.004, STAR.z))
+    found = solve(bent, SHIELD, SMALL)
+    assert found.symmetric and abs(found.turn) < np.radians(0.5)
+    check(found, bent, SHIELD)
+
+
+def test_onto_a_disc_no_turn_is_made():
+    assert abs(solve(FLAG, DISC, SMALL).turn) < np.radians(6)
+
+
+def test_the_turn_asked_for_is_made():
+    found = solve(BLOB, DISC, replace(SMALL, turn=1.0))
+    assert found.turn == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_finer_tolerance_is_met():
+    fine = solve(BLOB, DISC, replace(SMALL, tolerance=1e-4))
+    assert max(fine.gap, fine.source_gap) <= 1e-4
+    check(fine, BLOB, DISC, 1e-4)
+
+
+def test_bounds_are_met_or_it_is_said_how_nearly():
+    loose = solve(STAR, SHIELD, replace(SMALL, max_dilatation=20.0, max_stretch=10.0))
+    tight = solve(STAR, SHIELD, replace(SMALL, max_dilatation=1.05))
+    assert loose.reached and loose.limits["dilatation"] <= 20
+    assert not tight.reached and 1.05 < tight.limits["dilatation"] <= loose.limits["dilatation"] + 1e-9
+
+
+def test_more_balance_evens_the_areas():
+    even = [np.var(np.log(areas(solve(STAR, SHIELD, replace(SMALL, theta=t))))) for t in (0.25, 4.0)]
+    assert even[1] < 0.6 * even[0]
+
+
+def areas(found):
+    """Ratios of the areas of image and source of each triangle."""
+    parts = [
+        (w[found.faces[:, 1]] - w[found.faces[:, 0]]).conj() * (w[found.faces[:, 2]] - w[found.faces[:, 0]])
+        for w in (found.image, found.source)
+    ]
+    return parts[0].imag / parts[1].imag
+
+
+@pytest.mark.parametrize("length", [20, 200])
+def test_thin_bars(length):
+    bar = Curve.domain(np.array([0, length, length + 1j, 1j]))
+    check(solve(bar, SHIELD, SMALL), bar, SHIELD, 1e-3)
+
+
+def test_a_spike_is_followed():
+    spiked = Curve.domain(np.array([0, 1, 1 + 1j, 0.501 + 1j, 0.5 + 1.5j, 0.499 + 1j, 1j]))
+    check(solve(spiked, FLAG, SMALL), spiked, FLAG)
+
+
+def test_ten_thousand_vertices():
+    angles = 2 * np.pi * np.arange(10000) / 10000
+    smooth = Curve.domain((1 + 0.2 * np.cos(5 * angles + 1)) * np.exp(1j * angles))
+    check(solve(smooth, FLAG, SMALL), smooth, FLAG)
+
+
+def test_failure_is_an_error_that_says_why(monkeypatch):
+    def stuck(*_):
+        raise Stuck("no start")
+
+    monkeypatch.setattr(stages, "coarse", stuck)
+    with pytest.raises(NoMapError, match="too thin or too intricate"):
+        solve(BLOB, FLAG, SMALL)
+
+
+def test_orientation_is_exact():
+    z = np.array([0, 1 + 1j, 3 + 3j]) / 3 + 0.1
+    nudged = z.copy()
+    nudged[2] += 1e-17j + np.spacing(z[2].imag) * 1j
+    faces = np.array([[0, 1, 2], [2, 1, 0]])
+    for w in (z, nudged):
+        (ax, ay), (bx, by), (cx, cy) = ((Fraction(p.real), Fraction(p.imag)) for p in w.tolist())
+        sign = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        assert positive(w, faces).tolist() == [sign > 0, sign < 0]

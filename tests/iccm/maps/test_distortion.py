@@ -1,0 +1,74 @@
+"""Distortion over the target: known maps, and one definition for triangles and for points of the source."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from iccm.maps.distortion import Distortion, of_inverse, of_triangles
+from tests.triangulations import irregular, lattice, map_of
+
+SQUARE = np.array([0, 1, 1 + 1j, 1j])
+
+
+def test_a_similarity_has_none():
+    turn = np.exp(np.radians(25) * 1j)
+    report = of_triangles(map_of(irregular(SQUARE, 0.2), lambda w: w / (3 * turn))).report()
+    assert report["stretch"] == pytest.approx({"p50": 1, "p95": 1, "max": 1})
+    assert report["dilatation"] == pytest.approx({"median": 1, "p95": 1, "max": 1})
+    assert report["scale"] == {"within2": 1, "within4": 1}
+    assert report["turn"] == pytest.approx(25)
+
+
+def test_a_stretch_by_nine_is_three_by_one_third():
+    report = of_triangles(map_of(lattice(4), lambda w: w.real / 9 + 1j * w.imag)).report()
+    assert report["stretch"] == pytest.approx({"p50": 3, "p95": 3, "max": 3})
+    assert report["dilatation"]["max"] == pytest.approx(9)
+    assert report["scale"]["within2"] == 1
+    assert report["turn"] == pytest.approx(0, abs=1e-9)
+
+
+def two_sizes(w):
+    """The left nine tenths of the target come from a strip three times as narrow as they are, the rest is as it is."""
+    return np.minimum(w.real, 0.9) / 3 + np.maximum(w.real - 0.9, 0) + 1j * w.imag
+
+
+def test_shares_and_quantiles_count_the_target_s_area():
+    map = map_of(lattice(10), two_sizes, bulge=np.zeros(320, complex))
+    found = of_triangles(map)
+    scale = np.sqrt(1 / 0.4)
+    assert found.scale == pytest.approx(scale)
+    assert found.within(1.2) == pytest.approx(0.9)
+    assert found.quantile(found.dilatations, 0.89) == pytest.approx(3)
+    assert found.quantile(found.dilatations, 0.0) == pytest.approx(1)
+    assert found.quantile(found.dilatations, 0.11) == pytest.approx(3)
+    assert found.stretches.max() == pytest.approx(3 / scale)
+    assert found.report()["stretch"]["max"] == pytest.approx(3 / scale)
+
+
+def test_points_of_the_target_tell_the_same():
+    map = map_of(irregular(SQUARE, 0.05), lambda w: w + 0.15 * w**2 + 0.1 * w.conj())
+    x, y = np.meshgrid(np.linspace(-0.3, 1.6, 400), np.linspace(-0.3, 1.6, 400))
+    w = (x + 1j * y).ravel()
+    w = w[np.isfinite(replace(map, near=0.0).inverse(w))]
+    here = of_triangles(map)
+    there = of_inverse(map, w, here.scale).report()
+    for kind, figures in here.report().items():
+        if kind == "turn":
+            assert there[kind] == pytest.approx(figures, abs=0.1)
+        else:
+            for name in set(figures) - {"max"}:
+                assert there[kind][name] == pytest.approx(figures[name], rel=0.01)
+
+
+def test_what_is_not_reached_is_not_painted():
+    map = map_of(lattice(4), lambda w: w)
+    found = of_inverse(map, np.array([0.3 + 0.3j, 0.6 + 0.5j, 2 + 0.5j, 0.5 - 1j]), 1.0)
+    assert found.within(4) == 0.5 and found.report()["stretch"]["p95"] == np.inf
+
+
+def test_folds_are_infinite_and_do_not_spoil_the_rest():
+    found = Distortion(np.array([1.0, 3.0]), np.array([0.5, 1j]), np.array([1.0, 0j]), 1.0)
+    assert found.report()["stretch"] == {"p50": 1, "p95": np.inf, "max": np.inf}
+    assert found.quantile(found.dilatations, 0.75) == 1
+    assert found.turn == pytest.approx(np.degrees(np.arctan2(3, 1)))

@@ -1,0 +1,67 @@
+"""What the table of formats says is so: every picture format gives back what it is said to hold."""
+
+import numpy as np
+import pytest
+
+from iccm import InputError
+from iccm.io import formats
+from iccm.io.pictures import image_files
+from iccm.io.pictures.image_files import Image
+
+
+def noise(kind, channels):
+    values = np.random.default_rng(2).random((9, 11, channels))
+    if channels in (2, 4):
+        values[..., -1] = np.rint(values[..., -1])  # colours where alpha is 0
+    whole = np.iinfo(kind).max if np.dtype(kind).kind == "u" else 1
+    return Image((values * whole).astype(kind), channels - 1 if channels in (2, 4) else -1)
+
+
+@pytest.mark.parametrize("suffix", formats.holding("picture"))
+@pytest.mark.parametrize("channels", [1, 3, 4])
+def test_integers_come_back(tmp_path, suffix, channels):
+    format = formats.picture(suffix and f"a{suffix}")
+    exact = suffix not in (".jpg", ".jpeg") and (format.grey or channels > 1)
+    for bits in format.bits if exact and (format.alpha or channels != 4) else ():
+        image = noise(f"uint{bits}", channels)
+        image_files.write(tmp_path / f"a{suffix}", image)
+        again = image_files.read(tmp_path / f"a{suffix}")
+        shown = np.ones(image.pixels.shape, bool)
+        if channels == 4 and not format.hidden:
+            shown[image.pixels[..., 3] == 0] = False
+        assert again.pixels.dtype == image.pixels.dtype and again.alpha == image.alpha
+        assert (again.pixels == image.pixels)[shown].all()
+
+
+@pytest.mark.parametrize("suffix", [s for s in formats.holding("picture") if formats.picture(f"a{s}").named])
+def test_a_format_that_names_colour_spaces_does(tmp_path, suffix):
+    depth = np.float32 if suffix == ".exr" else np.uint8
+    image_files.write(tmp_path / f"a{suffix}", Image(noise(depth, 3).pixels, colorspace="lin_rec709"))
+    assert image_files.read(tmp_path / f"a{suffix}").colorspace == "lin_rec709"
+
+
+@pytest.mark.parametrize("suffix", formats.holding("picture"))
+def test_map_and_apply_write_the_same_pictures(shapes, iccm, suffix):
+    quick = ("--method", "paper", "--order", "0", "--vertices", "40", "--size", "24", "-q")
+    image_files.write("t.png", noise(np.uint8, 3))
+    ran = iccm(
+        "map", "square.svg", "blob.svg", *quick, "--stmap", "s.exr", "-o", f"m{suffix}", "--texture", "t.png"
+    )
+    assert ran.code == 0, ran.err
+    assert iccm("apply", "s.exr", "t.png", "-o", f"a{suffix}", "-q", "--filter", "spline").code == 0
+    made = [image_files.read(f"{name}{suffix}").pixels for name in "ma"]
+    assert made[0].shape == made[1].shape == (24, 24, 3 + formats.picture(f"a{suffix}").alpha)
+
+
+def test_an_unknown_suffix_is_refused_by_both(shapes, iccm):
+    image_files.write("t.png", noise(np.uint8, 3))
+    image_files.write("s.exr", Image(np.zeros((4, 4, 3), np.float32)))
+    for words in (("map", "square.svg", "blob.svg"), ("apply", "s.exr", "t.png")):
+        ran = iccm(*words, "-o", "x.gif")
+        assert ran.code == 2 and "x.gif: " in ran.err and "suffix" in ran.err
+
+
+def test_an_output_that_cannot_hold_it_is_refused_with_those_that_can():
+    formats.check("a.PNG", "plot", "--plot")
+    with pytest.raises(InputError, match=r"a\.gif: unknown suffix for --plot; use one of \.png \.svg \.pdf"):
+        formats.check("a.gif", "plot", "--plot")

@@ -1,0 +1,56 @@
+"""A point is written the same way wherever a user names one."""
+
+import json
+
+import pytest
+from pydantic import TypeAdapter, ValidationError
+
+from iccm.io import places
+from iccm.io.run.job import Job
+from iccm.io.shapes import constraints
+
+PLACE = TypeAdapter(places.Place)
+FORMS = [
+    ("v5", "v5"),
+    (" V5 ", "v5"),
+    ("5", "v5"),
+    (5, "v5"),
+    ("1,-2.5", (1, -2.5)),
+    ([1, -2.5], (1, -2.5)),
+    ("1, 2 ,3e1", (1, 2, 30)),
+    ([1, 2, 3], (1, 2, 3)),
+]
+
+
+@pytest.mark.parametrize(("given", "place"), FORMS)
+def test_every_form_everywhere(tmp_path, given, place):
+    assert PLACE.validate_python(given) == place
+    assert PLACE.validate_python(places.written(place)) == place
+    assert Job(source="a", pin=[[given, [0, 1]]]).pin == ((place, (0, 1)),)
+    if isinstance(given, str):
+        assert Job(source="a", pin=[f"{given}:0,1"]).pin == ((place, (0, 1)),)
+    listed = {
+        "pins": [{"source": given, "target": "0,1"}],
+        "strokes": [{"source": [given, 2], "target": [1, "v2"]}],
+    }
+    (tmp_path / "c.json").write_text(json.dumps(listed))
+    found = constraints.read(tmp_path / "c.json")
+    assert (found.pins[0].source, found.pins[0].target) == (place, (0, 1))
+    assert (found.strokes[0].source, found.strokes[0].target) == ([place, "v2"], ["v1", "v2"])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    ["", "a", "v", "v-1", "-1", -1, "1.5", 1.5, True, None, "1,2,3,4", [1], [1, 2, 3, 4], "nan,1", "1,", {}],
+)
+def test_what_is_no_place(wrong):
+    with pytest.raises(ValidationError):
+        PLACE.validate_python(wrong)
+
+
+@pytest.mark.parametrize("pin", ["1,2:5", "1,2:v5", "1,2:0,0,0"])
+def test_a_place_on_a_mesh_where_there_is_none(shapes, iccm, pin):
+    place = {"5": "v5"}.get(pin.partition(":")[2], pin.partition(":")[2])
+    ran = iccm("map", "square.svg", "blob.svg", "--pin", pin)
+    assert ran.code == 2
+    assert ran.lines == [f"error: blob.svg: {place} is a place on a mesh, and this is none; write x,y"]
