@@ -10,7 +10,6 @@ import argparse
 import json
 import random
 import re
-import resource
 import signal
 import struct
 import subprocess
@@ -330,6 +329,8 @@ def refusal(kind: str, seed: int, folder: Path) -> str | None:
 
 def child(kind: str, first: int, count: int) -> None:
     """Go through seeds, telling each before it is tried: what kills the process is the last one told."""
+    import resource
+
     resource.setrlimit(resource.RLIMIT_AS, (ADDRESSES, ADDRESSES))
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(first, first + count):
