@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import InputError
 from ...memory import Room
-from .. import files
+from .. import files, formats
 from ..memory import Bounded
 from ..meshes import size_limits
 from ..shapes import shape
 from ..spec import Spec
+from . import framing, raster_size, report
 from . import inputs as companions
 from . import outputs as products
-from . import raster_size, report
 from .constraints import constrained
 from .job import WRITTEN, Job
 from .options import SOLVER
@@ -140,10 +140,17 @@ def _read(job: Job, threads: int | None, tell: Tell, progress: Progress | None) 
     """The job's inputs; what is wrong with them, or with --size, is told before the solving."""
     start = time.perf_counter()
     source = read(job.source, job)
-    target = read(job.target, job) if job.target else source
+    target, framing_notes = framing.framed(job, read(job.target, job) if job.target else source)
     room = Bounded(job.memory, _scratch(job)) if job.memory else Room()
     state = Run(job, source, target, room, tell, threads, progress)
     state.pins, state.strokes = constrained(job, source, target)
+    if (
+        raster_size.pictured(job)
+        or job.stmap
+        or any(formats.suffix_of(name) == ".svg" for name in job.output)
+    ):
+        for note in framing_notes:
+            state.note(note)
     products.check(state)
     if others := products.beside(state):
         _free(job, others, companions.inputs(job), taken=job.outputs)

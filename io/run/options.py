@@ -174,8 +174,13 @@ class Options:
     size: tuple[int] | tuple[int, int] | None = _option(
         "Pixels of the picture, or its longer side.  [default: 1024]", "WxH|N", parse=size
     )
-    texture_box: Literal["viewbox", "bbox"] = _option(
-        "What of the source the texture covers: its canvas, or its outline's bounding box.", default="viewbox"
+    texture_box: Literal["viewbox", "bbox"] | None = _option(
+        "What of the source the texture covers: its canvas, or its outline's bounding box.  "
+        "[default: viewbox; of the checkerboard bbox]"
+    )
+    target_box: Literal["viewbox", "bbox"] | None = _option(
+        "What pictures show: the target's canvas, or its outline's bounding box.  "
+        "[default: viewbox; bbox of a shape that takes little of its canvas]"
     )
     filter: Literal["auto", "nearest", "linear", "cubic", "lanczos", "spline"] = _option(
         "Sampling of the texture; nearest for label maps and masks.", default="auto", commands=EVERY

@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING, Any, cast
 from ...errors import InputError
 from .. import formats
 from ..spec import Spec
-from . import raster_size
+from . import framing, raster_size
 from .job import Job
+from .plain import Colours
 from .state import Run
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from ...pixels.canvas import Diagnostics
     from ...pixels.warp import Warp
     from ..pictures.image_files import Image
 
@@ -155,7 +157,9 @@ def _padded(run: Run) -> Image:
         each = whole_bytes(canvas.height, canvas.width, work.channels, work.dtype.itemsize)
         run.room.threads(1, each, PADDED)
         warped = whole(work, threads=run.threads, progress=_advance(run))
-    run.figures["pixels"] = warped.diagnostics.as_dict()
+    colours = Colours()
+    colours.see(warped.pixels, warped.alpha)
+    _told(run, colours, warped.diagnostics)
     return _extended(run, run.image.with_pixels(warped.pixels, warped.alpha))
 
 
@@ -167,13 +171,23 @@ def _streamed(run: Run, path: Path) -> None:
         for block in work.blocks(run.threads):
             if advance:
                 advance(len(block))
+            colours.see(block, work.alpha)
             yield run.image.with_pixels(block, work.alpha).pixels
 
     with run.timed("resample"):
-        work, advance = _warp(run), _advance(run)
+        work, advance, colours = _warp(run), _advance(run), Colours()
         like = replace(run.image, alpha=work.alpha)
         image_files.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
-    run.figures["pixels"] = work.diagnostics.as_dict()
+    _told(run, colours, work.diagnostics)
+
+
+def _told(run: Run, colours: Colours, seen: Diagnostics) -> None:
+    """Report what became of the pixels, and say so when they show nothing."""
+    run.figures["pixels"] = seen.as_dict()
+    textured = bool(run.job.texture) and run.job.texture_box != "bbox" and not run.on_mesh
+    note = colours.note(bool(seen.inside or seen.edge), textured)
+    if note and note not in run.notes:
+        run.note(note)
 
 
 def _advance(run: Run) -> Callable[[int], None] | None:
@@ -186,7 +200,7 @@ def stmapped(run: Run, path: Path | None, name: Path) -> None:
     from ..pictures import stmap_files
 
     assert path is not None
-    box = raster_size.covered(run.job, run.source)
+    box = framing.covered(run.job, run.source)
     with run.timed("resample"):
         stmap_files.write(path, run.fit.fast, box, run.canvas, room=run.room, threads=run.threads)
 
@@ -206,7 +220,7 @@ def mesh(run: Run, path: Path | None, name: Path) -> None:
     from ..shapes import mesh_shape
 
     assert path is not None
-    box = raster_size.covered(run.job, run.source)
+    box = framing.covered(run.job, run.source)
     target: Any = run.target
     options: dict[str, Any] = {"texture": _shown(run), "force": run.job.force, "threads": run.threads}
     with run.timed("write"):
@@ -237,7 +251,7 @@ def check(run: Run) -> None:
     _check_meshes(run)
     job, room = run.job, run.room
     if raster_size.pictured(job) or job.stmap:
-        for note in raster_size.off_canvas(job, run.source, run.target):
+        for note in framing.off_canvas(job, run.source, run.target):
             run.note(note)
         low, high = run.target.box
         width, height = raster_size.size_of(job, job.size or (raster_size.LONGER_SIDE,), high - low)

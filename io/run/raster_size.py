@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from ...arrays import Box
 from ...errors import InputError
 from .. import formats
+from . import framing
 from .job import Job
 
 if TYPE_CHECKING:
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from ..shapes.shape import Shape
 
 LONGER_SIDE = 1024
-OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is told
 
 
 def on_mesh(job: Job, source: Any) -> bool:
@@ -29,35 +29,8 @@ def on_mesh(job: Job, source: Any) -> bool:
 
 def texture_box(job: Job, source: Shape) -> Box:
     """What of the source's plane the texture covers; the checkerboard is a square."""
-    box = covered(job, source)
-    return box if job.texture or on_mesh(job, source) else square(box)
-
-
-def covered(job: Job, source: Shape) -> Box:
-    """What of the source --texture-box names."""
-    return source.box if job.texture_box == "viewbox" else source.curve.box
-
-
-def off_canvas(job: Job, source: Shape, target: Shape) -> list[str]:
-    """Notes on shapes that reach out of their canvas: nothing of the target is seen there, no texture covers the
-    source."""
-    said = []
-    if job.target and (out := _reach(target)) > OFF:
-        said.append(f"{target.spec}: {out:.0%} of its extent lies outside its canvas, where pictures end")
-    if (job.texture or pictured(job)) and job.texture_box == "viewbox" and (out := _reach(source)) > OFF:
-        cure = "use --texture-box bbox to cover it"
-        said.append(
-            f"{source.spec}: {out:.0%} of its extent lies outside its canvas, where the texture ends; {cure}"
-        )
-    return said
-
-
-def _reach(shape: Shape) -> float:
-    """How far a shape reaches out of its canvas, relative to its size in that direction; at most 1."""
-    (low, high), (here, there) = shape.box, shape.curve.box
-    over = (low.real - here.real, there.real - high.real), (low.imag - here.imag, there.imag - high.imag)
-    size = there - here
-    return min(1.0, max(max(over[0]) / size.real, max(over[1]) / size.imag))
+    textured = job.texture or on_mesh(job, source)
+    return framing.covered(job, source) if textured else framing.chequered(job, source)
 
 
 def image_of(job: Job, source: Shape, room: Room) -> Image:
@@ -88,13 +61,6 @@ def pictured(job: Job) -> bool:
 def pictures(job: Job) -> list[str]:
     """The outputs that are pictures."""
     return [name for name in job.output if name == "-" or formats.of(name).picture]
-
-
-def square(box: Box) -> Box:
-    """The smallest square about the middle of a box that holds it."""
-    middle, size = (box[0] + box[1]) / 2, box[1] - box[0]
-    half = max(size.real, size.imag) / 2 * (1 + 1j)
-    return middle - half, middle + half
 
 
 def size_of(job: Job, size: tuple[int, ...], extent: complex) -> tuple[int, int]:
