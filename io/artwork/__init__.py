@@ -4,6 +4,7 @@ What has no path follows the map as well as its kind allows: line widths and das
 gradients, patterns and filters its affine part. Of what lies outside the source shape nothing is left.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -42,13 +43,29 @@ def carry(
     Raises:
         InputError: the source is no SVG file, or it is malformed.
     """
+    return carry_parts([(source, map)], target, path, tolerance=tolerance)
+
+
+def carry_parts(
+    parts: Sequence[tuple[Shape, AnyMap | Evaluated]],
+    target: Shape,
+    path: str | Path,
+    *,
+    tolerance: float | None = None,
+) -> tuple[str, ...]:
+    """The same of a drawing of which several shapes were read, each with its own map.
+
+    What lies in one of them goes with its map, the smallest if there are several; what reaches over more goes with each
+    of them, cut off at their outlines.
+    """
+    source = parts[0][0]
     if source.path.suffix.lower() != ".svg":
         raise InputError(f"{source.path}: artwork is carried from SVG files only")
     try:
         drawing = Redrawing.of(files.read_bytes(source.path, max_bytes=reader.MAX_BYTES), source, target)
     except InputError as error:
         raise InputError(f"{source.path}: {error}") from error
-    carrier = Carrier(map, source, tolerance or TOLERANCE * target.curve.diagonal)
+    carrier = Carrier(parts, tolerance or TOLERANCE * target.curve.diagonal)
     carrier.carry(drawing.placed, drawing.effects)
     drawing.finish()
     for prefix, name in attributes.SPACES.items():

@@ -4,8 +4,10 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from ...arrays import Complex
@@ -34,66 +36,22 @@ class Effect:
     apply: Callable[[Local], str]
 
 
-class Carrier:
-    """The map, ready to carry shapes.
+class Region:
+    """The domain of a map.
 
     Args:
+        source: the shape that the map was made for.
         map: source → target, core plane.
-        source: the shape that it was made for.
-        tolerance: of the paths, in the target's units.
-
-    Attributes:
-        notes: what was cut off, left out or approximated, with how often.
     """
 
-    def __init__(self, map: AnyMap | Evaluated, source: Shape, tolerance: float):
+    def __init__(self, source: Shape, map: AnyMap | Evaluated):
         self.map = evaluated(map)
         self.rim = Curve(self.map.polygon)
         outline = source.curve.z
         gap = float(np.abs(self.rim.at(self.rim.closest(outline)) - outline).max())
         self.domain = Domain(self.rim, max(1.2 * gap, NEAR * source.curve.diagonal))
-        self.tolerance = tolerance
-        self.notes: Counter[str] = Counter()
 
-    def carry(self, shapes: Sequence[Placed], effects: Sequence[Effect]) -> None:
-        """Applies the effects, then gives every shape's element its path, or takes the element out."""
-        trimmed = [
-            self.domain.trim([_core(run) for run in shape.runs], seams=bool(shape.markers))
-            for shape in shapes
-        ]
-        parts = [self._parts(shape, each) for shape, each in zip(shapes, trimmed)]
-        pieces = [piece for fill, line in parts for run, _ in fill + line for piece in run]
-        fitted = refit(lambda which, t: self.image(_points(pieces, which, t)), len(pieces), self.tolerance)
-        fitted = [control.conj() for control in fitted]
-        samples = self._samples(pieces)
-        sampled: dict[Placed, Samples] = {}
-        last = 0
-        for shape, (fill, line) in zip(shapes, parts):
-            first, begin = last, last + sum(len(run) for run, _ in fill)
-            last = begin + sum(len(run) for run, _ in line)
-            lined = (np.arange(first, last) >= begin) | (not line)
-            sampled[shape] = samples.part(slice(4 * first, 4 * last), lined.repeat(4), fitted[first:last])
-        for effect in effects:
-            over = local([sampled[shape] for shape in effect.shapes])
-            note = effect.apply(over) if over else ""
-            self.notes[note] += bool(note)
-        cubics = iter(fitted)
-        digits = max(0, int(np.ceil(-np.log10(self.tolerance / 20))))
-        for shape, each, (fill, line) in zip(shapes, trimmed, parts):
-            fills, lines = ([([next(cubics) for _ in run], c) for run, c in kind] for kind in (fill, line))
-            if fills or lines:
-                shape.write(each, fills, lines, digits)
-                self.notes[CUT] += each.cut and not shape.aside
-            else:
-                shape.parent.remove(shape.out)
-                self.notes[OUTSIDE] += not shape.aside
-        self.notes = +self.notes
-
-    def image(self, z: Complex) -> Complex:
-        """Images of points (p,) inside, or so little outside that they count as on the outline."""
-        return self._jet(z)[1]
-
-    def _jet(self, z: Complex) -> tuple[Complex, ...]:
+    def jet(self, z: Complex) -> tuple[Complex, ...]:
         """Points, images and derivatives; points that are not inside are replaced by those of the outline."""
         z = z.copy()
         jet = self.map.jet(z)
@@ -112,26 +70,153 @@ class Carrier:
                 values[lost] = found
         return z, *jet
 
-    def _parts(self, shape: Placed, trimmed: Trimmed) -> tuple[list["_Parts"], list["_Parts"]]:
-        """What is to be fitted of a shape: runs of its fill, where they differ from the line's, and of its line."""
-        if not trimmed.cut:
-            return [], trimmed.line
-        line = trimmed.line if shape.lined else []
-        if shape.lined and not shape.filled:
-            return [], line
-        around = [self.domain.around(turns) for turns in trimmed.turns if turns]
-        return [(run, True) for run in trimmed.fill + around], line
 
-    def _samples(self, pieces: list[Part]) -> Samples:
-        """Four for each piece."""
-        which = np.repeat(np.arange(len(pieces)), _T.size)
-        z = _points(pieces, which, np.tile(_T, len(pieces))).reshape(-1, _T.size)
-        length = np.abs(np.diff(z[:, ::2])).ravel()
-        z, w, alpha, beta = self._jet(z[:, 1::2].ravel())
-        return Samples(z.conj(), w.conj(), alpha.conj(), beta.conj(), length, length > 0, w)
+class Regions:
+    """The domains of several maps, the smallest first."""
+
+    def __init__(self, regions: Sequence[Region]):
+        self.all = sorted(regions, key=lambda region: region.domain.polygon.area)
+        reaches = [region.domain.reach for region in self.all]
+        self.outer = [
+            region
+            for k, region in enumerate(self.all)
+            if not any(reach.contains(region.domain.polygon) for reach in reaches[k + 1 :])
+        ]
+
+    def of(self, runs: Sequence[Run]) -> list[Region]:
+        """The smallest that holds all of the runs; where none does, those that are in no other."""
+        if len(self.all) == 1:
+            return self.all
+        z = np.concatenate([piece.at(_T) for run in runs for piece in run.pieces])
+        for region in self.all:
+            if shapely.contains_xy(region.domain.reach, z.real, z.imag).all():
+                return [region]
+        return self.outer
 
 
-_Parts = tuple[list[Part], bool]
+class Carrier:
+    """The maps, ready to carry shapes.
+
+    Args:
+        parts: the shapes that they were made for, each with its map, source → target, core plane.
+        tolerance: of the paths, in the target's units.
+
+    Attributes:
+        notes: what was cut off, left out or approximated, with how often.
+    """
+
+    def __init__(self, parts: Sequence[tuple[Shape, AnyMap | Evaluated]], tolerance: float):
+        self.regions = Regions([Region(source, map) for source, map in parts])
+        self.tolerance = tolerance
+        self.notes: Counter[str] = Counter()
+
+    def carry(self, shapes: Sequence[Placed], effects: Sequence[Effect]) -> None:
+        """Applies the effects, then gives every shape's element its path, or takes the element out."""
+        left = [self._left(shape) for shape in shapes]
+        trimmed = [_together([trimmed for _, trimmed in each]) for each in left]
+        parts = [_parts(shape, each) for shape, each in zip(shapes, left)]
+        runs = [run for fill, line in parts for run in fill + line]
+        pieces = [piece for run in runs for piece in run.pieces]
+        owners = [run.region for run in runs for _ in run.pieces]
+        fitted = refit(
+            lambda which, t: _jet(owners, which, _points(pieces, which, t))[1], len(pieces), self.tolerance
+        )
+        fitted = [control.conj() for control in fitted]
+        samples = _samples(pieces, owners)
+        sampled: dict[Placed, Samples] = {}
+        last = 0
+        for shape, (fill, line) in zip(shapes, parts):
+            first, begin = last, last + sum(len(run.pieces) for run in fill)
+            last = begin + sum(len(run.pieces) for run in line)
+            lined = (np.arange(first, last) >= begin) | (not line)
+            sampled[shape] = samples.part(slice(4 * first, 4 * last), lined.repeat(4), fitted[first:last])
+        for effect in effects:
+            over = local([sampled[shape] for shape in effect.shapes])
+            note = effect.apply(over) if over else ""
+            self.notes[note] += bool(note)
+        cubics = iter(fitted)
+        digits = max(0, int(np.ceil(-np.log10(self.tolerance / 20))))
+        for shape, each, (fill, line) in zip(shapes, trimmed, parts):
+            fills, lines = (
+                [([next(cubics) for _ in run.pieces], run.closed) for run in kind] for kind in (fill, line)
+            )
+            if fills or lines:
+                shape.write(each, fills, lines, digits)
+                self.notes[CUT] += each.cut and not shape.aside
+            else:
+                shape.parent.remove(shape.out)
+                self.notes[OUTSIDE] += not shape.aside
+        self.notes = +self.notes
+
+    def _left(self, shape: Placed) -> list[tuple[Region, Trimmed]]:
+        """What is left of a shape in each region that it is carried by."""
+        runs = [_core(run) for run in shape.runs]
+        regions = self.regions.of(runs)
+        found = [(region, region.domain.trim(runs, seams=bool(shape.markers))) for region in regions]
+        seen = [(region, each) for region, each in found if each.line or each.fill or any(each.turns)]
+        return seen or found[:1]
+
+
+class Placement(NamedTuple):
+    """A run that is to be fitted, and the region that carries it."""
+
+    pieces: list[Part]
+    closed: bool
+    region: Region
+
+
+def _together(found: Sequence[Trimmed]) -> Trimmed:
+    """What is left of a shape in several regions."""
+    if len(found) == 1:
+        return found[0]
+    lines, fills = ([run for each in found for run in getattr(each, name)] for name in ("line", "fill"))
+    turns = [turn for each in found for turn in each.turns]
+    begins, ends = (any(getattr(each, name) for each in found) for name in ("begins", "ends"))
+    return Trimmed(lines, True, fills, turns, begins, ends)
+
+
+def _parts(shape: Placed, left: Sequence[tuple[Region, Trimmed]]) -> tuple[list[Placement], list[Placement]]:
+    """What is to be fitted of a shape: runs of its fill, where they differ from the line's, and of its line.
+
+    The runs around a whole region come last.
+    """
+    cut = any(trimmed.cut for _, trimmed in left)
+    lines = [Placement(run, closed, region) for region, each in left for run, closed in each.line]
+    if not cut:
+        return [], lines
+    if shape.lined and not shape.filled:
+        return [], lines
+    fills = [Placement(run, True, region) for region, each in left for run in each.fill]
+    fills += [
+        Placement(region.domain.around(turns), True, region)
+        for region, each in left
+        for turns in each.turns
+        if turns
+    ]
+    return fills, lines if shape.lined else []
+
+
+def _jet(owners: Sequence[Region], which: NDArray[np.intp], z: Complex) -> tuple[Complex, ...]:
+    """Points, images and derivatives of points (p,) of pieces `which`, each by the map of the piece's region."""
+    if len(set(owners)) == 1:
+        return owners[0].jet(z)
+    out = tuple(np.empty(z.size, np.complex128) for _ in range(4))
+    number = {region: k for k, region in enumerate(dict.fromkeys(owners))}
+    mine = np.array([number[region] for region in owners], dtype=np.intp)[which]
+    for region, k in number.items():
+        chosen = np.flatnonzero(mine == k)
+        for into, values in zip(out, region.jet(z[chosen]) if chosen.size else ()):
+            into[chosen] = values
+    return out
+
+
+def _samples(pieces: list[Part], owners: Sequence[Region]) -> Samples:
+    """Four for each piece."""
+    which = np.repeat(np.arange(len(pieces)), _T.size)
+    z = _points(pieces, which, np.tile(_T, len(pieces))).reshape(-1, _T.size)
+    length = np.abs(np.diff(z[:, ::2])).ravel()
+    z, w, alpha, beta = _jet(owners, np.repeat(np.arange(len(pieces)), 4), z[:, 1::2].ravel())
+    return Samples(z.conj(), w.conj(), alpha.conj(), beta.conj(), length, length > 0, w)
 
 
 def _core(run: Run) -> Run:

@@ -86,7 +86,7 @@ class Redrawing:
             Definitions(walk.ids),
             walk,
             {name: f"{value:.9g}" for (name, _), value in zip(SIDES, around)},
-            CELL * source.curve.diagonal,
+            CELL * abs(source.bounds[1] - source.bounds[0]),
         )
         out.attrib |= drawing._styled(top, "svg")
         out.extend(copy.deepcopy(e) for e in top.iter() if local(e) == "style")

@@ -7,7 +7,8 @@ import tempfile
 import time
 from collections.abc import Iterable
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,12 +19,13 @@ from ..memory import Bounded
 from ..meshes import size_limits
 from ..shapes import shape
 from ..spec import Spec
-from . import framing, raster_size, report
+from . import framing, parts, raster_size, report
 from . import inputs as companions
 from . import outputs as products
 from .constraints import constrained
 from .job import WRITTEN, Job
 from .options import SOLVER
+from .parts import Pairs
 from .state import Progress, Run, Tell
 
 if TYPE_CHECKING:
@@ -139,25 +141,41 @@ def _free(job: Job, outputs: Iterable[str], inputs: Iterable[str], taken: Iterab
 def _read(job: Job, threads: int | None, tell: Tell, progress: Progress | None) -> Run:
     """The job's inputs; what is wrong with them, or with --size, is told before the solving."""
     start = time.perf_counter()
-    source = read(job.source, job)
-    target, framing_notes = framing.framed(job, read(job.target, job) if job.target else source)
+    pairs, notes = _shapes(job)
     room = Bounded(job.memory, _scratch(job)) if job.memory else Room()
-    state = Run(job, source, target, room, tell, threads, progress)
-    state.pins, state.strokes = constrained(job, source, target)
-    if (
-        raster_size.pictured(job)
-        or job.stmap
-        or any(formats.suffix_of(name) == ".svg" for name in job.output)
-    ):
-        for note in framing_notes:
-            state.note(note)
+    state = Run(job, pairs, room, tell, threads, progress)
+    if job.parts == "largest":
+        state.pins, state.strokes = constrained(job, *pairs[0])
+    for note in notes:
+        state.note(note)
     products.check(state)
     if others := products.beside(state):
         _free(job, others, companions.inputs(job), taken=job.outputs)
-    for note in dict.fromkeys(f"{s.spec}: {note}" for s in (source, target) for note in s.notes):
+    for note in dict.fromkeys(
+        f"{each.spec}: {note}" for pair in pairs for each in pair for note in each.notes
+    ):
         state.note(note)
     state.seconds["read"] = time.perf_counter() - start
     return state
+
+
+def _shapes(job: Job) -> tuple[Pairs, list[str]]:
+    """Source and target, or the parts of them that go together, and what is to be said of that and of what is shown."""
+    if job.parts == "all":
+        pairs, notes = parts.read(job)
+    else:
+        source = read(job.source, job)
+        pairs, notes = [(source, read(job.target, job) if job.target else source)], []
+    box, said = framing.shown(job, pairs[0][1])
+    seen = (
+        raster_size.pictured(job)
+        or job.stmap
+        or any(formats.suffix_of(name) == ".svg" for name in job.output)
+    )
+    return [(s, replace(t, box=box) if box != t.box else t) for s, t in pairs], [
+        *notes,
+        *(said if seen else []),
+    ]
 
 
 def _scratch(job: Job) -> Path:
@@ -168,16 +186,19 @@ def _scratch(job: Job) -> Path:
 def _solve(state: Run) -> None:
     import iccm
 
-    job, curve = state.job, state.source.curve
+    job = state.job
     given = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
     with state.timed("solve"):
-        if job.target:
-            target = state.target.curve
-            state.fit = iccm.fit(curve, target, pins=state.pins, strokes=state.strokes, **given)
-        else:
-            state.fit = iccm.deform(curve, pins=state.pins, strokes=state.strokes, **given)
-    for note in state.fit.notes:
-        state.note(note)
+        for source, target in state.pairs:
+            solve = (
+                partial(iccm.fit, source.curve, target.curve)
+                if job.target
+                else partial(iccm.deform, source.curve)
+            )
+            state.fits.append(solve(pins=state.pins, strokes=state.strokes, **given))
+    for (source, _), fit in zip(state.pairs, state.fits):
+        for note in fit.notes:
+            state.note(f"#{source.part}: {note}" if source.part else note)
 
 
 def read(spec: str, job: Job) -> Shape:

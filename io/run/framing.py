@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...arrays import Box
@@ -15,34 +14,32 @@ SMALL = 0.25  # of the canvas' sides: pictures of a shape that takes no more tha
 OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is told
 
 
-def framed(job: Job, target: Shape) -> tuple[Shape, list[str]]:
-    """The target with what pictures show of its plane as its `box`, and what is to be said about that.
+def shown(job: Job, target: Shape) -> tuple[Box, list[str]]:
+    """What pictures show of the target's plane, and what is to be said about that.
 
     That is what --target-box names. By default it is the canvas, unless the shape takes little of it, as a country of
     a world map does, or lies beside it: then it is the shape's bounding box.
     """
     if job.target_box == "viewbox":
-        return target, []
-    bounds = target.curve.box
-    share = _share(target)
+        return target.box, []
     if job.target_box == "bbox":
-        return (replace(target, box=bounds), []) if bounds != target.box else (target, [])
-    outside = _reach(target) >= 1
+        return target.bounds, []
+    outside, share = _reach(target) >= 1, _share(target)
     if not outside and share > SMALL:
-        return target, []
+        return target.box, []
     why = "lies outside its canvas" if outside else f"takes {share:.0%} of its canvas' sides"
     said = f"{target.spec}: {why}, so pictures show the shape's box; --target-box viewbox shows the canvas"
-    return replace(target, box=bounds), [said]
+    return target.bounds, [said]
 
 
 def covered(job: Job, source: Shape) -> Box:
     """What of the source a texture covers: what --texture-box names, by default the canvas."""
-    return source.curve.box if job.texture_box == "bbox" else source.box
+    return source.bounds if job.texture_box == "bbox" else source.box
 
 
 def chequered(job: Job, source: Shape) -> Box:
     """What of the source the checkerboard covers: a square about the shape, or about its canvas where that is said."""
-    return square(source.box if job.texture_box == "viewbox" else source.curve.box)
+    return square(source.box if job.texture_box == "viewbox" else source.bounds)
 
 
 def off_canvas(job: Job, source: Shape, target: Shape) -> list[str]:
@@ -72,13 +69,13 @@ def square(box: Box) -> Box:
 
 def _share(shape: Shape) -> float:
     """Width or height of a shape by that of its canvas, whichever is the larger part."""
-    size, canvas = (high - low for low, high in (shape.curve.box, shape.box))
+    size, canvas = (high - low for low, high in (shape.bounds, shape.box))
     return max(size.real / canvas.real, size.imag / canvas.imag)
 
 
 def _reach(shape: Shape) -> float:
     """How far a shape reaches out of its canvas, relative to its size in that direction; at most 1."""
-    (low, high), (here, there) = shape.box, shape.curve.box
+    (low, high), (here, there) = shape.box, shape.bounds
     over = (low.real - here.real, there.real - high.real), (low.imag - here.imag, there.imag - high.imag)
     size = there - here
     return min(1.0, max(max(over[0]) / size.real, max(over[1]) / size.imag))

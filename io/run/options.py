@@ -127,6 +127,10 @@ class Options:
     stmap: str | None = _option("The map itself, for `iccm apply` and compositors.", "FILE.exr")
     force: bool = _option("Replace files that exist.", default=False, commands=EVERY)
 
+    parts: Literal["largest", "all"] = _option(
+        "What is mapped of files that draw several outlines: the largest, or each onto its partner.",
+        default="largest", commands=("map",),
+    )  # fmt: skip
     pin: tuple[Any, ...] = _option(
         "A point of the source and where it goes, in the files' units. May be repeated.", "SX,SY:TX,TY",
         default=(), parse=many, validated=_pins,

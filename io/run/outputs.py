@@ -145,7 +145,7 @@ def _warp(run: Run) -> Warp:
         from ..shapes import mesh_shape
 
         placing = mesh_shape.placing(run.source, run.sampler.texture)
-    return Warp(run.fit.fast, run.sampler, run.canvas, placing=placing, max_error=run.job.max_pixel_error)
+    return Warp(run.mapping, run.sampler, run.canvas, placing=placing, max_error=run.job.max_pixel_error)
 
 
 def _padded(run: Run) -> Image:
@@ -202,16 +202,17 @@ def stmapped(run: Run, path: Path | None, name: Path) -> None:
     assert path is not None
     box = framing.covered(run.job, run.source)
     with run.timed("resample"):
-        stmap_files.write(path, run.fit.fast, box, run.canvas, room=run.room, threads=run.threads)
+        stmap_files.write(path, run.mapping, box, run.canvas, room=run.room, threads=run.threads)
 
 
 def artwork(run: Run, path: Path | None, name: Path) -> None:
     """The drawing inside the source shape as SVG: its paths mapped, its styles kept."""
-    from ..artwork import carry
+    from ..artwork import carry_parts
 
     assert path is not None
     with run.timed("artwork"):
-        for note in carry(run.source, run.fit.map, run.target, path):
+        carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
+        for note in carry_parts(carried, run.target, path):
             run.note(note)
 
 
@@ -388,6 +389,8 @@ def plot(run: Run, path: Path | None, name: Path) -> None:
         if not hasattr(run.target, "flattening"):
             from . import figure as figure
 
+            if len(run.fits) > 1:
+                run.note(f"{name}: shows the largest part alone")
             figure.draw(run, path)
             return
         from . import mesh_figure

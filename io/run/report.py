@@ -29,8 +29,9 @@ def build(run: Run) -> dict[str, Any]:
     What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
     job then gives the same bytes.
     """
-    for doubt in doubts(run.found, run.job.tolerance, run.job.quasi is not None):
-        run.note(doubt)
+    for part in run.found.get("parts", [run.found]):
+        for doubt in doubts(run.found | part, run.job.tolerance, run.job.quasi is not None):
+            run.note(f"#{part['source']}: {doubt}" if "source" in part else doubt)
     report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
     if "SOURCE_DATE_EPOCH" not in os.environ:
         parts = {name: value for name, value in run.seconds.items() if name != "total"}
@@ -105,12 +106,13 @@ def write(report: dict[str, Any], name: str, stack: ExitStack, *, force: bool) -
 
 def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
     """Whether the result is good enough, and a sentence on it."""
-    status = run.fit.status
-    if not status.ok:
-        return False, status.value
-    if run.job.require_injective and not report.get("injective", {}).get("certified", False):
-        return False, "the map is not certified injective (--require-injective)"
-    return True, status.value
+    for part, fit in zip(report.get("parts", [report]), run.fits):
+        name = f"#{part['source']}: " if len(run.fits) > 1 else ""
+        if not fit.status.ok:
+            return False, name + fit.status.value
+        if run.job.require_injective and not part["injective"]["certified"]:
+            return False, f"{name}the map is not certified injective (--require-injective)"
+    return True, run.fit.status.value
 
 
 def summary(report: dict[str, Any]) -> list[str]:
@@ -129,6 +131,12 @@ def summary(report: dict[str, Any]) -> list[str]:
         lines.append("log10 area  " + ", ".join(f"{name} {_short(value)}" for name, value in area.items()))
     if injective:
         lines.append(f"injective   {_injective(injective)}")
+    if parts := report.get("parts"):
+        worst = max(parts, key=lambda part: part["boundary"]["hausdorff"])
+        gap = _short(worst["boundary"]["hausdorff"])
+        lines.append(
+            f"parts       {len(parts)}, the largest above; the worst Hausdorff is {gap}, of #{worst['source']}"
+        )
     if report.get("pins"):
         lines.append(f"pins        largest error {_short(max(pin['error'] for pin in report['pins']))}")
     if "seconds" in report:

@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 from ...arrays import Box
 from ...parallel import beside, thread_count
-from . import raster_size
+from . import parts, raster_size
 from .job import Job
+from .parts import Pairs
 from .raster_size import LONGER_SIDE
 
 if TYPE_CHECKING:
     from ...memory import Room
+    from ...pixels.preimages import AnyMap
     from ...pixels.warp import Canvas, Sampler
     from ...solve import Fit
     from ..pictures.image_files import Image
@@ -33,7 +35,8 @@ class Run:
 
     Attributes:
         job: what to do.
-        source, target: its shapes; the same for a deformation.
+        pairs: its shapes, source and target: one pair, or with --parts all several, the largest target first; for a
+            deformation source and target are the same.
         room: makes the large arrays, within --memory.
         tell: is given each remark as it is made.
         threads: for the pixels; None for all cores.
@@ -41,13 +44,12 @@ class Run:
         seconds: what each part took.
         notes: remarks on the inputs and on the solving.
         figures: what making the products adds to the report.
-        fit: the map, once it is there.
+        fits: the map of each pair, once it is there.
         pins, strokes: what must meet.
     """
 
     job: Job
-    source: Shape
-    target: Shape
+    pairs: Pairs
     room: Room
     tell: Tell
     threads: int | None = None
@@ -57,8 +59,28 @@ class Run:
     figures: dict[str, Any] = field(default_factory=dict)
     pins: Any = None
     strokes: Any = None
-    fit: Fit = field(init=False)
+    fits: list[Fit] = field(default_factory=list)
     _begun: dict[str, Future] = field(default_factory=dict)
+
+    @property
+    def source(self) -> Shape:
+        """The source, or the largest part's."""
+        return self.pairs[0][0]
+
+    @property
+    def target(self) -> Shape:
+        """The target, or its largest part."""
+        return self.pairs[0][1]
+
+    @property
+    def fit(self) -> Fit:
+        """The map, or the largest part's."""
+        return self.fits[0]
+
+    @cached_property
+    def mapping(self) -> AnyMap:
+        """The map, or those of all parts as one."""
+        return self.fit.fast if len(self.fits) == 1 else parts.mapping(self.fits)
 
     @cached_property
     def image(self) -> Image:
@@ -100,7 +122,8 @@ class Run:
 
     def _found(self) -> dict[str, Any]:
         with self.timed("evaluate"):
-            return self.fit.report()
+            found = [fit.report() for fit in self.fits]
+        return found[0] | ({"parts": parts.figures(self.pairs, found)} if len(found) > 1 else {})
 
     @cached_property
     def canvas(self) -> Canvas:

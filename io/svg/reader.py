@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -101,7 +102,7 @@ def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, flatness: flo
         found, refused = outlines(rings, rule, drawn.name, tuple(notes))
     except InputError as error:
         found, refused = [], [(0.0, error)]
-    drawing.outlines.extend(found)
+    drawing.outlines.extend(replace(outline, names=names) for outline in found)
     drawing.refused.extend(refused)
 
 
