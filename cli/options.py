@@ -41,6 +41,8 @@ def _click(name: str, hint: Any, option: Option) -> Decorator:
         settings |= {"multiple": True, "metavar": option.metavar}
     elif option.parse:
         settings |= {"metavar": option.metavar, "callback": _parsed(option.parse)}
+        if option.implied is not None:
+            settings |= {"is_flag": False, "flag_value": str(option.implied)}
     else:
         shown = option.default is not None
         settings |= {"metavar": option.metavar, "default": option.default, "show_default": shown}

@@ -3,9 +3,12 @@
 import errno
 import hashlib
 import os
+import shutil
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from io import BufferedReader
 from pathlib import Path
 
 from ..errors import InputError
@@ -50,6 +53,20 @@ def replacing(path: str | os.PathLike, *, force: bool = False) -> Iterator[Path]
             temporary.unlink(missing_ok=True)
 
 
+@contextmanager
+def writing(name: str, *, force: bool = False, suffix: str = ".png") -> Iterator[Path]:
+    """As `replacing`, or for `-` a file with a suffix whose content goes to stdout when the block ends well."""
+    if name != "-":
+        with replacing(name, force=force) as path:
+            yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"stdout{suffix}"
+        yield path
+        with path.open("rb") as file:
+            shutil.copyfileobj(file, sys.stdout.buffer)
+
+
 def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
     """The real path of an output that may be written, checked before any work is done for it.
 
@@ -83,6 +100,17 @@ def open_input(path: str | os.PathLike, *, max_bytes: int | None = None) -> Path
     Raises:
         InputError: otherwise.
     """
+    with opened(path, max_bytes=max_bytes):
+        return Path(path)
+
+
+@contextmanager
+def opened(path: str | os.PathLike, *, max_bytes: int | None = None) -> Iterator[BufferedReader]:
+    """An input, open while the block runs.
+
+    Raises:
+        InputError: as `open_input`.
+    """
     path = Path(path)
     try:
         size = path.stat().st_size
@@ -90,17 +118,17 @@ def open_input(path: str | os.PathLike, *, max_bytes: int | None = None) -> Path
             raise InputError(f"{path}: is a folder; name a file in it")
         if not path.is_file():
             raise InputError(f"{path}: is not a plain file")
-        with path.open("rb"):
-            pass
+        file = path.open("rb")
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file") from error
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path}: cannot be read: {_reason(error)}") from error
-    if max_bytes is not None and size > max_bytes:
-        raise InputError(f"{path}: {size} bytes; at most {max_bytes} are read")
-    return path
+    with file:
+        if max_bytes is not None and size > max_bytes:
+            raise InputError(f"{path}: {size} bytes; at most {max_bytes} are read")
+        yield file
 
 
 def read_bytes(path: str | os.PathLike, *, max_bytes: int) -> bytes:
@@ -109,8 +137,7 @@ def read_bytes(path: str | os.PathLike, *, max_bytes: int) -> bytes:
     Raises:
         InputError: as `open_input`, or the file is empty.
     """
-    path = open_input(path, max_bytes=max_bytes)
-    with path.open("rb") as file:
+    with opened(path, max_bytes=max_bytes) as file:
         content = file.read(max_bytes + 1)  # the size may have changed, or lie (/proc)
     if len(content) > max_bytes:
         raise InputError(f"{path}: more than {max_bytes} bytes; that is the limit")
@@ -125,7 +152,7 @@ def sha256(path: str | os.PathLike) -> str:
     Raises:
         InputError: the file is missing or cannot be read.
     """
-    with open_input(path).open("rb") as file:
+    with opened(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 

@@ -22,7 +22,7 @@ MARGIN = 64 * MIB  # for what libraries take, and what the allocator does not gi
 SOLVED = 340 * MIB  # what a process holds once it has solved for a map, without pictures
 
 
-class Bounded(memory.Room):
+class Bounded(memory.Memory):
     """Arrays in memory as far as a bound on the whole process allows, then in a scratch file.
 
     Args:

@@ -19,8 +19,8 @@ from ..arrays import Complex, Real
 from ..curve import Curve
 from .panels import CORNER
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 GROW = 0.35  # growth of the element size with the distance from the boundary
-EMPTY = 1e-3  # mass of a boundary vertex without an inner neighbour, relative to its neighbours' (a convex corner)
 SHAKE = 0.1  # of the points, relative to their cell
 SUBDIVISIONS = 6  # of a panel, for interpolation
 REPAIRS = 30  # rounds of splitting panels that are no edges of the triangulation

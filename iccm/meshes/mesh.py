@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..arrays import Index, Real
 from ..errors import InputError
 
-FLAT = 1e-14  # a face with less area than this times its longest edge squared has no usable angles
+FLAT = 1e-14  # a face with less area than this times its longest edge squared has no usable angles (by hand)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from typing import Any
 
 from ... import __version__
 from .. import files
-from ..run import inputs as companions
+from ..run.inputs import Inputs
 from ..run.job import Job
 
 NAME = ".iccm-journal.jsonl"
@@ -91,7 +91,8 @@ def key(job: Job) -> str:
     """The identity of a job's result: version, options, and the contents of its inputs."""
     options = job.model_dump(mode="json", exclude={"force"})
     inputs = {
-        path: _hash(path, os.stat(path).st_mtime_ns, os.stat(path).st_size) for path in companions.inputs(job)
+        path: _hash(path, os.stat(path).st_mtime_ns, os.stat(path).st_size)
+        for path in Inputs(job, keep=False).named
     }
     text = json.dumps([__version__, options, inputs], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()

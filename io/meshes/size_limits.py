@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import mmap
 import re
 import struct
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 
 from ...errors import InputError
 from ..files import open_input
+from .obj_source import ObjSource
 
 HEADER = 1 << 16
 MAX_JSON = 1 << 26
@@ -23,7 +23,15 @@ def faces(path: Path, most: int) -> int:
         InputError: more than `most`, or the file is missing.
     """
     open_input(path)
-    count = COUNTS.get(path.suffix.lower(), _unknown)(path)
+    return refuse(path, COUNTS.get(path.suffix.lower(), _unknown)(path), most)
+
+
+def refuse(path: Path, count: int, most: int) -> int:
+    """The number of faces, if there are not more than `most`.
+
+    Raises:
+        InputError: there are.
+    """
     if count > most:
         raise InputError(f"{path}: {count} faces are more than {most}; raise --max-faces")
     return count
@@ -34,10 +42,7 @@ def _unknown(path: Path) -> int:
 
 
 def _obj(path: Path) -> int:
-    if not path.stat().st_size:
-        return 0
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
-        return sum(1 for _ in re.finditer(rb"^[ \t]*f[ \t]", content, re.MULTILINE))
+    return ObjSource(path).faces
 
 
 def _ply(path: Path) -> int:

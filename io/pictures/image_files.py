@@ -13,7 +13,7 @@ import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...memory import Room
+from ...memory import Memory
 from ...pixels.pyramid import strip_rows
 from .. import formats
 from ..files import open_input
@@ -48,7 +48,7 @@ def read(
     *,
     max_pixels: int = MAX_PIXELS,
     colorspace: str | None = None,
-    room: Room | None = None,
+    room: Memory | None = None,
 ) -> Image:
     """Reads the first picture of a file as it is stored, upright.
 
@@ -64,7 +64,7 @@ def read(
     with open_input(path).open("rb") as content:
         if content.read(len(PNG)) == PNG:
             _check_png(path, content)
-    room = room or Room()
+    room = room or Memory()
     config = oiio.ImageSpec()
     config["oiio:UnassociatedAlpha"] = 1
     file = oiio.ImageInput.open(str(path), config)
@@ -196,7 +196,7 @@ def _opened(path: str | Path) -> Iterator[Any]:
         raise InputError(f"{path}: cannot be written: {first_line(file.geterror())}")
 
 
-def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Room) -> NDArray | None:
+def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Memory) -> NDArray | None:
     """The (h, w, c) pixels, some rows at a time: the library's own reading of all holds them twice."""
     c, tall = spec.nchannels, max(1, spec.tile_height)
     step = -(-strip_rows(spec.width, c) // tall) * tall
@@ -235,7 +235,7 @@ def _check_png(path: str | Path, content: BinaryIO) -> None:
             raise InputError(f"{path}: the picture is damaged: wrong checksum of {name.decode('latin-1')}")
 
 
-def _holes(pixels: NDArray, room: Room) -> int:
+def _holes(pixels: NDArray, room: Memory) -> int:
     """How many texels are not finite in some channel."""
     count, step = 0, strip_rows(*pixels.shape[1:])
     for row in range(0, len(pixels), step):
@@ -261,7 +261,7 @@ def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int) -> 
     return tuple(notes)
 
 
-def _copied(pixels: NDArray, out: NDArray, room: Room) -> NDArray:
+def _copied(pixels: NDArray, out: NDArray, room: Memory) -> NDArray:
     """`out` with the pixels in it."""
     step = strip_rows(*pixels.shape[1:])
     for row in range(0, len(pixels), step):
@@ -343,7 +343,7 @@ def _fits(profile: Any, colours: int) -> bool:
     return header[36:] == b"acsp" and header[16:20] == {1: b"GRAY", 3: b"RGB "}.get(colours)
 
 
-def _displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Room) -> NDArray:
+def _displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Memory) -> NDArray:
     """The pixels of the display window: an EXR may store more or less than that."""
     full = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
     if full == (spec.x, spec.y, spec.width, spec.height) or min(full[2:]) <= 0:

@@ -14,22 +14,23 @@ SMALL = 0.25  # of the canvas' sides: pictures of a shape that takes no more tha
 OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is told
 
 
-def shown(job: Job, target: Shape) -> tuple[Box, list[str]]:
-    """What pictures show of the target's plane, and what is to be said about that.
+def shown(job: Job, target: Shape) -> Box:
+    """What pictures show of the target's plane: what --target-box names.
 
-    That is what --target-box names. By default it is the canvas, unless the shape takes little of it, as a country of
-    a world map does, or lies beside it: then it is the shape's bounding box.
+    By default that is the canvas, unless the shape takes little of it, as a country of a world map does, or lies beside
+    it: then it is the shape's bounding box.
     """
-    if job.target_box == "viewbox":
-        return target.box, []
-    if job.target_box == "bbox":
-        return target.bounds, []
-    outside, share = _reach(target) >= 1, _share(target)
-    if not outside and share > SMALL:
-        return target.box, []
-    why = "lies outside its canvas" if outside else f"takes {share:.0%} of its canvas' sides"
-    said = f"{target.spec}: {why}, so pictures show the shape's box; --target-box viewbox shows the canvas"
-    return target.bounds, [said]
+    return target.bounds if job.target_box == "bbox" or _astray(job, target) else target.box
+
+
+def _astray(job: Job, target: Shape) -> str:
+    """Why the default is not the canvas; empty where it is, or where it is said what is to be shown."""
+    if job.target_box:
+        return ""
+    if _reach(target, target.box) >= 1:
+        return "lies outside its canvas"
+    share = _share(target)
+    return f"takes {share:.0%} of its canvas' sides" if share <= SMALL else ""
 
 
 def covered(job: Job, source: Shape) -> Box:
@@ -42,16 +43,19 @@ def chequered(job: Job, source: Shape) -> Box:
     return square(source.box if job.texture_box == "viewbox" else source.bounds)
 
 
-def off_canvas(job: Job, source: Shape, target: Shape) -> list[str]:
-    """Notes on shapes that reach out of what is shown, and of what the texture covers."""
+def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
+    """Notes on what is shown of the target, and on shapes that reach out of that, or out of the texture."""
     said = []
-    if job.target and (out := _reach(target)) > OFF:
+    if why := _astray(job, target):
+        text = "pictures show the shape's box; --target-box viewbox shows the canvas"
+        said.append(f"{target.spec}: {why}, so {text}")
+    if job.target and (out := _reach(target, shown(job, target))) > OFF:
         text = f"{out:.0%} of its extent lies outside its canvas, where pictures end"
         said.append(f"{target.spec}: {text}; --target-box bbox shows all of it")
     if job.texture_box == "bbox" or not (job.texture or job.texture_box):
         return said
     cure = "--texture-box bbox covers it"
-    if (out := _reach(source)) > OFF:
+    if (out := _reach(source, source.box)) > OFF:
         text = f"{out:.0%} of its extent lies outside its canvas, where the texture ends"
         said.append(f"{source.spec}: {text}; {cure}")
     elif job.texture and not job.texture_box and (share := _share(source)) <= SMALL:
@@ -73,9 +77,9 @@ def _share(shape: Shape) -> float:
     return max(size.real / canvas.real, size.imag / canvas.imag)
 
 
-def _reach(shape: Shape) -> float:
-    """How far a shape reaches out of its canvas, relative to its size in that direction; at most 1."""
-    (low, high), (here, there) = shape.box, shape.bounds
+def _reach(shape: Shape, box: Box) -> float:
+    """How far a shape reaches out of a box, relative to its size in that direction; at most 1."""
+    (low, high), (here, there) = box, shape.bounds
     over = (low.real - here.real, there.real - high.real), (low.imag - here.imag, there.imag - high.imag)
     size = there - here
     return min(1.0, max(max(over[0]) / size.real, max(over[1]) / size.imag))

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
 
 MAX_SIDE = 1 << 17
+MOST_VERTICES = 4000
+CERTIFIED = 0.99  # share of the source's area that `require_injective` asks for
 MOST_BALANCE = 10  # beyond 4 areas hardly change, and angles pay for it
 
 
@@ -26,6 +28,7 @@ class Option:
         validated: the pydantic type, where it is more than the annotation says; imported when it is needed.
         solver: whether it goes to `iccm.fit` and `iccm.deform`, unless it is None.
         commands: those that have it.
+        implied: its value when the option is given without one.
         short: a second name.
     """
 
@@ -40,6 +43,7 @@ class Option:
     validated: Callable[[], Any] | None = None
     solver: bool = False
     commands: tuple[str, ...] = ("map", "deform")
+    implied: Any = None
     short: str = ""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
@@ -98,6 +102,27 @@ def turn(value: Any) -> Any:
         raise ValueError(f"{value!r} is no angle in degrees, such as 90, nor any") from None
 
 
+def vertices(value: Any) -> Any:
+    """How many, or `source`."""
+    if value == "source" or not isinstance(value, str | int) or isinstance(value, bool):
+        return value
+    if not str(value).isdecimal() or not 3 <= int(value) <= MOST_VERTICES:
+        raise ValueError(f"{value!r} is neither a number from 3 to {MOST_VERTICES} nor `source`")
+    return int(value)
+
+
+def share(value: Any) -> Any:
+    """A share of an area; `true`, as manifests may say, is CERTIFIED, and `false` none."""
+    if isinstance(value, bool):
+        return CERTIFIED if value else None
+    if isinstance(value, str):
+        try:
+            return float(value)
+        except ValueError:
+            raise ValueError(f"{value!r} is no share of an area, such as 0.99") from None
+    return value
+
+
 def many(value: Any) -> Any:
     """One value where several may stand."""
     return () if value is None else (value,) if isinstance(value, str | Path) else value
@@ -113,7 +138,7 @@ EVERY = ("map", "deform", "apply")
 
 
 @_fields
-class Options:
+class JobOptions:
     """What can be said about a run, in the order in which help shows it."""
 
     texture: str | None = _option("Picture to carry along.  [default: a numbered checkerboard]", "IMAGE")
@@ -164,8 +189,16 @@ class Options:
         "Distance of zeroth or first order.  [default: by method]", least=0, most=1, solver=True
     )
     max_iterations: int | None = _option("Stop after N.  [default: by method]", "N", least=1, solver=True)
-    vertices: int | None = _option(
-        "Boundary vertices.  [default: by shape]", "N", least=3, most=4000, solver=True
+    vertices: int | Literal["source"] | None = _option(
+        "Boundary vertices, or the source's own and no others.  [default: by shape]", "N|source",
+        parse=vertices, solver=True,
+    )  # fmt: skip
+    samples_per_edge: int | None = _option(
+        "Samples between two vertices, with --method paper.  [default: 4]", "N", least=1, most=64, solver=True
+    )
+    weights: Literal["relative", "paper"] | None = _option(
+        "Means that do not depend on sizes and counts, or sums as the paper has them.  [default: relative]",
+        solver=True,
     )
     smoothness: float | None = _option(
         "Resistance to bending.  [default: by command]", "W", least=0, solver=True
@@ -173,7 +206,10 @@ class Options:
     tolerance: float = _option(
         "Boundary gap to reach, relative to the target's diagonal.", default=1e-3, above=0, solver=True
     )
-    require_injective: bool = _option("Exit code 1 unless the map is certified one-to-one.", default=False)
+    require_injective: float | None = _option(
+        "Exit code 1 unless it is certified one-to-one on this share of the source's area.  [0.99]", "[SHARE]",
+        above=0, most=1, parse=share, implied=CERTIFIED,
+    )  # fmt: skip
 
     size: tuple[int] | tuple[int, int] | None = _option(
         "Pixels of the picture, or its longer side.  [default: 1024]", "WxH|N", parse=size
@@ -217,8 +253,8 @@ class Options:
 
 
 def described() -> dict[str, tuple[Any, Option]]:
-    """The type and the description of each option of `Options`, by name."""
-    hints = get_type_hints(Options, include_extras=True)
+    """The type and the description of each option of `JobOptions`, by name."""
+    hints = get_type_hints(JobOptions, include_extras=True)
     return {name: (hint.__origin__, hint.__metadata__[0]) for name, hint in hints.items()}
 
 

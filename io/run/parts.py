@@ -12,25 +12,25 @@ if TYPE_CHECKING:
     from ...pixels.several import Several
     from ...solve import Fit
     from ..shapes.shape import Shape
+    from .inputs import Inputs
 
 Pairs = list[tuple["Shape", "Shape"]]
 
 MOST = 64  # parts of a drawing that are mapped, the largest first: each is solved for
 LISTED = 12
-FIGURES = ("status", "boundary", "dilatation", "log10_area", "injective")
+FIGURES = ("status", "boundary", "dilatation", "log10_area", "injective", "notes")
 
 
-def read(job: Job) -> tuple[Pairs, list[str]]:
+def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str]]:
     """Pairs of shapes, the largest targets first, and what is to be said of those without a partner.
 
     Raises:
         InputError: a file without shapes, meshes, or constraints, which hold for one shape.
     """
     from ..shapes import parts, shape
-    from .outputs import is_mesh
 
     for spec in (job.source, job.target or ""):
-        if is_mesh(spec):
+        if inputs.is_mesh(spec):
             raise InputError(f"{spec}: --parts all is for drawings and pictures, not for meshes")
     if job.pin or job.constraints:
         raise InputError("--parts all: pins and strokes are for one shape; name it with #id")
@@ -62,6 +62,11 @@ def _name(shape: Shape) -> str:
     """The name of a part as messages have it: its own, else its number."""
     own = f" ({shape.names[-1]})" if shape.names else ""
     return f"#{shape.part}{own}"
+
+
+def named(source: Shape, note: str) -> str:
+    """A remark with the name of the part that it is about, if there are several."""
+    return f"#{source.part}: {note}" if source.part else note
 
 
 def mapping(fits: Sequence[Fit]) -> Several:

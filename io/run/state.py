@@ -12,18 +12,19 @@ from typing import TYPE_CHECKING, Any
 
 from ...arrays import Box
 from ...parallel import beside, thread_count
-from . import parts, raster_size
+from . import framing, parts, raster_size, texture
 from .job import Job
 from .parts import Pairs
 from .raster_size import LONGER_SIDE
 
 if TYPE_CHECKING:
-    from ...memory import Room
+    from ...memory import Memory
     from ...pixels.preimages import AnyMap
     from ...pixels.warp import Canvas, Sampler
     from ...solve import Fit
     from ..pictures.image_files import Image
     from ..shapes.shape import Shape
+    from .inputs import Inputs
 
 Tell = Callable[[str], None]
 Progress = Callable[[int, int], None]
@@ -35,6 +36,7 @@ class Run:
 
     Attributes:
         job: what to do.
+        inputs: the files that it reads.
         pairs: its shapes, source and target: one pair, or with --parts all several, the largest target first; for a
             deformation source and target are the same.
         room: makes the large arrays, within --memory.
@@ -43,14 +45,15 @@ class Run:
         progress: is given rows done and rows in all.
         seconds: what each part took.
         notes: remarks on the inputs and on the solving.
-        figures: what making the products adds to the report.
+        figures: what making the outputs adds to the report.
         fits: the map of each pair, once it is there.
         pins, strokes: what must meet.
     """
 
     job: Job
+    inputs: Inputs
     pairs: Pairs
-    room: Room
+    room: Memory
     tell: Tell
     threads: int | None = None
     progress: Progress | None = None
@@ -85,17 +88,17 @@ class Run:
     @cached_property
     def image(self) -> Image:
         """The texture."""
-        return raster_size.image_of(self.job, self.source, self.room)
+        return texture.image_of(self.job, self.source, self.room)
 
     @cached_property
     def box(self) -> Box:
         """Its place in the source's plane."""
-        return raster_size.texture_box(self.job, self.source)
+        return texture.box_of(self.job, self.source)
 
     @cached_property
     def on_mesh(self) -> bool:
         """Whether it lies on a mesh that is the source."""
-        return raster_size.on_mesh(self.job, self.source)
+        return texture.on_mesh(self.job, self.source)
 
     def begin(self, part: str) -> None:
         """Make `sampler` or `found` beside what follows, if there may be threads."""
@@ -141,8 +144,8 @@ class Run:
         return Canvas(width, height, (middle - half, middle + half))
 
     def _extent(self) -> Box:
-        """The target's canvas; a deformed shape may leave that of the source, which grows."""
-        low, high = self.target.box
+        """What pictures show of the target; a deformed shape may leave that of the source, which grows."""
+        low, high = framing.shown(self.job, self.target)
         if self.job.target is not None:
             return low, high
         image = self.fit.image
@@ -152,7 +155,9 @@ class Run:
         )
 
     def note(self, remark: str) -> None:
-        """Add a remark."""
+        """Add a remark, once."""
+        if remark in self.notes:
+            return
         self.notes.append(remark)
         self.tell(remark)
 

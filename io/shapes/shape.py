@@ -1,9 +1,11 @@
 """Shapes from files of every format: `file` or `file#id` to a domain in the core plane."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +20,9 @@ from ..svg import reader as svg
 from ..svg.drawing import Drawing
 from ..svg.fill import Outline
 from . import planar_obj, silhouette
+
+if TYPE_CHECKING:
+    from ...pixels.texture import Placing, Texture
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +59,22 @@ class Shape:
     def bounds(self) -> Box:
         """The bounding box of the outline, or of all that were read with it."""
         return self.extent or self.curve.box
+
+    is_mesh: ClassVar[bool] = False
+
+    @property
+    def has_uv(self) -> bool:
+        """Whether the file has texture coordinates: those of a mesh."""
+        return False
+
+    @property
+    def pictures(self) -> tuple[Path | bytes, ...]:
+        """The textures that the file names or holds: those of a mesh."""
+        return ()
+
+    def placing(self, texture: Texture) -> Placing:
+        """Where points of the shape's plane lie in a texture, which has a place of its own in it."""
+        return texture
 
     def to_core(self, xy: ArrayLike) -> Complex:
         """(..., 2) coordinates in the file's units to complex numbers of the core plane."""
