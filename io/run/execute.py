@@ -159,6 +159,8 @@ def _check_read(state: Run, wanted: list[Output]) -> None:
         _free(job, others, state.inputs.named, taken=job.outputs)
     for note in [f"{shape.spec}: {note}" for shape in shapes for note in shape.notes]:
         state.note(note)
+    for note in parts.about_holes(state.pairs, keep=job.holes == "keep"):
+        state.note(note)
 
 
 def _scratch(job: Job) -> Path:

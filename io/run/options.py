@@ -156,6 +156,10 @@ class JobOptions:
         "What is mapped of files that draw several outlines: the largest, or each onto its partner.",
         default="largest", commands=("map",),
     )  # fmt: skip
+    holes: Literal["keep", "fill"] = _option(
+        "Whether pictures leave the target's holes transparent, or paint over them; the map does not know of holes.",
+        default="keep",
+    )  # fmt: skip
     pin: tuple[Any, ...] = _option(
         "A point of the source and where it goes, in the files' units. May be repeated.", "SX,SY:TX,TY",
         default=(), parse=many, validated=_pins,

@@ -9,6 +9,7 @@ from ...errors import InputError
 from .job import Job
 
 if TYPE_CHECKING:
+    from ...pixels.preimages import AnyMap
     from ...pixels.several import Several
     from ...solve import Fit
     from ..shapes.shape import Shape
@@ -64,17 +65,28 @@ def _name(shape: Shape) -> str:
     return f"#{shape.part}{own}"
 
 
+def about_holes(pairs: Pairs, *, keep: bool) -> list[str]:
+    """Remarks on holes, which the map takes for inside."""
+    said = []
+    for k, cure in enumerate(("", ", which pictures leave transparent" if keep else ", which pictures fill")):
+        shapes = {id(pair[k]): pair[k] for pair in pairs}
+        count = sum(len(shape.holes) for shape in shapes.values())
+        if count:
+            said.append(f"{pairs[0][k].spec}: the map passes over its {count} hole{'s' * (count > 1)}{cure}")
+    return said[-1:] if pairs[0][0].spec == pairs[0][1].spec else said
+
+
 def named(source: Shape, note: str) -> str:
     """A remark with the name of the part that it is about, if there are several."""
     return f"#{source.part}: {note}" if source.part else note
 
 
-def mapping(fits: Sequence[Fit]) -> Several:
-    """The maps of all parts as one, small parts over large ones."""
+def mapping(fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Several:
+    """The maps of all parts as one, small parts over large ones; `maps` are those of `fits`, made ready."""
     from ...curve import Curve
     from ...pixels.several import Several
 
-    return Several([fit.fast for fit in fits[::-1]], [Curve(fit.image).box for fit in fits[::-1]])
+    return Several(maps[::-1], [Curve(fit.image).box for fit in fits[::-1]])
 
 
 def figures(pairs: Pairs, found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from ...arrays import Box
+from ...arrays import Box, Complex
 from ...parallel import beside, thread_count
 from . import framing, parts, raster_size, texture
 from .job import Job
@@ -82,8 +82,22 @@ class Run:
 
     @cached_property
     def mapping(self) -> AnyMap:
-        """The map, or those of all parts as one."""
-        return self.fit.fast if len(self.fits) == 1 else parts.mapping(self.fits)
+        """The map, or those of all parts as one, without what it takes into holes of the target."""
+        from ...pixels.holed import Holed
+
+        maps: list[AnyMap] = [
+            fit.fast if not holes else Holed(fit.fast, holes) for fit, holes in zip(self.fits, self._holes)
+        ]
+        return maps[0] if len(maps) == 1 else parts.mapping(self.fits, maps)
+
+    @property
+    def _holes(self) -> list[tuple[Complex, ...]]:
+        """The holes that pictures leave transparent, of each part; those of a shape that is deformed move with it."""
+        if self.job.holes == "fill":
+            return [()] * len(self.pairs)
+        if self.job.target is None:
+            return [tuple(self.fit.fast(hole) for hole in self.source.holes)]
+        return [target.holes for _, target in self.pairs]
 
     @cached_property
     def image(self) -> Image:

@@ -41,6 +41,7 @@ class Shape:
         part: how `#` picks it from the file, where it is one of several that were read.
         names: ids and labels of what it comes from and of all that this is in.
         extent: the bounding box of all that were read, where it is one of several.
+        holes: the boundaries of its holes, core plane.
     """
 
     spec: str
@@ -54,6 +55,7 @@ class Shape:
     part: str = ""
     names: tuple[str, ...] = ()
     extent: Box | None = None
+    holes: tuple[Complex, ...] = ()
 
     @property
     def bounds(self) -> Box:
@@ -129,7 +131,18 @@ def read(
     }
     pins = {k: complex(_core(z, drawing.flip)) for k, z in drawing.pins.items()}
     box = _box(drawing, curve.box)
-    return Shape(text, spec.path, curve, box, drawing.flip, pins, strokes, tuple(notes), names=outline.names)
+    return Shape(
+        text,
+        spec.path,
+        curve,
+        box,
+        drawing.flip,
+        pins,
+        strokes,
+        tuple(notes),
+        names=outline.names,
+        holes=_holes(drawing, outline),
+    )
 
 
 def read_all(text: str, *, flatness: float = 1e-4) -> list[Shape]:
@@ -155,7 +168,7 @@ def read_all(text: str, *, flatness: float = 1e-4) -> list[Shape]:
         except InputError as error:
             notes.append(f"left out: {error}")
         else:
-            notes += [*outline.notes, *_without_holes(outline)]
+            notes += outline.notes
     if not curves:
         raise InputError(f"{text}: none of its outlines is a domain; {notes[-1]}")
     extent = _around([curve.box for curve in curves.values()])
@@ -166,6 +179,7 @@ def read_all(text: str, *, flatness: float = 1e-4) -> list[Shape]:
             part=f"{chosen.part or ''}#{number + 1}".removeprefix("#"),
             names=drawing.outlines[number].names,
             extent=extent,
+            holes=_holes(drawing, drawing.outlines[number]),
         )
         for number, curve in curves.items()
     ]
@@ -218,7 +232,7 @@ def _choose(drawing: Drawing, text: str, spec: Spec) -> tuple[Outline, list[str]
 
 
 def _left_out(drawing: Drawing, outline: Outline) -> list[str]:
-    notes = _without_holes(outline)
+    notes = []
     others = [o for o in drawing.outlines if o is not outline]
     if others:
         share = others[0].area / outline.area
@@ -230,9 +244,8 @@ def _left_out(drawing: Drawing, outline: Outline) -> list[str]:
     return notes
 
 
-def _without_holes(outline: Outline) -> list[str]:
-    count = len(outline.holes)
-    return [f"{outline.name}: left out {count} hole{'s' * (count > 1)}"] if count else []
+def _holes(drawing: Drawing, outline: Outline) -> tuple[Complex, ...]:
+    return tuple(_core(hole, drawing.flip) for hole in outline.holes)
 
 
 def _listed(ids: list[str], most: int = 12) -> str:

@@ -1,4 +1,4 @@
-"""What of the target a picture shows, what of the source a texture covers, and pictures that show nothing."""
+"""What of the target a picture shows, what of the source a texture covers, holes, and pictures that show nothing."""
 
 import numpy as np
 
@@ -78,3 +78,23 @@ def test_the_checkerboard_covers_the_shape_and_a_texture_the_canvas(shapes, iccm
     assert notes("--texture", "left.png", "--padding", "2")[1] == single
     empty = notes("--texture", "clear.png", "--texture-box", "bbox")
     assert empty == ["note: the picture is empty: the texture is transparent where the source lies"]
+
+
+def test_holes_of_the_target_stay_transparent(shapes, iccm):
+    ring = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 80 80"><path d="M{}h60v60h-60zM{}v20h20v-20z"/></svg>'
+    (shapes / "ring.svg").write_text(ring.format("10 10", "30 30"))
+    typed = ("map", "ring.svg", "ring.svg", "--size", "80", "--force", "-o", "out.png")
+    done = iccm(*typed, "--stmap", "out.tif")
+    assert (
+        done.err.count("hole") == 1 and "passes over its 1 hole, which pictures leave transparent" in done.err
+    )
+    alpha = read("out.png").pixels[..., 3]
+    assert (alpha[31:49, 31:49] == 0).all() and (alpha[11:29, 11:69] == 255).all()
+    assert (read("out.tif").pixels[31:49, 31:49] == 0).all()
+    assert "which pictures fill" in iccm(*typed, "--holes", "fill").err
+    assert (read("out.png").pixels[11:69, 11:69, 3] == 255).all()
+    iccm("deform", "ring.svg", "--pin", "20,20:40,20", "--pin", "60,60:80,60", "-o", "d.png", "--size", "100")
+    alpha = read("d.png").pixels[..., 3]
+    _, columns = np.nonzero(alpha[30:50] == 0)
+    middle = columns[(columns > 25) & (columns < 95)]
+    assert 40 < middle.mean() < 80 and middle.size > 100
