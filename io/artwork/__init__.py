@@ -13,8 +13,8 @@ from .. import files
 from ..shapes.shape import Shape
 from ..svg import reader
 from . import attributes
-from .carrier import Carrier
-from .redrawing import Redrawing
+from .document import MappedDocument
+from .mapping import PathMapping
 
 TOLERANCE = 2e-4  # of the target's diagonal
 
@@ -45,14 +45,14 @@ def carry(
     if source.path.suffix.lower() != ".svg":
         raise InputError(f"{source.path}: artwork is carried from SVG files only")
     try:
-        drawing = Redrawing.of(files.read_bytes(source.path, max_bytes=reader.MAX_BYTES), source, target)
+        drawing = MappedDocument.of(files.read_bytes(source.path, max_bytes=reader.MAX_BYTES), source, target)
     except InputError as error:
         raise InputError(f"{source.path}: {error}") from error
-    carrier = Carrier(map, source, tolerance or TOLERANCE * target.curve.diagonal)
-    carrier.carry(drawing.placed, drawing.effects)
+    mapping = PathMapping(map, source, tolerance or TOLERANCE * target.curve.diagonal)
+    mapping.carry(drawing.elements, drawing.effects)
     drawing.finish()
     for prefix, name in attributes.SPACES.items():
         ElementTree.register_namespace(prefix, name)
     ElementTree.ElementTree(drawing.out).write(path, encoding="utf-8", xml_declaration=True)
-    notes = (drawing.notes + carrier.notes).items()
+    notes = (drawing.notes + mapping.notes).items()
     return tuple(f"{number} × {what}" for what, number in sorted(notes))

@@ -15,9 +15,9 @@ from ...maps.kinds import AnyMap, Evaluated, evaluated
 from ..shapes.shape import Shape
 from ..svg.affine import Affine
 from ..svg.path_data import Run
-from .local import Local, Samples, local
-from .placed import Placed
-from .trim import Domain, Part, Trimmed
+from .affine_part import AffinePart, Samples, affine_part
+from .clip import Clipped, Domain, Part
+from .element import MappedElement
 
 NEAR = 3e-4  # of the source's diagonal: no farther outside counts as on the outline, which is flattened
 CUT, OUTSIDE = "shape partly outside the source, cut off at its outline", "shape outside the source, left out"
@@ -30,11 +30,11 @@ _CONJUGATE = Affine(0, 1)
 class Effect:
     """What follows the map only by its affine part over some shapes; `apply` returns what is to be noted."""
 
-    shapes: Sequence[Placed]
-    apply: Callable[[Local], str]
+    shapes: Sequence[MappedElement]
+    apply: Callable[[AffinePart], str]
 
 
-class Carrier:
+class PathMapping:
     """The map, ready to carry shapes.
 
     Args:
@@ -55,18 +55,18 @@ class Carrier:
         self.tolerance = tolerance
         self.notes: Counter[str] = Counter()
 
-    def carry(self, shapes: Sequence[Placed], effects: Sequence[Effect]) -> None:
+    def carry(self, shapes: Sequence[MappedElement], effects: Sequence[Effect]) -> None:
         """Applies the effects, then gives every shape's element its path, or takes the element out."""
-        trimmed = [
-            self.domain.trim([_core(run) for run in shape.runs], seams=bool(shape.markers))
+        clipped = [
+            self.domain.clip([_core(run) for run in shape.runs], seams=bool(shape.markers))
             for shape in shapes
         ]
-        parts = [self._parts(shape, each) for shape, each in zip(shapes, trimmed)]
+        parts = [self._parts(shape, each) for shape, each in zip(shapes, clipped)]
         pieces = [piece for fill, line in parts for run, _ in fill + line for piece in run]
         fitted = refit(lambda which, t: self.image(_points(pieces, which, t)), len(pieces), self.tolerance)
         fitted = [control.conj() for control in fitted]
         samples = self._samples(pieces)
-        sampled: dict[Placed, Samples] = {}
+        sampled: dict[MappedElement, Samples] = {}
         last = 0
         for shape, (fill, line) in zip(shapes, parts):
             first, begin = last, last + sum(len(run) for run, _ in fill)
@@ -74,12 +74,12 @@ class Carrier:
             lined = (np.arange(first, last) >= begin) | (not line)
             sampled[shape] = samples.part(slice(4 * first, 4 * last), lined.repeat(4), fitted[first:last])
         for effect in effects:
-            over = local([sampled[shape] for shape in effect.shapes])
+            over = affine_part([sampled[shape] for shape in effect.shapes])
             note = effect.apply(over) if over else ""
             self.notes[note] += bool(note)
         cubics = iter(fitted)
         digits = max(0, int(np.ceil(-np.log10(self.tolerance / 20))))
-        for shape, each, (fill, line) in zip(shapes, trimmed, parts):
+        for shape, each, (fill, line) in zip(shapes, clipped, parts):
             fills, lines = ([([next(cubics) for _ in run], c) for run, c in kind] for kind in (fill, line))
             if fills or lines:
                 shape.write(each, fills, lines, digits)
@@ -112,15 +112,15 @@ class Carrier:
                 values[lost] = found
         return z, *jet
 
-    def _parts(self, shape: Placed, trimmed: Trimmed) -> tuple[list["_Parts"], list["_Parts"]]:
+    def _parts(self, shape: MappedElement, clipped: Clipped) -> tuple[list["_Parts"], list["_Parts"]]:
         """What is to be fitted of a shape: runs of its fill, where they differ from the line's, and of its line."""
-        if not trimmed.cut:
-            return [], trimmed.line
-        line = trimmed.line if shape.lined else []
+        if not clipped.cut:
+            return [], clipped.line
+        line = clipped.line if shape.lined else []
         if shape.lined and not shape.filled:
             return [], line
-        around = [self.domain.around(turns) for turns in trimmed.turns if turns]
-        return [(run, True) for run in trimmed.fill + around], line
+        around = [self.domain.around(turns) for turns in clipped.turns if turns]
+        return [(run, True) for run in clipped.fill + around], line
 
     def _samples(self, pieces: list[Part]) -> Samples:
         """Four for each piece."""
