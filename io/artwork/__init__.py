@@ -9,14 +9,22 @@ from xml.etree import ElementTree
 
 from ...errors import InputError
 from ...maps.kinds import AnyMap, Evaluated
-from .. import files
 from ..shapes.shape import Shape
-from ..svg import reader
+from ..svg.source import SUFFIXES, drawing_bytes
 from . import attributes
 from .document import MappedDocument
 from .mapping import PathMapping
 
 TOLERANCE = 2e-4  # of the target's diagonal
+
+
+def check(source: Shape, target: Shape) -> None:
+    """Refuses, before a map is solved for, a drawing that `carry` would refuse.
+
+    Raises:
+        InputError: the source is no SVG file, it is malformed, or more than can be carried.
+    """
+    _document(source, target)
 
 
 def carry(
@@ -42,12 +50,7 @@ def carry(
     Raises:
         InputError: the source is no SVG file, or it is malformed.
     """
-    if source.path.suffix.lower() != ".svg":
-        raise InputError(f"{source.path}: artwork is carried from SVG files only")
-    try:
-        drawing = MappedDocument.of(files.read_bytes(source.path, max_bytes=reader.MAX_BYTES), source, target)
-    except InputError as error:
-        raise InputError(f"{source.path}: {error}") from error
+    drawing = _document(source, target)
     mapping = PathMapping(map, source, tolerance or TOLERANCE * target.curve.diagonal)
     mapping.carry(drawing.elements, drawing.effects)
     drawing.finish()
@@ -56,3 +59,12 @@ def carry(
     ElementTree.ElementTree(drawing.out).write(path, encoding="utf-8", xml_declaration=True)
     notes = (drawing.notes + mapping.notes).items()
     return tuple(f"{number} × {what}" for what, number in sorted(notes))
+
+
+def _document(source: Shape, target: Shape) -> MappedDocument:
+    if source.path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{source.path}: artwork is carried from SVG files only")
+    try:
+        return MappedDocument.of(drawing_bytes(source.path), source, target)
+    except InputError as error:
+        raise InputError(f"{source.path}: {error}") from error

@@ -23,6 +23,7 @@ from .element import SVG, MappedElement, box_of, restyle, runs_of
 from .filters import MARGIN, filtered
 from .mapping import OUTSIDE, Effect
 from .paint_server import SIDES, Definitions, Space, lined, scale, shown
+from .references import confine
 
 CELL = (
     1 / 24
@@ -38,6 +39,7 @@ _PAINTED = ("linearGradient", "radialGradient", "pattern")
 _MARKERS = ("marker-start", "marker-mid", "marker-end")
 _MARKED = ("path", "line", "polyline", "polygon")
 MOST_USED = 40
+MAX_CARRIED = 100_000  # lines and curves that are carried, each of which takes up to a millisecond
 
 
 @dataclass(eq=False)
@@ -54,6 +56,7 @@ class MappedDocument:
         pictures: groups of the parts of a picture.
         cell: size of these, in the source's units.
         notes: what was left out.
+        carried: how many lines and curves there are.
     """
 
     out: Element
@@ -67,6 +70,7 @@ class MappedDocument:
     aside: bool = False
     pictures: list[Element] = field(default_factory=list)
     notes: Counter[str] = field(default_factory=Counter)
+    carried: int = 0
 
     @classmethod
     def of(cls, data: bytes, source: Shape, target: Shape) -> "MappedDocument":
@@ -104,6 +108,7 @@ class MappedDocument:
         self.definitions.collect(self.out)
         if len(self.definitions.out):
             self.out.insert(0, self.definitions.out)
+        self.notes["reference to another file, left out"] += confine(self.out)
 
     def _children(self, element: Element, state: State, parent: Element) -> None:
         for child in element:
@@ -199,6 +204,7 @@ class MappedDocument:
         runs = runs_of(drawn)
         if not runs or not scale(state.affine):
             return
+        self._count(sum(len(run.pieces) for run in runs))
         said = state.properties
         out = SubElement(parent, f"{SVG}path", self._styled(element, "path", state))
         marked = {name for name in _MARKERS if said.get(name, said.get("marker", "none")) != "none"}
@@ -246,7 +252,9 @@ class MappedDocument:
             picture.set("preserveAspectRatio", said["preserveAspectRatio"])
         group = SubElement(parent, f"{SVG}g", self._styled(element, "g", state))
         shapes: list[MappedElement] = []
-        for cell in _cells(place, state.affine, self.cell):
+        cells = _cells(place, state.affine, self.cell)
+        self._count(4 * len(cells), add=False)
+        for cell in cells:
             clip, corners = self._clip_to(cell, state)
             part = SubElement(group, f"{SVG}g", {"clip-path": clip})
             use = SubElement(part, f"{SVG}use", {tree.LINKS[1]: f"#{picture.get('id')}"})
@@ -255,6 +263,19 @@ class MappedDocument:
         self.pictures.append(group)
         self.shapes += shapes
         self._applied(element, state, group, shapes)
+
+    def _count(self, pieces: int, *, add: bool = True) -> None:
+        """Count what is to be carried; without `add`, only look whether it may be.
+
+        Raises:
+            InputError: it is too much.
+        """
+        if self.carried + pieces > MAX_CARRIED:
+            raise InputError(
+                f"as artwork these are more than {MAX_CARRIED} lines and curves, with clip paths, masks and parts of "
+                "pictures for each place that uses them; simplify the drawing, or carry a picture of it (--texture)"
+            )
+        self.carried += pieces if add else 0
 
     def _paint(self, shape: MappedElement, said: Mapping[str, str], space: Space) -> None:
         """Gradients, patterns and markers in user space, each as one of the shape's own."""

@@ -20,6 +20,7 @@ from .clip import Clipped, Domain, Part
 from .element import MappedElement
 
 NEAR = 3e-4  # of the source's diagonal: no farther outside counts as on the outline, which is flattened
+LOST = "shape of which the map makes no numbers, left out"
 CUT, OUTSIDE = "shape partly outside the source, cut off at its outline", "shape outside the source, left out"
 # Parameters on a piece: samples at the odd ones, each for the length from the one before to the one after.
 _T = np.arange(9) / 8
@@ -81,7 +82,10 @@ class PathMapping:
         digits = max(0, int(np.ceil(-np.log10(self.tolerance / 20))))
         for shape, each, (fill, line) in zip(shapes, clipped, parts):
             fills, lines = ([([next(cubics) for _ in run], c) for run, c in kind] for kind in (fill, line))
-            if fills or lines:
+            if not all(np.isfinite(cubic).all() for run, _ in fills + lines for cubic in run):
+                shape.parent.remove(shape.out)
+                self.notes[LOST] += 1
+            elif fills or lines:
                 shape.write(each, fills, lines, digits)
                 self.notes[CUT] += each.cut and not shape.aside
             else:

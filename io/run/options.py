@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
 
 MAX_SIDE = 1 << 17
+DIGITS = 15  # of a number of bytes, K, M, G or T
+MOST_MEMORY = 1 << 62
 MOST_VERTICES = 4000
 CERTIFIED = 0.99  # share of the source's area that `require_injective` asks for
 MOST_BALANCE = 10  # beyond 4 areas hardly change, and angles pay for it
@@ -89,6 +91,8 @@ def memory(value: Any) -> Any:
     found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([KMGT]?)(?:i?B)?\s*", value, re.IGNORECASE)
     if not found:
         raise ValueError(f"{value!r} is no size, such as 2G or 800M")
+    if len(found[1]) > DIGITS:
+        raise ValueError(f"{value[:DIGITS]}… is more than any memory")
     return int(float(found[1]) * 1024 ** " KMGT".index(found[2].upper() or " "))
 
 
@@ -233,8 +237,9 @@ class JobOptions:
     max_pixels: int = _option("Refuse larger pictures.", default=1 << 28, least=1, commands=EVERY)
     memory: int | None = _option(
         "Bound on the process, such as 2G: pictures that do not fit go through a scratch file.", "SIZE",
-        least=1, parse=memory, commands=EVERY,
+        least=1, most=MOST_MEMORY, parse=memory, commands=EVERY,
     )  # fmt: skip
+    max_segments: int = _option("Refuse SVGs that draw more lines and curves.", default=1 << 20, least=1)
 
     bake: bool = _option(
         "Fill the texture layout that the target mesh has, not a new one.", default=False, commands=("map",)
