@@ -4,6 +4,8 @@ import numpy as np
 
 from ..curve import Curve
 from . import starts
+from .constraints import meeting
+from .constraints.given import Pins, with_points
 from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
 from .levels import Level, Problem, Sketch, alternated, eased, refined, released, score, screened
@@ -32,6 +34,27 @@ SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
 
 
 Meshed = DiscreteMap | Sketch
+
+
+def constrained(
+    source: Curve, target: Curve, pins: Pins, settings: Settings, journal: Journal
+) -> tuple[Meshed, bool]:
+    """The map in unit coordinates that meets pins, and whether it does.
+
+    Raises:
+        NoMapError: none without folds was found.
+    """
+    upright = 0.0 if settings.turn is None or pins.count > 1 else UPRIGHT
+    anchors = tuple(tuple(side.tolist()) for side in pins.outer.T)
+    curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
+    curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
+    problem = Problem(
+        curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]), pins=pins.inner
+    )
+    used, found = solved(problem, journal)
+    state = finished(used, found, settings, journal)
+    met = found.inside.goals - used.pins[:, 1]
+    return (state if used is problem else inverted(state)), not met.any()
 
 
 def mapped(source: Curve, target: Curve, settings: Settings, journal: Journal) -> tuple[Meshed, bool]:
@@ -112,7 +135,7 @@ def by_halves(
     curves = [Curve(half.curve.z / root) for half, root in zip((source, target), roots)]
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target))]
     curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
-    half_problem = Problem(curves[0], curves[1], problem.theta, 0.0, (anchors[0], anchors[1]))
+    half_problem = Problem(curves[0], curves[1], problem.theta, 0.0, (anchors[0], anchors[1]), halved=True)
     used, half = solved(half_problem, journal, share=0.5)
     exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:
@@ -128,6 +151,8 @@ def coarse(problem: Problem, size: float, journal: Journal) -> DiscreteMap:
     """The best map of all starts on coarse meshes."""
     level = Level.of(problem, size, COARSE_FINENESS, COARSE_CORNERS, STEEPEST)
     matches = candidates(level)
+    if problem.constrained:
+        return meeting.coarse(level, matches, problem, journal)
     states, failed = screened(level, matches, problem)
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += failed
