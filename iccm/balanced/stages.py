@@ -10,6 +10,7 @@ from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
 from .levels import Level, Problem, Sketch, alternated, eased, refined, released, score, screened
 from .meshing import sizing
+from .meshing.mesh import Sizes
 from .minimise.measures import stretches
 from .outline import manageable
 from .pairs import Match
@@ -207,7 +208,7 @@ def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) ->
     """The map on a finer mesh, its worst stretch lowered."""
     level = Level.of(problem, size, FINE_FINENESS, FINE_CORNERS, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
-    state = eased(refined(level, state, sizes), problem.theta)
+    state = eased(carried(level, state, problem, sizes), problem.theta)
     state = alternated(state, problem.theta, POWERS[0], FINE_ROUNDS, FINE_BACKWARD)
     journal.level("fine", state, POWERS[0])
     return state
@@ -220,7 +221,7 @@ def last(
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
     level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
-    state = eased(refined(level, state, sizes), problem.theta)
+    state = eased(carried(level, state, problem, sizes), problem.theta)
     best = state
     for q in POWERS:
         state = state.forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
@@ -230,6 +231,13 @@ def last(
         if excess(best, settings) <= 1:
             break
     return best
+
+
+def carried(level: Level, state: Meshed, problem: Problem, sizes: Sizes) -> DiscreteMap:
+    """The map on a finer mesh, pins as they were."""
+    if isinstance(state, DiscreteMap):
+        return meeting.carried(level, state, problem.theta, sizes)
+    return refined(level, state, sizes)
 
 
 def excess(state: Meshed, settings: Settings) -> float:

@@ -18,6 +18,7 @@ from ..levels import (
     refined,
     score,
 )
+from ..meshing.mesh import Sizes
 from ..pairs import Match
 from ..solution import Journal
 
@@ -79,13 +80,32 @@ def settled(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
     for _ in range(RELEASES):
         try:
             state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
-            state = alternated(refined(level, state), problem.theta, 1.0, 4, BACKWARD)
+            state = alternated(carried(level, state, problem.theta), problem.theta, 1.0, 4, BACKWARD)
         except Stuck:
             break
         if score(state, problem.upright) >= score(best, problem.upright):
             break
         best = state
     return best
+
+
+def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None = None) -> DiscreteMap:
+    """The map carried to another mesh with pins held; where that folds, with them free and then moved again.
+
+    Raises:
+        Stuck: no map without folds, or pins no longer met.
+    """
+    try:
+        return refined(level, state, sizes)
+    except Stuck:
+        if not (state.bound and state.inside.z.size):
+            raise
+    goals = state.inside.goals
+    new = refined(level, replace(state, bound=False), sizes)
+    new = moved(replace(new, inside=new.inside._replace(goals=goals)), theta)
+    if new.miss > 0:
+        raise Stuck("the pins are not met on a new mesh")
+    return new
 
 
 def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journal) -> DiscreteMap:
