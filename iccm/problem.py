@@ -199,6 +199,12 @@ class Problem:
         return Curve(self.source_frame.world(self.source.z)), Curve(self.target_frame.world(self.target.z))
 
     @property
+    def given_pins(self) -> Complex:
+        """(k, 2) pins in the user's coordinates."""
+        frames = (self.source_frame, self.target_frame)
+        return np.column_stack([f.world(side) for f, side in zip(frames, self.pins.T)])
+
+    @property
     def handedness(self) -> float:
         """A number that changes sign in a mirror: the third moment of the source's boundary across its axis,
         or the target's."""
