@@ -70,9 +70,6 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     Everything is written and closed by then. Python would take its modules and their libraries apart before it ends,
     for a quarter of a second: only a batch, which has processes to take leave of, waits for that.
     """
-    # Sums in BLAS depend on the number of its threads: one thread makes a result the same bytes on every machine.
-    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
     # Plug-ins of pydantic would be looked for in every package that is installed.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     code = run(arguments)

@@ -5,6 +5,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
 from .paper import algorithm1
@@ -14,6 +15,7 @@ from .result import Fit, Status
 __all__ = ["Fit", "Status", "deform", "fit"]
 
 
+@on_one_thread
 def fit(
     source: ArrayLike | Curve,
     target: ArrayLike | Curve,
@@ -38,7 +40,7 @@ def fit(
         InputError: a boundary that is no simple polygon, a constraint outside the source, an option out of range.
     """
     settings = Options(**options)
-    problem = Problem.of(source, target, pins, strokes)
+    problem = Problem.of(source, target, pins, strokes, first=settings.method == "paper")
     return solver(problem, settings)(problem, settings)
 
 
@@ -64,6 +66,7 @@ def solver(problem: Problem, settings: Options) -> Callable[[Problem, Options], 
     return balanced.solve
 
 
+@on_one_thread
 def deform(
     source: ArrayLike | Curve,
     *,

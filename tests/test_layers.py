@@ -36,7 +36,7 @@ ORDER = (
     "maps",
     "curve",
     "arrays",
-    "parallel memory",
+    "parallel memory blas",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}

@@ -18,14 +18,14 @@ import numpy as np
 import shapely
 
 from ..arrays import Complex, Real
-from ..curve import Curve
+from ..curve import Curve, boundary_samples
 from ..maps.harmonic import HarmonicMap
 from ..paper.algorithm1 import assemble, finish, iterate
 from ..paper.energies import Basis
 from ..paper.initial import constraint_points
 from ..paper.least_squares import System
 from ..problem import Options, Problem, from_farthest
-from ..result import Fit, Status, boundary_samples, hausdorff
+from ..result import Fit, Status, hausdorff
 from .correspondence import CircleMap, Correspondence, View
 from .harmonic_measure import HarmonicMeasure
 from .normalisation import search
@@ -72,15 +72,17 @@ def solve(problem: Problem, settings: Options) -> Fit:
     else:
         fit = finish(problem, *_solve(problem, settings))
     # judged as it is reported: in the user's frame, against the target as it was given
-    if fit.status in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
-        return replace(fit, status=Status.REACHED)
+    if fit.ended in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
+        return replace(fit, ended=Status.REACHED)
     return fit
 
 
 def _solve(problem: Problem, settings: Options):
     """Polygon, φ, ψ, energies, status and notes, in the unit frames."""
     assert problem.target is not None
-    source, notes = simplified(from_farthest(problem.source), settings.tolerance, "source")
+    source, notes = from_farthest(problem.source), list[str]()
+    if settings.vertices != "source":
+        source, notes = simplified(source, settings.tolerance, "source")
     target, more = simplified(from_farthest(problem.target), settings.tolerance, "target")
     fineness = float(np.clip(settings.tolerance / COARSEST, FINEST / COARSEST, 1.0))
     chosen = normalised(problem, source, target, fineness)
@@ -195,7 +197,8 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
     """
     source, target = c.source.measure.curve, c.target.measure.curve
     error = FIRST_ERROR * settings.tolerance * target.diameter
-    radius, most = radius_along(source, PANEL), settings.vertices or MOST_VERTICES
+    own = source.z.size if settings.vertices == "source" else settings.vertices
+    radius, most = radius_along(source, PANEL), int(own or MOST_VERTICES)
     c = replace(c, between=CircleMap.of(c))
     energies: list[dict[str, float]] = []
     best: tuple[float, float, State] | None = None  # score, gap, state

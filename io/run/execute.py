@@ -58,6 +58,13 @@ def run(
     Raises:
         InputError: an input or output is wrong. Nothing has been written then.
     """
+    from ...blas import one_thread
+
+    with one_thread():
+        return _run(job, threads, tell, progress)
+
+
+def _run(job: Job, threads: int | None, tell: Tell, progress: Progress | None) -> Outcome:
     start = time.perf_counter()
     inputs = Inputs(job)
     job = with_outputs(job, inputs)

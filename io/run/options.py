@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
 
 MAX_SIDE = 1 << 17
+MOST_VERTICES = 4000  # of a map's polygon
+CERTIFIED = 0.99  # share of the source's area that `--require-injective` asks for
 MOST_BALANCE = 10  # beyond 4 areas hardly change, and angles pay for it
 
 
@@ -27,6 +29,7 @@ class Option:
         solver: whether it goes to `iccm.fit` and `iccm.deform`, unless it is None.
         commands: those that have it.
         short: a second name.
+        flag: its value where it is given without one.
     """
 
     help: str
@@ -41,6 +44,7 @@ class Option:
     solver: bool = False
     commands: tuple[str, ...] = ("map", "deform")
     short: str = ""
+    flag: str | None = None
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         """How pydantic checks a field that this describes."""
@@ -96,6 +100,31 @@ def turn(value: Any) -> Any:
         return "any" if value.strip().lower() == "any" else float(value)
     except ValueError:
         raise ValueError(f"{value!r} is no angle in degrees, such as 90, nor any") from None
+
+
+def vertices(value: Any) -> Any:
+    """A number of vertices, or `source`."""
+    if value == "source":
+        return value
+    if isinstance(value, str) and not value.isdecimal():
+        raise ValueError(f"{value!r} is neither a number nor source")
+    count = int(value) if isinstance(value, str) else value
+    if isinstance(count, int) and not 3 <= count <= MOST_VERTICES:
+        raise ValueError(f"{count} is not between 3 and {MOST_VERTICES}")
+    return count
+
+
+def share(value: Any) -> Any:
+    """A share of the area; true is the usual one, and false none."""
+    if isinstance(value, bool):
+        return CERTIFIED if value else None
+    try:
+        found = float(value) if isinstance(value, str) else value
+    except ValueError:
+        raise ValueError(f"{value!r} is no share, such as 0.99") from None
+    if isinstance(found, float | int) and not 0 < found <= 1:
+        raise ValueError(f"{found:g} is no share above 0, at most 1")
+    return found
 
 
 def many(value: Any) -> Any:
@@ -160,8 +189,16 @@ class JobOptions:
         "Distance of zeroth or first order.  [default: by method]", least=0, most=1, solver=True
     )
     max_iterations: int | None = _option("Stop after N.  [default: by method]", "N", least=1, solver=True)
-    vertices: int | None = _option(
-        "Boundary vertices.  [default: by shape]", "N", least=3, most=4000, solver=True
+    vertices: int | Literal["source"] | None = _option(
+        "Boundary vertices, or the source's own and no others.  [default: by shape]", "N|source",
+        parse=vertices, solver=True,
+    )  # fmt: skip
+    samples_per_edge: int | None = _option(
+        "Samples between two vertices, with --method paper.  [default: 4]", "N", least=1, most=64, solver=True
+    )
+    weights: Literal["relative", "paper"] | None = _option(
+        "Means that do not depend on sizes and counts, or sums as the paper has them.  [default: relative]",
+        solver=True,
     )
     smoothness: float | None = _option(
         "Resistance to bending.  [default: by command]", "W", least=0, solver=True
@@ -169,7 +206,10 @@ class JobOptions:
     tolerance: float = _option(
         "Boundary gap to reach, relative to the target's diagonal.", default=1e-3, above=0, solver=True
     )
-    require_injective: bool = _option("Exit code 1 unless the map is certified one-to-one.", default=False)
+    require_injective: float | None = _option(
+        "Exit code 1 unless it is certified one-to-one on this share of the source's area.  [0.99]", "[SHARE]",
+        above=0, most=1, parse=share, flag=str(CERTIFIED),
+    )  # fmt: skip
 
     size: tuple[int] | tuple[int, int] | None = _option(
         "Pixels of the picture, or its longer side.  [default: 1024]", "WxH|N", parse=size

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "iccm.report/1"
 OFF = 30  # tolerances: an outline farther from the target's is told
-DEEP = 0.05  # of the source's diagonal: folds that may reach farther inside are told
+MOST_OF_IT = 0.99  # of the source's area: less that is certain to be one-to-one is told
 
 
 def build(run: Run) -> dict[str, Any]:
@@ -27,6 +27,9 @@ def build(run: Run) -> dict[str, Any]:
     What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
     job then gives the same bytes.
     """
+    for note in run.found["notes"]:
+        if note not in run.notes:
+            run.note(note)
     for doubt in doubts(run.found, run.job.tolerance, run.job.quasi is not None):
         run.note(doubt)
     report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
@@ -60,8 +63,11 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
         said.append("the outline's image is far from the target's (boundary)")
     if not injective["certified"]:
         said.append("the map is not one-to-one, so the picture overlaps itself (injective)")
-    elif injective["depth"] >= DEEP:
-        said.append("the picture may overlap itself near the outline (injective)")
+    elif injective["share"] < MOST_OF_IT:
+        said.append(
+            f"the picture may overlap itself near the outline: {injective['share']:.1%} of the source's area are "
+            "certain to be one-to-one (injective)"
+        )
     if not (found["pins"] or found["strokes"]):
         return said
     cure = "move pins and strokes, or lower their weights" + ("" if quasi else ", or try --quasi 0.01")
@@ -104,8 +110,10 @@ def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
     status = run.fit.status
     if not status.ok:
         return False, status.value
-    if run.job.require_injective and not report.get("injective", {}).get("certified", False):
-        return False, "the map is not certified injective (--require-injective)"
+    wanted, share = run.job.require_injective, (report.get("injective") or {}).get("share") or 0.0
+    if wanted is not None and not share >= wanted:
+        found = f"{share:.4g} of the source's area are certified injective, less than {wanted:g}"
+        return False, f"{found} (--require-injective)"
     return True, status.value
 
 
@@ -135,7 +143,8 @@ def summary(report: dict[str, Any]) -> list[str]:
 
 def _injective(found: dict[str, Any]) -> str:
     if found.get("certified"):
-        return f"certified from a depth of {_short(found.get('depth'))} of the diagonal"
+        depth, share = _short(found.get("depth")), found.get("share") or 0.0
+        return f"certified on {share:.2%} of the area, from a depth of {depth} of the inradius"
     return f"not certified; {found.get('obstacle', 'unknown')}"
 
 

@@ -275,7 +275,16 @@ def test_require_injective_turns_a_failed_certificate_into_exit_code_1(shapes, i
     free = iccm("map", "disk.svg", "disk.svg", *options)
     assert json.loads(free.out)["injective"]["certified"] is False
     typed = iccm("map", "disk.svg", "disk.svg", *options, "--require-injective")
-    assert typed.code == 1 and ("not certified" in typed.lines[-1] or free.code == 1)
+    assert typed.code == 1 and ("certified injective" in typed.lines[-1] or free.code == 1)
+
+
+def test_require_injective_takes_a_share_of_the_area(shapes, iccm):
+    done = iccm("map", "square.svg", "square.svg", *QUICK, "--require-injective", "--report", "-")
+    assert done.code == 0 and json.loads(done.out)["injective"]["share"] > 0.99
+    assert json.loads(done.out)["job"]["require_injective"] == 0.99
+    more = iccm("map", "square.svg", "square.svg", *QUICK, "--require-injective", "1", "--report", "-")
+    assert more.code == 1 and more.lines[-1].endswith("less than 1 (--require-injective)")
+    assert iccm("map", "square.svg", "square.svg", *QUICK, "--require-injective", "1.5").code == 2
 
 
 def test_constraints_that_spoil_the_picture_are_told(shapes, iccm):
