@@ -11,13 +11,19 @@ import click
 from ..errors import InputError
 from . import logs, options
 from .map import _progress
+from .paths import FILE
 
 
 @click.command()
-@click.argument("stmap")
-@click.argument("image")
+@click.argument("stmap", type=FILE)
+@click.argument("image", type=FILE)
 @click.option(
-    "-o", "--output", metavar="FILE", required=True, help="The picture to write; - for a PNG on stdout."
+    "-o",
+    "--output",
+    metavar="FILE",
+    type=FILE,
+    required=True,
+    help="The picture to write; - for a PNG on stdout.",
 )
 @options.of("apply")
 @logs.options

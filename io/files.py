@@ -3,6 +3,7 @@
 import errno
 import hashlib
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -167,6 +168,17 @@ def _sibling(path: Path) -> Path:
     return Path(name)
 
 
+def siblings(path: Path) -> Iterator[Path]:
+    """The temporary files for `path` that a process left when it was killed."""
+    with suppress(OSError):
+        start, drawn = f".{path.stem[:32]}.", re.compile(r"[a-z0-9_]{8}")
+        for found in path.parent.iterdir():
+            name = found.name
+            middle = name[len(start) : len(name) - len(path.suffix)]
+            if name.startswith(start) and name.endswith(path.suffix) and drawn.fullmatch(middle):
+                yield found
+
+
 def _umask() -> int:
     mask = os.umask(0o077)  # the only portable way to ask
     os.umask(mask)
@@ -185,7 +197,9 @@ def _probe(path: Path) -> None:
 
 
 def _flush(path: Path) -> None:
-    handle = os.open(path, os.O_RDONLY)
+    if os.name == "nt" and path.is_dir():  # Windows opens no folders, and needs no flushing of them
+        return
+    handle = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
     try:
         os.fsync(handle)
     finally:

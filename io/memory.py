@@ -61,7 +61,8 @@ class Bounded(memory.Memory):
     def release(self) -> None:
         """Let the system take back the resident pages of the scratch file."""
         for pages in self._maps:
-            pages.madvise(mmap.MADV_DONTNEED)
+            if hasattr(pages, "madvise"):  # not on Windows, which takes them back by itself
+                pages.madvise(mmap.MADV_DONTNEED)
 
     def threads(self, asked: int | None, each: int, what: str) -> int | None:
         """How many threads fit, each taking so many bytes, at most as many as asked.
@@ -93,6 +94,8 @@ def resident() -> int:
     try:
         return int(Path("/proc/self/statm").read_bytes().split()[1]) * mmap.PAGESIZE
     except OSError:  # not Linux: the most that it ever was
-        import resource
-
+        try:
+            import resource
+        except ImportError:  # Windows
+            return 0
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

@@ -23,7 +23,7 @@ ORDER = (
     "io.meshes",
     "io.pictures",
     "io.svg",
-    "io.memory",
+    "io.memory io.silence io.names",
     "io.spec io.formats io.places",
     "io.files",
     "solve",

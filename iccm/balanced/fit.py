@@ -10,10 +10,11 @@ from .solution import Settings, Solution
 
 
 def solve(problem: Problem, options: Options) -> Fit:
-    """The balanced map of a problem without constraints.
+    """The balanced map of a problem.
 
     Raises:
         NoMapError: no map without folds was found.
+        InputError: pins that no one-to-one map meets.
     """
     source, target = problem.given
     settings = Settings(
@@ -23,14 +24,17 @@ def solve(problem: Problem, options: Options) -> Fit:
         max_dilatation=options.max_dilatation,
         max_stretch=options.max_stretch,
     )
-    found = solved(source, target, settings)
+    pins = problem.given_pins
+    found = solved(source, target, settings, pins)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
     status = _status(found, options)
     energies = [{"total": float(level["energy"])} for level in found.energies]
-    return Fit(map, status, energies, source, target, problem.pins, [], list(found.notes))
+    return Fit(map, status, energies, source, target, pins, [], list(found.notes))
 
 
 def _status(found: Solution, options: Options) -> Status:
+    if not found.met:
+        return Status.PINS
     if found.gap > options.tolerance:
         return Status.GAP
     return Status.REACHED if found.reached else Status.BOUNDS

@@ -5,7 +5,7 @@ pass those of the other, and pinned again on a new mesh; the best of all goes to
 is lowered (q = 3).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from scipy.optimize import isotonic_regression
 
 from ..arrays import Complex, Index, Real
 from ..curve import Curve
+from .constraints.inside import Inside
 from .discrete import DiscreteMap
 from .failure import Stuck
 from .meshing.mesh import Sizes
@@ -35,6 +36,9 @@ EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decre
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
 
 
+NO_PINS = np.empty((0, 2), np.complex128)
+
+
 class Problem(NamedTuple):
     """What is solved, in unit coordinates.
 
@@ -44,6 +48,8 @@ class Problem(NamedTuple):
         theta: weight of the area part.
         upright: weight of the turn when maps are compared.
         anchors: vertices of the source and of the target, in order, that must correspond.
+        halved: whether these are half shapes, with a mirror axis between the two anchors.
+        pins: (k, 2) points inside the source and the target that must correspond.
     """
 
     source: Curve
@@ -51,10 +57,23 @@ class Problem(NamedTuple):
     theta: float
     upright: float
     anchors: tuple[tuple[complex, ...], tuple[complex, ...]] = ((), ())
+    halved: bool = False
+    pins: Complex = NO_PINS
+
+    @property
+    def constrained(self) -> bool:
+        """Whether there are pins, inside or on the outlines."""
+        return bool(len(self.pins)) or bool(self.anchors[0] and not self.halved)
+
+    @property
+    def all_pins(self) -> Complex:
+        """(k, 2) pins inside and on the outlines."""
+        return np.concatenate([self.pins, np.array(self.anchors, np.complex128).T.reshape(-1, 2)])
 
     def inverse(self) -> "Problem":
         """The problem of the inverse map; it has the same energy."""
-        return self._replace(source=self.target, target=self.source, anchors=self.anchors[::-1])
+        pins = np.ascontiguousarray(self.pins[:, ::-1])
+        return self._replace(source=self.target, target=self.source, anchors=self.anchors[::-1], pins=pins)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +95,8 @@ class Level:
     size: float
     anchors: Match | None
     steepest: float
+    inside: Inside
+    halved: bool = False
 
     @classmethod
     def of(
@@ -86,8 +107,12 @@ class Level:
         target = Outline.of(problem.target, fineness, corner_fineness, problem.anchors[1])
         anchors = None
         if problem.anchors[0]:
-            anchors = Match(*(o.arclengths(a) for o, a in zip((source, target), problem.anchors)))
-        return cls(source, target, size, anchors, steepest)
+            s, tau = (o.arclengths(a) for o, a in zip((source, target), problem.anchors))
+            anchors = Match(
+                s[0] + np.mod(s - s[0], source.length), tau[0] + np.mod(tau - tau[0], target.length)
+            )
+        inside = Inside.of_pins(problem.pins)
+        return cls(source, target, size, anchors, steepest, inside, problem.halved)
 
     def mapped(self, match: Match, sizes: Sizes | None = None) -> DiscreteMap:
         """A mesh for a match, without an inside yet."""
@@ -96,7 +121,8 @@ class Level:
             raise Stuck("an outline is too long for its area")
         pairs = boundary_pairs(self.source, self.target, match, SPACING * self.size, self.anchors)
         sizes = sizes or Sizes.even(0.5 * self.size**2)
-        return DiscreteMap.on(self.source, self.target, pairs, sizes, self.anchors)
+        axis = self.anchors.s[-1] if self.anchors and self.halved else np.inf
+        return DiscreteMap.on(self.source, self.target, pairs, sizes, self.anchors, self.inside, axis)
 
 
 def score(state: DiscreteMap, upright: float) -> float:
@@ -175,6 +201,8 @@ def match_on(level: Level, state: DiscreteMap | Sketch) -> Match:
 def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
     """The map carried to a finer level, without folds."""
     fine = level.mapped(match_on(level, state), sizes)
+    if isinstance(state, DiscreteMap) and state.bound:
+        fine = replace(fine, bound=True, inside=fine.inside._replace(goals=state.inside.goals))
     carried = fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
     try:
         return carried.unfolded(harmonic=False, polish=POLISHING)

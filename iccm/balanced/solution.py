@@ -46,6 +46,7 @@ class Solution:
         symmetric: whether one half was solved and mirrored.
         reached: whether tolerance and bounds are met.
         notes: sentences on what was decided on the way.
+        met: whether all pins are met.
     """
 
     source: Complex
@@ -62,6 +63,7 @@ class Solution:
     symmetric: bool
     reached: bool
     notes: list[str] = field(default_factory=list)
+    met: bool = True
 
 
 @dataclass

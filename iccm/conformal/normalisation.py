@@ -15,6 +15,7 @@ from scipy.optimize import minimize
 
 from ..arrays import Complex, Real
 from ..curve import Curve
+from ..errors import InputError
 from ..maps import cauchy_green
 from .correspondence import TURN, Coarse, Correspondence, Moebius, View
 from .harmonic_measure import HarmonicMeasure
@@ -45,6 +46,8 @@ def centres(curve: Curve, spacing: float) -> Complex:
     middle = z - radius * curve.normals[edge]
     inside = curve.contains(middle)
     middle, radius = middle[inside], radius[inside]
+    if not middle.size:
+        raise InputError("an outline is too thin to have a middle; simplify it, or make it wider")
     clear = np.abs(curve.at(curve.closest(middle)) - middle)
     fair = (clear > 0.5 * radius) & (clear > CLEARANCE * clear.max())
     middle, clear = middle[fair], clear[fair]

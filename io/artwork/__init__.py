@@ -10,14 +10,22 @@ from xml.etree import ElementTree
 
 from ...errors import InputError
 from ...maps.kinds import AnyMap, Evaluated
-from .. import files
 from ..shapes.shape import Shape
-from ..svg import reader
+from ..svg.source import SUFFIXES, drawing_bytes
 from . import attributes
-from .carrier import Carrier
-from .redrawing import Redrawing
+from .document import MappedDocument
+from .mapping import PathMapping
 
 TOLERANCE = 2e-4  # of the target's diagonal
+
+
+def check(source: Shape, target: Shape) -> None:
+    """Refuses, before a map is solved for, a drawing that `carry` would refuse.
+
+    Raises:
+        InputError: the source is no SVG file, it is malformed, or more than can be carried.
+    """
+    _document(source, target)
 
 
 def carry(
@@ -58,18 +66,21 @@ def carry_parts(
     What lies in one of them goes with its map, the smallest if there are several; what reaches over more goes with each
     of them, cut off at their outlines.
     """
-    source = parts[0][0]
-    if source.path.suffix.lower() != ".svg":
-        raise InputError(f"{source.path}: artwork is carried from SVG files only")
-    try:
-        drawing = Redrawing.of(files.read_bytes(source.path, max_bytes=reader.MAX_BYTES), source, target)
-    except InputError as error:
-        raise InputError(f"{source.path}: {error}") from error
-    carrier = Carrier(parts, tolerance or TOLERANCE * target.curve.diagonal)
-    carrier.carry(drawing.placed, drawing.effects)
+    drawing = _document(parts[0][0], target)
+    mapping = PathMapping(parts, tolerance or TOLERANCE * target.curve.diagonal)
+    mapping.carry(drawing.elements, drawing.effects)
     drawing.finish()
     for prefix, name in attributes.SPACES.items():
         ElementTree.register_namespace(prefix, name)
     ElementTree.ElementTree(drawing.out).write(path, encoding="utf-8", xml_declaration=True)
-    notes = (drawing.notes + carrier.notes).items()
+    notes = (drawing.notes + mapping.notes).items()
     return tuple(f"{number} × {what}" for what, number in sorted(notes))
+
+
+def _document(source: Shape, target: Shape) -> MappedDocument:
+    if source.path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{source.path}: artwork is carried from SVG files only")
+    try:
+        return MappedDocument.of(drawing_bytes(source.path), source, target)
+    except InputError as error:
+        raise InputError(f"{source.path}: {error}") from error

@@ -14,6 +14,10 @@ from .obj_source import ObjSource
 
 HEADER = 1 << 16
 MAX_JSON = 1 << 26
+MAX_BUFFER = 1 << 32  # bytes of one view
+PER_FACE = 12  # items without data (zeros) that a face may stand for
+BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
 def faces(path: Path, most: int) -> int:
@@ -23,6 +27,8 @@ def faces(path: Path, most: int) -> int:
         InputError: more than `most`, or the file is missing.
     """
     open_input(path)
+    if path.suffix.lower() in (".glb", ".gltf"):
+        _backed(path, most)
     return refuse(path, COUNTS.get(path.suffix.lower(), _unknown)(path), most)
 
 
@@ -66,17 +72,43 @@ def _stl(path: Path) -> int:
     return size // 50
 
 
-def _glb(path: Path) -> int:
+def _gltf(path: Path) -> int:
+    return _gltf_faces(_scene(path))
+
+
+def _scene(path: Path) -> bytes:
+    """The JSON of a glTF file, by itself or in a GLB."""
     with path.open("rb") as file:
+        if path.suffix.lower() == ".gltf":
+            return file.read(MAX_JSON)
         start = file.read(20)
         if len(start) < 20 or start[:4] != b"glTF":
-            return 0
-        return _gltf_faces(file.read(min(struct.unpack_from("<I", start, 12)[0], MAX_JSON)))
+            return b""
+        return file.read(min(struct.unpack_from("<I", start, 12)[0], MAX_JSON))
 
 
-def _gltf(path: Path) -> int:
-    with path.open("rb") as file:
-        return _gltf_faces(file.read(MAX_JSON))
+def _backed(path: Path, most: int) -> None:
+    """Refuse accessors that claim more than the file has data for: readers take the memory before they look.
+
+    Raises:
+        InputError: naming the first.
+    """
+    try:
+        scene: Any = json.loads(_scene(path))
+        views = scene.get("bufferViews", [])
+        for number, accessor in enumerate(scene.get("accessors", [])):
+            count, view = accessor.get("count", 0), accessor.get("bufferView")
+            if view is None:
+                held = PER_FACE * most
+            else:
+                item = BYTES[accessor["componentType"]] * ITEMS[accessor["type"]]
+                held = views[view]["byteLength"] // item
+            if count > held or count < 0 or (view is not None and views[view]["byteLength"] > MAX_BUFFER):
+                raise InputError(
+                    f"{path}: accessor {number} claims {count} items, more than there are data for"
+                )
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return  # the reader will say what is wrong
 
 
 def _gltf_faces(text: bytes) -> int:
@@ -94,4 +126,4 @@ def _head(path: Path) -> bytes:
         return file.read(HEADER)
 
 
-COUNTS = {".obj": _obj, ".ply": _ply, ".off": _off, ".stl": _stl, ".glb": _glb, ".gltf": _gltf}
+COUNTS = {".obj": _obj, ".ply": _ply, ".off": _off, ".stl": _stl, ".glb": _gltf, ".gltf": _gltf}

@@ -170,6 +170,14 @@ def _ocio(values: NDArray, part: list[int], image: Image, space: str) -> NDArray
     return out if alpha is None else out * alpha
 
 
+def error_of(library: Any) -> str:
+    """The first line of what OpenImageIO, or a file or buffer of it, says about the last error."""
+    try:
+        return first_line(library.geterror())
+    except UnicodeDecodeError:  # it quotes the file
+        return "its header has bytes that are not UTF-8"
+
+
 def first_line(text: str) -> str:
     """The first line of a library's message."""
     return (text or "unknown reason").strip().splitlines()[0]

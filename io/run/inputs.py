@@ -49,7 +49,7 @@ class Inputs:
             InputError: it cannot be read, is no domain, or is larger than --max-faces or --max-pixels allow.
         """
         if not self.is_mesh(text):
-            return shape.read(text)
+            return shape.read(text, max_segments=self.job.max_segments)
         from ..shapes import mesh_shape
 
         path = Spec.of(text).path

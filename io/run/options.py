@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
 
 MAX_SIDE = 1 << 17
-MOST_VERTICES = 4000
-CERTIFIED = 0.99  # share of the source's area that `require_injective` asks for
+DIGITS = 15  # of a number of bytes, K, M, G or T
+MOST_MEMORY = 1 << 62
+MOST_VERTICES = 4000  # of a map's polygon
+CERTIFIED = 0.99  # share of the source's area that `--require-injective` asks for
 MOST_BALANCE = 10  # beyond 4 areas hardly change, and angles pay for it
 
 
@@ -28,8 +30,8 @@ class Option:
         validated: the pydantic type, where it is more than the annotation says; imported when it is needed.
         solver: whether it goes to `iccm.fit` and `iccm.deform`, unless it is None.
         commands: those that have it.
-        implied: its value when the option is given without one.
         short: a second name.
+        flag: its value where it is given without one.
     """
 
     help: str
@@ -43,8 +45,8 @@ class Option:
     validated: Callable[[], Any] | None = None
     solver: bool = False
     commands: tuple[str, ...] = ("map", "deform")
-    implied: Any = None
     short: str = ""
+    flag: str | None = None
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         """How pydantic checks a field that this describes."""
@@ -89,6 +91,8 @@ def memory(value: Any) -> Any:
     found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([KMGT]?)(?:i?B)?\s*", value, re.IGNORECASE)
     if not found:
         raise ValueError(f"{value!r} is no size, such as 2G or 800M")
+    if len(found[1]) > DIGITS:
+        raise ValueError(f"{value[:DIGITS]}… is more than any memory")
     return int(float(found[1]) * 1024 ** " KMGT".index(found[2].upper() or " "))
 
 
@@ -103,24 +107,28 @@ def turn(value: Any) -> Any:
 
 
 def vertices(value: Any) -> Any:
-    """How many, or `source`."""
-    if value == "source" or not isinstance(value, str | int) or isinstance(value, bool):
+    """A number of vertices, or `source`."""
+    if value == "source":
         return value
-    if not str(value).isdecimal() or not 3 <= int(value) <= MOST_VERTICES:
-        raise ValueError(f"{value!r} is neither a number from 3 to {MOST_VERTICES} nor `source`")
-    return int(value)
+    if isinstance(value, str) and not value.isdecimal():
+        raise ValueError(f"{value!r} is neither a number nor source")
+    count = int(value) if isinstance(value, str) else value
+    if isinstance(count, int) and not 3 <= count <= MOST_VERTICES:
+        raise ValueError(f"{count} is not between 3 and {MOST_VERTICES}")
+    return count
 
 
 def share(value: Any) -> Any:
-    """A share of an area; `true`, as manifests may say, is CERTIFIED, and `false` none."""
+    """A share of the area; true is the usual one, and false none."""
     if isinstance(value, bool):
         return CERTIFIED if value else None
-    if isinstance(value, str):
-        try:
-            return float(value)
-        except ValueError:
-            raise ValueError(f"{value!r} is no share of an area, such as 0.99") from None
-    return value
+    try:
+        found = float(value) if isinstance(value, str) else value
+    except ValueError:
+        raise ValueError(f"{value!r} is no share, such as 0.99") from None
+    if isinstance(found, float | int) and not 0 < found <= 1:
+        raise ValueError(f"{found:g} is no share above 0, at most 1")
+    return found
 
 
 def many(value: Any) -> Any:
@@ -212,7 +220,7 @@ class JobOptions:
     )
     require_injective: float | None = _option(
         "Exit code 1 unless it is certified one-to-one on this share of the source's area.  [0.99]", "[SHARE]",
-        above=0, most=1, parse=share, implied=CERTIFIED,
+        above=0, most=1, parse=share, flag=str(CERTIFIED),
     )  # fmt: skip
 
     size: tuple[int] | tuple[int, int] | None = _option(
@@ -246,8 +254,9 @@ class JobOptions:
     max_pixels: int = _option("Refuse larger pictures.", default=1 << 28, least=1, commands=EVERY)
     memory: int | None = _option(
         "Bound on the process, such as 2G: pictures that do not fit go through a scratch file.", "SIZE",
-        least=1, parse=memory, commands=EVERY,
+        least=1, most=MOST_MEMORY, parse=memory, commands=EVERY,
     )  # fmt: skip
+    max_segments: int = _option("Refuse SVGs that draw more lines and curves.", default=1 << 20, least=1)
 
     bake: bool = _option(
         "Fill the texture layout that the target mesh has, not a new one.", default=False, commands=("map",)

@@ -22,6 +22,12 @@ OFF = 30  # tolerances: an outline farther from the target's is told
 MOST_OF_IT = 0.99  # of the source's area: less that is certain to be one-to-one is told
 
 
+class Doubt(str):
+    """A remark on the result itself, not on how it was made: whoever wants quiet wants to know it."""
+
+    __slots__ = ()
+
+
 def build(run: Run) -> dict[str, Any]:
     """The report: what the solver found, then time, inputs with their hashes, options and version.
 
@@ -71,9 +77,9 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
             "certain to be one-to-one (injective)"
         )
     if not (found["pins"] or found["strokes"]):
-        return said
+        return [Doubt(text) for text in said]
     cure = "move pins and strokes, or lower their weights" + ("" if quasi else ", or try --quasi 0.01")
-    return [f"{text}; {cure}" for text in said]
+    return [Doubt(f"{text}; {cure}") for text in said]
 
 
 def plain(value: Any) -> Any:

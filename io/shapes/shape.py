@@ -104,12 +104,18 @@ class Shape:
         return np.stack([points.real, points.imag], axis=-1)
 
 
-READERS = {".svg": svg.read, ".obj": planar_obj.read}
+THINNEST = 1e6  # square of the outline's length by the area: of a strip, four times its length by its width
+READERS = {".svg": svg.read, ".svgz": svg.read, ".obj": planar_obj.read}
 SUFFIXES = (*READERS, *formats.holding("picture"))
 
 
 def read(
-    text: str, *, vertices: int | None = None, flatness: float = 1e-4, max_bytes: int | None = None
+    text: str,
+    *,
+    vertices: int | None = None,
+    flatness: float = 1e-4,
+    max_bytes: int | None = None,
+    max_segments: int | None = None,
 ) -> Shape:
     """The shape that `file`, `file#part`, `file#number` or `file#part#number` names.
 
@@ -121,9 +127,14 @@ def read(
         InputError: anything that makes the file no domain, in one line: file, place, what is wrong, what to do.
     """
     spec = Spec.of(text)
-    drawing = drawn(spec, flatness=flatness, max_bytes=max_bytes)
+    drawing = drawn(spec, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments)
     outline, notes = _choose(drawing, text, spec.among(drawing.ids))
     curve = Curve.domain(_core(outline.z, drawing.flip), text)
+    if curve.length**2 > THINNEST * curve.area:
+        times = curve.length**2 / (4 * curve.area)
+        raise InputError(
+            f"{text}: the shape is about {times:.2g} times as long as wide; make it wider, or shorter"
+        )
     if vertices is not None:
         curve = Curve.domain(curve.resample(vertices).z, f"{text} with {vertices} vertices")
     strokes = {
@@ -191,7 +202,9 @@ def _around(boxes: Sequence[Box]) -> Box:
     return complex(low.real.min(), low.imag.min()), complex(high.real.max(), high.imag.max())
 
 
-def drawn(spec: Spec, *, flatness: float = 1e-4, max_bytes: int | None = None) -> Drawing:
+def drawn(
+    spec: Spec, *, flatness: float = 1e-4, max_bytes: int | None = None, max_segments: int | None = None
+) -> Drawing:
     """Everything that a file draws, or a part of it, by the reader that its suffix names.
 
     Raises:
@@ -207,6 +220,7 @@ def drawn(spec: Spec, *, flatness: float = 1e-4, max_bytes: int | None = None) -
         raise InputError(f"{path}: no shape is read from {kind}; use one of {', '.join(sorted(SUFFIXES))}")
     reader: Callable[..., Drawing] = READERS.get(suffix, silhouette.read)
     limits: dict[str, Any] = {"flatness": flatness} | ({"max_bytes": max_bytes} if max_bytes else {})
+    limits |= {"max_segments": max_segments} if max_segments and reader is svg.read else {}
     drawing = reader(path, spec.chosen, **limits)
     if spec.number is None or drawing.outlines or drawing.refused:
         return drawing

@@ -17,11 +17,12 @@ from ...maps.kinds import AnyMap, Evaluated, evaluated
 from ..shapes.shape import Shape
 from ..svg.affine import Affine
 from ..svg.path_data import Run
-from .local import Local, Samples, local
-from .placed import Placed
-from .trim import Domain, Part, Trimmed
+from .affine_part import AffinePart, Samples, affine_part
+from .clip import Clipped, Domain, Part
+from .element import MappedElement
 
 NEAR = 3e-4  # of the source's diagonal: no farther outside counts as on the outline, which is flattened
+LOST = "shape of which the map makes no numbers, left out"
 CUT, OUTSIDE = "shape partly outside the source, cut off at its outline", "shape outside the source, left out"
 # Parameters on a piece: samples at the odd ones, each for the length from the one before to the one after.
 _T = np.arange(9) / 8
@@ -32,8 +33,8 @@ _CONJUGATE = Affine(0, 1)
 class Effect:
     """What follows the map only by its affine part over some shapes; `apply` returns what is to be noted."""
 
-    shapes: Sequence[Placed]
-    apply: Callable[[Local], str]
+    shapes: Sequence[MappedElement]
+    apply: Callable[[AffinePart], str]
 
 
 class Region:
@@ -94,7 +95,7 @@ class Regions:
         return self.outer
 
 
-class Carrier:
+class PathMapping:
     """The maps, ready to carry shapes.
 
     Args:
@@ -110,10 +111,10 @@ class Carrier:
         self.tolerance = tolerance
         self.notes: Counter[str] = Counter()
 
-    def carry(self, shapes: Sequence[Placed], effects: Sequence[Effect]) -> None:
+    def carry(self, shapes: Sequence[MappedElement], effects: Sequence[Effect]) -> None:
         """Applies the effects, then gives every shape's element its path, or takes the element out."""
         left = [self._left(shape) for shape in shapes]
-        trimmed = [_together([trimmed for _, trimmed in each]) for each in left]
+        clipped = [_together([clipped for _, clipped in each]) for each in left]
         parts = [_parts(shape, each) for shape, each in zip(shapes, left)]
         runs = [run for fill, line in parts for run in fill + line]
         pieces = [piece for run in runs for piece in run.pieces]
@@ -123,7 +124,7 @@ class Carrier:
         )
         fitted = [control.conj() for control in fitted]
         samples = _samples(pieces, owners)
-        sampled: dict[Placed, Samples] = {}
+        sampled: dict[MappedElement, Samples] = {}
         last = 0
         for shape, (fill, line) in zip(shapes, parts):
             first, begin = last, last + sum(len(run.pieces) for run in fill)
@@ -131,16 +132,19 @@ class Carrier:
             lined = (np.arange(first, last) >= begin) | (not line)
             sampled[shape] = samples.part(slice(4 * first, 4 * last), lined.repeat(4), fitted[first:last])
         for effect in effects:
-            over = local([sampled[shape] for shape in effect.shapes])
+            over = affine_part([sampled[shape] for shape in effect.shapes])
             note = effect.apply(over) if over else ""
             self.notes[note] += bool(note)
         cubics = iter(fitted)
         digits = max(0, int(np.ceil(-np.log10(self.tolerance / 20))))
-        for shape, each, (fill, line) in zip(shapes, trimmed, parts):
+        for shape, each, (fill, line) in zip(shapes, clipped, parts):
             fills, lines = (
                 [([next(cubics) for _ in run.pieces], run.closed) for run in kind] for kind in (fill, line)
             )
-            if fills or lines:
+            if not all(np.isfinite(cubic).all() for run, _ in fills + lines for cubic in run):
+                shape.parent.remove(shape.out)
+                self.notes[LOST] += 1
+            elif fills or lines:
                 shape.write(each, fills, lines, digits)
                 self.notes[CUT] += each.cut and not shape.aside
             else:
@@ -148,11 +152,11 @@ class Carrier:
                 self.notes[OUTSIDE] += not shape.aside
         self.notes = +self.notes
 
-    def _left(self, shape: Placed) -> list[tuple[Region, Trimmed]]:
+    def _left(self, shape: MappedElement) -> list[tuple[Region, Clipped]]:
         """What is left of a shape in each region that it is carried by."""
         runs = [_core(run) for run in shape.runs]
         regions = self.regions.of(runs)
-        found = [(region, region.domain.trim(runs, seams=bool(shape.markers))) for region in regions]
+        found = [(region, region.domain.clip(runs, seams=bool(shape.markers))) for region in regions]
         seen = [(region, each) for region, each in found if each.line or each.fill or any(each.turns)]
         return seen or found[:1]
 
@@ -165,22 +169,24 @@ class Placement(NamedTuple):
     region: Region
 
 
-def _together(found: Sequence[Trimmed]) -> Trimmed:
+def _together(found: Sequence[Clipped]) -> Clipped:
     """What is left of a shape in several regions."""
     if len(found) == 1:
         return found[0]
     lines, fills = ([run for each in found for run in getattr(each, name)] for name in ("line", "fill"))
     turns = [turn for each in found for turn in each.turns]
     begins, ends = (any(getattr(each, name) for each in found) for name in ("begins", "ends"))
-    return Trimmed(lines, True, fills, turns, begins, ends)
+    return Clipped(lines, True, fills, turns, begins, ends)
 
 
-def _parts(shape: Placed, left: Sequence[tuple[Region, Trimmed]]) -> tuple[list[Placement], list[Placement]]:
+def _parts(
+    shape: MappedElement, left: Sequence[tuple[Region, Clipped]]
+) -> tuple[list[Placement], list[Placement]]:
     """What is to be fitted of a shape: runs of its fill, where they differ from the line's, and of its line.
 
     The runs around a whole region come last.
     """
-    cut = any(trimmed.cut for _, trimmed in left)
+    cut = any(clipped.cut for _, clipped in left)
     lines = [Placement(run, closed, region) for region, each in left for run, closed in each.line]
     if not cut:
         return [], lines

@@ -1,0 +1,137 @@
+"""Bringing pins to their goals: among the starts, and on the meshes that follow."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Complex
+from .. import starts
+from ..discrete import DiscreteMap
+from ..failure import Stuck
+from ..levels import (
+    BACKWARD,
+    GOOD_ENOUGH,
+    RELEASED_STEPS,
+    Level,
+    Problem,
+    alternated,
+    refined,
+    score,
+)
+from ..meshing.mesh import Sizes
+from ..pairs import Match
+from ..solution import Journal
+
+FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
+MOVING_STEPS, MOVING_DECREASE = 40, 1e-3
+KEPT = 3  # starts, best with pins met, that are settled
+TURNED_STARTS = 3  # elastic ones, at the turn that fits the pins best
+STRONG = 3.0  # times the energy without pins from which they force strong stretch
+STRETCHED = "The pins force strong stretch: the energy is over three times that without them."
+RELEASES = 2  # rounds of released corners with pins held
+
+
+def bound(state: DiscreteMap) -> DiscreteMap:
+    """The map with its constraints in force."""
+    return replace(state, bound=True)
+
+
+def moved(state: DiscreteMap, theta: float, q: float = 1.0) -> DiscreteMap:
+    """The map with pins moved straight to their goals as far as they go."""
+    return bound(state).forward(theta, q, MOVING_STEPS, MOVING_DECREASE, corners=True)
+
+
+def turned_matches(level: Level, pins: Complex) -> list[Match]:
+    """Elastic matches at the turn that fits the pins (k, 2) best; none for fewer than two pins."""
+    if len(pins) < 2:
+        return []
+    a, b = pins.T - pins.T.mean(axis=1, keepdims=True)
+    source, target = level.source.curve, level.target.curve
+    found = starts.Different(source, target)
+    starts.first_new(
+        found, starts.elastic_matches(source, target, float(np.angle(np.vdot(a, b)))), TURNED_STARTS
+    )
+    return found.matches
+
+
+def rank(state: DiscreteMap, upright: float) -> tuple[float, float]:
+    """Maps that meet their constraints first, by score; then the others by what they miss."""
+    return state.miss, score(state, upright)
+
+
+def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list[DiscreteMap], float, int]:
+    """The best maps with pins moved, best first; the least energy without pins; and how many matches failed."""
+    states, failed = [], 0
+    for match in matches:
+        try:
+            states.append(
+                level.mapped(match).unfolded().forward(problem.theta, 1.0, FIRST_STEPS, 1e-4, corners=False)
+            )
+        except Stuck:
+            failed += 1
+    free = min((state.energy for state in states), default=np.inf)
+    states = sorted((moved(state, problem.theta) for state in states), key=lambda s: rank(s, problem.upright))
+    return states[:KEPT], free, failed
+
+
+def settled(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
+    """The best of a few rounds with pins held: corners released, a new mesh, settled."""
+    best = state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
+    for _ in range(RELEASES):
+        try:
+            state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
+            state = alternated(carried(level, state, problem.theta), problem.theta, 1.0, 4, BACKWARD)
+        except Stuck:
+            break
+        if score(state, problem.upright) >= score(best, problem.upright):
+            break
+        best = state
+    return best
+
+
+def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None = None) -> DiscreteMap:
+    """The map carried to another mesh with pins held; where that folds, with them free and then moved again.
+
+    Raises:
+        Stuck: no map without folds, or pins no longer met.
+    """
+    try:
+        return refined(level, state, sizes)
+    except Stuck:
+        if not (state.bound and state.inside.z.size):
+            raise
+    goals = state.inside.goals
+    new = refined(level, replace(state, bound=False), sizes)
+    new = moved(replace(new, inside=new.inside._replace(goals=goals)), theta)
+    if new.miss > 0:
+        raise Stuck("the pins are not met on a new mesh")
+    return new
+
+
+def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journal) -> DiscreteMap:
+    """The best map of all starts on coarse meshes, pins met or as close as they got.
+
+    Raises:
+        Stuck: no start without folds.
+    """
+    matches = matches + turned_matches(level, problem.all_pins)
+    states, free, failed = screened(level, matches, problem)
+    journal.starts["tried"] += len(matches)
+    journal.starts["failed"] += failed
+    if not states:
+        raise Stuck("no start")
+    met = [state for state in states if state.miss == 0]
+    if met:
+        best = min((settled(level, s, problem) for s in met), key=lambda s: score(s, problem.upright))
+    else:
+        best = settled(level, held_where_they_are(states[0]), problem)
+    if best.energy > STRONG * free:
+        journal.notes.append(STRETCHED)
+    journal.level("coarse", best, 1.0)
+    return best
+
+
+def held_where_they_are(state: DiscreteMap) -> DiscreteMap:
+    """The map with its inner constraints asking for no more than is."""
+    u = state.u[state.border : state.border + state.inside.z.size].copy()
+    return replace(state, inside=state.inside._replace(goals=u), bound=True)
