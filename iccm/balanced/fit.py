@@ -14,7 +14,7 @@ def solve(problem: Problem, options: Options) -> Fit:
 
     Raises:
         NoMapError: no map without folds was found.
-        InputError: pins that no one-to-one map meets.
+        InputError: pins or strokes that no one-to-one map meets.
     """
     source, target = problem.given
     settings = Settings(
@@ -24,12 +24,12 @@ def solve(problem: Problem, options: Options) -> Fit:
         max_dilatation=options.max_dilatation,
         max_stretch=options.max_stretch,
     )
-    pins = problem.given_pins
-    found = solved(source, target, settings, pins)
+    pins, strokes = problem.given_pins, problem.given_strokes
+    found = solved(source, target, settings, pins, strokes)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
     status = _status(found, options)
     energies = [{"total": float(level["energy"])} for level in found.energies]
-    return Fit(map, status, energies, source, target, pins, [], list(found.notes))
+    return Fit(map, status, energies, source, target, pins, strokes, list(found.notes))
 
 
 def _status(found: Solution, options: Options) -> Status:
