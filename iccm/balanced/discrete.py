@@ -101,6 +101,12 @@ class DiscreteMap:
         return self.border + int(np.count_nonzero(self.inside.own >= 0))
 
     @property
+    def lines(self) -> Index:
+        """(l, 2) vertices of the edges of strokes that are met."""
+        first = np.flatnonzero(self.inside.links >= 0) if self.bound else np.empty(0, np.int64)
+        return self.border + np.column_stack([first, self.inside.links[first]])
+
+    @property
     def miss(self) -> float:
         """The largest distance of a constrained vertex inside from its goal; 0 but for rounding counts as 0."""
         u = self.u[self.border : self.border + self.inside.z.size]

@@ -1,8 +1,11 @@
 """The balanced method as one of the methods: a problem and options in, a fit out."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..maps.triangulated.map import TriangulatedMap
+from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
 from .method import solve as solved
@@ -27,6 +30,9 @@ def solve(problem: Problem, options: Options) -> Fit:
     pins, strokes = problem.given_pins, problem.given_strokes
     found = solved(source, target, settings, pins, strokes)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
+    if len(found.lines):
+        bulge = bulges(found.faces, found.image, found.source, map.edges, found.lines)
+        map = replace(map, bulge=bulge)
     status = _status(found, options)
     energies = [{"total": float(level["energy"])} for level in found.energies]
     return Fit(map, status, energies, source, target, pins, strokes, list(found.notes))

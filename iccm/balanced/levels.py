@@ -5,7 +5,7 @@ pass those of the other, and pinned again on a new mesh; the best of all goes to
 is lowered (q = 3).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from scipy.optimize import isotonic_regression
 
 from ..arrays import Complex, Index, Real
 from ..curve import Curve
+from ..maps.triangulated.patches import NO_LINES
 from .constraints.strokes import Stroke, inside
 from .discrete import DiscreteMap
 from .failure import Stuck
@@ -94,14 +95,15 @@ class Problem(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Sketch:
-    """A map without outlines: vertices, outline first, images, triangles, how many vertices are on the outline, and
-    which one is the first pin's."""
+    """A map without outlines: vertices, outline first, images, triangles, how many vertices are on the outline, which
+    one is the first pin's, and the edges (l, 2) of strokes."""
 
     z: Complex
     u: Complex
     faces: Index
     border: int
     first_pin: int = 0
+    lines: Index = field(default_factory=lambda: NO_LINES)
 
 
 @dataclass(frozen=True, eq=False)

@@ -52,7 +52,7 @@ def solve(
         curves = (frames[0].curve(source), frames[1].curve(target))
         state, met = stages.constrained(*curves, given.unit(frames), settings, journal)
         found = _solution(state, frames, (source, target), settings, journal, False, given)
-        return replace(found, met=met)
+        return replace(found, met=met, lines=state.lines)
     state, symmetric = stages.mapped(frames[0].curve(source), frames[1].curve(target), settings, journal)
     return _solution(state, frames, (source, target), settings, journal, symmetric)
 

@@ -125,7 +125,7 @@ def finished(
 
 def inverted(state: Meshed) -> Sketch:
     """The inverse map."""
-    return Sketch(state.u, state.z, state.faces, state.border, state.first_pin)
+    return Sketch(state.u, state.z, state.faces, state.border, state.first_pin, state.lines)
 
 
 def by_halves(
