@@ -1,4 +1,4 @@
-"""What a process is started with. Standard streams that are closed, as daemons and cron start programs: replaced by ones that lead nowhere.
+"""Standard streams that are closed, as daemons and cron start programs: replaced by ones that lead nowhere.
 
 Without them a file that is opened would take the free number, and what a library prints would end in a picture.
 """
