@@ -42,8 +42,7 @@ def _click(name: str, hint: Any, option: Option) -> Decorator:
         settings |= {"multiple": True, "metavar": option.metavar, "type": _text(option)}
     elif option.parse:
         settings |= {"metavar": option.metavar, "callback": _parsed(option.parse)}
-        if option.implied is not None:
-            settings |= {"is_flag": False, "flag_value": str(option.implied)}
+        settings |= {"is_flag": False, "flag_value": option.flag} if option.flag else {}
     else:
         shown = option.default is not None
         settings |= {"metavar": option.metavar, "default": option.default, "show_default": shown}

@@ -31,6 +31,7 @@ OTHERS = dict.fromkeys(
     "conformal or paper",
 )
 """Options that the balanced method does not have, and whose they are."""
+MOST_VERTICES = 4000  # of a map's polygon: its equations are a dense matrix
 
 
 @dataclass(frozen=True)
@@ -197,6 +198,18 @@ class Problem:
         """Source and target in the user's coordinates; there must be a target."""
         assert self.target is not None
         return Curve(self.source_frame.world(self.source.z)), Curve(self.target_frame.world(self.target.z))
+
+    @property
+    def given_pins(self) -> Complex:
+        """(k, 2) pins in the user's coordinates."""
+        frames = (self.source_frame, self.target_frame)
+        return np.column_stack([f.world(side) for f, side in zip(frames, self.pins.T)])
+
+    @property
+    def given_strokes(self) -> list[tuple[Curve, Curve]]:
+        """Strokes in the user's coordinates."""
+        s, t = self.source_frame, self.target_frame
+        return [(Curve(s.world(a.z), False), Curve(t.world(b.z), False)) for a, b in self.strokes]
 
     @property
     def handedness(self) -> float:

@@ -6,14 +6,15 @@ import numpy as np
 import scipy.sparse
 
 from ..arrays import Complex, Flags, Index, Real
+from .constraints.inside import Inside
 from .failure import Stuck
 from .kernels import kernel, twice_area
 from .meshing.mesh import Sizes, triangulate
 from .minimise import newton
-from .minimise.energy import geometry
+from .minimise.energy import BOTH_AREAS, geometry
 from .minimise.ldl import System, system_of
 from .minimise.measures import turn_of
-from .minimise.sliding import Border
+from .minimise.sliding import HELD, SLIDING, Border, Rails
 from .minimise.untangle import LEAST_WEIGHT, STEPS, untangle
 from .outline import Outline
 from .pairs import Match, Pairs
@@ -21,6 +22,10 @@ from .pairs import Match, Pairs
 BETA = 0.02  # weight of the outline's term; without it outline edges cut across the tips of limbs
 
 SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
+
+
+ROUNDING = 1e-9  # of the root of the area: vertices this close to their goals are there
+NONE_INSIDE = Inside.of_pins(np.empty((0, 2), np.complex128))
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +43,8 @@ class DiscreteMap:
         anchored: (b,) outline vertices that never move.
         axis: arclength on the source from which the outline is a mirror axis and has no energy of its own.
         energy: at the last step, with the outline's term.
+        inside: the constraints inside, whose vertices come after the outline's.
+        bound: whether their vertices are held by them; if not, they are like any others.
     """
 
     source: Outline
@@ -50,27 +57,61 @@ class DiscreteMap:
     anchored: Flags
     axis: float = np.inf
     energy: float = np.inf
+    inside: Inside = NONE_INSIDE
+    bound: bool = False
 
     @classmethod
     def on(
-        cls, source: Outline, target: Outline, pairs: Pairs, sizes: Sizes, anchors: Match | None
+        cls,
+        source: Outline,
+        target: Outline,
+        pairs: Pairs,
+        sizes: Sizes,
+        anchors: Match | None,
+        inside: Inside = NONE_INSIDE,
+        axis: float = np.inf,
     ) -> "DiscreteMap":
         """A mesh for boundary pairs; the image is given on the outline and zero inside."""
-        z, faces = triangulate(source.curve.at(pairs.s), sizes)
-        following = (np.arange(pairs.s.size) + 1) % pairs.s.size
+        z, faces = triangulate(source.curve.at(pairs.s), sizes, inside.z, inside.links)
+        own = np.arange(inside.z.size)
+        ends = pairs.s.size + np.where(inside.links >= 0, inside.links, own)
+        following = np.append((np.arange(pairs.s.size) + 1) % pairs.s.size, ends)
         u = np.zeros(z.size, np.complex128)
         u[: pairs.s.size] = target.curve.at(pairs.tau)
-        anchored, axis = np.zeros(pairs.s.size, bool), np.inf
+        anchored = np.zeros(pairs.s.size, bool)
         if anchors is not None:
             gap = np.mod(pairs.s[:, None] - anchors.s + 0.5 * source.length, source.length)
             anchored = np.any(np.abs(gap - 0.5 * source.length) < 1e-9 * source.length, axis=1)
-            axis = anchors.s[-1]
-        return cls(source, target, faces, system_of(faces, following, z.size), z, u, pairs, anchored, axis)
+        system = system_of(faces, following, z.size)
+        return cls(source, target, faces, system, z, u, pairs, anchored, axis, inside=inside)
 
     @property
     def border(self) -> int:
         """How many vertices are on the outline."""
         return self.pairs.s.size
+
+    @property
+    def constrained(self) -> int:
+        """How many vertices are held, or slide on a curve: the outline's, and those inside if they are bound."""
+        return self.border + (self.inside.z.size if self.bound else 0)
+
+    @property
+    def first_pin(self) -> int:
+        """The vertex of the first pin inside."""
+        return self.border + int(np.count_nonzero(self.inside.own >= 0))
+
+    @property
+    def lines(self) -> Index:
+        """(l, 2) vertices of the edges of strokes that are met."""
+        first = np.flatnonzero(self.inside.links >= 0) if self.bound else np.empty(0, np.int64)
+        return self.border + np.column_stack([first, self.inside.links[first]])
+
+    @property
+    def miss(self) -> float:
+        """The largest distance of a constrained vertex inside from its goal; 0 but for rounding counts as 0."""
+        u = self.u[self.border : self.border + self.inside.z.size]
+        away = float(np.abs(u - self.inside.goals).max(initial=0.0))
+        return away if away > ROUNDING else 0.0
 
     @property
     def turn(self) -> float:
@@ -95,29 +136,38 @@ class DiscreteMap:
         ends = np.concatenate([tails, heads]), np.concatenate([heads, tails])
         graph = scipy.sparse.csr_array((np.tile(weights, 2), ends), (u.size, u.size))
         near = np.zeros(u.size, bool)
-        near[: self.border] = True
+        near[: self.constrained] = True
         for _ in range(SMOOTHED_RINGS):
             near[graph[near].indices] = True
-        near[: self.border] = False
+        near[: self.constrained] = False
         rows = graph[near]
         rows = scipy.sparse.diags_array(1 / np.asarray(rows.sum(axis=1)).ravel()) @ rows
         displacement = np.zeros(u.size, np.complex128)
         displacement[: self.border] = self.u[: self.border] - u[: self.border]
+        if self.bound:
+            displacement[self.border : self.constrained] = (
+                self.inside.goals - u[self.border : self.constrained]
+            )
         for _ in range(SMOOTHINGS):
             displacement[near] = rows @ displacement
         u = u + displacement
         u[: self.border] = self.u[: self.border]
+        if self.bound:
+            u[self.border : self.constrained] = self.inside.goals
         return replace(self, u=u)
 
     def unfolded(self, *, harmonic: bool = True, polish: int = 0) -> "DiscreteMap":
-        """The inside moved so that no triangle is folded.
+        """The inside moved so that no triangle is folded; bound vertices stay where they are.
 
         Raises:
             Stuck: folds remain.
         """
         gradients, areas = geometry(self.z, self.system.corners)
         u = self.u.copy()
-        least = untangle(self.system, gradients, areas, u, self.border, harmonic, STEPS, polish)
+        u[self.border : self.constrained] = (
+            self.inside.goals if self.bound else u[self.border : self.constrained]
+        )
+        least = untangle(self.system, gradients, areas, u, self.constrained, harmonic, STEPS, polish)
         if not least > 0 or folds(self.faces, u):
             raise Stuck("no map without folds was found for this correspondence of the outlines")
         return replace(self, u=u)
@@ -125,62 +175,92 @@ class DiscreteMap:
     def forward(
         self, theta: float, q: float, steps: int, tolerance: float, *, corners: bool
     ) -> "DiscreteMap":
-        """Newton steps on the image; target corners keep their vertices if `corners`."""
+        """Newton steps on the image; target corners keep their vertices if `corners`.
+
+        Bound vertices that are not at their goals go there, as far as no triangle folds.
+        """
         held = self.anchored | self.pairs.at_target if corners else self.anchored
-        border = self._border(self.pairs.s, self.source.length)
-        u, tau, energy = _descended(
-            self, self.z, self.u, self.pairs.tau, self.target, border, held, theta, q, steps, tolerance
-        )
-        at_target = self.pairs.at_target & held
-        return replace(self, u=u, pairs=self.pairs._replace(tau=tau, at_target=at_target), energy=energy)
+        u, tau, energy = self._descended(True, held, theta, q, steps, tolerance)
+        pairs = self.pairs._replace(tau=tau[: self.border], at_target=self.pairs.at_target & held)
+        inside = self.inside
+        if self.bound and inside.strokes and self.miss == 0:
+            inside = inside._replace(tau=tau[self.border :], goals=self._slid(u, tau, True))
+        return replace(self, u=u, pairs=pairs, energy=energy, inside=inside)
 
     def backward(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Newton steps on the source, the images being kept: target corners slide along the source."""
         held = self.anchored | self.pairs.at_source
-        border = self._border(self.pairs.tau, self.target.length)
-        z, s, energy = _descended(
-            self, self.u, self.z, self.pairs.s, self.source, border, held, theta, q, steps, tolerance
+        z, s, energy = self._descended(False, held, theta, q, steps, tolerance)
+        inside = self.inside
+        if self.bound and inside.strokes:
+            inside = inside._replace(s=s[self.border :], z=z[self.border : self.constrained].copy())
+        elif not self.bound and inside.z.size:
+            raise AssertionError("a map whose constraints are not met has no inverse to descend on")
+        return replace(self, z=z, pairs=self.pairs._replace(s=s[: self.border]), energy=energy, inside=inside)
+
+    def _slid(self, u: Complex, tau: Real, forward: bool) -> Complex:
+        """Goals of the bound vertices, those on strokes where they have come to be."""
+        on_stroke = (self.inside.own >= 0) & ~self.inside.at_target
+        return np.where(on_stroke, u[self.border : self.constrained], self.inside.goals)
+
+    def _descended(
+        self, forward: bool, held: Flags, theta: float, q: float, steps: int, tolerance: float
+    ) -> tuple[Complex, Real, float]:
+        """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, and the energy."""
+        pairs, inside = self.pairs, self.inside
+        kept, moving = (self.z, self.u) if forward else (self.u, self.z)
+        outline = self.target if forward else self.source
+        tau, border = self._border(forward)
+        kinds = np.where(held, HELD, SLIDING)
+        goals = moving[: self.border]
+        rails, own = [outline.rail], np.zeros(pairs.s.size, np.int64)
+        if self.bound:
+            stay = inside.at_target if forward else inside.at_source
+            if self.miss > 0:  # strokes slide once they are where they belong
+                stay = np.ones(stay.size, bool)
+            kinds = np.append(kinds, np.where(stay, HELD, SLIDING))
+            goals = np.append(goals, inside.goals if forward else inside.z)
+            rails += [stroke[1 if forward else 0] for stroke in inside.strokes]
+            own = np.append(own, inside.own + 1)
+        gradients, areas = geometry(kept, self.system.corners)
+        u = moving.copy()
+        energy, _ = newton.descend(
+            self.system,
+            self.faces,
+            gradients,
+            areas,
+            u,
+            tau,
+            Rails.of(rails, own),
+            border,
+            kinds,
+            goals,
+            float(theta),
+            float(q),
+            BOTH_AREAS,
+            steps,
+            tolerance,
         )
-        return replace(self, z=z, pairs=self.pairs._replace(s=s), energy=energy)
+        return u, tau, float(energy)
 
-    def _border(self, kept: Real, length: float) -> Border:
+    def _border(self, forward: bool) -> tuple[Real, Border]:
+        """Arclengths of the constrained vertices on the side that moves, and the curves they lie on as chains."""
+        moving, kept = (self.pairs.tau, self.pairs.s) if forward else (self.pairs.s, self.pairs.tau)
+        length = self.source.length if forward else self.target.length
         following = (np.arange(kept.size) + 1) % kept.size
+        spans = np.diff(kept, append=kept[0] + length)
         on_axis = np.mod(self.pairs.s, self.source.length) > self.axis - 1e-9 * self.source.length
-        return Border(following, np.diff(kept, append=kept[0] + length), np.where(on_axis, 0.0, BETA))
-
-
-def _descended(
-    state: DiscreteMap,
-    kept: Complex,
-    moving: Complex,
-    arclengths: Real,
-    outline: Outline,
-    border: Border,
-    held: Flags,
-    theta: float,
-    q: float,
-    steps: int,
-    tolerance: float,
-) -> tuple[Complex, Real, float]:
-    """Newton on the map kept -> moving whose outline slides on `outline`."""
-    gradients, areas = geometry(kept, state.system.corners)
-    u, s = moving.copy(), arclengths.copy()
-    energy, _ = newton.descend(
-        state.system,
-        state.faces,
-        gradients,
-        areas,
-        u,
-        s,
-        outline.rail,
-        border,
-        held,
-        float(theta),
-        float(q),
-        steps,
-        tolerance,
-    )
-    return u, s, float(energy)
+        stiffness = np.where(on_axis, 0.0, BETA)
+        if not self.bound:
+            return moving.copy(), Border(following, spans, stiffness)
+        tau, gaps = self.inside.chains(forward)
+        linked = self.inside.links >= 0
+        ends = self.border + np.where(linked, self.inside.links, np.arange(linked.size))
+        return np.append(moving, tau), Border(
+            np.append(following, ends),
+            np.append(spans, gaps),
+            np.append(stiffness, np.where(linked, BETA, 0.0)),
+        )
 
 
 @kernel

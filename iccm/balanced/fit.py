@@ -1,8 +1,11 @@
 """The balanced method as one of the methods: a problem and options in, a fit out."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..maps.triangulated.map import TriangulatedMap
+from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
 from .method import solve as solved
@@ -10,10 +13,11 @@ from .solution import Settings, Solution
 
 
 def solve(problem: Problem, options: Options) -> Fit:
-    """The balanced map of a problem without constraints.
+    """The balanced map of a problem.
 
     Raises:
         NoMapError: no map without folds was found.
+        InputError: pins or strokes that no one-to-one map meets.
     """
     source, target = problem.given
     settings = Settings(
@@ -23,14 +27,20 @@ def solve(problem: Problem, options: Options) -> Fit:
         max_dilatation=options.max_dilatation,
         max_stretch=options.max_stretch,
     )
-    found = solved(source, target, settings)
+    pins, strokes = problem.given_pins, problem.given_strokes
+    found = solved(source, target, settings, pins, strokes)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
+    if len(found.lines):
+        bulge = bulges(found.faces, found.image, found.source, map.edges, found.lines)
+        map = replace(map, bulge=bulge)
     status = _status(found, options)
     energies = [{"total": float(level["energy"])} for level in found.energies]
-    return Fit(map, status, energies, source, target, problem.pins, [], list(found.notes))
+    return Fit(map, status, energies, source, target, pins, strokes, list(found.notes))
 
 
 def _status(found: Solution, options: Options) -> Status:
+    if not found.met:
+        return Status.PINS
     if found.gap > options.tolerance:
         return Status.GAP
     return Status.REACHED if found.reached else Status.BOUNDS

@@ -4,32 +4,55 @@ A piecewise linear homeomorphism between triangulations of two shapes that minim
 `energy.py`, its boundary sliding on the target's outline. The stages are in `stages.py`.
 """
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
+from ..arrays import Complex
 from ..curve import Curve
 from ..result import hausdorff
 from . import orientation, stages
+from .constraints.given import Pins, checked, place
 from .failure import NoMapError
 from .frames import Frame, frames_of
 from .minimise.energy import energy_of
 from .minimise.measures import stretches, turn_of
 from .solution import Journal, Settings, Solution
 
+NO_PINS = np.empty((0, 2), np.complex128)
 
-def solve(source: Curve, target: Curve, settings: Settings | None = None) -> Solution:
+
+def solve(
+    source: Curve,
+    target: Curve,
+    settings: Settings | None = None,
+    pins: Complex = NO_PINS,
+    strokes: Sequence[tuple[Curve, Curve]] = (),
+) -> Solution:
     """The balanced map of two domains.
 
     Args:
         source: a domain, as from `Curve.domain`.
         target: likewise.
         settings: what is asked of the map.
+        pins: (k, 2) points of the source and where they go.
+        strokes: polylines in the source and where they go, ends to ends.
 
     Raises:
         NoMapError: no map without folds was found.
+        InputError: pins or strokes that no one-to-one map meets.
     """
     settings = settings or Settings()
     frames = frames_of(source, target, settings.turn)
     journal = Journal()
+    if len(pins) or len(strokes):
+        given = checked(source, target, pins, strokes)
+        journal.notes += given.notes
+        curves = (frames[0].curve(source), frames[1].curve(target))
+        state, met = stages.constrained(*curves, given.unit(frames), settings, journal)
+        found = _solution(state, frames, (source, target), settings, journal, False, given)
+        return replace(found, met=met, lines=state.lines)
     state, symmetric = stages.mapped(frames[0].curve(source), frames[1].curve(target), settings, journal)
     return _solution(state, frames, (source, target), settings, journal, symmetric)
 
@@ -41,12 +64,15 @@ def _solution(
     settings: Settings,
     journal: Journal,
     symmetric: bool,
+    pins: Pins | None = None,
 ) -> Solution:
     """The map in the given coordinates, checked there."""
     z, u = frames[0].world(state.z), frames[1].world(state.u)
     mirror = frames[0].mirrored
     faces = np.ascontiguousarray(state.faces[:, ::-1]) if mirror else state.faces
     loop = np.arange(state.border)[::-1].copy() if mirror else np.arange(state.border)
+    if pins is not None:
+        place(pins, z, u, state.border, state.first_pin)
     _refuse_folds(z, u, faces, loop)
     source_gap, gap = (hausdorff(Curve(w[loop]), c) / c.diagonal for w, c in zip((z, u), given))
     dilatation, stretch, _ = stretches(state.z, state.u, state.faces)

@@ -4,10 +4,13 @@ import numpy as np
 
 from ..curve import Curve
 from . import starts
+from .constraints import meeting
+from .constraints.given import Pins, with_points
 from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
 from .levels import Level, Problem, Sketch, alternated, eased, refined, released, score, screened
 from .meshing import sizing
+from .meshing.mesh import Sizes
 from .minimise.measures import stretches
 from .outline import manageable
 from .pairs import Match
@@ -38,6 +41,27 @@ SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
 
 
 Meshed = DiscreteMap | Sketch
+
+
+def constrained(
+    source: Curve, target: Curve, pins: Pins, settings: Settings, journal: Journal
+) -> tuple[Meshed, bool]:
+    """The map in unit coordinates that meets pins, and whether it does.
+
+    Raises:
+        NoMapError: none without folds was found.
+    """
+    upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else UPRIGHT
+    anchors = tuple(tuple(side.tolist()) for side in pins.outer.T)
+    curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
+    curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
+    problem = Problem(curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]))
+    problem = problem._replace(pins=pins.inner, strokes=pins.strokes)
+    used, found = solved(problem, journal)
+    state = finished(used, found, settings, journal)
+    goals = found.inside.goals[found.inside.own < 0]
+    met = (found.bound or not found.inside.z.size) and bool(np.all(goals == used.pins[:, 1]))
+    return (state if used is problem else inverted(state)), met
 
 
 def mapped(source: Curve, target: Curve, settings: Settings, journal: Journal) -> tuple[Meshed, bool]:
@@ -107,7 +131,7 @@ def finished(
 
 def inverted(state: Meshed) -> Sketch:
     """The inverse map."""
-    return Sketch(state.u, state.z, state.faces, state.border)
+    return Sketch(state.u, state.z, state.faces, state.border, state.first_pin, state.lines)
 
 
 def by_halves(
@@ -118,7 +142,7 @@ def by_halves(
     curves = [Curve(half.curve.z / root) for half, root in zip((source, target), roots)]
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target))]
     simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
-    half_problem = Problem(simple, goal, problem.theta, 0.0, (anchors[0], anchors[1]))
+    half_problem = Problem(simple, goal, problem.theta, 0.0, (anchors[0], anchors[1]), halved=True)
     used, half = solved(half_problem, journal, share=0.5)
     exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:
@@ -135,6 +159,8 @@ def coarse(problem: Problem, size: float, journal: Journal) -> DiscreteMap:
     level = Level.of(problem, size, COARSE_FINENESS, COARSE_CORNERS, STEEPEST)
     free = problem.upright == 0 and level.anchors is None
     matches = candidates(level, ANY_TURN if free else TURNS)
+    if problem.constrained:
+        return meeting.coarse(level, matches, problem, journal)
     states, failed = screened(level, matches, problem)
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += failed
@@ -189,7 +215,7 @@ def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) ->
     """The map on a finer mesh, its worst stretch lowered."""
     level = Level.of(problem, size, FINE_FINENESS, FINE_CORNERS, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
-    state = eased(refined(level, state, sizes), problem.theta)
+    state = eased(carried(level, state, problem, sizes), problem.theta)
     state = alternated(state, problem.theta, POWERS[0], FINE_ROUNDS, FINE_BACKWARD)
     journal.level("fine", state, POWERS[0])
     return state
@@ -202,13 +228,20 @@ def last(
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
     level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
-    tried = [eased(refined(level, state, sizes), problem.theta)]
+    tried = [eased(carried(level, state, problem, sizes), problem.theta)]
     for q in POWERS:
         tried.append(tried[-1].forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True))
         journal.level("last", tried[-1], q)
         if excess(tried[-1], settings) <= 1:
             return tried[-1]
     return min(tried[1:], key=lambda state: excess(state, settings))
+
+
+def carried(level: Level, state: Meshed, problem: Problem, sizes: Sizes) -> DiscreteMap:
+    """The map on a finer mesh, pins as they were."""
+    if isinstance(state, DiscreteMap):
+        return meeting.carried(level, state, problem.theta, sizes)
+    return refined(level, state, sizes)
 
 
 def excess(state: Meshed, settings: Settings) -> float:

@@ -26,20 +26,20 @@ class Certificate:
     Attributes:
         certified: f is injective there.
         depth: the least of the depths tried at which that holds, else the last tried.
-        share: of the source's area on which that holds; 0 where it does not.
         zeros: zeros of f_z inside at that depth.
         beltrami: largest |f_z̄ / f_z| found on the boundary of that part.
         simple: whether the image of that boundary is simple.
         obstacle: what stands in the way closer to the boundary, or at all; empty where nothing does.
+        share: of the source's area on which that holds; 0 where it does not.
     """
 
     certified: bool
     depth: float
-    share: float = 0.0
     zeros: int = 0
     beltrami: float = 0.0
     simple: bool = False
     obstacle: str = ""
+    share: float = 0.0
 
     def report(self) -> dict:
         """As in the JSON report."""
@@ -129,7 +129,7 @@ class Inside:
         if obstacle:
             return _failed(depth, obstacle, pieces)
         share = float(sum(part.area for part in parts) / self.outline.area)
-        return Certificate(True, depth, share, 0, float(pieces.quotient.max()), True)
+        return Certificate(True, depth, 0, float(pieces.quotient.max()), True, share=share)
 
     def _simple(self, pieces: Pieces) -> tuple[Pieces, str]:
         """Pieces halved until their images are known to be simple and apart, and what is in the way of that."""
@@ -172,7 +172,7 @@ def _fold_between(pieces: Pieces) -> str:
 def _failed(depth: float, what: str, pieces: Pieces | None = None, zeros: int = 0) -> Certificate:
     """Nothing is certified at a depth, and why."""
     beltrami = float(np.nanmax(pieces.quotient, initial=0.0)) if pieces is not None else 0.0
-    return Certificate(False, depth, 0.0, zeros, beltrami, False, f"at depth {depth:.1e}: {what}")
+    return Certificate(False, depth, zeros, beltrami, False, f"at depth {depth:.1e}: {what}")
 
 
 def _apart(images: list[Complex]) -> bool:

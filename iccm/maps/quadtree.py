@@ -16,7 +16,7 @@ MOST_NEAR = 7  # a square with no more near edges than this is a leaf
 DEPTH = 60  # at most: 2 ** -60 of the square is below round-off
 ASIDE = (
     0.0031415 - 0.0027183j
-)  # half sides from the middle: of squares centred on an edge no side is the inside
+)  # half sides from the middle: no side of an edge is that of a square centred on it
 GAUSS = 8  # nodes for an edge seen from far: (1/8)^16 of it is round-off
 
 

@@ -16,7 +16,7 @@ from ...memory import Memory
 from .. import files
 from ..memory import Bounded
 from ..spec import Spec
-from . import outputs, report
+from . import outputs, parts, report
 from .constraints import constrained
 from .inputs import Inputs
 from .job import WRITTEN, Job
@@ -137,21 +137,29 @@ def _free(job: Job, outputs: Iterable[str], inputs: Iterable[str], taken: Iterab
 
 def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, progress: Progress | None) -> Run:
     """The job's shapes and constraints."""
-    source = inputs.shape(job.source)
-    target = inputs.shape(job.target) if job.target else source
+    if job.parts == "all":
+        pairs, notes = parts.read(job, inputs)
+    else:
+        source = inputs.shape(job.source)
+        pairs, notes = [(source, inputs.shape(job.target) if job.target else source)], []
     room = Bounded(job.memory, _scratch(job)) if job.memory else Memory()
-    state = Run(job, inputs, source, target, room, tell, threads, progress)
-    state.pins, state.strokes = constrained(job, source, target)
+    state = Run(job, inputs, pairs, room, tell, threads, progress)
+    for note in notes:
+        state.note(note)
+    if job.parts == "largest":
+        state.pins, state.strokes = constrained(job, state.source, state.target)
     return state
 
 
 def _check_read(state: Run, wanted: list[Output]) -> None:
     """Tell what is wrong with the inputs, or with --size, before the solving."""
-    job, shapes = state.job, (state.source, state.target)
+    job, shapes = state.job, [shape for pair in state.pairs for shape in pair]
     outputs.check(state, wanted)
     if others := [name for output in wanted for name in output.beside(state)]:
         _free(job, others, state.inputs.named, taken=job.outputs)
     for note in [f"{shape.spec}: {note}" for shape in shapes for note in shape.notes]:
+        state.note(note)
+    for note in parts.about_holes(state.pairs, keep=job.holes == "keep"):
         state.note(note)
 
 
@@ -163,13 +171,13 @@ def _scratch(job: Job) -> Path:
 def _solve(state: Run) -> None:
     import iccm
 
-    job, curve = state.job, state.source.curve
+    job = state.job
     given = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
     with state.timed("solve"):
-        if job.target:
-            target = state.target.curve
-            state.fit = iccm.fit(curve, target, pins=state.pins, strokes=state.strokes, **given)
-        else:
-            state.fit = iccm.deform(curve, pins=state.pins, strokes=state.strokes, **given)
-    for note in state.fit.notes:
-        state.note(note)
+        for source, target in state.pairs:
+            curves = (source.curve, target.curve) if job.target else (source.curve,)
+            solve: Any = iccm.fit if job.target else iccm.deform
+            state.fits.append(solve(*curves, pins=state.pins, strokes=state.strokes, **given))
+    for (source, _), fit in zip(state.pairs, state.fits):
+        for note in fit.notes:
+            state.note(parts.named(source, note))

@@ -20,7 +20,7 @@ from ...pixels.warp import Texture
 from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
 from .figure import grid
-from .texture import square
+from .framing import square
 
 INK, ACROSS, UP, EDGE, MARK = "#22262b", "#2a78b8", "#d1662b", "#c6ccd2", "#b0122f"
 MOST_EDGES = 20000

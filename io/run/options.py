@@ -12,8 +12,8 @@ from typing import Annotated, Any, Literal, get_type_hints
 MAX_SIDE = 1 << 17
 DIGITS = 15  # of a number of bytes, K, M, G or T
 MOST_MEMORY = 1 << 62
-MOST_VERTICES = 4000
-CERTIFIED = 0.99  # share of the source's area that `require_injective` asks for
+MOST_VERTICES = 4000  # of a map's polygon
+CERTIFIED = 0.99  # share of the source's area that `--require-injective` asks for
 MOST_BALANCE = 10  # beyond 4 areas hardly change, and angles pay for it
 
 
@@ -30,8 +30,8 @@ class Option:
         validated: the pydantic type, where it is more than the annotation says; imported when it is needed.
         solver: whether it goes to `iccm.fit` and `iccm.deform`, unless it is None.
         commands: those that have it.
-        implied: its value when the option is given without one.
         short: a second name.
+        flag: its value where it is given without one.
     """
 
     help: str
@@ -45,8 +45,8 @@ class Option:
     validated: Callable[[], Any] | None = None
     solver: bool = False
     commands: tuple[str, ...] = ("map", "deform")
-    implied: Any = None
     short: str = ""
+    flag: str | None = None
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         """How pydantic checks a field that this describes."""
@@ -107,24 +107,28 @@ def turn(value: Any) -> Any:
 
 
 def vertices(value: Any) -> Any:
-    """How many, or `source`."""
-    if value == "source" or not isinstance(value, str | int) or isinstance(value, bool):
+    """A number of vertices, or `source`."""
+    if value == "source":
         return value
-    if not str(value).isdecimal() or not 3 <= int(value) <= MOST_VERTICES:
-        raise ValueError(f"{value!r} is neither a number from 3 to {MOST_VERTICES} nor `source`")
-    return int(value)
+    if isinstance(value, str) and not value.isdecimal():
+        raise ValueError(f"{value!r} is neither a number nor source")
+    count = int(value) if isinstance(value, str) else value
+    if isinstance(count, int) and not 3 <= count <= MOST_VERTICES:
+        raise ValueError(f"{count} is not between 3 and {MOST_VERTICES}")
+    return count
 
 
 def share(value: Any) -> Any:
-    """A share of an area; `true`, as manifests may say, is CERTIFIED, and `false` none."""
+    """A share of the area; true is the usual one, and false none."""
     if isinstance(value, bool):
         return CERTIFIED if value else None
-    if isinstance(value, str):
-        try:
-            return float(value)
-        except ValueError:
-            raise ValueError(f"{value!r} is no share of an area, such as 0.99") from None
-    return value
+    try:
+        found = float(value) if isinstance(value, str) else value
+    except ValueError:
+        raise ValueError(f"{value!r} is no share, such as 0.99") from None
+    if isinstance(found, float | int) and not 0 < found <= 1:
+        raise ValueError(f"{found:g} is no share above 0, at most 1")
+    return found
 
 
 def many(value: Any) -> Any:
@@ -156,6 +160,14 @@ class JobOptions:
     stmap: str | None = _option("The map itself, for `iccm apply` and compositors.", "FILE.exr")
     force: bool = _option("Replace files that exist.", default=False, commands=EVERY)
 
+    parts: Literal["largest", "all"] = _option(
+        "What is mapped of files that draw several outlines: the largest, or each onto its partner.",
+        default="largest", commands=("map",),
+    )  # fmt: skip
+    holes: Literal["keep", "fill"] = _option(
+        "Whether pictures leave the target's holes transparent, or paint over them; the map does not know of holes.",
+        default="keep",
+    )  # fmt: skip
     pin: tuple[Any, ...] = _option(
         "A point of the source and where it goes, in the files' units. May be repeated.", "SX,SY:TX,TY",
         default=(), parse=many, validated=_pins,
@@ -208,14 +220,19 @@ class JobOptions:
     )
     require_injective: float | None = _option(
         "Exit code 1 unless it is certified one-to-one on this share of the source's area.  [0.99]", "[SHARE]",
-        above=0, most=1, parse=share, implied=CERTIFIED,
+        above=0, most=1, parse=share, flag=str(CERTIFIED),
     )  # fmt: skip
 
     size: tuple[int] | tuple[int, int] | None = _option(
         "Pixels of the picture, or its longer side.  [default: 1024]", "WxH|N", parse=size
     )
-    texture_box: Literal["viewbox", "bbox"] = _option(
-        "What of the source the texture covers: its canvas, or its outline's bounding box.", default="viewbox"
+    texture_box: Literal["viewbox", "bbox"] | None = _option(
+        "What of the source the texture covers: its canvas, or its outline's bounding box.  "
+        "[default: viewbox; of the checkerboard bbox]"
+    )
+    target_box: Literal["viewbox", "bbox"] | None = _option(
+        "What pictures show: the target's canvas, or its outline's bounding box.  "
+        "[default: viewbox; bbox of a shape that takes little of its canvas]"
     )
     filter: Literal["auto", "nearest", "linear", "cubic", "lanczos", "spline"] = _option(
         "Sampling of the texture; nearest for label maps and masks.", default="auto", commands=EVERY

@@ -12,6 +12,7 @@ import numpy as np
 
 from ... import __version__
 from .. import files
+from .parts import named
 
 if TYPE_CHECKING:
     from .state import Run
@@ -33,11 +34,12 @@ def build(run: Run) -> dict[str, Any]:
     What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
     job then gives the same bytes.
     """
-    for note in run.found["notes"]:
-        if note not in run.notes:
-            run.note(note)
-    for doubt in doubts(run.found, run.job.tolerance, run.job.quasi is not None):
-        run.note(doubt)
+    each = run.found.get("parts", [run.found])
+    for (source, _), part in zip(run.pairs, each):
+        doubted = doubts(run.found | part, run.job.tolerance, run.job.quasi is not None)
+        for note in [*part["notes"], *doubted]:
+            if named(source, note) not in run.notes:
+                run.note(named(source, note))
     report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
     if "SOURCE_DATE_EPOCH" not in os.environ:
         parts = {name: value for name, value in run.seconds.items() if name != "total"}
@@ -113,14 +115,15 @@ def write(report: dict[str, Any], name: str, stack: ExitStack, *, force: bool) -
 
 def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
     """Whether the result is good enough, and a sentence on it."""
-    status = run.fit.status
-    if not status.ok:
-        return False, status.value
-    wanted, share = run.job.require_injective, (report.get("injective") or {}).get("share") or 0.0
-    if wanted is not None and not share >= wanted:
-        found = f"{share:.4g} of the source's area are certified injective, less than {wanted:g}"
-        return False, f"{found} (--require-injective)"
-    return True, status.value
+    wanted = run.job.require_injective
+    for (source, _), fit, part in zip(run.pairs, run.fits, report.get("parts", [report])):
+        if not fit.status.ok:
+            return False, named(source, fit.status.value)
+        share = (part.get("injective") or {}).get("share") or 0.0
+        if wanted is not None and not share >= wanted:
+            found = f"{share:.4g} of the source's area are certified injective, less than {wanted:g}"
+            return False, named(source, f"{found} (--require-injective)")
+    return True, run.fit.status.value
 
 
 def summary(report: dict[str, Any]) -> list[str]:
@@ -139,6 +142,11 @@ def summary(report: dict[str, Any]) -> list[str]:
         lines.append("log10 area  " + ", ".join(f"{name} {_short(value)}" for name, value in area.items()))
     if injective:
         lines.append(f"injective   {_injective(injective)}")
+    if found := report.get("parts"):
+        worst = max(found, key=lambda part: part["boundary"]["hausdorff"])
+        gap = _short(worst["boundary"]["hausdorff"])
+        worst_of = f"the worst Hausdorff is {gap}, of #{worst['source']}"
+        lines.append(f"parts       {len(found)}, the largest above; {worst_of}")
     if report.get("pins"):
         lines.append(f"pins        largest error {_short(max(pin['error'] for pin in report['pins']))}")
     if "seconds" in report:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ...arrays import Box
+from . import framing
 from .job import Job
 
 if TYPE_CHECKING:
@@ -20,20 +21,8 @@ def on_mesh(job: Job, source: Shape) -> bool:
 
 def box_of(job: Job, source: Shape) -> Box:
     """What of the source's plane the texture covers; the checkerboard is a square."""
-    box = covered(job, source)
-    return box if job.texture or on_mesh(job, source) else square(box)
-
-
-def covered(job: Job, source: Shape) -> Box:
-    """What of the source --texture-box names."""
-    return source.box if job.texture_box == "viewbox" else source.curve.box
-
-
-def square(box: Box) -> Box:
-    """The smallest square about the middle of a box that holds it."""
-    middle, size = (box[0] + box[1]) / 2, box[1] - box[0]
-    half = max(size.real, size.imag) / 2 * (1 + 1j)
-    return middle - half, middle + half
+    textured = job.texture or on_mesh(job, source)
+    return framing.covered(job, source) if textured else framing.chequered(job, source)
 
 
 def image_of(job: Job, source: Shape, room: Memory) -> Image:

@@ -38,6 +38,10 @@ class Shape:
         pins: places of pins drawn in the file, by name, core plane.
         strokes: strokes drawn in the file, by name, core plane.
         notes: sentences about what was left out or changed.
+        part: how `#` picks it from the file, where it is one of several that were read.
+        names: ids and labels of what it comes from and of all that this is in.
+        extent: the bounding box of all that were read, where it is one of several.
+        holes: the boundaries of its holes, core plane.
     """
 
     spec: str
@@ -48,6 +52,15 @@ class Shape:
     pins: dict[str, complex]
     strokes: dict[str, Curve]
     notes: tuple[str, ...] = ()
+    part: str = ""
+    names: tuple[str, ...] = ()
+    extent: Box | None = None
+    holes: tuple[Complex, ...] = ()
+
+    @property
+    def bounds(self) -> Box:
+        """The bounding box of the outline, or of all that were read with it."""
+        return self.extent or self.curve.box
 
     is_mesh: ClassVar[bool] = False
 
@@ -128,8 +141,65 @@ def read(
         k: Curve.stroke(_core(z, drawing.flip), f"{spec.path}: {k}") for k, z in drawing.strokes.items()
     }
     pins = {k: complex(_core(z, drawing.flip)) for k, z in drawing.pins.items()}
-    box = _box(drawing, curve)
-    return Shape(text, spec.path, curve, box, drawing.flip, pins, strokes, tuple(notes))
+    box = _box(drawing, curve.box)
+    return Shape(
+        text,
+        spec.path,
+        curve,
+        box,
+        drawing.flip,
+        pins,
+        strokes,
+        tuple(notes),
+        names=outline.names,
+        holes=_holes(drawing, outline),
+    )
+
+
+def read_all(text: str, *, flatness: float = 1e-4) -> list[Shape]:
+    """All shapes that `file` or `file#part` draws, the largest first; constraints drawn there are left out.
+
+    Raises:
+        InputError: there is none, or as for `read`.
+    """
+    spec = Spec.of(text)
+    drawing = drawn(spec, flatness=flatness)
+    chosen = spec.among(drawing.ids)
+    if chosen.number is not None or not drawing.outlines:
+        return [read(text, flatness=flatness)]
+    if chosen.part is not None and chosen.part not in drawing.ids:
+        _choose(drawing, text, chosen)
+    curves: dict[int, Curve] = {}
+    notes = [*drawing.notes, *(f"left out: {error}" for _, error in drawing.refused)]
+    if drawing.pins or drawing.strokes:
+        notes.append("left out the pins and strokes drawn in it, which are for one shape; #id picks it")
+    for number, outline in enumerate(drawing.outlines):
+        try:
+            curves[number] = Curve.domain(_core(outline.z, drawing.flip), f"{text}#{number + 1}")
+        except InputError as error:
+            notes.append(f"left out: {error}")
+        else:
+            notes += outline.notes
+    if not curves:
+        raise InputError(f"{text}: none of its outlines is a domain; {notes[-1]}")
+    extent = _around([curve.box for curve in curves.values()])
+    box, said = _box(drawing, extent), tuple(dict.fromkeys(notes))
+    return [
+        Shape(
+            *(text, spec.path, curve, box, drawing.flip, {}, {}, said),
+            part=f"{chosen.part or ''}#{number + 1}".removeprefix("#"),
+            names=drawing.outlines[number].names,
+            extent=extent,
+            holes=_holes(drawing, drawing.outlines[number]),
+        )
+        for number, curve in curves.items()
+    ]
+
+
+def _around(boxes: Sequence[Box]) -> Box:
+    """The smallest box that holds all boxes."""
+    low, high = np.array(boxes).T
+    return complex(low.real.min(), low.imag.min()), complex(high.real.max(), high.imag.max())
 
 
 def drawn(
@@ -177,18 +247,19 @@ def _choose(drawing: Drawing, text: str, spec: Spec) -> tuple[Outline, list[str]
 
 def _left_out(drawing: Drawing, outline: Outline) -> list[str]:
     notes = []
-    if outline.holes:
-        count = len(outline.holes)
-        notes.append(f"{outline.name}: left out {count} hole{'s' * (count > 1)}")
     others = [o for o in drawing.outlines if o is not outline]
     if others:
         share = others[0].area / outline.area
         notes.append(
             f"left out {len(others)} other outline{'s' * (len(others) > 1)}, "
-            f"the largest {share:.1%} of this one's area; #id or #2 picks another"
+            f"the largest {share:.1%} of this one's area; #id or #2 picks another, iccm map --parts all maps each"
         )
     notes += [f"left out: {error}" for _, error in drawing.refused]
     return notes
+
+
+def _holes(drawing: Drawing, outline: Outline) -> tuple[Complex, ...]:
+    return tuple(_core(hole, drawing.flip) for hole in outline.holes)
 
 
 def _listed(ids: list[str], most: int = 12) -> str:
@@ -198,9 +269,9 @@ def _listed(ids: list[str], most: int = 12) -> str:
     return ", ".join(ids[:most]) + more
 
 
-def _box(drawing: Drawing, curve: Curve) -> Box:
+def _box(drawing: Drawing, extent: Box) -> Box:
     if drawing.rectangle is None:
-        return curve.box
+        return extent
     x, y, width, height = drawing.rectangle
     low = y + height if drawing.flip else y
     high = y if drawing.flip else y + height

@@ -28,6 +28,7 @@ class Outline:
         area: area enclosed by the outer boundary, holes included.
         holes: the boundaries of its holes.
         notes: what was changed to have it.
+        names: ids and labels of what it comes from and of all that this is in.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Outline:
     area: float
     holes: tuple[Complex, ...] = ()
     notes: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
 
 
 def outlines(

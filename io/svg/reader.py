@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -148,7 +149,7 @@ def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, detail: Detai
         found, refused = [], [(size, InputError(f"{drawn.name}: {error}"))]
     except InputError as error:
         found, refused = [], [(0.0, error)]
-    drawing.outlines.extend(found)
+    drawing.outlines.extend(replace(outline, names=names) for outline in found)
     drawing.refused.extend(refused)
 
 

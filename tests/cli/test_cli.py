@@ -298,19 +298,6 @@ def test_constraints_that_spoil_the_picture_are_told(shapes, iccm):
     assert json.loads(gentle.out)["notes"] == []
 
 
-def test_a_shape_that_leaves_its_canvas_is_told(shapes, iccm):
-    far = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} 100"><path d="M10 10H90V90H10Z"/></svg>'
-    for name, width in (("half", 50), ("out", 5)):
-        (shapes / f"{name}.svg").write_text(far.format(width))
-    done = iccm("map", "half.svg", "out.svg", *PICTURE)
-    assert [line for line in done.lines if line.startswith("note")] == [
-        "note: out.svg: 100% of its extent lies outside its canvas, where pictures end",
-        "note: half.svg: 50% of its extent lies outside its canvas, where the texture ends; "
-        "use --texture-box bbox to cover it",
-    ]
-    assert "canvas" not in iccm("map", "half.svg", "disk.svg", *PICTURE, "--texture-box", "bbox").err
-
-
 def test_quiet_verbose_and_json_messages(shapes, iccm):
     arguments = ("map", "square.svg", "blob.svg", *QUICK, "--report", "r.json", "--force")
     assert iccm(*arguments, "-q").err == ""

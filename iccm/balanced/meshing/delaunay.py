@@ -131,7 +131,13 @@ def push(stack, t):
 
 
 @kernel
-def legalise(z, faces, across, stack, fixed):
+def joined(links, a, b):
+    """Whether vertices a and b are the ends of an edge that every mesh must keep."""
+    return a < links.size and b < links.size and (links[a] == b or links[b] == a)
+
+
+@kernel
+def legalise(z, faces, across, stack, fixed, links):
     """Lawson's flips, from the triangles on the stack on, until all edges are Delaunay.
 
     Args:
@@ -140,6 +146,7 @@ def legalise(z, faces, across, stack, fixed):
         across: (t, 3) their neighbours.
         stack: triangles to look at, after their number; emptied.
         fixed: no flip may join two vertices below this number; 0 allows every flip.
+        links: (c,) the vertex to which each of the first c is joined by an edge that stays, -1 for none.
     """
     for _ in range(MOST_FLIPS):
         if stack[0] == 0:
@@ -152,7 +159,7 @@ def legalise(z, faces, across, stack, fixed):
                 continue
             a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
             d = faces[u, opposite(faces, u, b, c)]
-            if a < fixed and d < fixed:
+            if (a < fixed and d < fixed) or joined(links, b, c):
                 continue
             if in_circle(z, a, b, c, d) and twice_area(z, a, b, d) > THIN and twice_area(z, a, d, c) > THIN:
                 flip(faces, across, t, k)

@@ -1,8 +1,9 @@
-"""Quality triangulations of a simple polygon that keep its boundary as it is.
+"""Quality triangulations of a simple polygon that keep its boundary, and points and lines inside, as they are.
 
 Delaunay refinement (Ruppert 1995; Shewchuk 2002) that never splits an edge of the outline: circumcentres of triangles
 too large or too thin are inserted unless they would come too close to the outline. No inner edge joins two vertices
-of the outline: where the boundary slides such an edge would turn over.
+of the outline, of given points and of lines (but for the edges of these lines): where such vertices move or slide it
+would turn over. Lines are recovered by flips (Sloan 1993).
 """
 
 from typing import NamedTuple
@@ -12,12 +13,14 @@ import numpy as np
 from ...arrays import Complex, Index, Real
 from ..failure import Stuck
 from ..kernels import cross, dot, kernel, set_row, twice_area
-from .delaunay import clip_ears, in_circle, legalise, opposite, push, relink
+from .delaunay import clip_ears, flip, in_circle, joined, legalise, opposite, push, relink
 
 LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement no longer settles
 ENCROACHED = -0.3  # cosine under which an edge of the outline may be seen from a new point: found by trial
 FLAT = 1e-11  # twice the area, of a domain of area one, below which a new point counts as on an edge
 ROUNDS = 60  # of refinement; 8 are the most that icons needed
+MOST_RECOVERIES = 60  # sweeps of flips for one edge of a line; a few are the most that strokes needed
+THIN_FLIP = 1e-13  # twice the area that a flip for an edge of a line may leave
 FARTHEST_WALK = 200  # triangles from a bad one to its circumcentre
 
 
@@ -40,28 +43,42 @@ class Sizes(NamedTuple):
         return cls(0j, 1.0, np.full((1, 1), float(area)))
 
 
-def triangulate(outline: Complex, sizes: Sizes) -> tuple[Complex, Index]:
-    """Vertices (n,), the outline's first and in order, and counter-clockwise triangles (m, 3) of its inside.
+NOTHING = np.empty(0, np.complex128)
+
+
+def triangulate(
+    outline: Complex, sizes: Sizes, inside: Complex = NOTHING, links: Index | None = None
+) -> tuple[Complex, Index]:
+    """Vertices (n,), the outline's first and in order, then those given, and counter-clockwise triangles (m, 3).
 
     Args:
         outline: (b,) a simple polygon, counter-clockwise, of area about one.
         sizes: how large the triangles may be.
+        inside: (k,) points inside that become vertices.
+        links: (k,) for each of them the one, by its place among them, to which an edge must lead; -1 for none.
 
     Raises:
-        Stuck: the polygon is so thin or so close to crossing itself that rounding decides.
+        Stuck: the polygon is so thin or so close to crossing itself that rounding decides, or a line cannot be kept.
     """
+    border, given = outline.size, outline.size + inside.size
     area = 0.5 * float(np.sum((outline.conj() * np.roll(outline, -1)).imag))
-    room = int(12 * area / sizes.areas.mean() + 16 * outline.size + 4000)
+    room = int(12 * area / sizes.areas.mean() + 16 * given + 4000)
     z = np.empty(room, np.complex128)
-    z[: outline.size] = outline
+    z[:border], z[border:given] = outline, inside
+    all_links = np.full(given, -1)
+    if links is not None:
+        all_links[border:] = np.where(links >= 0, links + border, -1)
     faces, across = np.empty((2 * room, 3), np.int64), np.full((2 * room, 3), -1)
-    triangles = clip_ears(z, outline.size, faces, across)
+    triangles = clip_ears(z, border, faces, across)
     a, b, c = z[faces[: max(triangles, 0)]].T
     if triangles < 0 or not ((b - a).conj() * (c - a)).imag.min() > 0:
         raise Stuck("the outline is too thin to be triangulated in double precision")
     stack = np.zeros(8 * room, np.int64)
-    vertices, triangles = _refine(z, outline.size, faces, across, triangles, stack, 0, *sizes)
-    vertices, triangles = _split_chords(z, vertices, outline.size, faces, across, triangles, stack)
+    triangles = _given(z, border, given, faces, across, triangles, stack, all_links)
+    if triangles < 0:
+        raise Stuck("a stroke cannot be kept by the mesh")
+    vertices, triangles = _refine(z, given, faces, across, triangles, stack, 0, all_links, *sizes)
+    vertices, triangles = _split_chords(z, vertices, given, faces, across, triangles, stack, all_links)
     return z[:vertices].copy(), faces[:triangles].copy()
 
 
@@ -83,14 +100,16 @@ def _circumcentre(a, b, c):
 
 
 @kernel
-def _walk(z, faces, across, t, point):
-    """The triangle that holds a point, going there straight from t; -1 where that leaves the polygon."""
+def _walk(z, faces, across, t, point, links):
+    """The triangle that holds a point, going there straight from t; -1 where that leaves the polygon or crosses a
+    line."""
     for _ in range(FARTHEST_WALK):
         next_one = t
         for k in range(3):
             a, b = z[faces[t, (k + 1) % 3]], z[faces[t, (k + 2) % 3]]
             if cross(b - a, point - a) < 0:
-                next_one = across[t, k]
+                blocked = joined(links, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3])
+                next_one = -1 if blocked else across[t, k]
                 break
         if next_one == t or next_one < 0:
             return min(t, next_one)
@@ -99,15 +118,16 @@ def _walk(z, faces, across, t, point):
 
 
 @kernel
-def _encroaches(z, faces, across, t, new, cavity, mark, stamp):
-    """Whether the vertex new, inside t, sees an edge of the outline in its cavity under too wide an angle."""
+def _encroaches(z, faces, across, t, new, cavity, mark, stamp, links):
+    """Whether the vertex new, inside t, sees an edge of the outline or of a line in its cavity under too wide an
+    angle."""
     cavity[0], mark[t] = t, stamp
     count, at = 1, 0
     while at < count:
         t, at = cavity[at], at + 1
         for k in range(3):
             u = across[t, k]
-            if u < 0:
+            if u < 0 or joined(links, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]):
                 a, b = z[faces[t, (k + 1) % 3]] - z[new], z[faces[t, (k + 2) % 3]] - z[new]
                 if dot(a, b) < ENCROACHED * abs(a) * abs(b):
                     return True
@@ -122,7 +142,7 @@ def _encroaches(z, faces, across, t, new, cavity, mark, stamp):
 
 
 @kernel
-def _insert(z, faces, across, t, new, triangles, stack, fixed):
+def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
     """Puts the vertex new into triangle t; False where it lies on an edge."""
     a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
     if min(twice_area(z, a, b, new), twice_area(z, b, c, new), twice_area(z, c, a, new)) < FLAT:
@@ -139,7 +159,7 @@ def _insert(z, faces, across, t, new, triangles, stack, fixed):
     relink(across, beyond_c, t, v)
     for triangle in (t, u, v):
         push(stack, triangle)
-    legalise(z, faces, across, stack, fixed)
+    legalise(z, faces, across, stack, fixed, links)
     return True
 
 
@@ -155,11 +175,11 @@ def _wanted(z, faces, t, corner, side, areas, only_large):
 
 
 @kernel
-def _refine(z, vertices, faces, across, triangles, stack, fixed, corner, side, areas):
+def _refine(z, vertices, faces, across, triangles, stack, fixed, links, corner, side, areas):
     """Inserts circumcentres, of large triangles first, until none is left that can be mended."""
     for t in range(triangles):
         push(stack, t)
-    legalise(z, faces, across, stack, fixed)
+    legalise(z, faces, across, stack, fixed, links)
     mark, cavity, stamp = np.zeros(faces.shape[0], np.int64), np.empty(4000, np.int64), 0
     for sweep in range(ROUNDS):
         before = vertices
@@ -167,14 +187,14 @@ def _refine(z, vertices, faces, across, triangles, stack, fixed, corner, side, a
             wanted, point = _wanted(z, faces, t, corner, side, areas, sweep == 0)
             if not wanted or vertices + 1 >= z.size:
                 continue
-            holder = _walk(z, faces, across, t, point)
+            holder = _walk(z, faces, across, t, point, links)
             if holder < 0:
                 continue
             stamp += 1
             z[vertices] = point
-            if _encroaches(z, faces, across, holder, vertices, cavity, mark, stamp):
+            if _encroaches(z, faces, across, holder, vertices, cavity, mark, stamp, links):
                 continue
-            if _insert(z, faces, across, holder, vertices, triangles, stack, fixed):
+            if _insert(z, faces, across, holder, vertices, triangles, stack, fixed, links):
                 vertices, triangles = vertices + 1, triangles + 2
         if vertices == before and sweep > 0:
             break
@@ -182,13 +202,12 @@ def _refine(z, vertices, faces, across, triangles, stack, fixed, corner, side, a
 
 
 @kernel
-def _split(z, new, faces, across, t, k, triangles, stack, outline):
-    """Splits the inner edge opposite corner k of t at its middle, the vertex new."""
+def _split(z, new, faces, across, t, k, triangles, stack, outline, links):
+    """Splits the inner edge opposite corner k of t at the vertex new, which lies on it."""
     u = across[t, k]
     a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
     j = opposite(faces, u, b, c)
     d = faces[u, j]
-    z[new] = 0.5 * (z[b] + z[c])
     t2, u2 = triangles, triangles + 1
     beyond_ca, beyond_ab = across[t, (k + 1) % 3], across[t, (k + 2) % 3]
     beyond_bd, beyond_dc = across[u, (j + 1) % 3], across[u, (j + 2) % 3]
@@ -204,21 +223,93 @@ def _split(z, new, faces, across, t, k, triangles, stack, outline):
     relink(across, beyond_dc, u, u2)
     for triangle in (t, t2, u, u2):
         push(stack, triangle)
-    legalise(z, faces, across, stack, outline)
+    legalise(z, faces, across, stack, outline, links)
 
 
 @kernel
-def _split_chords(z, vertices, outline, faces, across, triangles, stack):
-    """Splits inner edges that join two vertices of the outline until there are none."""
+def _split_chords(z, vertices, given, faces, across, triangles, stack, links):
+    """Splits inner edges that join two of the first `given` vertices, but for those of lines, until there are none."""
     for _ in range(ROUNDS):
         before = vertices
         for t in range(triangles):
             for k in range(3):
                 b, c = faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
-                if across[t, k] >= 0 and b < outline and c < outline and vertices < z.size:
-                    _split(z, vertices, faces, across, t, k, triangles, stack, outline)
-                    vertices, triangles = vertices + 1, triangles + 2
-                    break
+                if across[t, k] < 0 or b >= given or c >= given or vertices >= z.size or joined(links, b, c):
+                    continue
+                z[vertices] = 0.5 * (z[b] + z[c])
+                _split(z, vertices, faces, across, t, k, triangles, stack, given, links)
+                vertices, triangles = vertices + 1, triangles + 2
+                break
         if vertices == before:
             break
     return vertices, triangles
+
+
+@kernel
+def _holder(z, faces, triangles, point):
+    """The triangle that holds a point: the one of whose sides it is farthest inside."""
+    best, holder = -np.inf, 0
+    for t in range(triangles):
+        inside = np.inf
+        for k in range(3):
+            a, b = z[faces[t, k]], z[faces[t, (k + 1) % 3]]
+            inside = min(inside, cross(b - a, point - a) / abs(b - a))
+        if inside > best:
+            best, holder = inside, t
+    return holder
+
+
+@kernel
+def _given(z, border, given, faces, across, triangles, stack, links):
+    """Inserts the given vertices and recovers the edges between them; the number of triangles, or -1."""
+    nothing = links[:0]
+    for t in range(triangles):
+        push(stack, t)
+    legalise(z, faces, across, stack, 0, nothing)
+    for new in range(border, given):
+        t = _holder(z, faces, triangles, z[new])
+        if _insert(z, faces, across, t, new, triangles, stack, 0, nothing):
+            triangles += 2
+            continue
+        best, side = np.inf, -1
+        for k in range(3):
+            area = twice_area(z, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3], new)
+            if across[t, k] >= 0 and area < best:
+                best, side = area, k
+        if side < 0:
+            return -1
+        _split(z, new, faces, across, t, side, triangles, stack, 0, nothing)
+        triangles += 2
+    for v in range(border, given):
+        if links[v] >= 0 and not _recover(z, faces, across, triangles, v, links[v], links):
+            return -1
+    for t in range(triangles):
+        push(stack, t)
+    legalise(z, faces, across, stack, 0, links)
+    return triangles
+
+
+@kernel
+def _recover(z, faces, across, triangles, v, w, links):
+    """Flips edges that cross the one from v to w until that is in the mesh; False where it cannot be."""
+    for _ in range(MOST_RECOVERIES):
+        crossing = False
+        for t in range(triangles):
+            for k in range(3):
+                a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
+                u = across[t, k]
+                if u < 0 or a > faces[u, opposite(faces, u, b, c)] or v in (b, c) or w in (b, c):
+                    continue
+                over = cross(z[w] - z[v], z[b] - z[v]) * cross(z[w] - z[v], z[c] - z[v]) < 0
+                if not over or twice_area(z, b, c, v) * twice_area(z, b, c, w) >= 0:
+                    continue
+                d = faces[u, opposite(faces, u, b, c)]
+                if joined(links, b, c) and min(b, c) < min(v, w):
+                    return False
+                crossing = True
+                if min(twice_area(z, a, b, d), twice_area(z, a, d, c)) > THIN_FLIP:
+                    flip(faces, across, t, k)
+                    break
+        if not crossing:
+            return True
+    return False

@@ -18,6 +18,7 @@ import numpy as np
 from ...arrays import Complex, Index, Real
 from ..kernels import dot, kernel
 
+BOTH_AREAS = 0.5  # share of the image's area in the measure
 UNTANGLING_AREA = 0.5  # weight of the area part while untangling
 
 
@@ -34,14 +35,14 @@ def power(base, exponent):
 
 
 @kernel
-def density(p, d, theta, q):
-    """W at one triangle with d > 0."""
+def density(p, d, theta, q, share):
+    """W at one triangle with d > 0; the image's area counts by its share, ½ where map and inverse are alike."""
     core = p / d * power(0.5 * (d + 1 / d), theta)
-    return core * power(core, q - 1) * 0.5 * (1 + d)
+    return core * power(core, q - 1) * (1 - share + share * d)
 
 
 @kernel
-def density_derivatives(p, d, theta, q):
+def density_derivatives(p, d, theta, q, share):
     """W and its derivatives W_p, W_d, W_pp, W_pd, W_dd."""
     area, area1, area2 = 0.5 * (d + 1 / d), 0.5 * (1 - 1 / (d * d)), 1 / (d * d * d)
     grown = power(area, theta)
@@ -56,14 +57,14 @@ def density_derivatives(p, d, theta, q):
     value = below * core * core
     pp, pd = second * core_p * core_p, first * core_pd + second * core_p * core_d
     dd = first * core_dd + second * core_d * core_d
-    core_p, core_d, half = first * core_p, first * core_d, 0.5 * (1 + d)
+    core_p, core_d, area = first * core_p, first * core_d, 1 - share + share * d
     return (
-        value * half,
-        core_p * half,
-        core_d * half + 0.5 * value,
-        pp * half,
-        pd * half + 0.5 * core_p,
-        dd * half + core_d,
+        value * area,
+        core_p * area,
+        core_d * area + share * value,
+        pp * area,
+        pd * area + share * core_p,
+        dd * area + 2 * share * core_d,
     )
 
 
@@ -123,7 +124,7 @@ def wirtinger(corners, gradients, u, t):
 
 
 @kernel
-def total(corners, gradients, weights, u, theta, q, epsilon):
+def total(corners, gradients, weights, u, theta, q, share, epsilon):
     """The energy of the images u (n,); infinite where a triangle is folded, unless epsilon > 0 (untangling)."""
     energy = 0.0
     for t in range(corners.shape[0]):
@@ -132,7 +133,7 @@ def total(corners, gradients, weights, u, theta, q, epsilon):
         if epsilon > 0:
             energy += weights[t] * untangling_derivatives(aa + bb, aa - bb, epsilon)[0]
         elif aa > bb:
-            energy += weights[t] * density(aa + bb, aa - bb, theta, q)
+            energy += weights[t] * density(aa + bb, aa - bb, theta, q, share)
         else:
             return np.inf
     return energy
@@ -162,7 +163,7 @@ def _projected(first, second, coupling):
 
 
 @kernel
-def assemble(system, gradients, weights, u, theta, q, epsilon, matrix, gradient):
+def assemble(system, gradients, weights, u, theta, q, share, epsilon, matrix, gradient):
     """The energy at u; fills in its gradient and projected Hessian.
 
     Args:
@@ -172,6 +173,7 @@ def assemble(system, gradients, weights, u, theta, q, epsilon, matrix, gradient)
         u: (n,) images, without folds unless epsilon > 0.
         theta: weight of the area part.
         q: power that raises the worst.
+        share: of the image's area in the measure: ½, or 0 for the source's alone.
         epsilon: 0, or how far untangling reaches below zero.
         matrix: (e, 4) blocks of the upper triangle, written.
         gradient: (n,) complex, x + iy, written.
@@ -186,7 +188,7 @@ def assemble(system, gradients, weights, u, theta, q, epsilon, matrix, gradient)
         if epsilon > 0:
             w, w_p, w_d, w_pp, w_pd, w_dd = untangling_derivatives(aa + bb, aa - bb, epsilon)
         else:
-            w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(aa + bb, aa - bb, theta, q)
+            w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(aa + bb, aa - bb, theta, q, share)
         energy += weight * w
         size_a, size_b = np.sqrt(aa), np.sqrt(bb)
         unit_a = a / size_a if size_a > 1e-140 else 1 + 0j
@@ -239,7 +241,7 @@ def energy_of(z: Complex, u: Complex, faces: Index, theta: float = 1.0, q: float
     _, images = geometry(u, faces)
     z, u = z / np.sqrt(areas.sum()), u / np.sqrt(images.sum())
     gradients, areas = geometry(z, faces)
-    return float(total(faces, gradients, areas, u, float(theta), float(q), 0.0))
+    return float(total(faces, gradients, areas, u, float(theta), float(q), BOTH_AREAS, 0.0))
 
 
 def geometry(z: Complex, corners: Index) -> tuple[Complex, Real]:

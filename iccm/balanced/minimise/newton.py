@@ -6,6 +6,10 @@ Boundaries*, 2015, for the largest step) and the outline's vertices in order, an
 Steps are those of Newton's method for log E: the same direction, longer by 1/(1 - λ²/E) with λ² = gᵀH⁻¹g. Where one
 squeezed triangle makes up the energy, as x⁻⁶ does, Newton's own step widens it by a seventh only, this one doubles it;
 where none does the two are the same.
+
+Held vertices with a goal elsewhere move there: their whole way is imposed on the step, the others take the step that
+is best with it (the gradient is g + H r), and the step ends before a triangle folds; at its end they are held at their
+goals.
 """
 
 import numpy as np
@@ -14,11 +18,14 @@ from ..kernels import cross, kernel, move
 from .energy import assemble, total
 from .ldl import downhill, factorise
 from .sliding import (
+    FREE,
+    HELD,
     border_derivatives,
     border_energy,
     choose_directions,
     gap_ahead,
     point_at,
+    rail_of,
     restrict,
     stiffen,
 )
@@ -28,6 +35,9 @@ SHARE_OF_GAP = 0.9  # by which two neighbours of the outline may approach in one
 ARMIJO = 1e-5  # share of the slope that a step must gain
 SHORTEST_STEP = 1e-8
 LONGEST = 0.5  # of the energy: a step is lengthened to at most 1 / (1 - LONGEST) of Newton's
+SHARE_WHILE_MOVING = 0.9  # of the largest step without a fold: more leaves triangles too thin to go on
+GROWTH = 1.5  # of the energy in one step while vertices move
+CRAWL, CRAWLING = 0.03, 5  # vertices are stuck after so many steps of a smaller share of their way
 REGULAR = 1e-9  # of the mean diagonal, added to it: the projected Hessian may be singular (similarities)
 
 
@@ -77,88 +87,154 @@ def _gap_limit(border, tau, slide, length, most):
 
 
 @kernel
-def _moved(rail, u, tau, step, slide, low, high, t, new_u, new_tau):
+def _moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
     """Fills in where a share t of the step leads."""
     move(u, step, t, new_u)
     for v in range(tau.size):
         s = min(max(t * slide[v], low[v]), high[v])
         new_tau[v] = tau[v] + s
-        new_u[v] = point_at(rail, new_tau[v]) if s != 0 else u[v]
+        if s != 0:
+            new_u[v] = point_at(rail_of(rails, v), new_tau[v])
 
 
 @kernel
-def descend(system, faces, gradients, weights, u, tau, rail, border, held, theta, q, steps, tolerance):
-    """Newton steps until two of them gain less than `tolerance` of the energy each; changes u and tau in place.
+def _remaining(kinds, goals, u, way):
+    """Fills in the way (n,) of held vertices to their goals; whether there is any."""
+    moving = False
+    way.fill(0j)
+    for v in range(goals.size):
+        if kinds[v] == HELD and goals[v] != u[v]:
+            way[v], moving = goals[v] - u[v], True
+    return moving
+
+
+@kernel
+def add_product(system, matrix, way, gradient):
+    """Adds the matrix times the way (n,) to the gradient (n,), both x + iy of each vertex."""
+    n = system.position.size
+    vertex = np.empty(n, np.int64)
+    for v in range(n):
+        vertex[system.position[v]] = v
+    for k in range(n):
+        column = vertex[k]
+        for p in range(system.starts[k], system.starts[k + 1]):
+            row = vertex[system.rows[p]]
+            if way[column] != 0:
+                x, y = way[column].real, way[column].imag
+                gradient[row] += complex(
+                    matrix[p, 0] * x + matrix[p, 1] * y, matrix[p, 2] * x + matrix[p, 3] * y
+                )
+            if row != column and way[row] != 0:
+                x, y = way[row].real, way[row].imag
+                gradient[column] += complex(
+                    matrix[p, 0] * x + matrix[p, 2] * y, matrix[p, 1] * x + matrix[p, 3] * y
+                )
+
+
+@kernel
+def _restricted(kinds, directions, slope, gradient):
+    """Rewrites the gradient of constrained vertices along their directions, 0 where they are held."""
+    for v in range(directions.size):
+        if kinds[v] == FREE:
+            continue
+        along = gradient[v].real * directions[v].real + gradient[v].imag * directions[v].imag
+        gradient[v] = complex(along + slope[v] if directions[v] != 0 else 0.0, 0.0)
+
+
+@kernel
+def descend(
+    system, faces, gradients, weights, u, tau, rails, border, kinds, goals, theta, q, share, steps, tolerance
+):
+    """Newton steps until two of them gain less than `tolerance` of the energy each, or held vertices are stuck on
+    the way to their goals; changes u and tau in place.
 
     Args:
         system: pattern of the mesh.
         faces: (m, 3) counter-clockwise triangles.
         gradients: (m, 3) of the hat functions on the side that is kept, corners as in the system.
         weights: (m,) areas on that side, times weights.
-        u: (n,) positions on the side that moves, without folds, outline vertices on the rail at tau.
-        tau: (b,) their arclengths, increasing.
-        rail: the polyline they slide on.
-        border: the outline as a chain.
-        held: (b,) outline vertices that stay.
+        u: (n,) positions on the side that moves, without folds, sliding vertices on their rails at tau.
+        tau: (c,) arclengths of the constrained vertices, increasing along each curve.
+        rails: the polylines they slide on.
+        border: the curves as chains.
+        kinds: (c,) HELD, SLIDING or FREE.
+        goals: (c,) where held vertices are to be; elsewhere of no account.
         theta: weight of the area part.
         q: power that raises the worst.
+        share: of the image's area in the measure.
         steps: the most there may be.
         tolerance: relative decrease that counts as none.
 
     Returns:
         The energy and the number of steps.
     """
-    n, b, length = u.size, tau.size, rail.knots[-1]
+    n, c, length = u.size, tau.size, rails.knots[rails.starts[1, 0] - 1]
     matrix, gradient = np.empty((system.rows.size, 4)), np.empty(n, np.complex128)
     factor, pivots = np.empty((system.factor_rows.size, 4)), np.empty((n, 3))
-    slope, curvature, slide = np.empty(b), np.empty(b), np.empty(b)
-    directions, low, high = np.empty(b, np.complex128), np.empty(b), np.empty(b)
-    new_u, new_tau = np.empty(n, np.complex128), np.empty(b)
-    energy, small = np.inf, 0
+    slope, curvature, slide = np.empty(c), np.empty(c), np.empty(c)
+    directions, low, high = np.empty(c, np.complex128), np.empty(c), np.empty(c)
+    new_u, new_tau, way = np.empty(n, np.complex128), np.empty(c), np.empty(n, np.complex128)
+    energy, small, crawling = np.inf, 0, 0
     for done in range(steps):
-        energy = assemble(system, gradients, weights, u, theta, q, 0.0, matrix, gradient)
+        energy = assemble(system, gradients, weights, u, theta, q, share, 0.0, matrix, gradient)
         energy += border_energy(border, tau, length)
         border_derivatives(border, tau, length, slope, curvature)
-        choose_directions(rail, tau, held, gradient, slope, directions, low, high)
-        restrict(system, directions, matrix)
+        choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
+        moving = _remaining(kinds, goals, u, way)
+        if moving:
+            add_product(system, matrix, way, gradient)
+        restrict(system, kinds, directions, matrix)
         stiffen(system, border, directions, curvature, matrix)
         regularise(system, matrix)
-        for v in range(b):
-            along = gradient[v].real * directions[v].real + gradient[v].imag * directions[v].imag
-            gradient[v] = complex(along + slope[v] if directions[v] != 0 else 0.0, 0.0)
+        _restricted(kinds, directions, slope, gradient)
         if not factorise(system, matrix, factor, pivots):
             return energy, done
         step = downhill(system, factor, pivots, gradient)
         decrease = 0.0
         for v in range(n):
             decrease += gradient[v].real * step[v].real + gradient[v].imag * step[v].imag
-        for v in range(b):
+        for v in range(c):
+            if kinds[v] == FREE:
+                slide[v] = 0.0
+                continue
             slide[v] = step[v].real
             if low[v] == 0:
                 slide[v] = max(slide[v], 0.0)
             if high[v] == 0:
                 slide[v] = min(slide[v], 0.0)
-            step[v] = slide[v] * directions[v]
-        t = 1 / (1 + max(decrease / energy, -LONGEST))  # decrease < 0: Newton's step for log E
-        t = min(_gap_limit(border, tau, slide, length, t), SHARE_OF_FLIP * largest_step(faces, u, step))
-        gained = -1.0
+            step[v] = slide[v] * directions[v] + way[v]
+        t = 1.0 if moving else 1 / (1 + max(decrease / energy, -LONGEST))  # decrease < 0: Newton's for log E
+        t = min(
+            _gap_limit(border, tau, slide, length, t),
+            (SHARE_WHILE_MOVING if moving else SHARE_OF_FLIP) * largest_step(faces, u, step),
+        )
+        gained, accepted = 0.0, False
         while t > SHORTEST_STEP:
-            _moved(rail, u, tau, step, slide, low, high, t, new_u, new_tau)
+            _moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau)
+            if moving and t == 1.0:
+                for v in range(c):
+                    if kinds[v] == HELD:
+                        new_u[v] = goals[v]
             new_energy = border_energy(border, new_tau, length)
             if new_energy < np.inf:
-                new_energy += total(system.corners, gradients, weights, new_u, theta, q, 0.0)
-            if new_energy <= energy + ARMIJO * t * decrease:
-                gained = energy - new_energy
+                new_energy += total(system.corners, gradients, weights, new_u, theta, q, share, 0.0)
+            if new_energy <= (GROWTH * energy if moving else energy + ARMIJO * t * decrease):
+                gained, accepted = energy - new_energy, True
                 break
             t *= 0.5
-        if gained < 0:
+        if not accepted:
             return energy, done
         for v in range(n):
             u[v] = new_u[v]
-        for v in range(b):
+        for v in range(c):
             tau[v] = new_tau[v]
-        small = small + 1 if gained < tolerance * energy else 0
         energy -= gained
+        if moving:
+            crawling = crawling + 1 if t < CRAWL else 0
+            if crawling == CRAWLING:
+                return energy, done + 1
+            continue
+        small = small + 1 if gained < tolerance * (energy + gained) else 0
         if small == 2:
             return energy, done + 1
     return energy, steps

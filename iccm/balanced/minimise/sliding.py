@@ -1,9 +1,11 @@
-"""Vertices that slide along an outline: their directions, the outline's own energy, and how far they may go.
+"""Vertices that slide along a curve: their directions, the curve's own energy, and how far they may go.
 
-Each vertex of the outline has one unknown, its arclength τ on the polyline it slides on. It passes small kinks; at a
-corner it stops, and stays as long as the slopes to both sides hold it.
+Each vertex of the outline, or of a stroke, has one unknown, its arclength τ on the polyline it slides on. It passes
+small kinks; at a corner it stops, and stays as long as the slopes to both sides hold it. A stroke's polyline is closed
+by running back along itself; vertices stay on the way there, since the ends are held and the order is kept.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +13,7 @@ import numpy as np
 from ...arrays import Complex, Index, Real
 from ..kernels import dot, kernel, located
 
+HELD, SLIDING, FREE = 0, 1, 2  # kinds of constrained vertices
 SAME_PLACE = 1e-8  # of the length: a vertex this close to a corner is on it
 
 
@@ -28,18 +31,51 @@ class Rail(NamedTuple):
     corners: Real
 
 
-class Border(NamedTuple):
-    """The outline's vertices as a chain, with the energy ½ β Σ (Δτ²/Δs + Δs²/Δτ) of its edges.
+class Rails(NamedTuple):
+    """The rails of all constrained vertices, one after the other, the outline's first.
 
     Attributes:
-        following: (b,) the next vertex of each one.
-        spans: (b,) Δs, arclengths of the edges on the side that is kept.
-        stiffness: (b,) β of the edges.
+        knots: those of all rails.
+        vertices: likewise.
+        corners: likewise.
+        starts: (r + 1, 3) where each rail begins in the three.
+        own: (c,) the rail of each constrained vertex.
+    """
+
+    knots: Real
+    vertices: Complex
+    corners: Real
+    starts: Index
+    own: Index
+
+    @classmethod
+    def of(cls, rails: Sequence[Rail], own: Index) -> "Rails":
+        """The rails put together."""
+        sizes = np.array([[part.size for part in rail] for rail in rails], np.int64)
+        starts = np.concatenate([np.zeros((1, 3), np.int64), np.cumsum(sizes, axis=0)])
+        knots, vertices, corners = (np.concatenate(parts) for parts in zip(*rails))
+        return cls(knots, vertices, corners, starts, own)
+
+
+class Border(NamedTuple):
+    """The constrained vertices as chains, with the energy ½ β Σ (Δτ²/Δs + Δs²/Δτ) of their edges.
+
+    Attributes:
+        following: (c,) the next vertex of each one; itself at the end of a stroke and for a pin.
+        spans: (c,) Δs, arclengths of the edges on the side that is kept.
+        stiffness: (c,) β of the edges, 0 where there is none.
     """
 
     following: Index
     spans: Real
     stiffness: Real
+
+
+@kernel
+def rail_of(rails, v):
+    """The rail of constrained vertex v."""
+    a, b = rails.starts[rails.own[v]], rails.starts[rails.own[v] + 1]
+    return Rail(rails.knots[a[0] : b[0]], rails.vertices[a[1] : b[1]], rails.corners[a[2] : b[2]])
 
 
 @kernel
@@ -108,24 +144,25 @@ def border_derivatives(border, tau, length, slope, curvature):
 
 
 @kernel
-def choose_directions(rail, tau, held, gradient, slope, directions, low, high):
-    """Fills in where each outline vertex may go: a unit tangent, 0 to stay, and the limits of its step.
+def choose_directions(rails, tau, kinds, gradient, slope, directions, low, high):
+    """Fills in where each constrained vertex may slide: a unit tangent, 0 to stay, and the limits of its step.
 
     Args:
-        rail: what it slides on.
-        tau: (b,) arclengths.
-        held: (b,) vertices that may not move.
+        rails: what they slide on.
+        tau: (c,) arclengths.
+        kinds: (c,) HELD, SLIDING or FREE.
         gradient: (n,) of the energy in the plane.
-        slope: (b,) of the outline's energy.
-        directions: (b,) complex, written.
-        low: (b,) most negative step, written.
-        high: (b,) largest step, written.
+        slope: (c,) of the curves' energy.
+        directions: (c,) complex, written.
+        low: (c,) most negative step, written.
+        high: (c,) largest step, written.
     """
-    nudge = 1e-9 * rail.knots[-1]
     for v in range(tau.size):
         directions[v], low[v], high[v] = 0j, 0.0, 0.0
-        if held[v]:
+        if kinds[v] != SLIDING:
             continue
+        rail = rail_of(rails, v)
+        nudge = 1e-9 * rail.knots[-1]
         on, behind, ahead = way_to_corners(rail, tau[v])
         forward = tangent(rail, tau[v] + nudge)
         directions[v], low[v], high[v] = forward, behind, ahead
@@ -144,18 +181,19 @@ def choose_directions(rail, tau, held, gradient, slope, directions, low, high):
 
 
 @kernel
-def restrict(system, directions, matrix):
-    """Rewrites the blocks of outline vertices: first unknown along the direction, the missing ones 1.
+def restrict(system, kinds, directions, matrix):
+    """Rewrites the blocks of constrained vertices: first unknown along the direction, the missing ones 1.
 
     Args:
         system: pattern.
-        directions: (b,) of the first b vertices; 0 holds one.
+        kinds: (c,) of the first c vertices; FREE ones keep their blocks.
+        directions: (c,) of these vertices; 0 holds one.
         matrix: (e, 4), changed in place.
     """
     n = system.position.size
     constrained, way = np.zeros(n, np.bool_), np.zeros(n, np.complex128)
     for v in range(directions.size):
-        constrained[system.position[v]], way[system.position[v]] = True, directions[v]
+        constrained[system.position[v]], way[system.position[v]] = kinds[v] != FREE, directions[v]
     for k in range(n):
         for p in range(system.starts[k], system.starts[k + 1]):
             i = system.rows[p]
@@ -168,6 +206,8 @@ def restrict(system, directions, matrix):
                     matrix[p, b] = way[k].real * matrix[p, b] + way[k].imag * matrix[p, b + 1]
                     matrix[p, b + 1] = 0.0
     for v in range(directions.size):
+        if kinds[v] == FREE:
+            continue
         matrix[system.diagonal[v], 3] = 1.0
         if directions[v] == 0:
             matrix[system.diagonal[v], 0] = 1.0

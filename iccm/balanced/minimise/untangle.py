@@ -63,7 +63,7 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
         gradients: (m, 3) of the hat functions on the source, corners as in the system.
         areas: (m,) of the source's triangles.
         u: (n,) images, changed in place but for the first `border` ones.
-        border: how many vertices are on the outline.
+        border: how many vertices stay where they are, those of the outline first.
         harmonic: whether the inside begins as the harmonic one instead of as given.
         steps: the most there may be.
         polish: how many of them may be made once nothing is folded.
@@ -71,14 +71,18 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
     n = u.size
     matrix, gradient = np.empty((system.rows.size, 4)), np.empty(n, np.complex128)
     factor, pivots = np.empty((system.factor_rows.size, 4)), np.empty((n, 3))
-    still, trial = np.zeros(border, np.complex128), np.empty(n, np.complex128)
+    still, kinds, trial = (
+        np.zeros(border, np.complex128),
+        np.zeros(border, np.int64),
+        np.empty(n, np.complex128),
+    )
     if harmonic:
         for v in range(border, n):
             u[v] = 0j
         _stiffness(system, gradients, areas, u, matrix, gradient)
         for v in range(border):
             gradient[v] = 0j
-        restrict(system, still, matrix)
+        restrict(system, kinds, still, matrix)
         if factorise(system, matrix, factor, pivots):
             move(u, downhill(system, factor, pivots, gradient), 1.0, u)
     epsilon, slow = -1.0, False
@@ -89,10 +93,10 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
                 return least
             polish -= 1
         epsilon = _epsilon(least, epsilon, slow)
-        energy = assemble(system, gradients, areas, u, 1.0, 1.0, epsilon, matrix, gradient)
+        energy = assemble(system, gradients, areas, u, 1.0, 1.0, 0.5, epsilon, matrix, gradient)
         for v in range(border):
             gradient[v] = 0j
-        restrict(system, still, matrix)
+        restrict(system, kinds, still, matrix)
         regularise(system, matrix)
         if not factorise(system, matrix, factor, pivots):
             break
@@ -103,7 +107,7 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
         t, new_energy = 1.0, np.inf
         while t > SHORTEST_STEP:
             move(u, step, t, trial)
-            new_energy = total(system.corners, gradients, areas, trial, 1.0, 1.0, epsilon)
+            new_energy = total(system.corners, gradients, areas, trial, 1.0, 1.0, 0.5, epsilon)
             if new_energy <= energy + ARMIJO * t * decrease:
                 break
             t *= 0.5

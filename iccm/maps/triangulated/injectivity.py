@@ -41,7 +41,7 @@ def certify(
     said += [f"the outline of the {name} {what}" for name, what in zip(("source", "image"), faults) if what]
     beltrami = _beltrami(faces, image, source)
     return Certificate(
-        not said, 0.0, float(not said), int((folded | bent).sum()), beltrami, not faults[1], "; ".join(said)
+        not said, 0.0, int((folded | bent).sum()), beltrami, not faults[1], "; ".join(said), float(not said)
     )
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from ....errors import InputError
 from ... import formats
-from ...artwork import carry, check
+from ...artwork import carry_parts, check
 from ...spec import Spec
+from .. import framing
 from ..job import Job
 from ..state import Run
 from .output import Output
@@ -32,9 +34,13 @@ class Artwork(Output):
             InputError: it is malformed, or too much.
         """
         check(run.source, run.target)
+        for note in framing.remarks(run.job, run.source, run.target):
+            run.note(note)
 
     def write(self, run: Run, path: Path) -> None:
         """All of it, and notes on what was cut off or left out."""
         with run.timed("artwork"):
-            for note in carry(run.source, run.fit.map, run.target, path):
+            carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
+            target = replace(run.target, box=framing.shown(run.job, run.target))
+            for note in carry_parts(carried, target, path):
                 run.note(note)

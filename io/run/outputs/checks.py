@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ....pixels.texture import MENDING, check_kind, strip_bytes
 from ...shapes.shape import Shape
-from .. import raster_size
+from .. import framing, raster_size
 from ..state import Run
 
 
@@ -43,17 +43,13 @@ def coordinates(run: Run, *shapes: Shape) -> None:
         run.note(note)
 
 
-def canvas(run: Run, *, textured: bool = True) -> tuple[int, int]:
-    """Width and height of the target's raster, before the map is known; tells which shapes leave their canvas.
-
-    Args:
-        run: the job and its shapes.
-        textured: whether a texture is carried to it.
+def canvas(run: Run) -> tuple[int, int]:
+    """Width and height of the target's raster, before the map is known; tells what it shows of the target.
 
     Raises:
         InputError: more pixels than --max-pixels.
     """
-    for note in raster_size.off_canvas(run.job, run.source, run.target, textured):
+    for note in framing.remarks(run.job, run.source, run.target):
         run.note(note)
     return raster_size.canvas_size(run.job, run.target)
 

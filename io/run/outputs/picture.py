@@ -9,11 +9,13 @@ from pathlib import Path
 from numpy.typing import NDArray
 
 from ....errors import InputError
+from ....pixels.canvas import Diagnostics
 from ....pixels.warp import Warp, band_bytes, padded, whole, whole_bytes
 from ... import formats
 from ...pictures import image_files
 from ...pictures.image import Image, straight
 from ..job import Job
+from ..plain import Colours
 from ..state import Run
 from . import checks
 from .output import Output
@@ -85,7 +87,7 @@ class Picture(Output):
 
 def _warp(run: Run) -> Warp:
     placing = run.source.placing(run.sampler.texture) if run.on_mesh else None
-    return Warp(run.fit.fast, run.sampler, run.canvas, placing=placing, max_error=run.job.max_pixel_error)
+    return Warp(run.mapping, run.sampler, run.canvas, placing=placing, max_error=run.job.max_pixel_error)
 
 
 def _padded(run: Run) -> Image:
@@ -98,7 +100,9 @@ def _padded(run: Run) -> Image:
         warped = whole(work, threads=run.threads, progress=_advance(run))
         image = straight(run.image.with_pixels(warped.pixels, warped.alpha))
         image = replace(image, pixels=padded(image.pixels, image.alpha, job.padding or 0, job.fill))
-    run.figures["pixels"] = warped.diagnostics.as_dict()
+    colours = Colours()
+    colours.see(warped.pixels, warped.alpha)
+    _told(run, colours, warped.diagnostics)
     return image
 
 
@@ -109,13 +113,22 @@ def _stream(run: Run, path: Path) -> None:
         for block in work.blocks(run.threads):
             if advance:
                 advance(len(block))
+            colours.see(block, work.alpha)
             yield run.image.with_pixels(block, work.alpha).pixels
 
     with run.timed("resample"):
-        work, advance = _warp(run), _advance(run)
+        work, advance, colours = _warp(run), _advance(run), Colours()
         like = replace(run.image, alpha=work.alpha)
         image_files.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
-    run.figures["pixels"] = work.diagnostics.as_dict()
+    _told(run, colours, work.diagnostics)
+
+
+def _told(run: Run, colours: Colours, seen: Diagnostics) -> None:
+    """Report what became of the pixels, and say so when they show nothing."""
+    run.figures["pixels"] = seen.as_dict()
+    textured = bool(run.job.texture) and run.job.texture_box != "bbox" and not run.on_mesh
+    if note := colours.note(bool(seen.inside or seen.edge), textured):
+        run.note(note)
 
 
 def _advance(run: Run) -> Callable[[int], None] | None:

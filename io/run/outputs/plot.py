@@ -23,6 +23,8 @@ class Plot(Output):
             if not run.target.is_mesh:
                 from .. import figure
 
+                if len(run.fits) > 1:
+                    run.note(f"{self.name}: shows the largest part alone")
                 figure.draw(run, path)
                 return
             from ...shapes.mesh_shape import as_mesh

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ....errors import InputError
 from ...pictures import stmap_files
-from .. import texture
+from .. import framing
 from ..job import Job
 from ..state import Run
 from . import checks
@@ -28,11 +28,11 @@ class STMap(Output):
                 f"{spec}: an STMap cannot hold its texture coordinates; leave out "
                 f"{'--bake' if run.job.bake else '--stmap'}, and carry each picture with --texture"
             )
-        width, _ = checks.canvas(run, textured=bool(run.job.texture))
+        width, _ = checks.canvas(run)
         run.room.check(stmap_files.band_bytes(width), f"rows of {width} pixels")
 
     def write(self, run: Run, path: Path) -> None:
         """Rows as they are computed."""
-        box = texture.covered(run.job, run.source)
+        box = framing.covered(run.job, run.source)
         with run.timed("resample"):
-            stmap_files.write(path, run.fit.fast, box, run.canvas, room=run.room, threads=run.threads)
+            stmap_files.write(path, run.mapping, box, run.canvas, room=run.room, threads=run.threads)

@@ -16,9 +16,9 @@ from ... import formats
 from ...meshes import mesh_files
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
+from ..framing import covered
 from ..job import Job
 from ..state import Run
-from ..texture import covered
 from .output import Output
 
 

@@ -9,7 +9,9 @@ from iccm.balanced.discrete import DiscreteMap, folds
 from iccm.balanced.meshing.mesh import Sizes
 from iccm.balanced.minimise.newton import largest_step
 from iccm.balanced.minimise.sliding import (
+    SLIDING,
     Border,
+    Rails,
     border_derivatives,
     border_energy,
     choose_directions,
@@ -63,7 +65,8 @@ def test_a_vertex_on_a_corner_stays_while_both_slopes_hold_it(pull, expected):
     tau = np.array([1.0])  # the corner ½ - ½i, reached along +x and left along +y
     gradient, slope = np.array([pull + 0j]), np.zeros(1)
     ways, low, high = np.empty(1, complex), np.empty(1), np.empty(1)
-    choose_directions(SQUARE.rail, tau, np.zeros(1, bool), gradient, slope, ways, low, high)
+    rails = Rails.of([SQUARE.rail], np.zeros(1, int))
+    choose_directions(rails, tau, np.array([SLIDING]), gradient, slope, ways, low, high)
     if expected == 0:
         assert ways[0] == 0 and low[0] == high[0] == 0
     else:

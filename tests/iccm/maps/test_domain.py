@@ -6,7 +6,7 @@ import pytest
 import iccm
 from iccm.maps.evaluate import Evaluator
 from iccm.maps.harmonic import HarmonicMap
-from tests.shapes import arrow, blob, inside, pear, star
+from tests.shapes import arrow, blob, conformal_fit, inside, pear, star
 
 
 def outside(f, away):
@@ -47,7 +47,7 @@ def test_the_given_vertices_are_on_the_map_however_it_was_simplified(method, n):
 def test_the_gap_of_the_outline_as_given_is_told():
     """A notch that the map's polygon leaves out is missed by the image, though the polygon's image is not."""
     notch = np.insert(arrow(), 1, [1, 1.1 + 0.4j, 1.2])
-    whole = iccm.fit(arrow(), arrow())
+    whole = conformal_fit(arrow(), arrow())
     fit = type(whole)(whole.map, whole.ended, [], iccm.Curve.domain(notch), whole.target, whole.pins, [])
     assert whole.boundary["given"] < 1e-3 < 0.05 < fit.boundary["given"]
 

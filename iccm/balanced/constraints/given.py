@@ -1,0 +1,216 @@
+"""Pins as the user gave them, checked: those on the outline tie the outlines together, the others are inside."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex, Index, Real
+from ...curve import Curve
+from ...errors import InputError
+from ..frames import GRID, Frame
+from .strokes import FINENESS, Stroke, simplified
+
+ON_OUTLINE = 1e-3  # of the diagonal: a pin this close to the outline is on it
+NEAR_OUTLINE = 0.02  # of the diagonal: a pin inside but closer than this stretches what lies between
+SAME_POINT = 1e-9  # of the diagonal
+
+
+@dataclass(frozen=True, eq=False)
+class Pins:
+    """Pins and strokes of two domains, in the user's coordinates.
+
+    Attributes:
+        inner: (k, 2) pins inside.
+        outer: (l, 2) pins on the outlines, moved onto them, in the order of the source's outline.
+        strokes: pairs of polylines, simplified.
+        notes: sentences on pins that are close to an outline.
+    """
+
+    inner: Complex
+    outer: Complex
+    strokes: tuple[Stroke, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return len(self.inner) + len(self.outer)
+
+    def unit(self, frames: tuple[Frame, Frame]) -> "Pins":
+        """The pins in unit coordinates, on their grid."""
+        inner, outer = (
+            np.column_stack([np.round(f.unit(side) / GRID) * GRID for f, side in zip(frames, pins.T)])
+            for pins in (self.inner, self.outer)
+        )
+        strokes = tuple(
+            Stroke(
+                *(Curve(f.unit(c.z), closed=False) for f, c in zip(frames, (stroke.source, stroke.target)))
+            )
+            for stroke in self.strokes
+        )
+        return Pins(inner, outer, strokes, self.notes)
+
+
+def checked(source: Curve, target: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = ()) -> Pins:
+    """The pins (k, 2) and strokes of two domains, sorted.
+
+    Raises:
+        InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin on one outline
+            only, pins on the outlines that come in another order on one than on the other; a stroke that leaves its
+            shape, touches its outline, itself, another stroke or a pin.
+    """
+    pins, numbers = _without_repeats(pins, source.diagonal, target.diagonal)
+    distances = np.column_stack([_inside(c, pins[:, k], numbers, k) for k, c in enumerate((source, target))])
+    outer = distances < ON_OUTLINE
+    for k in np.flatnonzero(outer[:, 0] != outer[:, 1]):
+        there, here = ("source", "target") if outer[k, 0] else ("target", "source")
+        raise InputError(
+            f"pin {numbers[k] + 1}: its {there} is on the outline and its {here} is not; "
+            "a one-to-one map takes outline to outline"
+        )
+    outer = outer[:, 0]
+    near = np.flatnonzero(~outer & (distances.min(axis=1) < NEAR_OUTLINE))
+    notes = tuple(
+        f"Pin {numbers[k] + 1} is very close to the outline: what lies between is stretched." for k in near
+    )
+    drawn = checked_strokes((source, target), strokes, pins, numbers)
+    return Pins(pins[~outer], _in_order(source, target, pins[outer], numbers[outer]), drawn, notes)
+
+
+def checked_strokes(
+    domains: tuple[Curve, Curve], strokes: Sequence[tuple[Curve, Curve]], pins: Complex, numbers: Index
+) -> tuple[Stroke, ...]:
+    """The strokes, simplified.
+
+    Raises:
+        InputError: as `checked`.
+    """
+    for side, (curve, name) in enumerate(zip(domains, ("source", "target"))):
+        lines = [_line(pair[side].z) for pair in strokes]
+        unit = curve.diagonal
+        ring = _line(np.append(curve.z, curve.z[0]))
+        for k, line in enumerate(lines):
+            if not line.is_simple:
+                raise InputError(f"stroke {k + 1}: its {name} crosses or touches itself")
+            outside = not curve.contains(strokes[k][side].z).all()
+            if outside or line.distance(ring) < ON_OUTLINE * unit:
+                raise InputError(
+                    f"stroke {k + 1}: its {name} leaves the shape or touches its outline; keep it inside"
+                )
+            for j in range(k):
+                if line.distance(lines[j]) < ON_OUTLINE * unit:
+                    raise InputError(f"strokes {j + 1} and {k + 1}: they cross or touch in the {name}")
+            for z, number in zip(pins[:, side], numbers):
+                if line.distance(shapely.Point(z.real, z.imag)) < ON_OUTLINE * unit:
+                    raise InputError(
+                        f"pin {number + 1} and stroke {k + 1}: they touch in the {name}; drop one"
+                    )
+    return tuple(
+        Stroke(*(simplified(c, FINENESS * d.diagonal) for c, d in zip(pair, domains))) for pair in strokes
+    )
+
+
+def _line(z: Complex) -> shapely.LineString:
+    return shapely.LineString(np.column_stack([z.real, z.imag]))
+
+
+def _without_repeats(pins: Complex, unit: float, image_unit: float) -> tuple[Complex, Index]:
+    """The pins without those given twice, and their places among those given."""
+    keep: list[int] = []
+    for k, (z, w) in enumerate(pins):
+        same = [j for j in keep if abs(pins[j, 0] - z) <= SAME_POINT * unit]
+        same_goal = [j for j in keep if abs(pins[j, 1] - w) <= SAME_POINT * image_unit]
+        if same and same_goal:
+            continue
+        if same:
+            raise InputError(
+                f"pins {same[0] + 1} and {k + 1}: the same point of the source is to go to two places"
+            )
+        if same_goal:
+            raise InputError(
+                f"pins {same_goal[0] + 1} and {k + 1}: two points of the source are to go to one place"
+            )
+        keep.append(k)
+    return pins[keep], np.array(keep, np.int64)
+
+
+def _inside(curve: Curve, z: Complex, numbers: Index, side: int) -> Real:
+    """Distances of the pins from an outline, of its diagonal."""
+    if not z.size:
+        return np.empty(0)
+    distances = np.abs(curve.at(curve.closest(z)) - z)
+    outside = np.flatnonzero(~curve.contains(z) & (distances > ON_OUTLINE * curve.diagonal))
+    if outside.size:
+        k, name = outside[0], ("source", "target")[side]
+        raise InputError(
+            f"pin {numbers[k] + 1}: ({z[k].real:g}, {z[k].imag:g}) is outside the {name} shape by "
+            f"{distances[k]:.3g}; move it inside"
+        )
+    return distances / curve.diagonal
+
+
+def _in_order(source: Curve, target: Curve, pins: Complex, numbers: Index) -> Complex:
+    """Outline pins moved onto the outlines, in their order."""
+    if not len(pins):
+        return pins
+    s, tau = source.closest(pins[:, 0]), target.closest(pins[:, 1])
+    order = np.argsort(s, kind="stable")
+    gaps = np.mod(np.diff(tau[order], append=tau[order[0]]), target.length)
+    if len(pins) > 1 and abs(gaps.sum() - target.length) > 0.5 * target.length:
+        names = ", ".join(str(numbers[k] + 1) for k in _misplaced(tau[order], target.length, order))
+        raise InputError(
+            f"pins on the outline out of order: {names}; a one-to-one map keeps the order around the outline"
+        )
+    return np.column_stack([source.at(s), target.at(tau)])[order]
+
+
+def _misplaced(tau: Real, length: float, order: Index) -> list[int]:
+    """Which pins are out of order: all but the most that are in order from some one on."""
+    best: list[int] = []
+    for first in range(tau.size):
+        lifted = np.mod(np.roll(tau, -first) - tau[first], length)
+        chain = [0]
+        runs = [[0]]
+        for k in range(1, tau.size):
+            ending = [run for run in runs if lifted[run[-1]] < lifted[k]]
+            runs.append([*max(ending, key=len), k])
+        chain = max(runs, key=len)
+        if len(chain) > len(best):
+            best = [(c + first) % tau.size for c in chain]
+    return sorted(int(order[k]) for k in range(tau.size) if k not in best)
+
+
+def place(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> None:
+    """Puts the vertices of pins exactly where they belong, so that going to unit coordinates and back costs nothing.
+
+    Args:
+        pins: in the coordinates of z and u.
+        z: (n,) vertices of the source, those of the outline first, then those of inner pins; changed in place.
+        u: (n,) their images; likewise, but for those of pins that are not met.
+        border: vertices on the outline.
+        first: vertex of the first inner pin.
+    """
+    near = 1e-8 * np.ptp(np.concatenate([u.real, u.imag]))
+    vertices = first + np.arange(len(pins.inner))
+    if len(pins.outer):
+        on_outline = np.abs(pins.outer[:, :1] - z[None, :border]).argmin(axis=1)
+        vertices = np.append(vertices, on_outline)
+    for v, (here, there) in zip(vertices, np.concatenate([pins.inner, pins.outer])):
+        z[v] = here
+        if abs(u[v] - there) < near:
+            u[v] = there
+
+
+def with_points(curve: Curve, points: Complex) -> Curve:
+    """The closed curve with vertices at points that lie on it."""
+    if not points.size:
+        return curve
+    s = np.mod(curve.closest(points), curve.length)
+    near = np.abs(points[:, None] - curve.z[None, :])
+    new = near.min(axis=1) > SAME_POINT * curve.diagonal
+    z = curve.z.copy()
+    z[near.argmin(axis=1)[~new]] = points[~new]
+    knots = np.append(curve.knots[:-1], s[new])
+    return Curve(np.append(z, points[new])[np.argsort(knots, kind="stable")])

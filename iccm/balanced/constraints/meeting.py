@@ -1,0 +1,179 @@
+"""Bringing pins to their goals: among the starts, and on the meshes that follow."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Complex
+from .. import starts
+from ..discrete import DiscreteMap
+from ..failure import Stuck
+from ..levels import (
+    BACKWARD,
+    GOOD_ENOUGH,
+    RELEASED_STEPS,
+    Level,
+    Problem,
+    alternated,
+    refined,
+    score,
+)
+from ..meshing.mesh import Sizes
+from ..pairs import Match
+from ..solution import Journal
+
+FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
+MOVING_STEPS, MOVING_DECREASE = 40, 1e-3
+BROUGHT = 6  # starts, best without pins, that are tried harder where none met its pins
+KEPT = 3  # starts, best with pins met, that are settled
+TURNED_STARTS = 3  # elastic ones, at the turn that fits the pins best
+FIRST_SHARE, LEAST_SHARE, STAGE_STEPS = 0.25, 0.02, 15  # of the way in stages; Newton steps in each
+LEAST_FACTOR = 1e-3  # by which constraints shrink: below, they are taken as moved only
+STRONG = 3.0  # times the energy without pins from which they force strong stretch
+STRETCHED = "The pins force strong stretch: the energy is over three times that without them."
+RELEASES = 2  # rounds of released corners with pins held
+
+
+def bound(state: DiscreteMap) -> DiscreteMap:
+    """The map with its constraints in force."""
+    return replace(state, bound=True)
+
+
+def moved(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map with pins moved straight to their goals as far as they go."""
+    return bound(state).forward(theta, 1.0, MOVING_STEPS, MOVING_DECREASE, corners=True)
+
+
+def turned_to_goals(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map with pins moved to their goals in stages: a similarity turns and grows evenly, the rest goes straight."""
+    goals = state.inside.goals
+    inner = slice(state.border, state.border + goals.size)
+    begun = state.u[inner]
+    middle, end = begun.mean(), goals.mean()
+    spread = np.sum(np.abs(begun - middle) ** 2)
+    factor = np.vdot(begun - middle, goals - end) / spread if spread > 0 else 1.0
+    factor = factor if abs(factor) > LEAST_FACTOR else 1.0
+    rest = goals - end - factor * (begun - middle)
+    share, step = 0.0, FIRST_SHARE
+    while share < 1 and step > LEAST_SHARE:
+        new = min(1.0, share + step)
+        power = np.exp(new * np.log(complex(factor)))
+        way = middle + new * (end - middle) + power * (begun - middle) + new * rest if new < 1 else goals
+        tried = replace(state, inside=state.inside._replace(goals=way), bound=True)
+        tried = tried.forward(theta, 1.0, STAGE_STEPS, MOVING_DECREASE, corners=True)
+        if tried.miss > 0:
+            step *= 0.5
+            continue
+        state, share, step = tried, new, 1.5 * step
+    return replace(state, inside=state.inside._replace(goals=goals))
+
+
+def brought(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map with pins at their goals, straight or in stages; or as close as they got."""
+    straight = moved(state, theta)
+    if straight.miss == 0:
+        return straight
+    turned = turned_to_goals(replace(state, bound=False), theta)
+    return min(turned, straight, key=lambda each: each.miss)
+
+
+def turned_matches(level: Level, pins: Complex) -> list[Match]:
+    """Elastic matches at the turn that fits the pins (k, 2) best; none for fewer than two pins."""
+    if len(pins) < 2:
+        return []
+    a, b = pins.T - pins.T.mean(axis=1, keepdims=True)
+    source, target = level.source.curve, level.target.curve
+    found = starts.Different(source, target)
+    starts.first_new(
+        found, starts.elastic_matches(source, target, float(np.angle(np.vdot(a, b)))), TURNED_STARTS
+    )
+    return found.matches
+
+
+def rank(state: DiscreteMap, upright: float) -> tuple[float, float]:
+    """Maps that meet their constraints first, by score; then the others by what they miss."""
+    return state.miss, score(state, upright)
+
+
+def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list[DiscreteMap], float, int]:
+    """The best maps with pins moved, best first; the least energy without pins; and how many matches failed."""
+    states, failed = [], 0
+    for match in matches:
+        try:
+            states.append(
+                level.mapped(match).unfolded().forward(problem.theta, 1.0, FIRST_STEPS, 1e-4, corners=False)
+            )
+        except Stuck:
+            failed += 1
+    free = min((state.energy for state in states), default=np.inf)
+    ends = sorted((moved(state, problem.theta) for state in states), key=lambda s: rank(s, problem.upright))
+    if ends and ends[0].miss > 0:
+        states = sorted(states, key=lambda s: s.energy)[:BROUGHT]
+        ends = sorted((brought(s, problem.theta) for s in states), key=lambda s: rank(s, problem.upright))
+    return ends[:KEPT], free, failed
+
+
+def settled(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
+    """The best of a few rounds with pins held: corners released, a new mesh, settled."""
+    best = state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
+    for _ in range(RELEASES):
+        try:
+            state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
+            state = alternated(carried(level, state, problem.theta), problem.theta, 1.0, 4, BACKWARD)
+        except Stuck:
+            break
+        if score(state, problem.upright) >= score(best, problem.upright):
+            break
+        best = state
+    return best
+
+
+def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None = None) -> DiscreteMap:
+    """The map carried to another mesh with pins held; where that folds, with them free and then moved again.
+
+    Raises:
+        Stuck: no map without folds, or pins no longer met.
+    """
+    try:
+        return refined(level, state, sizes)
+    except Stuck:
+        if not (state.bound and state.inside.z.size):
+            raise
+    new = refined(level, replace(state, bound=False), sizes)
+    goals = new.inside.goals.copy()
+    goals[new.inside.own < 0] = state.inside.goals[state.inside.own < 0]
+    new = brought(replace(new, inside=new.inside._replace(goals=goals)), theta)
+    if new.miss > 0:
+        raise Stuck("the constraints are not met on a new mesh")
+    return new
+
+
+def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journal) -> DiscreteMap:
+    """The best map of all starts on coarse meshes, pins met or as close as they got.
+
+    Raises:
+        Stuck: no start without folds.
+    """
+    matches = matches + turned_matches(level, problem.all_pins)
+    states, free, failed = screened(level, matches, problem)
+    journal.starts["tried"] += len(matches)
+    journal.starts["failed"] += failed
+    if not states:
+        raise Stuck("no start")
+    met = [state for state in states if state.miss == 0]
+    if met:
+        best = min((settled(level, s, problem) for s in met), key=lambda s: score(s, problem.upright))
+    elif problem.strokes:
+        best = settled(level, replace(states[0], bound=False), problem)
+    else:
+        best = settled(level, held_where_they_are(states[0]), problem)
+    if best.energy > STRONG * free:
+        journal.notes.append(STRETCHED)
+    journal.level("coarse", best, 1.0)
+    return best
+
+
+def held_where_they_are(state: DiscreteMap) -> DiscreteMap:
+    """The map with its inner constraints asking for no more than is."""
+    u = state.u[state.border : state.border + state.inside.z.size].copy()
+    return replace(state, inside=state.inside._replace(goals=u), bound=True)

@@ -1,0 +1,251 @@
+"""Pins and strokes met exactly: random ones on random pairs of drawings, the balanced method without them beside.
+
+python -m tests.bench.constraints [--pairs 16] [--seed 1] [--only KIND] [--share 1.0]
+"""
+
+import argparse
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+import iccm
+from iccm import Curve, InputError
+from iccm.balanced.minimise.energy import energy_of
+from iccm.result import distances
+
+from . import shapes
+
+PIN_ERROR, OFF_LINE, GAP = 1e-9, 2e-4, 1e-3  # goals, of the diagonal
+TURNED = 120  # degrees by which strokes are turned, at most
+CLEAR = 0.03  # of the diagonal: how far random pins stay from the outlines, and half of it from each other
+TRIES = 400
+
+
+@dataclass(frozen=True)
+class Case:
+    """A pair of domains and the map without constraints."""
+
+    name: str
+    source: Curve
+    target: Curve
+    free: iccm.Fit
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Row:
+    """What became of a case; the ratios are to the map without constraints."""
+
+    error: float
+    gap: float
+    off: float
+    certified: bool
+    slower: float
+    seconds: float
+    energy: float
+    p95: float
+    status: str
+
+    @property
+    def met(self) -> bool:
+        """Whether all is as promised."""
+        return (
+            self.error <= PIN_ERROR
+            and self.off <= OFF_LINE
+            and self.gap <= GAP
+            and self.certified
+            and self.status == "reached"
+        )
+
+
+def clear(curve: Curve, z: np.ndarray) -> np.ndarray:
+    """Which points are inside and far enough from the outline."""
+    return curve.contains(z) & (np.abs(curve.at(curve.closest(z)) - z) > CLEAR * curve.diagonal)
+
+
+def apart(points: list, z: complex, unit: float) -> bool:
+    """Whether a point is far enough from the others."""
+    return all(abs(z - other) > CLEAR * unit for other in points)
+
+
+def inner(rng, free: iccm.Fit, count: int, low: float, high: float) -> np.ndarray | None:
+    """Pins inside, displaced from where the map without pins has them by shares `low` to `high` of the diagonal."""
+    points, pins = free.interior, []
+    for _ in range(TRIES):
+        z = complex(rng.choice(points))
+        w = complex(free.map(np.array([z]))[0])
+        way = rng.uniform(low, high) * np.exp(2j * np.pi * rng.uniform()) * free.target.diagonal
+        both = zip((z, w + way), (free.source, free.target), zip(*pins) if pins else ([], []))
+        if all(clear(c, np.array([p]))[0] and apart(have, p, c.diagonal) for p, c, have in both):
+            pins.append((z, w + way))
+        if len(pins) == count:
+            return np.array(pins)
+    return None
+
+
+def outer(rng, free: iccm.Fit, count: int, slide: float) -> np.ndarray | None:
+    """Pins on the outline, slid by up to a share of its length, in order."""
+    source, target = free.source, free.target
+    for _ in range(TRIES):
+        s = np.sort(rng.uniform(0, source.length, count))
+        tau = target.closest(free.map(source.at(s)))
+        tau = tau + rng.uniform(-slide, slide, count) * target.length
+        gaps = np.mod(np.diff(tau, append=tau[:1] + target.length), target.length)
+        spans = np.diff(s, append=s[:1] + source.length) / source.length
+        if (
+            abs(gaps.sum() - target.length) < 1e-6
+            and gaps.min() > 0.02 * target.length
+            and spans.min() > 0.02
+        ):
+            return np.column_stack([source.at(s), target.at(tau)])
+    return None
+
+
+def stroke(rng, free: iccm.Fit, low: float = 0.15, high: float = 0.4, turned: float = TURNED) -> tuple | None:
+    """A bent stroke and where it should go: its image without constraints, turned, moved and scaled."""
+    for _ in range(10 * TRIES):
+        length = rng.uniform(low, high) * free.source.diagonal
+        t = np.linspace(0, length, 40)
+        bend = np.exp(1j * (rng.uniform(0, 2 * np.pi) + rng.uniform(-1.2, 1.2) / length * t[1:]))
+        z = complex(rng.choice(free.interior)) + np.append(0, np.cumsum(bend) * length / 39)
+        if not clear(free.source, z).all():
+            continue
+        w = free.map(z)
+        factor = np.exp(1j * np.radians(rng.uniform(-turned, turned))) * rng.uniform(0.7, 1.3)
+        shift = rng.uniform(0.03, 0.15) * free.target.diagonal * np.exp(2j * np.pi * rng.uniform())
+        w = w.mean() + shift + factor * (w - w.mean())
+        goal = Curve(w, closed=False)
+        goal = Curve(goal.at(np.linspace(0, goal.length, rng.integers(3, 7))), closed=False)
+        line = shapely.LineString(np.column_stack([goal.z.real, goal.z.imag]))
+        if line.is_simple and clear(free.target, goal.at(np.linspace(0, goal.length, 60))).all():
+            return z[:: rng.integers(4, 14)], goal.z
+    return None
+
+
+def mixed(rng, free: iccm.Fit, count: int) -> tuple | None:
+    """A stroke, pins inside and on the outline, as far as they fit together."""
+    one = stroke(rng, free, 0.1, 0.25, 30)
+    pins = inner(rng, free, 1 + count % 2, 0.03, 0.1), outer(rng, free, 2 + count % 2, 0.05)
+    if one is None or any(part is None for part in pins):
+        return None
+    lines = [Curve(np.asarray(z), closed=False) for z in one]
+    far = [
+        np.abs(c.at(c.closest(side)) - side).min() > CLEAR * d.diagonal
+        for c, side, d in zip(lines, pins[0].T, (free.source, free.target))
+    ]
+    return (np.concatenate(pins), [one]) if all(far) else None
+
+
+KINDS: dict[str, tuple[int, float, Callable]] = {
+    "inner": (100, 1.0, lambda rng, free, k: (inner(rng, free, 1 + k % 6, 0.03, 0.15), [])),
+    "far": (50, 0.95, lambda rng, free, k: (inner(rng, free, 1 + k % 6, 0.15, 0.40), [])),
+    "outline": (60, 1.0, lambda rng, free, k: (outer(rng, free, 2 + k % 5, 0.08), [])),
+    "stroke": (60, 0.98, lambda rng, free, k: ((), [stroke(rng, free)])),
+    "mixed": (40, 0.95, mixed),
+}
+"""How many cases of each kind, the share that must be met, and what makes them."""
+
+
+def free_fits(count: int, seed: int) -> list[Case]:
+    """Random pairs with their maps without constraints."""
+    found = []
+    for source, target in shapes.drawn_pairs(count, seed, []):
+        name = f"{shapes.label(source)[:22]} → {shapes.label(target)[:22]}"
+        try:
+            iccm.fit(source.curve, target.curve) if not found else None  # compiles
+            start = time.process_time()
+            free = iccm.fit(source.curve, target.curve)
+        except InputError as error:
+            print(f"{name}: no map without constraints: {error}", flush=True)
+            continue
+        seconds = time.process_time() - start
+        found.append(Case(name, source.curve, target.curve, free, seconds))
+    return found
+
+
+def off_line(fit: iccm.Fit) -> float:
+    """The largest distance of strokes' images from their goals, and of goals from images, of the diagonal."""
+    worst = 0.0
+    for a, b in fit.strokes:
+        image = Curve(fit.map(a.at(np.linspace(0, a.length, 400))), closed=False)
+        goal = b.at(np.linspace(0, b.length, 400))
+        worst = max(worst, distances(image.z, b).max(), distances(goal, image).max())
+    return worst / fit.diagonal
+
+
+def energy(fit: iccm.Fit) -> float:
+    """The energy that is minimised, at q = 1."""
+    return energy_of(fit.map.source, fit.map.image, fit.map.faces)
+
+
+def measured(case: Case, pins: np.ndarray, strokes: list) -> Row:
+    """One fit with constraints."""
+    start = time.process_time()
+    fit = iccm.fit(case.source, case.target, pins=pins, strokes=strokes)
+    seconds = time.process_time() - start
+    r, free = fit.report(), case.free.report()
+    return Row(
+        max((pin["error"] for pin in r["pins"]), default=0.0),
+        r["boundary"]["hausdorff"],
+        off_line(fit),
+        r["injective"]["certified"],
+        seconds / case.seconds,
+        seconds,
+        energy(fit) / energy(case.free),
+        r["stretch"]["p95"] / free["stretch"]["p95"],
+        r["status"],
+    )
+
+
+def run(kind: str, cases: list[Case], seed: int, share: float) -> list[Row]:
+    """All cases of a kind, a line each, and a summary with the goals."""
+    count, least, make = KINDS[kind]
+    rng, rows, failed, made = np.random.default_rng(seed), [], 0, 0
+    for k in range(max(1, round(count * share))):
+        case = cases[k % len(cases)]
+        asked = make(rng, case.free, k // len(cases) + k)
+        if asked is None or asked[0] is None or None in asked[1]:
+            continue
+        made += 1
+        name = f"{kind:8} {case.name:48} {len(asked[0])}"
+        try:
+            row = measured(case, *asked)
+        except InputError as error:
+            print(f"{name} NO MAP: {error}", flush=True)
+            failed += 1
+            continue
+        rows.append(row)
+        print(
+            f"{name} {'met' if row.met else 'NOT'} error {row.error:.0e} off {row.off:.0e} gap {row.gap:.0e} "
+            f"{'' if row.certified else 'FOLDS '}energy × {row.energy:.2f} p95 × {row.p95:.2f} "
+            f"{row.seconds:.2f}s × {row.slower:.1f} {row.status}",
+            flush=True,
+        )
+    met = sum(row.met for row in rows)
+    middle = [float(np.median([getattr(row, f) for row in rows])) for f in ("slower", "energy", "p95")]
+    print(
+        f"{kind}: {met} of {made} met (goal {least:.0%}), folds {sum(not r.certified for r in rows)} (goal 0), "
+        f"no map {failed}, CPU × {middle[0]:.2f} in the median (goal 2), most {max(r.seconds for r in rows):.1f} s "
+        f"(goal 20), energy × {middle[1]:.2f}, p95 × {middle[2]:.2f}; seed {seed}\n"
+    )
+    return rows
+
+
+def main() -> None:
+    """See the module."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--pairs", type=int, default=16)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", choices=KINDS)
+    parser.add_argument("--share", type=float, default=1.0, help="of the cases")
+    args = parser.parse_args()
+    cases = free_fits(args.pairs, args.seed)
+    for kind in [args.only] if args.only else KINDS:
+        run(kind, cases, args.seed, args.share)
+
+
+if __name__ == "__main__":
+    main()
