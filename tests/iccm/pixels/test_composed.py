@@ -1,4 +1,4 @@
-"""Several maps as one: every pixel shows the first part that covers it, parts that meet leave no seam; holes of the target stay empty."""
+"""Several maps as one: a pixel shows the first part that covers it, no seams where parts meet, holes stay empty."""
 
 import numpy as np
 import pytest
