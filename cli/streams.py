@@ -5,7 +5,9 @@ Without them a file that is opened would take the free number, and what a librar
 
 import os
 import sys
+from contextlib import suppress
 
+LEAST = 1 << 30  # bytes of addresses without which libraries cannot even be loaded: they end the process then
 STREAMS = ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w"))
 
 
@@ -22,3 +24,13 @@ def mend() -> None:
                 os.dup2(nowhere, number)
                 os.close(nowhere)
         setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
+
+
+def starved() -> bool:
+    """Whether the process may have too few addresses (`ulimit -v`) to begin."""
+    with suppress(ImportError):  # Windows has no such limits
+        import resource
+
+        soft, _ = resource.getrlimit(resource.RLIMIT_AS)
+        return soft != resource.RLIM_INFINITY and soft < LEAST
+    return False

@@ -206,6 +206,12 @@ class Problem:
         return np.column_stack([f.world(side) for f, side in zip(frames, self.pins.T)])
 
     @property
+    def given_strokes(self) -> list[tuple[Curve, Curve]]:
+        """Strokes in the user's coordinates."""
+        s, t = self.source_frame, self.target_frame
+        return [(Curve(s.world(a.z), False), Curve(t.world(b.z), False)) for a, b in self.strokes]
+
+    @property
     def handedness(self) -> float:
         """A number that changes sign in a mirror: the third moment of the source's boundary across its axis,
         or the target's."""

@@ -36,7 +36,7 @@ class Status(Enum):
     GAP = "The image of the boundary is not within the tolerance of the target."
     BOUNDS = "The bounds on dilatation or stretch cannot be met: the closest map is given."
     FOLDED = "The image of the boundary is within the tolerance, but the map folds, or may fold, far from it."
-    PINS = "Not all pins can be met: the closest map without folds is given."
+    PINS = "Not all pins and strokes could be met: the closest map without folds is given."
     CROWDED = "Parts of the target are too crowded for double precision: they are not covered."
 
     @property

@@ -45,22 +45,15 @@ def fit(
 
 
 def solver(problem: Problem, settings: Options) -> Callable[[Problem, Options], Fit]:
-    """What solves a problem. Unless a method is named it is the balanced one; strokes, and what the balanced method
-    does not know, are the conformal one's."""
+    """What solves a problem. Unless a method is named it is the balanced one; what that does not know is the conformal
+    one's."""
     if settings.method == "paper":
         return algorithm1.solve
-    stroked = bool(problem.strokes)
     others = any(getattr(settings, name) != getattr(Options, name) for name in OTHERS)
-    if (
-        settings.method == "conformal"
-        or settings.balance == 0
-        or (not settings.method and (stroked or others))
-    ):
+    if settings.method == "conformal" or settings.balance == 0 or (not settings.method and others):
         from .conformal import method as conformal
 
         return conformal.solve
-    if stroked:
-        raise InputError("strokes: not known to --method balanced; use conformal or paper")
     from .balanced import fit as balanced
 
     return balanced.solve

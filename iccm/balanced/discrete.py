@@ -24,6 +24,7 @@ BETA = 0.02  # weight of the outline's term; without it outline edges cut across
 SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
 
 
+ROUNDING = 1e-9  # of the root of the area: vertices this close to their goals are there
 NONE_INSIDE = Inside.of_pins(np.empty((0, 2), np.complex128))
 
 
@@ -95,10 +96,22 @@ class DiscreteMap:
         return self.border + (self.inside.z.size if self.bound else 0)
 
     @property
+    def first_pin(self) -> int:
+        """The vertex of the first pin inside."""
+        return self.border + int(np.count_nonzero(self.inside.own >= 0))
+
+    @property
+    def lines(self) -> Index:
+        """(l, 2) vertices of the edges of strokes that are met."""
+        first = np.flatnonzero(self.inside.links >= 0) if self.bound else np.empty(0, np.int64)
+        return self.border + np.column_stack([first, self.inside.links[first]])
+
+    @property
     def miss(self) -> float:
-        """The largest distance of a constrained vertex inside from its goal."""
+        """The largest distance of a constrained vertex inside from its goal; 0 but for rounding counts as 0."""
         u = self.u[self.border : self.border + self.inside.z.size]
-        return float(np.abs(u - self.inside.goals).max(initial=0.0))
+        away = float(np.abs(u - self.inside.goals).max(initial=0.0))
+        return away if away > ROUNDING else 0.0
 
     @property
     def turn(self) -> float:
@@ -170,7 +183,7 @@ class DiscreteMap:
         u, tau, energy = self._descended(True, held, theta, q, steps, tolerance)
         pairs = self.pairs._replace(tau=tau[: self.border], at_target=self.pairs.at_target & held)
         inside = self.inside
-        if self.bound and inside.strokes:
+        if self.bound and inside.strokes and self.miss == 0:
             inside = inside._replace(tau=tau[self.border :], goals=self._slid(u, tau, True))
         return replace(self, u=u, pairs=pairs, energy=energy, inside=inside)
 
@@ -203,6 +216,8 @@ class DiscreteMap:
         rails, own = [outline.rail], np.zeros(pairs.s.size, np.int64)
         if self.bound:
             stay = inside.at_target if forward else inside.at_source
+            if self.miss > 0:  # strokes slide once they are where they belong
+                stay = np.ones(stay.size, bool)
             kinds = np.append(kinds, np.where(stay, HELD, SLIDING))
             goals = np.append(goals, inside.goals if forward else inside.z)
             rails += [stroke[1 if forward else 0] for stroke in inside.strokes]

@@ -1,8 +1,11 @@
 """The balanced method as one of the methods: a problem and options in, a fit out."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..maps.triangulated.map import TriangulatedMap
+from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
 from .method import solve as solved
@@ -14,7 +17,7 @@ def solve(problem: Problem, options: Options) -> Fit:
 
     Raises:
         NoMapError: no map without folds was found.
-        InputError: pins that no one-to-one map meets.
+        InputError: pins or strokes that no one-to-one map meets.
     """
     source, target = problem.given
     settings = Settings(
@@ -24,12 +27,15 @@ def solve(problem: Problem, options: Options) -> Fit:
         max_dilatation=options.max_dilatation,
         max_stretch=options.max_stretch,
     )
-    pins = problem.given_pins
-    found = solved(source, target, settings, pins)
+    pins, strokes = problem.given_pins, problem.given_strokes
+    found = solved(source, target, settings, pins, strokes)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
+    if len(found.lines):
+        bulge = bulges(found.faces, found.image, found.source, map.edges, found.lines)
+        map = replace(map, bulge=bulge)
     status = _status(found, options)
     energies = [{"total": float(level["energy"])} for level in found.energies]
-    return Fit(map, status, energies, source, target, pins, [], list(found.notes))
+    return Fit(map, status, energies, source, target, pins, strokes, list(found.notes))
 
 
 def _status(found: Solution, options: Options) -> Status:

@@ -5,7 +5,7 @@ pass those of the other, and pinned again on a new mesh; the best of all goes to
 is lowered (q = 3).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,8 @@ from scipy.optimize import isotonic_regression
 
 from ..arrays import Complex, Index, Real
 from ..curve import Curve
-from .constraints.inside import Inside
+from ..maps.triangulated.patches import NO_LINES
+from .constraints.strokes import Stroke, inside
 from .discrete import DiscreteMap
 from .failure import Stuck
 from .meshing.mesh import Sizes
@@ -36,6 +37,7 @@ EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decre
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
 
 
+STROKE_SAMPLES = 8
 NO_PINS = np.empty((0, 2), np.complex128)
 
 
@@ -50,6 +52,7 @@ class Problem(NamedTuple):
         anchors: vertices of the source and of the target, in order, that must correspond.
         halved: whether these are half shapes, with a mirror axis between the two anchors.
         pins: (k, 2) points inside the source and the target that must correspond.
+        strokes: polylines inside that must.
     """
 
     source: Curve
@@ -59,31 +62,48 @@ class Problem(NamedTuple):
     anchors: tuple[tuple[complex, ...], tuple[complex, ...]] = ((), ())
     halved: bool = False
     pins: Complex = NO_PINS
+    strokes: tuple[Stroke, ...] = ()
 
     @property
     def constrained(self) -> bool:
-        """Whether there are pins, inside or on the outlines."""
-        return bool(len(self.pins)) or bool(self.anchors[0] and not self.halved)
+        """Whether there are strokes or pins, inside or on the outlines."""
+        return bool(self.strokes) or bool(len(self.pins)) or bool(self.anchors[0] and not self.halved)
 
     @property
     def all_pins(self) -> Complex:
-        """(k, 2) pins inside and on the outlines."""
-        return np.concatenate([self.pins, np.array(self.anchors, np.complex128).T.reshape(-1, 2)])
+        """(k, 2) pins inside and on the outlines, and points of strokes."""
+        shares = np.arange(STROKE_SAMPLES) / (STROKE_SAMPLES - 1)
+        drawn = [
+            np.column_stack(
+                [
+                    stroke.source.at(shares * stroke.source.length),
+                    stroke.target.at(shares * stroke.target.length),
+                ]
+            )
+            for stroke in self.strokes
+        ]
+        return np.concatenate([self.pins, np.array(self.anchors, np.complex128).T.reshape(-1, 2), *drawn])
 
     def inverse(self) -> "Problem":
         """The problem of the inverse map; it has the same energy."""
         pins = np.ascontiguousarray(self.pins[:, ::-1])
-        return self._replace(source=self.target, target=self.source, anchors=self.anchors[::-1], pins=pins)
+        strokes = tuple(stroke.inverse() for stroke in self.strokes)
+        return self._replace(
+            source=self.target, target=self.source, anchors=self.anchors[::-1], pins=pins, strokes=strokes
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Sketch:
-    """A map without outlines: vertices, outline first, images, triangles, and how many vertices are on the outline."""
+    """A map without outlines: vertices, outline first, images, triangles, how many vertices are on the outline, which
+    one is the first pin's, and the edges (l, 2) of strokes."""
 
     z: Complex
     u: Complex
     faces: Index
     border: int
+    first_pin: int = 0
+    lines: Index = field(default_factory=lambda: NO_LINES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +115,8 @@ class Level:
     size: float
     anchors: Match | None
     steepest: float
-    inside: Inside
+    pins: Complex
+    strokes: tuple[Stroke, ...]
     halved: bool = False
 
     @classmethod
@@ -111,18 +132,21 @@ class Level:
             anchors = Match(
                 s[0] + np.mod(s - s[0], source.length), tau[0] + np.mod(tau - tau[0], target.length)
             )
-        inside = Inside.of_pins(problem.pins)
-        return cls(source, target, size, anchors, steepest, inside, problem.halved)
+        return cls(source, target, size, anchors, steepest, problem.pins, problem.strokes, problem.halved)
 
-    def mapped(self, match: Match, sizes: Sizes | None = None) -> DiscreteMap:
-        """A mesh for a match, without an inside yet."""
+    def mapped(
+        self, match: Match, sizes: Sizes | None = None, drawn: list[Match] | None = None
+    ) -> DiscreteMap:
+        """A mesh for a match of the outlines, and of each stroke, without an inside yet."""
         match = through(limited(match, self.steepest), self.anchors)
         if max(self.source.length, self.target.length) > MOST_PAIRS * SPACING * self.size:
             raise Stuck("an outline is too long for its area")
         pairs = boundary_pairs(self.source, self.target, match, SPACING * self.size, self.anchors)
         sizes = sizes or Sizes.even(0.5 * self.size**2)
         axis = self.anchors.s[-1] if self.anchors and self.halved else np.inf
-        return DiscreteMap.on(self.source, self.target, pairs, sizes, self.anchors, self.inside, axis)
+        drawn = drawn or [stroke.even for stroke in self.strokes]
+        kept = inside(self.strokes, drawn, SPACING * self.size, self.pins)
+        return DiscreteMap.on(self.source, self.target, pairs, sizes, self.anchors, kept, axis)
 
 
 def score(state: DiscreteMap, upright: float) -> float:
@@ -200,9 +224,12 @@ def match_on(level: Level, state: DiscreteMap | Sketch) -> Match:
 
 def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
     """The map carried to a finer level, without folds."""
-    fine = level.mapped(match_on(level, state), sizes)
+    drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
+    fine = level.mapped(match_on(level, state), sizes, drawn)
     if isinstance(state, DiscreteMap) and state.bound:
-        fine = replace(fine, bound=True, inside=fine.inside._replace(goals=state.inside.goals))
+        goals = fine.inside.goals.copy()
+        goals[fine.inside.own < 0] = state.inside.goals[state.inside.own < 0]  # pins that were not met stay
+        fine = replace(fine, bound=True, inside=fine.inside._replace(goals=goals))
     carried = fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
     try:
         return carried.unfolded(harmonic=False, polish=POLISHING)

@@ -4,6 +4,7 @@ A piecewise linear homeomorphism between triangulations of two shapes that minim
 `energy.py`, its boundary sliding on the target's outline. The stages are in `stages.py`.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +24,11 @@ NO_PINS = np.empty((0, 2), np.complex128)
 
 
 def solve(
-    source: Curve, target: Curve, settings: Settings | None = None, pins: Complex = NO_PINS
+    source: Curve,
+    target: Curve,
+    settings: Settings | None = None,
+    pins: Complex = NO_PINS,
+    strokes: Sequence[tuple[Curve, Curve]] = (),
 ) -> Solution:
     """The balanced map of two domains.
 
@@ -32,21 +37,22 @@ def solve(
         target: likewise.
         settings: what is asked of the map.
         pins: (k, 2) points of the source and where they go.
+        strokes: polylines in the source and where they go, ends to ends.
 
     Raises:
         NoMapError: no map without folds was found.
-        InputError: pins that no one-to-one map meets.
+        InputError: pins or strokes that no one-to-one map meets.
     """
     settings = settings or Settings()
     frames = frames_of(source, target, settings.turn)
     journal = Journal()
-    if len(pins):
-        given = checked(source, target, pins)
+    if len(pins) or len(strokes):
+        given = checked(source, target, pins, strokes)
         journal.notes += given.notes
         curves = (frames[0].curve(source), frames[1].curve(target))
         state, met = stages.constrained(*curves, given.unit(frames), settings, journal)
         found = _solution(state, frames, (source, target), settings, journal, False, given)
-        return replace(found, met=met)
+        return replace(found, met=met, lines=state.lines)
     state, symmetric = stages.mapped(frames[0].curve(source), frames[1].curve(target), settings, journal)
     return _solution(state, frames, (source, target), settings, journal, symmetric)
 
@@ -66,7 +72,7 @@ def _solution(
     faces = np.ascontiguousarray(state.faces[:, ::-1]) if mirror else state.faces
     loop = np.arange(state.border)[::-1].copy() if mirror else np.arange(state.border)
     if pins is not None:
-        place(pins, z, u, state.border)
+        place(pins, z, u, state.border, state.first_pin)
     _refuse_folds(z, u, faces, loop)
     source_gap, gap = (hausdorff(Curve(w[loop]), c) / c.diagonal for w, c in zip((z, u), given))
     dilatation, stretch, _ = stretches(state.z, state.u, state.faces)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from ..arrays import Complex, Index
+from ..maps.triangulated.patches import NO_LINES
 from .discrete import DiscreteMap
 
 
@@ -46,7 +47,8 @@ class Solution:
         symmetric: whether one half was solved and mirrored.
         reached: whether tolerance and bounds are met.
         notes: sentences on what was decided on the way.
-        met: whether all pins are met.
+        met: whether all pins and strokes are met.
+        lines: (l, 2) vertices of the edges of strokes, which go straight to straight lines.
     """
 
     source: Complex
@@ -64,6 +66,7 @@ class Solution:
     reached: bool
     notes: list[str] = field(default_factory=list)
     met: bool = True
+    lines: Index = field(default_factory=lambda: NO_LINES)
 
 
 @dataclass

@@ -51,17 +51,17 @@ def constrained(
     Raises:
         NoMapError: none without folds was found.
     """
-    upright = 0.0 if settings.turn is None or pins.count > 1 else UPRIGHT
+    upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else UPRIGHT
     anchors = tuple(tuple(side.tolist()) for side in pins.outer.T)
     curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
     curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
-    problem = Problem(
-        curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]), pins=pins.inner
-    )
+    problem = Problem(curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]))
+    problem = problem._replace(pins=pins.inner, strokes=pins.strokes)
     used, found = solved(problem, journal)
     state = finished(used, found, settings, journal)
-    met = found.inside.goals - used.pins[:, 1]
-    return (state if used is problem else inverted(state)), not met.any()
+    goals = found.inside.goals[found.inside.own < 0]
+    met = (found.bound or not found.inside.z.size) and bool(np.all(goals == used.pins[:, 1]))
+    return (state if used is problem else inverted(state)), met
 
 
 def mapped(source: Curve, target: Curve, settings: Settings, journal: Journal) -> tuple[Meshed, bool]:
@@ -131,7 +131,7 @@ def finished(
 
 def inverted(state: Meshed) -> Sketch:
     """The inverse map."""
-    return Sketch(state.u, state.z, state.faces, state.border)
+    return Sketch(state.u, state.z, state.faces, state.border, state.first_pin, state.lines)
 
 
 def by_halves(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -94,21 +95,24 @@ def _backed(path: Path, most: int) -> None:
         InputError: naming the first.
     """
     try:
-        scene: Any = json.loads(_scene(path))
-        views = scene.get("bufferViews", [])
-        for number, accessor in enumerate(scene.get("accessors", [])):
-            count, view = accessor.get("count", 0), accessor.get("bufferView")
-            if view is None:
-                held = PER_FACE * most
-            else:
-                item = BYTES[accessor["componentType"]] * ITEMS[accessor["type"]]
-                held = views[view]["byteLength"] // item
-            if count > held or count < 0 or (view is not None and views[view]["byteLength"] > MAX_BUFFER):
-                raise InputError(
-                    f"{path}: accessor {number} claims {count} items, more than there are data for"
-                )
+        found = next(_empty(json.loads(_scene(path)), most), None)
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return  # the reader will say what is wrong
+    if found:
+        raise InputError(f"{path}: accessor {found[0]} claims {found[1]} items, more than there are data for")
+
+
+def _empty(scene: Any, most: int) -> Iterator[tuple[int, int]]:
+    """Number and count of each accessor that claims more items than it has data for."""
+    views = scene.get("bufferViews", [])
+    for number, accessor in enumerate(scene.get("accessors", [])):
+        count, view = accessor.get("count", 0), accessor.get("bufferView")
+        held, size = PER_FACE * most, 0
+        if view is not None:
+            size = views[view]["byteLength"]
+            held = size // (BYTES[accessor["componentType"]] * ITEMS[accessor["type"]])
+        if not 0 <= count <= held or size > MAX_BUFFER:
+            yield number, count
 
 
 def _gltf_faces(text: bytes) -> int:

@@ -1,4 +1,4 @@
-"""Pins met exactly: random pins on random pairs of drawings, the balanced method without them beside.
+"""Pins and strokes met exactly: random ones on random pairs of drawings, the balanced method without them beside.
 
 python -m tests.bench.constraints [--pairs 16] [--seed 1] [--only KIND] [--share 1.0]
 """
@@ -9,28 +9,30 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 import iccm
 from iccm import Curve, InputError
+from iccm.balanced.minimise.energy import energy_of
+from iccm.result import distances
 
 from . import shapes
 
-PIN_ERROR, GAP = 1e-9, 1e-3  # goals, the latter of the diagonal
+PIN_ERROR, OFF_LINE, GAP = 1e-9, 2e-4, 1e-3  # goals, of the diagonal
+TURNED = 120  # degrees by which strokes are turned, at most
 CLEAR = 0.03  # of the diagonal: how far random pins stay from the outlines, and half of it from each other
 TRIES = 400
 
 
 @dataclass(frozen=True)
 class Case:
-    """A pair of domains with pins and strokes, and the map without them."""
+    """A pair of domains and the map without constraints."""
 
     name: str
     source: Curve
     target: Curve
     free: iccm.Fit
     seconds: float
-    pins: np.ndarray
-    strokes: tuple = ()
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,7 @@ class Row:
 
     error: float
     gap: float
+    off: float
     certified: bool
     slower: float
     seconds: float
@@ -49,7 +52,13 @@ class Row:
     @property
     def met(self) -> bool:
         """Whether all is as promised."""
-        return self.error <= PIN_ERROR and self.gap <= GAP and self.certified and self.status == "reached"
+        return (
+            self.error <= PIN_ERROR
+            and self.off <= OFF_LINE
+            and self.gap <= GAP
+            and self.certified
+            and self.status == "reached"
+        )
 
 
 def clear(curve: Curve, z: np.ndarray) -> np.ndarray:
@@ -95,16 +104,46 @@ def outer(rng, free: iccm.Fit, count: int, slide: float) -> np.ndarray | None:
     return None
 
 
-def mixed(rng, free: iccm.Fit, count: int) -> np.ndarray | None:
-    """Pins inside and on the outline."""
-    parts = inner(rng, free, 1 + count % 3, 0.03, 0.15), outer(rng, free, 2 + count % 3, 0.05)
-    return None if any(part is None for part in parts) else np.concatenate(parts)
+def stroke(rng, free: iccm.Fit, low: float = 0.15, high: float = 0.4, turned: float = TURNED) -> tuple | None:
+    """A bent stroke and where it should go: its image without constraints, turned, moved and scaled."""
+    for _ in range(10 * TRIES):
+        length = rng.uniform(low, high) * free.source.diagonal
+        t = np.linspace(0, length, 40)
+        bend = np.exp(1j * (rng.uniform(0, 2 * np.pi) + rng.uniform(-1.2, 1.2) / length * t[1:]))
+        z = complex(rng.choice(free.interior)) + np.append(0, np.cumsum(bend) * length / 39)
+        if not clear(free.source, z).all():
+            continue
+        w = free.map(z)
+        factor = np.exp(1j * np.radians(rng.uniform(-turned, turned))) * rng.uniform(0.7, 1.3)
+        shift = rng.uniform(0.03, 0.15) * free.target.diagonal * np.exp(2j * np.pi * rng.uniform())
+        w = w.mean() + shift + factor * (w - w.mean())
+        goal = Curve(w, closed=False)
+        goal = Curve(goal.at(np.linspace(0, goal.length, rng.integers(3, 7))), closed=False)
+        line = shapely.LineString(np.column_stack([goal.z.real, goal.z.imag]))
+        if line.is_simple and clear(free.target, goal.at(np.linspace(0, goal.length, 60))).all():
+            return z[:: rng.integers(4, 14)], goal.z
+    return None
+
+
+def mixed(rng, free: iccm.Fit, count: int) -> tuple | None:
+    """A stroke, pins inside and on the outline, as far as they fit together."""
+    one = stroke(rng, free, 0.1, 0.25, 30)
+    pins = inner(rng, free, 1 + count % 2, 0.03, 0.1), outer(rng, free, 2 + count % 2, 0.05)
+    if one is None or any(part is None for part in pins):
+        return None
+    lines = [Curve(np.asarray(z), closed=False) for z in one]
+    far = [
+        np.abs(c.at(c.closest(side)) - side).min() > CLEAR * d.diagonal
+        for c, side, d in zip(lines, pins[0].T, (free.source, free.target))
+    ]
+    return (np.concatenate(pins), [one]) if all(far) else None
 
 
 KINDS: dict[str, tuple[int, float, Callable]] = {
-    "inner": (100, 1.0, lambda rng, free, k: inner(rng, free, 1 + k % 6, 0.03, 0.15)),
-    "far": (50, 0.95, lambda rng, free, k: inner(rng, free, 1 + k % 6, 0.15, 0.40)),
-    "outline": (60, 1.0, lambda rng, free, k: outer(rng, free, 2 + k % 5, 0.08)),
+    "inner": (100, 1.0, lambda rng, free, k: (inner(rng, free, 1 + k % 6, 0.03, 0.15), [])),
+    "far": (50, 0.95, lambda rng, free, k: (inner(rng, free, 1 + k % 6, 0.15, 0.40), [])),
+    "outline": (60, 1.0, lambda rng, free, k: (outer(rng, free, 2 + k % 5, 0.08), [])),
+    "stroke": (60, 0.98, lambda rng, free, k: ((), [stroke(rng, free)])),
     "mixed": (40, 0.95, mixed),
 }
 """How many cases of each kind, the share that must be met, and what makes them."""
@@ -123,23 +162,39 @@ def free_fits(count: int, seed: int) -> list[Case]:
             print(f"{name}: no map without constraints: {error}", flush=True)
             continue
         seconds = time.process_time() - start
-        found.append(Case(name, source.curve, target.curve, free, seconds, np.empty((0, 2))))
+        found.append(Case(name, source.curve, target.curve, free, seconds))
     return found
 
 
-def measured(case: Case, pins: np.ndarray) -> Row:
-    """One fit with pins."""
+def off_line(fit: iccm.Fit) -> float:
+    """The largest distance of strokes' images from their goals, and of goals from images, of the diagonal."""
+    worst = 0.0
+    for a, b in fit.strokes:
+        image = Curve(fit.map(a.at(np.linspace(0, a.length, 400))), closed=False)
+        goal = b.at(np.linspace(0, b.length, 400))
+        worst = max(worst, distances(image.z, b).max(), distances(goal, image).max())
+    return worst / fit.diagonal
+
+
+def energy(fit: iccm.Fit) -> float:
+    """The energy that is minimised, at q = 1."""
+    return energy_of(fit.map.source, fit.map.image, fit.map.faces)
+
+
+def measured(case: Case, pins: np.ndarray, strokes: list) -> Row:
+    """One fit with constraints."""
     start = time.process_time()
-    fit = iccm.fit(case.source, case.target, pins=pins)
+    fit = iccm.fit(case.source, case.target, pins=pins, strokes=strokes)
     seconds = time.process_time() - start
     r, free = fit.report(), case.free.report()
     return Row(
-        max(pin["error"] for pin in r["pins"]),
+        max((pin["error"] for pin in r["pins"]), default=0.0),
         r["boundary"]["hausdorff"],
+        off_line(fit),
         r["injective"]["certified"],
         seconds / case.seconds,
         seconds,
-        fit.energies[0]["total"] / case.free.energies[0]["total"],
+        energy(fit) / energy(case.free),
         r["stretch"]["p95"] / free["stretch"]["p95"],
         r["status"],
     )
@@ -151,20 +206,20 @@ def run(kind: str, cases: list[Case], seed: int, share: float) -> list[Row]:
     rng, rows, failed, made = np.random.default_rng(seed), [], 0, 0
     for k in range(max(1, round(count * share))):
         case = cases[k % len(cases)]
-        pins = make(rng, case.free, k // len(cases) + k)
-        if pins is None:
+        asked = make(rng, case.free, k // len(cases) + k)
+        if asked is None or asked[0] is None or None in asked[1]:
             continue
         made += 1
-        name = f"{kind:8} {case.name:48} {len(pins)}"
+        name = f"{kind:8} {case.name:48} {len(asked[0])}"
         try:
-            row = measured(case, pins)
+            row = measured(case, *asked)
         except InputError as error:
             print(f"{name} NO MAP: {error}", flush=True)
             failed += 1
             continue
         rows.append(row)
         print(
-            f"{name} {'met' if row.met else 'NOT'} error {row.error:.0e} gap {row.gap:.0e} "
+            f"{name} {'met' if row.met else 'NOT'} error {row.error:.0e} off {row.off:.0e} gap {row.gap:.0e} "
             f"{'' if row.certified else 'FOLDS '}energy × {row.energy:.2f} p95 × {row.p95:.2f} "
             f"{row.seconds:.2f}s × {row.slower:.1f} {row.status}",
             flush=True,

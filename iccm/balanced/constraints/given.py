@@ -1,13 +1,16 @@
 """Pins as the user gave them, checked: those on the outline tie the outlines together, the others are inside."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from ...arrays import Complex, Index, Real
 from ...curve import Curve
 from ...errors import InputError
 from ..frames import GRID, Frame
+from .strokes import FINENESS, Stroke, simplified
 
 ON_OUTLINE = 1e-3  # of the diagonal: a pin this close to the outline is on it
 NEAR_OUTLINE = 0.02  # of the diagonal: a pin inside but closer than this stretches what lies between
@@ -16,16 +19,18 @@ SAME_POINT = 1e-9  # of the diagonal
 
 @dataclass(frozen=True, eq=False)
 class Pins:
-    """Pins of two domains, in the user's coordinates.
+    """Pins and strokes of two domains, in the user's coordinates.
 
     Attributes:
         inner: (k, 2) pins inside.
         outer: (l, 2) pins on the outlines, moved onto them, in the order of the source's outline.
+        strokes: pairs of polylines, simplified.
         notes: sentences on pins that are close to an outline.
     """
 
     inner: Complex
     outer: Complex
+    strokes: tuple[Stroke, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -39,15 +44,22 @@ class Pins:
             np.column_stack([np.round(f.unit(side) / GRID) * GRID for f, side in zip(frames, pins.T)])
             for pins in (self.inner, self.outer)
         )
-        return Pins(inner, outer, self.notes)
+        strokes = tuple(
+            Stroke(
+                *(Curve(f.unit(c.z), closed=False) for f, c in zip(frames, (stroke.source, stroke.target)))
+            )
+            for stroke in self.strokes
+        )
+        return Pins(inner, outer, strokes, self.notes)
 
 
-def checked(source: Curve, target: Curve, pins: Complex) -> Pins:
-    """The pins (k, 2) of two domains, sorted.
+def checked(source: Curve, target: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = ()) -> Pins:
+    """The pins (k, 2) and strokes of two domains, sorted.
 
     Raises:
         InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin on one outline
-            only, pins on the outlines that come in another order on one than on the other.
+            only, pins on the outlines that come in another order on one than on the other; a stroke that leaves its
+            shape, touches its outline, itself, another stroke or a pin.
     """
     pins, numbers = _without_repeats(pins, source.diagonal, target.diagonal)
     distances = np.column_stack([_inside(c, pins[:, k], numbers, k) for k, c in enumerate((source, target))])
@@ -63,7 +75,45 @@ def checked(source: Curve, target: Curve, pins: Complex) -> Pins:
     notes = tuple(
         f"Pin {numbers[k] + 1} is very close to the outline: what lies between is stretched." for k in near
     )
-    return Pins(pins[~outer], _in_order(source, target, pins[outer], numbers[outer]), notes)
+    drawn = checked_strokes((source, target), strokes, pins, numbers)
+    return Pins(pins[~outer], _in_order(source, target, pins[outer], numbers[outer]), drawn, notes)
+
+
+def checked_strokes(
+    domains: tuple[Curve, Curve], strokes: Sequence[tuple[Curve, Curve]], pins: Complex, numbers: Index
+) -> tuple[Stroke, ...]:
+    """The strokes, simplified.
+
+    Raises:
+        InputError: as `checked`.
+    """
+    for side, (curve, name) in enumerate(zip(domains, ("source", "target"))):
+        lines = [_line(pair[side].z) for pair in strokes]
+        unit = curve.diagonal
+        ring = _line(np.append(curve.z, curve.z[0]))
+        for k, line in enumerate(lines):
+            if not line.is_simple:
+                raise InputError(f"stroke {k + 1}: its {name} crosses or touches itself")
+            outside = not curve.contains(strokes[k][side].z).all()
+            if outside or line.distance(ring) < ON_OUTLINE * unit:
+                raise InputError(
+                    f"stroke {k + 1}: its {name} leaves the shape or touches its outline; keep it inside"
+                )
+            for j in range(k):
+                if line.distance(lines[j]) < ON_OUTLINE * unit:
+                    raise InputError(f"strokes {j + 1} and {k + 1}: they cross or touch in the {name}")
+            for z, number in zip(pins[:, side], numbers):
+                if line.distance(shapely.Point(z.real, z.imag)) < ON_OUTLINE * unit:
+                    raise InputError(
+                        f"pin {number + 1} and stroke {k + 1}: they touch in the {name}; drop one"
+                    )
+    return tuple(
+        Stroke(*(simplified(c, FINENESS * d.diagonal) for c, d in zip(pair, domains))) for pair in strokes
+    )
+
+
+def _line(z: Complex) -> shapely.LineString:
+    return shapely.LineString(np.column_stack([z.real, z.imag]))
 
 
 def _without_repeats(pins: Complex, unit: float, image_unit: float) -> tuple[Complex, Index]:
@@ -132,7 +182,7 @@ def _misplaced(tau: Real, length: float, order: Index) -> list[int]:
     return sorted(int(order[k]) for k in range(tau.size) if k not in best)
 
 
-def place(pins: Pins, z: Complex, u: Complex, border: int) -> None:
+def place(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> None:
     """Puts the vertices of pins exactly where they belong, so that going to unit coordinates and back costs nothing.
 
     Args:
@@ -140,9 +190,10 @@ def place(pins: Pins, z: Complex, u: Complex, border: int) -> None:
         z: (n,) vertices of the source, those of the outline first, then those of inner pins; changed in place.
         u: (n,) their images; likewise, but for those of pins that are not met.
         border: vertices on the outline.
+        first: vertex of the first inner pin.
     """
     near = 1e-8 * np.ptp(np.concatenate([u.real, u.imag]))
-    vertices = border + np.arange(len(pins.inner))
+    vertices = first + np.arange(len(pins.inner))
     if len(pins.outer):
         on_outline = np.abs(pins.outer[:, :1] - z[None, :border]).argmin(axis=1)
         vertices = np.append(vertices, on_outline)

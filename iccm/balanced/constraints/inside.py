@@ -6,6 +6,7 @@ import numpy as np
 
 from ...arrays import Complex, Flags, Index, Real
 from ..minimise.sliding import Rail
+from ..pairs import Match
 
 
 class Inside(NamedTuple):
@@ -49,6 +50,12 @@ class Inside(NamedTuple):
             held.copy(),
         )
 
+    @property
+    def matches(self) -> list[Match]:
+        """The correspondence on each stroke."""
+        chains = [self.own == stroke for stroke in range(len(self.strokes))]
+        return [Match(self.s[chain], self.tau[chain]) for chain in chains]
+
     def chains(self, forward: bool) -> tuple[Real, Real]:
         """(k,) arclengths on the side that moves, and those of the edges on the side that is kept.
 
@@ -57,11 +64,9 @@ class Inside(NamedTuple):
         moving, kept = (self.tau, self.s) if forward else (self.s, self.tau)
         spans = np.ones(self.z.size)
         edges = np.flatnonzero(self.links >= 0)
-        ends = self.links[edges]
         for stroke in range(len(self.strokes)):
             those = edges[self.own[edges] == stroke]
             after = self.links[those]
             scale = (moving[after] - moving[those]).sum() / (kept[after] - kept[those]).sum()
             spans[those] = scale * (kept[after] - kept[those])
-        assert ends.size == 0 or spans.min() > 0
         return moving, spans

@@ -24,8 +24,11 @@ from ..solution import Journal
 
 FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
 MOVING_STEPS, MOVING_DECREASE = 40, 1e-3
+BROUGHT = 6  # starts, best without pins, that are tried harder where none met its pins
 KEPT = 3  # starts, best with pins met, that are settled
 TURNED_STARTS = 3  # elastic ones, at the turn that fits the pins best
+FIRST_SHARE, LEAST_SHARE, STAGE_STEPS = 0.25, 0.02, 15  # of the way in stages; Newton steps in each
+LEAST_FACTOR = 1e-3  # by which constraints shrink: below, they are taken as moved only
 STRONG = 3.0  # times the energy without pins from which they force strong stretch
 STRETCHED = "The pins force strong stretch: the energy is over three times that without them."
 RELEASES = 2  # rounds of released corners with pins held
@@ -36,9 +39,42 @@ def bound(state: DiscreteMap) -> DiscreteMap:
     return replace(state, bound=True)
 
 
-def moved(state: DiscreteMap, theta: float, q: float = 1.0) -> DiscreteMap:
+def moved(state: DiscreteMap, theta: float) -> DiscreteMap:
     """The map with pins moved straight to their goals as far as they go."""
-    return bound(state).forward(theta, q, MOVING_STEPS, MOVING_DECREASE, corners=True)
+    return bound(state).forward(theta, 1.0, MOVING_STEPS, MOVING_DECREASE, corners=True)
+
+
+def turned_to_goals(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map with pins moved to their goals in stages: a similarity turns and grows evenly, the rest goes straight."""
+    goals = state.inside.goals
+    inner = slice(state.border, state.border + goals.size)
+    begun = state.u[inner]
+    middle, end = begun.mean(), goals.mean()
+    spread = np.sum(np.abs(begun - middle) ** 2)
+    factor = np.vdot(begun - middle, goals - end) / spread if spread > 0 else 1.0
+    factor = factor if abs(factor) > LEAST_FACTOR else 1.0
+    rest = goals - end - factor * (begun - middle)
+    share, step = 0.0, FIRST_SHARE
+    while share < 1 and step > LEAST_SHARE:
+        new = min(1.0, share + step)
+        power = np.exp(new * np.log(complex(factor)))
+        way = middle + new * (end - middle) + power * (begun - middle) + new * rest if new < 1 else goals
+        tried = replace(state, inside=state.inside._replace(goals=way), bound=True)
+        tried = tried.forward(theta, 1.0, STAGE_STEPS, MOVING_DECREASE, corners=True)
+        if tried.miss > 0:
+            step *= 0.5
+            continue
+        state, share, step = tried, new, 1.5 * step
+    return replace(state, inside=state.inside._replace(goals=goals))
+
+
+def brought(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map with pins at their goals, straight or in stages; or as close as they got."""
+    straight = moved(state, theta)
+    if straight.miss == 0:
+        return straight
+    turned = turned_to_goals(replace(state, bound=False), theta)
+    return min(turned, straight, key=lambda each: each.miss)
 
 
 def turned_matches(level: Level, pins: Complex) -> list[Match]:
@@ -70,8 +106,11 @@ def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list
         except Stuck:
             failed += 1
     free = min((state.energy for state in states), default=np.inf)
-    states = sorted((moved(state, problem.theta) for state in states), key=lambda s: rank(s, problem.upright))
-    return states[:KEPT], free, failed
+    ends = sorted((moved(state, problem.theta) for state in states), key=lambda s: rank(s, problem.upright))
+    if ends and ends[0].miss > 0:
+        states = sorted(states, key=lambda s: s.energy)[:BROUGHT]
+        ends = sorted((brought(s, problem.theta) for s in states), key=lambda s: rank(s, problem.upright))
+    return ends[:KEPT], free, failed
 
 
 def settled(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
@@ -100,11 +139,12 @@ def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None 
     except Stuck:
         if not (state.bound and state.inside.z.size):
             raise
-    goals = state.inside.goals
     new = refined(level, replace(state, bound=False), sizes)
-    new = moved(replace(new, inside=new.inside._replace(goals=goals)), theta)
+    goals = new.inside.goals.copy()
+    goals[new.inside.own < 0] = state.inside.goals[state.inside.own < 0]
+    new = brought(replace(new, inside=new.inside._replace(goals=goals)), theta)
     if new.miss > 0:
-        raise Stuck("the pins are not met on a new mesh")
+        raise Stuck("the constraints are not met on a new mesh")
     return new
 
 
@@ -123,6 +163,8 @@ def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journa
     met = [state for state in states if state.miss == 0]
     if met:
         best = min((settled(level, s, problem) for s in met), key=lambda s: score(s, problem.upright))
+    elif problem.strokes:
+        best = settled(level, replace(states[0], bound=False), problem)
     else:
         best = settled(level, held_where_they_are(states[0]), problem)
     if best.energy > STRONG * free:

@@ -10,7 +10,7 @@ Bernstein-Bézier patches*, CAGD 3, 1986, §1).
 
 A bulge comes from the gradients at the edge's ends, area-weighted means over the triangles around: e·(∇g_i - ∇g_j)/4
 makes the derivative along the edge right at both ends to first order. On the rim only its part along the source's edge
-is taken, so that the outline stays the polyline that it is.
+is taken, so that the outline stays the polyline that it is; so it is on edges that are to stay straight.
 """
 
 import numpy as np
@@ -61,20 +61,36 @@ def vertex_gradients(faces: Index, image: Complex, source: Complex) -> tuple[Com
     return mean(p), mean(q)
 
 
-def bulges(faces: Index, image: Complex, source: Complex, edges: Edges) -> Complex:
-    """(e,) bulge of each edge, shrunk until every patch's Jacobian is within LEAST and MOST of the linear one's."""
+NO_LINES = np.empty((0, 2), np.int64)
+
+
+def bulges(
+    faces: Index, image: Complex, source: Complex, edges: Edges, straight: Index = NO_LINES
+) -> Complex:
+    """(e,) bulge of each edge, shrunk until every patch's Jacobian is within LEAST and MOST of the linear one's.
+
+    Those between the pairs of vertices `straight` (l, 2) go straight, as those of the rim do.
+    """
     p, q = vertex_gradients(faces, image, source)
     i, j = edges.ends.T
     along = image[j] - image[i]
     free = 0.25 * ((p[i] - p[j]) * along + (q[i] - q[j]) * along.conj())
-    return shrunk(faces, image, source, edges, tangential(free, source, edges))
+    lines = np.flatnonzero(np.isin(keys(edges.ends, image.size), keys(straight, image.size)))
+    cut = np.concatenate([edges.rim, lines])
+    return shrunk(faces, image, source, edges, tangential(free, source, edges, cut))
 
 
-def tangential(bulge: Complex, source: Complex, edges: Edges) -> Complex:
-    """The bulges with those of the rim's edges cut to their part along the source's edge."""
-    i, j = edges.ends[edges.rim].T
+def keys(ends: Index, count: int) -> Index:
+    """A number for each pair of vertices (l, 2), whichever comes first."""
+    return ends.min(axis=1) * count + ends.max(axis=1)
+
+
+def tangential(bulge: Complex, source: Complex, edges: Edges, cut: Index) -> Complex:
+    """The bulges with those of the edges `cut` reduced to their part along the source's edge."""
+    i, j = edges.ends[cut].T
+    along = source[j] - source[i]
     out = bulge.copy()
-    out[edges.rim] = slides(bulge, source, edges) * (source[j] - source[i])
+    out[cut] = (bulge[cut] * along.conj()).real / np.maximum(np.abs(along) ** 2, 1e-300) * along
     return out
 
 

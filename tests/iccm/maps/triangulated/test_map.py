@@ -169,7 +169,7 @@ def test_bulges_are_shrunk_where_they_would_fold_a_patch():
     p, q = vertex_gradients(faces, w, z)
     i, j = map.edges.ends.T
     whole = 0.25 * ((p[i] - p[j]) * (w[j] - w[i]) + (q[i] - q[j]) * (w[j] - w[i]).conj())
-    rough = replace(map, bulge=tangential(whole, z, map.edges))
+    rough = replace(map, bulge=tangential(whole, z, map.edges, map.edges.rim))
     assert ratios(rough).min() < LEAST
     assert ratios(map).min() >= LEAST * (1 - 1e-9)
     assert ratios(map).max() <= MOST * (1 + 1e-9)

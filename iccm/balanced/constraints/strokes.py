@@ -1,0 +1,121 @@
+"""Strokes as chains of mesh vertices: those at corners of one of the two polylines stay there, the others slide."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex, Real
+from ...curve import Curve
+from ..minimise.sliding import Rail
+from ..outline import SHARP
+from ..pairs import MERGED, Match
+from .inside import Inside
+
+FINENESS = 1e-4  # of the diagonal: how closely the strokes that are solved for follow those given
+
+
+@dataclass(frozen=True, eq=False)
+class Stroke:
+    """Open polylines in the source and in the target; ends go to ends.
+
+    Attributes:
+        source: in the source.
+        target: in the target.
+    """
+
+    source: Curve
+    target: Curve
+
+    def inverse(self) -> "Stroke":
+        """The stroke of the inverse map."""
+        return Stroke(self.target, self.source)
+
+    @property
+    def even(self) -> Match:
+        """The correspondence in proportion to the arclength."""
+        return Match(np.array([0, self.source.length]), np.array([0, self.target.length]))
+
+    @property
+    def rails(self) -> tuple[Rail, Rail]:
+        """What vertices slide on."""
+        return rail_of(self.source), rail_of(self.target)
+
+
+def simplified(curve: Curve, fineness: float) -> Curve:
+    """A stroke with fewer vertices, within `fineness` of it."""
+    line = shapely.LineString(np.column_stack([curve.z.real, curve.z.imag])).simplify(fineness)
+    return Curve(shapely.get_coordinates(line) @ np.array([1, 1j]), closed=False)
+
+
+def rail_of(curve: Curve) -> Rail:
+    """The stroke there and back again, its sharp corners and ends where sliding vertices stop."""
+    loop = Curve(np.append(curve.z, curve.z[-2:0:-1]))
+    edges = loop.edges
+    sharp = np.abs(np.angle(edges / np.roll(edges, 1))) > SHARP
+    sharp[[0, curve.z.size - 1]] = True
+    return Rail(loop.knots, loop.z, loop.knots[:-1][sharp])
+
+
+def inside(strokes: tuple[Stroke, ...], matches: list[Match], spacing: float, pins: Complex) -> Inside:
+    """The vertices of strokes, at most `spacing` apart on either side, and of pins (k, 2)."""
+    last = Inside.of_pins(pins)
+    parts = [_chain(stroke, match, spacing) for stroke, match in zip(strokes, matches)]
+    sizes = [part[0].size for part in parts]
+    links = [np.append(start + 1 + np.arange(n - 1), -1) for start, n in zip(np.cumsum([0, *sizes]), sizes)]
+    s, tau, at_source, at_target = ([part[k] for part in parts] for k in range(4))
+    return Inside(
+        np.concatenate([*(stroke.source.at(x) for stroke, x in zip(strokes, s)), last.z]),
+        np.concatenate([*(stroke.target.at(x) for stroke, x in zip(strokes, tau)), last.goals]),
+        np.concatenate([*s, last.s]),
+        np.concatenate([*tau, last.tau]),
+        np.concatenate([np.repeat(np.arange(len(sizes)), sizes).astype(np.int64), last.own]),
+        np.concatenate([*links, last.links]),
+        np.concatenate([*at_source, last.at_source]),
+        np.concatenate([*at_target, last.at_target]),
+        tuple(stroke.rails for stroke in strokes),
+    )
+
+
+def _chain(stroke: Stroke, match: Match, spacing: float) -> tuple[Real, ...]:
+    """(s, τ, whether a source corner, whether a target corner) of the vertices of a stroke, in order."""
+    s0, t0 = stroke.source.knots, stroke.target.knots
+    s = np.concatenate([s0, np.interp(t0[1:-1], match.tau, match.s)])
+    tau = np.concatenate([np.interp(s0, match.s, match.tau), t0[1:-1]])
+    kind = np.repeat([1, 2], [s0.size, t0.size - 2])
+    kind[[0, s0.size - 1]] = 3
+    order = np.lexsort((tau, s))
+    places = _merged(list(zip(s[order], tau[order], kind[order])), MERGED * spacing)
+    s, tau, kind = (
+        np.array([p[0] for p in places]),
+        np.array([p[1] for p in places]),
+        np.array([p[2] for p in places]),
+    )
+    parts = np.maximum(1, np.ceil(np.maximum(np.diff(s), np.diff(tau)) / spacing - 1e-6)).astype(np.int64)
+    first = np.cumsum(parts) - parts
+    own = np.repeat(np.arange(parts.size), parts)
+    share = (np.arange(parts.sum()) - first[own]) / parts[own]
+    corner = np.append(share == 0, True)
+    kinds = np.append(kind[own], kind[-1])
+    return (
+        np.append(s[own] + share * np.diff(s)[own], s[-1]),
+        np.append(tau[own] + share * np.diff(tau)[own], tau[-1]),
+        corner & (kinds & 1 > 0),
+        corner & (kinds & 2 > 0),
+    )
+
+
+def _merged(places: list, near: float) -> list:
+    """Neighbours, one a corner of the source and one of the target, made one where both gaps are small."""
+    kept = [places[0]]
+    for s, tau, kind in places[1:]:
+        before = kept[-1]
+        close = s - before[0] < near and tau - before[1] < near
+        if close and kind + before[2] == 3 and kind != 3:
+            own = s if kind == 1 else before[0]
+            kept[-1] = (own, before[1] if kind == 1 else tau, 3)
+        elif s - before[0] < 1e-9 or tau - before[1] < 1e-9:
+            kept[-1] = (s, tau, 3) if kind == 3 else before
+        else:
+            kept.append((s, tau, kind))
+    return kept
