@@ -80,6 +80,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     # Plug-ins of pydantic would be looked for in every package that is installed.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     streams.mend()
+    logs.reset()
     if streams.starved():
         sys.exit(explain(MemoryError()))
     logs.alone()

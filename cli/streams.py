@@ -1,6 +1,7 @@
-"""Standard streams that are closed, as daemons and cron start programs: replaced by ones that lead nowhere.
+"""What a process is started with: streams that are closed, as daemons and cron have them, and little memory.
 
-Without them a file that is opened would take the free number, and what a library prints would end in a picture.
+Closed streams are replaced by ones that lead nowhere: a file that is opened would take the free number, and what a
+library prints would end in a picture.
 """
 
 import os

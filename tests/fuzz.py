@@ -10,7 +10,6 @@ import argparse
 import json
 import random
 import re
-import resource
 import signal
 import struct
 import subprocess
@@ -20,10 +19,13 @@ import time
 import zlib
 from pathlib import Path
 
+import numpy as np
+
 from iccm import InputError
 
-LIMIT = 10  # seconds an input may take
-MEMORY = 12 << 30
+LIMIT = 10  # seconds of the processor that an input may take
+MEMORY = 2 << 30  # bytes that the process may ever hold
+ADDRESSES = 8 << 30  # that it may reserve, which readers of OBJ files do beyond what they hold
 
 SVG = b"""<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 100 80"
 width="10cm">
@@ -34,6 +36,19 @@ width="10cm">
 <polygon points="1,2 30,4 5,60" fill-rule="evenodd"/><polyline points="1 2 3 4"/><line x1="1" x2="9"/></g>
 <path id="stroke-b" d="m1 1h3v4l-5-6"/><text x="3">hi</text>
 <svg viewBox="0 0 5 5" x="2"><path d="M0 0H5V5z"/></svg></svg>"""
+ART = b"""<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 100 100">
+<style>@import "http://away.example/a.css";.a{fill:url(http://away.example/b);stroke:red}
+@media print{b{fill:url(#g)}}</style>
+<defs><clipPath id="c"><path d="M20 20H70V80Z"/></clipPath>
+<mask id="k"><circle cx="40" cy="40" r="30" fill="#fff"/></mask>
+<linearGradient id="g" x2="50%"><stop stop-color="red" onclick="away()"/></linearGradient>
+<marker id="m" markerWidth="3">
+<path d="M0 0H3V3Z"/></marker><pattern id="p" width="9" height="9"><rect width="5" height="5"/></pattern>
+<filter id="f"><feOffset dx="3" dy="1"/><feImage href="http://away.example/c"/></filter></defs>
+<path id="o" d="M10 10H90V90H10Z"/><g clip-path="url(#c)" style="mask:url(#k);filter:url('file:///away')">
+<circle class="a" cx="50" cy="40" r="20" stroke-width="2" stroke-dasharray="3 1"/></g><use href="#o" x="5"/>
+<path d="M20 20C30 40 50 60 60 30" fill="url(#g)" marker-mid="url(#m)" filter="url(#f)" stroke="url(#p)"/>
+<image href="data:image/png;base64,AAAA" x="20" y="20" width="9" height="9"/></svg>"""
 OBJ = b"""# a comment
 mtllib m.mtl
 o sheet
@@ -137,7 +152,60 @@ def png() -> bytes:
     return b"\x89PNG\r\n\x1a\n" + parts
 
 
+def exr() -> bytes:
+    """A little picture of half floats with a header, stored without compression: bytes count from the start."""
+
+    def entry(name: str, kind: str, value: bytes) -> bytes:
+        return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<I", len(value)) + value
+
+    channels = (
+        b"".join(name + b"\0" + struct.pack("<IIII", 1, 0, 1, 1) for name in (b"A", b"B", b"G", b"R")) + b"\0"
+    )
+    window, side = struct.pack("<4i", 0, 0, 7, 7), 8
+    head = entry("channels", "chlist", channels) + entry("compression", "compression", b"\0")
+    head += entry("dataWindow", "box2i", window) + entry("displayWindow", "box2i", window)
+    head += entry("lineOrder", "lineOrder", b"\0") + entry("pixelAspectRatio", "float", struct.pack("<f", 1))
+    head += entry("screenWindowCenter", "v2f", bytes(8)) + entry(
+        "screenWindowWidth", "float", struct.pack("<f", 1)
+    )
+    head += entry("owner", "string", b"somebody") + entry("comments", "string", b"a few words") + b"\0"
+    start = 8 + len(head) + 8 * side
+    row = struct.pack("<4e", 1, 0.25, 0.5, 0.75)
+    rows = [
+        struct.pack("<ii", y, 8 * side) + b"".join(row[2 * c : 2 * c + 2] * side for c in range(4))
+        for y in range(side)
+    ]
+    table = struct.pack(f"<{side}Q", *(start + y * len(rows[0]) for y in range(side)))
+    return struct.pack("<II", 20000630, 2) + head + table + b"".join(rows)
+
+
+def glb() -> bytes:
+    """Two triangles with texture coordinates."""
+    points = struct.pack("<12f", 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0.5)
+    data = points + struct.pack("<8f", 0, 0, 1, 0, 0, 1, 1, 1) + struct.pack("<6H", 0, 1, 2, 1, 3, 2)
+    views = [(0, 48), (48, 32), (80, 12)]
+    scene = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2}]}],
+        "accessors": [
+            {"bufferView": k, "count": count, "componentType": kind, "type": what}
+            for k, (count, kind, what) in enumerate(
+                [(4, 5126, "VEC3"), (4, 5126, "VEC2"), (6, 5123, "SCALAR")]
+            )
+        ],
+        "bufferViews": [{"buffer": 0, "byteOffset": at, "byteLength": size} for at, size in views],
+        "buffers": [{"byteLength": len(data)}],
+    }
+    text = json.dumps(scene).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(data), b"BIN\0") + data
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
 SEEDS = {"svg": SVG, "obj": OBJ, "mtl": MTL, "png": png(), "toml": TOML, "jsonl": JSONL, "json": JSON}
+SEEDS |= {"art": ART, "exr": exr(), "stmap": exr(), "glb": glb()}
 
 
 def mutated(kind: str, seed: int) -> bytes:
@@ -190,12 +258,20 @@ def read(kind: str, folder: Path, data: bytes) -> None:
     """Read an input as the command line would."""
     from iccm.io import describe
     from iccm.io.batch import manifest
-    from iccm.io.pictures import image_files
+    from iccm.io.pictures import image_files, stmap_files
     from iccm.io.shapes import constraints, mesh_shape, shape
 
-    path = folder / f"x.{kind}"
+    path = folder / f"x.{ {'art': 'svg', 'stmap': 'exr'}.get(kind, kind) }"
     path.write_bytes(data)
-    if kind == "svg":
+    if kind == "art":
+        carry(path)
+    elif kind == "stmap":
+        st = stmap_files.read(path, max_pixels=1 << 20)
+        stmap_files.apply(st, image_files.Image(np.zeros((9, 9, 3), np.uint8)), folder / "o.png")
+    elif kind == "glb":
+        describe.describe(path)
+        mesh_shape.read(str(path), cut=True)
+    elif kind == "svg":
         describe.describe(path)
         shape.read(str(path))
     elif kind == "obj":
@@ -205,8 +281,9 @@ def read(kind: str, folder: Path, data: bytes) -> None:
     elif kind == "mtl":
         (folder / "o.obj").write_bytes(OBJ.replace(b"m.mtl", b"x.mtl"))
         _ = mesh_shape.read(str(folder / "o.obj")).pictures
-    elif kind == "png":
-        image_files.read(path, max_pixels=1 << 20)
+    elif kind in ("png", "exr"):
+        image = image_files.read(path, max_pixels=1 << 20)
+        image_files.write(folder / f"o.{kind}", image)
         shape.read(str(path))
     elif kind == "json":
         constraints.read(path)
@@ -215,9 +292,27 @@ def read(kind: str, folder: Path, data: bytes) -> None:
         manifest.read(manifest.load(str(path)), str(path), root=folder)
 
 
+def carry(path: Path) -> None:
+    """Carry a drawing, and look that it leads nowhere and holds numbers only."""
+    from iccm.io import artwork
+    from iccm.io.shapes import shape
+    from iccm.maps.harmonic import HarmonicMap
+
+    source = shape.read(str(path))
+    z = source.curve.resample(60).z
+    middle = z.mean()
+    image = z + 0.05 * (z - middle) ** 2 / abs(z - middle).max()
+    out = path.with_name("out.svg")
+    artwork.carry(source, HarmonicMap(z, image, 0 * z), source, out)
+    text = out.read_text(encoding="utf-8")
+    for word in ("away", "file:", "onclick", '"nan', " nan", "inf "):
+        if word in text:
+            raise AssertionError(f"{word!r} in the drawing that was written")
+
+
 def refusal(kind: str, seed: int, folder: Path) -> str | None:
     """What is wrong with how an input was met: None when it was read, or refused in one line."""
-    began = time.monotonic()
+    began = time.process_time()
     try:
         read(kind, folder, mutated(kind, seed))
     except InputError as error:
@@ -228,18 +323,25 @@ def refusal(kind: str, seed: int, folder: Path) -> str | None:
             return f"a message of {max(map(len, lines))} characters: {str(error)[:200]}"
     except Exception as error:
         return f"{type(error).__name__}: {str(error)[:200]}"
-    took = time.monotonic() - began
+    took = time.process_time() - began
     return f"took {took:.1f} s" if took > LIMIT else None
 
 
 def child(kind: str, first: int, count: int) -> None:
     """Go through seeds, telling each before it is tried: what kills the process is the last one told."""
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    import resource
+
+    resource.setrlimit(resource.RLIMIT_AS, (ADDRESSES, ADDRESSES))
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(first, first + count):
             print(json.dumps({"try": seed}), flush=True)
-            signal.alarm(LIMIT + 5)  # the default action ends the process, even in compiled code
+            signal.setitimer(
+                signal.ITIMER_PROF, LIMIT + 5
+            )  # the default action ends the process, even in compiled code
             wrong = refusal(kind, seed, Path(folder))
+            if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10 > MEMORY:
+                print(json.dumps({"seed": seed, "wrong": f"took more than {MEMORY >> 30} GB"}), flush=True)
+                sys.exit(1)
             if wrong:
                 print(json.dumps({"seed": seed, "wrong": wrong}), flush=True)
     print(json.dumps({"end": True}), flush=True)
@@ -261,6 +363,7 @@ def hunt(kind: str, first: int, count: int) -> list[str]:
             str(last - first),
         ]
         done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[1])
+        found += [f"{kind} {first}…: a library says {line[:200]!r}" for line in done.stderr.splitlines()[:3]]
         told = [json.loads(line) for line in done.stdout.splitlines()]
         found += [f"{kind} {line['seed']}: {line['wrong']}" for line in told if "wrong" in line]
         if told and told[-1].get("end"):
@@ -268,7 +371,7 @@ def hunt(kind: str, first: int, count: int) -> list[str]:
         tried = [line["try"] for line in told if "try" in line]
         if not tried:
             return [*found, f"{kind}: the child did not start: {done.stderr[-500:]}"]
-        how = "hung" if done.returncode == -signal.SIGALRM else f"died with {done.returncode}"
+        how = "hung" if done.returncode == -signal.SIGPROF else f"died with {done.returncode}"
         found.append(f"{kind} {tried[-1]}: {how}")
         first = tried[-1] + 1
     return found

@@ -90,3 +90,11 @@ def test_artwork_leads_nowhere(shapes, iccm):
         for name, value in element.attrib.items():
             assert not name.lower().startswith("on")
             assert not re.search(r"(?i)(https?|file):", value), (name, value)
+
+
+@pytest.mark.parametrize("value", ["M0 0L1 nanZ", "NaN", "matrix(1 0 0 1 inf 0)", "1,-Infinity"])
+def test_no_attribute_holds_what_is_no_number(value):
+    top = ElementTree.fromstring('<svg xmlns="http://www.w3.org/2000/svg"><path id="nan" class="inf"/></svg>')
+    top[0].set("d", value)
+    references.confine(top)
+    assert top[0].attrib == {"id": "nan", "class": "inf"}
