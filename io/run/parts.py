@@ -9,8 +9,8 @@ from ...errors import InputError
 from .job import Job
 
 if TYPE_CHECKING:
+    from ...pixels.composed import Several
     from ...pixels.preimages import AnyMap
-    from ...pixels.several import Several
     from ...solve import Fit
     from ..shapes.shape import Shape
     from .inputs import Inputs
@@ -84,7 +84,7 @@ def named(source: Shape, note: str) -> str:
 def mapping(fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Several:
     """The maps of all parts as one, small parts over large ones; `maps` are those of `fits`, made ready."""
     from ...curve import Curve
-    from ...pixels.several import Several
+    from ...pixels.composed import Several
 
     return Several(maps[::-1], [Curve(fit.image).box for fit in fits[::-1]])
 

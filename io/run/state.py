@@ -83,7 +83,7 @@ class Run:
     @cached_property
     def mapping(self) -> AnyMap:
         """The map, or those of all parts as one, without what it takes into holes of the target."""
-        from ...pixels.holed import Holed
+        from ...pixels.composed import Holed
 
         maps: list[AnyMap] = [
             fit.fast if not holes else Holed(fit.fast, holes) for fit, holes in zip(self.fits, self._holes)

@@ -1,12 +1,13 @@
-"""Several maps as one: each maps a part of the source onto a part of the target."""
+"""Maps made of others: several as one, each of a part of the source onto a part of the target; one without holes."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import Box
+from ..arrays import Box, Complex
 from . import inverse_tiles, preimages
 from .canvas import Band, Canvas, Diagnostics
+from .coverage import coverage
 
 
 class Several:
@@ -64,3 +65,45 @@ class SeveralPreimages:
             np.minimum(out.coverage + found.coverage, 1, out=out.coverage)
             out.diagnostics.add(found.diagnostics)
         return out
+
+
+class Holed:
+    """A map in the place of one, for pictures and STMaps, without what it takes into holes.
+
+    Args:
+        map: source → target, of any kind.
+        holes: closed polylines of the target's plane.
+    """
+
+    def __init__(self, map: preimages.AnyMap, holes: Sequence[Complex]):
+        self.map, self.holes = map, holes
+
+    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> "HoledPreimages":
+        """As `preimages.Mapping` has it."""
+        whole = preimages.of(self.map, canvas, tolerance, slopes)
+        return HoledPreimages(whole, [canvas.pixels(hole) for hole in self.holes])
+
+
+class HoledPreimages:
+    """Where the pixels of a canvas come from, none of those in the holes.
+
+    Args:
+        whole: the same without holes.
+        loops: the holes in pixels.
+    """
+
+    def __init__(self, whole: preimages.Bands, loops: Sequence[Complex]):
+        self.whole, self.loops = whole, loops
+
+    def band(self, row: int) -> Band:
+        """The band that starts at the given row."""
+        band = self.whole.band(row)
+        rows, width = band.coverage.shape
+        for loop in self.loops:
+            if not (loop.imag.max() > row and loop.imag.min() < row + rows):
+                continue
+            covered, inside = coverage(loop, row, rows, width)
+            band.diagnostics.inside -= int((inside & (band.coverage > 0)).sum())
+            np.maximum(band.coverage - covered, 0, out=band.coverage)
+        band.z[band.coverage == 0] = complex(np.nan, np.nan)
+        return band

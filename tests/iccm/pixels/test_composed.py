@@ -1,11 +1,12 @@
-"""Several maps as one: every pixel shows the first part that covers it, parts that meet leave no seam."""
+"""Several maps as one: a pixel shows the first part that covers it, no seams where parts meet, holes stay empty."""
 
 import numpy as np
+import pytest
 
 from iccm.curve import Curve
 from iccm.pixels import preimages
 from iccm.pixels.canvas import Canvas
-from iccm.pixels.several import Several
+from iccm.pixels.composed import Holed, Several
 from iccm.pixels.stmap import stmap
 from tests.triangulations import irregular, map_of
 
@@ -49,3 +50,21 @@ def test_parts_that_share_an_edge_leave_no_seam():
     assert np.abs(cover[18:] - 1).max() < 1e-5
     rows = np.concatenate(list(stmap(several(left, right), (0, 11 + 1j), canvas)))
     assert rows.shape == (33, 33, 4) and rows[25, 3, 0] < 0.1 < 0.9 < rows[25, 30, 0]
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_pixels_in_holes_are_empty(way):
+    map = map_of(irregular(SQUARE, 0.1), lambda w: w)
+    canvas = Canvas(50, 50, (-0.1 - 0.1j, 1.1 + 1.1j))
+    hole = 0.5 + 0.5j + 0.2 * np.exp(2j * np.pi * np.arange(100) / 100)[::way]
+    whole = preimages.of(map, canvas, 1e-3).band(0)
+    found = preimages.of(Holed(map, [hole]), canvas, 1e-3).band(0)
+    pixel = canvas.step[0] * canvas.step[1]
+    assert (whole.coverage.sum() - found.coverage.sum()) * pixel == pytest.approx(np.pi * 0.04, rel=1e-3)
+    kept = found.coverage > 0
+    assert np.array_equal(found.z[kept], whole.z[kept]) and np.isnan(found.z[~kept]).all()
+    lost = whole.diagnostics.inside - found.diagnostics.inside
+    assert lost * pixel == pytest.approx(np.pi * 0.04, rel=0.02)
+    assert ((found.coverage > 0) & (found.coverage < 1)).sum() > (
+        (whole.coverage > 0) & (whole.coverage < 1)
+    ).sum()
