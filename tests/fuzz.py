@@ -92,7 +92,7 @@ name = "n {source.id}"
 JSONL = b'{"defaults": {"size": 64}}\n{"source": "a.svg", "target": "a.svg", "pin": ["1,2:3,4"]}\n{"source": "a.svg"}\n'
 JSON = b"""{"pins": [{"name": "nose", "source": [120, 80], "target": [310.5, 42], "weight": 1}],
 "strokes": [{"source": [[10, 10], [40, 12]], "target": [[5, 90], [9, 70]], "ends": "free"}]}"""
-OUT_OF_IT = re.compile(r"""url\(\s*["']?(?!\s*(?:#|data:))|@import""", re.IGNORECASE)
+OUT_OF_IT = re.compile(r"""(?<![\w-])url\(\s*["']?(?!\s*(?:#|data:))|@import""", re.IGNORECASE)
 NO_NUMBER = re.compile(r"(?:^|[\s(,;:MCZ-])(?:nan|inf)(?:$|[\s,;)CZ])", re.IGNORECASE)
 WORDED = {"id", "class", "style"}
 WORDS = [
