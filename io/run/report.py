@@ -14,6 +14,7 @@ import numpy as np
 from ... import __version__
 from .. import files
 from . import inputs as companions
+from .constraints import exact
 
 if TYPE_CHECKING:
     from .state import Run
@@ -29,7 +30,8 @@ def build(run: Run) -> dict[str, Any]:
     What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
     job then gives the same bytes.
     """
-    for doubt in doubts(run.found, run.job.tolerance, run.job.quasi is not None):
+    weighed = run.job.target is None or not exact(run.job)
+    for doubt in doubts(run.found, run.job.tolerance, run.job.quasi is not None, weighed=weighed):
         run.note(doubt)
     report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
     if "SOURCE_DATE_EPOCH" not in os.environ:
@@ -47,7 +49,7 @@ def build(run: Run) -> dict[str, Any]:
     return plain(report)
 
 
-def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
+def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: bool = True) -> list[str]:
     """Sentences on what a solver that ended well leaves wrong with the picture: pins and strokes may contradict the
     outline or each other. They name the part of the report that says how much, and change with nothing else.
 
@@ -55,6 +57,7 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
         found: the solver's own report.
         tolerance: the gap that would do.
         quasi: whether the map was free to be quasi-conformal.
+        weighed: whether constraints pull with a weight, instead of being met.
     """
     said = []
     gap, injective = (found["boundary"] or {}).get("hausdorff", 0.0), found["injective"]
@@ -64,7 +67,7 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
         said.append("the map is not one-to-one, so the picture overlaps itself (injective)")
     elif injective["depth"] >= DEEP:
         said.append("the picture may overlap itself near the outline (injective)")
-    if not (found["pins"] or found["strokes"]):
+    if not (found["pins"] or found["strokes"]) or not weighed:
         return said
     cure = "move pins and strokes, or lower their weights" + ("" if quasi else ", or try --quasi 0.01")
     return [f"{text}; {cure}" for text in said]
