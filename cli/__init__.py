@@ -6,13 +6,13 @@ import os
 import sys
 from contextlib import suppress
 from importlib import import_module
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import click
 
 from .. import __version__
-from . import logs
-from .failures import INPUT, explain
+from . import logs, streams
+from .failures import INPUT, Unread, explain
 
 COMMANDS = {
     "map": "Map one shape onto another and carry a texture through the map.",
@@ -38,6 +38,13 @@ class Commands(click.Group):
         if name not in COMMANDS:
             return None
         return import_module(f".{name}", __package__).command
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command; a reader that went away keeps its own exit code."""
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError as error:
+            raise Unread from error
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The table itself: no import."""
@@ -70,11 +77,12 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     Everything is written and closed by then. Python would take its modules and their libraries apart before it ends,
     for a quarter of a second: only a batch, which has processes to take leave of, waits for that.
     """
-    # Sums in BLAS depend on the number of its threads: one thread makes a result the same bytes on every machine.
-    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
     # Plug-ins of pydantic would be looked for in every package that is installed.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    streams.mend()
+    if streams.starved():
+        sys.exit(explain(MemoryError()))
+    logs.alone()
     code = run(arguments)
     if f"{__package__}.batch" in sys.modules:
         sys.exit(code)

@@ -11,13 +11,19 @@ import click
 from ..errors import InputError
 from . import logs, options
 from .map import _progress
+from .paths import FILE
 
 
 @click.command()
-@click.argument("stmap")
-@click.argument("image")
+@click.argument("stmap", type=FILE)
+@click.argument("image", type=FILE)
 @click.option(
-    "-o", "--output", metavar="FILE", required=True, help="The picture to write; - for a PNG on stdout."
+    "-o",
+    "--output",
+    metavar="FILE",
+    type=FILE,
+    required=True,
+    help="The picture to write; - for a PNG on stdout.",
 )
 @options.of("apply")
 @logs.options
@@ -40,15 +46,14 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     from ..io.memory import Bounded
     from ..io.pictures import image_files
     from ..io.pictures import stmap_files as maps
-    from ..io.run import outputs
-    from ..memory import Room
+    from ..memory import Memory
     from ..pixels.texture import check_kind
 
     limit, threads = given["max_pixels"], given["threads"]
     inputs = [Path(name).resolve() for name in (stmap, image)]
     if output != "-" and files.check_output(output, force=given["force"]) in inputs:
         raise InputError(f"{output}: is also an input; name another output")
-    room = Bounded(given["memory"], Path(output).resolve().parent) if given["memory"] else Room()
+    room = Bounded(given["memory"], Path(output).resolve().parent) if given["memory"] else Memory()
     st = maps.read(stmap, max_pixels=limit, room=room)
     picture = image_files.read(image, max_pixels=limit, colorspace=given["colorspace"], room=room)
     check_kind(given["kind"], picture.pixels.shape[2], image)
@@ -58,11 +63,9 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     with ExitStack() as stack:
         progress = stack.enter_context(_progress())
         advance = None if progress is None else (lambda rows: progress(rows, st.shape[0]))
-        temporary = (
-            None if output == "-" else stack.enter_context(files.replacing(output, force=given["force"]))
-        )
         sampling |= {"room": room, "threads": threads, "progress": advance}
-        outputs.put(temporary, lambda file: maps.apply(st, picture, file, **sampling))
-    if temporary:
+        path = stack.enter_context(files.writing(output, force=given["force"]))
+        maps.apply(st, picture, path, **sampling)
+    if output != "-":
         logs.log.info(f"wrote {output}")
     return 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import signal
 import sys
@@ -15,12 +16,16 @@ from typing import Any
 
 import click
 
+from ..errors import InputError
 from . import logs
+from .paths import FILE
 
 
 @click.command()
-@click.argument("jobs")
-@click.option("--root", metavar="DIR", help="Where outputs go and stay.  [default: the manifest's folder]")
+@click.argument("jobs", type=FILE)
+@click.option(
+    "--root", type=FILE, metavar="DIR", help="Where outputs go and stay.  [default: the manifest's folder]"
+)
 @click.option("--outside", is_flag=True, help="Let outputs leave the root.")
 @click.option("-j", "--workers", type=click.IntRange(1), help="Processes.  [default: all cores]")
 @click.option(
@@ -63,6 +68,8 @@ def command(jobs: str, root: str | None, only_check: bool, **given: Any) -> int:
     if only_check:
         logs.log.info(f"{len(tasks)} jobs, no mistakes")
         return 0
+    if given["resume"] and (swept := book.sweep()):
+        logs.log.info(f"removed {len(swept)} temporary files of a batch that was killed")
     tasks = dispatch.prepared(tasks, book, resume=given["resume"])
     policy = dispatch.Policy(given["retries"], given["timeout"], given["fail_fast"], given["threads"])
     start = time.perf_counter()
@@ -80,7 +87,10 @@ def _tasks(jobs: str, folder: Path, *, outside: bool, force: bool) -> list[Any]:
 
     from ..io.batch import manifest
 
-    text = sys.stdin.read() if jobs == "-" else manifest.load(jobs)
+    try:
+        text = sys.stdin.read() if jobs == "-" else manifest.load(jobs)
+    except UnicodeDecodeError as error:
+        raise InputError(f"-: byte {error.start} of stdin is not UTF-8") from None
     tasks = manifest.read(text, jobs, root=folder, outside=outside)
     if not force:
         return tasks
@@ -127,15 +137,16 @@ def _report(results: Iterator[dict[str, Any]], count: int) -> Counter[str]:
     from ..io.run.report import plain
 
     counts: Counter[str] = Counter()
-    level = {"done": logs.log.debug, "poor": logs.log.warning, "cancelled": logs.log.debug}
+    level = {"done": logging.DEBUG, "poor": logs.POOR, "cancelled": logging.DEBUG}
     with tqdm(total=count, unit="job", disable=None, file=sys.stderr) as bar:
         for result in results:
             sys.stdout.write(json.dumps(plain(result), ensure_ascii=False) + "\n")
             sys.stdout.flush()
             counts[result["status"]] += 1
-            tell = level.get(result["status"], logs.log.error)
+            tell = level.get(result["status"], logging.ERROR)
             extra = {"fields": {key: result[key] for key in ("job", "name", "status", "seconds")}}
-            tell(f"{result['place']}: {result['name']}: {result['status']}: {result['message']}", extra=extra)
+            said = f"{result['place']}: {result['name']}: {result['status']}: {result['message']}"
+            logs.log.log(tell, said, extra=extra)
             bar.update()
     return counts
 

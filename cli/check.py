@@ -9,18 +9,22 @@ from typing import Any
 import click
 
 from . import logs
+from .paths import FILE
 
 SHOWN = 5
 
 
 @click.command()
-@click.argument("run")
-@click.argument("baselines")
+@click.argument("run", type=FILE)
+@click.argument("baselines", type=FILE)
 @click.option(
-    "--tolerances", metavar="FILE", help="Limits.  [default: BASELINES/tolerances.toml, if it is there]"
+    "--tolerances",
+    type=FILE,
+    metavar="FILE",
+    help="Limits.  [default: BASELINES/tolerances.toml, if it is there]",
 )
-@click.option("--junit", metavar="FILE.xml", help="A test case a file, for CI.")
-@click.option("--diff", metavar="DIR", help="Pictures of what differs: baseline, run, difference.")
+@click.option("--junit", type=FILE, metavar="FILE.xml", help="A test case a file, for CI.")
+@click.option("--diff", type=FILE, metavar="DIR", help="Pictures of what differs: baseline, run, difference.")
 @click.option("--update", is_flag=True, help="Make the run the baselines.")
 @logs.options
 def command(run: str, baselines: str, update: bool, **given: Any) -> int:

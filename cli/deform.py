@@ -8,10 +8,11 @@ import click
 
 from . import logs, options
 from .map import execute
+from .paths import FILE
 
 
 @click.command()
-@click.argument("shape")
+@click.argument("shape", type=FILE)
 @options.of("deform")
 @logs.options
 def command(shape: str, **given: Any) -> int:

@@ -7,21 +7,36 @@ from contextlib import ExitStack
 import click
 
 from . import logs
+from .paths import FILE
 
 
 @click.command()
-@click.argument("mesh")
+@click.argument("mesh", type=FILE)
 @click.option(
-    "-o", "--output", multiple=True, metavar="FILE", help="The outline (.svg) or the flat mesh (.obj)."
+    "-o",
+    "--output",
+    multiple=True,
+    type=FILE,
+    metavar="FILE",
+    help="The outline (.svg) or the flat mesh (.obj).",
 )
 @click.option(
-    "--uv", metavar="FILE", help="The mesh with its flattening as texture coordinates (.obj .glb .ply)."
+    "--uv",
+    type=FILE,
+    metavar="FILE",
+    help="The mesh with its flattening as texture coordinates (.obj .glb .ply).",
 )
 @click.option("--cut", is_flag=True, help="Cut a closed surface, or one with handles, open.")
-@click.option("--report", metavar="FILE.json", help="Figures of the flattening as JSON; - for stdout.")
 @click.option(
-    "--plot", metavar="FILE.png", help="The flat mesh and the surface with a checkerboard (.png .svg .pdf)."
+    "--report", type=FILE, metavar="FILE.json", help="Figures of the flattening as JSON; - for stdout."
 )
+@click.option(
+    "--plot",
+    type=FILE,
+    metavar="FILE.png",
+    help="The flat mesh and the surface with a checkerboard (.png .svg .pdf).",
+)
+@click.option("--max-faces", type=int, default=5_000_000, show_default=True, help="Refuse larger meshes.")
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 @logs.options
 def command(
@@ -31,6 +46,7 @@ def command(
     cut: bool,
     report: str | None,
     plot: str | None,
+    max_faces: int,
     force: bool,
 ) -> int:
     """Flatten MESH (OBJ, GLB, PLY, OFF, STL) into the plane, keeping its angles as well as its triangles allow.
@@ -46,6 +62,7 @@ def command(
     Exit code: 0 done, 2 an input is wrong.
     """
     from ..io import formats
+    from ..io.meshes import size_limits
     from ..io.meshes.mesh_files import check_output
     from ..io.run import flat_files, flatten
     from ..io.shapes import mesh_shape
@@ -60,6 +77,7 @@ def command(
     if plot:
         formats.check(plot, "plot", "--plot")
     outputs = flatten.checked([*output, uv, plot, None if report == "-" else report], mesh, force=force)
+    size_limits.faces(Spec.of(mesh).path, max_faces)
     shape = mesh_shape.read(mesh, cut=cut)
     for note in shape.notes:
         logs.log.warning(f"{mesh}: {note}")

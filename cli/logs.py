@@ -7,6 +7,7 @@ import logging
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -14,6 +15,8 @@ from typing import Any
 import click
 
 log = logging.getLogger("iccm")
+POOR = 35
+"""The level of remarks on the result itself: notes that --quiet does not hide."""
 
 
 class Terminated(BaseException):
@@ -33,7 +36,7 @@ class _Text(logging.Formatter):
             "error: "
             if record.levelno >= logging.ERROR
             else "note: "
-            if record.levelno == logging.WARNING
+            if record.levelno in (logging.WARNING, POOR)
             else ""
         )
         return label + " ".join(record.getMessage().split("\n"))
@@ -46,7 +49,12 @@ class _Json(logging.Formatter):
         """One record, one line."""
         fields = getattr(record, "fields", {})
         return json.dumps(
-            {"level": record.levelname.lower(), "message": record.getMessage(), **fields}, default=str
+            {
+                "level": "warning" if record.levelno == POOR else record.levelname.lower(),
+                "message": record.getMessage(),
+                **fields,
+            },
+            default=str,
         )
 
 
@@ -72,17 +80,31 @@ def reset() -> None:
 
 
 def configure(verbosity: int, form: str) -> None:
-    """Set what the `iccm` logger shows: -1 errors only, 0 notes and results, 1 and more everything."""
+    """Set what the `iccm` logger shows: -1 errors and doubts about the result, 0 notes and results, 1 and more all."""
     handler = _Stderr()
     handler.setFormatter(_Json() if form == "json" else _Text())
     log.handlers[:] = [handler]
     log.propagate = False
-    log.setLevel(logging.ERROR if verbosity < 0 else logging.DEBUG if verbosity > 0 else logging.INFO)
+    log.setLevel(POOR if verbosity < 0 else logging.DEBUG if verbosity > 0 else logging.INFO)
 
 
 def debug() -> bool:
     """Whether --debug was given."""
     return _state["debug"]
+
+
+def tell(remark: str) -> None:
+    """Show a remark: on the inputs as a note, on the result itself so that no --quiet hides it."""
+    from ..io.run.report import Doubt
+
+    log.log(POOR if isinstance(remark, Doubt) else logging.WARNING, remark)
+
+
+def alone() -> None:
+    """Let nobody but iccm speak on stderr: no warnings of NumPy, no log of trimesh."""
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")
+    logging.getLogger().addHandler(logging.NullHandler())
 
 
 def options(command: Callable) -> Callable:
@@ -100,7 +122,12 @@ def options(command: Callable) -> Callable:
             help="Messages as text or as one JSON object a line.",
         ),
         click.option(
-            "-q", "--quiet", is_flag=True, expose_value=False, callback=_apply("quiet"), help="Errors only."
+            "-q",
+            "--quiet",
+            is_flag=True,
+            expose_value=False,
+            callback=_apply("quiet"),
+            help="Errors, and doubts about the result, only.",
         ),
         click.option(
             "-v", "--verbose", count=True, expose_value=False, callback=_apply("verbose"), help="Tell more."

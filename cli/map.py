@@ -10,11 +10,12 @@ from typing import Any
 import click
 
 from . import logs, options
+from .paths import FILE
 
 
 @click.command()
-@click.argument("source")
-@click.argument("target")
+@click.argument("source", type=FILE)
+@click.argument("target", type=FILE)
 @options.of("map")
 @logs.options
 def command(**given: Any) -> int:
@@ -61,7 +62,7 @@ def execute(given: dict[str, Any]) -> int:
     threads = given.pop("threads")
     job = make(options.values(given))
     with _progress() as progress:
-        outcome = run(job, threads=threads, tell=logs.log.warning, progress=progress)
+        outcome = run(job, threads=threads, tell=logs.tell, progress=progress)
     for line in summary(outcome.report):
         logs.log.info(line)
     for name in outcome.written:

@@ -8,6 +8,7 @@ from typing import Any, Literal, get_args, get_origin
 import click
 
 from ..io.run.options import Option, described
+from .paths import FILE
 
 Decorator = Callable[[Callable], Callable]
 
@@ -38,9 +39,10 @@ def _click(name: str, hint: Any, option: Option) -> Decorator:
     if hint is bool:
         settings |= {"is_flag": True}
     elif option.default == ():
-        settings |= {"multiple": True, "metavar": option.metavar}
+        settings |= {"multiple": True, "metavar": option.metavar, "type": _text(option)}
     elif option.parse:
         settings |= {"metavar": option.metavar, "callback": _parsed(option.parse)}
+        settings |= {"is_flag": False, "flag_value": option.flag} if option.flag else {}
     else:
         shown = option.default is not None
         settings |= {"metavar": option.metavar, "default": option.default, "show_default": shown}
@@ -57,7 +59,12 @@ def _type(hint: Any, option: Option) -> Any:
     least, above = (option.least, False) if option.above is None else (option.above, True)
     if float in types:
         return float if least is None else click.FloatRange(least, option.most, min_open=above)
-    return click.IntRange(least, option.most) if int in types or choices else str
+    return click.IntRange(least, option.most) if int in types or choices else _text(option)
+
+
+def _text(option: Option) -> Any:
+    """Words, or the name of a file, which shells complete."""
+    return FILE if (option.metavar or "").startswith(("FILE", "IMAGE")) else str
 
 
 def _parsed(parse: Callable[[Any], Any]) -> Callable:

@@ -153,6 +153,12 @@ class Curve:
         return Curve(self.at(resampled_knots(self, count)), self.closed)
 
 
+def boundary_samples(polygon: Complex, per_edge: int = 4) -> Complex:
+    """(n · per_edge,) points of a polygon in order, its vertices among them."""
+    t = np.arange(per_edge) / per_edge
+    return (polygon[:, None] + (np.roll(polygon, -1) - polygon)[:, None] * t).ravel()
+
+
 def resampled_knots(curve: Curve, count: int, corner: float = np.pi / 6) -> Real:
     """Arclengths of about `count` vertices: the corners, and equal steps between neighbouring corners."""
     turn = np.abs(np.angle(curve.edges / np.roll(curve.edges, 1)))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-class Room:
+class Memory:
     """Memory without a bound."""
 
     def __call__(self, shape: tuple[int, ...], dtype: Any) -> NDArray:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
-SLICE = 4096
+SLICE = 4096  # items that a thread takes at a time (by hand)
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 

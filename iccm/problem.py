@@ -8,16 +8,30 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Complex, Real, as_complex
-from .curve import Curve
+from .curve import Curve, boundary_samples
 from .errors import InputError
 from .maps.harmonic import HarmonicMap
 
+MOST_VERTICES = 4000  # of a map's polygon: its equations are a dense matrix
 METHODS = ("balanced", "conformal", "paper")
 OTHERS = dict.fromkeys(
-    ("order", "quasi", "smoothness", "vertices", "max_iterations", "decrease", "pin_weight", "stroke_weight"),
+    (
+        *(
+            "order",
+            "quasi",
+            "smoothness",
+            "vertices",
+            "samples_per_edge",
+            "weights",
+            "max_iterations",
+            "decrease",
+        ),
+        *("pin_weight", "stroke_weight"),
+    ),
     "conformal or paper",
 )
 """Options that the balanced method does not have, and whose they are."""
+MOST_VERTICES = 4000  # of a map's polygon: its equations are a dense matrix
 
 
 @dataclass(frozen=True)
@@ -39,7 +53,9 @@ class Options:
         smoothness: α of §3.3.
         consistency: μ of the consistency energy.
         tangential: λ of §3.4, with order 1.
-        vertices: vertices of the source polygon; None chooses.
+        weights: "relative" for means over samples and boundaries, so that weights depend neither on how many there
+            are nor on the shapes' size; "paper" for the sums of the paper, in the coordinates as given.
+        vertices: vertices of the source polygon; "source" for the outline's own and no others; None chooses.
         samples_per_edge: boundary samples of each source edge.
         max_iterations: most local and global steps.
         decrease: stop when the energy falls by less than this share of itself in one step; None is 1e-4, and 2e-3
@@ -60,7 +76,8 @@ class Options:
     smoothness: float = 0.0
     consistency: float | None = None
     tangential: float = 0.05
-    vertices: int | None = None
+    weights: str = "relative"
+    vertices: int | str | None = None
     samples_per_edge: int = 4
     max_iterations: int = 300
     decrease: float | None = None
@@ -80,8 +97,13 @@ class Options:
             least = -np.inf if f.name == "turn" else 0
             if isinstance(value, float | int) and not (np.isfinite(value) and value >= least):
                 raise InputError(f"{f.name}: {value} is not a finite number of at least 0")
-        if self.vertices is not None and not 3 <= self.vertices <= 4000:
-            raise InputError(f"vertices: {self.vertices} is not between 3 and 4000")
+        if self.weights not in ("relative", "paper"):
+            raise InputError(f"weights: {self.weights!r} is not one of relative, paper")
+        if isinstance(self.vertices, str):
+            if self.vertices != "source":
+                raise InputError(f"vertices: {self.vertices!r} is neither a number nor 'source'")
+        elif self.vertices is not None and not 3 <= self.vertices <= MOST_VERTICES:
+            raise InputError(f"vertices: {self.vertices} is not between 3 and {MOST_VERTICES}")
         for name in ("max_dilatation", "max_stretch"):
             bound = getattr(self, name)
             if bound is not None and bound < 1:
@@ -145,10 +167,13 @@ class Problem:
     target_frame: Frame
 
     @classmethod
-    def of(cls, source, target, pins=None, strokes=None) -> "Problem":
-        """Check and normalise what the user gave (see `iccm.fit`)."""
+    def of(cls, source, target, pins=None, strokes=None, *, first: bool = True) -> "Problem":
+        """Check and normalise what the user gave (see `iccm.fit`); `first` says whether it matters which vertices are
+        the first, as for a start by arclength."""
         source = as_domain(source, "source")
         target = None if target is None else as_domain(target, "target")
+        if not first:
+            source, target = from_lowest(source), target and from_lowest(target)
         s, t = Frame.of(source), Frame.of(target or source)
         pins = _pins(pins)
         _inside(source, pins[:, 0], "pin")
@@ -204,7 +229,14 @@ class Problem:
     def world(self, polygon: Complex, phi: Complex, psi: Complex) -> HarmonicMap:
         """The map of unit frames as a map of the user's plane: constants go to φ alone, since Σ C = 1."""
         s, t = self.source_frame, self.target_frame
-        return HarmonicMap(s.world(polygon), t.world(phi), psi * t.radius)
+        z = s.world(polygon)
+        return HarmonicMap(z, t.world(phi), psi * t.radius, overhang(Curve(z), s.world(self.source.z)))
+
+
+def overhang(polygon: Curve, outline: Complex) -> float:
+    """How far the outline that a polygon stands for lies outside of it, at its vertices and three places between."""
+    z = boundary_samples(outline)
+    return float(np.abs(polygon.pulled_in(z) - z).max()) * (1 + 1e-9)
 
 
 def as_domain(shape: "Curve | ArrayLike", name: str) -> Curve:
@@ -215,6 +247,11 @@ def as_domain(shape: "Curve | ArrayLike", name: str) -> Curve:
 def from_farthest(curve: Curve) -> Curve:
     """The closed curve of a unit frame, started at its vertex farthest from 0."""
     return Curve(np.roll(curve.z, -int(np.argmax(np.abs(curve.z)))))
+
+
+def from_lowest(curve: Curve) -> Curve:
+    """The closed curve started at its leftmost vertex, the lowest of several: the same however it was given."""
+    return Curve(np.roll(curve.z, -int(np.lexsort((curve.z.imag, curve.z.real))[0])))
 
 
 def _mirror(curve: Curve) -> Curve:

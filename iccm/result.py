@@ -9,13 +9,21 @@ import numpy as np
 import shapely
 
 from .arrays import Complex
-from .curve import Curve
+from .blas import on_one_thread
+from .curve import Curve, boundary_samples
 from .maps import distortion, harmonic
 from .maps.distortion import Distortion
+from .maps.injectivity import Certificate
 from .maps.kinds import AnyMap, Evaluated, Inverted, certified, evaluated, inverted
 from .maps.triangulated.map import TriangulatedMap
 
 INTERIOR_POINTS = 2000
+CERTAIN = (
+    0.99  # of the source's area: of a map that is certain to be one-to-one on less, the inverse is looked at
+)
+MOST_LOST = 0.03  # of the source's area
+TOLD = 2e-3  # of the source's area
+BACK = 1e-6  # of the source's diagonal: an inverse that errs by more is another point
 
 
 class Status(Enum):
@@ -27,6 +35,7 @@ class Status(Enum):
     LIMIT = "The iteration limit was reached before the energy settled."
     GAP = "The image of the boundary is not within the tolerance of the target."
     BOUNDS = "The bounds on dilatation or stretch cannot be met: the closest map is given."
+    FOLDED = "The image of the boundary is within the tolerance, but the map folds, or may fold, far from it."
     PINS = "Not all pins and strokes could be met: the closest map without folds is given."
     CROWDED = "Parts of the target are too crowded for double precision: they are not covered."
 
@@ -42,7 +51,7 @@ class Fit:
 
     Attributes:
         map: the continuous map from source to target.
-        status: how the solver ended.
+        ended: how the solver ended, by its own figures; `status` is judged by all.
         energies: one dict an iteration, term name to value, with "total"; lengths relative to the target's radius.
         source: the domain of the map.
         target: the boundary aimed at; None for a deformation.
@@ -52,13 +61,34 @@ class Fit:
     """
 
     map: AnyMap
-    status: Status
+    ended: Status
     energies: list[dict[str, float]]
     source: Curve
     target: Curve | None
     pins: Complex
     strokes: list[tuple[Curve, Curve]]
     notes: list[str] = field(default_factory=list)
+
+    @cached_property
+    def status(self) -> Status:
+        """How the solver ended, judged by all that the report knows: a target is not reached by a map that folds."""
+        return Status.FOLDED if self.ended is Status.REACHED and self.lost > MOST_LOST else self.ended
+
+    @cached_property
+    def certificate(self) -> Certificate:
+        """On what part of the source the map is proven to be one-to-one."""
+        return certified(self.fast)
+
+    @cached_property
+    def lost(self) -> float:
+        """Share of the source's area that the inverse does not bring back: it folds, or shrinks below what numbers can
+        tell. Only what is not certain to be one-to-one is looked at."""
+        if self.certificate.share >= CERTAIN:
+            return 0.0
+        z = self.interior
+        back = self.inverse(self.fast(z))
+        near = np.abs(back - z) <= BACK * Curve(self.map.polygon).diagonal
+        return float(np.mean(~near))
 
     @property
     def iterations(self) -> int:
@@ -81,7 +111,7 @@ class Fit:
 
     @cached_property
     def image(self) -> Complex:
-        """The image of the boundary, finely sampled and in order."""
+        """The image of the boundary of the map's polygon, finely sampled and in order."""
         return self.map(boundary_samples(self.map.polygon, 2))
 
     @property
@@ -92,7 +122,8 @@ class Fit:
 
     @cached_property
     def boundary(self) -> dict[str, float]:
-        """`rms` and two-sided `hausdorff` distance between the image of the boundary and the target, relative."""
+        """`rms` and two-sided `hausdorff` distance of the boundary's image to the target, relative; `given` is
+        the largest distance of an image of the source's vertices as given, of which a polygon has fewer."""
         assert self.target is not None
         image = Curve(self.image)
         there = np.abs(self.target.at(self.target.closest(image.z)) - image.z)
@@ -103,6 +134,7 @@ class Fit:
         return {
             "rms": float(rms) / self.diagonal,
             "hausdorff": float(max(there.max(), back.max())) / self.diagonal,
+            "given": float(distances(self._image_of(self.source.z), self.target).max()) / self.diagonal,
         }
 
     @cached_property
@@ -119,6 +151,7 @@ class Fit:
         mean = np.sqrt(abs(aim.area / self.source.area))
         return distortion.of_inverse(self.backward, interior_grid(aim, INTERIOR_POINTS), float(mean))
 
+    @on_one_thread
     def report(self) -> dict[str, Any]:
         """The figures of the JSON report that depend on the map alone; lengths relative to `diagonal`."""
         area = np.log10(
@@ -136,15 +169,25 @@ class Fit:
             "log10_area": {
                 name: _quantile(area, q) for name, q in (("p05", 0.05), ("median", 0.5), ("p95", 0.95))
             },
-            "injective": certified(self.fast).report(),
+            "injective": self.certificate.report(),
             "pins": [{"error": float(e)} for e in pin_errors],
             "strokes": [{"error": self._stroke_error(a, b)} for a, b in self.strokes],
-            "notes": list(self.notes),
+            "notes": [*self.notes, *self._doubts()],
         }
+
+    def _doubts(self) -> list[str]:
+        """What the figures say against the map, as sentences."""
+        found = []
+        if self.lost >= TOLD:
+            found.append(
+                f"folds: {self.lost:.1%} of the source's area fold, or shrink below what numbers can tell: the inverse "
+                "does not bring them back"
+            )
+        return found
 
     def _image_of(self, z: Complex) -> Complex:
         """The map at points of the source, some of which the map's polygon may leave outside."""
-        return self.map(Curve(self.map.polygon).pulled_in(z))
+        return self.fast(Curve(self.map.polygon).pulled_in(z))
 
     def _stroke_error(self, source: Curve, target: Curve) -> float:
         """Root mean square distance of a stroke's image to its target, relative."""
@@ -160,12 +203,6 @@ def distances(w: Complex, curve: Curve) -> np.ndarray:
 def hausdorff(a: Curve, b: Curve) -> float:
     """Two-sided Hausdorff distance of two closed curves, from their vertices and three points between."""
     return float(max(distances(boundary_samples(a.z), b).max(), distances(boundary_samples(b.z), a).max()))
-
-
-def boundary_samples(polygon: Complex, per_edge: int = 4) -> Complex:
-    """(n · per_edge,) points of a polygon in order, its vertices among them."""
-    t = np.arange(per_edge) / per_edge
-    return (polygon[:, None] + (np.roll(polygon, -1) - polygon)[:, None] * t).ravel()
 
 
 def interior_grid(curve: Curve, count: int) -> Complex:

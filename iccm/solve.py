@@ -5,6 +5,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
 from .paper import algorithm1
@@ -14,6 +15,7 @@ from .result import Fit, Status
 __all__ = ["Fit", "Status", "deform", "fit"]
 
 
+@on_one_thread
 def fit(
     source: ArrayLike | Curve,
     target: ArrayLike | Curve,
@@ -40,7 +42,7 @@ def fit(
             with the balanced method also constraints that no one-to-one map meets.
     """
     settings = Options(**options)
-    problem = Problem.of(source, target, pins, strokes)
+    problem = Problem.of(source, target, pins, strokes, first=settings.method == "paper")
     return solver(problem, settings)(problem, settings)
 
 
@@ -65,6 +67,7 @@ def is_balanced(settings: Options) -> bool:
     return balanced and settings.balance != 0
 
 
+@on_one_thread
 def deform(
     source: ArrayLike | Curve,
     *,

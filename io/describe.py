@@ -10,19 +10,22 @@ import numpy as np
 
 from ..errors import InputError
 from . import files, formats
+from .meshes import size_limits
 from .shapes import shape as shapes
 from .spec import Spec
 
 MOST = 20
+MAX_FACES = 5_000_000
 
 
-def describe(path: Path) -> dict[str, Any]:
+def describe(path: Path, *, max_faces: int = MAX_FACES) -> dict[str, Any]:
     """Facts about a file by what its suffix says it is; JSON values only.
 
     Raises:
-        InputError: the file is missing, of a kind that iccm does not read, or wrong.
+        InputError: the file is missing, of a kind that iccm does not read, wrong, or a mesh of more than `max_faces`.
     """
     files.open_input(path)
+    size_limits.faces(path, max_faces)
     kinds: dict[str, Callable[[Path], dict[str, Any]]] = {
         "picture": _picture,
         "mesh": _mesh,

@@ -3,9 +3,13 @@
 import errno
 import hashlib
 import os
+import re
+import shutil
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from io import BufferedReader
 from pathlib import Path
 
 from ..errors import InputError
@@ -50,6 +54,20 @@ def replacing(path: str | os.PathLike, *, force: bool = False) -> Iterator[Path]
             temporary.unlink(missing_ok=True)
 
 
+@contextmanager
+def writing(name: str, *, force: bool = False, suffix: str = ".png") -> Iterator[Path]:
+    """As `replacing`, or for `-` a file with a suffix whose content goes to stdout when the block ends well."""
+    if name != "-":
+        with replacing(name, force=force) as path:
+            yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"stdout{suffix}"
+        yield path
+        with path.open("rb") as file:
+            shutil.copyfileobj(file, sys.stdout.buffer)
+
+
 def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
     """The real path of an output that may be written, checked before any work is done for it.
 
@@ -83,6 +101,17 @@ def open_input(path: str | os.PathLike, *, max_bytes: int | None = None) -> Path
     Raises:
         InputError: otherwise.
     """
+    with opened(path, max_bytes=max_bytes):
+        return Path(path)
+
+
+@contextmanager
+def opened(path: str | os.PathLike, *, max_bytes: int | None = None) -> Iterator[BufferedReader]:
+    """An input, open while the block runs.
+
+    Raises:
+        InputError: as `open_input`.
+    """
     path = Path(path)
     try:
         size = path.stat().st_size
@@ -90,17 +119,17 @@ def open_input(path: str | os.PathLike, *, max_bytes: int | None = None) -> Path
             raise InputError(f"{path}: is a folder; name a file in it")
         if not path.is_file():
             raise InputError(f"{path}: is not a plain file")
-        with path.open("rb"):
-            pass
+        file = path.open("rb")
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file") from error
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path}: cannot be read: {_reason(error)}") from error
-    if max_bytes is not None and size > max_bytes:
-        raise InputError(f"{path}: {size} bytes; at most {max_bytes} are read")
-    return path
+    with file:
+        if max_bytes is not None and size > max_bytes:
+            raise InputError(f"{path}: {size} bytes; at most {max_bytes} are read")
+        yield file
 
 
 def read_bytes(path: str | os.PathLike, *, max_bytes: int) -> bytes:
@@ -109,8 +138,7 @@ def read_bytes(path: str | os.PathLike, *, max_bytes: int) -> bytes:
     Raises:
         InputError: as `open_input`, or the file is empty.
     """
-    path = open_input(path, max_bytes=max_bytes)
-    with path.open("rb") as file:
+    with opened(path, max_bytes=max_bytes) as file:
         content = file.read(max_bytes + 1)  # the size may have changed, or lie (/proc)
     if len(content) > max_bytes:
         raise InputError(f"{path}: more than {max_bytes} bytes; that is the limit")
@@ -125,7 +153,7 @@ def sha256(path: str | os.PathLike) -> str:
     Raises:
         InputError: the file is missing or cannot be read.
     """
-    with open_input(path).open("rb") as file:
+    with opened(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
@@ -138,6 +166,17 @@ def _sibling(path: Path) -> Path:
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {_reason(error)}") from error
     return Path(name)
+
+
+def siblings(path: Path) -> Iterator[Path]:
+    """The temporary files for `path` that a process left when it was killed."""
+    with suppress(OSError):
+        start, drawn = f".{path.stem[:32]}.", re.compile(r"[a-z0-9_]{8}")
+        for found in path.parent.iterdir():
+            name = found.name
+            middle = name[len(start) : len(name) - len(path.suffix)]
+            if name.startswith(start) and name.endswith(path.suffix) and drawn.fullmatch(middle):
+                yield found
 
 
 def _umask() -> int:
@@ -158,7 +197,9 @@ def _probe(path: Path) -> None:
 
 
 def _flush(path: Path) -> None:
-    handle = os.open(path, os.O_RDONLY)
+    if os.name == "nt" and path.is_dir():  # Windows opens no folders, and needs no flushing of them
+        return
+    handle = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
     try:
         os.fsync(handle)
     finally:

@@ -76,6 +76,7 @@ FORMATS = {
     ".jxl": Format(Picture(grey=False, named=True, encoder="jpegxl:100")),
     ".dpx": Format(Picture(named=True)),
     ".svg": Format(drawing=True, flat=True, plot=True),
+    ".svgz": Format(drawing=True),
     ".pdf": Format(plot=True),
     ".obj": Format(drawing=True, mesh=True, uv=True, flat=True),
     ".glb": Format(mesh=True, uv=True),

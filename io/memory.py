@@ -22,7 +22,7 @@ MARGIN = 64 * MIB  # for what libraries take, and what the allocator does not gi
 SOLVED = 340 * MIB  # what a process holds once it has solved for a map, without pictures
 
 
-class Bounded(memory.Room):
+class Bounded(memory.Memory):
     """Arrays in memory as far as a bound on the whole process allows, then in a scratch file.
 
     Args:
@@ -61,7 +61,8 @@ class Bounded(memory.Room):
     def release(self) -> None:
         """Let the system take back the resident pages of the scratch file."""
         for pages in self._maps:
-            pages.madvise(mmap.MADV_DONTNEED)
+            if hasattr(pages, "madvise"):  # not on Windows, which takes them back by itself
+                pages.madvise(mmap.MADV_DONTNEED)
 
     def threads(self, asked: int | None, each: int, what: str) -> int | None:
         """How many threads fit, each taking so many bytes, at most as many as asked.
@@ -93,6 +94,8 @@ def resident() -> int:
     try:
         return int(Path("/proc/self/statm").read_bytes().split()[1]) * mmap.PAGESIZE
     except OSError:  # not Linux: the most that it ever was
-        import resource
-
+        try:
+            import resource
+        except ImportError:  # Windows
+            return 0
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

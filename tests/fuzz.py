@@ -204,7 +204,7 @@ def read(kind: str, folder: Path, data: bytes) -> None:
         mesh_shape.read(str(path), cut=True)
     elif kind == "mtl":
         (folder / "o.obj").write_bytes(OBJ.replace(b"m.mtl", b"x.mtl"))
-        mesh_shape.texture_in(mesh_shape.read(str(folder / "o.obj")))
+        _ = mesh_shape.read(str(folder / "o.obj")).pictures
     elif kind == "png":
         image_files.read(path, max_pixels=1 << 20)
         shape.read(str(path))

@@ -23,7 +23,7 @@ ORDER = (
     "io.meshes",
     "io.pictures",
     "io.svg",
-    "io.memory",
+    "io.memory io.silence io.names",
     "io.spec io.formats io.places",
     "io.files",
     "solve",
@@ -36,7 +36,7 @@ ORDER = (
     "maps",
     "curve",
     "arrays",
-    "parallel memory",
+    "parallel memory blas",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}

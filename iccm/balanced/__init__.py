@@ -1,4 +1,16 @@
-"""--method balanced: maps whose outline is held, with nothing folded, the size even and the picture upright."""
+"""--method balanced: maps whose outline is held, with nothing folded, the size even and the picture upright.
+
+solution       what is asked (Settings), what is given (Solution)
+method         solve(): frames, stages, checks in the numbers that are returned
+stages         coarse starts, fine mesh, last mesh; halves of symmetric pairs; the inverse where that is easier
+levels         one level of outlines and mesh size: screening, releasing corners, carrying a map to a finer mesh
+starts         correspondences to start from            pairs      arclength pairs that a mesh's outline is made of
+discrete       a map in the making: mesh, image, steps   untangle   a first map without folds
+newton         projected Newton with a sliding outline   sliding    directions and energy of the outline's vertices
+energy         the density, its derivatives, assembly    ldl        block LDLᵀ of Newton's matrices
+mesh, delaunay quality triangulations                    sizing     smaller triangles where the map magnifies
+frames, outline, symmetry, similar, transfer, measures, orientation: what their names say
+"""
 
 from .failure import NoMapError
 from .method import solve

@@ -23,8 +23,8 @@ def similarity(source: Curve, target: Curve, *, turns: bool) -> Match | None:
     found = []
     for start in _far_vertices(target, np.abs(source.z).max()):
         v = target.at(start + target.length * steps)
-        turn = np.vdot(w, v)
-        turn = turn / abs(turn) if turns else np.complex128(1)
+        product = complex(np.vdot(w, v))
+        turn = product / abs(product) if turns else 1.0
         if np.abs(turn * w - v).max() < SAME * 10:
             found.append((abs(np.angle(turn)), start))
     if not found:

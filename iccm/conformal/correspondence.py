@@ -10,6 +10,7 @@ from ..arrays import Complex, Real
 from ..maps import cauchy_green
 from .harmonic_measure import Circle, HarmonicMeasure
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 COARSE = 150  # panels of a boundary while parameters are searched
 TURN = 2 * np.pi
 KNOT_EVERY = 3  # panels of either shape

@@ -17,12 +17,14 @@ from scipy.spatial import Delaunay, cKDTree
 
 from ..arrays import Complex, Real
 from ..curve import Curve
+from ..errors import InputError
 from .panels import CORNER
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 GROW = 0.35  # growth of the element size with the distance from the boundary
-EMPTY = 1e-3  # mass of a boundary vertex without an inner neighbour, relative to its neighbours' (a convex corner)
 SHAKE = 0.1  # of the points, relative to their cell
 SUBDIVISIONS = 6  # of a panel, for interpolation
+MOST_PANELS = 50_000  # that splitting may come to; usual are hundreds, and ten thousand where a shape is thin
 REPAIRS = 30  # rounds of splitting panels that are no edges of the triangulation
 
 
@@ -37,7 +39,11 @@ class HarmonicMeasure:
     """
 
     def __init__(self, curve: Curve, ends: Real):
-        """Triangulate the inside and factor its stiffness matrix."""
+        """Triangulate the inside and factor its stiffness matrix.
+
+        Raises:
+            InputError: the outline is too thin.
+        """
         self.curve = curve
         inner = inner_points(curve, ends)
         for _ in range(REPAIRS):
@@ -48,6 +54,10 @@ class HarmonicMeasure:
                 break
             following = np.append(ends[1:], ends[0] + curve.length)
             ends = np.sort(np.concatenate([ends, 0.5 * (ends + following)[missing]]))
+            if ends.size > MOST_PANELS:
+                raise InputError(
+                    "an outline has parts too thin to be triangulated; simplify it, or make it wider"
+                )
         self.ends, self.z = ends, nodes[: ends.size]
         self.lengths = np.diff(np.append(ends, ends[0] + curve.length))
         stiffness, middles = _stiffness(nodes, triangles, ends.size)

@@ -3,7 +3,7 @@
 What goes past the paper's limits (local minima, missed limbs, folds near the boundary):
 
 1. harmonic measure of both domains gives the boundary correspondence of a conformal map, its three free parameters
-   chosen for the least distortion or by the pins (`measure`, `align`);
+   chosen for the least distortion or by the pins (`measure`, `normalised`);
 2. vertices are placed so that the interpolation error is even, on the source's corners and at the preimages of the
    target's detail alike (`vertices`);
 3. Newton's method makes the boundary values those of a holomorphic map (`riemann_hilbert`);
@@ -18,22 +18,23 @@ import numpy as np
 import shapely
 
 from ..arrays import Complex, Real
-from ..curve import Curve
+from ..curve import Curve, boundary_samples
 from ..maps.harmonic import HarmonicMap
 from ..paper.algorithm1 import assemble, finish, iterate
 from ..paper.energies import Basis
 from ..paper.initial import constraint_points
 from ..paper.least_squares import System
 from ..problem import Options, Problem, from_farthest
-from ..result import Fit, Status, boundary_samples, hausdorff
+from ..result import Fit, Status, hausdorff
 from .correspondence import CircleMap, Correspondence, View
 from .harmonic_measure import HarmonicMeasure
 from .normalisation import search
 from .panels import corners, graded
-from .relaxation import State, followed, strain
+from .relaxation import State, followed, relax
 from .riemann_hilbert import newton, shares
 from .vertices import Allowance, around_corners, clean, radius_along
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 PANEL = 0.05  # longest panel of the harmonic measure, in radii, at COARSEST
 AT_CORNERS = 1e-3  # panel length at corners, in radii, at COARSEST
 COARSEST, FINEST = (
@@ -50,7 +51,7 @@ FIRST_ERROR = (
 )
 LEAST_ERROR = 1e-7  # relative to the diagonal
 ROUNDS = 4
-STRAINS = 8  # steps of a round
+RELAXATIONS = 8  # steps of a round
 SLIDES = 3
 GAIN = 0.8  # a round that leaves more than this share of the gap is the last
 FOLDS = (
@@ -71,18 +72,20 @@ def solve(problem: Problem, settings: Options) -> Fit:
     else:
         fit = finish(problem, *_solve(problem, settings))
     # judged as it is reported: in the user's frame, against the target as it was given
-    if fit.status in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
-        return replace(fit, status=Status.REACHED)
+    if fit.ended in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
+        return replace(fit, ended=Status.REACHED)
     return fit
 
 
 def _solve(problem: Problem, settings: Options):
     """Polygon, φ, ψ, energies, status and notes, in the unit frames."""
     assert problem.target is not None
-    source, notes = simplified(from_farthest(problem.source), settings.tolerance, "source")
+    source, notes = from_farthest(problem.source), list[str]()
+    if settings.vertices != "source":
+        source, notes = simplified(source, settings.tolerance, "source")
     target, more = simplified(from_farthest(problem.target), settings.tolerance, "target")
     fineness = float(np.clip(settings.tolerance / COARSEST, FINEST / COARSEST, 1.0))
-    chosen = align(problem, source, target, fineness)
+    chosen = normalised(problem, source, target, fineness)
     crowded = crowding(chosen)
     notes += more + list(crowded.values())
     state, energies = correspond(chosen, settings)
@@ -123,7 +126,7 @@ def simplified(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[s
     return Curve.domain(z, name), [note]
 
 
-def align(problem: Problem, source: Curve, target: Curve, fineness: float) -> Correspondence:
+def normalised(problem: Problem, source: Curve, target: Curve, fineness: float) -> Correspondence:
     """The boundary correspondence of the conformal map to start from.
 
     Args:
@@ -187,20 +190,21 @@ def crowding(c: Correspondence) -> dict[str, str]:
 
 
 def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[str, float]]]:
-    """Vertices and their images: strain, slide, measure, until the gap is within the tolerance.
+    """Vertices and their images: relax, slide, measure, until the gap is within the tolerance.
 
     Returns:
         The best state, and the energies of each step.
     """
     source, target = c.source.measure.curve, c.target.measure.curve
     error = FIRST_ERROR * settings.tolerance * target.diameter
-    radius, most = radius_along(source, PANEL), settings.vertices or MOST_VERTICES
+    own = source.z.size if settings.vertices == "source" else settings.vertices
+    radius, most = radius_along(source, PANEL), int(own or MOST_VERTICES)
     c = replace(c, between=CircleMap.of(c))
     energies: list[dict[str, float]] = []
     best: tuple[float, float, State] | None = None  # score, gap, state
     for _ in range(ROUNDS):
         allowed = Allowance(radius, error, LEAST_ERROR * target.diameter)
-        c, states = strain(c, pairs, allowed, most, STRAINS)
+        c, states = relax(c, pairs, allowed, most, RELAXATIONS)
         state = states[-1]
         tau, residual = newton(source, state.s, target, state.tau, SLIDES, allowed)
         states.append(replace(state, tau=tau, residual=residual))

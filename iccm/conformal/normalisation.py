@@ -15,20 +15,22 @@ from scipy.optimize import minimize
 
 from ..arrays import Complex, Real
 from ..curve import Curve
+from ..errors import InputError
 from ..maps import cauchy_green
 from .correspondence import TURN, Coarse, Correspondence, Moebius, View
 from .harmonic_measure import HarmonicMeasure
 from .panels import thickness
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 CENTRES = 8
 CLEARANCE = 0.25  # least clearance of a centre, relative to the largest
 ROTATIONS = 16
 POLISHED = 6
 FAR = 1.5  # hyperbolic distance from a centre, beyond which another one sees better
 SIMPLEX = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.2]])
-ROUGH = {"maxfev": 250, "xatol": 1e-2, "fatol": 1e-3}
-FINE = {"maxfev": 250, "xatol": 1e-5, "fatol": 1e-7}
-NEAR = 1.05  # candidates this close to the least are polished to the end
+ROUGH_SEARCH = {"maxfev": 250, "xatol": 1e-2, "fatol": 1e-3}
+FINE_SEARCH = {"maxfev": 250, "xatol": 1e-5, "fatol": 1e-7}
+NEARLY_BEST = 1.05  # candidates this close to the least are polished to the end
 APART = 0.25  # mean distance on the unit circle between the places of candidates that are different
 UPRIGHT = np.radians(30)  # turns that do not count, and so do not decide between neighbouring optima
 UPSIDE_DOWN = 1.5  # a map that turns the picture upside down is as good as one that distorts so much more
@@ -44,6 +46,8 @@ def centres(curve: Curve, spacing: float) -> Complex:
     middle = z - radius * curve.normals[edge]
     inside = curve.contains(middle)
     middle, radius = middle[inside], radius[inside]
+    if not middle.size:
+        raise InputError("an outline is too thin to have a middle; simplify it, or make it wider")
     clear = np.abs(curve.at(curve.closest(middle)) - middle)
     fair = (clear > 0.5 * radius) & (clear > CLEARANCE * clear.max())
     middle, clear = middle[fair], clear[fair]
@@ -99,8 +103,8 @@ def search(
     tried = [t for a, b in pairs for t in wish.rotations(a, b)]
     tried.sort(key=lambda t: round(t.score / EQUAL))
     starts = _distinct(tried)
-    rough = [wish.polished(t, ROUGH) for t in starts]
-    close = NEAR * min(t.score for t in rough) + EQUAL
+    rough = [wish.polished(t, ROUGH_SEARCH) for t in starts]
+    close = NEARLY_BEST * min(t.score for t in rough) + EQUAL
     found = [*starts, *(wish.finished(t, views) for t in rough if t.score <= close)]
     least = min(t.score for t in found)
     return wish.stood(next(t for t in found if t.score <= least + EQUAL)).correspondence
@@ -156,14 +160,14 @@ class Wish:
 
     def finished(self, t: Candidate, views: list[list[View]]) -> Candidate:
         """A candidate polished to the end, from the centres that see it best unless that leads elsewhere."""
-        polished = self.polished(_seen_well(t, views), FINE)
-        return polished if polished.cost <= NEAR * t.cost else self.polished(t, FINE)
+        polished = self.polished(_seen_well(t, views), FINE_SEARCH)
+        return polished if polished.cost <= NEARLY_BEST * t.cost else self.polished(t, FINE_SEARCH)
 
     def stood(self, t: Candidate) -> Candidate:
         """A candidate turned upright, if any turn is as good, as between discs."""
         if self.pins is not None or (turned := self._turned(t)) < LESS:
             return t
-        up = self.polished(t, FINE, turn=SYMMETRIC)
+        up = self.polished(t, FINE_SEARCH, turn=SYMMETRIC)
         return up if up.cost <= t.cost + FLAT and turned - self._turned(up) > LESS else t
 
     def _turned(self, t: Candidate) -> float:

@@ -7,6 +7,7 @@ import numpy as np
 from ..arrays import Complex, Real
 from ..curve import Curve
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 CORNER = np.radians(
     12
 )  # a vertex that turns by more is a corner: densities and derivatives are singular there

@@ -1,7 +1,7 @@
-"""The strain of a boundary correspondence that makes it conformal (a Riemann-Hilbert problem).
+"""The relaxation of a boundary correspondence that makes it conformal (a Riemann-Hilbert problem).
 
 Values w_j on the target are the boundary values of a holomorphic map exactly when the coordinates reproduce them,
-(C_v - I) w = 0: the consistency energy with the closeness held at zero. Its unknowns are n real numbers instead of
+D w = 0: the consistency energy with the closeness held at zero. Its unknowns are n real numbers instead of
 the 2n of Eq. 13 (R. Wegmann, *Methods for numerical conformal mapping*, Handbook of Complex Analysis 2, 2005).
 Here they are
 the relative strains of the map between the two circles of harmonic measure. That map is smooth at the corners of both
@@ -17,19 +17,21 @@ import scipy.linalg
 from ..arrays import Complex, Real
 from ..curve import Curve
 from .correspondence import CircleMap, Correspondence
-from .riemann_hilbert import consistency, raised, shares, stretches
+from .riemann_hilbert import LEAST_DAMPING, consistency, raised, shares, stretches
 from .vertices import Allowance, place
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 ENOUGH = 0.6  # residual, relative to the error allowed
-ROUGH = 0.5  # change of dw/dturn from vertex to vertex, relative, from which on a vertex loses its weight in a step
+ROUGH_SLOPE = (
+    0.5  # relative change of dw/dturn from vertex to vertex, from which on a vertex loses its weight
+)
 FADE = 4  # power by which it does
-NEAR = 0.05  # step of the difference quotients along the target, relative to the vertices' spacing
+QUOTIENT_STEP = 0.05  # step of the difference quotients along the target, relative to the vertices' spacing
 MOST_STRAIN = 1.0  # of one step
 PRIOR = 0.1  # strain that is thought likely, squared and inverted, relative to the residual
 FIRST_DAMPING = 1e-3
-LEAST_DAMPING = 1e-6
 MOST_DAMPING = 1e3
-SETTLED = 0.9  # stop when a step leaves more than this share of the residual
+SLOW = 0.9  # stop when a step leaves more than this share of the residual
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +67,7 @@ class State:
 
     @property
     def energy(self) -> float:
-        """The consistency energy, ‖(C_v - I) T(τ)‖² weighted by the vertices' shares."""
+        """The consistency energy, ‖D T(τ)‖² weighted by the vertices' shares."""
         return float(shares(self.source, self.s, self.target, self.tau) @ np.abs(self.residual) ** 2)
 
     @property
@@ -85,7 +87,7 @@ def lay(c: Correspondence, pairs: Callable, allowed: Allowance, most: int) -> St
 def followed(c: Correspondence, state: State) -> Correspondence:
     """The correspondence brought to where Newton's method moved the vertices' images.
 
-    Steps of the strain leave the target's corners where they are (`strain_step`); this moves them.
+    Steps leave the target's corners where they are (`relaxation_step`); this moves them.
     """
     between, turn = circle_map(c), c.source.circle.turn(state.s)
     return replace(c, between=between.shifted(turn, c.target.circle.turn(state.tau) - between(turn)))
@@ -96,7 +98,7 @@ def circle_map(c: Correspondence) -> CircleMap:
     return c.between if isinstance(c.between, CircleMap) else CircleMap.of(c)
 
 
-def strain(
+def relax(
     c: Correspondence, pairs: Callable, allowed: Allowance, most: int, steps: int
 ) -> tuple[Correspondence, list[State]]:
     """Strain the map between the circles until the boundary values are holomorphic, as far as its knots can tell.
@@ -117,7 +119,7 @@ def strain(
         if state.norm <= ENOUGH:
             break
         between = circle_map(c)
-        solve = strain_step(c, state)
+        solve = relaxation_step(c, state)
         before = state.norm
         while damping <= MOST_DAMPING:
             trial = replace(c, between=between.strained(*solve(damping)))
@@ -129,12 +131,12 @@ def strain(
             break
         c, damping = trial, max(damping / 10, LEAST_DAMPING)
         states.append(found)
-        if found.norm > SETTLED * before:
+        if found.norm > SLOW * before:
             break
     return c, states
 
 
-def strain_step(c: Correspondence, state: State) -> Callable[[float], tuple[Real, float]]:
+def relaxation_step(c: Correspondence, state: State) -> Callable[[float], tuple[Real, float]]:
     """The step in the strains of the circle map's gaps and its shift, as a function of the damping.
 
     A strain is the relative change of a gap: the corners' clusters of knots then move along with their
@@ -146,12 +148,12 @@ def strain_step(c: Correspondence, state: State) -> Callable[[float], tuple[Real
     image = between(turn)
     across = np.roll(image, -1) - np.roll(image, 1)
     across[[0, -1]] += 1
-    step = np.maximum(NEAR * across, 1e-15)
+    step = np.maximum(QUOTIENT_STEP * across, 1e-15)
     ahead, back = (state.target.at(c.target.circle.arclength(image + sign * step)) for sign in (1, -1))
     slope = (ahead - back) / (2 * step)
     change = np.abs(np.roll(slope, -1) - np.roll(slope, 1)) / np.maximum(np.abs(slope), 1e-300)
     rough = np.minimum(np.maximum.reduce([change, np.roll(change, 1), np.roll(change, -1)]), 1e30)
-    weight = state.weight / (1 + (rough / ROUGH) ** FADE)
+    weight = state.weight / (1 + (rough / ROUGH_SLOPE) ** FADE)
     moved = (weight[:, None] * state.defect * slope) @ between.hats(turn)
     tail = np.cumsum(moved[:, ::-1], axis=1)[:, ::-1]  # what moving all knots from k on does
     drift = moved @ (between.b - between.b[0])  # the gaps keep their sum

@@ -1,11 +1,10 @@
 """Newton's method for the boundary correspondence of a conformal map.
 
 Let τ_j be the target arclength of source vertex j. The values T(τ_j) are the boundary values of a holomorphic
-map exactly when the
-coordinates reproduce them, (C_v - I) T(τ) = 0: the consistency energy with the closeness held at zero. Its unknowns are
-n real numbers instead of the 2n of Eq. 13, with the target's tangents in the place of its normals (a
-Riemann-Hilbert problem;
-R. Wegmann, *Methods for numerical conformal mapping*, Handbook of Complex Analysis 2, 2005).
+map when D T(τ) = 0, where D = (C - ½I)(I + P) - ½I corrects the paper's C - I for linear interpolation (`consistency`):
+the consistency energy with the closeness held at zero. Its unknowns are n real numbers instead of the 2n of Eq. 13,
+with the target's tangents in the place of its normals (a Riemann-Hilbert problem; R. Wegmann, *Methods for numerical
+conformal mapping*, Handbook of Complex Analysis 2, 2005).
 """
 
 from collections.abc import Callable
@@ -19,11 +18,12 @@ from ..maps import cauchy_green
 from .panels import CORNER
 from .vertices import Allowance
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 LEAST_DAMPING = 1e-6  # relative; picks the least change among the three real parameters that are free
 MOST_DAMPING = 1e2
-SETTLED = 0.98  # stop when a step leaves more than this share of the residual
+STALLED = 0.98  # stop when a step leaves more than this share of the residual
 FLOOR = 1e-13  # of the largest diagonal entry: columns below it carry rounding only
-RAISE = 1 / 6
+RAISE = 1 / 6  # derived: see `raised`
 SHORTEST = 1e-15  # gap, relative to the length of the boundary
 
 
@@ -60,10 +60,11 @@ def raised(w: Complex, z: Complex) -> Complex:
 
 
 def consistency(z: Complex) -> Complex:
-    """(n, n) matrix D: D w = 0 for the boundary values w of a holomorphic map at vertices z, as (C_v - I) w = 0.
+    """(n, n) matrix D = (C - ½I)(I + P) - ½I: D w = 0 for the boundary values w of a holomorphic map at vertices z.
 
-    With φ = (I + P) w the raised values, linear interpolation errs by an oscillation without mean, of which one half
-    is holomorphic: at vertices the coordinates give C_v φ = ½ (w + φ), to third order.
+    C holds the Cauchy coordinates of the vertices, and φ = (I + P) w are the raised values (`raised`). Their linear
+    interpolation errs by an oscillation without mean, of which one half is holomorphic: at vertices the coordinates
+    give C φ = ½ (w + φ), to third order. The paper's (C - I) w = 0 would hold to second order.
     """
     matrix = cauchy_green.coordinates(z, z)
     matrix[np.diag_indices_from(matrix)] -= 0.5
@@ -98,7 +99,7 @@ def newton(
         allowed: the error allowed at each place, by which residuals are divided.
 
     Returns:
-        τ, and the defect (C_v - I) T(τ) at the vertices.
+        τ, and the defect D T(τ) at the vertices.
     """
     defect = consistency(source.at(s))
     tau, residual = tau.copy(), defect @ target.at(tau)
@@ -119,13 +120,13 @@ def newton(
         if after >= before:
             break
         tau, residual, damping = trial, found, max(damping / 10, LEAST_DAMPING)
-        if after > SETTLED * before:
+        if after > STALLED * before:
             break
     return tau, residual
 
 
 def _steps(defect: Complex, residual: Complex, target: Curve, tau: Real, q: Real) -> Callable[[float], Real]:
-    """Levenberg-Marquardt steps of ‖q (C_v - I) T(τ)‖² in τ, scaled by the local spacing, as a function of the
+    """Levenberg-Marquardt steps of ‖q D T(τ)‖² in τ, scaled by the local spacing, as a function of the
     damping."""
     edge, _ = target.locate(tau)
     gaps = cyclic_gaps(tau, target.length)

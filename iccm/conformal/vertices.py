@@ -16,6 +16,7 @@ from ..arrays import Complex, Real
 from ..curve import Curve
 from .panels import corners, thickness
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 RELATIVE = 0.05  # allowed error relative to the image of the local thickness
 CLOSE = 1e-14  # closest arclengths, relative to the length of the boundary
 OFFSETS = np.geomspace(

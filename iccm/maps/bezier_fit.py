@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from ..arrays import Complex
 
-ROUNDS = 14
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
+ROUNDS = 14  # of halving intervals
 STEP = 1e-3  # of an interval, for the one-sided differences that give its end tangents
 # Of a chord: no shorter control arm than that shows where the curve goes; a straight line's is a third.
 STILL = 0.15

@@ -21,13 +21,14 @@ from ..arrays import Complex
 from ..parallel import over_slices
 
 TAU_I = 2j * np.pi
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 BLOCK_ENTRIES = 1 << 21  # entries of one complex block: 32 MB, a handful of which are alive at a time
 SLICE = 64  # points a thread takes at a time
 ON_EDGE = 1e-9  # radians: an edge seen under an angle this close to -π is one the point lies on
 ROUNDING = (
     4e-16  # relative error of a coordinate, which turns the angle by itself over the distance to an end
 )
-MOST_SLACK = 0.5  # radians
+MOST_SLACK = 0.5  # radians, that the two may amount to
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -43,7 +43,7 @@ class Evaluator:
         return float(abs(np.ptp(self.map.polygon.real) + 1j * np.ptp(self.map.polygon.imag)))
 
     def __call__(self, z: Complex, threads: int | None = None) -> Complex:
-        """f at points inside or on the boundary, any shape; NaN outside."""
+        """f at points inside, on the boundary or as close to it as the map allows, any shape; NaN beyond."""
         return self.jet(z, threads)[0]
 
     def derivatives(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex]:
@@ -51,12 +51,18 @@ class Evaluator:
         return self.jet(z, threads)[1:]
 
     def jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
-        """f, f_z and f_z̄ at points of any shape. Points outside the polygon by more than rounding give NaN."""
+        """f, f_z and f_z̄ at points of any shape; those outside by at most the map's slack are taken to the closest
+        point of the polygon, beyond the values are NaN."""
         z = np.asarray(z, dtype=np.complex128)
         flat = np.ascontiguousarray(z.ravel())
         out = np.empty((3, flat.size), dtype=np.complex128)
-        tiny = 1e-13 * self.diagonal
+        tiny = max(1e-13 * self.diagonal, 8 * float(np.spacing(np.abs(self.polygon).max())))
         over_slices(lambda part: _jets(self.tree, flat[part], tiny, out[:, part]), flat.size, threads)
+        lost = np.flatnonzero(np.isnan(out[0]) & np.isfinite(flat))
+        if lost.size:
+            foot, found = self.map.placed(flat[lost]), np.empty((3, lost.size), dtype=np.complex128)
+            over_slices(lambda part: _jets(self.tree, foot[part], tiny, found[:, part]), lost.size, threads)
+            out[:, lost] = found
         return out[0].reshape(z.shape), out[1].reshape(z.shape), out[2].reshape(z.shape)
 
 

@@ -14,7 +14,7 @@ from .evaluate import Evaluator
 from .harmonic import HarmonicMap
 from .inverse import Inverse, inverse_derivatives
 
-SLICE = 1 << 15
+SLICE = 1 << 15  # triangles that a thread takes at a time (by hand)
 
 
 class Invertible(Protocol):

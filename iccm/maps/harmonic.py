@@ -1,27 +1,37 @@
 """Harmonic maps in Cauchy-Green coordinates: f = Φ + Ψ, holomorphic plus antiholomorphic (paper §3.2, Eq. 8)."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ..arrays import Complex
+from ..curve import Curve
 from . import cauchy_green
+
+ROUNDING = 1e-9  # of the polygon's diagonal, and
+VERTEX = 1e-12  # of the diagonal: points so close to a vertex see its edges under no certain angle, and are taken to it
+DIGITS = 1e-15  # of the coordinates: points that lie outside by less are on the boundary
 
 
 @dataclass(frozen=True, eq=False)
 class HarmonicMap:
     """f(z) = C(z) φ + conj(C(z)) ψ, planar harmonic, on the inside of a polygon.
 
+    Points outside by at most `slack` are taken to the closest point of the polygon; beyond the map is NaN.
+
     Attributes:
         polygon: (n,) vertices of the source domain, counter-clockwise.
         phi: (n,) coefficients of the holomorphic part Φ = C φ.
         psi: (n,) coefficients of the antiholomorphic part Ψ = conj(C) ψ: the *conjugated* ψ̂ of Eq. 8 in the paper,
             and the only place where that is decided. All zero exactly when the map is conformal.
+        slack: how far the outline that the polygon stands for may lie outside of it.
     """
 
     polygon: Complex
     phi: Complex
     psi: Complex
+    slack: float = 0.0
 
     @property
     def conformal(self) -> bool:
@@ -29,22 +39,49 @@ class HarmonicMap:
         return not self.psi.any()
 
     def __call__(self, z: Complex) -> Complex:
-        """f at points inside or on the boundary; any shape in, the same shape out."""
+        """f at points inside or on the boundary, NaN beyond; any shape in, the same shape out."""
         z = np.asarray(z, dtype=np.complex128)
-        c = self._blocks(cauchy_green.coordinates, z.ravel())
-        return np.concatenate([m @ self.phi + (m.conj() @ self.psi) for m in c]).reshape(z.shape)
+        at = self.placed(z.ravel())
+        c = self._blocks(cauchy_green.coordinates, at)
+        out = np.concatenate([m @ self.phi + (m.conj() @ self.psi) for m in c])
+        out[np.isnan(at)] = complex(np.nan, np.nan)
+        return out.reshape(z.shape)
+
+    @cached_property
+    def outline(self) -> Curve:
+        """The polygon."""
+        return Curve(self.polygon)
+
+    def placed(self, z: Complex) -> Complex:
+        """(p,) points inside as they are, others at the closest point of the polygon, NaN where that is too far."""
+        out = z.copy()
+        beyond = np.flatnonzero(~self.outline.contains(z))
+        known = beyond[np.isfinite(z[beyond])]
+        out[beyond] = complex(np.nan, np.nan)
+        if known.size:
+            edge, t = self.outline.locate(self.outline.closest(z[known]))
+            end = np.roll(self.polygon, -1)[edge]
+            corner, foot = np.where(t < 0.5, self.polygon[edge], end), self.polygon[edge] * (1 - t) + end * t
+            gap, digits = np.abs(foot - z[known]), DIGITS * float(np.abs(self.polygon).max())
+            reach = max(self.slack, ROUNDING * self.outline.diagonal, digits)
+            near = np.where(gap <= digits, z[known], foot)
+            near = np.where(
+                np.abs(near - corner) <= max(VERTEX * self.outline.diagonal, 4 * digits), corner, near
+            )
+            out[known] = np.where(gap <= reach, near, complex(np.nan, np.nan))
+        return out
 
     def derivatives(self, z: Complex) -> tuple[Complex, Complex]:
-        """Wirtinger derivatives f_z = ½(∂_x - i∂_y) f and f_z̄ = ½(∂_x + i∂_y) f, off the vertices.
+        """Wirtinger derivatives f_z = ½(∂_x - i∂_y) f and f_z̄ = ½(∂_x + i∂_y) f, off the vertices; NaN outside.
 
         The paper swaps the two operators under Eq. 9 and drops the ½.
         """
         z = np.asarray(z, dtype=np.complex128)
-        pairs = [
-            (m @ self.phi, m.conj() @ self.psi) for m in self._blocks(cauchy_green.derivatives, z.ravel())
-        ]
-        f_z, f_zbar = (np.concatenate(part).reshape(z.shape) for part in zip(*pairs))
-        return f_z, f_zbar
+        at = self.placed(z.ravel())
+        pairs = [(m @ self.phi, m.conj() @ self.psi) for m in self._blocks(cauchy_green.derivatives, at)]
+        f_z, f_zbar = (np.concatenate(part) for part in zip(*pairs))
+        f_z[np.isnan(at)] = f_zbar[np.isnan(at)] = complex(np.nan, np.nan)
+        return f_z.reshape(z.shape), f_zbar.reshape(z.shape)
 
     def _blocks(self, coordinates, z: Complex):
         """The coordinate matrix of z in blocks of bounded memory, at least one."""

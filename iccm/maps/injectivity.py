@@ -5,136 +5,177 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from ..arrays import Complex
+from ..arrays import Complex, Real
 from ..curve import Curve
+from .enclosure import MOST, ROUNDS, Encloser, Pieces, too_close
 from .evaluate import Evaluator
 from .harmonic import HarmonicMap
 
-DEPTHS = 10.0 ** -np.arange(5.0, 0.9, -0.5)  # relative to the diagonal of the source
-LARGEST_TURN = np.pi / 3  # of the phase of f_z between neighbouring samples, before samples are added
-MOST_SAMPLES = 40_000
+DEPTHS = np.concatenate([10 ** np.arange(-4.0, -1.0, 0.25), 10 ** np.arange(-1.0, -0.04, 0.05)])
+"""Relative to the inradius of the source."""
+BISECTIONS = 3
+TINIEST = 8  # image of a piece, in units of rounding
+CLOSER = 12  # rounds of halving pieces whose images come close
+SHORTEST = 1e-12  # edge of a ring moved inwards, relative to its length
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was proven of a map f on the source moved inwards by `depth` times its diagonal.
+    """What was proven of a map f on the source moved inwards by `depth` times its inradius.
 
     Attributes:
         certified: f is injective there.
-        depth: the least of the depths tried at which that holds, else the largest tried.
+        depth: the least of the depths tried at which that holds, else the last tried.
         zeros: zeros of f_z inside at that depth.
-        beltrami: max |f_z̄ / f_z| on the boundary of that part.
+        beltrami: largest |f_z̄ / f_z| found on the boundary of that part.
         simple: whether the image of that boundary is simple.
         obstacle: what stands in the way closer to the boundary, or at all; empty where nothing does.
+        share: of the source's area on which that holds; 0 where it does not.
     """
 
     certified: bool
     depth: float
-    zeros: int
-    beltrami: float
-    simple: bool
+    zeros: int = 0
+    beltrami: float = 0.0
+    simple: bool = False
     obstacle: str = ""
+    share: float = 0.0
 
     def report(self) -> dict:
         """As in the JSON report."""
         return {
             "certified": self.certified,
             "depth": self.depth,
+            "share": self.share,
             "zeros": self.zeros,
             "max_beltrami": self.beltrami,
             "simple_image": self.simple,
             "obstacle": self.obstacle,
         }
 
-    @property
-    def failure(self) -> str:
-        """What failed, as a sentence; empty if certified."""
-        what = [f"f_z has {self.zeros} zero{'s' * (self.zeros > 1)}"] if self.zeros else []
-        what += [f"|f_z̄/f_z| is up to {self.beltrami:.3g}"] if self.beltrami >= 1 else []
-        what += [] if self.simple else ["the image of the boundary crosses itself"]
-        return "" if self.certified else f"at depth {self.depth:.0e}: {', '.join(what)}"
 
-
-def certify(f: HarmonicMap | Evaluator, depths: np.ndarray = DEPTHS) -> Certificate:
-    """The least of `depths` at which f is certainly injective.
+def certify(f: HarmonicMap | Evaluator, depths: Real = DEPTHS) -> Certificate:
+    """The least depth found at which f is certainly injective: the least of `depths`, then bisected.
 
     A harmonic map with |f_z̄| < |f_z| on the boundary and no zero of f_z inside keeps its orientation inside,
-    because f_z̄ / f_z
-    is holomorphic there; if it also takes the boundary to a simple curve, it is injective (degree theory; for
-    holomorphic f, Darboux-Picard).
+    because f_z̄ / f_z is holomorphic there; if it also takes the boundary to a simple curve, it is injective (degree
+    theory; for holomorphic f, Darboux-Picard). All three are proven between samples too (`enclosure`).
     """
-    obstacle = ""
+    source = Inside.of(f)
+    failed, obstacle = 0.0, ""
     for depth in depths:
-        found = at_depth(f, float(depth))
-        obstacle = found.failure or obstacle
+        found = source.at_depth(float(depth))
         if found.certified:
             break
+        failed, obstacle = found.depth, found.obstacle
+    for _ in range(BISECTIONS if failed and found.certified else 0):
+        between = source.at_depth(float(np.sqrt(failed * found.depth)))
+        if between.certified:
+            found = between
+        else:
+            failed, obstacle = between.depth, between.obstacle
     return replace(found, obstacle=obstacle)
 
 
 def at_depth(f: HarmonicMap | Evaluator, depth: float) -> Certificate:
-    """What holds on the source moved inwards by `depth` times its diagonal."""
-    curve = Curve(f.polygon)
-    outline = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag]))
-    inner = outline.buffer(-depth * curve.diagonal, join_style="mitre")
-    rings = [part.exterior for part in shapely.get_parts(inner) if part.area > 0]
-    zeros, beltrami, images = 0, 0.0, []
-    for ring in rings:
-        z = _refined(f, sampled(ring, f.polygon))
-        f_z, f_zbar = f.derivatives(z)
-        if not np.isfinite(f_z).all():
-            return Certificate(False, depth, zeros, beltrami, False)
-        zeros += abs(_winding(f_z))
-        beltrami = max(beltrami, float(np.max(np.abs(f_zbar) / np.maximum(np.abs(f_z), 1e-300))))
-        images.append(f(z))
-    simple = bool(rings) and _simple(images)
-    return Certificate(simple and zeros == 0 and beltrami < 1, depth, zeros, beltrami, simple)
+    """What holds on the source moved inwards by `depth` times its inradius."""
+    return Inside.of(f).at_depth(depth)
 
 
-def sampled(ring: shapely.LinearRing, polygon: Complex) -> Complex:
-    """A counter-clockwise ring (first vertex repeated), as dense as the polygon's vertices next to it.
+@dataclass(frozen=True, eq=False)
+class Inside:
+    """A map on the inside of its polygon.
 
-    f_z changes no faster than from vertex to vertex, so no turn hides between two samples.
+    Attributes:
+        encloser: bounds of the map.
+        outline: its polygon.
+        inradius: of the largest disc inside.
     """
-    places = shapely.line_locate_point(ring, shapely.points(polygon.real, polygon.imag))
-    own = shapely.line_locate_point(ring, shapely.points(shapely.get_coordinates(ring)[:-1]))
-    places = np.unique(np.concatenate([[0.0], places, own]))
-    apart = np.diff(places, append=ring.length) > 1e-9 * ring.length  # closer ones would cross by rounding
-    places = np.append(places[apart], ring.length)
-    places[0] = 0.0
-    between = places[:-1, None] + np.diff(places)[:, None] * np.array([0.0, 1 / 3, 2 / 3])
-    along = np.append(between.ravel(), ring.length)
-    z = shapely.get_coordinates(shapely.line_interpolate_point(ring, along)) @ np.array([1, 1j])
-    z[-1] = z[0]
-    return z if Curve(z[:-1]).area > 0 else z[::-1]
+
+    encloser: Encloser
+    outline: shapely.Polygon
+    inradius: float
+
+    @classmethod
+    def of(cls, f: HarmonicMap | Evaluator) -> "Inside":
+        """A map made ready."""
+        f = f if isinstance(f, Evaluator) else Evaluator(f)
+        outline = shapely.Polygon(np.column_stack([f.polygon.real, f.polygon.imag]))
+        radius = shapely.maximum_inscribed_circle(outline, tolerance=1e-3 * np.sqrt(outline.area)).length
+        return cls(Encloser(f), outline, float(radius))
+
+    def at_depth(self, depth: float) -> Certificate:
+        """What holds on the part that lies deeper."""
+        inner = self.outline.buffer(-depth * self.inradius, join_style="mitre")
+        parts = [part for part in shapely.get_parts(inner) if part.area > 0]
+        if not parts:
+            return _failed(depth, "nothing of the source lies deeper")
+        pieces = self.encloser.pieces([ring_of(part) for part in parts])
+        if obstacle := _fold_between(pieces):
+            return _failed(depth, obstacle, pieces)
+        for _ in range(ROUNDS):
+            loose = pieces.loose
+            if not loose.any():
+                break
+            pieces = self.encloser.split(pieces, loose)
+            if obstacle := _fold_between(pieces):
+                return _failed(depth, obstacle, pieces)
+            if pieces.start.size > MOST:
+                return _failed(depth, "nothing could be proven between samples", pieces)
+        zeros = int(np.abs(pieces.zeros).sum())
+        if zeros:
+            return _failed(depth, f"f_z has {zeros} zero{'s' * (zeros > 1)}", pieces, zeros)
+        pieces, obstacle = self._simple(pieces)
+        if obstacle:
+            return _failed(depth, obstacle, pieces)
+        share = float(sum(part.area for part in parts) / self.outline.area)
+        return Certificate(True, depth, 0, float(pieces.quotient.max()), True, share=share)
+
+    def _simple(self, pieces: Pieces) -> tuple[Pieces, str]:
+        """Pieces halved until their images are known to be simple and apart, and what is in the way of that."""
+        if not _apart(pieces.rings()):
+            return pieces, "the image of the boundary crosses itself"
+        fresh = None
+        for _ in range(CLOSER):
+            chord = np.abs(pieces.image[pieces.following] - pieces.image)
+            if chord.min() < TINIEST * self.encloser.rounding:
+                break  # thousands of pieces in one place: which of them cross is noise
+            i, j = too_close(pieces, fresh)
+            if not i.size:
+                return pieces, "" if _apart(pieces.rings()) else "the image of the boundary crosses itself"
+            split = np.zeros(pieces.start.size, dtype=bool)
+            split[i] = split[j] = True
+            fresh = np.repeat(split, 1 + split)
+            pieces = self.encloser.split(pieces, split)
+            if pieces.loose.any() or pieces.start.size > MOST:
+                break
+        return pieces, "the image of the boundary crosses itself, or comes closer to that than numbers tell"
 
 
-def _refined(f: HarmonicMap | Evaluator, ring: Complex) -> Complex:
-    """The ring with samples added until f_z turns and grows by little between neighbours."""
-    value = f.derivatives(ring)[0]
-    while ring.size < MOST_SAMPLES:
-        size = np.log(np.maximum(np.abs(value), 1e-300))
-        smooth = (np.abs(_turns(value)) < LARGEST_TURN) & (np.abs(np.diff(size)) < 1)
-        coarse = np.flatnonzero(~smooth & (np.abs(np.diff(ring)) > 1e-12 * np.abs(ring).max()))
-        if not coarse.size:
-            break
-        middle = 0.5 * (ring[coarse] + ring[coarse + 1])
-        ring = np.insert(ring, coarse + 1, middle)
-        value = np.insert(value, coarse + 1, f.derivatives(middle)[0])
-    return ring
+def ring_of(part: shapely.Polygon) -> Complex:
+    """(k,) vertices of a polygon's boundary, counter-clockwise, without those that rounding hardly tells apart."""
+    z = shapely.get_coordinates(part.exterior)[:-1] @ np.array([1, 1j])
+    kept = z[np.abs(z - np.roll(z, 1)) > SHORTEST * part.exterior.length]
+    return kept if Curve(kept).area > 0 else kept[::-1]
 
 
-def _turns(value: Complex) -> np.ndarray:
-    """Change of phase from each value to the next."""
-    return np.angle(value[1:] * value[:-1].conj())
+def _fold_between(pieces: Pieces) -> str:
+    """What the samples alone tell against a map; empty where they do not."""
+    if not np.isfinite(pieces.jacobian).all():
+        return "the map cannot be evaluated"
+    if pieces.jacobian.min() > 0:
+        return ""
+    worst = float(np.nanmax(pieces.quotient)) if np.isfinite(pieces.quotient).any() else 1.0
+    return f"|f_z̄/f_z| is up to {worst:.3g}"
 
 
-def _winding(value: Complex) -> int:
-    """Turns of a closed sequence about zero."""
-    return round(float(np.sum(_turns(value))) / (2 * np.pi))
+def _failed(depth: float, what: str, pieces: Pieces | None = None, zeros: int = 0) -> Certificate:
+    """Nothing is certified at a depth, and why."""
+    beltrami = float(np.nanmax(pieces.quotient, initial=0.0)) if pieces is not None else 0.0
+    return Certificate(False, depth, zeros, beltrami, False, f"at depth {depth:.1e}: {what}")
 
 
-def _simple(images: list[Complex]) -> bool:
+def _apart(images: list[Complex]) -> bool:
     """Whether the rings are simple, one after the other, and do not meet or nest."""
     polygons = [shapely.Polygon(np.column_stack([w.real, w.imag])) for w in images]
     if not all(p.is_valid for p in polygons):

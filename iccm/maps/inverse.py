@@ -24,8 +24,9 @@ from .evaluate import Evaluator, jet_in
 from .harmonic import HarmonicMap
 from .quadtree import RHO, distance, is_inside, leaf_of
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 TRIES = 12  # seeds tried for a point before it is called lost
-SEEDS = 400_000
+SEEDS = 400_000  # at most
 
 
 class Inverse:

@@ -10,9 +10,13 @@ from numpy.typing import NDArray
 from ..arrays import Complex
 from .cauchy_green import edge_log
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 RHO = 3.0  # edges nearer than this many circumradii keep their logarithm
-NEAR = 7  # a square with no more near edges than this is a leaf
-DEPTH = 60
+MOST_NEAR = 7  # a square with no more near edges than this is a leaf
+DEPTH = 60  # at most: 2 ** -60 of the square is below round-off
+ASIDE = (
+    0.0031415 - 0.0027183j
+)  # half sides from the middle: no side of an edge is that of a square centred on it
 GAUSS = 8  # nodes for an edge seen from far: (1/8)^16 of it is round-off
 
 
@@ -56,8 +60,9 @@ def build(polygon: Complex, dens: Complex, degree: int) -> Tree:
     lo = complex(polygon.real.min(), polygon.imag.min())
     hi = complex(polygon.real.max(), polygon.imag.max())
     half = 0.505 * max((hi - lo).real, (hi - lo).imag)
+    root = 0.5 * (lo + hi) + ASIDE * half
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
-    parts = _grow(polygon, edge, dens, rise, slope, 0.5 * (lo + hi), half, degree, nodes, weights)
+    parts = _grow(polygon, edge, dens, rise, slope, root, half, degree, nodes, weights)
     return Tree(polygon, edge, dens, rise, slope, *parts)
 
 
@@ -140,7 +145,7 @@ def _grow(za, edge, dens, rise, slope, root, half0, degree, nodes, weights):
         for e in edges:
             count += distance(centre[k], za[e], edge[e]) <= r
         dead = count == 0 and not inside[k] and k > 0
-        if (edges.size > NEAR and depth[k] < DEPTH and not dead) or k == 0:
+        if (edges.size > MOST_NEAR and depth[k] < DEPTH and not dead) or k == 0:
             child[k] = len(centre)
             for quad in range(4):
                 h = 0.5 * half[k]

@@ -20,8 +20,8 @@ from .flatten import Flattening
 from .layout import Layout
 from .rasterise import affine
 
-ROWS = 64
-TEXEL = 48  # bytes that a texel of the layout takes on the way
+ROWS, ACROSS = 64, 512  # texels of the layout that are filtered at a time (by hand)
+TEXEL = 48  # bytes that a texel of the layout takes on the way: arrays counted
 
 Origins = tuple[Complex, Complex, Complex]
 """(p,) points of the source's plane, their derivatives by the output's x and y."""
@@ -93,9 +93,11 @@ class _Source:
         self.flat = affine(self.corners, self.w[self.faces], threads) if self.exact.any() else None
 
     def rows(self, rows: slice) -> tuple[Index, Callable[[slice], Origins]]:
-        """The covered texels of some rows, counted from their first, and where a slice of them comes from."""
+        """The covered texels of some rows, numbered from their first, and where a slice of them comes from."""
         owner = self.owner[rows].ravel()
         at = np.flatnonzero(owner >= 0)
+        block = (at % self.owner.shape[1] // ACROSS).astype(np.int16)
+        at = at[np.argsort(block, kind="stable")]  # little of the texture is read at a time, however it turns
         own = owner[at]
         hard = np.flatnonzero(self.exact[own])
         solved = self._solved(own[hard], at[hard], rows.start) if hard.size else None

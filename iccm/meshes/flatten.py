@@ -19,6 +19,7 @@ from .mesh import face_areas
 from .patch import Patch
 from .stretch import stretches
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 ROUNDS = 8  # of lengthening the seam of a surface that had to be cut
 EVEN = 2.0  # spread of log10 area (p05 to p95) at which a seam is long enough
 

@@ -9,7 +9,7 @@ from ..arrays import Index, Real
 from ..errors import InputError
 from .rasterise import Ownership, open_edges, rasterise
 
-MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file
+MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file (by hand)
 
 
 @dataclass(frozen=True, eq=False)

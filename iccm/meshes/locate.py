@@ -9,7 +9,7 @@ from ..parallel import over_slices
 from .flatten import Flattening
 from .rasterise import rasterise
 
-GRID = 1024  # cells of the longer side of the grid of starting triangles
+GRID = 1024  # cells of the longer side of the grid of starting triangles (by hand)
 
 
 class Locator:

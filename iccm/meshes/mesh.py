@@ -6,12 +6,14 @@ Nothing here trusts its input. libigl does (an index out of range ends the proce
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from ..arrays import Index, Real
 from ..errors import InputError
 
-FLAT = 1e-14  # a face with less area than this times its longest edge squared has no usable angles
+FLAT = 1e-14  # a face with less area than this times its longest edge squared has no usable angles (by hand)
+MOST_EARS = 100  # corners of a polygon that is cut into ears, which takes their number to the third power
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +139,10 @@ def triangulated(mesh: Mesh) -> Index:
         parts.append((first[faces[1], None, None] + quads).reshape(-1, 3))
         owners.append(np.repeat(faces[1], 2))
     for face in np.flatnonzero(sizes > 4):
-        pieces = _split_polygon(mesh.points[mesh.corners[first[face] : first[face] + sizes[face]]])
+        try:
+            pieces = _split_polygon(mesh.points[mesh.corners[first[face] : first[face] + sizes[face]]])
+        except ValueError as error:
+            raise InputError(f"{mesh.name}: {mesh.face_name(int(face))}: {error}") from None
         parts.append(first[face] + pieces)
         owners.append(np.full(len(pieces), face))
     corners, owner = np.concatenate(parts), np.concatenate(owners)
@@ -208,15 +213,36 @@ def _split_polygon(polygon: Real) -> Index:
     fan = np.column_stack([np.zeros(k - 2, int), np.arange(1, k - 1), np.arange(2, k)])
     if (_agreement(polygon[None, fan], normal[None]) > 0).all():
         return fan
-    return _ears(polygon, normal)
-
-
-def _ears(polygon: Real, normal: Real) -> Index:
-    """Ear clipping in the plane across the normal, the best-shaped ear first."""
     axis = np.eye(3)[np.argmin(np.abs(normal))]
     right = np.cross(axis, normal)
     up = np.cross(normal, right)
     z = polygon @ right / np.linalg.norm(right) + 1j * (polygon @ up) / np.linalg.norm(up)
+    return _ears(z) if k <= MOST_EARS else _delaunay(z)
+
+
+def _delaunay(z: NDArray[np.complex128]) -> Index:
+    """The constrained Delaunay triangulation of a simple polygon, for which ears would take too long.
+
+    Raises:
+        ValueError: it is not simple.
+    """
+    number = {point: k for k, point in enumerate(map(complex, z))}
+    polygon = shapely.Polygon(np.column_stack([z.real, z.imag]))
+    if len(number) < z.size or not polygon.is_valid:
+        raise ValueError(
+            f"has {z.size} corners and crosses or touches itself; triangulate it in a modelling program"
+        )
+    parts = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
+    xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
+    corners = np.array([[number[complex(x, y)] for x, y in triangle] for triangle in xy])
+    a, b, c = z[corners.T]
+    turned = ((b - a).conj() * (c - a)).imag < 0
+    corners[turned] = corners[turned][:, ::-1]
+    return corners
+
+
+def _ears(z: NDArray[np.complex128]) -> Index:
+    """Ear clipping, the best-shaped ear first."""
     left, ears = list(range(len(z))), []
     while len(left) > 3:
         scores = [_ear_score(z, left, k) for k in range(len(left))]

@@ -16,8 +16,8 @@ from ..arrays import Index, Real
 from ..parallel import over_slices
 
 NONE = -1
-SLICE = 1 << 15
-ROWS = 1024  # of the grid that a thread fills at a time, looking at every triangle
+SLICE = 1 << 15  # triangles that a thread takes at a time (by hand)
+ROWS = 1024  # (by hand) of the grid that a thread fills at a time, looking at every triangle
 
 
 @dataclass(frozen=True, eq=False)

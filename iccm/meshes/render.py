@@ -9,8 +9,9 @@ from ..pixels.sampler import Sampler
 from ..pixels.texture import Places
 from .rasterise import affine
 
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 SAMPLES = 2  # a pixel and axis
-AMBIENT = 0.35
+AMBIENT = 0.35  # share of the light that comes from everywhere
 CREASE = 0.7  # cosine of 45 degrees
 
 

@@ -10,7 +10,7 @@ from ..pixels.texture import Places
 from .layout import turns
 from .locate import Locator
 
-ROUNDED = 1e-6  # texels beyond the texture's edge that are still on it
+ROUNDED = 1e-6  # texels beyond the texture's edge that are still on it (by hand: above round-off)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,12 +1,14 @@
 """Algorithm 1 of the paper: closest points, then the map closest to them (§2, §3.4, §4.1)."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ..arrays import Complex, Real
-from ..curve import Curve
-from ..problem import Options, Problem, measure_of
+from ..curve import Curve, resampled_knots
+from ..errors import InputError
+from ..problem import MOST_VERTICES, Options, Problem, measure_of
 from ..result import Fit, Status
 from . import initial
 from .energies import Basis, Target, Term, closeness, consistency, points, quasiconformal, smoothness, stroke
@@ -15,28 +17,49 @@ from .least_squares import System
 PAPER_VERTICES = 200
 DECREASE = 1e-4
 STROKE_SAMPLES = 50
+UNITS = {
+    "quasiconformal": -2,
+    "smoothness": -4,
+}  # powers of the source's length in an energy over its target's²
 HALVINGS = 6  # of a first-order step that does not lower the energy
 
 
 def solve(problem: Problem, settings: Options) -> Fit:
     """The map onto a target: Algorithm 1, from arclength or from the constraints."""
-    polygon = problem.source.resample(settings.vertices or PAPER_VERTICES)
+    polygon, s = discretised(problem.source, settings.vertices)
     basis = Basis(polygon.z, settings.quasi is not None)
     terms = assemble(problem, settings, basis, polygon)
     system = System(terms, settings.tangential if settings.order == 1 else 1.0)
-    targets = first_targets(problem, settings, system, polygon, basis)
+    targets = first_targets(problem, settings, system, polygon, s, basis)
     x, energies, status = iterate(system, system.solve(targets), settings)
     return finish(problem, basis.polygon, *basis.split(x), energies, status)
 
 
 def deform(problem: Problem, settings: Options) -> Fit:
     """The map without a target, by the constraints alone (§3.3)."""
-    polygon = problem.source.resample(settings.vertices or PAPER_VERTICES)
+    polygon, _ = discretised(problem.source, settings.vertices)
     basis = Basis(polygon.z, settings.quasi is not None)
     terms = assemble(problem, settings, basis, polygon)
     system = System(terms, settings.tangential if settings.order == 1 else 1.0)
     x, energies, status = iterate(system, initial.from_constraints(problem, basis, polygon), settings)
     return finish(problem, basis.polygon, *basis.split(x), energies, status)
+
+
+def discretised(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
+    """The map's polygon, and the source's arclengths (n,) at its vertices: about as many as asked for, evenly between
+    the corners, or the source's own ("source"), as in the paper.
+
+    Raises:
+        InputError: the source has too many of its own.
+    """
+    if vertices != "source":
+        s = resampled_knots(source, int(vertices or PAPER_VERTICES))
+        return Curve(source.at(s)), s
+    if source.z.size > MOST_VERTICES:
+        raise InputError(
+            f"vertices: the source has {source.z.size}, more than {MOST_VERTICES}; give a number instead"
+        )
+    return source, source.knots[:-1]
 
 
 def assemble(
@@ -65,17 +88,26 @@ def assemble(
         terms.append(smoothness(basis, polygon.sample(1), measure_of(polygon, 1), settings.smoothness))
     if settings.consistency:
         terms.append(consistency(basis, share, settings.consistency))
-    return terms
+    return literal(terms, abs(problem.source_frame.radius)) if settings.weights == "paper" else terms
+
+
+def literal(terms: list[Term], radius: float) -> list[Term]:
+    """The energies as the paper writes them: sums over samples, each of which counts one, in the coordinates as
+    given, where the source's radius is `radius` (the target's is in all energies alike)."""
+    return [
+        replace(t, weight=t.weight * radius ** UNITS.get(t.name, 0), measure=np.ones_like(t.measure))
+        for t in terms
+    ]
 
 
 def first_targets(
-    problem: Problem, settings: Options, system: System, polygon: Curve, basis: Basis
+    problem: Problem, settings: Options, system: System, polygon: Curve, s: Real, basis: Basis
 ) -> list[Target]:
     """ŵ⁰: by arclength, or closest points to the image under the constraints alone (§3.1); never with normals."""
     if problem.pins.size or problem.strokes:
         guess = system.targets(initial.from_constraints(problem, basis, polygon))
     else:
-        boundary = initial.arclength(problem, settings.samples_per_edge, polygon)
+        boundary = initial.arclength(problem, settings.samples_per_edge, s)
         rest = system.targets(basis.similarity(1, 0))[1:]
         guess = [Target(boundary), *rest]
     return [Target(t.points) for t in guess]

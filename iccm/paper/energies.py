@@ -36,8 +36,9 @@ class Basis:
         return self._both(cauchy_green.coordinates(self.polygon, z))
 
     def second_derivatives(self, z: Complex) -> Complex:
-        """(p, k) matrix of ∂²f at z, off the vertices."""
-        return self._both(cauchy_green.second_derivatives(self.polygon, z))
+        """((1 or 2)·p, k) matrix of Φ″ at z, off the vertices, and below it of Ψ's second derivative by z̄: D2 φ
+        and conj(D2) ψ, each in rows of its own, for their phases turn against each other with the plane."""
+        return self._apart(cauchy_green.second_derivatives(self.polygon, z))
 
     def antiholomorphic(self, z: Complex) -> Complex:
         """(p, k) matrix of f_z̄ = conj(D) ψ at z, off the vertices."""
@@ -48,10 +49,7 @@ class Basis:
         """((1 or 2)·n, k) matrix of boundary values that the coordinates do not reproduce, (C_v - I) φ and its
         twin for ψ."""
         defect = cauchy_green.coordinates(self.polygon, self.polygon) - np.eye(self.polygon.size)
-        if not self.harmonic:
-            return defect
-        zero = np.zeros_like(defect)
-        return np.block([[defect, zero], [zero, defect.conj()]])
+        return self._apart(defect)
 
     def similarity(self, scale: complex, shift: complex) -> Complex:
         """Coefficients of z ↦ scale · z + shift."""
@@ -70,6 +68,13 @@ class Basis:
 
     def _both(self, matrix: Complex) -> Complex:
         return np.hstack([matrix, matrix.conj()]) if self.harmonic else matrix
+
+    def _apart(self, matrix: Complex) -> Complex:
+        """[[M, 0], [0, conj M]], which acts on φ and ψ apart."""
+        if not self.harmonic:
+            return matrix
+        zero = np.zeros_like(matrix)
+        return np.block([[matrix, zero], [zero, matrix.conj()]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,8 +154,8 @@ def quasiconformal(basis: Basis, z: Complex, measure: Real, weight: float) -> Te
 
 
 def smoothness(basis: Basis, z: Complex, measure: Real, weight: float) -> Term:
-    """E_s = α‖D2 f̂‖² (§3.3)."""
-    return Term("smoothness", weight, basis.second_derivatives(z), measure, fixed(np.zeros_like(z)))
+    """E_s = α‖D2 f̂‖² (§3.3): |Φ″|² + |Ψ″|² at z, in two rows a sample where the map is harmonic."""
+    return _vanishing("smoothness", weight, basis.second_derivatives(z), measure)
 
 
 def consistency(basis: Basis, measure: Real, weight: float) -> Term:
@@ -158,11 +163,13 @@ def consistency(basis: Basis, measure: Real, weight: float) -> Term:
 
     Half of the span of C is not self-consistent; the least squares would use it to fit noise, which folds the map.
     """
-    matrix = basis.inconsistency()
-    repeats = matrix.shape[0] // measure.size
-    return Term(
-        "consistency", weight, matrix, np.tile(measure, repeats), fixed(np.zeros(matrix.shape[0], complex))
-    )
+    return _vanishing("consistency", weight, basis.inconsistency(), measure)
+
+
+def _vanishing(name: str, weight: float, matrix: Complex, measure: Real) -> Term:
+    """A term that pulls to zero; of a matrix with rows for φ and for ψ, both are measured alike."""
+    rows = matrix.shape[0]
+    return Term(name, weight, matrix, np.tile(measure, rows // measure.size), fixed(np.zeros(rows, complex)))
 
 
 def _even(count: int) -> Real:

@@ -1,45 +1,65 @@
 """Initial maps: by arclength (paper §2.2), and from the constraints alone (§3.1)."""
 
-import numpy as np
+from dataclasses import replace
 
-from ..arrays import Complex
+import numpy as np
+import scipy.linalg
+
+from ..arrays import Complex, Real
 from ..curve import Curve
 from ..problem import Problem, measure_of
-from .energies import Basis, Term, fixed, points, smoothness
+from .energies import Basis, Target, Term, fixed, points, smoothness
 from .least_squares import System
 
 PARALLEL = 0.05  # a fitted similarity that shrinks the shape below this share of its size says nothing
+PIN_RANK = (
+    1e-6  # singular values of the pins' coordinates below this share of the largest: as good as one place
+)
 
 
-def arclength(problem: Problem, per_edge: int, polygon: Curve) -> Complex:
-    """ŵ⁰: the target's points at the source samples' shares of the boundary, first vertex to first vertex."""
+def arclength(problem: Problem, per_edge: int, s: Real) -> Complex:
+    """ŵ⁰: the target's points at the source samples' shares of the boundary, the first vertex of one outline to the
+    first of the other; s (n,) are the source's arclengths at the polygon's vertices, of which none need be its first.
+    """
     assert problem.target is not None
     t = (np.arange(per_edge) + 0.5) / per_edge
-    share = (polygon.knots[:-1, None] + polygon.lengths[:, None] * t).ravel() / polygon.length
+    ahead = np.diff(np.append(s, s[0] + problem.source.length))
+    share = (s[:, None] + ahead[:, None] * t).ravel() / problem.source.length
     return problem.target.at(share * problem.target.length)
 
 
 def from_constraints(problem: Problem, basis: Basis, polygon: Curve) -> Complex:
-    """Coefficients of a smooth map that meets the pins, and strokes by arclength, with the least change of a
-    similarity."""
+    """Coefficients of the map that minimises the pins' energy (§3.1), which leaves most of it free: of those the one
+    closest to a similarity, that is smooth and meets strokes by arclength."""
     source, target = constraint_points(problem)
     source = polygon.pulled_in(source)
     scale, shift = similarity(source, target, problem.upright)
-    conformal = Basis(basis.polygon)
-    z, measure = polygon.sample(1), measure_of(polygon, 1)
-    rest = System(
-        [
-            points(conformal, source, target - (scale * source + shift), 1.0),
-            smoothness(conformal, z, measure, 1e-4),
-            Term("size", 1e-4, conformal.positions(z), measure, fixed(np.zeros_like(z))),
-        ]
-    )
-    x = rest.solve(rest.targets(np.zeros_like(polygon.z)))
-    return basis.coefficients(x + conformal.similarity(scale, shift))
+    conformal, missing = Basis(basis.polygon), target - (scale * source + shift)
+    z, measure, pins = polygon.sample(1), measure_of(polygon, 1), problem.pins.shape[0]
+    rest = [
+        smoothness(conformal, z, measure, 1e-4),
+        Term("size", 1e-4, conformal.positions(z), measure, fixed(np.zeros_like(z))),
+        points(conformal, source, missing, 1.0),
+    ]
+    x, free = least_norm(conformal.positions(source[:pins]), missing[:pins])
+    among = System([replace(t, matrix=t.matrix @ free) for t in rest])
+    wanted = [Target(t.follow(t.matrix @ x).points - t.matrix @ x) for t in rest]
+    return basis.coefficients(x + free @ among.solve(wanted) + conformal.similarity(scale, shift))
+
+
+def least_norm(matrix: Complex, right: Complex) -> tuple[Complex, Complex]:
+    """The least x (n,) that minimises ‖M x - right‖ for M (k, n), k < n, and a basis (n, n - rank) of what M does not
+    see."""
+    if not right.size:
+        return np.zeros(matrix.shape[1], complex), np.eye(matrix.shape[1], dtype=complex)
+    u, s, vh = scipy.linalg.svd(matrix, lapack_driver="gesvd")
+    rank = int(np.count_nonzero(s > PIN_RANK * s[0]))
+    x = vh[:rank].conj().T @ ((u[:, :rank].conj().T @ right) / s[:rank])
+    return x, vh[rank:].conj().T
 
 
 def constraint_points(problem: Problem, count: int = 20) -> tuple[Complex, Complex]:
-    """Pins, and strokes as `count` pins each at equal shares of their lengths."""
+    """Pins first, then strokes as `count` pins each at equal shares of their lengths."""
     share = np.linspace(0, 1, count)
     source = [problem.pins[:, 0], *(a.at(share * a.length) for a, _ in problem.strokes)]
     target = [problem.pins[:, 1], *(b.at(share * b.length) for _, b in problem.strokes)]

@@ -12,7 +12,7 @@ from ..maps.evaluate import jet_in
 from ..maps.inverse import newton
 from ..maps.quadtree import is_inside, leaf_of
 
-DEGREE = 7
+DEGREE = 7  # of a tile's polynomial; chosen by hand, and nobody knows better
 
 POINTS = np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
 FIT = np.linalg.inv(chebyshev.chebvander(POINTS, DEGREE))  # values at the points -> Chebyshev coefficients

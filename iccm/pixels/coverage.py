@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 
 from ..arrays import Complex
 
-LEAST = 1e-6
+NOTHING = (
+    1e-6  # area of a pixel that round-off may leave or take, by hand: far above round-off, far below a byte
+)
 
 
 def coverage(loop: Complex, row: int, rows: int, width: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
@@ -44,7 +46,7 @@ def _resolve(area, turns, covered, inside):
             total += area[i, j]
             turn += turns[i, j]
             value = abs(total)
-            covered[i, j] = 0.0 if value < LEAST else (1.0 if value > 1 - LEAST else value)
+            covered[i, j] = 0.0 if value < NOTHING else (1.0 if value > 1 - NOTHING else value)
             inside[i, j] = turn != 0
 
 

@@ -18,9 +18,11 @@ from .pyramid import CLAMP, CLEAR, FRAME, Pyramid
 
 NEAREST, LINEAR, CUBIC, LANCZOS, SPLINE = 0, 1, 2, 3, 4
 FILTERS = {"nearest": NEAREST, "linear": LINEAR, "cubic": CUBIC, "lanczos": LANCZOS, "spline": SPLINE}
-RADIUS = (0.5, 1.0, 2.0, 3.0, 3.0)
-LONGEST = 8.0  # longest over shortest axis of a kernel: beyond, the short one is widened
-BLEND = 1.5  # a spline gives way to the cubic between a footprint of one texel and this
+RADIUS = (0.5, 1.0, 2.0, 3.0, 3.0)  # of the kernels, in texels
+LONGEST = (
+    8.0  # longest over shortest axis of a kernel: beyond, the short one is widened (by hand: bounds the work)
+)
+BLEND = 1.5  # a spline gives way to the cubic between a footprint of one texel and this (by hand)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -94,7 +96,7 @@ def _nearest(tex, x, y, out):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gather(tex, x, y, p, q, r, level, kind, weights, out):
-    """The kernel with S⁻¹ = [[p, q], [q, r]] at (x, y) of a level. `weights` is room for one row of them."""
+    """The kernel with S⁻¹ = [[p, q], [q, r]] at (x, y) of a level. `weights` has room for one row of them."""
     w, h, first = tex.width[level], tex.height[level], tex.start[level]
     det = p * r - q * q
     reach_x, reach_y = RADIUS[kind] * (abs(r) + abs(q)) / det, RADIUS[kind] * (abs(p) + abs(q)) / det

@@ -18,11 +18,12 @@ from ..maps.inverse import newton
 from ..maps.quadtree import is_inside, leaf_of
 from .chebyshev import DEGREE, Grid, Solved, expand, slopes, solve_nodes
 
-__all__ = ["COARSE", "LEAST", "TILE", "Grid", "Solved", "fill", "flood"]
+__all__ = ["COARSE", "SMALLEST", "TILE", "Grid", "Solved", "fill", "flood"]
 
-TILE = 128  # pixels; bands are as high
-COARSE = 32
-LEAST = 8
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
+TILE = 128  # pixels, the largest tile; bands are as high
+COARSE = 32  # pixels, the blocks of the flood
+SMALLEST = 8  # pixels, the smallest tile
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -56,11 +57,11 @@ def fill(t, grid, inside, full, some, seeds, tol, out, where):
             seed = seeds[r // COARSE, c // COARSE]
             if not np.isnan(seed.real):
                 last = seed
-            if whole and size > LEAST:
+            if whole and size > SMALLEST:
                 good, last = solve_nodes(t, grid, r, c, r1, c1, last, 0.1 * tol, values)
                 if good and expand(t, grid, r, c, r1, c1, values, tol, out, where):
                     continue
-            if size > LEAST:
+            if size > SMALLEST:
                 h = size // 2
                 for k in range(4):
                     below, beside = h if k & 2 else 0, h if k & 1 else 0
@@ -130,8 +131,8 @@ def _clearance(inside):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _state(full, some, r, c, r1, c1):
     whole, empty = True, True
-    for i in range(r // LEAST, (r1 - 1) // LEAST + 1):
-        for j in range(c // LEAST, (c1 - 1) // LEAST + 1):
+    for i in range(r // SMALLEST, (r1 - 1) // SMALLEST + 1):
+        for j in range(c // SMALLEST, (c1 - 1) // SMALLEST + 1):
             whole &= full[i, j]
             empty &= not some[i, j]
     return whole, empty

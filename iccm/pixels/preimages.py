@@ -16,7 +16,7 @@ from ..maps.triangulated.map import TriangulatedMap
 from ..parallel import in_order
 from .canvas import Band, Canvas, Diagnostics
 from .coverage import coverage
-from .inverse_tiles import COARSE, LEAST, TILE, Grid, Solved, fill, flood
+from .inverse_tiles import COARSE, SMALLEST, TILE, Grid, Solved, fill, flood
 from .triangulated_preimages import TriangulatedPreimages
 
 
@@ -157,6 +157,6 @@ class Preimages:
 def _blocks(mask: NDArray[np.bool_], reduce: Callable) -> NDArray[np.bool_]:
     """all() or any() over blocks of LEAST² pixels; what lies beyond the band changes neither."""
     rows, width = mask.shape
-    pad = [(0, -rows % LEAST), (0, -width % LEAST)]
+    pad = [(0, -rows % SMALLEST), (0, -width % SMALLEST)]
     mask = np.pad(mask, pad, constant_values=reduce is np.all)
-    return reduce(mask.reshape(mask.shape[0] // LEAST, LEAST, -1, LEAST), axis=(1, 3))
+    return reduce(mask.reshape(mask.shape[0] // SMALLEST, SMALLEST, -1, SMALLEST), axis=(1, 3))

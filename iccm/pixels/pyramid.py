@@ -7,14 +7,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ..memory import Room
+from ..memory import Memory
 from ..parallel import over_slices
 from .colour import Float
 
-FRAME = 12  # texels around a spline's coefficients: what lies outside no longer matters beyond
+FRAME = 12  # texels around a spline's coefficients: the spline's pole to this power is 0.43 ** 12 = 4e-5
 CLAMP, CLEAR = 0, 1
-STRIP, LEAST_ROWS = 1 << 20, 64  # numbers of a picture, and rows of a wide one, that are worked on at a time
-HALO = 20  # rows around them that two reductions by two reach
+STRIP, LEAST_ROWS = (
+    1 << 20,
+    64,
+)  # numbers of a picture, and rows of a wide one, that are worked on at a time (by hand)
+HALO = 20  # rows around them that two reductions by two reach: 6 + 2 · 6, in whole fours
 
 
 class Pyramid(NamedTuple):
@@ -46,7 +49,7 @@ class Pyramid(NamedTuple):
 def pyramid(
     picture: Float,
     edge: int,
-    room: Room | None = None,
+    memory: Memory | None = None,
     threads: int | None = None,
     *,
     reduced: bool = True,
@@ -57,14 +60,14 @@ def pyramid(
     Args:
         picture: the picture.
         edge: CLAMP or CLEAR.
-        room: where the reductions are kept.
+        memory: where the reductions are kept.
         threads: never change the result.
         reduced, spline: whether the filter reads reductions, and the spline.
     """
     c = picture.shape[2]
     smooth = _coefficients(picture, edge) if spline else np.empty((0, 0, c), dtype=np.float32)
     no = np.empty((0, c), dtype=np.float32)
-    levels = _reductions(picture.shape, picture.__getitem__, int(reduced), edge, room, threads)
+    levels = _reductions(picture.shape, picture.__getitem__, int(reduced), edge, memory, threads)
     return _stacked(picture, no, -1, levels, edge, smooth)
 
 
@@ -73,7 +76,7 @@ def compact(
     decode: Float,
     alpha: int,
     edge: int,
-    room: Room | None = None,
+    memory: Memory | None = None,
     threads: int | None = None,
     *,
     reduced: bool = True,
@@ -87,14 +90,14 @@ def compact(
         pixels: (h, w, c) uint8 or uint16.
         decode: (levels, c) the linear value of every integer, by channel.
         alpha: the channel to premultiply by, or -1.
-        edge, room, threads, reduced: as for `pyramid`.
+        edge, memory, threads, reduced: as for `pyramid`.
     """
     spline = np.empty((0, 0, pixels.shape[2]), dtype=np.float32)
 
     def read(rows: slice) -> Float:
         return ready(pixels[rows], decode, alpha)
 
-    levels = _reductions(pixels.shape, read, 2 * reduced, edge, room, threads)
+    levels = _reductions(pixels.shape, read, 2 * reduced, edge, memory, threads)
     return _stacked(pixels, decode, alpha, levels, edge, spline)
 
 
@@ -115,7 +118,7 @@ def _reductions(
     read: Callable[[slice], Float],
     halvings: int,
     edge: int,
-    room: Room | None,
+    memory: Memory | None,
     threads: int | None,
 ) -> tuple[Float, list[Float], list[int]]:
     """All reductions' texels, the reductions as views of them, and by how much each is reduced.
@@ -124,18 +127,18 @@ def _reductions(
         shape: (h, w, c) of the picture.
         read: gives rows of it.
         halvings: before the first reduction; later ones are halves of those before. None at all for 0.
-        edge, room, threads: as for `pyramid`.
+        edge, memory, threads: as for `pyramid`.
     """
-    (h, w, c), room = shape, room or Room()
+    (h, w, c), memory = shape, memory or Memory()
     sizes: list[int] = []
     while halvings and max(h, w) > (sizes[-1] if sizes else 1):
         sizes.append(2 * sizes[-1] if sizes else 1 << halvings)
     shapes = [(-(-h // size), -(-w // size)) for size in sizes]
     ends = np.cumsum([0, *(a * b for a, b in shapes)])
-    texels = room((int(ends[-1]), c), np.float32)
+    texels = memory((int(ends[-1]), c), np.float32)
     levels = [texels[i : i + a * b].reshape(a, b, c) for i, (a, b) in zip(ends, shapes)]
     for out in levels:
-        _shrink(read, h, out, halvings, edge, room, threads)
+        _shrink(read, h, out, halvings, edge, memory, threads)
         read, h, halvings = out.__getitem__, len(out), 1
     return texels, levels, sizes
 
@@ -146,7 +149,7 @@ def _shrink(
     out: Float,
     halvings: int,
     edge: int,
-    room: Room,
+    memory: Memory,
     threads: int | None,
 ) -> None:
     """Halves a picture both ways, once or twice, some rows at a time."""
@@ -159,7 +162,7 @@ def _shrink(
             part = _reduced(part, edge)
         first = rows.start // by
         out[first : -(-rows.stop // by)] = part[above // by :][: -(-(rows.stop - rows.start) // by)]
-        room.release()
+        memory.release()
 
     over_slices(strip, height, threads, strip_rows(by * out.shape[1], out.shape[2]))
 

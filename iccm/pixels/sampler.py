@@ -6,15 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..memory import Room
+from ..memory import Memory
 from ..parallel import over_slices
 from . import colour, filters, pyramid
 from .colour import Float
 from .normals import turned
 from .texture import Places, Texture, check_kind, mend, strip_bytes
 
-LARGE = 1 << 27  # numbers in a texture from which it is not turned into floats: half a gigabyte of them
-SLICE = 1 << 15  # points that are filtered at a time
+LARGE = (
+    1 << 27
+)  # numbers in a texture from which it is not turned into floats: half a gigabyte of them (by hand)
+SLICE = 1 << 15  # points that are filtered at a time (by hand)
 KINDS = ("colour", "data", "normal", "normal-down")
 
 
@@ -43,7 +45,7 @@ class Sampler:
         kind: str = "colour",
         edge: str = "clamp",
         *,
-        memory: Room | None = None,
+        memory: Memory | None = None,
         threads: int | None = None,
     ):
         for given, known, what in (
@@ -55,7 +57,7 @@ class Sampler:
             if given not in known:
                 raise InputError(f"{what} {given!r}: not one of {', '.join(known)}")
         check_kind(kind, texture.pixels.shape[2])
-        self.texture, self.kind, self.memory = texture, kind, memory or Room()
+        self.texture, self.kind, self.memory = texture, kind, memory or Memory()
         name = "cubic" if filter == "auto" else filter
         self.filter = filters.FILTERS[name]
         self.mixes = kind == "colour" and name != "nearest"

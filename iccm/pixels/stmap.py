@@ -16,7 +16,7 @@ from ..parallel import in_order
 from . import inverse_tiles, preimages
 from .canvas import Band, Canvas, Diagnostics
 
-FINEST = 16384  # texels across: the accuracy that suits any picture
+FINEST = 16384  # texels across: the accuracy that suits any picture (by hand)
 
 
 def stmap(

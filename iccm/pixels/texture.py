@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from ..arrays import Box, Complex, Real
 from ..errors import InputError
-from ..memory import Room
+from ..memory import Memory
 from ..parallel import over_slices
 from .colour import Float
 from .padding import pad
 from .pyramid import strip_rows
 
-MENDING = 48  # bytes that each texel takes on the way where some are not finite
+MENDING = 48  # bytes that each texel takes on the way where some are not finite (by hand)
 
 
 def check_kind(kind: str, channels: int, name: str = "the picture") -> None:
@@ -34,29 +34,29 @@ def strip_bytes(height: int, width: int, channels: int) -> int:
     return 16 * min(height, strip_rows(width, channels)) * width * channels
 
 
-def mend(picture: Float, alpha: int = -1, room: Room | None = None, threads: int | None = None) -> None:
+def mend(picture: Float, alpha: int = -1, memory: Memory | None = None, threads: int | None = None) -> None:
     """Takes out what is not finite, so that a filter does not spread it: texels around it stand for it.
 
     Args:
         picture: (h, w, c) ready to be filtered; changed in place, channel by channel, where it is not finite.
         alpha: the channel that the others are premultiplied by, or -1; where it is 0 they become 0.
-        room: says whether there is room for that.
+        memory: says whether there is room for that.
         threads: never change the result.
 
     Raises:
         InputError: there is no room.
     """
-    room, clean = room or Room(), list[bool]()
+    memory, clean = memory or Memory(), list[bool]()
 
     def look(part: slice) -> None:
         clean.append(bool(np.isfinite(picture[part]).all()))
-        room.release()
+        memory.release()
 
     over_slices(look, len(picture), threads, strip_rows(*picture.shape[1:]))
     if all(clean):
         return
     height, width, channels = picture.shape
-    room.threads(1, MENDING * height * width, "a texture that is not finite everywhere")
+    memory.threads(1, MENDING * height * width, "a texture that is not finite everywhere")
     for k in sorted(range(channels), key=lambda k: k != alpha):  # alpha first
         known = np.isfinite(picture[..., k])
         picture[..., k][~known] = 0

@@ -18,7 +18,11 @@ from .texture import Places, Placing, Texture
 
 __all__ = ["Box", "Canvas", "Sampler", "Texture", "Warp", "Warped", "padded", "warp", "whole"]
 
-PIXEL, SAMPLE = 96, 1024  # bytes that each pixel of a band, and of those filtered at a time, takes on the way
+ACROSS = SLICE // inverse_tiles.TILE  # columns of a band that are filtered at a time
+PIXEL, SAMPLE = (
+    96,
+    1024,
+)  # bytes that each pixel of a band, and of those filtered at a time, takes: arrays counted
 
 
 def band_bytes(width: int) -> int:
@@ -161,16 +165,19 @@ class Warp:
 
     def _finish(self, band: Band) -> NDArray:
         """Stored pixels of a band; zero where nothing is."""
-        at = np.flatnonzero(band.coverage)
-        out = np.zeros((band.coverage.size, self.channels), dtype=self.dtype)
+        rows, width = band.coverage.shape
+        out = np.zeros((rows * width, self.channels), dtype=self.dtype)
         cover = band.coverage.ravel()
         if not self.antialias:
             cover = (cover >= 0.5).astype(np.float32)
-        for first in range(0, at.size, SLICE):
-            part = at[first : first + SLICE]
+        for first in range(
+            0, width, ACROSS
+        ):  # squares: little of the texture is read at a time, however it turns
+            i, j = np.nonzero(band.coverage[:, first : first + ACROSS])
+            part = i * width + first + j
             put(out, part, self.sampler.stored(self.sampler.values(self._places(band, part)), cover[part]))
             self.sampler.memory.release()
-        return out.reshape(*band.coverage.shape, self.channels)
+        return out.reshape(rows, width, self.channels)
 
     def _places(self, band: Band, at: NDArray[np.intp]) -> Places:
         """Where the band's pixels numbered `at` lie in the texture; normals turn by the map's angle."""

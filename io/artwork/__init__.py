@@ -4,19 +4,28 @@ What has no path follows the map as well as its kind allows: line widths and das
 gradients, patterns and filters its affine part. Of what lies outside the source shape nothing is left.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
 from ...errors import InputError
 from ...maps.kinds import AnyMap, Evaluated
-from .. import files
 from ..shapes.shape import Shape
-from ..svg import reader
+from ..svg.source import SUFFIXES, drawing_bytes
 from . import attributes
-from .carrier import Carrier
-from .redrawing import Redrawing
+from .document import MappedDocument
+from .mapping import PathMapping
 
 TOLERANCE = 2e-4  # of the target's diagonal
+
+
+def check(source: Shape, target: Shape) -> None:
+    """Refuses, before a map is solved for, a drawing that `carry` would refuse.
+
+    Raises:
+        InputError: the source is no SVG file, it is malformed, or more than can be carried.
+    """
+    _document(source, target)
 
 
 def carry(
@@ -42,17 +51,36 @@ def carry(
     Raises:
         InputError: the source is no SVG file, or it is malformed.
     """
-    if source.path.suffix.lower() != ".svg":
-        raise InputError(f"{source.path}: artwork is carried from SVG files only")
-    try:
-        drawing = Redrawing.of(files.read_bytes(source.path, max_bytes=reader.MAX_BYTES), source, target)
-    except InputError as error:
-        raise InputError(f"{source.path}: {error}") from error
-    carrier = Carrier(map, source, tolerance or TOLERANCE * target.curve.diagonal)
-    carrier.carry(drawing.placed, drawing.effects)
+    return carry_parts([(source, map)], target, path, tolerance=tolerance)
+
+
+def carry_parts(
+    parts: Sequence[tuple[Shape, AnyMap | Evaluated]],
+    target: Shape,
+    path: str | Path,
+    *,
+    tolerance: float | None = None,
+) -> tuple[str, ...]:
+    """The same of a drawing of which several shapes were read, each with its own map.
+
+    What lies in one of them goes with its map, the smallest if there are several; what reaches over more goes with each
+    of them, cut off at their outlines.
+    """
+    drawing = _document(parts[0][0], target)
+    mapping = PathMapping(parts, tolerance or TOLERANCE * target.curve.diagonal)
+    mapping.carry(drawing.elements, drawing.effects)
     drawing.finish()
     for prefix, name in attributes.SPACES.items():
         ElementTree.register_namespace(prefix, name)
     ElementTree.ElementTree(drawing.out).write(path, encoding="utf-8", xml_declaration=True)
-    notes = (drawing.notes + carrier.notes).items()
+    notes = (drawing.notes + mapping.notes).items()
     return tuple(f"{number} × {what}" for what, number in sorted(notes))
+
+
+def _document(source: Shape, target: Shape) -> MappedDocument:
+    if source.path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{source.path}: artwork is carried from SVG files only")
+    try:
+        return MappedDocument.of(drawing_bytes(source.path), source, target)
+    except InputError as error:
+        raise InputError(f"{source.path}: {error}") from error

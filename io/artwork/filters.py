@@ -11,8 +11,8 @@ from ..svg.affine import Affine
 from ..svg.document import local
 from ..svg.path_data import numbers
 from ..svg.tree import LINKS
-from .local import Local
-from .paint import SIDES, Apply, Definitions, Space, scale, told
+from .affine_part import AffinePart
+from .paint_server import SIDES, Apply, Definitions, Space, scale, told
 
 MARGIN = {"x": "-10%", "y": "-10%", "width": "120%", "height": "120%"}
 _PLACES = {"fePointLight": [("x", "y")], "feSpotLight": [("x", "y"), ("pointsAtX", "pointsAtY")]}
@@ -45,7 +45,7 @@ def filtered(definitions: Definitions, found: Element, space: Space) -> tuple[st
     (x, y, width, height), (left, top, wide, high) = space.box, region
     margin = max(0.0, x - left, y - top, left + wide - x - width, top + high - y - height)
 
-    def apply(over: Local) -> str:
+    def apply(over: AffinePart) -> str:
         map = over.affine @ space.affine
         pad = margin * scale(map) * complex(1, 1)
         low, side = over.box[0] - pad, over.box[1] - over.box[0] + 2 * pad

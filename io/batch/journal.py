@@ -9,16 +9,19 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import platform
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from ... import __version__
 from .. import files
-from ..run import inputs as companions
+from ..run.inputs import Inputs
 from ..run.job import Job
+from .manifest import JOURNAL
 
-NAME = ".iccm-journal.jsonl"
+NAME = JOURNAL
 
 
 class Journal:
@@ -29,9 +32,11 @@ class Journal:
         self.path = Path(root) / NAME
         self._finished: dict[str, dict[str, Any]] = {}
         self._begun: set[str] = set()
+        self._left: list[dict[str, Any]] = []
         for line in self._lines():
             if line.get("event") == "begun":
                 self._begun.update(str(path) for path in _list(line, "outputs"))
+                self._left += [line] if _gone(line.get("by")) else []
             elif line.get("event") == "finished" and isinstance(line.get("key"), str):
                 self._finished[line["key"]] = line
 
@@ -50,8 +55,27 @@ class Journal:
     def begin(self, key: str, job: Job) -> None:
         """Note that a job is about to write its outputs."""
         self._append(
-            {"event": "begun", "key": key, "outputs": [self._relative(path) for path in job.outputs]}
+            {
+                "event": "begun",
+                "key": key,
+                "outputs": [self._relative(path) for path in job.outputs],
+                "by": [platform.node(), os.getpid()],
+            }
         )
+
+    def sweep(self) -> list[Path]:
+        """Remove the temporary files that killed batches left beside outputs of this journal; those that were removed.
+
+        Only of batches that ran on this machine and are gone.
+        """
+        removed = []
+        for line in self._left:
+            for path in map(str, _list(line, "outputs")):
+                for rest in files.siblings(self.path.parent / path):
+                    with suppress(OSError):
+                        rest.unlink()
+                        removed.append(rest)
+        return removed
 
     def finish(self, key: str, result: dict[str, Any]) -> None:
         """Note the result of a job; its outputs with their hashes are in it."""
@@ -91,7 +115,8 @@ def key(job: Job) -> str:
     """The identity of a job's result: version, options, and the contents of its inputs."""
     options = job.model_dump(mode="json", exclude={"force"})
     inputs = {
-        path: _hash(path, os.stat(path).st_mtime_ns, os.stat(path).st_size) for path in companions.inputs(job)
+        path: _hash(path, os.stat(path).st_mtime_ns, os.stat(path).st_size)
+        for path in Inputs(job, keep=False).named
     }
     text = json.dumps([__version__, options, inputs], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
@@ -100,6 +125,19 @@ def key(job: Job) -> str:
 @lru_cache(maxsize=65536)
 def _hash(path: str, changed: int, size: int) -> str:
     return files.sha256(path)
+
+
+def _gone(by: Any) -> bool:
+    """Whether the batch of this machine and process number has ended."""
+    if os.name != "posix" or not isinstance(by, list) or len(by) != 2 or by[0] != platform.node():
+        return False
+    try:
+        os.kill(int(by[1]), 0)
+    except ProcessLookupError:
+        return True
+    except (OSError, ValueError, TypeError, OverflowError):
+        return False
+    return False
 
 
 def _parsed(line: str) -> dict[str, Any] | None:

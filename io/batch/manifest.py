@@ -5,22 +5,25 @@ from __future__ import annotations
 import glob
 import itertools
 import json
+import math
 import os
 import re
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from ...errors import InputError
-from .. import files
+from .. import files, names
 from ..run.job import WRITTEN, Job, mistakes
 from ..spec import Spec, path_of
 
 MAX_BYTES, MAX_JOBS, LONGEST = 64 << 20, 100_000, 500
+MAX_DEPTH = 8  # of lists and tables in each other; pins need three
+JOURNAL = ".iccm-journal.jsonl"
 GLOBBED = ("source", "target", "texture")
 TEMPLATED = ("output", *WRITTEN, "constraints")
 
@@ -50,6 +53,18 @@ class Entry:
 
     place: str
     values: dict[str, Any]
+    defaults: dict[str, Any] = field(default_factory=dict)
+    defaults_place: str = ""
+
+    @property
+    def whole(self) -> dict[str, Any]:
+        """All of its values."""
+        return {**self.defaults, **self.values}
+
+    def at(self, key: str) -> str:
+        """Where a key was written."""
+        own = key.split(".")[0] not in self.defaults or key.split(".")[0] in self.values
+        return self.place if own else self.defaults_place
 
 
 def read(text: str, name: str, *, root: Path, outside: bool = False) -> list[Task]:
@@ -71,16 +86,24 @@ def read(text: str, name: str, *, root: Path, outside: bool = False) -> list[Tas
         for values in _expanded(entry, base, found):
             if len(tasks) >= MAX_JOBS:
                 raise ManifestError([f"{name}: more than {MAX_JOBS} jobs; split the manifest"])
-            task = _task(len(tasks) + 1, entry.place, values, found)
+            task = _task(len(tasks) + 1, entry, values, found)
             if task:
                 tasks.append(task)
     placed = [_placed(task, root, outside, found) for task in tasks]
-    _distinct(placed, found)
+    _distinct(placed, {os.path.realpath(path): what for path, what in _taken(name, root)}, found)
     if not found and not placed:
         found.append(f"{name}: no jobs; add [[job]] tables, or one JSON object a line")
     if found:
-        raise ManifestError(found)
+        once = dict.fromkeys(line for line in found if ": [defaults]: " in line)
+        raise ManifestError([*once, *(line for line in found if line not in once)])
     return placed
+
+
+def _taken(name: str, root: Path) -> Iterator[tuple[str, str]]:
+    """Files that no job may write, and what they are."""
+    yield os.path.join(root, JOURNAL), "the batch's journal"
+    if name != "-":
+        yield name, "the manifest"
 
 
 def load(name: str) -> str:
@@ -90,7 +113,7 @@ def load(name: str) -> str:
         InputError: it cannot be read or is not UTF-8.
     """
     try:
-        return files.read_bytes(name, max_bytes=MAX_BYTES).decode("utf-8")
+        return files.read_bytes(name, max_bytes=MAX_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{name}: byte {error.start} is not UTF-8; save the manifest as UTF-8") from None
 
@@ -114,17 +137,26 @@ def _from_toml(text: str, name: str, found: list[str]) -> Iterator[Entry]:
     elif not isinstance(jobs, list) or not all(isinstance(job, dict) for job in jobs):
         found.append(f"{name}: job: must be tables, [[job]]")
     else:
-        yield from (Entry(f"{name}: job {n}", {**defaults, **job}) for n, job in enumerate(jobs, 1))
+        above = f"{name}: [defaults]"
+        for place, values in [
+            (above, defaults),
+            *((f"{name}: job {n}", job) for n, job in enumerate(jobs, 1)),
+        ]:
+            if _deeper(values, MAX_DEPTH):
+                found.append(f"{place}: nested more than {MAX_DEPTH} deep")
+                return
+        yield from (Entry(f"{name}: job {n}", job, defaults, above) for n, job in enumerate(jobs, 1))
 
 
 def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
     defaults: dict[str, Any] = {}
-    for number, line in enumerate(text.splitlines(), 1):
+    above = ""
+    for number, line in enumerate(text.split("\n"), 1):  # a string may hold other ends of lines
         if not line.strip():
             continue
         place = f"{name}: line {number}"
         try:
-            values = json.loads(line)
+            values = json.loads(line.lstrip("\ufeff"), object_pairs_hook=_once)
         except (ValueError, RecursionError) as error:  # also numbers of thousands of digits, and deep nesting
             what = str(error)
             if isinstance(error, json.JSONDecodeError):
@@ -133,23 +165,51 @@ def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
             continue
         if not isinstance(values, dict):
             found.append(f"{place}: not a JSON object")
+        elif _deeper(values, MAX_DEPTH):
+            found.append(f"{place}: nested more than {MAX_DEPTH} deep")
         elif values.keys() == {"defaults"} and isinstance(values["defaults"], dict):
-            defaults = values["defaults"]
+            defaults, above = values["defaults"], f"{place}: [defaults]"
         else:
-            yield Entry(place, {**defaults, **values})
+            yield Entry(place, values, defaults, above)
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object whose keys are there once.
+
+    Raises:
+        ValueError: one is there twice.
+    """
+    values = dict(pairs)
+    if len(values) < len(pairs):
+        keys = [key for key, _ in pairs]
+        raise ValueError(f"key {next(key for key in keys if keys.count(key) > 1)[:60]!r} is there twice")
+    return values
+
+
+def _deeper(value: Any, depth: int) -> bool:
+    """Whether lists and tables are nested more than so deep."""
+    if not isinstance(value, dict | list):
+        return False
+    return depth == 0 or any(
+        _deeper(v, depth - 1) for v in (value.values() if isinstance(value, dict) else value)
+    )
 
 
 def _expanded(entry: Entry, base: str, found: list[str]) -> Iterator[dict[str, Any]]:
     """One set of values for each combination of the files that the globs match."""
-    choices = []
+    choices, whole = [], entry.whole
     for key in GLOBBED:
-        value = entry.values.get(key)
+        value = whole.get(key)
         matches = [value] if not isinstance(value, str) else _matches(value, base)
         if not matches:
-            found.append(f"{entry.place}: {key}: no file matches {value!r}")
+            found.append(f"{entry.at(key)}: {key}: no file matches {value!r}")
         choices.append(matches)
+    count = math.prod(map(len, choices))
+    if count > MAX_JOBS:
+        found.append(f"{entry.place}: its globs make {count} jobs, more than {MAX_JOBS}; split them")
+        return
     for combination in itertools.product(*choices):
-        yield {**entry.values, **{k: v for k, v in zip(GLOBBED, combination) if v is not None}, "": base}
+        yield {**whole, **{k: v for k, v in zip(GLOBBED, combination) if v is not None}, "": base}
 
 
 def _matches(spec: str, base: str) -> list[str]:
@@ -161,7 +221,7 @@ def _matches(spec: str, base: str) -> list[str]:
     return sorted(match + path[len(file) :] for match in glob.glob(file, recursive=True))
 
 
-def _task(number: int, place: str, values: dict[str, Any], found: list[str]) -> Task | None:
+def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -> Task | None:
     """The validated job of an entry, its templates filled in; None after noting what is wrong."""
     base, name = values.pop(""), values.pop("name", None)
     fields = _fields(values, number)
@@ -169,22 +229,43 @@ def _task(number: int, place: str, values: dict[str, Any], found: list[str]) -> 
         values["output"] = (
             "{source.stem}-{target.stem}.png" if values.get("target") else "{source.stem}-deformed.png"
         )
-    wrong = [f"{place}: name: must be text"] if not isinstance(name, str | None) else []
+    wrong = [f"{entry.at('name')}: name: must be text"] if not isinstance(name, str | None) else []
+    streams = [key for key in GLOBBED if entry.whole.get(key) == "-"]
+    wrong += [f"{entry.at(key)}: {key}: `-` is no file; a batch reads files only" for key in streams]
     filled = {}
     for key, value in values.items():
-        filled[key] = _filled(value, fields, f"{place}: {key}", wrong) if key in TEMPLATED else value
+        filled[key] = _filled(value, fields, f"{entry.at(key)}: {key}", wrong) if key in TEMPLATED else value
     if isinstance(filled.get("constraints"), str) and filled["constraints"] != "-":
         filled["constraints"] = os.path.join(base, filled["constraints"])
-    label = _filled(name or "{source.stem}-{target.stem}", fields, f"{place}: name", wrong)
+    label = _filled(name or "{source.stem}-{target.stem}", fields, f"{entry.at('name')}: name", wrong)
     try:
         job = Job(**filled)
     except (ValidationError, TypeError) as error:
         listed = mistakes(error) if isinstance(error, ValidationError) else [("", "keys must be text")]
-        wrong += [f"{place}: {key}: {text}" if key else f"{place}: {text}" for key, text in listed]
-    if not wrong:
-        wrong = [f"{place}: {path}: no such file" for path in job.inputs if not os.path.isfile(path)]
+        wrong += [
+            f"{entry.at(key)}: {key}: {text}" if key else f"{entry.place}: {text}" for key, text in listed
+        ]
+    else:
+        wrong += [f"{entry.place}: output: {text}" for text in filter(None, map(names.mistake, job.outputs))]
+        if not wrong:
+            wrong = [
+                f"{entry.place}: {path}: no such file" for path in job.inputs if not os.path.isfile(path)
+            ]
+        if not wrong:
+            wrong = [f"{entry.place}: {text}" for text in _unmakeable(job)]
     found.extend(wrong)
-    return None if wrong else Task(number, label.strip("-"), place, job)
+    return None if wrong else Task(number, str(label).strip("-"), entry.place, job)
+
+
+def _unmakeable(job: Job) -> Iterator[str]:
+    """What is wrong with the kinds of the outputs."""
+    from ..run import outputs
+    from ..run.inputs import Inputs
+
+    try:
+        outputs.of(job, Inputs(job, keep=False))
+    except InputError as error:
+        yield str(error)
 
 
 def _fields(values: dict[str, Any], number: int) -> dict[str, str]:
@@ -216,7 +297,7 @@ def _filled(value: Any, fields: dict[str, str], place: str, wrong: list[str]) ->
 
 
 def _placed(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
-    """The task with its outputs under the root, after checking that they stay there."""
+    """The task with its outputs under the root, after checking that they stay there and are no folders."""
     job = task.job
     if job.constraints == "-":
         found.append(f"{task.place}: constraints: `-` is no file; a batch has no stdin to spare")
@@ -225,27 +306,35 @@ def _placed(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
     real = Path(os.path.realpath(root))
     moved = {name: os.path.join(root, name) for name in job.outputs}
     for name, path in moved.items():
+        if os.path.isdir(path):
+            found.append(f"{task.place}: output: {path}: is a folder; name a file in it")
         if not outside and not Path(os.path.realpath(path)).is_relative_to(real):
             found.append(
                 f"{task.place}: output: {name} leaves {root}; choose --root or allow it with --outside"
             )
     values: dict[str, Any] = {field: moved.get(getattr(job, field) or "") for field in WRITTEN}
     values["output"] = tuple(moved.get(name, name) for name in job.output)
-    return Task(task.number, task.name, task.place, job.model_copy(update=values))
+    return replace(task, job=job.model_copy(update=values))
 
 
-def _distinct(tasks: list[Task], found: list[str]) -> None:
-    """No file may be the output of two jobs, or an input of one and the output of another."""
+def _distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> None:
+    """No file may be the output of two jobs, or an input of one and the output of another, or be taken.
+
+    Names that differ only by case or by how Unicode writes a letter are one file on many disks.
+    """
     inputs = {os.path.realpath(path) for task in tasks for path in task.job.inputs}
-    owner: dict[str, Task] = {}
+    owner: dict[str, tuple[Task, str]] = {}
     for task in tasks:
         for path in task.job.outputs:
             real = os.path.realpath(path)
-            if real in owner:
-                both = (
-                    f"{owner[real].place} writes it too" if owner[real] is not task else "it is named twice"
-                )
+            other, same = owner.get(names.alike(real), (None, real))
+            if other is not None:
+                both = f"{other.place} writes it too" if other is not task else "it is named twice"
+                if same != real:
+                    both = f"{other.place} writes {same}, which is the same file on many disks"
                 found.append(f"{task.place}: output: {path}: {both}; use a template such as {{source.stem}}")
             if real in inputs:
                 found.append(f"{task.place}: output: {path}: is also an input of the batch")
-            owner[real] = task
+            if real in taken:
+                found.append(f"{task.place}: output: {path}: is {taken[real]}; name another file")
+            owner[names.alike(real)] = task, real

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import signal
 import threading
 import time
 import traceback
+import warnings
 from typing import Any, NoReturn
 
 THREADS = (
@@ -32,6 +34,8 @@ def prepare(threads: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
     signal.signal(signal.SIGTERM, _stop)
     threading.Thread(target=_outlive_nobody, daemon=True).start()
+    warnings.simplefilter("ignore")  # what a worker has to say is in its answer
+    logging.getLogger().addHandler(logging.NullHandler())
     from ...pixels import warp  # noqa: F401  now, so that the first job's time is its own
     from ..pictures import image_files  # noqa: F401
 

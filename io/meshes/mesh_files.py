@@ -18,6 +18,7 @@ from .. import files, formats
 from ..spec import Spec
 from . import material_library, obj, obj_write
 from .obj import Obj
+from .obj_source import ObjSource
 
 MAX_BYTES = 4 << 30
 NEW = "iccm"  # a material of ours
@@ -52,19 +53,14 @@ def is_mesh(spec: str) -> bool:
     path = Spec.of(spec).path
     if formats.suffix_of(path) != ".obj":
         return formats.of(path).mesh
-    faces = 0
-    with files.open_input(path).open("rb") as lines:
-        for line in lines:
-            faces += line[:2] in (b"f ", b"f\t")
-            if faces > 1:
-                return True
-    return False
+    return ObjSource(path).faces > 1
 
 
-def read(text: str) -> MeshFile:
+def read(text: str, whole: Obj | None = None) -> MeshFile:
     """The mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
     A part is an OBJ object, group or material, or a GLB geometry; a loop is a number, 1 for the longest boundary.
+    `whole` is the content of the file, if it is an OBJ that was read.
 
     Raises:
         InputError: the file cannot be read, or has no such part.
@@ -74,7 +70,7 @@ def read(text: str) -> MeshFile:
     if not formats.of(path).mesh:
         known = ", ".join(formats.holding("mesh"))
         raise InputError(f"{path}: no mesh is read from {suffix!r}; use one of {known}")
-    picked, names = _read_obj(path) if suffix == ".obj" else _read_other(path)
+    picked, names = _of_obj(whole or obj.read(path)) if suffix == ".obj" else _read_other(path)
     spec = spec.among(names)
     return picked(spec.part, 1 if spec.number is None else spec.number)
 
@@ -82,12 +78,10 @@ def read(text: str) -> MeshFile:
 Reader = tuple[Callable[[str | None, int], MeshFile], list[str]]
 
 
-def _read_obj(path: Path) -> Reader:
-    whole = obj.read(path)
-
+def _of_obj(whole: Obj) -> Reader:
     def picked(part: str | None, loop: int) -> MeshFile:
         faces = whole.faces_of(part) if part else np.ones(len(whole.face_at), bool)
-        return MeshFile(path, whole.mesh(part), faces, whole, loop=loop)
+        return MeshFile(whole.path, whole.mesh(part), faces, whole, loop=loop)
 
     return picked, whole.parts()
 
@@ -211,7 +205,7 @@ def write(
         out: where to write now, a temporary file beside `name`.
         name: what it will be called.
         texture: the picture to show, or its content; None to leave materials alone.
-        force: whether the `companions` may be replaced.
+        force: whether what is `written_beside` it may be replaced.
 
     Returns:
         The other files written, and notes on what could not be kept.
@@ -226,7 +220,7 @@ def write(
     if texture is None:
         out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners))
         return [], []
-    library, *beside = (Path(other) for other in companions(name, texture))
+    library, *beside = (Path(other) for other in written_beside(name, texture))
     materials, notes = _library(whole)
     rename, plain = _renamed(whole, faces)
     binding = obj_write.Binding(library.name, rename, plain)
@@ -243,7 +237,7 @@ def write(
     return [str(library), *map(str, beside)], notes
 
 
-def companions(name: Path, texture: Path | bytes | None) -> list[str]:
+def written_beside(name: Path, texture: Path | bytes | None) -> list[str]:
     """The files that `write` puts beside an output: an OBJ's material library, and a picture that is no file yet."""
     if texture is None or name.suffix.lower() != ".obj":
         return []

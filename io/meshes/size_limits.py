@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import json
-import mmap
 import re
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
 from ..files import open_input
+from .obj_source import ObjSource
 
 HEADER = 1 << 16
 MAX_JSON = 1 << 26
+MAX_BUFFER = 1 << 32  # bytes of one view
+PER_FACE = 12  # items without data (zeros) that a face may stand for
+BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
 def faces(path: Path, most: int) -> int:
@@ -23,7 +28,17 @@ def faces(path: Path, most: int) -> int:
         InputError: more than `most`, or the file is missing.
     """
     open_input(path)
-    count = COUNTS.get(path.suffix.lower(), _unknown)(path)
+    if path.suffix.lower() in (".glb", ".gltf"):
+        _backed(path, most)
+    return refuse(path, COUNTS.get(path.suffix.lower(), _unknown)(path), most)
+
+
+def refuse(path: Path, count: int, most: int) -> int:
+    """The number of faces, if there are not more than `most`.
+
+    Raises:
+        InputError: there are.
+    """
     if count > most:
         raise InputError(f"{path}: {count} faces are more than {most}; raise --max-faces")
     return count
@@ -34,10 +49,7 @@ def _unknown(path: Path) -> int:
 
 
 def _obj(path: Path) -> int:
-    if not path.stat().st_size:
-        return 0
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
-        return sum(1 for _ in re.finditer(rb"^[ \t]*f[ \t]", content, re.MULTILINE))
+    return ObjSource(path).faces
 
 
 def _ply(path: Path) -> int:
@@ -61,17 +73,46 @@ def _stl(path: Path) -> int:
     return size // 50
 
 
-def _glb(path: Path) -> int:
+def _gltf(path: Path) -> int:
+    return _gltf_faces(_scene(path))
+
+
+def _scene(path: Path) -> bytes:
+    """The JSON of a glTF file, by itself or in a GLB."""
     with path.open("rb") as file:
+        if path.suffix.lower() == ".gltf":
+            return file.read(MAX_JSON)
         start = file.read(20)
         if len(start) < 20 or start[:4] != b"glTF":
-            return 0
-        return _gltf_faces(file.read(min(struct.unpack_from("<I", start, 12)[0], MAX_JSON)))
+            return b""
+        return file.read(min(struct.unpack_from("<I", start, 12)[0], MAX_JSON))
 
 
-def _gltf(path: Path) -> int:
-    with path.open("rb") as file:
-        return _gltf_faces(file.read(MAX_JSON))
+def _backed(path: Path, most: int) -> None:
+    """Refuse accessors that claim more than the file has data for: readers take the memory before they look.
+
+    Raises:
+        InputError: naming the first.
+    """
+    try:
+        found = next(_empty(json.loads(_scene(path)), most), None)
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return  # the reader will say what is wrong
+    if found:
+        raise InputError(f"{path}: accessor {found[0]} claims {found[1]} items, more than there are data for")
+
+
+def _empty(scene: Any, most: int) -> Iterator[tuple[int, int]]:
+    """Number and count of each accessor that claims more items than it has data for."""
+    views = scene.get("bufferViews", [])
+    for number, accessor in enumerate(scene.get("accessors", [])):
+        count, view = accessor.get("count", 0), accessor.get("bufferView")
+        held, size = PER_FACE * most, 0
+        if view is not None:
+            size = views[view]["byteLength"]
+            held = size // (BYTES[accessor["componentType"]] * ITEMS[accessor["type"]])
+        if not 0 <= count <= held or size > MAX_BUFFER:
+            yield number, count
 
 
 def _gltf_faces(text: bytes) -> int:
@@ -89,4 +130,4 @@ def _head(path: Path) -> bytes:
         return file.read(HEADER)
 
 
-COUNTS = {".obj": _obj, ".ply": _ply, ".off": _off, ".stl": _stl, ".glb": _glb, ".gltf": _gltf}
+COUNTS = {".obj": _obj, ".ply": _ply, ".off": _off, ".stl": _stl, ".glb": _gltf, ".gltf": _gltf}

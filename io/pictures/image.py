@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Box
 from ...errors import InputError
-from ...memory import Room
+from ...memory import Memory
 from ...pixels import colour
 from ...pixels.pyramid import strip_rows
 from ...pixels.texture import Texture
@@ -39,12 +39,12 @@ class Image:
     notes: tuple[str, ...] = ()
     holes: int = 0
 
-    def texture(self, box: Box, kind: str = "colour", room: Room | None = None) -> Texture:
+    def texture(self, box: Box, kind: str = "colour", room: Memory | None = None) -> Texture:
         """The picture placed in the plane, in sRGB or linear light. `kind` other than "colour" is taken as numbers."""
         transfer = "linear" if kind != "colour" else transfer_of(self.colorspace)
         if transfer is not None:
             return Texture(self.pixels, box, self.alpha, transfer, self.associated)
-        room = room or Room()
+        room = room or Memory()
         linear = room(self.pixels.shape, np.float32)
         step = strip_rows(*linear.shape[1:])
         for row in range(0, len(linear), step):
@@ -168,6 +168,14 @@ def _ocio(values: NDArray, part: list[int], image: Image, space: str) -> NDArray
         raise InputError(f"colour space {image.colorspace!r} to {space!r}: {first_line(made.geterror())}")
     out = np.asarray(made.get_pixels(oiio.FLOAT))[..., : len(part)]
     return out if alpha is None else out * alpha
+
+
+def error_of(library: Any) -> str:
+    """The first line of what OpenImageIO, or a file or buffer of it, says about the last error."""
+    try:
+        return first_line(library.geterror())
+    except UnicodeDecodeError:  # it quotes the file
+        return "its header has bytes that are not UTF-8"
 
 
 def first_line(text: str) -> str:

@@ -13,11 +13,12 @@ import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...memory import Room
+from ...memory import Memory
 from ...pixels.pyramid import strip_rows
 from .. import formats
 from ..files import open_input
-from .image import Image, first_line, prepared, transfer_of
+from ..silence import silenced
+from .image import Image, error_of, prepared, transfer_of
 
 __all__ = ["MAX_PIXELS", "Image", "check", "read", "transfer_of", "write", "write_bands"]
 
@@ -48,7 +49,7 @@ def read(
     *,
     max_pixels: int = MAX_PIXELS,
     colorspace: str | None = None,
-    room: Room | None = None,
+    room: Memory | None = None,
 ) -> Image:
     """Reads the first picture of a file as it is stored, upright.
 
@@ -64,12 +65,16 @@ def read(
     with open_input(path).open("rb") as content:
         if content.read(len(PNG)) == PNG:
             _check_png(path, content)
-    room = room or Room()
+    with silenced():
+        return _read(path, max_pixels, colorspace, room or Memory())
+
+
+def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memory) -> Image:
     config = oiio.ImageSpec()
     config["oiio:UnassociatedAlpha"] = 1
     file = oiio.ImageInput.open(str(path), config)
     if file is None:
-        raise InputError(f"{path}: cannot be read as a picture: {first_line(oiio.geterror())}")
+        raise InputError(f"{path}: cannot be read as a picture: {error_of(oiio)}")
     try:
         spec = file.spec()
         for width, height in ((spec.width, spec.height), (spec.full_width, spec.full_height)):
@@ -84,19 +89,20 @@ def read(
         kind = str(spec.format) if not spec.channelformats else "float"
         pixels = _pixels(file, spec, kind if kind in KEPT else "float", room)
         if pixels is None or file.has_error:
-            raise InputError(f"{path}: the pixels cannot be read: {first_line(file.geterror())}")
+            raise InputError(f"{path}: the pixels cannot be read: {error_of(file)}")
         others = file.seek_subimage(1, 0)
     finally:
         file.close()
     pixels = _upright(_displayed(pixels, spec, room), spec)
+    metadata, whole = _metadata(spec)
     holes = _holes(pixels, room) if pixels.dtype.kind == "f" else 0
     return Image(
         pixels if pixels.flags.c_contiguous else _copied(pixels, room(pixels.shape, pixels.dtype), room),
         _alpha(spec),
         _is_associated(spec, file.format_name()),
         _known(path, colorspace) if colorspace else _space(spec, pixels.dtype),
-        _metadata(spec),
-        _notes(path, spec, others, holes),
+        metadata,
+        _notes(path, spec, others, holes, whole),
         holes,
     )
 
@@ -152,8 +158,10 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
             ready = prepared(replace(like, pixels=block), format)
             if row == 0:
                 _check_channels(path, ready, file.supports("nchannels"))
-                if not file.open(str(path), _spec(ready, height, width, format.encoder)):
-                    raise InputError(f"{path}: cannot be written: {first_line(file.geterror())}")
+                with silenced():
+                    begun = file.open(str(path), _spec(ready, height, width, format.encoder))
+                if not begun:
+                    raise InputError(f"{path}: cannot be written: {error_of(file)}")
             rows = np.ascontiguousarray(ready.pixels)
             done = (
                 file.write_image(rows)
@@ -161,7 +169,7 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
                 else file.write_scanlines(row, row + len(rows), 0, rows)
             )
             if not done:
-                raise InputError(f"{path}: cannot be written: {first_line(file.geterror())}")
+                raise InputError(f"{path}: cannot be written: {error_of(file)}")
             row += len(rows)
 
 
@@ -193,10 +201,10 @@ def _opened(path: str | Path) -> Iterator[Any]:
     finally:
         closed = file.close()
     if not closed:
-        raise InputError(f"{path}: cannot be written: {first_line(file.geterror())}")
+        raise InputError(f"{path}: cannot be written: {error_of(file)}")
 
 
-def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Room) -> NDArray | None:
+def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Memory) -> NDArray | None:
     """The (h, w, c) pixels, some rows at a time: the library's own reading of all holds them twice."""
     c, tall = spec.nchannels, max(1, spec.tile_height)
     step = -(-strip_rows(spec.width, c) // tall) * tall
@@ -235,7 +243,7 @@ def _check_png(path: str | Path, content: BinaryIO) -> None:
             raise InputError(f"{path}: the picture is damaged: wrong checksum of {name.decode('latin-1')}")
 
 
-def _holes(pixels: NDArray, room: Room) -> int:
+def _holes(pixels: NDArray, room: Memory) -> int:
     """How many texels are not finite in some channel."""
     count, step = 0, strip_rows(*pixels.shape[1:])
     for row in range(0, len(pixels), step):
@@ -246,8 +254,10 @@ def _holes(pixels: NDArray, room: Room) -> int:
     return count
 
 
-def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int) -> tuple[str, ...]:
+def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int, whole: bool) -> tuple[str, ...]:
     notes = []
+    if not whole:
+        notes.append(f"{path}: parts of its header make no sense, and are left out")
     if others:
         notes.append(f"{path}: holds several pictures; the first is used")
     if WIDE.intersection(map(str, spec.channelformats or [spec.format])):
@@ -261,7 +271,7 @@ def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int) -> 
     return tuple(notes)
 
 
-def _copied(pixels: NDArray, out: NDArray, room: Room) -> NDArray:
+def _copied(pixels: NDArray, out: NDArray, room: Memory) -> NDArray:
     """`out` with the pixels in it."""
     step = strip_rows(*pixels.shape[1:])
     for row in range(0, len(pixels), step):
@@ -293,7 +303,11 @@ def _known(path: str | Path, colorspace: str) -> str:
 
 def _space(spec: oiio.ImageSpec, dtype: np.dtype) -> str:
     """The colour space that the file names; without one sRGB for integers, linear for floats."""
-    said = spec.get_string_attribute("oiio:ColorSpace")
+    try:
+        said = spec.get_string_attribute("oiio:ColorSpace")
+    except UnicodeDecodeError:
+        said = ""
+    said = said if isinstance(said, str) and said.isprintable() else ""
     config = oiio.ColorConfig()
     if said and config.resolve(said) in config.getColorSpaceNames():
         usual = [name for name in ("sRGB", "lin_rec709") if config.equivalent(said, name)]
@@ -301,10 +315,25 @@ def _space(spec: oiio.ImageSpec, dtype: np.dtype) -> str:
     return "lin_rec709" if dtype.kind == "f" else "sRGB"
 
 
-def _metadata(spec: oiio.ImageSpec) -> dict[str, Any]:
-    kept = {a.name: (a.type, a.value) for a in spec.extra_attribs if not a.name.startswith(FORGOTTEN)}
-    names = tuple(spec.channelnames)
-    return kept | {"channels": ("Y",) if names == ("A",) else names}
+def _metadata(spec: oiio.ImageSpec) -> tuple[dict[str, Any], bool]:
+    """What the header says of the picture itself, and whether that is all: what is not UTF-8 is left out."""
+    kept: dict[str, Any] = {}
+    whole = True
+    for entry in spec.extra_attribs:
+        try:
+            if not entry.name.startswith(FORGOTTEN):
+                oiio.ImageSpec().attribute(
+                    entry.name, entry.type, entry.value
+                )  # what cannot be said again is nonsense
+                kept[entry.name] = (entry.type, entry.value)
+        except (UnicodeDecodeError, TypeError, RuntimeError):
+            whole = False
+    try:
+        names = tuple(spec.channelnames)
+        oiio.ImageSpec(1, 1, len(names), "float").channelnames = names
+    except (UnicodeDecodeError, TypeError, RuntimeError):
+        return kept, False
+    return kept | {"channels": ("Y",) if names == ("A",) else names}, whole
 
 
 def _spec(image: Image, height: int, width: int, encoder: str) -> oiio.ImageSpec:
@@ -343,7 +372,7 @@ def _fits(profile: Any, colours: int) -> bool:
     return header[36:] == b"acsp" and header[16:20] == {1: b"GRAY", 3: b"RGB "}.get(colours)
 
 
-def _displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Room) -> NDArray:
+def _displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Memory) -> NDArray:
     """The pixels of the display window: an EXR may store more or less than that."""
     full = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
     if full == (spec.x, spec.y, spec.width, spec.height) or min(full[2:]) <= 0:

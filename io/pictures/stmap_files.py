@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Box
 from ...errors import InputError
-from ...memory import Room
+from ...memory import Memory
 from ...pixels import stmap
 from ...pixels.canvas import Canvas
 from ...pixels.inverse_tiles import TILE
@@ -21,7 +21,7 @@ _SAID = "STMap: R = s from the left, G = t from the bottom, 0..1; A = coverage"
 
 
 def write(
-    path: str | Path, map, box: Box, canvas: Canvas, *, room: Room | None = None, threads: int | None = None
+    path: str | Path, map, box: Box, canvas: Canvas, *, room: Memory | None = None, threads: int | None = None
 ) -> None:
     """Writes a map as a float STMap (.exr or .tif), as it is computed.
 
@@ -41,7 +41,7 @@ def write(
         np.zeros((1, 1, 4), np.float32), 3, True, "data", {"ImageDescription": ("string", _SAID)}
     )
     each, what = band_bytes(canvas.width), f"rows of {canvas.width} pixels"
-    threads = (room or Room()).threads(threads, each, what)
+    threads = (room or Memory()).threads(threads, each, what)
     rows = stmap.stmap(map, box, canvas, threads=threads)
     image_files.write_bands(path, like, canvas.height, canvas.width, rows)
 
@@ -57,7 +57,9 @@ def check(path: str | Path) -> None:
         raise InputError(f"{path}: an STMap holds floats; use one of {' '.join(formats.holding('stmap'))}")
 
 
-def read(path: str | Path, *, max_pixels: int = image_files.MAX_PIXELS, room: Room | None = None) -> NDArray:
+def read(
+    path: str | Path, *, max_pixels: int = image_files.MAX_PIXELS, room: Memory | None = None
+) -> NDArray:
     """The (h, w, c) floats of an STMap.
 
     Raises:
@@ -80,7 +82,7 @@ def apply(
     filter: str = "auto",
     kind: str = "colour",
     edge: str = "clamp",
-    room: Room | None = None,
+    room: Memory | None = None,
     threads: int | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> None:

@@ -9,25 +9,20 @@ from collections.abc import Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...errors import InputError
-from ...memory import Room
+from ...memory import Memory
 from .. import files
 from ..memory import Bounded
-from ..meshes import size_limits
-from ..shapes import shape
 from ..spec import Spec
-from . import inputs as companions
-from . import outputs as products
-from . import raster_size, report
+from . import outputs, parts, report
 from .constraints import constrained
+from .inputs import Inputs
 from .job import WRITTEN, Job
 from .options import SOLVER
+from .outputs.output import Output
 from .state import Progress, Run, Tell
-
-if TYPE_CHECKING:
-    from ..shapes.shape import Shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,28 +58,36 @@ def run(
     Raises:
         InputError: an input or output is wrong. Nothing has been written then.
     """
+    from ...blas import one_thread
+
+    with one_thread():
+        return _run(job, threads, tell, progress)
+
+
+def _run(job: Job, threads: int | None, tell: Tell, progress: Progress | None) -> Outcome:
     start = time.perf_counter()
-    job = with_outputs(job)
-    makers = check(job)
-    state = _read(job, threads, tell, progress)
-    if raster_size.pictures(job):
+    inputs = Inputs(job)
+    job = with_outputs(job, inputs)
+    wanted = check(job, inputs)
+    state = _read(job, inputs, threads, tell, progress)
+    _check_read(state, wanted)
+    state.seconds["read"] = time.perf_counter() - start
+    if any(output.samples for output in wanted):
         state.begin("sampler")
     _solve(state)
     state.begin("found")
-    if makers and _cold():
+    if wanted and _cold():
         tell("the first run compiles, once; this may take a minute")
     with ExitStack() as stack:
-        for name, make in makers.items():
-            temporary = stack.enter_context(files.replacing(name, force=job.force)) if name != "-" else None
-            make(state, temporary, Path(name))
+        for output in wanted:
+            output.write(state, stack.enter_context(files.writing(output.name, force=job.force)))
         state.seconds["total"] = time.perf_counter() - start
         figures = report.build(state)
         if job.report:
             report.write(figures, job.report, stack, force=job.force)
     ok, message = report.verdict(state, figures)
-    return Outcome(
-        ok, message, figures, (*job.outputs, *state.figures.get("also_written", [])), tuple(state.notes)
-    )
+    written = (*job.outputs, *state.figures.get("also_written", []))
+    return Outcome(ok, message, figures, written, tuple(state.notes))
 
 
 def _cold() -> bool:
@@ -95,29 +98,25 @@ def _cold() -> bool:
     return "NUMBA_CACHE_DIR" not in os.environ and not any(kernels)
 
 
-def with_outputs(job: Job) -> Job:
+def with_outputs(job: Job, inputs: Inputs | None = None) -> Job:
     """The job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else."""
     if job.output or any(getattr(job, field) for field in WRITTEN):
         return job
     specs = [Spec.of(spec) for spec in (job.source, job.target) if spec]
     names = [spec.path.stem + (f"#{spec.chosen}" if spec.chosen else "") for spec in specs]
     name = "-".join(names if job.target else [*names, "deformed"]).replace("#", "-")
-    return job.model_copy(update={"output": (name + products.suffix_for(job),)})
+    return job.model_copy(update={"output": (name + outputs.suffix_for(job, inputs or Inputs(job)),)})
 
 
-def check(job: Job) -> dict[str, products.Maker]:
-    """What makes each output, after checking that all of them can be written and no input is among them.
+def check(job: Job, inputs: Inputs | None = None) -> list[Output]:
+    """The outputs, after checking that all of them can be written and no input is among them.
 
     Raises:
         InputError: an unknown suffix, or as `_free`.
     """
-    makers = {name: products.maker(name, job) for name in job.output}
-    if job.plot:
-        makers[job.plot] = products.plotter(job.plot)
-    if job.stmap:
-        makers[job.stmap] = products.stmapper(job.stmap)
+    wanted = outputs.of(job, inputs or Inputs(job))
     _free(job, job.outputs, job.inputs)
-    return makers
+    return wanted
 
 
 def _free(job: Job, outputs: Iterable[str], inputs: Iterable[str], taken: Iterable[str] = ()) -> None:
@@ -136,21 +135,32 @@ def _free(job: Job, outputs: Iterable[str], inputs: Iterable[str], taken: Iterab
         seen.add(real)
 
 
-def _read(job: Job, threads: int | None, tell: Tell, progress: Progress | None) -> Run:
-    """The job's inputs; what is wrong with them, or with --size, is told before the solving."""
-    start = time.perf_counter()
-    source = read(job.source, job)
-    target = read(job.target, job) if job.target else source
-    room = Bounded(job.memory, _scratch(job)) if job.memory else Room()
-    state = Run(job, source, target, room, tell, threads, progress)
-    state.pins, state.strokes = constrained(job, source, target)
-    products.check(state)
-    if others := products.beside(state):
-        _free(job, others, companions.inputs(job), taken=job.outputs)
-    for note in dict.fromkeys(f"{s.spec}: {note}" for s in (source, target) for note in s.notes):
+def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, progress: Progress | None) -> Run:
+    """The job's shapes and constraints."""
+    if job.parts == "all":
+        pairs, notes = parts.read(job, inputs)
+    else:
+        source = inputs.shape(job.source)
+        pairs, notes = [(source, inputs.shape(job.target) if job.target else source)], []
+    room = Bounded(job.memory, _scratch(job)) if job.memory else Memory()
+    state = Run(job, inputs, pairs, room, tell, threads, progress)
+    for note in notes:
         state.note(note)
-    state.seconds["read"] = time.perf_counter() - start
+    if job.parts == "largest":
+        state.pins, state.strokes = constrained(job, state.source, state.target)
     return state
+
+
+def _check_read(state: Run, wanted: list[Output]) -> None:
+    """Tell what is wrong with the inputs, or with --size, before the solving."""
+    job, shapes = state.job, [shape for pair in state.pairs for shape in pair]
+    outputs.check(state, wanted)
+    if others := [name for output in wanted for name in output.beside(state)]:
+        _free(job, others, state.inputs.named, taken=job.outputs)
+    for note in [f"{shape.spec}: {note}" for shape in shapes for note in shape.notes]:
+        state.note(note)
+    for note in parts.about_holes(state.pairs, keep=job.holes == "keep"):
+        state.note(note)
 
 
 def _scratch(job: Job) -> Path:
@@ -161,27 +171,13 @@ def _scratch(job: Job) -> Path:
 def _solve(state: Run) -> None:
     import iccm
 
-    job, curve = state.job, state.source.curve
+    job = state.job
     given = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
     with state.timed("solve"):
-        if job.target:
-            target = state.target.curve
-            state.fit = iccm.fit(curve, target, pins=state.pins, strokes=state.strokes, **given)
-        else:
-            state.fit = iccm.deform(curve, pins=state.pins, strokes=state.strokes, **given)
-    for note in state.fit.notes:
-        state.note(note)
-
-
-def read(spec: str, job: Job) -> Shape:
-    """A shape from a drawing, a picture or a mesh.
-
-    Raises:
-        InputError: it cannot be read, is no domain, or is larger than --max-faces or --max-pixels allow.
-    """
-    if not products.is_mesh(spec):
-        return shape.read(spec)
-    from ..shapes import mesh_shape
-
-    size_limits.faces(Spec.of(spec).path, job.max_faces)
-    return mesh_shape.read(spec, cut=job.cut)
+        for source, target in state.pairs:
+            curves = (source.curve, target.curve) if job.target else (source.curve,)
+            solve: Any = iccm.fit if job.target else iccm.deform
+            state.fits.append(solve(*curves, pins=state.pins, strokes=state.strokes, **given))
+    for (source, _), fit in zip(state.pairs, state.fits):
+        for note in fit.notes:
+            state.note(parts.named(source, note))

@@ -48,9 +48,8 @@ def svg(shape: MeshShape) -> str:
 
 def flat_obj(shape: MeshShape) -> str:
     """The polygons at their flat positions (z = 0), with the texture coordinates that they have."""
-    patch, mesh, flat = shape.flattening.patch, shape.file.mesh, shape.flattening.flat
-    corner = np.zeros(mesh.corners.size, np.int64)
-    corner[patch.corner] = patch.faces
+    mesh, flat = shape.file.mesh, shape.flattening.flat
+    corner, _ = shape.corners
     xyz = np.column_stack([flat.real, flat.imag, np.zeros(flat.size)])
     text = ["# flattened by iccm\n", ("v %.10g %.10g %.10g\n" * flat.size) % tuple(xyz.ravel().tolist())]
     uv = mesh.uv_corners
@@ -76,10 +75,7 @@ def write_uvs(shape: MeshShape, out: Path, name: Path) -> None:
     Raises:
         InputError: the format holds none.
     """
-    patch, mesh = shape.flattening.patch, shape.file.mesh
-    corners = np.zeros(mesh.corners.size, np.int64)
-    corners[patch.corner] = patch.faces
-    mesh_files.write(shape.file, unit_uvs(shape), corners, patch.corner, out, name=name)
+    mesh_files.write(shape.file, unit_uvs(shape), *shape.corners, out, name=name)
 
 
 def _path(z) -> str:

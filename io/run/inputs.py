@@ -1,49 +1,93 @@
-"""The files that inputs name in turn: an OBJ's material libraries and their pictures, a glTF's buffers and images."""
+"""The files that a job reads, and those that they name in turn: material libraries, pictures, glTF's buffers."""
 
 from __future__ import annotations
 
 import json
-import mmap
 import re
+from functools import cached_property
 from pathlib import Path
 
+from .. import files, formats
+from ..meshes import size_limits
+from ..meshes.obj_source import ObjSource
+from ..shapes import shape
+from ..shapes.shape import Shape
+from ..spec import Spec
 from .job import Job
 
 MAX_BYTES = 1 << 26
+_MAP = re.compile(rb"^[ \t]*(?:map_\w+|bump|norm|disp|decal)[ \t]+([^\r\n]+)", re.MULTILINE | re.IGNORECASE)
 
 
-def inputs(job: Job) -> tuple[str, ...]:
-    """Every file that a job reads, those that its meshes name included; only those that exist."""
-    found = list(job.inputs)
-    for name in job.inputs:
-        found += [path for path in _named(Path(name)) if Path(path).is_file()]
-    return tuple(dict.fromkeys(found))
+class Inputs:
+    """What a job reads; an OBJ file is opened once, whatever is asked of it."""
 
+    def __init__(self, job: Job, *, keep: bool = True) -> None:
+        """Nothing is opened yet; `keep` says whether shapes will be made of what is read."""
+        self.job = job
+        self._keep = job.max_faces if keep else -1
+        self._objs: dict[Path, ObjSource] = {}
 
-def _named(path: Path) -> list[str]:
-    try:
-        suffix = path.suffix.lower()
-        return _of_obj(path) if suffix == ".obj" else _of_gltf(path) if suffix == ".gltf" else []
-    except OSError:
-        return []
+    def _obj(self, path: Path) -> ObjSource:
+        if path not in self._objs:
+            self._objs[path] = ObjSource(path, self._keep)
+        return self._objs[path]
 
+    def is_mesh(self, text: str) -> bool:
+        """Whether a spec names a mesh: by its suffix, an OBJ only if it has more than one face.
 
-def _of_obj(path: Path) -> list[str]:
-    if not path.stat().st_size:
-        return []
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
-        lines = [match[1] for match in re.finditer(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", content, re.MULTILINE)]
-    libraries = [_beside(path, line) for line in lines]
-    return [name for library in libraries for name in (library, *_pictures(Path(library)))]
+        Raises:
+            InputError: the file is missing.
+        """
+        path = Spec.of(text).path
+        return self._obj(path).faces > 1 if formats.suffix_of(path) == ".obj" else formats.of(path).mesh
+
+    def shape(self, text: str) -> Shape:
+        """A shape from a drawing, a picture or a mesh.
+
+        Raises:
+            InputError: it cannot be read, is no domain, or is larger than --max-faces or --max-pixels allow.
+        """
+        if not self.is_mesh(text):
+            return shape.read(text, max_segments=self.job.max_segments)
+        from ..shapes import mesh_shape
+
+        path = Spec.of(text).path
+        if formats.suffix_of(path) != ".obj":
+            size_limits.faces(path, self.job.max_faces)
+            return mesh_shape.read(text, cut=self.job.cut)
+        size_limits.refuse(path, self._obj(path).faces, self.job.max_faces)
+        return mesh_shape.read(text, cut=self.job.cut, whole=self._obj(path).obj)
+
+    @cached_property
+    def named(self) -> tuple[str, ...]:
+        """Every file that the job reads, those that its meshes name included; only those that exist."""
+        found = list(self.job.inputs)
+        for name in self.job.inputs:
+            found += [path for path in self._named(Path(name)) if Path(path).is_file()]
+        return tuple(dict.fromkeys(found))
+
+    def sha256(self, name: str) -> str:
+        """The hash of an input: of an OBJ that was read, as it was then."""
+        source = self._objs.get(Path(name))
+        return source.sha256 if source else files.sha256(name)
+
+    def _named(self, path: Path) -> list[str]:
+        suffix = formats.suffix_of(path)
+        try:
+            if suffix == ".obj":
+                libraries = [_beside(path, line) for line in self._obj(path).libraries]
+                return [name for library in libraries for name in (library, *_pictures(Path(library)))]
+            return _of_gltf(path) if suffix == ".gltf" else []
+        except (OSError, files.InputError):
+            return []
 
 
 def _pictures(library: Path) -> list[str]:
     """The last word of each map of a material library, and all its words: names may hold spaces."""
     if not library.is_file() or library.stat().st_size > MAX_BYTES:
         return []
-    lines = re.findall(
-        rb"^[ \t]*(?:map_\w+|bump|norm|disp|decal)[ \t]+([^\r\n]+)", library.read_bytes(), re.M | re.I
-    )
+    lines = _MAP.findall(library.read_bytes())
     return [_beside(library, name) for line in lines for name in (line, line.split()[-1])]
 
 

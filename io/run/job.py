@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from ...errors import InputError
 from .. import places
 from ..spec import path_of
-from .options import Options
+from .options import JobOptions
 
 WRITTEN = ("report", "plot", "stmap")
 """Fields that name a file to write, beside `output`."""
@@ -22,7 +22,7 @@ class _Shapes(BaseModel):
     target: str | None = None
 
 
-class Job(Options, _Shapes):
+class Job(JobOptions, _Shapes):
     """What to map onto what, how, and what to write. Paths are as the user gave them; coordinates in file units.
 
     `target` None means a deformation of the source by its constraints alone.

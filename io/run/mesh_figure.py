@@ -10,16 +10,17 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ...arrays import Box, Complex
+from ...arrays import Complex
 from ...maps.extended_inverse import ExtendedInverse
 from ...maps.kinds import AnyMap, evaluated
 from ...meshes.render import render
 from ...pixels.checkerboard import checkerboard
 from ...pixels.sampler import Sampler
 from ...pixels.warp import Texture
-from ..shapes.mesh_shape import MeshShape, placing
+from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
 from .figure import grid
+from .framing import square
 
 INK, ACROSS, UP, EDGE, MARK = "#22262b", "#2a78b8", "#d1662b", "#c6ccd2", "#b0122f"
 MOST_EDGES = 20000
@@ -73,9 +74,9 @@ def surface(
     z = target.flattening.flat if map is None else ExtendedInverse(map)(target.flattening.flat)
     if texture is None:
         box = target.box if map is None or source is None else source.box
-        texture = Texture(checkerboard(1024), _square(box))
+        texture = Texture(checkerboard(1024), square(box))
         source = None
-    place = placing(source if source is not None else target_plane(target), texture)
+    place = (source if source is not None else target_plane(target)).placing(texture)
     still = np.zeros(z.size, complex)
     uv = place.places(z, still, still).xy[piece.faces]
     return render(piece.points, piece.faces, uv, Sampler(texture), size)
@@ -115,8 +116,3 @@ def _pins(axes: Axes, map: AnyMap | None, pins: Complex) -> None:
 def _strands(axes: Axes, lines: Complex, colour: str, width: float) -> None:
     points = np.stack([lines.real, lines.imag], axis=-1)
     axes.add_collection(LineCollection(list(points), colors=colour, linewidths=width))
-
-
-def _square(box: Box) -> Box:
-    middle, half = (box[0] + box[1]) / 2, max((box[1] - box[0]).real, (box[1] - box[0]).imag) / 2
-    return middle - half * (1 + 1j), middle + half * (1 + 1j)

@@ -10,6 +10,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
 
 MAX_SIDE = 1 << 17
+DIGITS = 15  # of a number of bytes, K, M, G or T
+MOST_MEMORY = 1 << 62
+MOST_VERTICES = 4000  # of a map's polygon
+CERTIFIED = 0.99  # share of the source's area that `--require-injective` asks for
 MOST_BALANCE = 10  # beyond 4 areas hardly change, and angles pay for it
 
 
@@ -27,6 +31,7 @@ class Option:
         solver: whether it goes to `iccm.fit` and `iccm.deform`, unless it is None.
         commands: those that have it.
         short: a second name.
+        flag: its value where it is given without one.
     """
 
     help: str
@@ -41,6 +46,7 @@ class Option:
     solver: bool = False
     commands: tuple[str, ...] = ("map", "deform")
     short: str = ""
+    flag: str | None = None
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         """How pydantic checks a field that this describes."""
@@ -85,6 +91,8 @@ def memory(value: Any) -> Any:
     found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([KMGT]?)(?:i?B)?\s*", value, re.IGNORECASE)
     if not found:
         raise ValueError(f"{value!r} is no size, such as 2G or 800M")
+    if len(found[1]) > DIGITS:
+        raise ValueError(f"{value[:DIGITS]}… is more than any memory")
     return int(float(found[1]) * 1024 ** " KMGT".index(found[2].upper() or " "))
 
 
@@ -96,6 +104,31 @@ def turn(value: Any) -> Any:
         return "any" if value.strip().lower() == "any" else float(value)
     except ValueError:
         raise ValueError(f"{value!r} is no angle in degrees, such as 90, nor any") from None
+
+
+def vertices(value: Any) -> Any:
+    """A number of vertices, or `source`."""
+    if value == "source":
+        return value
+    if isinstance(value, str) and not value.isdecimal():
+        raise ValueError(f"{value!r} is neither a number nor source")
+    count = int(value) if isinstance(value, str) else value
+    if isinstance(count, int) and not 3 <= count <= MOST_VERTICES:
+        raise ValueError(f"{count} is not between 3 and {MOST_VERTICES}")
+    return count
+
+
+def share(value: Any) -> Any:
+    """A share of the area; true is the usual one, and false none."""
+    if isinstance(value, bool):
+        return CERTIFIED if value else None
+    try:
+        found = float(value) if isinstance(value, str) else value
+    except ValueError:
+        raise ValueError(f"{value!r} is no share, such as 0.99") from None
+    if isinstance(found, float | int) and not 0 < found <= 1:
+        raise ValueError(f"{found:g} is no share above 0, at most 1")
+    return found
 
 
 def many(value: Any) -> Any:
@@ -113,7 +146,7 @@ EVERY = ("map", "deform", "apply")
 
 
 @_fields
-class Options:
+class JobOptions:
     """What can be said about a run, in the order in which help shows it."""
 
     texture: str | None = _option("Picture to carry along.  [default: a numbered checkerboard]", "IMAGE")
@@ -127,6 +160,14 @@ class Options:
     stmap: str | None = _option("The map itself, for `iccm apply` and compositors.", "FILE.exr")
     force: bool = _option("Replace files that exist.", default=False, commands=EVERY)
 
+    parts: Literal["largest", "all"] = _option(
+        "What is mapped of files that draw several outlines: the largest, or each onto its partner.",
+        default="largest", commands=("map",),
+    )  # fmt: skip
+    holes: Literal["keep", "fill"] = _option(
+        "Whether pictures leave the target's holes transparent, or paint over them; the map does not know of holes.",
+        default="keep",
+    )  # fmt: skip
     pin: tuple[Any, ...] = _option(
         "A point of the source and where it goes, in the files' units. May be repeated.", "SX,SY:TX,TY",
         default=(), parse=many, validated=_pins,
@@ -165,8 +206,16 @@ class Options:
         "Distance of zeroth or first order.  [default: by method]", least=0, most=1, solver=True
     )
     max_iterations: int | None = _option("Stop after N.  [default: by method]", "N", least=1, solver=True)
-    vertices: int | None = _option(
-        "Boundary vertices.  [default: by shape]", "N", least=3, most=4000, solver=True
+    vertices: int | Literal["source"] | None = _option(
+        "Boundary vertices, or the source's own and no others.  [default: by shape]", "N|source",
+        parse=vertices, solver=True,
+    )  # fmt: skip
+    samples_per_edge: int | None = _option(
+        "Samples between two vertices, with --method paper.  [default: 4]", "N", least=1, most=64, solver=True
+    )
+    weights: Literal["relative", "paper"] | None = _option(
+        "Means that do not depend on sizes and counts, or sums as the paper has them.  [default: relative]",
+        solver=True,
     )
     smoothness: float | None = _option(
         "Resistance to bending.  [default: by command]", "W", least=0, solver=True
@@ -174,13 +223,21 @@ class Options:
     tolerance: float = _option(
         "Boundary gap to reach, relative to the target's diagonal.", default=1e-3, above=0, solver=True
     )
-    require_injective: bool = _option("Exit code 1 unless the map is certified one-to-one.", default=False)
+    require_injective: float | None = _option(
+        "Exit code 1 unless it is certified one-to-one on this share of the source's area.  [0.99]", "[SHARE]",
+        above=0, most=1, parse=share, flag=str(CERTIFIED),
+    )  # fmt: skip
 
     size: tuple[int] | tuple[int, int] | None = _option(
         "Pixels of the picture, or its longer side.  [default: 1024]", "WxH|N", parse=size
     )
-    texture_box: Literal["viewbox", "bbox"] = _option(
-        "What of the source the texture covers: its canvas, or its outline's bounding box.", default="viewbox"
+    texture_box: Literal["viewbox", "bbox"] | None = _option(
+        "What of the source the texture covers: its canvas, or its outline's bounding box.  "
+        "[default: viewbox; of the checkerboard bbox]"
+    )
+    target_box: Literal["viewbox", "bbox"] | None = _option(
+        "What pictures show: the target's canvas, or its outline's bounding box.  "
+        "[default: viewbox; bbox of a shape that takes little of its canvas]"
     )
     filter: Literal["auto", "nearest", "linear", "cubic", "lanczos", "spline"] = _option(
         "Sampling of the texture; nearest for label maps and masks.", default="auto", commands=EVERY
@@ -202,8 +259,9 @@ class Options:
     max_pixels: int = _option("Refuse larger pictures.", default=1 << 28, least=1, commands=EVERY)
     memory: int | None = _option(
         "Bound on the process, such as 2G: pictures that do not fit go through a scratch file.", "SIZE",
-        least=1, parse=memory, commands=EVERY,
+        least=1, most=MOST_MEMORY, parse=memory, commands=EVERY,
     )  # fmt: skip
+    max_segments: int = _option("Refuse SVGs that draw more lines and curves.", default=1 << 20, least=1)
 
     bake: bool = _option(
         "Fill the texture layout that the target mesh has, not a new one.", default=False, commands=("map",)
@@ -213,8 +271,8 @@ class Options:
 
 
 def described() -> dict[str, tuple[Any, Option]]:
-    """The type and the description of each option of `Options`, by name."""
-    hints = get_type_hints(Options, include_extras=True)
+    """The type and the description of each option of `JobOptions`, by name."""
+    hints = get_type_hints(JobOptions, include_extras=True)
     return {name: (hint.__origin__, hint.__metadata__[0]) for name, hint in hints.items()}
 
 

@@ -1,100 +1,27 @@
-"""Where a texture comes from and lies in the source's plane, and how large a raster is."""
+"""How large a raster is."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from ...arrays import Box
 from ...errors import InputError
-from .. import formats
+from . import framing
 from .job import Job
 
 if TYPE_CHECKING:
-    from ...memory import Room
-    from ..pictures.image_files import Image
     from ..shapes.shape import Shape
 
 LONGER_SIDE = 1024
-OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is told
 
 
-def on_mesh(job: Job, source: Any) -> bool:
-    """Whether the texture lies on a mesh that is the source."""
-    if getattr(source, "file", None) is None:
-        return False
-    from ..shapes import mesh_shape
-
-    return bool(job.texture or mesh_shape.texture_in(source) is not None)
-
-
-def texture_box(job: Job, source: Shape) -> Box:
-    """What of the source's plane the texture covers; the checkerboard is a square."""
-    box = covered(job, source)
-    return box if job.texture or on_mesh(job, source) else square(box)
-
-
-def covered(job: Job, source: Shape) -> Box:
-    """What of the source --texture-box names."""
-    return source.box if job.texture_box == "viewbox" else source.curve.box
-
-
-def off_canvas(job: Job, source: Shape, target: Shape) -> list[str]:
-    """Notes on shapes that reach out of their canvas: nothing of the target is seen there, no texture covers the
-    source."""
-    said = []
-    if job.target and (out := _reach(target)) > OFF:
-        said.append(f"{target.spec}: {out:.0%} of its extent lies outside its canvas, where pictures end")
-    if (job.texture or pictured(job)) and job.texture_box == "viewbox" and (out := _reach(source)) > OFF:
-        cure = "use --texture-box bbox to cover it"
-        said.append(
-            f"{source.spec}: {out:.0%} of its extent lies outside its canvas, where the texture ends; {cure}"
-        )
-    return said
-
-
-def _reach(shape: Shape) -> float:
-    """How far a shape reaches out of its canvas, relative to its size in that direction; at most 1."""
-    (low, high), (here, there) = shape.box, shape.curve.box
-    over = (low.real - here.real, there.real - high.real), (low.imag - here.imag, there.imag - high.imag)
-    size = there - here
-    return min(1.0, max(max(over[0]) / size.real, max(over[1]) / size.imag))
-
-
-def image_of(job: Job, source: Shape, room: Room) -> Image:
-    """The picture to carry along: --texture, the mesh's own, or a checkerboard.
+def canvas_size(job: Job, target: Shape) -> tuple[int, int]:
+    """Width and height of the target's raster, as far as they are known before the map.
 
     Raises:
-        InputError: it cannot be read, or has more pixels than --max-pixels.
+        InputError: more pixels than --max-pixels.
     """
-    from ..pictures import image_files
-
-    limits: dict[str, Any] = {"max_pixels": job.max_pixels, "colorspace": job.colorspace, "room": room}
-    if job.texture:
-        return image_files.read(job.texture, **limits)
-    if on_mesh(job, source):
-        from ..shapes import mesh_shape
-
-        return mesh_shape.own_texture(source, **limits)  # type: ignore[arg-type]
-    from ...pixels.checkerboard import checkerboard
-
-    return image_files.Image(checkerboard(1024))
-
-
-def pictured(job: Job) -> bool:
-    """Whether the job writes a picture of the texture on the target's canvas."""
-    return bool(pictures(job)) and not job.bake
-
-
-def pictures(job: Job) -> list[str]:
-    """The outputs that are pictures."""
-    return [name for name in job.output if name == "-" or formats.of(name).picture]
-
-
-def square(box: Box) -> Box:
-    """The smallest square about the middle of a box that holds it."""
-    middle, size = (box[0] + box[1]) / 2, box[1] - box[0]
-    half = max(size.real, size.imag) / 2 * (1 + 1j)
-    return middle - half, middle + half
+    low, high = framing.shown(job, target)
+    return size_of(job, job.size or (LONGER_SIDE,), high - low)
 
 
 def size_of(job: Job, size: tuple[int, ...], extent: complex) -> tuple[int, int]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -13,15 +12,21 @@ import numpy as np
 
 from ... import __version__
 from .. import files
-from . import inputs as companions
 from .constraints import exact
+from .parts import named
 
 if TYPE_CHECKING:
     from .state import Run
 
 SCHEMA = "iccm.report/1"
 OFF = 30  # tolerances: an outline farther from the target's is told
-DEEP = 0.05  # of the source's diagonal: folds that may reach farther inside are told
+MOST_OF_IT = 0.99  # of the source's area: less that is certain to be one-to-one is told
+
+
+class Doubt(str):
+    """A remark on the result itself, not on how it was made: whoever wants quiet wants to know it."""
+
+    __slots__ = ()
 
 
 def build(run: Run) -> dict[str, Any]:
@@ -31,8 +36,12 @@ def build(run: Run) -> dict[str, Any]:
     job then gives the same bytes.
     """
     weighed = run.job.target is None or not exact(run.job)
-    for doubt in doubts(run.found, run.job.tolerance, run.job.quasi is not None, weighed=weighed):
-        run.note(doubt)
+    each = run.found.get("parts", [run.found])
+    for (source, _), part in zip(run.pairs, each):
+        doubted = doubts(run.found | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
+        for note in [*part["notes"], *doubted]:
+            if named(source, note) not in run.notes:
+                run.note(named(source, note))
     report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
     if "SOURCE_DATE_EPOCH" not in os.environ:
         parts = {name: value for name, value in run.seconds.items() if name != "total"}
@@ -44,7 +53,7 @@ def build(run: Run) -> dict[str, Any]:
             "total": run.seconds["total"],
         }
     report["notes"] = run.notes
-    report["inputs"] = [{"path": name, "sha256": files.sha256(name)} for name in companions.inputs(run.job)]
+    report["inputs"] = [{"path": name, "sha256": run.inputs.sha256(name)} for name in run.inputs.named]
     report["job"] = run.job.model_dump(mode="json", exclude_defaults=True, exclude={"force"})
     return plain(report)
 
@@ -65,12 +74,15 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: boo
         said.append("the outline's image is far from the target's (boundary)")
     if not injective["certified"]:
         said.append("the map is not one-to-one, so the picture overlaps itself (injective)")
-    elif injective["depth"] >= DEEP:
-        said.append("the picture may overlap itself near the outline (injective)")
+    elif injective["share"] < MOST_OF_IT:
+        said.append(
+            f"the picture may overlap itself near the outline: {injective['share']:.1%} of the source's area are "
+            "certain to be one-to-one (injective)"
+        )
     if not (found["pins"] or found["strokes"]) or not weighed:
-        return said
+        return [Doubt(text) for text in said]
     cure = "move pins and strokes, or lower their weights" + ("" if quasi else ", or try --quasi 0.01")
-    return [f"{text}; {cure}" for text in said]
+    return [Doubt(f"{text}; {cure}") for text in said]
 
 
 def plain(value: Any) -> Any:
@@ -99,21 +111,22 @@ def text(report: dict[str, Any]) -> str:
 
 
 def write(report: dict[str, Any], name: str, stack: ExitStack, *, force: bool) -> None:
-    """Write the report to stdout, or to a file that appears when the stack is left."""
-    if name == "-":
-        sys.stdout.write(text(report))
-    else:
-        stack.enter_context(files.replacing(name, force=force)).write_text(text(report), encoding="utf-8")
+    """Write the report to stdout, or to a file; it appears when the stack is left."""
+    path = stack.enter_context(files.writing(name, force=force, suffix=".json"))
+    path.write_text(text(report), encoding="utf-8")
 
 
 def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
     """Whether the result is good enough, and a sentence on it."""
-    status = run.fit.status
-    if not status.ok:
-        return False, status.value
-    if run.job.require_injective and not report.get("injective", {}).get("certified", False):
-        return False, "the map is not certified injective (--require-injective)"
-    return True, status.value
+    wanted = run.job.require_injective
+    for (source, _), fit, part in zip(run.pairs, run.fits, report.get("parts", [report])):
+        if not fit.status.ok:
+            return False, named(source, fit.status.value)
+        share = (part.get("injective") or {}).get("share") or 0.0
+        if wanted is not None and not share >= wanted:
+            found = f"{share:.4g} of the source's area are certified injective, less than {wanted:g}"
+            return False, named(source, f"{found} (--require-injective)")
+    return True, run.fit.status.value
 
 
 def summary(report: dict[str, Any]) -> list[str]:
@@ -132,6 +145,11 @@ def summary(report: dict[str, Any]) -> list[str]:
         lines.append("log10 area  " + ", ".join(f"{name} {_short(value)}" for name, value in area.items()))
     if injective:
         lines.append(f"injective   {_injective(injective)}")
+    if found := report.get("parts"):
+        worst = max(found, key=lambda part: part["boundary"]["hausdorff"])
+        gap = _short(worst["boundary"]["hausdorff"])
+        worst_of = f"the worst Hausdorff is {gap}, of #{worst['source']}"
+        lines.append(f"parts       {len(found)}, the largest above; {worst_of}")
     if report.get("pins"):
         lines.append(f"pins        largest error {_short(max(pin['error'] for pin in report['pins']))}")
     if "seconds" in report:
@@ -142,7 +160,8 @@ def summary(report: dict[str, Any]) -> list[str]:
 
 def _injective(found: dict[str, Any]) -> str:
     if found.get("certified"):
-        return f"certified from a depth of {_short(found.get('depth'))} of the diagonal"
+        depth, share = _short(found.get("depth")), found.get("share") or 0.0
+        return f"certified on {share:.2%} of the area, from a depth of {depth} of the inradius"
     return f"not certified; {found.get('obstacle', 'unknown')}"
 
 

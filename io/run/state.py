@@ -10,18 +10,21 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from ...arrays import Box
+from ...arrays import Box, Complex
 from ...parallel import beside, thread_count
-from . import raster_size
+from . import framing, parts, raster_size, texture
 from .job import Job
+from .parts import Pairs
 from .raster_size import LONGER_SIDE
 
 if TYPE_CHECKING:
-    from ...memory import Room
+    from ...memory import Memory
+    from ...pixels.preimages import AnyMap
     from ...pixels.warp import Canvas, Sampler
     from ...solve import Fit
     from ..pictures.image_files import Image
     from ..shapes.shape import Shape
+    from .inputs import Inputs
 
 Tell = Callable[[str], None]
 Progress = Callable[[int, int], None]
@@ -33,22 +36,24 @@ class Run:
 
     Attributes:
         job: what to do.
-        source, target: its shapes; the same for a deformation.
+        inputs: the files that it reads.
+        pairs: its shapes, source and target: one pair, or with --parts all several, the largest target first; for a
+            deformation source and target are the same.
         room: makes the large arrays, within --memory.
         tell: is given each remark as it is made.
         threads: for the pixels; None for all cores.
         progress: is given rows done and rows in all.
         seconds: what each part took.
         notes: remarks on the inputs and on the solving.
-        figures: what making the products adds to the report.
-        fit: the map, once it is there.
+        figures: what making the outputs adds to the report.
+        fits: the map of each pair, once it is there.
         pins, strokes: what must meet.
     """
 
     job: Job
-    source: Shape
-    target: Shape
-    room: Room
+    inputs: Inputs
+    pairs: Pairs
+    room: Memory
     tell: Tell
     threads: int | None = None
     progress: Progress | None = None
@@ -57,23 +62,57 @@ class Run:
     figures: dict[str, Any] = field(default_factory=dict)
     pins: Any = None
     strokes: Any = None
-    fit: Fit = field(init=False)
+    fits: list[Fit] = field(default_factory=list)
     _begun: dict[str, Future] = field(default_factory=dict)
+
+    @property
+    def source(self) -> Shape:
+        """The source, or the largest part's."""
+        return self.pairs[0][0]
+
+    @property
+    def target(self) -> Shape:
+        """The target, or its largest part."""
+        return self.pairs[0][1]
+
+    @property
+    def fit(self) -> Fit:
+        """The map, or the largest part's."""
+        return self.fits[0]
+
+    @cached_property
+    def mapping(self) -> AnyMap:
+        """The map, or those of all parts as one, without what it takes into holes of the target."""
+        from ...pixels.holed import Holed
+
+        maps: list[AnyMap] = [
+            fit.fast if not holes else Holed(fit.fast, holes) for fit, holes in zip(self.fits, self._holes)
+        ]
+        return maps[0] if len(maps) == 1 else parts.mapping(self.fits, maps)
+
+    @property
+    def _holes(self) -> list[tuple[Complex, ...]]:
+        """The holes that pictures leave transparent, of each part; those of a shape that is deformed move with it."""
+        if self.job.holes == "fill":
+            return [()] * len(self.pairs)
+        if self.job.target is None:
+            return [tuple(self.fit.fast(hole) for hole in self.source.holes)]
+        return [target.holes for _, target in self.pairs]
 
     @cached_property
     def image(self) -> Image:
         """The texture."""
-        return raster_size.image_of(self.job, self.source, self.room)
+        return texture.image_of(self.job, self.source, self.room)
 
     @cached_property
     def box(self) -> Box:
         """Its place in the source's plane."""
-        return raster_size.texture_box(self.job, self.source)
+        return texture.box_of(self.job, self.source)
 
     @cached_property
     def on_mesh(self) -> bool:
         """Whether it lies on a mesh that is the source."""
-        return raster_size.on_mesh(self.job, self.source)
+        return texture.on_mesh(self.job, self.source)
 
     def begin(self, part: str) -> None:
         """Make `sampler` or `found` beside what follows, if there may be threads."""
@@ -100,7 +139,8 @@ class Run:
 
     def _found(self) -> dict[str, Any]:
         with self.timed("evaluate"):
-            return self.fit.report()
+            found = [fit.report() for fit in self.fits]
+        return found[0] | ({"parts": parts.figures(self.pairs, found)} if len(found) > 1 else {})
 
     @cached_property
     def canvas(self) -> Canvas:
@@ -118,8 +158,8 @@ class Run:
         return Canvas(width, height, (middle - half, middle + half))
 
     def _extent(self) -> Box:
-        """The target's canvas; a deformed shape may leave that of the source, which grows."""
-        low, high = self.target.box
+        """What pictures show of the target; a deformed shape may leave that of the source, which grows."""
+        low, high = framing.shown(self.job, self.target)
         if self.job.target is not None:
             return low, high
         image = self.fit.image
@@ -129,7 +169,9 @@ class Run:
         )
 
     def note(self, remark: str) -> None:
-        """Add a remark."""
+        """Add a remark, once."""
+        if remark in self.notes:
+            return
         self.notes.append(remark)
         self.tell(remark)
 

@@ -1,41 +1,26 @@
-"""Textures onto and from meshes: a mesh as source or target of a map, by way of its flattening.
-
-The plane of a mesh is its flattening, in the mesh's own units. What a mesh target gets is either new texture
-coordinates (`new_uvs`: nothing is resampled) or a picture for the coordinates it has (`bake`). A mesh source gives
-its own texture.
-"""
+"""Meshes as planar shapes, by way of their flattening: its plane is the shape's, in the mesh's own units."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ...arrays import Box, Complex, Index, Real
+from ...arrays import Complex, Index, Real
 from ...curve import Curve
 from ...errors import InputError
-from ...maps.extended_inverse import ExtendedInverse
-from ...meshes import bake as baking
-from ...meshes import layout
 from ...meshes.cut import vertex_path
 from ...meshes.disk_patch import disk_patch
 from ...meshes.flatten import Flattening, flatten
 from ...meshes.locate import Locator
 from ...meshes.surface import Surface
-from ...pixels.sampler import Sampler
 from ...pixels.texture import Placing, Texture
 from ..meshes import mesh_files
-from ..pictures import image_files
-from ..pictures.image_files import Image
+from ..meshes.obj import Obj
 from ..places import Place, vertex_of
 from .shape import Shape
-
-if TYPE_CHECKING:
-    from ...maps.kinds import AnyMap
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -47,6 +32,7 @@ class MeshShape(Shape):
         flattening: its place in the plane.
     """
 
+    is_mesh = True
     file: mesh_files.MeshFile
     flattening: Flattening
 
@@ -106,19 +92,57 @@ class MeshShape(Shape):
         return Locator(self.flattening)
 
     @property
+    def pictures(self) -> tuple[Path | bytes, ...]:
+        """The textures that an OBJ's materials name, or the content of the one that another format holds."""
+        return (self.file.picture,) if self.file.picture else tuple(mesh_files.textures_of(self.file))
+
+    def placing(self, texture: Texture) -> Placing:
+        """Where points of the flattening lie in a texture: by the mesh's own texture coordinates.
+
+        Raises:
+            InputError: it has none.
+        """
+        faces = self.uv_faces
+        height, width = texture.pixels.shape[:2]
+        return Surface.of(self.locator, self.uv[faces], (width, height))
+
+    @property
+    def corners(self) -> tuple[Index, Index]:
+        """The vertex of the flattening at each corner of the file's polygons, and the corners of each triangle."""
+        patch = self.flattening.patch
+        found = np.zeros(self.file.mesh.corners.size, np.int64)
+        found[patch.corner] = patch.faces
+        return found, patch.corner
+
+    @property
+    def has_uv(self) -> bool:
+        """Whether the file has texture coordinates."""
+        return self.file.mesh.uv is not None
+
+    @property
+    def uv(self) -> Real:
+        """(t, 2) the file's texture coordinates, v up.
+
+        Raises:
+            InputError: it has none.
+        """
+        if self.file.mesh.uv is None:
+            raise InputError(
+                f"{self.spec}: has no texture coordinates of its own; make them with iccm map … -o uv.obj"
+            )
+        return self.file.mesh.uv
+
+    @property
     def uv_faces(self) -> Index:
         """(m, 3) texture coordinate of each triangle's corner, in the file's own layout.
 
         Raises:
             InputError: the mesh has no texture coordinates everywhere, or some that are not finite.
         """
-        mesh = self.file.mesh
-        if mesh.uv is None or mesh.uv_corners is None:
-            raise InputError(
-                f"{self.spec}: has no texture coordinates of its own; make them with iccm map … -o uv.obj"
-            )
+        mesh, uv = self.file.mesh, self.uv
+        assert mesh.uv_corners is not None
         faces = mesh.uv_corners[self.flattening.patch.corner]
-        missing, broken = faces < 0, ~np.isfinite(mesh.uv[faces]).all(axis=-1)
+        missing, broken = faces < 0, ~np.isfinite(uv[faces]).all(axis=-1)
         if (missing | broken).any():
             triangle, corner = np.argwhere(missing | broken)[0]
             face = np.searchsorted(mesh.starts, self.flattening.patch.corner[triangle, 0], side="right") - 1
@@ -131,17 +155,29 @@ class MeshShape(Shape):
         return faces
 
 
-def read(spec: str, *, cut: bool = False) -> MeshShape:
+def as_mesh(shape: Shape) -> MeshShape:
+    """The shape as the mesh that it is.
+
+    Raises:
+        InputError: it is none.
+    """
+    if not isinstance(shape, MeshShape):
+        raise InputError(f"{shape.spec}: is no mesh")
+    return shape
+
+
+def read(spec: str, *, cut: bool = False, whole: Obj | None = None) -> MeshShape:
     """The flattened mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
     Args:
         spec: a part is an OBJ object, group or material; a loop a number, 1 being the longest boundary.
         cut: whether a closed surface, or one with handles, may be cut open.
+        whole: the content of the file, if it is an OBJ that was read.
 
     Raises:
         InputError: in one line, naming the first element at fault.
     """
-    file = mesh_files.read(spec)
+    file = mesh_files.read(spec, whole)
     piece = disk_patch(file.mesh, cut=cut)
     flat = flatten(piece, loop=file.loop, grow=cut)
     notes = [*file.notes, *flat.patch.notes, *flat.notes]
@@ -163,181 +199,3 @@ def read(spec: str, *, cut: bool = False) -> MeshShape:
         file=file,
         flattening=flat,
     )
-
-
-def own_texture(shape: MeshShape, **options: Any) -> Image:
-    """The texture that a mesh file names or holds; of several the first.
-
-    Args:
-        shape: the mesh.
-        options: as in `iccm.io.images.read`, for a texture in a file of its own.
-
-    Raises:
-        InputError: there is none.
-    """
-    if shape.file.picture is not None:
-        pixels = _decoded(shape.spec, shape.file.picture)
-        opaque = bool((pixels[..., 3] == 255).all())
-        return Image(pixels[..., :3].copy() if opaque else pixels, alpha=-1 if opaque else 3)
-    named = mesh_files.textures_of(shape.file)
-    if not named:
-        raise InputError(f"{shape.spec}: names no texture; give one with --texture")
-    return image_files.read(named[0], **options)
-
-
-def _decoded(spec: str, picture: bytes) -> NDArray[np.uint8]:
-    from PIL import Image as Pillow
-
-    try:
-        return np.asarray(Pillow.open(BytesIO(picture)).convert("RGBA"))
-    except (OSError, ValueError, SyntaxError, Pillow.DecompressionBombError) as error:
-        reason = " ".join(str(error).split())[:120]
-        raise InputError(f"{spec}: the texture in the file cannot be read: {reason}") from error
-
-
-def texture_in(shape: MeshShape) -> Path | bytes | None:
-    """The first texture file that an OBJ's materials name, or the content of the one that another format holds."""
-    return shape.file.picture or next(iter(mesh_files.textures_of(shape.file)), None)
-
-
-def several_textures(shape: MeshShape) -> list[str]:
-    """A note where the faces of a mesh show several pictures, of which one is carried."""
-    named = mesh_files.textures_of(shape.file)
-    if len(named) < 2:
-        return []
-    return [
-        f"{shape.spec}: {named[0]} is taken for all of its {len(named)} textures; file#material picks one"
-    ]
-
-
-def beyond_unit(shape: MeshShape) -> list[str]:
-    """A note where a mesh's texture coordinates leave 0..1."""
-    uv = shape.file.mesh.uv
-    assert uv is not None
-    outside = int(layout.outside(uv[shape.uv_faces]).sum())
-    if not outside:
-        return []
-    return [
-        f"{shape.spec}: {outside} triangles have texture coordinates outside 0..1, where the texture repeats; "
-        "tiles (UDIM) are not told apart"
-    ]
-
-
-def new_uvs(
-    target: MeshShape,
-    map: "AnyMap",
-    source: Shape,
-    box: Box,
-    out: Path,
-    *,
-    name: Path,
-    texture: Path | bytes | None = None,
-    force: bool = False,
-    threads: int | None = None,
-) -> dict[str, Any]:
-    """Write the target with texture coordinates that show the source's texture: nothing is resampled.
-
-    Args:
-        target: the mesh.
-        map: from the source's plane to the target's.
-        source: its shape; a mesh gives its own texture coordinates.
-        box: where the texture lies in the source's plane (not used with a mesh).
-        out: temporary file to write.
-        name: its final name: .obj, .glb or .ply.
-        texture: picture file to bind to the mesh, or its content; None writes coordinates only.
-        force: whether the files beside it may be replaced (see `meshes.companions`).
-        threads: as many as there are processors by default.
-
-    Returns:
-        Figures for the report.
-
-    Raises:
-        InputError: the format holds no texture coordinates, or the source has none.
-    """
-    mesh_files.check_output(str(name))
-    pull = ExtendedInverse(map, threads)
-    z = pull(target.flattening.flat)
-    uv, figures = _uv_of(source, box, z, target, threads)
-    piece, mesh = target.flattening.patch, target.file.mesh
-    corners = np.zeros(mesh.corners.size, np.int64)
-    corners[piece.corner] = piece.faces
-    written, missing = mesh_files.write(
-        target.file, uv, corners, piece.corner, out, name=name, texture=texture, force=force
-    )
-    return figures | {
-        "flattening": target.flattening.report(),
-        "outside_points": pull.outside,
-        "outside_distance": pull.away / target.curve.diagonal,
-        "also_written": written,
-        "material_notes": missing,
-    }
-
-
-def _uv_of(source: Shape, box: Box, z: Complex, target: MeshShape, threads: int | None) -> tuple[Real, dict]:
-    if not isinstance(source, MeshShape):
-        size = box[1] - box[0]
-        at = z - box[0]
-        return np.column_stack([at.real / size.real, at.imag / size.imag]), {}
-    faces = source.uv_faces
-    triangle, weights = source.locator(z, threads)
-    assert source.file.mesh.uv is not None
-    uv = np.einsum("pk,pkc->pc", weights, source.file.mesh.uv[faces[triangle]])
-    chart = layout.charts(faces, len(source.file.mesh.uv))[faces[triangle, 0]][target.flattening.patch.faces]
-    torn = int((chart != chart[:, :1]).any(axis=1).sum())
-    return uv, {"torn_triangles": torn}
-
-
-def check_layout(target: MeshShape) -> None:
-    """Refuse a layout that cannot be filled.
-
-    Raises:
-        InputError: texture coordinates that are missing, not finite or absurdly far off.
-    """
-    faces = target.uv_faces
-    assert target.file.mesh.uv is not None
-    layout.check_layout(target.spec, target.file.mesh.uv, faces)
-
-
-def bake(
-    target: MeshShape,
-    map: "AnyMap",
-    source: Shape,
-    sampler: Sampler,
-    size: tuple[int, int],
-    *,
-    threads: int | None = None,
-    **options: Any,
-) -> tuple[NDArray, dict[str, Any]]:
-    """The texture resampled into the target's own UV layout: its pixels, and figures for the report.
-
-    Args:
-        target, map, source, threads: as in `new_uvs`.
-        sampler: the texture, which lies in the source's plane or is that of a mesh source.
-        size: width and height of the picture to make.
-        options: padding, max_error of `iccm.meshes.bake.bake`.
-
-    Raises:
-        InputError: the target, or a mesh source, has no texture coordinates.
-    """
-    mesh, faces = target.file.mesh, target.uv_faces
-    assert mesh.uv is not None
-    grid = layout.layout(target.spec, mesh.uv, faces, target.flattening.patch.triangles.twin, *size)
-    inverse, place = ExtendedInverse(map, threads), placing(source, sampler.texture)
-    pixels, figures = baking.bake(
-        target.flattening, grid, inverse, sampler, place, threads=threads, **options
-    )
-    return pixels, figures | {"flattening": target.flattening.report()}
-
-
-def placing(source: Shape, texture: Texture) -> Placing:
-    """Where points of the source's plane lie in the texture.
-
-    Raises:
-        InputError: a mesh source without texture coordinates.
-    """
-    if not isinstance(source, MeshShape):
-        return texture
-    uv, faces = source.file.mesh.uv, source.uv_faces
-    assert uv is not None
-    height, width = texture.pixels.shape[:2]
-    return Surface.of(source.locator, uv[faces], (width, height))

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -69,7 +70,7 @@ def _add(drawing: Drawing, content: Obj, name: str, edges: Edges) -> None:
     try:
         rings = [z[ring] for ring in _rings(merged.reshape(-1)[edges], z)]
         found, refused = outlines(rings, "evenodd", label)
-        drawing.outlines.extend(found)
+        drawing.outlines.extend(replace(outline, names=(name,) if name else ()) for outline in found)
         drawing.refused.extend(refused)
     except InputError as error:
         drawing.refused.append((float(np.prod(np.ptp(points, axis=0))), error))

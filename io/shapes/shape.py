@@ -1,9 +1,11 @@
 """Shapes from files of every format: `file` or `file#id` to a domain in the core plane."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +21,9 @@ from ..svg.drawing import Drawing
 from ..svg.fill import Outline
 from . import planar_obj, silhouette
 
+if TYPE_CHECKING:
+    from ...pixels.texture import Placing, Texture
+
 
 @dataclass(frozen=True, eq=False)
 class Shape:
@@ -33,6 +38,10 @@ class Shape:
         pins: places of pins drawn in the file, by name, core plane.
         strokes: strokes drawn in the file, by name, core plane.
         notes: sentences about what was left out or changed.
+        part: how `#` picks it from the file, where it is one of several that were read.
+        names: ids and labels of what it comes from and of all that this is in.
+        extent: the bounding box of all that were read, where it is one of several.
+        holes: the boundaries of its holes, core plane.
     """
 
     spec: str
@@ -43,6 +52,31 @@ class Shape:
     pins: dict[str, complex]
     strokes: dict[str, Curve]
     notes: tuple[str, ...] = ()
+    part: str = ""
+    names: tuple[str, ...] = ()
+    extent: Box | None = None
+    holes: tuple[Complex, ...] = ()
+
+    @property
+    def bounds(self) -> Box:
+        """The bounding box of the outline, or of all that were read with it."""
+        return self.extent or self.curve.box
+
+    is_mesh: ClassVar[bool] = False
+
+    @property
+    def has_uv(self) -> bool:
+        """Whether the file has texture coordinates: those of a mesh."""
+        return False
+
+    @property
+    def pictures(self) -> tuple[Path | bytes, ...]:
+        """The textures that the file names or holds: those of a mesh."""
+        return ()
+
+    def placing(self, texture: Texture) -> Placing:
+        """Where points of the shape's plane lie in a texture, which has a place of its own in it."""
+        return texture
 
     def to_core(self, xy: ArrayLike) -> Complex:
         """(..., 2) coordinates in the file's units to complex numbers of the core plane."""
@@ -70,12 +104,18 @@ class Shape:
         return np.stack([points.real, points.imag], axis=-1)
 
 
-READERS = {".svg": svg.read, ".obj": planar_obj.read}
+THINNEST = 1e6  # square of the outline's length by the area: of a strip, four times its length by its width
+READERS = {".svg": svg.read, ".svgz": svg.read, ".obj": planar_obj.read}
 SUFFIXES = (*READERS, *formats.holding("picture"))
 
 
 def read(
-    text: str, *, vertices: int | None = None, flatness: float = 1e-4, max_bytes: int | None = None
+    text: str,
+    *,
+    vertices: int | None = None,
+    flatness: float = 1e-4,
+    max_bytes: int | None = None,
+    max_segments: int | None = None,
 ) -> Shape:
     """The shape that `file`, `file#part`, `file#number` or `file#part#number` names.
 
@@ -87,20 +127,84 @@ def read(
         InputError: anything that makes the file no domain, in one line: file, place, what is wrong, what to do.
     """
     spec = Spec.of(text)
-    drawing = drawn(spec, flatness=flatness, max_bytes=max_bytes)
+    drawing = drawn(spec, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments)
     outline, notes = _choose(drawing, text, spec.among(drawing.ids))
     curve = Curve.domain(_core(outline.z, drawing.flip), text)
+    if curve.length**2 > THINNEST * curve.area:
+        times = curve.length**2 / (4 * curve.area)
+        raise InputError(
+            f"{text}: the shape is about {times:.2g} times as long as wide; make it wider, or shorter"
+        )
     if vertices is not None:
         curve = Curve.domain(curve.resample(vertices).z, f"{text} with {vertices} vertices")
     strokes = {
         k: Curve.stroke(_core(z, drawing.flip), f"{spec.path}: {k}") for k, z in drawing.strokes.items()
     }
     pins = {k: complex(_core(z, drawing.flip)) for k, z in drawing.pins.items()}
-    box = _box(drawing, curve)
-    return Shape(text, spec.path, curve, box, drawing.flip, pins, strokes, tuple(notes))
+    box = _box(drawing, curve.box)
+    return Shape(
+        text,
+        spec.path,
+        curve,
+        box,
+        drawing.flip,
+        pins,
+        strokes,
+        tuple(notes),
+        names=outline.names,
+        holes=_holes(drawing, outline),
+    )
 
 
-def drawn(spec: Spec, *, flatness: float = 1e-4, max_bytes: int | None = None) -> Drawing:
+def read_all(text: str, *, flatness: float = 1e-4) -> list[Shape]:
+    """All shapes that `file` or `file#part` draws, the largest first; constraints drawn there are left out.
+
+    Raises:
+        InputError: there is none, or as for `read`.
+    """
+    spec = Spec.of(text)
+    drawing = drawn(spec, flatness=flatness)
+    chosen = spec.among(drawing.ids)
+    if chosen.number is not None or not drawing.outlines:
+        return [read(text, flatness=flatness)]
+    if chosen.part is not None and chosen.part not in drawing.ids:
+        _choose(drawing, text, chosen)
+    curves: dict[int, Curve] = {}
+    notes = [*drawing.notes, *(f"left out: {error}" for _, error in drawing.refused)]
+    if drawing.pins or drawing.strokes:
+        notes.append("left out the pins and strokes drawn in it, which are for one shape; #id picks it")
+    for number, outline in enumerate(drawing.outlines):
+        try:
+            curves[number] = Curve.domain(_core(outline.z, drawing.flip), f"{text}#{number + 1}")
+        except InputError as error:
+            notes.append(f"left out: {error}")
+        else:
+            notes += outline.notes
+    if not curves:
+        raise InputError(f"{text}: none of its outlines is a domain; {notes[-1]}")
+    extent = _around([curve.box for curve in curves.values()])
+    box, said = _box(drawing, extent), tuple(dict.fromkeys(notes))
+    return [
+        Shape(
+            *(text, spec.path, curve, box, drawing.flip, {}, {}, said),
+            part=f"{chosen.part or ''}#{number + 1}".removeprefix("#"),
+            names=drawing.outlines[number].names,
+            extent=extent,
+            holes=_holes(drawing, drawing.outlines[number]),
+        )
+        for number, curve in curves.items()
+    ]
+
+
+def _around(boxes: Sequence[Box]) -> Box:
+    """The smallest box that holds all boxes."""
+    low, high = np.array(boxes).T
+    return complex(low.real.min(), low.imag.min()), complex(high.real.max(), high.imag.max())
+
+
+def drawn(
+    spec: Spec, *, flatness: float = 1e-4, max_bytes: int | None = None, max_segments: int | None = None
+) -> Drawing:
     """Everything that a file draws, or a part of it, by the reader that its suffix names.
 
     Raises:
@@ -116,6 +220,7 @@ def drawn(spec: Spec, *, flatness: float = 1e-4, max_bytes: int | None = None) -
         raise InputError(f"{path}: no shape is read from {kind}; use one of {', '.join(sorted(SUFFIXES))}")
     reader: Callable[..., Drawing] = READERS.get(suffix, silhouette.read)
     limits: dict[str, Any] = {"flatness": flatness} | ({"max_bytes": max_bytes} if max_bytes else {})
+    limits |= {"max_segments": max_segments} if max_segments and reader is svg.read else {}
     drawing = reader(path, spec.chosen, **limits)
     if spec.number is None or drawing.outlines or drawing.refused:
         return drawing
@@ -142,18 +247,19 @@ def _choose(drawing: Drawing, text: str, spec: Spec) -> tuple[Outline, list[str]
 
 def _left_out(drawing: Drawing, outline: Outline) -> list[str]:
     notes = []
-    if outline.holes:
-        count = len(outline.holes)
-        notes.append(f"{outline.name}: left out {count} hole{'s' * (count > 1)}")
     others = [o for o in drawing.outlines if o is not outline]
     if others:
         share = others[0].area / outline.area
         notes.append(
             f"left out {len(others)} other outline{'s' * (len(others) > 1)}, "
-            f"the largest {share:.1%} of this one's area; #id or #2 picks another"
+            f"the largest {share:.1%} of this one's area; #id or #2 picks another, iccm map --parts all maps each"
         )
     notes += [f"left out: {error}" for _, error in drawing.refused]
     return notes
+
+
+def _holes(drawing: Drawing, outline: Outline) -> tuple[Complex, ...]:
+    return tuple(_core(hole, drawing.flip) for hole in outline.holes)
 
 
 def _listed(ids: list[str], most: int = 12) -> str:
@@ -163,9 +269,9 @@ def _listed(ids: list[str], most: int = 12) -> str:
     return ", ".join(ids[:most]) + more
 
 
-def _box(drawing: Drawing, curve: Curve) -> Box:
+def _box(drawing: Drawing, extent: Box) -> Box:
     if drawing.rectangle is None:
-        return curve.box
+        return extent
     x, y, width, height = drawing.rectangle
     low = y + height if drawing.flip else y
     high = y if drawing.flip else y + height

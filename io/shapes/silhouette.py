@@ -17,6 +17,7 @@ from ..svg.fill import Outline
 MAX_BYTES = 1 << 30
 MAX_PIXELS = 1 << 27
 MOST = 50  # pieces that are traced, the largest first
+STRAY = 1e-3  # of the pixels: so few transparent ones in an opaque picture are no shape
 SPECK = 4  # pixels; smaller pieces are noise
 # Tolerances of the simplification in pixels. A hard mask knows its outline to half a pixel, and a straight edge in
 # it is a staircase that far to either side: less than 0.75 would keep the stairs.
@@ -61,8 +62,9 @@ def read(
 def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
     """(h, w) how much of each pixel the shape covers, 0 to 1, from (h, w, c) pixels.
 
-    That is alpha where it varies. Otherwise the difference from the background, the middle colour of the border,
-    relative to the middle difference of all that stands out: exact for masks of two colours, light or dark.
+    That is alpha where it varies, in more than a few pixels or in a picture of one colour. Otherwise the difference
+    from the background, the middle colour of the border, relative to the middle difference of all that stands out:
+    exact for masks of two colours, light or dark.
 
     Raises:
         InputError: the picture is of one colour, or has values that are not finite.
@@ -72,7 +74,8 @@ def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
         raise InputError("some pixels are not finite numbers")
     if alpha >= 0:
         opaque = pixels[..., alpha].astype(np.float32) / scale
-        if opaque.max() - opaque.min() > 0.5:
+        varies = opaque.max() - opaque.min() > 0.5
+        if varies and (opaque < 0.5).mean() >= STRAY:
             return np.clip(opaque, 0, 1)
         if opaque.max() <= 0.5:
             raise InputError("the picture is transparent everywhere")
@@ -83,6 +86,8 @@ def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
     for channel in range(colours.shape[2]):
         away = np.abs(colours[..., channel].astype(np.float32) - background[channel])
         np.maximum(distance, away / scale, out=distance)
+    if distance.max() < 0.02 and alpha >= 0 and varies:
+        return np.clip(opaque, 0, 1)
     if distance.max() < 0.02:
         raise InputError(
             "the picture is of one colour; a silhouette needs alpha, or a shape on a plain background"

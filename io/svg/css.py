@@ -1,11 +1,19 @@
 """The part of CSS that decides what an SVG shows: declarations, and rules with simple selectors."""
 
 import re
-from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import tinycss2
+
+from ...errors import InputError
+from .budget import MAX_RULES, MAX_STYLE
 
 _SIMPLE = re.compile(r"(\*|[A-Za-z][\w-]*+)?((?:[.#][\w-]++)*+)")
+_PLAIN = re.compile(r"[^\"'()\\/@{}!<]*")
 _PART = re.compile(r"[.#][\w-]+")
 
 
@@ -26,14 +34,41 @@ class Sheet:
     Attributes:
         rules: these.
         unread: how many rules there are beside them, with other selectors.
+        known: what was found for elements so far, by tag, classes and id.
+        tried: how many rules were held against elements.
     """
 
     rules: Mapping[str, list[Rule]] = field(default_factory=dict)
     unread: int = 0
+    known: dict[tuple[str, frozenset[str]], dict[str, str]] = field(default_factory=dict)
+    tried: Counter[str] = field(default_factory=Counter)
 
     def style(self, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
-        """What the sheet says of an element."""
+        """What the sheet says of an element.
+
+        Raises:
+            InputError: there are too many rules for too many elements.
+        """
+        if not self.rules:
+            return {}
         has = {f".{name}" for name in attributes.get("class", "").split()} | {f"#{attributes.get('id', '')}"}
+        key = tag, frozenset(has & self.parts)
+        if key not in self.known:
+            self.known[key] = self._style(tag, has)
+        return dict(self.known[key])
+
+    @cached_property
+    def parts(self) -> frozenset[str]:
+        """All classes and ids that rules ask for."""
+        return frozenset(part for rules in self.rules.values() for rule in rules for part in rule.parts)
+
+    def _style(self, tag: str, has: Set[str]) -> dict[str, str]:
+        self.tried["rules"] += sum(len(self.rules.get(key, ())) for key in (*has, tag, "*"))
+        if self.tried["rules"] > MAX_RULES:
+            raise InputError(
+                f"its style sheet has more than {MAX_RULES} combinations of rules and elements; "
+                "save it as plain SVG, with styles in attributes"
+            )
         near = (rule for key in (*has, tag, "*") for rule in self.rules.get(key, ()))
         fitting = [rule for rule in near if rule.tag in ("", "*", tag) and rule.parts <= has]
         found: dict[str, str] = {}
@@ -44,14 +79,22 @@ class Sheet:
 
 def declarations(text: str) -> dict[str, str]:
     """`name: value; …` by name; what cannot be read is left out, as CSS has it."""
-    pairs = (part.partition(":") for part in _uncommented(text).split(";"))
-    return {k.strip().lower(): v.replace("!important", "").strip() for k, colon, v in pairs if colon}
+    if _PLAIN.fullmatch(text):  # most are: no need to look at every character
+        pairs = (part.partition(":") for part in text.split(";"))
+        return {k.strip().lower(): v.strip() for k, colon, v in pairs if colon}
+    return _declared(_parsed(tinycss2.parse_blocks_contents, text))
 
 
 def sheet(text: str) -> Sheet:
-    """The rules of a style sheet whose selectors are a tag, classes and an id; others, and @-rules, are left out."""
+    """The rules of a style sheet whose selectors are a tag, classes and an id; others, and @-rules, are left out.
+
+    Raises:
+        InputError: it is too long.
+    """
+    if len(text) > MAX_STYLE:
+        raise InputError(f"its style sheet has more than {MAX_STYLE} characters; save it as plain SVG")
     rules, unread = defaultdict(list), 0
-    for order, (selector, body) in enumerate(_rules(_uncommented(text))):
+    for order, (selector, body) in enumerate(_rules(text)):
         match = _SIMPLE.fullmatch(selector)
         if match and match[0]:
             tag, parts = match[1] or "", frozenset(_PART.findall(match[2]))
@@ -65,20 +108,30 @@ def sheet(text: str) -> Sheet:
 
 def _rules(text: str) -> Iterator[tuple[str, dict[str, str]]]:
     """Selectors and declarations at the top level, outside every @-rule."""
-    depth = start = 0
-    head = ""
-    for brace in re.finditer("[{}]", text):
-        piece, start = text[start : brace.start()], brace.end()
-        if brace[0] == "{":
-            depth += 1
-            head = piece.strip() if depth == 1 else "@"
-        else:
-            if depth == 1 and not head.startswith("@"):
-                body = declarations(piece)
-                yield from ((selector.strip(), body) for selector in head.split(","))
-            depth = max(depth - 1, 0)
+    for rule in _parsed(tinycss2.parse_stylesheet, text):
+        if rule.type == "qualified-rule":
+            body = _declared(_parsed(tinycss2.parse_blocks_contents, rule.content))
+            yield from ((part.strip(), body) for part in _written(rule.prelude).split(","))
 
 
-def _uncommented(text: str) -> str:
-    pieces = text.replace("<!--", "").replace("-->", "").split("*/")
-    return " ".join(piece.partition("/*")[0] for piece in pieces)
+def _parsed(parse: Callable[..., list[Any]], text: Any) -> list[Any]:
+    """What a parser finds; nothing where it gives up, at numbers of thousands of digits and deep nesting."""
+    try:
+        return parse(text, skip_comments=True, skip_whitespace=True)
+    except (ValueError, RecursionError):
+        return []
+
+
+def _declared(nodes: Sequence[Any]) -> dict[str, str]:
+    return {node.lower_name: _written(node.value) for node in nodes if node.type == "declaration"}
+
+
+def _written(values: Sequence[Any]) -> str:
+    try:
+        return _serialized(values)
+    except RecursionError:
+        return ""
+
+
+def _serialized(values: Sequence[Any]) -> str:
+    return tinycss2.serialize([value for value in values if value.type != "comment"]).strip()

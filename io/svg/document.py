@@ -8,15 +8,15 @@ from defusedxml import DefusedXmlException, EntitiesForbidden
 from defusedxml.ElementTree import XMLParser
 
 from ...errors import InputError
+from .budget import MAX_DEPTH, MAX_ELEMENTS, MAX_SHAPES
 from .drawing import Rectangle
 from .path_data import LARGEST, numbers
 
+SHAPES = frozenset(["path", "rect", "circle", "ellipse", "line", "polyline", "polygon"])
 _SPACES = ("", "http://www.w3.org/2000/svg")
 _UNITS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96 / 2.54, "mm": 96 / 25.4, "q": 24 / 25.4, "pt": 96 / 72}
 _UNITS |= {"pc": 16.0, "em": 16.0, "rem": 16.0, "ex": 8.0}  # of the default font: text has no place here
 _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%|[A-Za-z]*)\s*")
-MAX_DEPTH = 200
-MAX_ELEMENTS = 300_000
 
 
 def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "length") -> float:
@@ -43,7 +43,7 @@ def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "
 class _Builder(TreeBuilder):
     """Counts while it builds, so that a bomb of elements ends before the memory does."""
 
-    depth = count = 0
+    depth = count = shapes = 0
 
     def start(self, tag, attrs):
         self.depth += 1
@@ -51,7 +51,10 @@ class _Builder(TreeBuilder):
         if self.depth > MAX_DEPTH:
             raise InputError(f"elements are nested more than {MAX_DEPTH} deep")
         if self.count > MAX_ELEMENTS:
-            raise InputError(f"more than {MAX_ELEMENTS} elements")
+            raise InputError(f"more than {MAX_ELEMENTS} elements; split the drawing")
+        self.shapes += tag.rpartition("}")[2] in SHAPES
+        if self.shapes > MAX_SHAPES:
+            raise InputError(f"more than {MAX_SHAPES} shapes; split the drawing, or unite shapes into paths")
         return super().start(tag, attrs)
 
     def end(self, tag):

@@ -8,9 +8,12 @@ import shapely
 
 from ...arrays import Complex
 from ...errors import InputError
+from . import crossings
+from .budget import MAX_WINDING
 
 # A crossing is harmless, and repaired, when the loops it makes have at most this part of the area.
 HARMLESS = 1e-3
+AT_ONCE = 1 << 16  # points times segments, of which crossings are looked for in one go
 
 Refused = tuple[float, InputError]
 
@@ -25,6 +28,7 @@ class Outline:
         area: area enclosed by the outer boundary, holes included.
         holes: the boundaries of its holes.
         notes: what was changed to have it.
+        names: ids and labels of what it comes from and of all that this is in.
     """
 
     name: str
@@ -32,6 +36,7 @@ class Outline:
     area: float
     holes: tuple[Complex, ...] = ()
     notes: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
 
 
 def outlines(
@@ -128,14 +133,25 @@ def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
 
 
 def _faces(rings: Sequence[Complex]) -> tuple[np.ndarray, np.ndarray]:
-    """The faces that the rings cut the plane into, and how often the rings wind around each."""
+    """The faces that the rings cut the plane into, and how often the rings wind around each.
+
+    Raises:
+        InputError: the rings cross too often.
+    """
+    crossings.check([np.append(ring, ring[:1]) for ring in rings])
     closed = [shapely.LinearRing(ring_xy(ring)) for ring in rings]
     faces = np.array(shapely.get_parts(shapely.polygonize([shapely.unary_union(closed)])))
     points = shapely.point_on_surface(faces)
     winding = np.zeros(len(faces), dtype=int)
     near = shapely.STRtree(points)
+    work = 0
     for ring, line in zip(rings, closed):
         inside = near.query(shapely.box(*line.bounds))
+        work += inside.size * ring.size
+        if work > MAX_WINDING:
+            raise crossings.TooMuch(
+                "too many runs lie in each other; split the path (Inkscape: Path > Break Apart)"
+            )
         winding[inside] += _winding(ring, shapely.get_coordinates(points[inside]))
     return faces, winding
 
@@ -144,10 +160,12 @@ def _winding(ring: Complex, points: np.ndarray) -> np.ndarray:
     """How often a ring winds around each of (p, 2) points off it: signed crossings of the ray to the right."""
     a, b = ring, np.roll(ring, -1)
     total = np.zeros(len(points), dtype=int)
-    for k, (x, y) in enumerate(points):
+    step = max(1, AT_ONCE // ring.size)
+    for k in range(0, len(points), step):
+        x, y = points[k : k + step, :1], points[k : k + step, 1:]
         up, down = (a.imag <= y) & (b.imag > y), (a.imag > y) & (b.imag <= y)
-        side = ((b - a).conj() * (complex(x, y) - a)).imag
-        total[k] = np.count_nonzero(up & (side > 0)) - np.count_nonzero(down & (side < 0))
+        side = ((b - a).conj() * (x + 1j * y - a)).imag
+        total[k : k + step] = (up & (side > 0)).sum(axis=1) - (down & (side < 0)).sum(axis=1)
     return total
 
 

@@ -14,23 +14,37 @@ import numpy as np
 from ...arrays import Complex
 from ...errors import InputError
 from .affine import Affine
-from .curves import Piece, arc, bezier
+from .batches import batches
+from .budget import Budget
+from .curves import Lines, Piece, arc, bezier
 
 _COUNTS = {"M": 2, "Z": 0, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7}
 # possessive quantifiers (++, *+): no backtracking, so that a megabyte of spaces is read as fast as any other
 _SPACE = re.compile(r"\s*+")
 _COMMAND = re.compile(r"[A-Za-z]")
-_NUMBER = re.compile(r"\s*+(?:,\s*+)?([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)")
+_DIGITS = r"[+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?"
+_NUMBER = re.compile(rf"\s*+(?:,\s*+)?({_DIGITS})")
+_BARE = re.compile(_DIGITS)
+_LIST = re.compile(rf"(?:\s*+(?:,\s*+)?{_DIGITS})*+")
+# Pairs of numbers, with the same letter again before some of them: a stretch of lines.
+_STRETCH = {
+    letter: re.compile(rf"(?:(?:\s*+{letter})?+(?:\s*+(?:,\s*+)?{_DIGITS}){{2}})++") for letter in "Ll"
+}
 _FLAG = re.compile(r"\s*+(?:,\s*+)?([01])")
+STRETCH = 8  # lines in a row that are kept as one piece
+BATCH = 64  # pieces of a run, from where on they are flattened all at once
+LONG = 1 << 20  # characters of path data, whose numbers are counted before they are read
 LARGEST = 1e60  # of a coordinate, an argument or a length: products of a few of them stay finite
 
 
 @dataclass(frozen=True, eq=False)
 class Subpath:
-    """One run of a path: complex vertices in the file's directions, and whether it was closed by Z."""
+    """One run of a path: complex vertices in the file's directions, whether it was closed by Z, and how many vertices
+    it had, where it was thinned."""
 
     z: Complex
     closed: bool
+    before: int = 0
 
 
 def commands(d: str) -> Iterator[tuple[str, list[float]]]:
@@ -39,7 +53,7 @@ def commands(d: str) -> Iterator[tuple[str, list[float]]]:
     Raises:
         InputError: anything that SVG's grammar does not allow, with the place (a character number from 1).
     """
-    position, previous = _skip(d, 0), ""
+    position, previous, tidy = _skip(d, 0), "", True
     while position < len(d):
         match = _COMMAND.match(d, position)
         if not match or match[0].upper() not in _COUNTS:
@@ -49,6 +63,14 @@ def commands(d: str) -> Iterator[tuple[str, list[float]]]:
         if not previous and match[0] not in "Mm":
             raise InputError(f"d: character {position + 1}: path data must begin with M, not {match[0]!r}")
         previous = match[0]
+        stretch = _STRETCH[previous].match(d, match.end()) if previous in _STRETCH and tidy else None
+        if stretch and not _NUMBER.match(d, stretch.end()):
+            found = list(map(float, _BARE.findall(d, match.end(), stretch.end())))
+            if all(abs(x) <= LARGEST for x in found):
+                yield previous, found
+                position = _skip(d, stretch.end())
+                continue
+        tidy = tidy and not stretch  # what is wrong is found command by command
         arguments, position = _arguments(d, match.end(), previous)
         yield previous, arguments
 
@@ -84,10 +106,8 @@ def numbers(text: str) -> list[float]:
     Raises:
         InputError: anything else in it, with its place.
     """
-    found, position = [], 0
-    while match := _NUMBER.match(text, position):
-        found.append(float(match[1]))
-        position = match.end()
+    position = _LIST.match(text).end()  # type: ignore[union-attr]
+    found = list(map(float, _BARE.findall(text, 0, position)))
     if text[position:].strip() or not all(abs(x) <= LARGEST for x in found):
         raise InputError(
             f"character {position + 1}: {text[position:].strip()[:12]!r} is not a number in range"
@@ -104,20 +124,40 @@ class Run:
     closed: bool = False
 
 
-def runs(d: str) -> list[Run]:
+def least(d: str) -> int:
+    """A number of segments that path data, or a list of points, has at least, found without reading them."""
+    letters = sum(map(d.count, "LlHhVvCcSsQqTtAa"))
+    return max(letters, sum(1 for _ in _BARE.finditer(d)) // 7) if len(d) > LONG else letters
+
+
+def runs(d: str, budget: Budget | None = None, *, joined: bool = False) -> list[Run]:
     """The runs of path data in its own coordinates; a run begins at every M, and after every Z.
 
+    Args:
+        d: path data.
+        budget: what the segments count against.
+        joined: whether a stretch of lines may be one piece, `Lines`.
+
     Raises:
-        InputError: as `commands`.
+        InputError: as `commands`, or the budget is spent.
     """
+    budget = budget or Budget()
+    budget.check(least(d))
     found: list[Run] = []
     pen = _Pen()
     for command, values in commands(d):
         kind, count = command.upper(), _COUNTS[command.upper()]
+        budget.draw(len(values) // count if count else 0, runs=kind == "M")
         if kind == "Z":
             if pen.down:
                 found[-1].closed = True
             pen = _Pen(pen.start, pen.start)
+        if joined and kind == "L" and len(values) > STRETCH:
+            if not pen.down:
+                pen.down = True
+                found.append(Run(pen.at))
+            found[-1].pieces.append(pen.stretch(command.islower(), values))
+            continue
         for k in range(0, len(values), count or 1):
             group = values[k : k + count]
             if kind == "M" and k == 0:
@@ -141,6 +181,13 @@ class _Pen:
     control: complex = 0j
     down: bool = False
 
+    def stretch(self, relative: bool, values: list[float]) -> Lines:
+        """The lines of one command, in one piece."""
+        z = np.concatenate([[self.at], np.array(values).view(np.complex128)])
+        z = np.cumsum(z) if relative else z
+        self.at, self.last, self.control = complex(z[-1]), "L", complex(z[-1])
+        return Lines(z)
+
     def draw(self, kind: str, relative: bool, values: list[float]) -> Piece:
         """The piece of one command; `values` are its numbers."""
         origin = self.at if relative else 0j
@@ -162,21 +209,46 @@ class _Pen:
         return arc(here, rx, ry, turned, large, sweep, self.at)
 
 
-def subpaths(d: str, affine: Affine, flatness: float) -> list[Subpath]:
+def subpaths(d: str, affine: Affine, flatness: float, budget: Budget | None = None) -> list[Subpath]:
     """The runs of path data under an affine map, each flattened to `flatness` times its own diagonal.
 
     A run never deviates from its curve by more than the tolerance, and every end of a segment stays a vertex: with
     uniform parameter steps h the error of a chord is at most h² max|f''| / 8.
 
     Raises:
-        InputError: as `commands`.
+        InputError: as `commands`, or the budget is spent.
     """
-    return [_flatten(run, affine, flatness) for run in runs(d)]
+    budget = budget or Budget()
+    return [_flatten(run, affine, flatness, budget) for run in runs(d, budget, joined=True)]
 
 
-def _flatten(run: Run, affine: Affine, flatness: float) -> Subpath:
+def _flatten(run: Run, affine: Affine, flatness: float, budget: Budget) -> Subpath:
+    if len(run.pieces) > BATCH and not any(isinstance(piece, Lines) for piece in run.pieces):
+        return _flatten_many(run, affine, flatness, budget)
     pieces = [piece.under(affine) for piece in run.pieces]
     start = affine(run.start)
-    rough = np.array([start, *(point for piece in pieces for point in piece.rough())])
-    tolerance = flatness * math.hypot(np.ptp(rough.real), np.ptp(rough.imag))
+    tolerance = flatness * _size(np.array([start, *(point for piece in pieces for point in piece.rough())]))
+    budget.flatten(sum(piece.count(tolerance) for piece in pieces))
     return Subpath(np.concatenate([[start], *(piece.points(tolerance) for piece in pieces)]), run.closed)
+
+
+def _flatten_many(run: Run, affine: Affine, flatness: float, budget: Budget) -> Subpath:
+    """As `_flatten`, all pieces at once."""
+    groups = batches(run.pieces, affine)
+    start = affine(run.start)
+    tolerance = flatness * _size(np.concatenate([[start], *(group.rough() for group in groups)]))
+    counts = np.empty(len(run.pieces), dtype=np.int64)
+    for group in groups:
+        counts[group.number] = group.counts(tolerance)
+    budget.flatten(int(counts.sum()))
+    z = np.empty(1 + counts.sum(), dtype=np.complex128)
+    z[0], ends = start, 1 + np.cumsum(counts)
+    for group in groups:
+        own = counts[group.number]
+        first = np.cumsum(own) - own
+        z[np.repeat(ends[group.number] - own - first, own) + np.arange(own.sum())] = group.points(own)
+    return Subpath(z, run.closed)
+
+
+def _size(z: Complex) -> float:
+    return math.hypot(np.ptp(z.real), np.ptp(z.imag))

@@ -2,29 +2,40 @@
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Complex
 from ...errors import InputError
-from .. import files
 from . import tree
+from .budget import MAX_BYTES, MAX_SEGMENTS, Budget
+from .crossings import TooMuch
 from .drawing import Drawing
 from .fill import Outline, distinct, outlines
-from .path_data import LARGEST, Subpath, numbers, subpaths
+from .path_data import LARGEST, Subpath, least, numbers, subpaths
+from .source import drawing_bytes
 from .strokes import silhouette, width_of
+from .thinning import thinned
 from .tree import Drawn
 
-MAX_BYTES = 32 * 2**20
 PIN, STROKE = "pin-", "stroke-"
 CANVAS, SILHOUETTE = "canvas", "silhouette"
 # An unfilled run counts as closed when its ends are nearer than its line is wide, or than this part of its size.
 GAP = 0.01
+# A run of more points than that goes without those that it hardly needs: it moves by this part of the flatness.
+MANY, THINNED = 20_000, 0.1
 
 
 def read(
-    path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = MAX_BYTES
+    path: Path,
+    chosen: str | None = None,
+    *,
+    flatness: float = 1e-4,
+    max_bytes: int = MAX_BYTES,
+    max_segments: int = MAX_SEGMENTS,
 ) -> Drawing:
     """The outlines that an SVG shows, or those of the element or group that has the id or Inkscape label `chosen`.
 
@@ -35,29 +46,57 @@ def read(
     called so. A chosen shape without a fill is its closed runs; an open one is refused unless its ends all but meet.
 
     Raises:
-        InputError: not SVG, malformed attributes, malformed pins or strokes.
+        InputError: not SVG, malformed attributes, malformed pins or strokes, or more work than its budget (`budget`).
     """
-    data = files.read_bytes(path, max_bytes=max_bytes)
+    data = drawing_bytes(path, max_bytes)
     try:
         document = tree.parse(data)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    drawing = Drawing([], document.canvas, flip=True)
+    drawing, detail = Drawing([], document.canvas, flip=True), Detail(flatness, Budget(max_segments))
     shown = []
+    _affordable(path, document.shapes, max_segments)
     for drawn in document.shapes:
         try:
-            if not _constraint(drawn, drawing, flatness):
+            if not _constraint(drawn, drawing, detail):
                 shown.append(drawn)
-                _candidate(drawn, chosen, drawing, flatness)
+                _candidate(drawn, chosen, drawing, detail)
         except InputError as error:
             raise InputError(f"{path}: {drawn.name}: {error}") from error
-    _special(drawing, document, shown, chosen, flatness)
+    try:
+        _special(drawing, document, shown, chosen, Detail(flatness, Budget(max_segments)))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
     drawing.outlines.sort(key=lambda o: -o.area)
     return drawing
 
 
+class Detail(NamedTuple):
+    """How finely curves become polylines, and what they count against."""
+
+    flatness: float
+    budget: Budget
+
+
+def _affordable(path: Path, shapes: list[Drawn], max_segments: int) -> None:
+    """Refuse at once what would be refused in the end.
+
+    Raises:
+        InputError: the shapes have more segments than they may.
+    """
+    budget, known = Budget(max_segments), dict[str, int]()
+    try:
+        for drawn in shapes:
+            text = drawn.properties.get({"path": "d"}.get(drawn.tag, "points"), "")
+            if text not in known:
+                known[text] = least(text)
+            budget.draw(known[text], runs=text.count("M") + text.count("m"))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
 def _special(
-    drawing: Drawing, document: tree.Document, shown: list[Drawn], chosen: str | None, flatness: float
+    drawing: Drawing, document: tree.Document, shown: list[Drawn], chosen: str | None, detail: Detail
 ) -> None:
     """Adds the outlines that no single element has: the silhouette of the drawing, and its canvas."""
     if chosen is not None and chosen in document.tags and chosen not in drawing.ids:
@@ -76,19 +115,25 @@ def _special(
         drawing.ids.extend([SILHOUETTE] if chosen else [])
         seen = [drawn for drawn in shown if drawn.visible]
         what = "the silhouette" if chosen else "the silhouette of its strokes"
-        drawing.outlines.extend(silhouette([(d, runs_of(d, flatness)) for d in seen], what))
+        drawing.outlines.extend(silhouette([(d, runs_of(d, *detail)) for d in seen], what))
 
 
-def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, flatness: float) -> None:
+def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, detail: Detail) -> None:
     """Adds a shape's outlines to the drawing, or the reason why it has none."""
     names = (*drawn.groups, *drawn.names)
     drawing.ids.extend(name for name in names if name not in drawing.ids)
     if (chosen is None and not drawn.filled) or (chosen is not None and chosen not in names):
         return
-    runs = runs_of(drawn, flatness)
+    runs = runs_of(drawn, *detail)
     rings: list[Complex] = []
     clips = [k for k in ("clip-path", "mask") if drawn.properties.get(k, "none").strip() != "none"]
     notes = [f"{drawn.name}: its {clip} is ignored" for clip in clips]
+    notes += [
+        f"{drawn.name}: {run.before} points simplified to {run.z.size}, "
+        f"by at most {THINNED * detail.flatness:g} of its size"
+        for run in runs
+        if run.before
+    ]
     for run in runs:
         try:
             rings.append(_ring(run, drawn, notes))
@@ -99,9 +144,12 @@ def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, flatness: flo
     rule = drawn.properties.get("fill-rule", "nonzero").strip()
     try:
         found, refused = outlines(rings, rule, drawn.name, tuple(notes))
+    except TooMuch as error:
+        size = max(float(np.ptp(run.z.real) * np.ptp(run.z.imag)) for run in runs)
+        found, refused = [], [(size, InputError(f"{drawn.name}: {error}"))]
     except InputError as error:
         found, refused = [], [(0.0, error)]
-    drawing.outlines.extend(found)
+    drawing.outlines.extend(replace(outline, names=names) for outline in found)
     drawing.refused.extend(refused)
 
 
@@ -118,7 +166,7 @@ def _ring(run: Subpath, drawn: Drawn, notes: list[str]) -> Complex:
     return z
 
 
-def _constraint(drawn: Drawn, drawing: Drawing, flatness: float) -> bool:
+def _constraint(drawn: Drawn, drawing: Drawing, detail: Detail) -> bool:
     """Whether the shape is a pin or a stroke; if so, adds it to the drawing."""
     name = next((n for n in reversed(drawn.names) if n.startswith((PIN, STROKE))), None)
     if name is None:
@@ -129,7 +177,7 @@ def _constraint(drawn: Drawn, drawing: Drawing, flatness: float) -> bool:
     if name.startswith(PIN):
         drawing.pins[name] = _centre(drawn)
         return True
-    runs = runs_of(drawn, flatness)
+    runs = runs_of(drawn, *detail)
     if len(runs) != 1:
         raise InputError(f"a stroke is one run; this has {len(runs)}")
     z = np.append(runs[0].z, runs[0].z[:1]) if runs[0].closed else runs[0].z
@@ -145,22 +193,30 @@ def _centre(drawn: Drawn) -> complex:
     return drawn.affine(complex(drawn.length("cx", "x"), drawn.length("cy", "y")))
 
 
-def runs_of(drawn: Drawn, flatness: float) -> list[Subpath]:
-    """The runs of a shape in the root's user units, flattened to `flatness` times each run's diagonal.
+def runs_of(drawn: Drawn, flatness: float, budget: Budget | None = None) -> list[Subpath]:
+    """The runs of a shape in the root's user units, flattened to `flatness` times each run's diagonal; of those with
+    very many points only what is needed.
 
     Raises:
-        InputError: a malformed attribute, or coordinates that are not finite.
+        InputError: a malformed attribute, coordinates that are not finite, or the budget is spent.
     """
     a = drawn.affine
     if not all(abs(part) <= LARGEST for part in (a.alpha, a.beta, a.gamma)):  # NaN included
         raise InputError("its transforms are too large")
+    budget = budget or Budget()
     if drawn.tag in ("polyline", "polygon"):
         runs = _polyline(drawn)
+        budget.draw(sum(run.z.size for run in runs))
     else:
-        runs = subpaths(_PATH[drawn.tag](drawn), drawn.affine, flatness)
+        runs = subpaths(_PATH[drawn.tag](drawn), drawn.affine, flatness, budget)
     if not all((np.abs(run.z) <= LARGEST).all() for run in runs):
         raise InputError("coordinates are too large")
-    return runs
+    return [_fewer(run, THINNED * flatness) if run.z.size > MANY else run for run in runs]
+
+
+def _fewer(run: Subpath, share: float) -> Subpath:
+    size = abs(complex(np.ptp(run.z.real), np.ptp(run.z.imag)))
+    return Subpath(thinned(run.z, share * size, closed=run.closed), run.closed, run.z.size)
 
 
 def _polyline(drawn: Drawn) -> list[Subpath]:

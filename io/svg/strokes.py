@@ -6,7 +6,9 @@ import numpy as np
 import shapely
 from shapely.affinity import affine_transform
 
+from ...arrays import Complex
 from ...errors import InputError
+from . import crossings
 from .affine import Affine
 from .fill import Outline, outlines_of, painted, ring_xy
 from .path_data import LARGEST, Subpath
@@ -45,13 +47,20 @@ def painted_by_stroke(drawn: Drawn, runs: Iterable[Subpath]) -> shapely.Geometry
         "join_style": JOINS.get(drawn.properties.get("stroke-linejoin", ""), "mitre"),
         "mitre_limit": MITRE_LIMIT,
     }
-    lines = [_line(own(run.z), run.closed) for run in runs if run.z.size > 1]
+    runs = [run for run in runs if run.z.size > 1]
+    for run in runs:
+        crossings.check([own(np.append(run.z, run.z[:1]) if run.closed else run.z)], reach=width)
+    lines = [_line(own(run.z), run.closed) for run in runs]
     areas = [shapely.buffer(line, width / 2, **style) for line in lines]
     return affine_transform(shapely.union_all(areas), _matrix(affine))
 
 
 def silhouette(shapes: Iterable[tuple[Drawn, list[Subpath]]], name: str) -> list[Outline]:
-    """The outlines of the union of all that fills and strokes paint, the largest first."""
+    """The outlines of the union of all that fills and strokes paint, the largest first.
+
+    Raises:
+        InputError: a malformed width, or lines that cross too often.
+    """
     areas = []
     for drawn, runs in shapes:
         if drawn.filled:
@@ -59,7 +68,14 @@ def silhouette(shapes: Iterable[tuple[Drawn, list[Subpath]]], name: str) -> list
             areas += painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
         if drawn.stroked:
             areas.append(painted_by_stroke(drawn, runs))
+    parts = [part for area in areas for part in shapely.get_parts(area)]
+    crossings.check([ring for part in parts for ring in _rings(part)])
     return outlines_of(shapely.union_all(areas), name)
+
+
+def _rings(part: shapely.Geometry) -> list[Complex]:
+    rings = [part.exterior, *part.interiors] if isinstance(part, shapely.Polygon) else []
+    return [shapely.get_coordinates(ring) @ np.array([1, 1j]) for ring in rings if not ring.is_empty]
 
 
 def _line(z: np.ndarray, closed: bool) -> shapely.Geometry:

@@ -10,10 +10,10 @@ from xml.etree.ElementTree import Element
 from ...errors import InputError
 from . import affine, css
 from .affine import Affine
-from .document import MAX_DEPTH, canvas, length, local, root, view_box
+from .budget import MAX_COPIES, MAX_DEPTH
+from .document import SHAPES, canvas, length, local, root, view_box
 from .drawing import Rectangle
 
-SHAPES = frozenset(["path", "rect", "circle", "ellipse", "line", "polyline", "polygon"])
 GROUPS = frozenset(["g", "a", "switch"])
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
@@ -23,7 +23,6 @@ _INHERITED = (
     *("stroke-width", "stroke-dasharray", "stroke-dashoffset", "stroke-linejoin", "stroke-linecap"),
     *("marker", "marker-start", "marker-mid", "marker-end"),
 )
-MAX_COPIES = 50_000
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from iccm.io.shapes import constraints
 from iccm.maps.harmonic import area_scale, dilatation
 from iccm.result import interior_grid
 
-from . import comparison, orders, pictures, shapes
+from . import comparison, methods, orders, pictures, shapes
 from .pictures import (
     BLUE,
     INK,
@@ -322,6 +322,8 @@ def deformation() -> list[Row]:
 
 
 FIGURES: dict[str, Callable[[], list[Row]]] = {
+    "methods": methods.methods,
+    "sheet": methods.contact_sheet,
     "convergence": convergence,
     "pins": pins,
     "quasiconformal": quasiconformal,

@@ -17,6 +17,7 @@ import numpy as np
 
 from iccm.io.meshes import obj, obj_write
 from iccm.io.pictures import image_files
+from iccm.io.run.outputs import baked
 from iccm.io.shapes import mesh_shape
 from iccm.maps.extended_inverse import ExtendedInverse
 from iccm.maps.harmonic import HarmonicMap
@@ -153,7 +154,7 @@ def rebake(mesh: str, picture: str) -> None:
     same = HarmonicMap(shape.curve.z, shape.curve.z, 0 * shape.curve.z)
     height, width = image.pixels.shape[:2]
     sampler = Sampler(image.texture(shape.box))
-    made, report = mesh_shape.bake(shape, same, shape, sampler, (width, height), padding=0)
+    made, report = baked.bake(shape, same, shape, sampler, (width, height), padding=0)
     reached = made.any(axis=2)
     error = np.abs(made.astype(float) - image.pixels)[reached]
     print(

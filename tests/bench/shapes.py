@@ -5,6 +5,7 @@ import random
 import re
 import subprocess
 import tarfile
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
@@ -137,17 +138,22 @@ def drawings(name: str) -> list[str]:
     return [str(path) for path in sorted((package(name) / DRAWINGS[name]).glob("*.svg"))]
 
 
-def drawn_pairs(count: int, seed: int, refusals: list[str]) -> list[tuple[files.Shape, files.Shape]]:
-    """Random pairs of drawings of all packages alike, always the same for one seed; what no shape is read from is
+def drawn_pairs(
+    count: int, seed: int, refusals: list[str], packages: Sequence[str] = (*DRAWINGS, "svgmaps")
+) -> list[tuple[files.Shape, files.Shape]]:
+    """Random pairs of drawings of the packages alike, always the same for one seed; what no shape is read from is
     added to the refusals, and another drawing taken instead."""
     choice = random.Random(seed)
-    return [(drawn_shape(choice, refusals), drawn_shape(choice, refusals)) for _ in range(count)]
+    return [
+        (drawn_shape(choice, refusals, packages), drawn_shape(choice, refusals, packages))
+        for _ in range(count)
+    ]
 
 
-def drawn_shape(choice: random.Random, refusals: list[str]) -> files.Shape:
+def drawn_shape(choice: random.Random, refusals: list[str], packages: Sequence[str]) -> files.Shape:
     """The shape of a random drawing."""
     while True:
-        spec = choice.choice(drawings(choice.choice([*DRAWINGS, "svgmaps"])))
+        spec = choice.choice(drawings(choice.choice(packages)))
         try:
             return files.read(spec)
         except InputError as error:

@@ -275,7 +275,16 @@ def test_require_injective_turns_a_failed_certificate_into_exit_code_1(shapes, i
     free = iccm("map", "disk.svg", "disk.svg", *options)
     assert json.loads(free.out)["injective"]["certified"] is False
     typed = iccm("map", "disk.svg", "disk.svg", *options, "--require-injective")
-    assert typed.code == 1 and ("not certified" in typed.lines[-1] or free.code == 1)
+    assert typed.code == 1 and ("certified injective" in typed.lines[-1] or free.code == 1)
+
+
+def test_require_injective_takes_a_share_of_the_area(shapes, iccm):
+    done = iccm("map", "square.svg", "square.svg", *QUICK, "--require-injective", "--report", "-")
+    assert done.code == 0 and json.loads(done.out)["injective"]["share"] > 0.99
+    assert json.loads(done.out)["job"]["require_injective"] == 0.99
+    more = iccm("map", "square.svg", "square.svg", *QUICK, "--require-injective", "1", "--report", "-")
+    assert more.code == 1 and more.lines[-1].endswith("less than 1 (--require-injective)")
+    assert iccm("map", "square.svg", "square.svg", *QUICK, "--require-injective", "1.5").code == 2
 
 
 def test_constraints_that_spoil_the_picture_are_told(shapes, iccm):
@@ -287,19 +296,6 @@ def test_constraints_that_spoil_the_picture_are_told(shapes, iccm):
     assert any("far from the target's (boundary)" in note for note in notes)
     gentle = iccm("map", "disk.svg", "disk.svg", *QUICK, "--pin", "30,50:31,50", "--report", "-")
     assert json.loads(gentle.out)["notes"] == []
-
-
-def test_a_shape_that_leaves_its_canvas_is_told(shapes, iccm):
-    far = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} 100"><path d="M10 10H90V90H10Z"/></svg>'
-    for name, width in (("half", 50), ("out", 5)):
-        (shapes / f"{name}.svg").write_text(far.format(width))
-    done = iccm("map", "half.svg", "out.svg", *PICTURE)
-    assert [line for line in done.lines if line.startswith("note")] == [
-        "note: out.svg: 100% of its extent lies outside its canvas, where pictures end",
-        "note: half.svg: 50% of its extent lies outside its canvas, where the texture ends; "
-        "use --texture-box bbox to cover it",
-    ]
-    assert "canvas" not in iccm("map", "half.svg", "disk.svg", *PICTURE, "--texture-box", "bbox").err
 
 
 def test_quiet_verbose_and_json_messages(shapes, iccm):

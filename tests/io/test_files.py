@@ -135,3 +135,12 @@ def test_a_mistake_names_the_file_and_not_the_temporary_one(tmp_path):
     with pytest.raises(InputError, match=f"^{out}: cannot be written"), files.replacing(out) as temporary:
         raise InputError(f"{temporary}: cannot be written")
     assert only(tmp_path)
+
+
+def test_temporary_files_of_an_output_are_known_by_their_names(tmp_path):
+    out = tmp_path / "picture.png"
+    with files.replacing(out) as temporary:
+        others = [tmp_path / name for name in (".picture.png", ".picture.abc.png", "picture.abcdefgh.png")]
+        for path in others:
+            path.touch()
+        assert list(files.siblings(out)) == [temporary]

@@ -10,7 +10,7 @@ import pytest
 
 from iccm import InputError
 from iccm.io import memory as room
-from iccm.io.run.job import memory
+from iccm.io.run.options import memory
 
 MIB = 1 << 20
 SVG = "http://www.w3.org/2000/svg"
@@ -82,7 +82,8 @@ def test_what_is_no_size(text):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads /proc")
-def test_a_run_stays_within_its_bound(tmp_path):
+@pytest.mark.parametrize("source", ["a.svg", "a.obj"])
+def test_a_run_stays_within_its_bound(tmp_path, source):
     """4096² in and out: 780 MiB without a bound."""
     from iccm.io.pictures import image_files
 
@@ -92,9 +93,11 @@ def test_a_run_stays_within_its_bound(tmp_path):
     for name, points in (("a", "10,10 90,10 90,90 10,90"), ("b", "10,20 90,10 80,90 50,60 10,90")):
         drawing = f'<svg xmlns="{SVG}" viewBox="0 0 100 100"><polygon points="{points}"/></svg>'
         (tmp_path / f"{name}.svg").write_text(drawing)
+    corners = ["v 0 0 0", "v 1 0 0", "v 1 1 0.2", "v 0 1 0", "vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1"]
+    (tmp_path / "a.obj").write_text("\n".join([*corners, "f 1/1 2/2 3/3", "f 1/1 3/3 4/4"]))
     command = [
         "map",
-        "a.svg",
+        source,
         "b.svg",
         "--force",
         "-q",
@@ -119,4 +122,4 @@ def test_a_run_stays_within_its_bound(tmp_path):
         made.append((tmp_path / "o.tif").read_bytes())
     assert made[0] == made[1]
     assert peaks[1] < 600 < peaks[0]
-    assert {path.name for path in tmp_path.iterdir()} == {"a.svg", "b.svg", "t.tif", "o.tif"}
+    assert {path.name for path in tmp_path.iterdir()} == {"a.svg", "a.obj", "b.svg", "t.tif", "o.tif"}

@@ -102,3 +102,34 @@ def test_too_many_faces_from_the_command_line(shapes, iccm):
     (shapes / "a.obj").write_bytes(FACES["a.obj"])
     typed = iccm("map", "square.svg", "a.obj", "--max-faces", "70")
     assert typed.code == 2 and "71 faces are more than 70" in typed.err
+
+
+def glb(accessors, views):
+    scene = {
+        "asset": {"version": "2.0"},
+        "accessors": accessors,
+        "bufferViews": views,
+        "buffers": [{"byteLength": 12}],
+    }
+    scene["meshes"] = [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}]
+    text = json.dumps(scene).encode()
+    text += b" " * (-len(text) % 4)
+    data = struct.pack("<I4s", 12, b"BIN\0") + bytes(12)
+    return struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(data), len(text), b"JSON") + text + data
+
+
+@pytest.mark.parametrize("view", [{}, {"bufferView": 0}])
+def test_an_accessor_without_data_is_refused_before_memory_is_taken(shapes, iccm, view):
+    claim = {"count": 10**9, "componentType": 5126, "type": "VEC3", **view}
+    little = {"count": 3, "componentType": 5123, "type": "SCALAR", "bufferView": 0}
+    (shapes / "a.glb").write_bytes(glb([claim, little], [{"buffer": 0, "byteLength": 12}]))
+    for command in (("info", "a.glb"), ("flatten", "a.glb"), ("map", "square.svg", "a.glb")):
+        typed = iccm(*command)
+        assert typed.code == 2 and "accessor 0 claims 1000000000 items" in typed.err and len(typed.lines) == 1
+
+
+@pytest.mark.parametrize("command", [("info",), ("flatten", "-o", "o.svg")])
+def test_every_command_obeys_max_faces(shapes, iccm, command):
+    (shapes / "a.obj").write_bytes(FACES["a.obj"])
+    typed = iccm(command[0], "a.obj", *command[1:], "--max-faces", "70")
+    assert typed.code == 2 and "71 faces are more than 70" in typed.err and len(typed.lines) == 1

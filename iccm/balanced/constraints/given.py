@@ -130,7 +130,7 @@ def _line(z: Complex) -> shapely.LineString:
 
 def _without_repeats(pins: Complex, unit: float, image_unit: float) -> tuple[Complex, Index]:
     """The pins without those given twice, and their places among those given."""
-    keep = []
+    keep: list[int] = []
     for k, (z, w) in enumerate(pins):
         same = [j for j in keep if abs(pins[j, 0] - z) <= SAME_POINT * unit]
         same_goal = [j for j in keep if abs(pins[j, 1] - w) <= SAME_POINT * image_unit]

@@ -32,7 +32,7 @@ def certify(
     """
     why = _unfit(source, image, faces, loops, bulge)
     if why:
-        return Certificate(False, 0.0, 0, np.inf, False, why)
+        return Certificate(False, 0.0, beltrami=np.inf, obstacle=why)
     folded = (_turns(source, faces) <= 0) | (_turns(image, faces) <= 0)
     bent = ~folded & ~positive(source[faces], bulge[edges.sides])
     late = int(np.sum(np.abs(slides(bulge, source, edges)) >= 0.5 - 1e-9))
@@ -40,7 +40,9 @@ def certify(
     said = [f"{count} {what}" for count, what in _counts(int(folded.sum()), int(bent.sum()), late) if count]
     said += [f"the outline of the {name} {what}" for name, what in zip(("source", "image"), faults) if what]
     beltrami = _beltrami(faces, image, source)
-    return Certificate(not said, 0.0, int((folded | bent).sum()), beltrami, not faults[1], "; ".join(said))
+    return Certificate(
+        not said, 0.0, int((folded | bent).sum()), beltrami, not faults[1], "; ".join(said), float(not said)
+    )
 
 
 def _counts(folded: int, bent: int, late: int) -> list[tuple[int, str]]:

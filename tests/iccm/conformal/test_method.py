@@ -95,6 +95,23 @@ def test_a_limb_too_crowded_to_map_is_still_part_of_the_domain():
     assert np.abs(fit.map.polygon[:, None] - hall).min(axis=0).max() < 1e-9
     assert fit.status is Status.REACHED and fit.report()["injective"]["certified"]
     assert any(note.startswith("crowding") for note in fit.notes)
+    assert any(note.startswith("folds: ") for note in fit.report()["notes"])
+
+
+def bar(ratio, n=40):
+    """A bar with round ends."""
+    end = 0.5 * (ratio - 1) + 0.5 * np.exp(1j * np.linspace(-np.pi / 2, np.pi / 2, n))
+    return np.concatenate([end, -end])
+
+
+@pytest.mark.parametrize("ratio", [4, 15, 18])
+def test_a_target_is_not_reached_by_a_map_that_folds(ratio):
+    """The ends of a long bar shrink on a box below the error that is allowed there."""
+    fit = conformal_fit(bar(ratio), np.array([0, 1.37, 1.37 + 1j, 1j]))
+    back = np.abs(fit.inverse(fit.map(fit.interior)) - fit.interior) < 1e-5
+    assert fit.boundary["hausdorff"] < 1e-3
+    assert fit.status is (Status.REACHED if back.mean() > 0.97 else Status.FOLDED)
+    assert fit.status.ok == (ratio == 4)
 
 
 def test_a_shape_far_from_the_origin_loses_only_its_digits():
@@ -166,6 +183,14 @@ def test_the_start_vertex_does_not_matter(name):
     source, target = PAIRS[name]
     assert difference(name, np.roll(source, 3), target) < 1e-6
     assert difference(name, source, np.roll(target, 2)) < 1e-6
+
+
+@pytest.mark.parametrize("shape", [ell(5), circle(24), star(60), square(4)])
+def test_the_start_vertex_changes_no_byte_of_symmetric_shapes(shape):
+    """Which of their vertices is farthest from the middle is decided by rounding."""
+    fit, moved = conformal_fit(shape, pear()), conformal_fit(np.roll(shape, 5), np.roll(pear(), 7))
+    assert moved.map.polygon.tobytes() == fit.map.polygon.tobytes()
+    assert moved.map.phi.tobytes() == fit.map.phi.tobytes()
 
 
 @pytest.mark.parametrize("name", ASYMMETRIC)

@@ -1,6 +1,7 @@
 """Meshes that cannot be used: one line that names the first element at fault, whatever the format. And repairs."""
 
 import struct
+import time
 
 import numpy as np
 import pytest
@@ -246,3 +247,30 @@ def test_a_file_of_200_megabytes_cut_in_the_middle(where, message, tmp_path):
         mesh_shape.read(str(path))
     assert message in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def gear(count):
+    """A polygon of many corners of which no fan is a triangulation."""
+    t = 2 * np.pi * np.arange(count) / count
+    z = (1 + 0.2 * np.sign(np.sin(40 * t + 0.01))) * np.exp(1j * t)
+    return np.column_stack([z.real, z.imag, 0.1 * z.real])
+
+
+@pytest.mark.parametrize("count", [1000, 20_000])
+def test_a_polygon_of_many_corners_is_triangulated_at_once(count):
+    points = gear(count)
+    mesh = Mesh("gear", points, np.arange(count), np.array([0, count]))
+    began = time.process_time()
+    corners = triangulated(mesh)
+    assert time.process_time() - began < 5 and len(corners) == count - 2
+    triangle = points[mesh.corners[corners]]
+    across = np.cross(triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0])
+    whole = np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)
+    assert (across @ whole > 0).all() and np.allclose(across.sum(axis=0), whole)
+
+
+def test_a_polygon_of_many_corners_that_crosses_itself_is_refused():
+    points = gear(1000)
+    points[[3, 700]] = points[[700, 3]]
+    with pytest.raises(InputError, match="face 0: has 1000 corners and crosses or touches itself"):
+        triangulated(Mesh("gear", points, np.arange(1000), np.array([0, 1000])))

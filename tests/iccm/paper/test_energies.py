@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from iccm.curve import Curve
+from iccm.maps import cauchy_green
 from iccm.paper.algorithm1 import assemble
 from iccm.paper.energies import (
     Basis,
@@ -98,19 +99,19 @@ def test_quasiconformal_energy_is_the_square_of_f_zbar():
 
 
 def test_smoothness_is_the_square_of_the_second_derivatives(setting):
-    """At interior points both are well defined; ∂²Φ and the conjugate's stand in one row, as in §3.3 for f̂."""
+    """At interior points both are well defined; Φ″ and Ψ″ count each for itself."""
     z = inside(setting.polygon.z, 12)
     measure = np.full(z.size, 1 / z.size)
     term = smoothness(setting.basis, z, measure, 0.2)
-    second = sum(setting.along(z, [None] * z.size)[3:])
-    expected = 0.2 * np.mean(np.abs(second) ** 2)
+    second = setting.along(z, [None] * z.size)[3:]
+    expected = 0.2 * np.mean(sum(np.abs(part) ** 2 for part in second))
     assert term.energy(setting.x, term.follow(z)) == pytest.approx(expected, rel=1e-8)
 
 
 def test_smoothness_on_the_boundary_is_the_square_of_the_second_derivatives(setting):
     term = smoothness(setting.basis, setting.z, setting.measure, 0.2)
-    second = sum(list(setting.along(setting.z, setting.edge))[3:])
-    expected = 0.2 * np.sum(setting.measure * np.abs(second) ** 2)
+    second = list(setting.along(setting.z, setting.edge))[3:]
+    expected = 0.2 * np.sum(setting.measure * sum(np.abs(part) ** 2 for part in second))
     assert term.energy(setting.x, term.follow(setting.z)) == pytest.approx(expected, rel=1e-8)
 
 
@@ -185,7 +186,37 @@ def test_all_terms_of_a_problem_are_assembled_with_their_weights():
     }
     assert {t.name for t in terms if t.tangent} == {"closeness", "strokes"}
     for term in terms:
-        total = 2 if term.name == "consistency" else 1
+        total = 2 if term.name in ("consistency", "smoothness") else 1
         assert term.measure.sum() == pytest.approx(total, rel=1e-12), term.name
     plain = assemble(problem, Options(method="paper"), Basis(polygon.z), polygon)
     assert [t.name for t in plain] == ["closeness", "pins", "strokes"]
+
+
+def test_the_papers_weights_are_sums_in_the_coordinates_as_given():
+    """E = ‖C f̂ - ŵ‖² + β‖C_P f̂ - v̂‖² + ‖conj(D) ψ‖² + α‖D2 f̂‖², each sample counting one, over the target's
+    radius squared."""
+    source, target = 30 * arrow() + 5, 7 * square()
+    problem = Problem.of(source, target, pins=[[35 + 15j, 1], [65 + 15j, 2]])
+    options = Options(method="paper", quasi=0.3, pin_weight=2, smoothness=4, weights="paper")
+    polygon, n = Curve(problem.source.z), source.size
+    terms = {t.name: t for t in assemble(problem, options, Basis(polygon.z, True), polygon)}
+    rng = np.random.default_rng(2)
+    phi, psi = complex_normal(rng, n), complex_normal(rng, n)
+    f = problem.world(polygon.z, phi, psi)
+    radius = abs(problem.target_frame.radius)
+
+    def energy(name, aim=0):
+        term = terms[name]
+        goal = np.full(term.matrix.shape[0], problem.target_frame.unit(aim) if aim else 0)
+        return radius**2 * term.energy(np.concatenate([phi, psi]), fixed(goal)(goal))
+
+    world = Curve(problem.source_frame.world(polygon.z))
+    z = world.sample(4)
+    assert energy("closeness", 1j) == pytest.approx(np.sum(np.abs(f(z) - 1j) ** 2))
+    assert energy("pins", 1j) == pytest.approx(
+        2 * np.sum(np.abs(f(np.array([35 + 15j, 65 + 15j])) - 1j) ** 2)
+    )
+    assert energy("quasiconformal") == pytest.approx(0.3 * np.sum(np.abs(f.derivatives(z)[1]) ** 2))
+    d2 = cauchy_green.second_derivatives(world.z, world.sample(1))
+    bends = np.concatenate([d2 @ f.phi, d2 @ f.psi.conj()])
+    assert energy("smoothness") == pytest.approx(4 * np.sum(np.abs(bends) ** 2))

@@ -5,15 +5,20 @@ import pytest
 import shapely
 
 from iccm.errors import InputError
+from iccm.maps.extended_inverse import ExtendedInverse
 from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.inverse import Inverse
-from iccm.pixels.canvas import Canvas
+from iccm.memory import Memory
+from iccm.pixels import filters
+from iccm.pixels.canvas import Band, Canvas, Diagnostics
 from iccm.pixels.checkerboard import checkerboard
 from iccm.pixels.coverage import coverage
+from iccm.pixels.padding import pad
 from iccm.pixels.preimages import Preimages
 from iccm.pixels.sampler import Sampler
+from iccm.pixels.stmap import stmap
 from iccm.pixels.texture import Places
-from iccm.pixels.warp import Texture, warp
+from iccm.pixels.warp import Texture, Warp, warp, whole
 
 BOX = (-1.4 - 1.4j, 1.4 + 1.4j)
 
@@ -355,3 +360,86 @@ def test_a_large_texture_is_read_as_stored_with_the_same_result(monkeypatch, dty
     top = np.iinfo(dtype).max
     assert np.array_equal(plain[0], compact[0])
     assert np.abs(plain[1].astype(float) - compact[1]).max() <= 0.01 * top + 1
+
+
+def test_the_short_cut_for_magnified_texels_differs_by_rounding(monkeypatch):
+    picture = noise((60, 50, 4), np.uint8)
+    made = []
+    for kind in (filters.CUBIC, -1):
+        monkeypatch.setattr(filters, "CUBIC", kind)  # -1: no filter takes the short cut
+        made.append(warp(IDENTITY, Texture(picture, BOX, 3), Canvas(400, 400, BOX)).pixels.astype(int))
+    assert np.abs(made[0] - made[1]).max() <= 1
+    assert (made[0] != made[1]).mean() < 1e-3
+
+
+def test_a_texture_turned_by_90_degrees_is_read_in_squares(monkeypatch):
+    """So that little of it is in memory at a time."""
+    asked = []
+
+    class Recorder(Memory):
+        def release(self):
+            asked.append(None)
+
+    sampler = Sampler(Texture(noise((64, 64, 3), np.uint8), BOX), memory=Recorder())
+    asked.clear()
+    whole(Warp(conformal(lambda z: 1j * z), sampler, Canvas(1000, 200, BOX)), threads=1)
+    assert len(asked) == 2 * 4  # bands of 128 rows, 256 columns at a time
+
+
+class Halved:
+    """A kind of map of its own: w = z / 2 on the square, everywhere 2 w."""
+
+    def preimages(self, canvas, tolerance, slopes):
+        return Doubling(canvas)
+
+    def jet(self, z, threads=None):
+        return z / 2, np.full(z.shape, 0.5 + 0j), 0 * z
+
+    def extended_inverse(self, w, threads=None):
+        z = np.clip(2 * w.real, -1, 1) + 1j * np.clip(2 * w.imag, -1, 1)
+        return z, np.abs(z / 2 - w)
+
+
+class Doubling:
+    def __init__(self, canvas):
+        self.canvas = canvas
+
+    def band(self, row):
+        z = 2 * self.canvas.centres(row, min(128, self.canvas.height - row))
+        inside = (np.abs(z.real) <= 1) & (np.abs(z.imag) <= 1)
+        step = np.full(z.shape, 2 * self.canvas.step[0], np.complex64)
+        return Band(
+            row, inside.astype(np.float32), z, step, -1j * step, Diagnostics(inside=int(inside.sum()))
+        )
+
+
+def test_another_kind_of_map_brings_its_own_preimages():
+    half = conformal(lambda z: z / 2, SQUARE)
+    texture, canvas = Texture(checkerboard(64), BOX), Canvas(80, 80, (-0.5 - 0.5j, 0.5 + 0.5j))
+    one, two = (warp(map, texture, canvas).pixels.astype(int) for map in (half, Halved()))
+    assert np.abs(one - two)[1:-1, 1:-1].max() <= 1
+    rows = [np.concatenate(list(stmap(map, BOX, canvas))) for map in (half, Halved())]
+    assert np.abs(rows[0] - rows[1])[1:-1, 1:-1].max() < 1e-5
+
+
+def test_another_kind_of_map_brings_its_own_extended_inverse():
+    w = np.array([0.25 + 0.1j, 0.7 + 0.2j])
+    one, two = ExtendedInverse(conformal(lambda z: z / 2, SQUARE)), ExtendedInverse(Halved())
+    assert two(w) == pytest.approx(one(w), abs=1e-6)
+    assert (one.outside, two.outside) == (1, 1)
+    assert (one.away, two.away) == (pytest.approx(0.2), pytest.approx(0.2))
+    assert two.slopes(0 * w)[0] == pytest.approx(one.slopes(0 * w)[0])
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+@pytest.mark.parametrize("method", ["nearest", "push-pull"])
+def test_padding_reaches_as_far_as_asked_and_leaves_what_is_known(method, channels):
+    pixels, known = noise((40, 50, channels), np.uint8), np.zeros((40, 50), bool)
+    known[15:20, 20:30] = True
+    pixels[~known] = 0
+    before = pixels.copy()
+    pad(pixels, known, 4, method)
+    assert np.array_equal(pixels[known], before[known])
+    assert not pixels[:, :16].any() and not pixels[25:].any()
+    if method == "nearest":
+        assert np.array_equal(pixels[15:20, 17], before[15:20, 20])

@@ -413,9 +413,11 @@ def test_masks_are_carried_where_they_are_used(tmp_path):
 
 
 def test_pictures_are_carried_in_parts(tmp_path):
-    drawing = """<image id="a" x="10" y="20" width="60" height="30" transform="scale(.5)" opacity=".5" href="data:,"/>
-    <image id="b" x="85" width="60" height="9" href="data:,"/><image id="c" x="300" width="9" height="9" href="data:,"/>
-    <image id="d" width="9" height="9" href="d.png"/><image id="e" href="data:,"/>"""
+    drawing = """<image id="a" x="10" y="20" width="60" height="30" transform="scale(.5)" opacity=".5"
+    href="data:image/png,"/>
+    <image id="b" x="85" width="60" height="9" href="data:image/png,"/>
+    <image id="c" x="300" width="9" height="9" href="data:image/png,"/>
+    <image id="d" width="9" height="9" href="d.png"/><image id="e" href="data:image/png,"/>"""
     found, notes = body(tmp_path, drawing, lambda z: z + 0.002 * z**2)
     cut = [(referred(found, part, "clip-path")[0], part[0]) for part in found["a"]]
     z = np.concatenate([outline(corners) for corners, _ in cut])

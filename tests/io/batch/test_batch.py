@@ -12,7 +12,7 @@ import pytest
 from iccm.io.batch import dispatch, journal, pools, worker
 from iccm.io.batch.journal import Journal
 from iccm.io.batch.manifest import ManifestError, Task
-from iccm.io.run import inputs as companions
+from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
 
 MANIFEST = """
@@ -194,7 +194,7 @@ def test_the_key_knows_what_a_mesh_names_in_turn(tmp_path):
         ("[]", 1),
     ):
         (tmp_path / "s.gltf").write_text(text)
-        assert len(companions.inputs(Job(source=str(tmp_path / "s.gltf")))) == count
+        assert len(Inputs(Job(source=str(tmp_path / "s.gltf"))).named) == count
 
 
 @pytest.mark.parametrize(

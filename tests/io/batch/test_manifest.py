@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from iccm import InputError
+from iccm.io.batch import manifest
 from iccm.io.batch.manifest import ManifestError, read
 
 
@@ -169,3 +171,87 @@ def test_a_template_cannot_smuggle_a_folder(folder):
 
 def test_stdout_is_taken(folder):
     assert "`-`" in mistakes('[[job]]\nsource = "a.svg"\ntarget = "b.svg"\nreport = "-"', folder=folder)[0]
+
+
+def listed(folder, *lines, name="jobs.jsonl", **options):
+    """The mistakes of a manifest of these lines, each JSON or text."""
+    text = "\n".join(line if isinstance(line, str) else json.dumps(line) for line in lines)
+    (folder / name).write_text(text, encoding="utf-8")
+    try:
+        manifest.read(manifest.load(str(folder / name)), str(folder / name), root=folder, **options)
+    except InputError as error:
+        return [line.removeprefix(f"{folder}/{name}: ") for line in error.mistakes]
+    return []
+
+
+def nested(depth):
+    value = "a.png"
+    for _ in range(depth):
+        value = [value]
+    return value
+
+
+JOB = {"source": "square.svg", "target": "blob.svg"}
+WILL_FAIL = {
+    "a NUL": ({"output": "a\0.png"}, "NUL"),
+    "a surrogate": ({"output": "a\ud800.png"}, "not Unicode"),
+    "deep nesting": ({"output": nested(900)}, "nested more than 8 deep"),
+    "deep constraints": ({"constraints": nested(900)}, "nested more than 8 deep"),
+    "memory without end": ({"memory": "9" * 400}, "more than any memory"),
+    "a number without end": ({"memory": 10**400}, "less than"),
+    "an unknown suffix": ({"output": "a.xyz"}, "a.xyz: unknown suffix"),
+    "an unknown plot": ({"plot": "a.gif"}, "a.gif: unknown suffix for --plot"),
+    "an STMap of bytes": ({"stmap": "a.png"}, "a.png: an STMap holds floats"),
+    "a folder": ({"output": "folder.png"}, "is a folder"),
+    "a long name": ({"output": "a" * 252 + ".png"}, "longer than 255 bytes"),
+    "stdin": ({"source": "-"}, "`-` is no file"),
+    "the journal": ({"report": ".iccm-journal.jsonl"}, "is the batch's journal"),
+    "the manifest": ({"report": "jobs.jsonl"}, "is the manifest"),
+    "a name of Windows": ({"output": "con.png"}, "Windows allows no name 'con.png'"),
+    "a colon": ({"output": "a:b.png"}, "Windows allows no ':'"),
+    "a dot at the end": ({"output": "a./b.png"}, "Windows allows no name 'a.'"),
+}
+
+
+@pytest.mark.parametrize("what", WILL_FAIL)
+def test_what_will_fail_is_found_before_anything_runs(shapes, what):
+    (shapes / "folder.png").mkdir()
+    values, message = WILL_FAIL[what]
+    found = listed(shapes, {**JOB, **values})
+    assert len(found) == 1 and found[0].startswith("line 1: ") and message in found[0], found
+
+
+def test_keys_that_are_there_twice_are_told(shapes):
+    (found,) = listed(shapes, '{"source": "square.svg", "target": "blob.svg", "size": 9, "size": 8}')
+    assert "line 1: key 'size' is there twice" in found
+
+
+@pytest.mark.parametrize("other", ["A.PNG", "é.png", "\u212b.png"])
+def test_names_that_are_one_file_on_many_disks_are_told(shapes, other):
+    pairs = {"A.PNG": "a.png", "é.png": "e\u0301.png", "\u212b.png": "å.png"}
+    found = listed(shapes, {**JOB, "output": pairs[other]}, {**JOB, "output": other})
+    assert len(found) == 1 and "the same file on many disks" in found[0]
+
+
+def test_a_mistake_in_the_defaults_is_told_once_and_there(shapes):
+    found = listed(shapes, {"defaults": {"size": -3, "output": "{nonsense}.png"}}, JOB, JOB)
+    assert len(found) == 2 and all(line.startswith("line 1: [defaults]: ") for line in found)
+    found = listed(
+        shapes,
+        '[defaults]\nquasi = -1\n[[job]]\nsource = "square.svg"\n[[job]]\nsource = "no.svg"',
+        name="j.toml",
+    )
+    assert [line for line in found if "quasi" in line] == [
+        "[defaults]: quasi: Input should be greater than 0"
+    ]
+
+
+def test_globs_that_multiply_are_told_before_they_are(shapes, monkeypatch):
+    monkeypatch.setattr(manifest, "MAX_JOBS", 5)
+    (found,) = listed(shapes, {"source": "*.svg", "target": "*.svg"})
+    assert found == "line 1: its globs make 9 jobs, more than 5; split them"
+
+
+def test_a_byte_order_mark_and_odd_ends_of_lines_are_read(shapes):
+    assert listed(shapes, "\ufeff" + json.dumps(JOB)) == []
+    assert listed(shapes, json.dumps({**JOB, "name": "a\u2028b\x85c"}, ensure_ascii=False)) == []

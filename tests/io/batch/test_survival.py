@@ -2,6 +2,7 @@
 
 import json
 import os
+import platform
 import shutil
 import signal
 import subprocess
@@ -237,3 +238,20 @@ def test_two_batches_at_once_on_the_same_outputs(folder, start):
         assert process.returncode == 0 and counts == WHOLE, err
     assert whole(folder / "out")
     assert resumed(start, folder) == 4
+
+
+def test_resume_sweeps_the_temporary_files_of_a_batch_that_was_killed(shapes, iccm):
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    job = {"source": "square.svg", "target": "blob.svg", "size": 16, "method": "paper", "vertices": 40}
+    (shapes / "j.jsonl").write_text(json.dumps(job) + "\n")
+    begun = {"event": "begun", "key": "k", "outputs": ["square-blob.png"], "by": [platform.node(), ended.pid]}
+    running = {**begun, "outputs": ["other.png"], "by": [platform.node(), os.getpid()]}
+    text = json.dumps(begun) + "\n" + json.dumps(running) + "\n"
+    (shapes / ".iccm-journal.jsonl").write_text(text)
+    left, kept = shapes / ".square-blob.abcdefgh.png", shapes / ".other.abcdefgh.png"
+    left.touch()
+    kept.touch()
+    typed = iccm("batch", "j.jsonl", "-j", "1", "--resume")
+    assert typed.code == 0 and not left.exists() and kept.exists()
+    assert "removed 1 temporary files" in typed.err

@@ -42,7 +42,7 @@ def test_a_pin_may_be_written_in_three_ways(pin):
         ({"quasi": -1}, "--quasi", "greater than 0"),
         ({"tolerance": float("nan")}, "--tolerance", "finite"),
         ({"order": 2}, "--order", "0 or 1"),
-        ({"vertices": 2}, "--vertices", "greater than or equal to 3"),
+        ({"vertices": 2}, "--vertices", "2 is not between 3 and 4000"),
         ({"method": "magic"}, "--method", "conformal"),
         ({"colour": 1}, "--colour", "unknown key"),
         ({"output": ["-"], "report": "-"}, "only one output", "one stream"),
@@ -66,7 +66,7 @@ def test_a_pin_may_be_a_point_in_space():
 
 def test_every_field_is_an_option_of_the_command_line_and_back():
     fields = set(Job.model_fields)
-    for command, own in ((map.command, set()), (deform.command, {"target", "bake"})):
+    for command, own in ((map.command, set()), (deform.command, {"target", "bake", "parts"})):
         names = {parameter.name for parameter in command.params} - {
             "help",
             "debug",

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from iccm.errors import InputError
-from iccm.io import places
+from iccm.io import memory, places
 from iccm.io.meshes import obj
 from iccm.io.pictures import image_files
 from iccm.io.run import mesh_figure
-from iccm.io.shapes import mesh_shape
+from iccm.io.run.outputs.baked import bake
+from iccm.io.run.outputs.textured_mesh import new_uvs
+from iccm.io.shapes import mesh_shape, mesh_texture
 from iccm.maps.extended_inverse import ExtendedInverse
 from iccm.maps.harmonic import HarmonicMap
 from iccm.pixels.canvas import Canvas
@@ -51,7 +53,7 @@ def test_new_coordinates_are_where_the_texture_lies_over_the_flattening(tmp_path
     path = write_mesh(tmp_path / "hill.obj", uv=False, head="# kept\no hill")
     target = mesh_shape.read(str(path))
     box = target.box
-    figures = mesh_shape.new_uvs(
+    figures = new_uvs(
         target, identity(target), target_plane(target), box, tmp_path / "t.obj", name=tmp_path / "o.obj"
     )
     made = obj.read(tmp_path / "t.obj")
@@ -74,7 +76,7 @@ def test_a_texture_is_bound_beside_the_mesh(tmp_path):
     path = write_mesh(tmp_path / "hill.obj")
     target = mesh_shape.read(str(path))
     out = tmp_path / "o.obj"
-    figures = mesh_shape.new_uvs(
+    figures = new_uvs(
         target,
         identity(target),
         target_plane(target),
@@ -88,7 +90,7 @@ def test_a_texture_is_bound_beside_the_mesh(tmp_path):
     text = out.read_text().splitlines()
     assert text[0] == "mtllib o.mtl"
     assert "usemtl iccm" in text
-    assert mesh_shape.texture_in(mesh_shape.read(str(out))) == tmp_path / "my cloth.png"
+    assert mesh_shape.read(str(out)).pictures[0] == tmp_path / "my cloth.png"
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".ply"])
@@ -98,9 +100,7 @@ def test_glb_and_ply_hold_the_same_coordinates(tmp_path, suffix):
     for name in ("o.obj", "o" + suffix):
         out = tmp_path / name
         texture = tmp_path / "c.png" if suffix == ".glb" else None
-        mesh_shape.new_uvs(
-            target, identity(target), target_plane(target), target.box, out, name=out, texture=texture
-        )
+        new_uvs(target, identity(target), target_plane(target), target.box, out, name=out, texture=texture)
     one, other = (mesh_shape.read(str(tmp_path / name)) for name in ("o.obj", "o" + suffix))
     places = []
     for shape in (one, other):
@@ -109,17 +109,15 @@ def test_glb_and_ply_hold_the_same_coordinates(tmp_path, suffix):
         places.append(np.unique(np.column_stack([points, uv]).round(5), axis=0))
     assert np.abs(places[0] - places[1]).max() < 2e-5
     if suffix == ".ply":
-        assert mesh_shape.texture_in(other) is None
+        assert other.pictures == ()
     else:
-        assert (mesh_shape.own_texture(other).pixels == colours().pixels).all()
+        assert (mesh_texture.read(other).pixels == colours().pixels).all()
 
 
 def test_formats_without_coordinates_are_refused(tmp_path):
     target = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj")))
     with pytest.raises(InputError, match=r"o\.stl: cannot hold texture coordinates"):
-        mesh_shape.new_uvs(
-            target, identity(target), target, target.box, tmp_path / "t", name=tmp_path / "o.stl"
-        )
+        new_uvs(target, identity(target), target, target.box, tmp_path / "t", name=tmp_path / "o.stl")
 
 
 def test_pins_by_number_by_place_and_in_the_plane(tmp_path):
@@ -151,7 +149,7 @@ def test_a_mesh_gives_its_texture_to_another_mesh(tmp_path):
     shift = target.box[0] - source.box[0]
     map_ = HarmonicMap(source.curve.z, source.curve.z + shift, 0 * source.curve.z)
     out = tmp_path / "o.obj"
-    figures = mesh_shape.new_uvs(target, map_, source, source.box, out, name=out)
+    figures = new_uvs(target, map_, source, source.box, out, name=out)
     made = obj.read(out)
     uv = np.empty((len(made.v), 2))
     uv[made.corners[:, 0]] = made.vt[made.corners[:, 1]]
@@ -173,7 +171,7 @@ def test_a_torn_source_is_reported(tmp_path):
     source = mesh_shape.read(str(path))
     target = mesh_shape.read(str(write_mesh(tmp_path / "b.obj", n=5)))
     out = tmp_path / "o.obj"
-    figures = mesh_shape.new_uvs(target, identity(source), source, source.box, out, name=out)
+    figures = new_uvs(target, identity(source), source, source.box, out, name=out)
     assert figures["torn_triangles"] == 10
 
 
@@ -181,7 +179,7 @@ def test_a_mesh_rebaked_through_itself_keeps_its_texture(tmp_path):
     shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=20)))
     image = colours(128)
     sampler = Sampler(image.texture(shape.box))
-    made, figures = mesh_shape.bake(shape, identity(shape), shape, sampler, (128, 128))
+    made, figures = bake(shape, identity(shape), shape, sampler, (128, 128))
     error = np.abs(made.astype(int) - image.pixels)
     assert figures["charts"] == 1
     assert error.max() <= 2
@@ -191,7 +189,7 @@ def test_a_mesh_rebaked_through_itself_keeps_its_texture(tmp_path):
 def warped_texture(shape, image, canvas):
     """The picture as the shape's own texture, seen on a canvas in the plane of its flattening."""
     texture = image.texture(shape.box)
-    return warp(identity(shape), texture, canvas, placing=mesh_shape.placing(shape, texture))
+    return warp(identity(shape), texture, canvas, placing=shape.placing(texture))
 
 
 def test_a_meshs_texture_on_a_planar_target(tmp_path):
@@ -206,9 +204,9 @@ def test_a_meshs_texture_on_a_planar_target(tmp_path):
 def test_a_mesh_without_coordinates_or_texture_says_so(tmp_path):
     bare = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", uv=False)))
     with pytest.raises(InputError, match="has no texture coordinates of its own"):
-        mesh_shape.bake(bare, identity(bare), bare, Sampler(colours().texture(bare.box)), (8, 8))
+        bake(bare, identity(bare), bare, Sampler(colours().texture(bare.box)), (8, 8))
     with pytest.raises(InputError, match="names no texture"):
-        mesh_shape.own_texture(bare)
+        mesh_texture.read(bare)
 
 
 def test_the_picture_of_a_surface_shows_its_texture(tmp_path):
@@ -234,6 +232,25 @@ def test_a_figure_is_drawn_the_same_every_time(tmp_path, with_map):
 
 
 # ---- the command line
+
+
+@pytest.mark.parametrize(
+    "words", [("a.obj", "blob.svg"), ("square.svg", "a.obj", "--bake"), ("a.obj", "a.obj", "--bake")]
+)
+def test_a_bound_on_memory_does_not_change_a_picture_from_or_for_a_mesh(shapes, iccm, monkeypatch, words):
+    write_mesh(shapes / "a.obj", n=8)
+    image_files.write(shapes / "t.png", colours(300))
+    options = ("--texture", "t.png", "--size", "200", "--method", "paper", "--tolerance", "0.1")
+    assert iccm("map", *words, *options, "-o", "free.png").code == 0
+    monkeypatch.setattr(memory, "SHARE", 0)  # nothing stays in memory
+    assert iccm("map", *words, *options, "-o", "bound.png", "--memory", "4G").code == 0
+    assert (shapes / "bound.png").read_bytes() == (shapes / "free.png").read_bytes()
+
+
+def test_a_bake_that_a_bound_on_memory_cannot_hold_is_refused_before_the_solving(shapes, iccm):
+    write_mesh(shapes / "a.obj", n=3)
+    done = iccm("map", "square.svg", "a.obj", "--bake", "--size", "8000", "-o", "o.png", "--memory", "2G")
+    assert done.code == 2 and "too little for the whole picture at once (--bake)" in done.err
 
 
 def test_flatten_writes_outline_flat_mesh_and_coordinates(tmp_path, monkeypatch, iccm):
@@ -351,13 +368,13 @@ def embedded(tmp_path):
     image_files.write(tmp_path / "c.jpg", colours())
     out = tmp_path / "a.glb"
     plane = target_plane(target)
-    mesh_shape.new_uvs(target, identity(target), plane, target.box, out, name=out, texture=tmp_path / "c.jpg")
+    new_uvs(target, identity(target), plane, target.box, out, name=out, texture=tmp_path / "c.jpg")
     return (tmp_path / "c.jpg").read_bytes()
 
 
 def test_a_texture_is_embedded_byte_by_byte(tmp_path, embedded):
     assert embedded in (tmp_path / "a.glb").read_bytes()
-    assert mesh_shape.texture_in(mesh_shape.read(str(tmp_path / "a.glb"))).rstrip(b"\0") == embedded
+    assert mesh_shape.read(str(tmp_path / "a.glb")).pictures[0].rstrip(b"\0") == embedded
 
 
 def test_a_mesh_that_holds_its_texture_passes_it_on(tmp_path, monkeypatch, embedded, iccm):
@@ -370,7 +387,7 @@ def test_a_mesh_that_holds_its_texture_passes_it_on(tmp_path, monkeypatch, embed
     assert (tmp_path / "o-texture.jpg").read_bytes().rstrip(b"\0") == embedded
     assert "map_Kd o-texture.jpg" in (tmp_path / "o.mtl").read_text()
     assert "o.ply: PLY names no texture" in done.err
-    shown = mesh_shape.own_texture(mesh_shape.read("o.obj"))
+    shown = mesh_texture.read(mesh_shape.read("o.obj"))
     assert np.abs(shown.pixels.astype(int) - image_files.read("c.jpg").pixels).max() <= 2  # two JPEG decoders
 
 
@@ -382,7 +399,7 @@ def test_an_embedded_texture_that_is_damaged_is_told_before_the_solving(tmp_path
     whole = (tmp_path / "c.png").read_bytes()
     cut = whole[: len(whole) // 2].ljust(len(whole), b"\0")
     out, plane = tmp_path / "a.glb", target_plane(target)
-    mesh_shape.new_uvs(target, identity(target), plane, target.box, out, name=out, texture=cut)
+    new_uvs(target, identity(target), plane, target.box, out, name=out, texture=cut)
     done = iccm("map", "a.glb", "hill.obj", "--bake", "-o", "o.png")
     assert done.code == 2
     assert len(done.lines) == 1
@@ -496,19 +513,15 @@ def test_a_texture_of_another_format_becomes_png(tmp_path):
     Image.fromarray(colours().pixels).save(tmp_path / "c.webp", lossless=True)
     content = (tmp_path / "c.webp").read_bytes()
     out, plane = tmp_path / "o.obj", target_plane(target)
-    figures = mesh_shape.new_uvs(target, identity(target), plane, target.box, out, name=out, texture=content)
+    figures = new_uvs(target, identity(target), plane, target.box, out, name=out, texture=content)
     assert figures["also_written"] == [str(tmp_path / name) for name in ("o.mtl", "o-texture.png")]
-    assert (mesh_shape.own_texture(mesh_shape.read(str(out))).pixels == colours().pixels).all()
+    assert (mesh_texture.read(mesh_shape.read(str(out))).pixels == colours().pixels).all()
     out = tmp_path / "o.glb"
-    mesh_shape.new_uvs(
-        target, identity(target), plane, target.box, out, name=out, texture=tmp_path / "c.webp"
-    )
-    assert (mesh_shape.own_texture(mesh_shape.read(str(out))).pixels == colours().pixels).all()
+    new_uvs(target, identity(target), plane, target.box, out, name=out, texture=tmp_path / "c.webp")
+    assert (mesh_texture.read(mesh_shape.read(str(out))).pixels == colours().pixels).all()
     (tmp_path / "c.tif").write_text("no picture")
     with pytest.raises(InputError, match=r"c\.tif: cannot be put into a GLB file"):
-        mesh_shape.new_uvs(
-            target, identity(target), plane, target.box, out, name=out, texture=tmp_path / "c.tif"
-        )
+        new_uvs(target, identity(target), plane, target.box, out, name=out, texture=tmp_path / "c.tif")
 
 
 def test_a_deformation_writes_no_mesh_and_bakes_nothing(shapes, iccm):
@@ -589,7 +602,7 @@ def test_a_texture_repeats_beyond_its_edges(tmp_path):
     clear = np.abs(u - np.round(u)) > 0.05  # the filter sees both sides of an edge of the texture
     clear &= u < 1.45  # pixels on the outline show a boundary point that is near, not the nearest
     assert np.abs(shown[2][32, clear, 0] - 255 * np.mod(u[clear], 1)).max() < 3
-    assert [len(mesh_shape.beyond_unit(s)) for s in (near, far, across)] == [0, 1, 1]
+    assert [len(mesh_texture.beyond_unit(s)) for s in (near, far, across)] == [0, 1, 1]
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,7 @@ def test_groups_of_faces_and_holes(read):
     frame = "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nv 3 3 0\nv 6 3 0\nv 6 6 0\nv 3 6 0\n"
     frame += "g low\nf 1 2 6 5\ng rest\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"
     whole = read(frame)
-    assert whole.curve.area == 81 and "1 hole" in whole.notes[0]
+    assert whole.curve.area == 81 and [hole.size for hole in whole.holes] == [4]
     assert read(frame, "#low").curve.area == pytest.approx(18)
 
 

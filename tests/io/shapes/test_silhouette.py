@@ -113,8 +113,23 @@ def test_pieces_holes_and_specks(tmp_path):
     shape = shapes.read(path)
     assert shape.curve.area == pytest.approx(2500, rel=2e-3)
     notes = " ".join(shape.notes)
-    assert "1 hole" in notes and "1 other outline" in notes and "1 speck" in notes
+    assert len(shape.holes) == 1 and "1 other outline" in notes and "1 speck" in notes
     assert shapes.read(f"{path}#2").curve.area == pytest.approx(400, rel=5e-3)
+
+
+def test_a_few_transparent_pixels_are_no_shape(tmp_path):
+    pixels = np.full((200, 200, 4), 255, np.uint8)
+    pixels[60:140, 60:140, :3] = 0
+    pixels[0, :30, 3] = 0
+    square = shapes.read(written(tmp_path, pixels, alpha=3))
+    assert square.curve.area == pytest.approx(6400, rel=2e-3)
+    pixels[:10, :30, 3] = 0
+    assert shapes.read(written(tmp_path, pixels, alpha=3)).curve.area > 39000
+    pixels[...] = 255
+    pixels[0, :30, 3] = 0
+    assert (
+        shapes.read(written(tmp_path, pixels, alpha=3)).curve.area > 39000
+    )  # of one colour: there is nothing else
 
 
 def test_pieces_that_touch_at_a_corner_are_two():

@@ -19,10 +19,11 @@ from ..svg.document import length, local, root
 from ..svg.drawing import Rectangle
 from ..svg.tree import Drawn, State
 from . import attributes
-from .carrier import OUTSIDE, Effect
+from .element import SVG, MappedElement, box_of, restyle, runs_of
 from .filters import MARGIN, filtered
-from .paint import SIDES, Definitions, Space, lined, scale, shown
-from .placed import SVG, Placed, box_of, restyle, runs_of
+from .mapping import OUTSIDE, Effect
+from .paint_server import SIDES, Definitions, Space, lined, scale, shown
+from .references import confine
 
 CELL = (
     1 / 24
@@ -38,22 +39,24 @@ _PAINTED = ("linearGradient", "radialGradient", "pattern")
 _MARKERS = ("marker-start", "marker-mid", "marker-end")
 _MARKED = ("path", "line", "polyline", "polygon")
 MOST_USED = 40
+MAX_CARRIED = 100_000  # lines and curves that are carried, each of which takes up to a millisecond
 
 
 @dataclass(eq=False)
-class Redrawing:
+class MappedDocument:
     """A document being built.
 
     Attributes:
         out, definitions: its root, and what will be in its <defs>.
         walk: the document that it is built from.
         region: of a mask: the target's canvas and as much around it.
-        placed, effects: what the map has to carry.
-        shapes: those of `placed` that are drawn in the present place, not in a clip path or mask that is used there.
+        elements, effects: what the map has to carry.
+        shapes: those of `elements` that are drawn in the present place, not in a clip path or mask that is used there.
         aside: whether the present place is a clip path or mask.
         pictures: groups of the parts of a picture.
         cell: size of these, in the source's units.
         notes: what was left out.
+        carried: how many lines and curves there are.
     """
 
     out: Element
@@ -61,15 +64,16 @@ class Redrawing:
     walk: tree.Walk
     region: dict[str, str]
     cell: float
-    placed: list[Placed] = field(default_factory=list)
+    elements: list[MappedElement] = field(default_factory=list)
     effects: list[Effect] = field(default_factory=list)
-    shapes: list[Placed] = field(default_factory=list)
+    shapes: list[MappedElement] = field(default_factory=list)
     aside: bool = False
     pictures: list[Element] = field(default_factory=list)
     notes: Counter[str] = field(default_factory=Counter)
+    carried: int = 0
 
     @classmethod
-    def of(cls, data: bytes, source: Shape, target: Shape) -> "Redrawing":
+    def of(cls, data: bytes, source: Shape, target: Shape) -> "MappedDocument":
         """The document that the source was read from, on the target's canvas, its shapes still without paths.
 
         Raises:
@@ -86,7 +90,7 @@ class Redrawing:
             Definitions(walk.ids),
             walk,
             {name: f"{value:.9g}" for (name, _), value in zip(SIDES, around)},
-            CELL * source.curve.diagonal,
+            CELL * abs(source.bounds[1] - source.bounds[0]),
         )
         out.attrib |= drawing._styled(top, "svg")
         out.extend(copy.deepcopy(e) for e in top.iter() if local(e) == "style")
@@ -104,6 +108,7 @@ class Redrawing:
         self.definitions.collect(self.out)
         if len(self.definitions.out):
             self.out.insert(0, self.definitions.out)
+        self.notes["reference to another file, left out"] += confine(self.out)
 
     def _children(self, element: Element, state: State, parent: Element) -> None:
         for child in element:
@@ -199,11 +204,12 @@ class Redrawing:
         runs = runs_of(drawn)
         if not runs or not scale(state.affine):
             return
+        self._count(sum(len(run.pieces) for run in runs))
         said = state.properties
         out = SubElement(parent, f"{SVG}path", self._styled(element, "path", state))
         marked = {name for name in _MARKERS if said.get(name, said.get("marker", "none")) != "none"}
         marks = frozenset(marked if tag in _MARKED else ())
-        shape = Placed(
+        shape = MappedElement(
             out,
             parent,
             runs,
@@ -214,7 +220,7 @@ class Redrawing:
             markers=marks,
             line_first=said.get("paint-order", "").strip().startswith("stroke"),
         )
-        self.placed.append(shape)
+        self.elements.append(shape)
         self.shapes.append(shape)
         self._applied(element, state, out, [shape])
         if local(parent) == "clipPath":
@@ -245,8 +251,10 @@ class Redrawing:
         if "preserveAspectRatio" in said:
             picture.set("preserveAspectRatio", said["preserveAspectRatio"])
         group = SubElement(parent, f"{SVG}g", self._styled(element, "g", state))
-        shapes: list[Placed] = []
-        for cell in _cells(place, state.affine, self.cell):
+        shapes: list[MappedElement] = []
+        cells = _cells(place, state.affine, self.cell)
+        self._count(4 * len(cells), add=False)
+        for cell in cells:
             clip, corners = self._clip_to(cell, state)
             part = SubElement(group, f"{SVG}g", {"clip-path": clip})
             use = SubElement(part, f"{SVG}use", {tree.LINKS[1]: f"#{picture.get('id')}"})
@@ -256,7 +264,20 @@ class Redrawing:
         self.shapes += shapes
         self._applied(element, state, group, shapes)
 
-    def _paint(self, shape: Placed, said: Mapping[str, str], space: Space) -> None:
+    def _count(self, pieces: int, *, add: bool = True) -> None:
+        """Count what is to be carried; without `add`, only look whether it may be.
+
+        Raises:
+            InputError: it is too much.
+        """
+        if self.carried + pieces > MAX_CARRIED:
+            raise InputError(
+                f"as artwork these are more than {MAX_CARRIED} lines and curves, with clip paths, masks and parts of "
+                "pictures for each place that uses them; simplify the drawing, or carry a picture of it (--texture)"
+            )
+        self.carried += pieces if add else 0
+
+    def _paint(self, shape: MappedElement, said: Mapping[str, str], space: Space) -> None:
         """Gradients, patterns and markers in user space, each as one of the shape's own."""
         for kind in ("fill", "stroke"):
             found = self.definitions.named(said.get(kind, ""), *_PAINTED)
@@ -269,7 +290,7 @@ class Redrawing:
                 restyle(shape.out, {name: made[0]})
                 self.effects.append(Effect([shape], made[1]))
 
-    def _applied(self, element: Element, state: State, out: Element, shapes: list[Placed]) -> None:
+    def _applied(self, element: Element, state: State, out: Element, shapes: list[MappedElement]) -> None:
         """Gives `out` the clip path, mask and filter that its element has, each one of its own to be mapped."""
         own = self.walk.own(element)
         space = Space(state.affine, state.size, shapes)
@@ -331,17 +352,17 @@ class Redrawing:
             return None
         kept = {k: v for k, v in own.items() if k not in ("display", "opacity")}
         transform = affine.parse(own.get("transform", "")) if local(found) == "clipPath" else Affine()
-        placed = space.affine @ transform @ (space.units if boxed else Affine())
+        to_root = space.affine @ transform @ (space.units if boxed else Affine())
         return replace(
             state,
-            affine=placed,
+            affine=to_root,
             properties=kept,
             groups=(),
             used=(*state.used, id(found)),
             depth=state.depth + 1,
         )
 
-    def _clip_to(self, place: Rectangle, state: State) -> tuple[str, list[Placed]]:
+    def _clip_to(self, place: Rectangle, state: State) -> tuple[str, list[MappedElement]]:
         """A clip path of a rectangle in the state's user space, and its shape."""
         mapped = self.definitions.new("clipPath")
         with self._elsewhere():

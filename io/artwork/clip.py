@@ -44,7 +44,7 @@ Part = Piece | Span
 
 
 @dataclass(frozen=True, eq=False)
-class Trimmed:
+class Clipped:
     """What is left of a shape.
 
     Attributes:
@@ -124,13 +124,13 @@ class Domain:
     def _corners(self) -> NDArray[np.float64]:
         return self.rim.knots[:-1][corners(self.rim, CORNER)]
 
-    def trim(self, runs: Sequence[Run], *, seams: bool = False) -> Trimmed:
+    def clip(self, runs: Sequence[Run], *, seams: bool = False) -> Clipped:
         """Cuts the runs of one shape; each of them has at least one piece. Lines do not go over a seam with `seams`."""
         found = [self._stretches(run.pieces, run.closed and not seams) for run in runs]
         if not any(stretch.away for stretches in found for stretch in stretches):
-            return Trimmed([(list(run.pieces), run.closed) for run in runs])
+            return Clipped([(list(run.pieces), run.closed) for run in runs])
         ends = self._within(np.array([runs[0].start, runs[-1].pieces[-1].last()]))
-        out = Trimmed([], cut=True, begins=bool(ends[0]), ends=bool(ends[1]))
+        out = Clipped([], cut=True, begins=bool(ends[0]), ends=bool(ends[1]))
         for run, stretches in zip(runs, found):
             whole = len(stretches) == 1 and run.closed
             inner = [s if whole else self._landed(run.pieces, s) for s in stretches if not s.away]

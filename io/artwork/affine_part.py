@@ -11,7 +11,7 @@ from ..svg.affine import Affine
 
 
 @dataclass(frozen=True, eq=False)
-class Local:
+class AffinePart:
     """A map over some shapes, in coordinates with y down.
 
     Attributes:
@@ -56,7 +56,7 @@ class Samples:
         return Samples(*at, self.length[where], lined, hull)
 
 
-def local(samples: Sequence[Samples]) -> Local | None:
+def affine_part(samples: Sequence[Samples]) -> AffinePart | None:
     """The map over some shapes together; None where nothing of them is left."""
     names = ("z", "w", "alpha", "beta", "length", "lined", "control")
     joined = [np.concatenate([getattr(each, name) for each in samples]) for name in names if samples]
@@ -78,7 +78,7 @@ def local(samples: Sequence[Samples]) -> Local | None:
     small, large = (float(scales[order][np.searchsorted(share, part)]) for part in (0.05, 0.95))
     uneven = large / small if small else np.inf
     scale = float(np.average(scales, weights=weight))
-    return Local(affine, away / max(abs(high - low), 1e-300), scale, uneven, (low, high))
+    return AffinePart(affine, away / max(abs(high - low), 1e-300), scale, uneven, (low, high))
 
 
 def _nearest(z: Complex, w: Complex, alpha: Complex, beta: Complex, weight: NDArray[np.float64]) -> Affine:

@@ -18,8 +18,8 @@ from ..svg.affine import Affine
 from ..svg.document import length, local
 from ..svg.drawing import Rectangle
 from ..svg.tree import LINKS, linked
-from .local import Local
-from .placed import SVG, Placed, box_of, length_of, restyle
+from .affine_part import AffinePart
+from .element import SVG, MappedElement, box_of, length_of, restyle
 
 CURVED = 0.05  # of a shape's size: from how far off the affine part is worth a note
 UNEVEN = 1.5  # of a line's scale, largest by smallest: from where a constant width is worth a note
@@ -32,7 +32,7 @@ _GRADIENTS = {
 }
 SIDES = (("x", "x"), ("y", "y"), ("width", "x"), ("height", "y"))
 
-Apply = Callable[[Local], str]
+Apply = Callable[[AffinePart], str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Space:
 
     affine: Affine
     size: tuple[float, float] | None
-    shapes: Sequence[Placed] = ()
+    shapes: Sequence[MappedElement] = ()
 
     @cached_property
     def box(self) -> Rectangle:
@@ -157,12 +157,12 @@ class Definitions:
         for name, axis, default in _GRADIENTS[local(found)]:
             if text := said.get(name, default):
                 new.set(name, f"{length(text, size, axis, name):.9g}")
-        placed = (
+        to_root = (
             space.affine
             @ (space.units if boxed else Affine())
             @ affine.parse(said.get("gradientTransform", ""))
         )
-        return new, _following(new, "gradientTransform", placed, "gradient")
+        return new, _following(new, "gradientTransform", to_root, "gradient")
 
     def _pattern(self, found: Element, space: Space) -> tuple[Element, Apply] | None:
         said, _ = self.said(found)
@@ -177,8 +177,8 @@ class Definitions:
             new.set("patternContentUnits", "userSpaceOnUse")
             new.set("viewBox", f"0 0 {tile[2] / space.box[2]:.9g} {tile[3] / space.box[3]:.9g}")
             new.set("preserveAspectRatio", "none")
-        placed = space.affine @ affine.parse(said.get("patternTransform", ""))
-        return new, _following(new, "patternTransform", placed, "pattern")
+        to_root = space.affine @ affine.parse(said.get("patternTransform", ""))
+        return new, _following(new, "patternTransform", to_root, "pattern")
 
     def marker(self, found: Element, unit: float) -> tuple[str, Apply] | None:
         """A marker in user space as `url(#id)` of a copy; None where its unit is the line's width.
@@ -194,7 +194,7 @@ class Definitions:
         sides = [length(found.get(name, "3"), None, "x", name) for name in ("markerWidth", "markerHeight")]
         new.attrib.setdefault("viewBox", f"0 0 {sides[0]:.9g} {sides[1]:.9g}")
 
-        def apply(over: Local) -> str:
+        def apply(over: AffinePart) -> str:
             for name, side in zip(("markerWidth", "markerHeight"), sides):
                 new.set(name, f"{side * unit * over.scale:.6g}")
             return ""
@@ -202,29 +202,29 @@ class Definitions:
         return f"url(#{new.get('id')})", apply
 
 
-def shown(picture: Element, placed: Affine) -> Apply:
-    """What places a picture under a map's affine part; `placed` takes its user space to the root's."""
-    return _following(picture, "transform", placed, "part of a picture")
+def shown(picture: Element, to_root: Affine) -> Apply:
+    """What places a picture under a map's affine part; `elements` takes its user space to the root's."""
+    return _following(picture, "transform", to_root, "part of a picture")
 
 
 def _names(text: str) -> list[str]:
     return _REFERENCE.findall(text) if "url(" in text else []
 
 
-def _following(new: Element, name: str, placed: Affine, kind: str) -> Apply:
-    def apply(over: Local) -> str:
-        new.set(name, affine.written(over.affine @ placed))
+def _following(new: Element, name: str, to_root: Affine, kind: str) -> Apply:
+    def apply(over: AffinePart) -> str:
+        new.set(name, affine.written(over.affine @ to_root))
         return told(kind, over)
 
     return apply
 
 
-def told(kind: str, over: Local) -> str:
+def told(kind: str, over: AffinePart) -> str:
     """What to note of something that follows only the map's affine part, where that is not near enough."""
     return f"{kind} that follows the map only by its affine part" if over.curved > CURVED else ""
 
 
-def lined(shape: Placed, element: Element, said: Mapping[str, str], space: Space) -> Apply:
+def lined(shape: MappedElement, element: Element, said: Mapping[str, str], space: Space) -> Apply:
     """What makes a line's width and dashes follow the map's mean scale along it.
 
     Raises:
@@ -240,7 +240,7 @@ def lined(shape: Placed, element: Element, said: Mapping[str, str], space: Space
     whole = length(element.get("pathLength") or "0", None, "r", "pathLength")
     dash_unit = length_of(shape.runs) / whole if whole > 0 else unit
 
-    def apply(over: Local) -> str:
+    def apply(over: AffinePart) -> str:
         style = {"stroke-width": f"{width * unit * over.scale:.6g}"}
         if dashes:
             style["stroke-dasharray"] = " ".join(f"{dash * dash_unit * over.scale:.6g}" for dash in dashes)

@@ -15,7 +15,7 @@ from ..svg.curves import Bezier, Piece
 from ..svg.drawing import Rectangle
 from ..svg.path_data import LARGEST, Run
 from ..svg.tree import Drawn
-from .trim import Trimmed
+from .clip import Clipped
 
 SVG = "{http://www.w3.org/2000/svg}"
 FAR = 10**7  # beyond every canvas
@@ -29,7 +29,7 @@ Cubics = tuple[list[Complex], bool]
 
 
 @dataclass(eq=False)
-class Placed:
+class MappedElement:
     """A shape in the root's user units, y down.
 
     Attributes:
@@ -52,11 +52,11 @@ class Placed:
     markers: frozenset[str] = frozenset()
     line_first: bool = False
 
-    def write(self, trimmed: Trimmed, fill: list[Cubics], line: list[Cubics], digits: int) -> None:
+    def write(self, clipped: Clipped, fill: list[Cubics], line: list[Cubics], digits: int) -> None:
         """Makes the element a path, or a group where fill, line and markers need one each.
 
         Args:
-            trimmed: what of the shape is inside.
+            clipped: what of the shape is inside.
             fill: closed runs of the fill, where it differs from the line; those around the whole source come last.
             line: runs of the line, or of both.
             digits: after the decimal point.
@@ -64,15 +64,15 @@ class Placed:
         drawn: list[tuple[str, dict[str, str]]] = []
         if line:
             style = {"fill": "none"} if fill else {}
-            kept = {"marker-start": trimmed.begins, "marker-mid": False, "marker-end": trimmed.ends}
+            kept = {"marker-start": clipped.begins, "marker-mid": False, "marker-end": clipped.ends}
             style |= {name: "none" for name in sorted(self.markers) if not kept[name]}
             drawn.append((_data(line, digits), style))
             if "marker-mid" in self.markers:  # at the shape's own vertices, not at those that fitting adds
                 bare = [([_outer(run)], closed) for run, closed in line]
-                groups = [[run] for run in bare] if trimmed.cut else [bare]
+                groups = [[run] for run in bare] if clipped.cut else [bare]
                 drawn += [(_data(group, digits), _UNSEEN | _ENDS) for group in groups]
         if fill:
-            around = [turns for turns in trimmed.turns if turns] if self.aside else []
+            around = [turns for turns in clipped.turns if turns] if self.aside else []
             data = _data(fill[: len(fill) - len(around)], digits) + "".join(map(_square, around))
             unlined = {"stroke": "none"} | dict.fromkeys(sorted(self.markers), "none") if self.lined else {}
             first = 1 if self.line_first and line else 0  # what has only markers stays last
@@ -119,7 +119,7 @@ def runs_of(drawn: Drawn) -> list[Run]:
     return out
 
 
-def box_of(shapes: Sequence[Placed], affine: Affine) -> Rectangle | None:
+def box_of(shapes: Sequence[MappedElement], affine: Affine) -> Rectangle | None:
     """The bounding box of shapes in the user space that `affine` takes to the root's; None without any."""
     scale = abs(affine.alpha) ** 2 - abs(affine.beta) ** 2
     pieces = [piece for shape in shapes for run in shape.runs for piece in run.pieces]

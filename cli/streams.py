@@ -1,0 +1,36 @@
+"""Standard streams that are closed, as daemons and cron start programs: replaced by ones that lead nowhere.
+
+Without them a file that is opened would take the free number, and what a library prints would end in a picture.
+"""
+
+import os
+import sys
+from contextlib import suppress
+
+LEAST = 1 << 30  # bytes of addresses without which libraries cannot even be loaded: they end the process then
+STREAMS = ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w"))
+
+
+def mend() -> None:
+    """Give the process the streams that it was started without."""
+    for number, name, mode in STREAMS:
+        if getattr(sys, name) is not None:
+            continue
+        try:
+            os.fstat(number)
+        except OSError:
+            nowhere = os.open(os.devnull, os.O_RDWR)
+            if nowhere != number:
+                os.dup2(nowhere, number)
+                os.close(nowhere)
+        setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
+
+
+def starved() -> bool:
+    """Whether the process may have too few addresses (`ulimit -v`) to begin."""
+    with suppress(ImportError):  # Windows has no such limits
+        import resource
+
+        soft, _ = resource.getrlimit(resource.RLIMIT_AS)
+        return soft != resource.RLIM_INFINITY and soft < LEAST
+    return False

@@ -1,0 +1,235 @@
+"""Harmonic maps between samples: the derivatives and the image of a curve, enclosed piece by piece.
+
+With φ linear on every edge, Φ' has logarithms, but Φ″ is rational,
+
+    Φ″(z) = 1/(2πi) Σ_j ρ_j / ((z_j - z) (z_{j+1} - z)),   ρ_j = φ_{j+1} - φ_j - Φ'(m) (z_{j+1} - z_j):
+
+the linear function of slope Φ'(m), m being any point, has no second derivative. On a piece of a curve with middle m and
+half its length r < |z_j - m| for all j, with D_j = |z_j - m| - r,
+
+    |Φ'(z) - Φ'(m)| ≤ r |Φ″(m)| + r² R/2,   |Φ″(z)| ≤ |Φ″(m)| + r R,
+    R = 1/(2π) Σ_j |ρ_j| (D_j + D_{j+1}) / (D_j D_{j+1})²,
+
+and the same for conj Ψ. So nothing is left to chance between samples; pieces are halved until the bounds are sharp
+enough. Rounding is allowed for by bounds of its size (`ROUNDING`), which are estimates.
+"""
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+import shapely
+from numba import njit
+from scipy.spatial import cKDTree
+
+from ..arrays import Complex, Index, Real
+from ..parallel import over_slices
+from .evaluate import Evaluator
+
+NEAR = 0.5  # half of a piece, relative to its distance to the nearest vertex, at most
+SPREAD = 0.5  # radius of the disc that holds the tangents of a piece's image, relative to its centre, at most
+ROUNDING = 1e-13  # of what is added up in a value of the map or its derivatives
+MOST = 30_000  # pieces; a map that takes more is not proven
+ROUNDS = 50
+SLICE = 256
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Closed curves in pieces, each a straight segment from its `start` to that of the piece that follows.
+
+    Attributes:
+        start: (k,) points, the rings one after the other.
+        ring: (k,) number of the ring that a piece belongs to.
+        image: (k,) f at the starts.
+        slope: (k,) f_z at the starts.
+        tangent: (k,) derivative of f along the piece, in its middle.
+        jacobian: (k,) |f_z| - |f_z̄| there.
+        quotient: (k,) |f_z̄ / f_z| there.
+        spread: (k,) how far the tangent strays from the one in the middle, at most; inf where nothing is known.
+        bulge: (k,) distance of the image from the chord between its ends, at most.
+    """
+
+    start: Complex
+    ring: Index
+    image: Complex
+    slope: Complex
+    tangent: Complex
+    jacobian: Real
+    quotient: Real
+    spread: Real
+    bulge: Real
+
+    @property
+    def following(self) -> Index:
+        """(k,) the piece that follows."""
+        return _following(self.ring)
+
+    @property
+    def loose(self) -> np.ndarray:
+        """(k,) whether the bounds do not yet tell that the map keeps its orientation along a piece and that no two
+        points of it have one image."""
+        return ~(self.spread <= SPREAD * self.jacobian)
+
+    @property
+    def half_angle(self) -> Real:
+        """(k,) half the angle of the cone that holds the tangents, at most; needs pieces that are not loose."""
+        return np.arcsin(np.minimum(self.spread / np.abs(self.tangent), 1.0))
+
+    @property
+    def zeros(self) -> Index:
+        """(rings,) turns of f_z along each ring, the number of its zeros inside; exact where no piece is loose."""
+        turn = np.angle(self.slope[self.following] * self.slope.conj())
+        return np.rint(np.bincount(self.ring, turn) / (2 * np.pi)).astype(int)
+
+    def rings(self) -> list[Complex]:
+        """The images of the starts, ring by ring."""
+        return np.split(self.image, np.flatnonzero(np.diff(self.ring)) + 1)
+
+
+class Encloser:
+    """A map made ready for bounds."""
+
+    def __init__(self, f: Evaluator):
+        """Take the map's own arrays, and a search tree of its vertices."""
+        self.f = f
+        self.vertices = cKDTree(np.column_stack([f.polygon.real, f.polygon.imag]))
+        image = f(f.polygon)
+        self.rounding = ROUNDING * float(np.abs(image - image[0]).max())
+
+    def pieces(self, rings: list[Complex]) -> Pieces:
+        """Rings (first point not repeated) in pieces that are short beside their distance to the vertices."""
+        start, ring = np.concatenate(rings), np.repeat(np.arange(len(rings)), [z.size for z in rings])
+        for _ in range(ROUNDS):
+            middle, half = _middles(start, ring)
+            distance = self.vertices.query(np.column_stack([middle.real, middle.imag]))[0]
+            far = half > NEAR * distance
+            if not far.any() or start.size > MOST:
+                break
+            start, ring = _halved(start, middle, far), np.repeat(ring, 1 + far)
+        return self._bounded(start, ring)
+
+    def split(self, pieces: Pieces, which: np.ndarray) -> Pieces:
+        """The same curves with some pieces (k,) halved."""
+        middle, _ = _middles(pieces.start, pieces.ring)
+        fresh = np.repeat(which, 1 + which)
+        start, ring = _halved(pieces.start, middle, which), np.repeat(pieces.ring, 1 + which)
+        new = self._bounded(start, ring, fresh)
+        parts = {}
+        for field in fields(Pieces):
+            old = np.repeat(getattr(pieces, field.name), 1 + which)
+            old[fresh] = getattr(new, field.name)
+            parts[field.name] = old
+        return Pieces(**parts)
+
+    def _bounded(self, start: Complex, ring: Index, only: np.ndarray | None = None) -> Pieces:
+        """The bounds of all pieces, or of those that are marked."""
+        following = _following(ring)
+        if only is None:
+            only = np.ones(start.size, dtype=bool)
+        a, b = start[only], start[following[only]]
+        middle, half = 0.5 * (a + b), 0.5 * np.abs(b - a)
+        out = np.empty((4, middle.size))
+        tree = self.f.tree
+        image, slope, _ = self.f.jet(a)
+        _, f_z, f_zbar = self.f.jet(middle)
+        at = np.stack([f_z, f_zbar.conj()])
+        over_slices(
+            lambda part: _bounds(
+                tree.za, tree.edge, tree.rise, middle[part], half[part], at[:, part], out[:, part]
+            ),
+            middle.size,
+            step=SLICE,
+        )
+        first, rest, noise, error = out[0], out[1], ROUNDING * out[2], out[3]
+        along = (b - a) / np.maximum(2 * half, 1e-300)
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            spread = half * first + 0.5 * half**2 * rest + 2 * noise
+            bulge = 0.5 * half**2 * (first + half * rest) + self.rounding
+            jacobian, quotient = np.abs(f_z) - np.abs(f_zbar), np.abs(f_zbar) / np.abs(f_z)
+        bad = ~(error == 0) | ~np.isfinite(jacobian) | ~np.isfinite(slope) | ~np.isfinite(bulge)
+        spread[bad] = bulge[bad] = np.inf
+        tangent = f_z * along + f_zbar * along.conj()
+        return Pieces(a, ring[only], image, slope, tangent, jacobian, quotient, spread, bulge)
+
+
+def too_close(pieces: Pieces, fresh: np.ndarray | None = None) -> tuple[Index, Index]:
+    """Pairs of pieces whose images may meet where they must not, as far as the bounds tell.
+
+    Neighbours share a point; their images meet only there where the cones of their tangents leave each other room.
+    All others must stay apart by more than their bulges. No piece may be loose.
+
+    Args:
+        pieces: the curves.
+        fresh: (k,) only pairs with one of these; None for all.
+    """
+    following, k = pieces.following, np.arange(pieces.start.size)
+    turn = np.abs(np.angle(pieces.tangent[following] / pieces.tangent))
+    sharp = np.pi - turn <= pieces.half_angle + pieces.half_angle[following]
+    ends = np.column_stack([pieces.image, pieces.image[following]])
+    low = np.minimum(ends[:, 0].real, ends[:, 1].real), np.minimum(ends[:, 0].imag, ends[:, 1].imag)
+    high = np.maximum(ends[:, 0].real, ends[:, 1].real), np.maximum(ends[:, 0].imag, ends[:, 1].imag)
+    e = pieces.bulge
+    boxes = shapely.box(low[0] - e, low[1] - e, high[0] + e, high[1] + e)
+    chosen = k if fresh is None else np.flatnonzero(fresh)
+    i, j = shapely.STRtree(boxes).query(boxes[chosen], predicate="intersects")
+    i = chosen[i]
+    apart = (i != j) & (following[i] != j) & (following[j] != i)
+    i, j = i[apart], j[apart]
+    chords = shapely.linestrings(np.stack([ends.real, ends.imag], axis=-1))
+    near = shapely.distance(chords[i], chords[j]) <= e[i] + e[j]
+    return np.concatenate([k[sharp], i[near]]), np.concatenate([following[sharp], j[near]])
+
+
+def _following(ring: Index) -> Index:
+    """The next index in the same ring, cyclic."""
+    following = np.arange(1, ring.size + 1)
+    last = np.append(np.flatnonzero(np.diff(ring)), ring.size - 1)
+    following[last] = np.concatenate([[0], last[:-1] + 1])
+    return following
+
+
+def _middles(start: Complex, ring: Index) -> tuple[Complex, Real]:
+    end = start[_following(ring)]
+    return 0.5 * (start + end), 0.5 * np.abs(end - start)
+
+
+def _halved(start: Complex, middle: Complex, which: np.ndarray) -> Complex:
+    """Starts with the middles of some pieces inserted."""
+    return np.insert(start, np.flatnonzero(which) + 1, middle[which])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _bounds(polygon, edge, rise, middle, half, at, out):
+    """For each piece: |Φ″| + |Ψ″| in its middle, R of both, what is added up in f_z and f_z̄, and whether a vertex lies
+    on it; `at` (m, p) are the derivatives of the densities' maps there."""
+    n, both = polygon.size, rise.shape[0] > 1
+    for p in range(middle.size):
+        m, r = middle[p], half[p]
+        second0, second1 = 0j, 0j
+        rest, terms, error = 0.0, 0.0, 0.0
+        a = polygon[0] - m
+        far_a = abs(a)
+        for j in range(n):
+            b = polygon[(j + 1) % n] - m
+            far_b = abs(b)
+            if not min(far_a, far_b) > r:
+                error = 1.0
+                break
+            inverse = 1 / (a * b)
+            bent = rise[0, j] - at[0, p] * edge[j]
+            second0 += bent * inverse
+            size, steep = abs(bent), abs(rise[0, j])
+            if both:
+                bent = rise[1, j] - at[1, p] * edge[j]
+                second1 += bent * inverse
+                size += abs(bent)
+                steep += abs(rise[1, j])
+            product = (far_a - r) * (far_b - r)
+            rest += size * (far_a + far_b - 2 * r) / (product * product)
+            terms += steep * min(4.0 / abs(edge[j]), 1.0 / max(far_a, far_b))
+            a, far_a = b, far_b
+        out[0, p] = (abs(second0) + abs(second1)) / (2 * math.pi)
+        out[1, p] = rest / (2 * math.pi)
+        out[2, p] = terms / (2 * math.pi)
+        out[3, p] = error

@@ -1,0 +1,238 @@
+"""A map that carries shapes: paths refitted within a tolerance, and the map's affine part for what has no path."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from ...arrays import Complex
+from ...curve import Curve
+from ...maps.bezier_fit import refit
+from ...maps.kinds import AnyMap, Evaluated, evaluated
+from ..shapes.shape import Shape
+from ..svg.affine import Affine
+from ..svg.path_data import Run
+from .affine_part import AffinePart, Samples, affine_part
+from .clip import Clipped, Domain, Part
+from .element import MappedElement
+
+NEAR = 3e-4  # of the source's diagonal: no farther outside counts as on the outline, which is flattened
+LOST = "shape of which the map makes no numbers, left out"
+CUT, OUTSIDE = "shape partly outside the source, cut off at its outline", "shape outside the source, left out"
+# Parameters on a piece: samples at the odd ones, each for the length from the one before to the one after.
+_T = np.arange(9) / 8
+_CONJUGATE = Affine(0, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """What follows the map only by its affine part over some shapes; `apply` returns what is to be noted."""
+
+    shapes: Sequence[MappedElement]
+    apply: Callable[[AffinePart], str]
+
+
+class Region:
+    """The domain of a map.
+
+    Args:
+        source: the shape that the map was made for.
+        map: source → target, core plane.
+    """
+
+    def __init__(self, source: Shape, map: AnyMap | Evaluated):
+        self.map = evaluated(map)
+        self.rim = Curve(self.map.polygon)
+        outline = source.curve.z
+        gap = float(np.abs(self.rim.at(self.rim.closest(outline)) - outline).max())
+        self.domain = Domain(self.rim, max(1.2 * gap, NEAR * source.curve.diagonal))
+
+    def jet(self, z: Complex) -> tuple[Complex, ...]:
+        """Points, images and derivatives; points that are not inside are replaced by those of the outline."""
+        z = z.copy()
+        jet = self.map.jet(z)
+        far = float(np.abs(self.rim.z).max())
+        for inward in (
+            0.0,
+            1e-9 * self.map.diagonal + 8 * np.spacing(far),
+        ):  # where rounding puts it outside again
+            lost = np.flatnonzero(np.isnan(jet[0]))
+            if not lost.size:
+                break
+            s = self.rim.closest(z[lost])
+            edge, _ = self.rim.locate(s)
+            z[lost] = self.rim.at(s) - inward * self.rim.normals[edge]
+            for values, found in zip(jet, self.map.jet(z[lost])):
+                values[lost] = found
+        return z, *jet
+
+
+class Regions:
+    """The domains of several maps, the smallest first."""
+
+    def __init__(self, regions: Sequence[Region]):
+        self.all = sorted(regions, key=lambda region: region.domain.polygon.area)
+        reaches = [region.domain.reach for region in self.all]
+        self.outer = [
+            region
+            for k, region in enumerate(self.all)
+            if not any(reach.contains(region.domain.polygon) for reach in reaches[k + 1 :])
+        ]
+
+    def of(self, runs: Sequence[Run]) -> list[Region]:
+        """The smallest that holds all of the runs; where none does, those that are in no other."""
+        if len(self.all) == 1:
+            return self.all
+        z = np.concatenate([piece.at(_T) for run in runs for piece in run.pieces])
+        for region in self.all:
+            if shapely.contains_xy(region.domain.reach, z.real, z.imag).all():
+                return [region]
+        return self.outer
+
+
+class PathMapping:
+    """The maps, ready to carry shapes.
+
+    Args:
+        parts: the shapes that they were made for, each with its map, source → target, core plane.
+        tolerance: of the paths, in the target's units.
+
+    Attributes:
+        notes: what was cut off, left out or approximated, with how often.
+    """
+
+    def __init__(self, parts: Sequence[tuple[Shape, AnyMap | Evaluated]], tolerance: float):
+        self.regions = Regions([Region(source, map) for source, map in parts])
+        self.tolerance = tolerance
+        self.notes: Counter[str] = Counter()
+
+    def carry(self, shapes: Sequence[MappedElement], effects: Sequence[Effect]) -> None:
+        """Applies the effects, then gives every shape's element its path, or takes the element out."""
+        left = [self._left(shape) for shape in shapes]
+        clipped = [_together([clipped for _, clipped in each]) for each in left]
+        parts = [_parts(shape, each) for shape, each in zip(shapes, left)]
+        runs = [run for fill, line in parts for run in fill + line]
+        pieces = [piece for run in runs for piece in run.pieces]
+        owners = [run.region for run in runs for _ in run.pieces]
+        fitted = refit(
+            lambda which, t: _jet(owners, which, _points(pieces, which, t))[1], len(pieces), self.tolerance
+        )
+        fitted = [control.conj() for control in fitted]
+        samples = _samples(pieces, owners)
+        sampled: dict[MappedElement, Samples] = {}
+        last = 0
+        for shape, (fill, line) in zip(shapes, parts):
+            first, begin = last, last + sum(len(run.pieces) for run in fill)
+            last = begin + sum(len(run.pieces) for run in line)
+            lined = (np.arange(first, last) >= begin) | (not line)
+            sampled[shape] = samples.part(slice(4 * first, 4 * last), lined.repeat(4), fitted[first:last])
+        for effect in effects:
+            over = affine_part([sampled[shape] for shape in effect.shapes])
+            note = effect.apply(over) if over else ""
+            self.notes[note] += bool(note)
+        cubics = iter(fitted)
+        digits = max(0, int(np.ceil(-np.log10(self.tolerance / 20))))
+        for shape, each, (fill, line) in zip(shapes, clipped, parts):
+            fills, lines = (
+                [([next(cubics) for _ in run.pieces], run.closed) for run in kind] for kind in (fill, line)
+            )
+            if not all(np.isfinite(cubic).all() for run, _ in fills + lines for cubic in run):
+                shape.parent.remove(shape.out)
+                self.notes[LOST] += 1
+            elif fills or lines:
+                shape.write(each, fills, lines, digits)
+                self.notes[CUT] += each.cut and not shape.aside
+            else:
+                shape.parent.remove(shape.out)
+                self.notes[OUTSIDE] += not shape.aside
+        self.notes = +self.notes
+
+    def _left(self, shape: MappedElement) -> list[tuple[Region, Clipped]]:
+        """What is left of a shape in each region that it is carried by."""
+        runs = [_core(run) for run in shape.runs]
+        regions = self.regions.of(runs)
+        found = [(region, region.domain.clip(runs, seams=bool(shape.markers))) for region in regions]
+        seen = [(region, each) for region, each in found if each.line or each.fill or any(each.turns)]
+        return seen or found[:1]
+
+
+class Placement(NamedTuple):
+    """A run that is to be fitted, and the region that carries it."""
+
+    pieces: list[Part]
+    closed: bool
+    region: Region
+
+
+def _together(found: Sequence[Clipped]) -> Clipped:
+    """What is left of a shape in several regions."""
+    if len(found) == 1:
+        return found[0]
+    lines, fills = ([run for each in found for run in getattr(each, name)] for name in ("line", "fill"))
+    turns = [turn for each in found for turn in each.turns]
+    begins, ends = (any(getattr(each, name) for each in found) for name in ("begins", "ends"))
+    return Clipped(lines, True, fills, turns, begins, ends)
+
+
+def _parts(
+    shape: MappedElement, left: Sequence[tuple[Region, Clipped]]
+) -> tuple[list[Placement], list[Placement]]:
+    """What is to be fitted of a shape: runs of its fill, where they differ from the line's, and of its line.
+
+    The runs around a whole region come last.
+    """
+    cut = any(clipped.cut for _, clipped in left)
+    lines = [Placement(run, closed, region) for region, each in left for run, closed in each.line]
+    if not cut:
+        return [], lines
+    if shape.lined and not shape.filled:
+        return [], lines
+    fills = [Placement(run, True, region) for region, each in left for run in each.fill]
+    fills += [
+        Placement(region.domain.around(turns), True, region)
+        for region, each in left
+        for turns in each.turns
+        if turns
+    ]
+    return fills, lines if shape.lined else []
+
+
+def _jet(owners: Sequence[Region], which: NDArray[np.intp], z: Complex) -> tuple[Complex, ...]:
+    """Points, images and derivatives of points (p,) of pieces `which`, each by the map of the piece's region."""
+    if len(set(owners)) == 1:
+        return owners[0].jet(z)
+    out = tuple(np.empty(z.size, np.complex128) for _ in range(4))
+    number = {region: k for k, region in enumerate(dict.fromkeys(owners))}
+    mine = np.array([number[region] for region in owners], dtype=np.intp)[which]
+    for region, k in number.items():
+        chosen = np.flatnonzero(mine == k)
+        for into, values in zip(out, region.jet(z[chosen]) if chosen.size else ()):
+            into[chosen] = values
+    return out
+
+
+def _samples(pieces: list[Part], owners: Sequence[Region]) -> Samples:
+    """Four for each piece."""
+    which = np.repeat(np.arange(len(pieces)), _T.size)
+    z = _points(pieces, which, np.tile(_T, len(pieces))).reshape(-1, _T.size)
+    length = np.abs(np.diff(z[:, ::2])).ravel()
+    z, w, alpha, beta = _jet(owners, np.repeat(np.arange(len(pieces)), 4), z[:, 1::2].ravel())
+    return Samples(z.conj(), w.conj(), alpha.conj(), beta.conj(), length, length > 0, w)
+
+
+def _core(run: Run) -> Run:
+    return Run(_CONJUGATE(run.start), [piece.under(_CONJUGATE) for piece in run.pieces], run.closed)
+
+
+def _points(pieces: Sequence[Part], which: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
+    """Points of the pieces; `which` is not sorted, but comes in runs."""
+    out = np.empty(t.size, dtype=np.complex128)
+    cuts = np.flatnonzero(np.diff(which, prepend=-1, append=-1))
+    for a, b in pairwise(cuts):
+        out[a:b] = pieces[which[a]].at(t[a:b])
+    return out

@@ -1,0 +1,165 @@
+"""What a drawing refers to, kept only where it is in the drawing itself: `#id`, and pictures as `data:`.
+
+An SVG that is opened, or shown in a page, fetches what its styles and links name, and runs its scripts. So nothing of
+that kind is passed on, whatever way it is written: styles are parsed as CSS, names and values are not searched for.
+"""
+
+import re
+from collections.abc import Iterator
+from typing import Any
+from xml.etree.ElementTree import Element
+
+import tinycss2
+
+from ..svg.document import local
+
+PICTURE = re.compile(r"data:image/(?:png|jpe?g|gif|webp|avif|bmp|tiff?|x-icon)[;,]", re.IGNORECASE)
+FETCHING = {"url", "src"}  # functions of one address
+OTHERS = {"image", "image-set", "-webkit-image-set", "cross-fade", "-webkit-cross-fade", "expression", "attr"}
+NESTED = {"media", "supports", "layer", "container", "scope", "keyframes", "-webkit-keyframes"}
+INERT = {"charset", "namespace"}
+ACTIVE = {"script", "foreignObject", "iframe", "embed", "object", "audio", "video", "handler", "listener"}
+ACTIVE |= {"animate", "set", "animateMotion", "animateTransform", "animateColor", "discard", "link"}
+NUMBERLESS = re.compile(r"(?i)(?<![\w#.-])[-+]?(?:nan|inf|infinity)(?![\w.-])")
+NAMES = {
+    "id",
+    "class",
+    "label",
+    "style",
+    "type",
+    "result",
+    "in",
+    "in2",
+    "values",
+}  # and links: words, not numbers
+XHTML = "{http://www.w3.org/1999/xhtml}"
+LINKS = {"href", "src", "data", "base", "action", "formaction"}
+
+
+def confine(top: Element) -> int:
+    """Takes out of a document, in place, all that leads out of it or could run.
+
+    Returns:
+        How many references were left out.
+    """
+    left_out = 0
+    for parent in list(top.iter()):
+        for child in [child for child in parent if _active(child)]:
+            parent.remove(child)
+    for element in top.iter():
+        if local(element) == "style":
+            text = "".join(element.itertext())
+            element[:] = []
+            element.text, lost = sheet(text)
+            left_out += lost
+        for name, value in list(element.attrib.items()):
+            kept, lost = _attribute(name, value)
+            left_out += lost
+            if kept is None:
+                del element.attrib[name]
+            else:
+                element.set(name, kept)
+    return left_out
+
+
+def sheet(text: str) -> tuple[str, int]:
+    """A style sheet without what leads out of the document, and how many declarations and rules went."""
+    try:
+        lost: list[Any] = []
+        return tinycss2.serialize(list(_rules(tinycss2.parse_stylesheet(text), lost))), len(lost)
+    except (ValueError, RecursionError):  # numbers of thousands of digits, deep nesting
+        return "", 1
+
+
+def style(text: str) -> tuple[str, int]:
+    """The declarations of a style attribute without those that lead out, and how many went."""
+    try:
+        lost: list[Any] = []
+        return tinycss2.serialize(list(_declarations(tinycss2.parse_blocks_contents(text), lost))), len(lost)
+    except (ValueError, RecursionError):
+        return "", 1
+
+
+def _active(element: Element) -> bool:
+    name = str(element.tag).rpartition("}")[2]
+    return str(element.tag).startswith(XHTML) or name in ACTIVE
+
+
+def _attribute(name: str, value: str) -> tuple[str | None, int]:
+    """What becomes of an attribute, None where it goes; and whether it led out."""
+    bare = name.rpartition("}")[2].lower()
+    if bare.startswith("on"):
+        return None, 0
+    if bare in LINKS and "rdf-syntax" not in name:
+        return (value, 0) if _inside(value) else (None, 1)
+    if bare == "style":
+        return style(value)
+    if bare not in NAMES and NUMBERLESS.search(value):
+        return None, 0
+    if "(" not in value and "\\" not in value:
+        return value, 0
+    try:
+        return (None, 1) if _leads_out(tinycss2.parse_component_value_list(value)) else (value, 0)
+    except (ValueError, RecursionError):
+        return None, 1
+
+
+def _rules(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
+    for node in nodes:
+        if node.type == "qualified-rule":
+            node.content = list(_declarations(tinycss2.parse_blocks_contents(node.content), lost))
+        elif node.type == "at-rule" and node.content is not None:
+            if node.lower_at_keyword in NESTED:
+                node.content = list(_rules(tinycss2.parse_rule_list(node.content), lost))
+            else:
+                node.content = list(_declarations(tinycss2.parse_blocks_contents(node.content), lost))
+        elif node.type == "error" or (node.type == "at-rule" and node.lower_at_keyword not in INERT):
+            lost.append(node)
+            continue
+        if node.type in ("qualified-rule", "at-rule") and _leads_out(node.prelude, node.type == "at-rule"):
+            lost.append(node)
+            continue
+        yield node
+
+
+def _declarations(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
+    """Declarations that stay inside, as values; rules that are nested in them, and what cannot be read, go."""
+    first = True
+    for node in nodes:
+        if node.type in ("whitespace", "comment"):
+            yield node
+        elif node.type == "declaration" and not _leads_out(node.value):
+            text = f"{node.name}:{tinycss2.serialize(node.value)}{'!important' if node.important else ''}"
+            yield from tinycss2.parse_component_value_list(text if first else f";{text}")
+            first = False
+        else:
+            lost.append(node)
+
+
+def _leads_out(values: list[Any], inert: bool = False) -> bool:
+    """Whether component values name anything that is not in the document; `inert` where addresses are only names."""
+    for value in values:
+        if value.type == "url" and not inert and not _inside(value.value):
+            return True
+        if value.type == "error":
+            return True
+        if value.type == "function":
+            name = value.lower_name
+            if name in OTHERS or (name in FETCHING and not inert and not _names_inside(value.arguments)):
+                return True
+            if name not in FETCHING and _leads_out(value.arguments, inert):
+                return True
+        if value.type.endswith("block") and _leads_out(value.content, inert):
+            return True
+    return False
+
+
+def _names_inside(arguments: list[Any]) -> bool:
+    told = [value for value in arguments if value.type not in ("whitespace", "comment")]
+    return len(told) == 1 and told[0].type == "string" and _inside(told[0].value)
+
+
+def _inside(address: str) -> bool:
+    """Whether an address is an id of the document, or a picture in itself."""
+    address = address.strip()
+    return address.startswith("#") or bool(PICTURE.match(address))

@@ -1,0 +1,35 @@
+"""Names of files that every system takes."""
+
+import os
+import re
+import unicodedata
+
+LONGEST = 255  # bytes of one name, on nearly every disk
+FORBIDDEN = re.compile(r'[<>:"|?*\x00-\x1f]')
+RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])(\..*)?")
+
+
+def mistake(path: str) -> str | None:
+    """Why a relative path cannot be written here, or on Windows; None where it can."""
+    shown = repr(path[:60]) if len(path) > 60 or not path.isprintable() else path
+    try:
+        encoded = [os.fsencode(part) for part in path.split("/")]
+    except UnicodeEncodeError:
+        return f"{shown}: the name is not Unicode; use another"
+    if "\0" in path:
+        return f"{shown}: a name holds no NUL character; use another"
+    if any(len(part) > LONGEST for part in encoded):
+        return f"{shown}…: a name longer than {LONGEST} bytes; use a shorter one"
+    _drive, rest = os.path.splitdrive(path)
+    for part in re.split(r"[/\\]", rest):
+        found = FORBIDDEN.search(part)
+        if found:
+            return f"{shown}: Windows allows no {found[0]!r} in names; use another"
+        if RESERVED.fullmatch(part) or (part.endswith((".", " ")) and part.strip(".")):
+            return f"{shown}: Windows allows no name {part!r}; use another"
+    return None
+
+
+def alike(path: str) -> str:
+    """The same for names that differ only by case or by how Unicode writes a letter."""
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", path).casefold())

@@ -1,0 +1,85 @@
+"""What of the target's plane pictures show, and what of the source's plane the texture covers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...arrays import Box
+from .job import Job
+
+if TYPE_CHECKING:
+    from ..shapes.shape import Shape
+
+SMALL = 0.25  # of the canvas' sides: pictures of a shape that takes no more than that show its box instead
+OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is told
+
+
+def shown(job: Job, target: Shape) -> Box:
+    """What pictures show of the target's plane: what --target-box names.
+
+    By default that is the canvas, unless the shape takes little of it, as a country of a world map does, or lies beside
+    it: then it is the shape's bounding box.
+    """
+    return target.bounds if job.target_box == "bbox" or _astray(job, target) else target.box
+
+
+def _astray(job: Job, target: Shape) -> str:
+    """Why the default is not the canvas; empty where it is, or where it is said what is to be shown."""
+    if job.target_box:
+        return ""
+    if _reach(target, target.box) >= 1:
+        return "lies outside its canvas"
+    share = _share(target)
+    return f"takes {share:.0%} of its canvas' sides" if share <= SMALL else ""
+
+
+def covered(job: Job, source: Shape) -> Box:
+    """What of the source a texture covers: what --texture-box names, by default the canvas."""
+    return source.bounds if job.texture_box == "bbox" else source.box
+
+
+def chequered(job: Job, source: Shape) -> Box:
+    """What of the source the checkerboard covers: a square about the shape, or about its canvas where that is said."""
+    return square(source.box if job.texture_box == "viewbox" else source.bounds)
+
+
+def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
+    """Notes on what is shown of the target, and on shapes that reach out of that, or out of the texture."""
+    said = []
+    if why := _astray(job, target):
+        text = "pictures show the shape's box; --target-box viewbox shows the canvas"
+        said.append(f"{target.spec}: {why}, so {text}")
+    if job.target and (out := _reach(target, shown(job, target))) > OFF:
+        text = f"{out:.0%} of its extent lies outside its canvas, where pictures end"
+        said.append(f"{target.spec}: {text}; --target-box bbox shows all of it")
+    if job.texture_box == "bbox" or not (job.texture or job.texture_box):
+        return said
+    cure = "--texture-box bbox covers it"
+    if (out := _reach(source, source.box)) > OFF:
+        text = f"{out:.0%} of its extent lies outside its canvas, where the texture ends"
+        said.append(f"{source.spec}: {text}; {cure}")
+    elif job.texture and not job.texture_box and (share := _share(source)) <= SMALL:
+        text = f"takes {share:.0%} of its canvas' sides, and shows no more of the texture"
+        said.append(f"{source.spec}: {text}; {cure} with all of it")
+    return said
+
+
+def square(box: Box) -> Box:
+    """The smallest square about the middle of a box that holds it."""
+    middle, size = (box[0] + box[1]) / 2, box[1] - box[0]
+    half = max(size.real, size.imag) / 2 * (1 + 1j)
+    return middle - half, middle + half
+
+
+def _share(shape: Shape) -> float:
+    """Width or height of a shape by that of its canvas, whichever is the larger part."""
+    size, canvas = (high - low for low, high in (shape.bounds, shape.box))
+    return max(size.real / canvas.real, size.imag / canvas.imag)
+
+
+def _reach(shape: Shape, box: Box) -> float:
+    """How far a shape reaches out of a box, relative to its size in that direction; at most 1."""
+    (low, high), (here, there) = box, shape.bounds
+    over = (low.real - here.real, there.real - high.real), (low.imag - here.imag, there.imag - high.imag)
+    size = there - here
+    return min(1.0, max(max(over[0]) / size.real, max(over[1]) / size.imag))

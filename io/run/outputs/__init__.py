@@ -1,0 +1,65 @@
+"""What a run writes, a module for each kind of output; one is imported when it is wanted."""
+
+from importlib import import_module
+
+from ....errors import InputError
+from ... import formats
+from ...spec import Spec
+from ..inputs import Inputs
+from ..job import Job
+from ..state import Run
+from . import checks
+from .output import Output
+
+
+def of(job: Job, inputs: Inputs) -> list[Output]:
+    """All that a job writes but its report.
+
+    Raises:
+        InputError: an unknown suffix, or what cannot be made of these shapes.
+    """
+    onto_mesh = job.target is not None and inputs.is_mesh(job.target)
+    if job.bake and not onto_mesh:
+        raise InputError(f"{job.target or job.source}: --bake needs a mesh as target")
+    found = [_made(_kind(name, job), name) for name in job.output]
+    found += [_made("plot.Plot", job.plot)] if job.plot else []
+    found += [_made("stmap.STMap", job.stmap)] if job.stmap else []
+    for output in found:
+        output.suit(job, onto_mesh)
+    return found
+
+
+def check(run: Run, outputs: list[Output]) -> None:
+    """Refuse before the solving what the outputs would refuse after it, and tell what is left out of the texture.
+
+    Raises:
+        InputError: as each of them says, and a texture that cannot be carried.
+    """
+    for output in outputs:
+        output.check(run)
+    checks.source(run)
+    if run.job.texture:
+        checks.texture(run)
+
+
+def _kind(name: str, job: Job) -> str:
+    """Module and class of what is written under a name by -o."""
+    format = formats.of(name)
+    if format.mesh:
+        return "textured_mesh.TexturedMesh"
+    if format.drawing:
+        return "artwork.Artwork"
+    return "baked.Baked" if job.bake else "picture.Picture"
+
+
+def _made(kind: str, name: str) -> Output:
+    module, _, made = kind.partition(".")
+    return getattr(import_module(f".{module}", __name__), made)(name)
+
+
+def suffix_for(job: Job, inputs: Inputs) -> str:
+    """Of the output that is written when none is named: a mesh for a mesh, else a picture."""
+    if job.target is None or job.bake or not inputs.is_mesh(job.target):
+        return ".png"
+    path = Spec.of(job.target).path
+    return formats.suffix_of(path) if formats.of(path).uv else ".obj"

@@ -1,0 +1,66 @@
+"""What several kinds of output check before the solving; remarks that are made twice are told once."""
+
+from __future__ import annotations
+
+from ....pixels.texture import MENDING, check_kind, strip_bytes
+from ...shapes.shape import Shape
+from .. import framing, raster_size
+from ..state import Run
+
+
+def source(run: Run) -> None:
+    """Note which of a mesh source's textures is carried, if any."""
+    if not run.source.is_mesh:
+        return
+    if not run.on_mesh:
+        run.note(f"{run.source.spec}: names no texture; give one with --texture")
+    elif not run.job.texture and (count := len(run.source.pictures)) > 1:
+        first = run.source.pictures[0]
+        text = f"{first!s} is taken for all of its {count} textures; file#material picks one"
+        run.note(f"{run.source.spec}: {text}")
+
+
+def texture(run: Run) -> None:
+    """Tell what was left out of the texture.
+
+    Raises:
+        InputError: it cannot be read, or has fewer channels than its kind needs.
+    """
+    for note in run.image.notes:
+        run.note(note)
+    check_kind(run.job.kind, run.image.pixels.shape[2], run.job.texture or run.job.source)
+
+
+def coordinates(run: Run, *shapes: Shape) -> None:
+    """Tell where the texture coordinates of meshes leave 0..1.
+
+    Raises:
+        InputError: a mesh has none, or some that are not finite.
+    """
+    from ...shapes import mesh_texture
+
+    for note in [note for shape in shapes for note in mesh_texture.beyond_unit(shape)]:
+        run.note(note)
+
+
+def canvas(run: Run) -> tuple[int, int]:
+    """Width and height of the target's raster, before the map is known; tells what it shows of the target.
+
+    Raises:
+        InputError: more pixels than --max-pixels.
+    """
+    for note in framing.remarks(run.job, run.source, run.target):
+        run.note(note)
+    return raster_size.canvas_size(run.job, run.target)
+
+
+def room(run: Run) -> None:
+    """Refuse a texture that does not fit into --memory.
+
+    Raises:
+        InputError: there is too little.
+    """
+    rows, columns, planes = run.image.pixels.shape
+    run.room.check(strip_bytes(rows, columns, planes), "the texture")
+    if run.image.holes:
+        run.room.check(MENDING * rows * columns, "a texture that is not finite everywhere")

@@ -1,0 +1,52 @@
+"""What every kind of output is: asked in this order, by `io.run.execute`."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+if TYPE_CHECKING:
+    from ..job import Job
+    from ..state import Run
+
+
+class Output(ABC):
+    """One file that a run writes.
+
+    Attributes:
+        name: as the user gave it; - for stdout.
+    """
+
+    samples: ClassVar[bool] = False  # whether it filters the texture, which is made ready beside the solving
+
+    def __init__(self, name: str) -> None:
+        """Nothing is checked here."""
+        self.name = name
+
+    @abstractmethod
+    def suit(self, job: Job, onto_mesh: bool) -> None:
+        """Refuse, before any input is read, what the suffix cannot hold or the job cannot give.
+
+        Args:
+            job: what to do.
+            onto_mesh: whether the target is a mesh.
+
+        Raises:
+            InputError: naming what could be asked for instead.
+        """
+
+    def check(self, run: Run) -> None:  # noqa: B027
+        """Refuse, before the solving, what `write` would refuse after it, and note what will be lost.
+
+        Raises:
+            InputError: as each kind says.
+        """
+
+    def beside(self, run: Run) -> list[str]:
+        """The files that come with it."""
+        return []
+
+    @abstractmethod
+    def write(self, run: Run, path: Path) -> None:
+        """Write it into a temporary file with the suffix of its name."""

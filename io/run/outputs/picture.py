@@ -1,0 +1,136 @@
+"""The texture carried to the target's canvas, in the texture's own depth and colour space."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from numpy.typing import NDArray
+
+from ....errors import InputError
+from ....pixels.canvas import Diagnostics
+from ....pixels.warp import Warp, band_bytes, padded, whole, whole_bytes
+from ... import formats
+from ...pictures import image_files
+from ...pictures.image import Image, straight
+from ..job import Job
+from ..plain import Colours
+from ..state import Run
+from . import checks
+from .output import Output
+
+PADDED = "the whole picture at once (--padding)"
+
+
+class Picture(Output):
+    """A picture of the target."""
+
+    samples = True
+
+    def suit(self, job: Job, onto_mesh: bool) -> None:
+        """A suffix of pictures, and of those that keep what --padding makes."""
+        if self.name != "-":
+            formats.check(self.name, "picture", "-o")
+        if job.padding and not self._format.hidden:
+            suffix = formats.suffix_of(self.name)
+            raise InputError(
+                f"{self.name}: {suffix} keeps no colours where alpha is 0, so no --padding; use .png or .tif"
+            )
+
+    @property
+    def _format(self) -> formats.Picture:
+        return formats.picture("stdout.png" if self.name == "-" else self.name)
+
+    def check(self, run: Run) -> None:
+        """The canvas, the texture, room for both, and whether the format holds what will be made."""
+        if run.on_mesh:
+            checks.coordinates(run, run.source)
+        width, height = checks.canvas(run)
+        checks.texture(run)
+        image = run.image.covered()
+        checks.room(run)
+        run.room.check(band_bytes(width), f"rows of {width} pixels")
+        if run.job.padding:
+            room = whole_bytes(height, width, image.pixels.shape[2], image.pixels.itemsize)
+            run.room.check(room, PADDED)
+        self.check_format(run, image, width, height)
+
+    def check_format(self, run: Run, image: Image, width: int, height: int) -> None:
+        """Refuse what the format does not hold, and note what it loses.
+
+        Raises:
+            InputError: so many pixels or channels, or the colour space.
+        """
+        job, suffix, format = run.job, formats.suffix_of(self.name), self._format
+        image_files.check("stdout.png" if self.name == "-" else self.name, image, height, width)
+        as_stored = job.kind != "colour" or job.filter == "nearest"
+        kept = format.hidden or (format.light == "linear" and format.alpha and image.associated)
+        if as_stored and run.image.alpha >= 0 and not kept:
+            lost = f"{suffix} keeps no colours where alpha is 0; use .png or .tif to keep them"
+            run.note(f"{self.name}: {lost}")
+        usual = "lin_rec709" if image.pixels.dtype.kind == "f" else "sRGB"
+        said = format.named or format.light != "any" or image.colorspace in (usual, "data", job.colorspace)
+        if not said:
+            unsaid = f"{suffix} does not say the colour space {image.colorspace}; its numbers are kept"
+            run.note(f"{self.name}: {unsaid}")
+
+    def write(self, run: Run, path: Path) -> None:
+        """Rows as they are made, or with padding the whole at once."""
+        if not run.job.padding:
+            _stream(run, path)
+            return
+        image = _padded(run)
+        with run.timed("write"):
+            image_files.write(path, image)
+
+
+def _warp(run: Run) -> Warp:
+    placing = run.source.placing(run.sampler.texture) if run.on_mesh else None
+    return Warp(run.mapping, run.sampler, run.canvas, placing=placing, max_error=run.job.max_pixel_error)
+
+
+def _padded(run: Run) -> Image:
+    """The picture with its colours extended beyond the outline, which needs all of it at once."""
+    job, canvas = run.job, run.canvas
+    with run.timed("resample"):
+        work = _warp(run)
+        each = whole_bytes(canvas.height, canvas.width, work.channels, work.dtype.itemsize)
+        run.room.threads(1, each, PADDED)
+        warped = whole(work, threads=run.threads, progress=_advance(run))
+        image = straight(run.image.with_pixels(warped.pixels, warped.alpha))
+        image = replace(image, pixels=padded(image.pixels, image.alpha, job.padding or 0, job.fill))
+    colours = Colours()
+    colours.see(warped.pixels, warped.alpha)
+    _told(run, colours, warped.diagnostics)
+    return image
+
+
+def _stream(run: Run, path: Path) -> None:
+    """The picture, written as it is made: memory for some rows only."""
+
+    def blocks() -> Iterator[NDArray]:
+        for block in work.blocks(run.threads):
+            if advance:
+                advance(len(block))
+            colours.see(block, work.alpha)
+            yield run.image.with_pixels(block, work.alpha).pixels
+
+    with run.timed("resample"):
+        work, advance, colours = _warp(run), _advance(run), Colours()
+        like = replace(run.image, alpha=work.alpha)
+        image_files.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
+    _told(run, colours, work.diagnostics)
+
+
+def _told(run: Run, colours: Colours, seen: Diagnostics) -> None:
+    """Report what became of the pixels, and say so when they show nothing."""
+    run.figures["pixels"] = seen.as_dict()
+    textured = bool(run.job.texture) and run.job.texture_box != "bbox" and not run.on_mesh
+    if note := colours.note(bool(seen.inside or seen.edge), textured):
+        run.note(note)
+
+
+def _advance(run: Run) -> Callable[[int], None] | None:
+    progress = run.progress
+    return None if progress is None else lambda done: progress(done, run.canvas.height)

@@ -1,0 +1,36 @@
+"""The figure of a run; for a mesh its flattening and its textured surface."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ... import formats
+from ..job import Job
+from ..state import Run
+from .output import Output
+
+
+class Plot(Output):
+    """A figure."""
+
+    def suit(self, job: Job, onto_mesh: bool) -> None:
+        """A suffix of figures."""
+        formats.check(self.name, "plot", "--plot")
+
+    def write(self, run: Run, path: Path) -> None:
+        """matplotlib is imported here: it takes longer than many runs."""
+        with run.timed("plot"):
+            if not run.target.is_mesh:
+                from .. import figure
+
+                if len(run.fits) > 1:
+                    run.note(f"{self.name}: shows the largest part alone")
+                figure.draw(run, path)
+                return
+            from ...shapes.mesh_shape import as_mesh
+            from .. import mesh_figure
+
+            placed, target = run.image.texture(run.box, kind=run.job.kind), as_mesh(run.target)
+            mesh_figure.draw(
+                target, path, map=run.fit.map, source=run.source, texture=placed, pins=run.fit.pins
+            )

@@ -1,0 +1,123 @@
+"""The target mesh with texture coordinates that show the texture: nothing is resampled."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....arrays import Box, Complex, Real
+from ....errors import InputError
+from ....maps.extended_inverse import ExtendedInverse
+from ....maps.kinds import AnyMap
+from ....meshes import layout
+from ... import formats
+from ...meshes import mesh_files
+from ...shapes.mesh_shape import MeshShape, as_mesh
+from ...shapes.shape import Shape
+from ..framing import covered
+from ..job import Job
+from ..state import Run
+from .output import Output
+
+
+class TexturedMesh(Output):
+    """A mesh with new texture coordinates."""
+
+    def suit(self, job: Job, onto_mesh: bool) -> None:
+        """A mesh as target, and a suffix that holds texture coordinates."""
+        if job.target is None:
+            raise InputError(
+                f"{self.name}: a deformation is in the plane and writes no mesh; use a picture's suffix"
+            )
+        if not onto_mesh:
+            raise InputError(f"{self.name}: a mesh is written for a mesh as target; {job.target} is none")
+        formats.check(self.name, "uv", "-o")
+
+    def check(self, run: Run) -> None:
+        """Texture coordinates of a mesh source, and a texture that the format can show."""
+        if run.source.is_mesh:
+            _ = as_mesh(run.source).uv_faces
+        mesh_files.check_texture(Path(self.name), _shown(run))
+
+    def beside(self, run: Run) -> list[str]:
+        """Material library and picture."""
+        return mesh_files.written_beside(Path(self.name), _shown(run))
+
+    def write(self, run: Run, path: Path) -> None:
+        """The mesh, and what stands beside it."""
+        box, target, name = covered(run.job, run.source), as_mesh(run.target), Path(self.name)
+        options: dict[str, Any] = {"texture": _shown(run), "force": run.job.force, "threads": run.threads}
+        with run.timed("write"):
+            figures = new_uvs(target, run.fit.map, run.source, box, path, name=name, **options)
+        for note in figures.pop("material_notes"):
+            run.note(note)
+        before = run.figures.get("also_written", [])
+        run.figures |= figures | {"also_written": [*before, *figures["also_written"]]}
+
+
+def _shown(run: Run) -> Path | bytes | None:
+    """The picture that a mesh with new coordinates shows: --texture, or that of a mesh source."""
+    return Path(run.job.texture) if run.job.texture else next(iter(run.source.pictures), None)
+
+
+def new_uvs(
+    target: MeshShape,
+    map: AnyMap,
+    source: Shape,
+    box: Box,
+    out: Path,
+    *,
+    name: Path,
+    texture: Path | bytes | None = None,
+    force: bool = False,
+    threads: int | None = None,
+) -> dict[str, Any]:
+    """Write the target with texture coordinates that show the source's texture.
+
+    Args:
+        target: the mesh.
+        map: from the source's plane to the target's.
+        source: its shape; a mesh gives its own texture coordinates.
+        box: where the texture lies in the source's plane (not used with a mesh).
+        out: temporary file to write.
+        name: its final name: .obj, .glb or .ply.
+        texture: picture file to bind to the mesh, or its content; None writes coordinates only.
+        force: whether the files beside it may be replaced (see `mesh_files.written_beside`).
+        threads: as many as there are processors by default.
+
+    Returns:
+        Figures for the report.
+
+    Raises:
+        InputError: the format holds no texture coordinates, or the source has none.
+    """
+    mesh_files.check_output(str(name))
+    pull = ExtendedInverse(map, threads)
+    z = pull(target.flattening.flat)
+    uv, figures = _uv_of(source, box, z, target, threads)
+    written, missing = mesh_files.write(
+        target.file, uv, *target.corners, out, name=name, texture=texture, force=force
+    )
+    return figures | {
+        "flattening": target.flattening.report(),
+        "outside_points": pull.outside,
+        "outside_distance": pull.away / target.curve.diagonal,
+        "also_written": written,
+        "material_notes": missing,
+    }
+
+
+def _uv_of(source: Shape, box: Box, z: Complex, target: MeshShape, threads: int | None) -> tuple[Real, dict]:
+    if not source.is_mesh:
+        size = box[1] - box[0]
+        at = z - box[0]
+        return np.column_stack([at.real / size.real, at.imag / size.imag]), {}
+    mesh = as_mesh(source)
+    faces = mesh.uv_faces
+    triangle, weights = mesh.locator(z, threads)
+    uv = np.einsum("pk,pkc->pc", weights, mesh.uv[faces[triangle]])
+    chart = layout.charts(faces, len(mesh.uv))[faces[triangle, 0]][target.flattening.patch.faces]
+    torn = int((chart != chart[:, :1]).any(axis=1).sum())
+    return uv, {"torn_triangles": torn}

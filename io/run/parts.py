@@ -1,0 +1,102 @@
+"""`--parts all`: each shape of the source onto one of the target, and what is reported of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from ...errors import InputError
+from .job import Job
+
+if TYPE_CHECKING:
+    from ...pixels.preimages import AnyMap
+    from ...pixels.several import Several
+    from ...solve import Fit
+    from ..shapes.shape import Shape
+    from .inputs import Inputs
+
+Pairs = list[tuple["Shape", "Shape"]]
+
+MOST = 64  # parts of a drawing that are mapped, the largest first: each is solved for
+LISTED = 12
+FIGURES = ("status", "boundary", "dilatation", "log10_area", "injective", "notes")
+
+
+def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str]]:
+    """Pairs of shapes, the largest targets first, and what is to be said of those without a partner.
+
+    Raises:
+        InputError: a file without shapes, meshes, or constraints, which hold for one shape.
+    """
+    from ..shapes import parts, shape
+
+    for spec in (job.source, job.target or ""):
+        if inputs.is_mesh(spec):
+            raise InputError(f"{spec}: --parts all is for drawings and pictures, not for meshes")
+    if job.pin or job.constraints:
+        raise InputError("--parts all: pins and strokes are for one shape; name it with #id")
+    sources, targets = (shape.read_all(spec) for spec in (job.source, job.target or ""))
+    notes = [note for shapes in (sources, targets) for note in _beyond(shapes)]
+    sources, targets = sources[:MOST], targets[:MOST]
+    turn = job.turn if isinstance(job.turn, float | int) else 0.0
+    found = parts.pair(sources, targets, turn)
+    for shapes, others, taken in zip((sources, targets), (targets, sources), zip(*found)):
+        notes += _without(shapes, others, set(taken))
+    return [(sources[i], targets[j]) for i, j in sorted(found, key=lambda pair: pair[1])], notes
+
+
+def _beyond(shapes: Sequence[Shape]) -> list[str]:
+    if len(shapes) <= MOST:
+        return []
+    return [f"{shapes[0].spec}: left out {len(shapes) - MOST} shapes beyond the {MOST} largest"]
+
+
+def _without(shapes: Sequence[Shape], others: Sequence[Shape], taken: set[int]) -> list[str]:
+    alone = [_name(shape) for number, shape in enumerate(shapes) if number not in taken]
+    if not alone:
+        return []
+    more = f" and {len(alone) - LISTED} more" if len(alone) > LISTED else ""
+    return [f"{shapes[0].spec}: no partner in {others[0].spec} for {', '.join(alone[:LISTED])}{more}"]
+
+
+def _name(shape: Shape) -> str:
+    """The name of a part as messages have it: its own, else its number."""
+    own = f" ({shape.names[-1]})" if shape.names else ""
+    return f"#{shape.part}{own}"
+
+
+def about_holes(pairs: Pairs, *, keep: bool) -> list[str]:
+    """Remarks on holes, which the map takes for inside."""
+    said = []
+    for k, cure in enumerate(("", ", which pictures leave transparent" if keep else ", which pictures fill")):
+        shapes = {id(pair[k]): pair[k] for pair in pairs}
+        count = sum(len(shape.holes) for shape in shapes.values())
+        if count:
+            said.append(f"{pairs[0][k].spec}: the map passes over its {count} hole{'s' * (count > 1)}{cure}")
+    return said[-1:] if pairs[0][0].spec == pairs[0][1].spec else said
+
+
+def named(source: Shape, note: str) -> str:
+    """A remark with the name of the part that it is about, if there are several."""
+    return f"#{source.part}: {note}" if source.part else note
+
+
+def mapping(fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Several:
+    """The maps of all parts as one, small parts over large ones; `maps` are those of `fits`, made ready."""
+    from ...curve import Curve
+    from ...pixels.several import Several
+
+    return Several(maps[::-1], [Curve(fit.image).box for fit in fits[::-1]])
+
+
+def figures(pairs: Pairs, found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """What the report says of each part.
+
+    Args:
+        pairs: the shapes.
+        found: the solver's report of each.
+    """
+    return [
+        {"source": source.part, "target": target.part} | {name: each[name] for name in FIGURES}
+        for (source, target), each in zip(pairs, found)
+    ]

@@ -1,0 +1,62 @@
+"""Whether a picture shows anything at all: an empty one, or one of a single colour, is never written without a word."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+ALIKE = 0.01  # of white, or of the largest value: colours that differ by less look the same
+OPAQUE = 0.99
+
+
+class Colours:
+    """What has been seen of a picture, block by block, in as little time as it takes to see two colours."""
+
+    def __init__(self) -> None:
+        self.empty = True
+        self._low: NDArray | None = None
+        self._high: NDArray | None = None
+        self._several = False
+
+    @property
+    def single(self) -> bool:
+        """Whether all that is opaque has the same colour, and something is."""
+        return self._low is not None and not self._several
+
+    def see(self, pixels: NDArray, alpha: int) -> None:
+        """The next block (rows, width, c) of a picture; `alpha` is the index of its alpha channel, or -1."""
+        if self._several:
+            return
+        white = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1.0
+        if alpha >= 0:
+            self.empty = self.empty and not pixels[..., alpha].any()
+            seen = pixels[pixels[..., alpha] >= OPAQUE * white]
+            seen = np.delete(seen, alpha, axis=1)
+        else:
+            self.empty = self.empty and not pixels.size
+            seen = pixels.reshape(-1, pixels.shape[2])
+        seen = seen[np.isfinite(seen).all(axis=1)] if seen.dtype.kind == "f" else seen
+        if not seen.size:
+            return
+        low, high = seen.min(axis=0).astype(float), seen.max(axis=0).astype(float)
+        self._low = low if self._low is None else np.minimum(low, self._low)
+        self._high = high if self._high is None else np.maximum(high, self._high)
+        largest = white if pixels.dtype.kind == "u" else np.abs([self._low, self._high]).max()
+        self._several = bool((self._high - self._low > ALIKE * largest).any())
+
+    def note(self, covered: bool, textured: bool) -> str | None:
+        """What is to be said of the whole picture.
+
+        Args:
+            covered: whether any pixel lies in the target.
+            textured: whether the texture's place in the source could be another.
+        """
+        if self.empty:
+            if not covered:
+                return "the picture is empty: nothing of the target lies in what it shows"
+            why, what = "the texture is transparent where the source lies", "the picture is empty"
+        elif self.single:
+            why, what = "the texture has no other where the source lies", "the picture shows a single colour"
+        else:
+            return None
+        return f"{what}: {why}" + ("; --texture-box bbox lays all of it on the source" if textured else "")

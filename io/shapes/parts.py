@@ -1,0 +1,49 @@
+"""Which of the shapes that a file draws goes to which of another file's: by name, else by place and area."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from scipy.optimize import linear_sum_assignment
+
+from ...arrays import Complex, Real
+from .shape import Shape
+
+# Costs of a pair: the square of the distance in half diagonals of the drawing is 1 each, the square of the natural
+# logarithm of the ratio of areas SIZE (a tenth of the area counts as much as 0.7 half diagonals), and a name that both
+# have outweighs both.
+SIZE, NAMED = 0.1, 100.0
+# What drawing programs call things that nobody named.
+UNNAMED = re.compile(
+    r"(path|rect|circle|ellipse|line|poly(gon|line)|g|group|layer|svg|use|shape|XMLID|SVGID)?[\W\d_]*", re.I
+)
+
+
+def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) -> list[tuple[int, int]]:
+    """Pairs of indices, as many as there are of the fewer shapes: those that cost the least together.
+
+    Args:
+        sources, targets: the shapes of two drawings.
+        turn: degrees counter-clockwise by which the source is turned.
+    """
+    (here, size), (there, large) = _placed(sources), _placed(targets)
+    apart = np.abs(here[:, None] * np.exp(1j * np.radians(turn)) - there) ** 2
+    cost = apart + SIZE * (np.log(size)[:, None] - np.log(large)) ** 2
+    names = [[_said(shape) for shape in shapes] for shapes in (sources, targets)]
+    shared = np.array([[len(a & b) for b in names[1]] for a in names[0]])
+    return [(int(i), int(j)) for i, j in zip(*linear_sum_assignment(cost - NAMED * shared))]
+
+
+def _placed(shapes: Sequence[Shape]) -> tuple[Complex, Real]:
+    """Centroids about the middle of the drawing in half diagonals, and areas relative to their sum."""
+    low, high = shapes[0].bounds
+    polygons = [shapely.Polygon(np.column_stack([s.curve.z.real, s.curve.z.imag])) for s in shapes]
+    centres = shapely.get_coordinates(shapely.centroid(polygons)) @ np.array([1, 1j])
+    areas = shapely.area(polygons)
+    return (centres - (low + high) / 2) / (abs(high - low) / 2), areas / areas.sum()
+
+
+def _said(shape: Shape) -> set[str]:
+    """The names that somebody gave, not the drawing program."""
+    return {name.casefold() for name in shape.names if not UNNAMED.fullmatch(name)}

@@ -1,0 +1,27 @@
+"""Libraries in C that write to stderr by themselves: what they say there is told by iccm, or is nobody's business."""
+
+import os
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+_ONE_AT_A_TIME = threading.RLock()
+
+
+@contextmanager
+def silenced() -> Iterator[None]:
+    """While the block runs, what is written to the process's stderr past Python goes nowhere."""
+    with _ONE_AT_A_TIME:
+        try:
+            kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+        except OSError:  # there is no stderr, or no descriptor is left
+            yield
+            return
+        try:
+            os.dup2(nowhere, 2)
+            yield
+        finally:
+            os.dup2(kept, 2)
+            for number in (kept, nowhere):
+                with suppress(OSError):
+                    os.close(number)

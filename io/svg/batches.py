@@ -1,0 +1,101 @@
+"""Many pieces of curves at once: the same arithmetic as `curves`, on arrays."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from ...arrays import Complex, Index, Real
+from .affine import Affine
+from .curves import Arc, Bezier, Lines, Piece
+
+ROUGH = np.array([0.25, 0.5, 0.75])
+
+
+class Batch:
+    """Pieces of one kind under an affine map.
+
+    Attributes:
+        number: (k,) their places among all pieces.
+        end: (k,) their ends.
+        bend: (k,) bounds on |f''|.
+    """
+
+    number: Index
+    end: Complex
+    bend: Real
+
+    def at(self, which: Index, t: Real) -> Complex:
+        """Points at parameters of some of the pieces."""
+        raise NotImplementedError
+
+    def counts(self, tolerance: float) -> Index:
+        """How many points each needs."""
+        steps = np.ceil(np.sqrt(self.bend / (8 * tolerance))) if tolerance else np.ones(self.end.size)
+        return np.maximum(1, np.minimum(steps, 2**40)).astype(np.int64)
+
+    def rough(self) -> Complex:
+        """A few points on the pieces."""
+        which = np.repeat(np.arange(self.end.size), ROUGH.size)
+        inner = self.at(which, np.tile(ROUGH, self.end.size)) if self.bend.any() else np.empty(0, complex)
+        return np.concatenate([inner, self.end])
+
+    def points(self, counts: Index) -> Complex:
+        """The points of all pieces, one after the other, without their starts."""
+        which, last = np.repeat(np.arange(counts.size), counts), np.cumsum(counts) - 1
+        step = np.arange(which.size) - (last - counts + 1)[which] + 1
+        z = self.at(which, step / counts[which])
+        z[last] = self.end
+        return z
+
+
+class Beziers(Batch):
+    """Bézier curves of one degree."""
+
+    def __init__(self, number: Index, pieces: Sequence[Bezier], affine: Affine):
+        self.number = number
+        self.p = affine(np.array([piece.p for piece in pieces]))
+        self.end = self.p[:, -1]
+        degree = self.p.shape[1] - 1
+        bend = np.abs(np.diff(self.p, 2, axis=1)).max(axis=1) if degree > 1 else np.zeros(self.end.size)
+        self.bend = degree * (degree - 1) * bend
+
+    def at(self, which: Index, t: Real) -> Complex:
+        """Points at parameters of some of the pieces, by de Casteljau."""
+        points = [column[which] for column in self.p.T]
+        while len(points) > 1:
+            points = [a * (1 - t) + b * t for a, b in pairwise(points)]
+        return points[0]
+
+
+class Arcs(Batch):
+    """Elliptical arcs."""
+
+    def __init__(self, number: Index, pieces: Sequence[Arc], affine: Affine):
+        self.number = number
+        self.centre, u, v, self.end = (
+            affine(np.array([getattr(piece, name) for piece in pieces], complex))
+            for name in ("centre", "u", "v", "end")
+        )
+        self.u, self.v = u - affine(0j), v - affine(0j)
+        self.begin, self.sweep = (np.array([getattr(p, name) for p in pieces]) for name in ("begin", "sweep"))
+        self.bend = np.hypot(np.abs(self.u), np.abs(self.v)) * self.sweep**2
+
+    def at(self, which: Index, t: Real) -> Complex:
+        """Points at parameters of some of the pieces."""
+        angle = self.begin[which] + self.sweep[which] * t
+        return self.centre[which] + self.u[which] * np.cos(angle) + self.v[which] * np.sin(angle)
+
+
+def batches(pieces: Sequence[Piece], affine: Affine) -> list[Batch]:
+    """All pieces, by kind; no stretches of lines, which are arrays already."""
+    groups: dict[object, list[int]] = {}
+    for number, piece in enumerate(pieces):
+        assert not isinstance(piece, Lines)
+        groups.setdefault(len(piece.p) if isinstance(piece, Bezier) else Arc, []).append(number)
+    found: list[Batch] = []
+    for kind, numbers in groups.items():
+        chosen = [pieces[k] for k in numbers]
+        make = Arcs if kind is Arc else Beziers
+        found.append(make(np.array(numbers), chosen, affine))  # type: ignore[arg-type]
+    return found

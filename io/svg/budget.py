@@ -1,0 +1,68 @@
+"""The work and the memory that one drawing may ask for: what is more is refused before it is done."""
+
+from dataclasses import dataclass
+
+from ...errors import InputError
+
+MAX_BYTES = 32 << 20  # of a file, and of what a compressed one (.svgz) holds
+MAX_DEPTH = 200  # of nested elements
+MAX_ELEMENTS = 300_000  # of any kind, text and definitions included
+MAX_SHAPES = 100_000  # paths, rectangles and so on: a tenth of a millisecond each
+MAX_COPIES = 50_000  # elements that <use> makes
+MAX_STYLE = 1 << 20  # characters of style sheets: two seconds
+MAX_RULES = 2_000_000  # times that a style rule is held against an element: a second and a half
+MAX_SEGMENTS = 1 << 20  # lines and curves of all shapes, each as often as it is drawn (--max-segments)
+MAX_POINTS = 4_000_000  # of all shapes once their curves are polylines: 64 MB, several times
+MAX_CROSSINGS = 50_000  # of the outlines that are filled together: 50 µs and 3 KB each
+MAX_NEAR = 4_000_000  # pairs of segments whose boxes overlap: half a second
+MAX_WINDING = 200_000_000  # points times segments, for which windings are counted: two seconds
+
+
+@dataclass
+class Budget:
+    """What is left for one drawing.
+
+    Attributes:
+        segments: the limit that the user may set.
+        spent: segments so far.
+        points, runs: points of polylines, and runs, so far.
+    """
+
+    segments: int = MAX_SEGMENTS
+    spent: int = 0
+    points: int = 0
+    runs: int = 0
+
+    def draw(self, segments: int, *, runs: int = 0) -> None:
+        """Count segments that are drawn, and runs.
+
+        Raises:
+            InputError: they are too many.
+        """
+        self.spent += segments
+        self.runs += runs
+        self.check(0)
+
+    def check(self, segments: int) -> None:
+        """Refuse so many more segments, without counting them.
+
+        Raises:
+            InputError: they are too many.
+        """
+        if self.runs > MAX_SHAPES:
+            raise InputError(f"it draws more than {MAX_SHAPES} runs (M); split the drawing")
+        if self.spent + segments > self.segments:
+            raise InputError(
+                f"it draws more than {self.segments} lines and curves; simplify it (Inkscape: Path > Simplify), "
+                "or raise --max-segments"
+            )
+
+    def flatten(self, points: int) -> None:
+        """Count points of polylines.
+
+        Raises:
+            InputError: they are too many.
+        """
+        self.points += points
+        if self.points > MAX_POINTS:
+            raise InputError(f"its curves take more than {MAX_POINTS} points; draw fewer or gentler curves")

@@ -1,0 +1,63 @@
+"""How often lines cross, counted only so far as it is bearable: what geometry takes for them grows with that."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex
+from ...errors import InputError
+from .budget import MAX_CROSSINGS, MAX_NEAR, MAX_WINDING
+
+FEW = 300  # segments, which cannot cross too often
+AT_ONCE = 200_000  # pairs that are looked at in one go
+FIRST = 16  # segments that are looked at first, when nothing is known of their neighbours
+
+
+class TooMuch(InputError):
+    """Lines that take too much work."""
+
+
+def check(lines: Sequence[Complex], *, reach: float = 0.0) -> None:
+    """Refuse lines that cross each other, or themselves, too often, or too many of which are near each other.
+
+    Args:
+        lines: polylines; a closed one repeats its first point.
+        reach: how far apart two segments may be and still count as near.
+
+    Raises:
+        TooMuch: in a sentence.
+    """
+    a = np.concatenate([*(z[:-1] for z in lines), np.empty(0, complex)])
+    b = np.concatenate([*(z[1:] for z in lines), np.empty(0, complex)])
+    if a.size <= FEW:
+        return
+    x, y = np.sort([a.real, b.real], axis=0), np.sort([a.imag, b.imag], axis=0)
+    boxes = shapely.box(x[0], y[0], x[1] + reach, y[1] + reach)
+    tree = shapely.STRtree(boxes)
+    order = np.random.default_rng(0).permutation(a.size)
+    met = near = start = 0
+    step = FIRST
+    while start < a.size:
+        part = order[start : start + step]
+        i, j = tree.query(boxes[part])
+        i = part[i]
+        met += int(_cross(a[i], b[i], a[j], b[j]).sum()) // 2
+        near += i.size // 2
+        start += step
+        if met > MAX_CROSSINGS or met * a.size > MAX_WINDING:
+            raise TooMuch(
+                "lines cross each other too often; unite the shapes, or remove the crossings (Inkscape: Path > Union)"
+            )
+        if near > MAX_NEAR:
+            raise TooMuch("too many lines lie close together; simplify the path (Inkscape: Path > Simplify)")
+        step = max(1, min(a.size, AT_ONCE * start // max(2 * near, 1)))
+
+
+def _cross(a: Complex, b: Complex, c: Complex, d: Complex) -> np.ndarray:
+    """Whether segments ab and cd cross properly: not at a common end."""
+
+    def side(p: Complex, q: Complex, r: Complex) -> np.ndarray:
+        return np.sign(((q - p).conj() * (r - p)).imag)
+
+    return (side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)

@@ -1,0 +1,71 @@
+"""--parts all: every shape of a drawing goes to its partner, into one picture, one STMap, one artwork."""
+
+import json
+
+import numpy as np
+import pytest
+
+from iccm.io.pictures import image_files
+from iccm.io.shapes import shape
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
+FACE = (
+    '<circle id="head" cx="50" cy="50" r="45" fill="#fc0"/><circle id="left" cx="30" cy="40" r="8"/>'
+    '<circle id="right" cx="70" cy="40" r="8"/><circle cx="30" cy="40" r="3" fill="#fff"/>'
+    '<path d="M2 2h5v5h-5z" fill="#00f"/>'
+)
+MASK = (
+    '<path id="head" d="M5 20H95V90H5z"/><path id="left" d="M60 40h15v9h-15z"/>'
+    '<path id="right" d="M25 40h15v9h-15z"/>'
+)
+ALL = ("map", "face.svg", "mask.svg", "--parts", "all", "--size", "200")
+
+
+@pytest.fixture
+def drawings(shapes):
+    (shapes / "face.svg").write_text(SVG.format(FACE))
+    (shapes / "mask.svg").write_text(SVG.format(MASK))
+    return shapes
+
+
+def test_each_part_has_its_map_in_one_picture_stmap_and_report(drawings, iccm):
+    done = iccm(*ALL, "-o", "o.png", "-o", "o.svg", "--stmap", "o.tif", "--report", "r.json")
+    assert done.code == 0
+    assert "note: face.svg: no partner in mask.svg for #4, #5" in done.lines
+    report = json.loads((drawings / "r.json").read_text())
+    assert [(part["source"], part["target"]) for part in report["parts"]] == [
+        ("1", "1"),
+        ("2", "2"),
+        ("3", "3"),
+    ]
+    assert report["boundary"] == report["parts"][0]["boundary"]
+    assert all(
+        part["injective"]["certified"] and part["boundary"]["hausdorff"] < 1e-3 for part in report["parts"]
+    )
+    st = image_files.read("o.tif").pixels
+    assert np.allclose(st[89, 135, :2], (0.3, 0.6), atol=0.01)  # "left" is on the right of the mask
+    assert np.allclose(st[89, 65, :2], (0.7, 0.6), atol=0.01)
+    assert (image_files.read("o.png").pixels[..., 3] == 255).mean() == pytest.approx(0.63, abs=0.01)
+
+
+def test_artwork_goes_with_the_part_that_it_lies_in(drawings, iccm):
+    assert iccm(*ALL, "-o", "o.svg").code == 0
+    boxes = {name: shape.read(f"o.svg#{name}").curve.box for name in ("head", "left", "right")}
+    for name in boxes:
+        assert np.allclose(boxes[name], shape.read(f"mask.svg#{name}").curve.box, atol=0.05)
+    pupil = shape.read_all("o.svg")[-1].curve
+    assert np.allclose((pupil.box[0] + pupil.box[1]) / 2, 67.5 - 44.5j, atol=0.3)
+
+
+def test_what_does_not_go_with_parts_is_refused(drawings, iccm):
+    (drawings / "m.obj").write_text("v 0 0 0\nv 1 0 1\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 3 2 4\n")
+    typed = iccm(*ALL, "--pin", "50,50:50,50")
+    assert typed.code == 2 and "--parts all: pins and strokes are for one shape" in typed.err
+    typed = iccm("map", "face.svg", "m.obj", "--parts", "all", "-o", "x.obj")
+    assert typed.code == 2 and "not for meshes" in typed.err
+
+
+def test_the_others_are_told_once(drawings, iccm):
+    done = iccm("map", "face.svg", "mask.svg", "--report", "-", "--method", "paper", "--vertices", "60")
+    assert done.err.count("left out 4 other outlines") == done.err.count("left out 2 other outlines") == 1
+    assert "--parts all" in done.err

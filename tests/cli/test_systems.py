@@ -1,0 +1,84 @@
+"""What differs between systems and shells: modules that only POSIX has, little memory, pipes, completion."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+WITHOUT_POSIX = """
+import mmap, os, signal, sys
+for name in ("resource", "fcntl", "pwd", "grp", "termios", "tty", "pty", "syslog"):
+    sys.modules[name] = None
+for name in ("fork", "posix_fallocate", "statvfs", "getuid", "geteuid", "killpg", "getpgid", "setsid"):
+    if hasattr(os, name):
+        delattr(os, name)
+for name in ("SIGHUP", "SIGALRM", "SIGKILL", "alarm", "setitimer"):
+    if hasattr(signal, name):
+        delattr(signal, name)
+from iccm import cli
+sys.exit(cli.run(sys.argv[1:]))
+"""
+QUICK = ("--method", "paper", "--vertices", "40")
+COMMON = [
+    (
+        "map",
+        "square.svg",
+        "blob.svg",
+        *QUICK,
+        "--size",
+        "24",
+        "-o",
+        "a.png",
+        "--report",
+        "a.json",
+        "--memory",
+        "1G",
+    ),
+    ("map", "square.svg", "blob.svg", *QUICK, "-o", "a.svg"),
+    ("batch", "j.jsonl", "-j", "1"),
+    ("info", "square.svg"),
+    ("doctor",),
+]
+
+
+@pytest.mark.parametrize("arguments", COMMON)
+def test_the_common_path_needs_no_posix(shapes, arguments):
+    job = {"source": "square.svg", "target": "blob.svg", "size": 16, "method": "paper", "vertices": 40}
+    (shapes / "j.jsonl").write_text(json.dumps(job) + "\n")
+    command = [sys.executable, "-c", WITHOUT_POSIX, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=110)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    "typed",
+    ["iccm map sq", "iccm map --texture sq", "iccm batch sq", "iccm info sq", "iccm map a.svg b.svg -o sq"],
+)
+def test_names_of_files_are_completed(shapes, typed):
+    asked = {
+        "COMP_WORDS": typed,
+        "COMP_CWORD": str(len(typed.split()) - 1),
+        "_ICCM_COMPLETE": "bash_complete",
+    }
+    command = [sys.executable, "-c", "from iccm.cli import main; main()"]
+    done = subprocess.run(command, capture_output=True, text=True, env=os.environ | asked)
+    assert done.stdout == "file,sq\n"
+
+
+def test_a_batch_ends_as_a_pipe_does(shapes, shell):
+    job = {"source": "square.svg", "target": "blob.svg", "size": 16, "method": "paper", "vertices": 40}
+    lines = "".join(json.dumps({**job, "output": f"o{k}.png"}) + "\n" for k in range(8))
+    (shapes / "j.jsonl").write_text(lines)
+    done = shell("iccm batch j.jsonl -j 1 | head -1 > first; echo ${PIPESTATUS[0]}")
+    assert done.stdout == "141\n" and "Traceback" not in done.stderr and "error" not in done.stderr
+    assert json.loads((shapes / "first").read_text())["job"] == 1
+    assert not [path.name for path in shapes.iterdir() if path.name.startswith(".o")]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="ulimit -v")
+def test_little_memory_is_told_in_a_sentence(shapes, shell):
+    done = shell("ulimit -v 600000; iccm map square.svg blob.svg -q -o o.png")
+    assert done.returncode == 70 and done.stderr.count("\n") == 1
+    assert done.stderr.startswith("error: out of memory") and not (shapes / "o.png").exists()

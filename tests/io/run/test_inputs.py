@@ -1,0 +1,57 @@
+"""What a job reads is read once."""
+
+import subprocess
+import sys
+
+import pytest
+
+from iccm.io.meshes import obj_source
+from iccm.io.run.inputs import Inputs
+from iccm.io.run.job import Job
+
+COUNT = """
+import json, sys
+from collections import Counter
+from iccm.io.run import Job, run
+opened = Counter()
+sys.addaudithook(lambda event, args: event == "open" and opened.update([str(args[0])]))
+run(Job(source="square.svg", target="m.obj", method="paper", vertices=40, report="r.json", **json.loads(sys.argv[1])))
+run(Job(source="o.obj", target="square.svg", method="paper", vertices=40, size=9, output="p.png"))
+print(opened["m.obj"], opened["o.obj"])
+"""
+MESH = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 .1\nv 0 1 0\n"
+MESH += "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
+
+
+@pytest.mark.parametrize(
+    "more", ["{}", '{"plot": "p.pdf", "output": ["x.obj", "x.ply"]}', '{"bake": true, "size": 9}']
+)
+def test_a_run_opens_its_mesh_once(shapes, more):
+    """Whether it is a mesh, its size, its content, what it names, its hash: all from one reading."""
+    for name in ("m.obj", "o.obj"):
+        (shapes / name).write_text(MESH)
+    done = subprocess.run([sys.executable, "-c", COUNT, more], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "1 1\n"
+
+
+def test_long_lines_and_blocks(shapes, monkeypatch):
+    monkeypatch.setattr(obj_source, "BLOCK", 7)
+    monkeypatch.setattr(obj_source, "LONGEST", 20)
+    text = "# " + "x" * 90 + " f 1\n" + MESH.replace("mtllib", "  mtllib") + "f 1 2 4"
+    (shapes / "m.obj").write_text(text)
+    found = obj_source.ObjSource(shapes / "m.obj")
+    assert (found.faces, found.libraries) == (3, [b"m.mtl"])
+    (shapes / "m.obj").write_text("")
+    assert obj_source.ObjSource(shapes / "m.obj").faces == 0
+
+
+def test_what_an_obj_names_is_an_input_and_its_hash_that_of_what_was_read(shapes):
+    (shapes / "m.obj").write_text(MESH)
+    (shapes / "m.mtl").write_text("newmtl a\nmap_Kd -s 2 2 2 square.svg\n")
+    inputs = Inputs(Job(source="m.obj", target="blob.svg"))
+    assert inputs.is_mesh("m.obj#1") and not inputs.is_mesh("blob.svg")
+    assert inputs.named == ("m.obj", "blob.svg", "m.mtl", "square.svg")
+    before = inputs.sha256("m.obj")
+    (shapes / "m.obj").write_text("")  # what was read counts
+    assert inputs.shape("m.obj").is_mesh and inputs.sha256("m.obj") == before

@@ -1,0 +1,67 @@
+"""Shapes of two drawings find each other: by the names that somebody gave, else by place and size."""
+
+import numpy as np
+import pytest
+
+from iccm import InputError
+from iccm.io.shapes import parts, shape
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
+FACE = '<circle cx="50" cy="50" r="40"/><circle cx="35" cy="40" r="6"/><circle cx="65" cy="40" r="6"/>'
+MASK = '<path d="M80 5h10v10h-10z"/><path d="M5 20H95V90H5z"/><path d="M60 40h15v9h-15z"/><path d="M25 40h15v9h-15z"/>'
+
+
+@pytest.fixture
+def drawn(tmp_path):
+    def read(content, name="a.svg"):
+        (tmp_path / name).write_text(SVG.format(content))
+        return shape.read_all(str(tmp_path / name))
+
+    return read
+
+
+def test_all_shapes_are_read_and_know_how_they_are_named(drawn):
+    found = drawn(f'<g id="face">{FACE}</g><path id="brow" d="M30 20h20v3h-20z"/>')
+    assert [each.part for each in found] == ["1", "2", "3", "4"]
+    assert [each.names for each in found] == [("face",)] * 3 + [("brow",)]
+    assert np.allclose([each.bounds for each in found], (10 - 90j, 90 - 10j), atol=0.01)
+    assert found[3].curve.box[0] == 30 - 23j
+    picked = shape.read(f"{found[3].spec}#{found[3].part}")
+    assert np.array_equal(picked.curve.z, found[3].curve.z)
+    within = shape.read_all(found[0].spec + "#face")
+    assert [each.part for each in within] == ["face#1", "face#2", "face#3"]
+    assert shape.read_all(found[0].spec + "#2")[0].curve.area == found[1].curve.area
+    with pytest.raises(InputError, match="no 'nose' in the file"):
+        shape.read_all(found[0].spec + "#nose")
+
+
+def test_what_no_map_can_have_is_left_out_and_said(drawn):
+    bow = '<path d="M80 80L95 95V80L80 95z"/>'
+    found = drawn(FACE + bow + '<circle id="pin-a" cx="50" cy="50" r="1"/>')
+    assert len(found) == 3
+    assert any("crosses itself" in note for note in found[0].notes)
+    assert any("pins and strokes" in note for note in found[0].notes)
+
+
+def test_partners_have_the_same_place_and_size(drawn):
+    face, mask = drawn(FACE), drawn(MASK, "b.svg")
+    pairs = parts.pair(face, mask)
+    size = {each: k for k, each in enumerate(each.curve.box[0].real for each in mask)}
+    assert pairs[0] == (0, size[5.0]) and len(pairs) == 3
+    for i, j in pairs[1:]:
+        assert (face[i].curve.box[0].real < 50) == (mask[j].curve.box[0].real < 50)
+    around = parts.pair(face, mask, turn=180)
+    assert (face[1].curve.box[0].real < 50) != (mask[dict(around)[1]].curve.box[0].real < 50)
+    assert parts.pair(mask, face) == sorted((j, i) for i, j in pairs)
+
+
+@pytest.mark.parametrize(
+    ("name", "given"), [("left", True), ("path12-3", False), ("Layer_1", False), ("g10", False)]
+)
+def test_a_name_counts_unless_a_program_gave_it(drawn, name, given):
+    square = '<path {} d="M{} 40h20v20h-20z"/>'
+    source = drawn(square.format(f'id="{name}"', 10) + square.format("", 70))
+    target = drawn(square.format("", 10) + square.format(f'id="{name}"', 70), "b.svg")
+    pairs = dict(parts.pair(source, target))
+    named = [next(k for k, each in enumerate(shapes) if name in each.names) for shapes in (source, target)]
+    assert (pairs[named[0]] == named[1]) == given

@@ -1,0 +1,184 @@
+"""Small or legal drawings that ask for much work or memory: refused at once in one line, or simplified first."""
+
+import gzip
+import time
+
+import numpy as np
+import pytest
+import shapely
+
+from iccm import InputError
+from iccm.io import artwork
+from iccm.io.shapes import shape
+from iccm.io.svg import budget, crossings, css, path_data, reader
+from iccm.io.svg.affine import Affine
+from iccm.io.svg.thinning import thinned
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
+SECONDS = 2.0  # of this process: from the call to the refusal
+
+
+def points(z):
+    return "L".join(f"{w.real:.6f} {w.imag:.6f}" for w in z)
+
+
+def circle(count, radius=40):
+    return 50 + 50j + radius * np.exp(2j * np.pi * np.arange(count) / count)
+
+
+def star(count):
+    """Every edge crosses nearly every other."""
+    return 50 + 50j + 40 * np.exp(2j * np.pi * np.arange(count) * (count // 2) / count)
+
+
+def refused(folder, body, match, **options):
+    path = folder / "bomb.svg"
+    path.write_text(SVG.format(body))
+    began = time.process_time()
+    with pytest.raises(InputError, match=match) as caught:
+        shape.read(str(path), **options)
+    assert time.process_time() - began < SECONDS
+    text = str(caught.value)
+    assert text.startswith(str(path)) and "\n" not in text and len(text) < 400 + len(str(path))
+
+
+BOMBS = {
+    "star": (f'<path d="M{points(star(20001))}Z"/>', "cross each other too often"),
+    "star polygon": (f'<polygon points="{points(star(20001)).replace("L", " ")}"/>', "cross each other too often"),
+    "stroked star": (f'<path fill="none" stroke="red" d="M{points(star(3001))}Z"/>', "cross each other too often"),
+    "scribble": ('<path fill="none" stroke="red" stroke-width="20" d="M10 10' + "l30 .01l-30 .01" * 20_000 + '"/>', "close"),  # noqa: E501
+    "grid": ('<path d="' + "".join(f"M{k / 10} 0h.01v100h-.01zM0 {k / 10}v.01h100v-.01z" for k in range(1000)) + '"/>', "cross"),  # noqa: E501
+    "rectangles": ('<rect width="9" height="9"/>' * 100_001, "more than 100000 shapes"),
+    "runs": ('<path d="' + "M1 1h1v1z" * 100_001 + '"/>', "more than 100000 runs"),
+    "segments": ('<path d="M0 0' + "h1v1" * 600_000 + 'z"/>', "more than 1048576 lines and curves.*--max-segments"),
+    "uses": ('<path id="p" d="M0 0' + "h1v1" * 5000 + 'z"/>' + '<use href="#p"/>' * 110, "more than 1048576 lines"),
+    "thin": ('<path d="M0 0H1V1000000H0z"/>', "1e.06 times as long as wide"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BOMBS)
+def test_what_asks_for_too_much_is_refused_at_once(tmp_path, name):
+    refused(tmp_path, *BOMBS[name])
+
+
+def test_the_limit_on_segments_can_be_set(tmp_path):
+    refused(tmp_path, f'<path d="M{points(circle(2000))}Z"/>', "more than 1000 lines", max_segments=1000)
+
+
+def test_a_circle_of_a_million_segments_is_simplified_first(tmp_path):
+    path = tmp_path / "circle.svg"
+    path.write_text(SVG.format(f'<path d="M{points(circle(10**6))}Z"/>'))
+    began = time.process_time()
+    read = shape.read(str(path))
+    assert time.process_time() - began < 20
+    assert read.curve.z.size < 2000 and abs(read.curve.area - np.pi * 1600) < 0.5
+    assert any("1000000 points simplified to" in note for note in read.notes)
+
+
+def test_many_rules_for_many_elements_are_looked_up_once(tmp_path):
+    rules = "".join(f".a{{fill:#{k % 1000:03d}}}" for k in range(20_000))
+    path = tmp_path / "rules.svg"
+    path.write_text(SVG.format(f"<style>{rules}</style>" + '<path class="a" d="M1 1H9V9z"/>' * 2000))
+    began = time.process_time()
+    shape.read(str(path))
+    assert time.process_time() - began < 5
+
+
+def test_rules_that_cannot_be_looked_up_once_are_counted():
+    sheet = css.sheet("".join(f".a{{x:{k}}}.b{k}{{y:1}}" for k in range(2000)))
+    with pytest.raises(InputError, match="combinations of rules and elements"):
+        for k in range(2000):
+            sheet.style("path", {"class": f"a b{k}"})
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_thinned_line_stays_within_the_tolerance(closed):
+    rng = np.random.default_rng(5)
+    t = np.linspace(0, 2 * np.pi, 30_000, endpoint=not closed)
+    z = (1 + 0.3 * np.cos(5 * t)) * np.exp(1j * t) + 1e-5 * rng.normal(size=t.size)
+    z[1000] += 0.01
+    fewer = thinned(z, 1e-3, closed=closed)
+    assert fewer.size < 1000 and z[1000] in fewer
+    ring = shapely.LinearRing if closed else shapely.LineString
+    line = ring(np.column_stack([fewer.real, fewer.imag]))
+    assert shapely.distance(line, shapely.points(z.real, z.imag)).max() <= 1e-3 + 1e-12
+
+
+def test_crossings_are_counted_as_they_are():
+    crossings.check([np.append(star(301), star(301)[:1])])
+    with pytest.raises(crossings.TooMuch):
+        crossings.check([np.append(star(401), star(401)[:1])])
+    crossings.check([circle(100_000)])
+    assert budget.MAX_CROSSINGS == 50_000
+
+
+def test_a_stretch_of_lines_is_what_its_commands_say():
+    d = (
+        "M1 2L3 4L5,6 7-8L.5.5L1e1 2,3 4"
+        + "L9 9 8 8" * 10
+        + "l1 1l2 2 3 3" * 10
+        + "C1 2 3 4 5 6" * 100
+        + "A3 4 5 0 1 7 8" * 9
+    )
+    (one,), (many,) = path_data.runs(d), path_data.runs(d, joined=True)
+    ends = [piece.last() for piece in one.pieces]
+    assert len(many.pieces) < len(one.pieces) and many.pieces[-1].last() == ends[-1]
+    straight = [piece for piece in one.pieces if not piece.bend()]
+    vertices = np.concatenate([piece.points(1.0) for piece in many.pieces if not piece.bend()])
+    assert np.array_equal(vertices, [piece.last() for piece in straight])
+
+
+def test_flattening_many_pieces_at_once_is_flattening_each(monkeypatch):
+    d = "M1 2" + "c0 5 3 9 8 9s9-4 9-9q3 4 5 6t7 8a3 4 20 0 1 7 8h3a0 0 0 0 0 3 3z" * 30
+    affine = Affine.matrix(1, 0.2, -0.3, 2, 5, 6)
+    many = path_data.subpaths(d, affine, 1e-4)
+    monkeypatch.setattr(path_data, "BATCH", 10**9)
+    each = path_data.subpaths(d, affine, 1e-4)
+    assert len(many) == len(each)
+    for a, b in zip(many, each):
+        assert a.z.size == b.z.size and np.abs(a.z - b.z).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    "wrong", ["M0 0L1 2 3", "M0 0L1 2L3 4 5L6 7", "M0 0l", "M0 0L1 1e99", "M0 0" + "L1 1" * 9 + "L1"]
+)
+def test_a_stretch_of_lines_with_a_mistake_is_told_as_before(wrong):
+    with pytest.raises(InputError, match=r"d: character \d+"):
+        path_data.runs(wrong)
+
+
+CLIPS = f'<clipPath id="c"><path d="M{points(circle(2000))}Z"/></clipPath><path id="o" d="M10 10H90V90H10Z"/>'
+PICTURE = '<image id="i" width="80" height="80" href="data:image/png;base64,AAAA"/>'
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        CLIPS + '<path clip-path="url(#c)" d="M20 20h3v3h-3z"/>' * 300,
+        f'<path id="o" d="M10 10H90V90H10Z"/><defs>{PICTURE}</defs>' + '<use href="#i"/>' * 500,
+    ],
+)
+def test_artwork_that_multiplies_is_refused_before_the_solving(shapes, iccm, body):
+    (shapes / "a.svg").write_text(SVG.format(body))
+    typed = iccm("map", "a.svg#o", "blob.svg", "-o", "out.svg", "-q")
+    assert typed.code == 2 and len(typed.lines) == 1, typed.err
+    assert "a.svg" in typed.err and "more than 100000 lines and curves" in typed.err
+    assert artwork.carry and not (shapes / "out.svg").exists()
+
+
+def test_a_compressed_drawing_is_read_within_the_same_bounds(shapes, iccm):
+    (shapes / "square.svgz").write_bytes(gzip.compress((shapes / "square.svg").read_bytes()))
+    assert (
+        iccm(
+            "map", "square.svgz", "blob.svg", "--method", "paper", "--vertices", "40", "-o", "o.svg", "-q"
+        ).code
+        == 0
+    )
+    assert shape.read("square.svgz").curve.area == shape.read("square.svg").curve.area
+    (shapes / "bomb.svgz").write_bytes(gzip.compress(bytes(reader.MAX_BYTES + 1)))
+    assert "unpacks to more than" in iccm("info", "bomb.svgz").err
+    whole = (shapes / "square.svgz").read_bytes()
+    for damaged in (whole[:-9], whole[:10] + b"\xff" + whole[11:]):
+        (shapes / "bad.svgz").write_bytes(damaged)
+        typed = iccm("info", "bad.svgz")
+        assert typed.code == 2 and "bad.svgz: damaged" in typed.err and len(typed.lines) == 1
