@@ -119,6 +119,8 @@ def _charts(mesh: Any) -> int:
     """Connected pieces of the texture layout; corners without coordinates don't count."""
     from ..meshes.layout import charts
 
+    if (mesh.uv_corners >= len(mesh.uv)).any():  # which the patch is refused for
+        return 0
     found = charts(mesh.uv_corners, len(mesh.uv), mesh.starts)
     return np.unique(found[found >= 0]).size
 

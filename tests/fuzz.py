@@ -91,6 +91,10 @@ name = "n {source.id}"
 JSONL = b'{"defaults": {"size": 64}}\n{"source": "a.svg", "target": "a.svg", "pin": ["1,2:3,4"]}\n{"source": "a.svg"}\n'
 JSON = b"""{"pins": [{"name": "nose", "source": [120, 80], "target": [310.5, 42], "weight": 1}],
 "strokes": [{"source": [[10, 10], [40, 12]], "target": [[5, 90], [9, 70]], "ends": "free"}]}"""
+OUT_OF_IT = re.compile(
+    r"""url\(\s*["']?(?!\s*(?:#|data:))|href="(?!#|data:)|@import|\son\w+=""", re.IGNORECASE
+)
+NO_NUMBER = re.compile(r"""[\s"(,;:MCZ-](?:nan|inf)[\s",;)CZ]""", re.IGNORECASE)
 WORDS = [
     b"NaN",
     b"inf",
@@ -305,9 +309,9 @@ def carry(path: Path) -> None:
     out = path.with_name("out.svg")
     artwork.carry(source, HarmonicMap(z, image, 0 * z), source, out)
     text = out.read_text(encoding="utf-8")
-    for word in ("away", "file:", "onclick", '"nan', " nan", "inf "):
-        if word in text:
-            raise AssertionError(f"{word!r} in the drawing that was written")
+    for wrong in (OUT_OF_IT, NO_NUMBER):
+        if found := wrong.search(text):
+            raise AssertionError(f"{text[max(0, found.start() - 40) : found.end() + 40]!r} was written")
 
 
 def refusal(kind: str, seed: int, folder: Path) -> str | None:

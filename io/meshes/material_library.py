@@ -59,9 +59,9 @@ def read(folder: Path, names: list[str]) -> tuple[Library, list[str]]:
     notes = []
     for text in names:
         whole = folder / text
-        paths = [whole] if whole.is_file() else [folder / word for word in text.split()]
+        paths = [whole] if os.path.isfile(whole) else [folder / word for word in text.split()]
         for path in paths:
-            if not path.is_file() or path.stat().st_size > MAX_BYTES:
+            if not os.path.isfile(path) or path.stat().st_size > MAX_BYTES:
                 notes.append(
                     f"{path}: the material library is missing or too large; its materials are made anew"
                 )

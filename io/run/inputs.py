@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from functools import cached_property
 from pathlib import Path
@@ -64,7 +65,7 @@ class Inputs:
         """Every file that the job reads, those that its meshes name included; only those that exist."""
         found = list(self.job.inputs)
         for name in self.job.inputs:
-            found += [path for path in self._named(Path(name)) if Path(path).is_file()]
+            found += [path for path in self._named(Path(name)) if os.path.isfile(path)]
         return tuple(dict.fromkeys(found))
 
     def sha256(self, name: str) -> str:
@@ -85,7 +86,7 @@ class Inputs:
 
 def _pictures(library: Path) -> list[str]:
     """The last word of each map of a material library, and all its words: names may hold spaces."""
-    if not library.is_file() or library.stat().st_size > MAX_BYTES:
+    if not os.path.isfile(library) or library.stat().st_size > MAX_BYTES:
         return []
     lines = _MAP.findall(library.read_bytes())
     return [_beside(library, name) for line in lines for name in (line, line.split()[-1])]
