@@ -21,6 +21,7 @@ INERT = {"charset", "namespace"}
 ACTIVE = {"script", "foreignObject", "iframe", "embed", "object", "audio", "video", "handler", "listener"}
 ACTIVE |= {"animate", "set", "animateMotion", "animateTransform", "animateColor", "discard", "link"}
 NUMBERLESS = re.compile(r"(?i)(?<![\w#.-])[-+]?(?:nan|inf|infinity)(?![\w.-])")
+PATHLESS = re.compile(r"(?i)nan|inf")  # in path data, whose letters stand beside numbers
 NAMES = {
     "id",
     "class",
@@ -94,7 +95,7 @@ def _attribute(name: str, value: str) -> tuple[str | None, int]:
         return (value, 0) if _inside(value) else (None, 1)
     if bare == "style":
         return style(value)
-    if bare not in NAMES and NUMBERLESS.search(value):
+    if bare not in NAMES and (NUMBERLESS if bare != "d" else PATHLESS).search(value):
         return None, 0
     if "(" not in value and "\\" not in value:
         return value, 0
