@@ -251,13 +251,13 @@ def from_farthest(curve: Curve) -> Curve:
 
 
 def from_known(curve: Curve) -> Curve:
-    """The closed curve started at a vertex that does not depend on where it was: the one farthest from the vertices'
+    """The closed curve started at a vertex that does not depend on where it was: the one closest to the vertices'
     mean, and of several the leftmost, and the lowest of those."""
     base = complex(curve.z.real.min(), curve.z.imag.min())
     away = curve.z - base
     mean = complex(math.fsum(away.real), math.fsum(away.imag)) / away.size
-    far = np.abs(away - mean)
-    ties = np.flatnonzero(far > far.max() * (1 - 1e-9))
+    distance = np.abs(away - mean)
+    ties = np.flatnonzero(distance < distance.min() + 1e-9 * distance.max())
     first = ties[np.lexsort((curve.z.imag[ties], curve.z.real[ties]))[0]]
     return Curve(np.roll(curve.z, -int(first)))
 
