@@ -40,8 +40,8 @@ class Options:
     """How to solve. Weights are relative to the closeness of the boundary, lengths to the radius of a shape.
 
     Attributes:
-        method: "balanced" (even sizes, nothing folded, outline, pins and strokes met; the default), "conformal" (angles
-            kept exactly) or "paper" (Algorithm 1 as published).
+        method: "balanced" (even sizes, nothing folded, the outline held; the default where there are no constraints),
+            "conformal" (angles kept exactly) or "paper" (Algorithm 1 as published).
         balance: θ of the balanced method: 0 keeps angles only (the conformal method), 1 is even, more keeps areas.
         turn: degrees counter-clockwise by which the balanced method should turn the picture; "any" lets
             the shapes say.
@@ -49,8 +49,8 @@ class Options:
         max_stretch: the largest max(s1, 1/s2) wished of the balanced method, relative to the mean scale.
         order: 0 for the distance to closest points, 1 for the first-order distance of §3.4.
         quasi: None for a conformal map, else the weight of E_q.
-        pin_weight: β of §3.1 (not balanced, which meets pins).
-        stroke_weight: γ of §3.3 (likewise).
+        pin_weight: β of §3.1.
+        stroke_weight: γ of §3.3.
         smoothness: α of §3.3.
         consistency: μ of the consistency energy.
         tangential: λ of §3.4, with order 1.
@@ -251,13 +251,13 @@ def from_farthest(curve: Curve) -> Curve:
 
 
 def from_known(curve: Curve) -> Curve:
-    """The closed curve started at a vertex that does not depend on where it was: the one farthest from the vertices'
+    """The closed curve started at a vertex that does not depend on where it was: the one closest to the vertices'
     mean, and of several the leftmost, and the lowest of those."""
     base = complex(curve.z.real.min(), curve.z.imag.min())
     away = curve.z - base
     mean = complex(math.fsum(away.real), math.fsum(away.imag)) / away.size
-    far = np.abs(away - mean)
-    ties = np.flatnonzero(far > far.max() * (1 - 1e-9))
+    distance = np.abs(away - mean)
+    ties = np.flatnonzero(distance < distance.min() + 1e-9 * distance.max())
     first = ties[np.lexsort((curve.z.imag[ties], curve.z.real[ties]))[0]]
     return Curve(np.roll(curve.z, -int(first)))
 
