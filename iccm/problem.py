@@ -1,5 +1,6 @@
 """What is to be solved, in coordinates where both shapes have radius one about their centroids."""
 
+import math
 from collections.abc import Sequence, Sized
 from dataclasses import dataclass, fields
 from typing import Literal
@@ -173,7 +174,7 @@ class Problem:
         source = as_domain(source, "source")
         target = None if target is None else as_domain(target, "target")
         if not first:
-            source, target = from_lowest(source), target and from_lowest(target)
+            source, target = from_known(source), target and from_known(target)
         s, t = Frame.of(source), Frame.of(target or source)
         pins = _pins(pins)
         _inside(source, pins[:, 0], "pin")
@@ -249,9 +250,16 @@ def from_farthest(curve: Curve) -> Curve:
     return Curve(np.roll(curve.z, -int(np.argmax(np.abs(curve.z)))))
 
 
-def from_lowest(curve: Curve) -> Curve:
-    """The closed curve started at its leftmost vertex, the lowest of several: the same however it was given."""
-    return Curve(np.roll(curve.z, -int(np.lexsort((curve.z.imag, curve.z.real))[0])))
+def from_known(curve: Curve) -> Curve:
+    """The closed curve started at a vertex that does not depend on where it was: the one closest to the vertices'
+    mean, and of several the leftmost, and the lowest of those."""
+    base = complex(curve.z.real.min(), curve.z.imag.min())
+    away = curve.z - base
+    mean = complex(math.fsum(away.real), math.fsum(away.imag)) / away.size
+    distance = np.abs(away - mean)
+    ties = np.flatnonzero(distance < distance.min() + 1e-9 * distance.max())
+    first = ties[np.lexsort((curve.z.imag[ties], curve.z.real[ties]))[0]]
+    return Curve(np.roll(curve.z, -int(first)))
 
 
 def _mirror(curve: Curve) -> Curve:

@@ -29,15 +29,17 @@ def fit(
     Args:
         source: (n,) complex vertices of the source's boundary, x + iy, y up, either way round.
         target: (m,) complex vertices of the target's boundary.
-        pins: (k, 2) complex, a point inside the source and the point it should go to.
-        strokes: pairs of open polylines, (p,) inside the source and (q,) where it should go.
+        pins: (k, 2) complex, a point inside the source and the point it should go to; on the outlines both must be.
+        strokes: pairs of open polylines, (p,) inside the source and (q,) where it should go. The balanced method
+            meets pins and strokes and takes a stroke's ends to its ends; the others weigh them.
         **options: see `iccm.problem.Options`.
 
     Returns:
         The map, how the solver ended, and the figures that judge it. Failure to converge is a status, not an exception.
 
     Raises:
-        InputError: a boundary that is no simple polygon, a constraint outside the source, an option out of range.
+        InputError: a boundary that is no simple polygon, a constraint outside the source, an option out of range;
+            with the balanced method also constraints that no one-to-one map meets.
     """
     settings = Options(**options)
     problem = Problem.of(source, target, pins, strokes, first=settings.method == "paper")
@@ -49,14 +51,20 @@ def solver(problem: Problem, settings: Options) -> Callable[[Problem, Options], 
     one's."""
     if settings.method == "paper":
         return algorithm1.solve
-    others = any(getattr(settings, name) != getattr(Options, name) for name in OTHERS)
-    if settings.method == "conformal" or settings.balance == 0 or (not settings.method and others):
+    if not is_balanced(settings):
         from .conformal import method as conformal
 
         return conformal.solve
     from .balanced import fit as balanced
 
     return balanced.solve
+
+
+def is_balanced(settings: Options) -> bool:
+    """Whether the balanced method solves with these options, which meets pins and strokes instead of weighing them."""
+    others = any(getattr(settings, name) != getattr(Options, name) for name in OTHERS)
+    balanced = settings.method == "balanced" or not (settings.method or others)
+    return balanced and settings.balance != 0
 
 
 @on_one_thread

@@ -31,6 +31,7 @@ FORWARD, BACKWARD = 8, 3  # Newton steps on the map and on its inverse, in turn
 SETTLED = 1e-3  # relative decrease of a round that ends it
 POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
+SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
 MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
 EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
@@ -129,16 +130,16 @@ class Level:
         anchors = None
         if problem.anchors[0]:
             s, tau = (o.arclengths(a) for o, a in zip((source, target), problem.anchors))
-            anchors = Match(
-                s[0] + np.mod(s - s[0], source.length), tau[0] + np.mod(tau - tau[0], target.length)
-            )
+            order = np.argsort(s)  # pins come in the opposite order in a mirror
+            s, tau = s[order], tau[order]
+            anchors = Match(s, tau[0] + np.mod(tau - tau[0], target.length))
         return cls(source, target, size, anchors, steepest, problem.pins, problem.strokes, problem.halved)
 
     def mapped(
         self, match: Match, sizes: Sizes | None = None, drawn: list[Match] | None = None
     ) -> DiscreteMap:
         """A mesh for a match of the outlines, and of each stroke, without an inside yet."""
-        match = through(limited(match, self.steepest), self.anchors)
+        match = through(limited(match, self.steepest), self.anchors, 0.0 if self.halved else SPREAD)
         if max(self.source.length, self.target.length) > MOST_PAIRS * SPACING * self.size:
             raise Stuck("an outline is too long for its area")
         pairs = boundary_pairs(self.source, self.target, match, SPACING * self.size, self.anchors)

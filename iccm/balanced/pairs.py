@@ -53,12 +53,13 @@ class Pairs(NamedTuple):
     at_target: Flags
 
 
-def through(match: Match, anchors: Match | None) -> Match:
+def through(match: Match, anchors: Match | None, even: float = 0.0) -> Match:
     """The match bent, affinely between neighbours, so that it passes through the anchors.
 
     Args:
         match: a correspondence.
         anchors: pairs that must correspond, in order, without the lap's end; None for none.
+        even: share of the even correspondence between anchors mixed in, where the match may be steep.
     """
     if anchors is None:
         return match
@@ -69,8 +70,10 @@ def through(match: Match, anchors: Match | None) -> Match:
     knots = np.unique(np.concatenate([match.s[:-1] - laps * length, s]))
     old, old_ends = match.at(knots), match.at(s)
     k = np.clip(np.searchsorted(s, knots, side="right") - 1, 0, s.size - 2)
-    share = (old - old_ends[k]) / np.maximum(old_ends[k + 1] - old_ends[k], 1e-300)
-    return Match(knots, tau[k] + np.clip(share, 0, 1) * (tau[k + 1] - tau[k]))
+    share = np.clip((old - old_ends[k]) / np.maximum(old_ends[k + 1] - old_ends[k], 1e-300), 0, 1)
+    if even:
+        share = (1 - even) * share + even * (knots - s[k]) / (s[k + 1] - s[k])
+    return Match(knots, tau[k] + share * (tau[k + 1] - tau[k]))
 
 
 def limited(match: Match, steepest: float) -> Match:

@@ -148,7 +148,7 @@ def _leads_out(values: list[Any], inert: bool = False) -> bool:
     for value in values:
         if value.type == "url" and not inert and not _inside(value.value):
             return True
-        if value.type == "error":
+        if value.type in ("error", "at-keyword"):
             return True
         if value.type == "function":
             name = value.lower_name

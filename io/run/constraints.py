@@ -8,6 +8,7 @@ import numpy as np
 
 from ...errors import InputError
 from .job import Job
+from .options import SOLVER
 
 if TYPE_CHECKING:
     from ..shapes.shape import Shape
@@ -24,7 +25,19 @@ def constrained(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
     pins = np.concatenate([np.reshape(pins, (-1, 2)), np.reshape(np.array(typed, dtype=complex), (-1, 2))])
     _inside(source, "pin", list(pins[:, 0]))
     _inside(source, "vertex of a stroke", [z for stroke in strokes for z in stroke[0].z])
+    if job.target and exact(job):
+        _inside(target, "pin", list(pins[:, 1]))
+        _inside(target, "vertex of a stroke", [z for stroke in strokes for z in stroke[1].z])
     return (pins if len(pins) else None), (strokes or None)
+
+
+def exact(job: Job) -> bool:
+    """Whether pins and strokes are met, not weighed: what lies outside the target could not be."""
+    from ...problem import Options as Solver
+    from ...solve import is_balanced
+
+    given = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
+    return is_balanced(Solver(**given))
 
 
 def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:

@@ -174,16 +174,21 @@ class JobOptions:
     )  # fmt: skip
     constraints: str | None = _option("Pins and strokes from a file; - for stdin.", "FILE.json")
     pin_weight: float | None = _option(
-        "Pull of the pins against the outline's.  [default: 1]", "W", above=0, solver=True
+        "Pull of the pins against the outline's (conformal, paper); balanced meets them.  [default: 1]",
+        "W",
+        above=0,
+        solver=True,
     )
-    stroke_weight: float | None = _option("Pull of the strokes.  [default: 1]", "W", above=0, solver=True)
+    stroke_weight: float | None = _option(
+        "Pull of the strokes (likewise).  [default: 1]", "W", above=0, solver=True
+    )
 
     quasi: float | None = _option(
         "Quasi-conformal, with this weight against shear.", "WEIGHT", above=0, solver=True
     )
     method: Literal["balanced", "conformal", "paper"] | None = _option(
-        "balanced: even sizes, the outline held; conformal: angles kept exactly; paper: Algorithm 1 as published.  "
-        "[default: balanced; conformal with pins, strokes or its own options]", solver=True,
+        "balanced: even sizes, outline, pins and strokes met; conformal: angles kept exactly; paper: Algorithm 1 as "
+        "published.  [default: balanced; conformal with its own options]", solver=True,
     )  # fmt: skip
     balance: float = _option(
         "0 keeps angles only, 1 is even, more keeps areas (balanced).", "THETA",

@@ -12,6 +12,7 @@ import numpy as np
 
 from ... import __version__
 from .. import files
+from .constraints import exact
 from .parts import named
 
 if TYPE_CHECKING:
@@ -34,9 +35,10 @@ def build(run: Run) -> dict[str, Any]:
     What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
     job then gives the same bytes.
     """
+    weighed = run.job.target is None or not exact(run.job)
     each = run.found.get("parts", [run.found])
     for (source, _), part in zip(run.pairs, each):
-        doubted = doubts(run.found | part, run.job.tolerance, run.job.quasi is not None)
+        doubted = doubts(run.found | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
         for note in [*part["notes"], *doubted]:
             if named(source, note) not in run.notes:
                 run.note(named(source, note))
@@ -56,7 +58,7 @@ def build(run: Run) -> dict[str, Any]:
     return plain(report)
 
 
-def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
+def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: bool = True) -> list[str]:
     """Sentences on what a solver that ended well leaves wrong with the picture: pins and strokes may contradict the
     outline or each other. They name the part of the report that says how much, and change with nothing else.
 
@@ -64,6 +66,7 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
         found: the solver's own report.
         tolerance: the gap that would do.
         quasi: whether the map was free to be quasi-conformal.
+        weighed: whether constraints pull with a weight, instead of being met.
     """
     said: list[str] = []
     gap, injective = (found["boundary"] or {}).get("hausdorff", 0.0), found["injective"]
@@ -76,7 +79,7 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool) -> list[str]:
             f"the picture may overlap itself near the outline: {injective['share']:.1%} of the source's area are "
             "certain to be one-to-one (injective)"
         )
-    if not (found["pins"] or found["strokes"]):
+    if not (found["pins"] or found["strokes"]) or not weighed:
         return said
     cure = "move pins and strokes, or lower their weights" + ("" if quasi else ", or try --quasi 0.01")
     return [type(text)(f"{text}; {cure}") for text in said]

@@ -70,7 +70,7 @@ def test_all_outputs_of_one_run(shapes, iccm):
 
 
 def test_picture_on_stdout(shapes, shell):
-    line = "iccm map square.svg blob.svg --method paper --vertices 40 --size 32 -q -o - > out.png && iccm info out.png"
+    line = "iccm map square.svg blob.svg --size 32 -q -o - > out.png && iccm info out.png"
     done = shell(line)
     assert done.returncode == 0 and done.stderr == "" and "size: 32 32" in done.stdout
 
@@ -299,7 +299,7 @@ def test_constraints_that_spoil_the_picture_are_told(shapes, iccm):
 
 
 def test_quiet_verbose_and_json_messages(shapes, iccm):
-    arguments = ("map", "square.svg", "blob.svg", *QUICK, "--report", "r.json", "--force")
+    arguments = ("map", "square.svg", "blob.svg", "--report", "r.json", "--force")
     assert iccm(*arguments, "-q").err == ""
     lines = [json.loads(line) for line in iccm(*arguments, "--log-format", "json").lines]
     assert {"level", "message"} <= lines[0].keys() and lines[-1]["level"] == "info"
@@ -344,9 +344,7 @@ def test_debug_shows_the_traceback(shapes, iccm):
 
 
 def test_a_reader_that_goes_away_is_no_error(shapes, shell):
-    done = shell(
-        "set -o pipefail; iccm map square.svg blob.svg --method paper --vertices 40 --report - -q | head -c 1"
-    )
+    done = shell("set -o pipefail; iccm map square.svg blob.svg --report - -q | head -c 1")
     assert done.stderr == "" and done.returncode in (0, failures.PIPE)
 
 

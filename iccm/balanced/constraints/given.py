@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ...arrays import Complex, Index, Real
+from ...arrays import Complex, Flags, Index, Real
 from ...curve import Curve
 from ...errors import InputError
 from ..frames import GRID, Frame
@@ -62,6 +62,8 @@ def checked(source: Curve, target: Curve, pins: Complex, strokes: Sequence[tuple
             shape, touches its outline, itself, another stroke or a pin.
     """
     pins, numbers = _without_repeats(pins, source.diagonal, target.diagonal)
+    extra = ~_at_ends(pins, strokes, source.diagonal, target.diagonal)
+    pins, numbers = pins[extra], numbers[extra]
     distances = np.column_stack([_inside(c, pins[:, k], numbers, k) for k, c in enumerate((source, target))])
     outer = distances < ON_OUTLINE
     for k in np.flatnonzero(outer[:, 0] != outer[:, 1]):
@@ -77,6 +79,16 @@ def checked(source: Curve, target: Curve, pins: Complex, strokes: Sequence[tuple
     )
     drawn = checked_strokes((source, target), strokes, pins, numbers)
     return Pins(pins[~outer], _in_order(source, target, pins[outer], numbers[outer]), drawn, notes)
+
+
+def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float, image_unit: float) -> Flags:
+    """Which pins only say that a stroke's end goes to its end, as all strokes' ends do."""
+    found = np.zeros(len(pins), bool)
+    for a, b in strokes:
+        for end in (0, -1):
+            here = np.abs(pins[:, 0] - a.z[end]) <= SAME_POINT * unit
+            found |= here & (np.abs(pins[:, 1] - b.z[end]) <= SAME_POINT * image_unit)
+    return found
 
 
 def checked_strokes(

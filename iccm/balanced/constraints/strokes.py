@@ -1,11 +1,12 @@
 """Strokes as chains of mesh vertices: those at corners of one of the two polylines stay there, the others slide."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import shapely
 
-from ...arrays import Complex, Flags, Real
+from ...arrays import Complex
 from ...curve import Curve
 from ..minimise.sliding import Rail
 from ..outline import SHARP
@@ -77,7 +78,7 @@ def inside(strokes: tuple[Stroke, ...], matches: list[Match], spacing: float, pi
     )
 
 
-def _chain(stroke: Stroke, match: Match, spacing: float) -> tuple[Real, Real, Flags, Flags]:
+def _chain(stroke: Stroke, match: Match, spacing: float) -> tuple[Any, ...]:
     """(s, τ, whether a source corner, whether a target corner) of the vertices of a stroke, in order."""
     s0, t0 = stroke.source.knots, stroke.target.knots
     s = np.concatenate([s0, np.interp(t0[1:-1], match.tau, match.s)])

@@ -175,7 +175,7 @@ def test_a_large_quasiconformal_weight_gives_the_conformal_map():
 STROKE_JOBS = {
     "paper": lambda **k: iccm.fit(SOURCE, TARGET, **METHODS["paper"], **k),
     "paper, first order": lambda **k: iccm.fit(SOURCE, TARGET, **METHODS["paper"], order=1, **k),
-    "conformal": lambda **k: iccm.fit(SOURCE, TARGET, **k),
+    "conformal": lambda **k: iccm.fit(SOURCE, TARGET, method="conformal", **k),
     # closest points let a stroke contract along its target without end, so the iterations are counted
     "deform": lambda **k: iccm.deform(SOURCE, max_iterations=100, **k),
 }

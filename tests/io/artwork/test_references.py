@@ -13,6 +13,7 @@ SHEETS = [
     f'@import "{AWAY}";',
     f'@import "{AWAY}"{{}}',
     f'@unknown "{AWAY}";',
+    f'1e9@import "{AWAY}";.a{{fill:red}}',
     f"@import url({AWAY});",
     f'@\\69mport "{AWAY}";',
     f"a{{fill:url({AWAY})}}",

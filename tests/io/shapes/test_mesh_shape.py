@@ -292,6 +292,7 @@ def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, 
     (tmp_path / "tetra.obj").write_text(
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
     )
+    (tmp_path / "drawing.svg").write_text("<svg/>")
     for words, message in {
         ("tetra.obj",): "is closed",
         ("hill.obj", "-o", "hill.obj", "--force"): "is the input",
@@ -299,7 +300,7 @@ def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, 
         ("hill.obj", "--uv", "x.stl"): "cannot hold texture coordinates",
         ("hill.obj", "--plot", "x.gif"): "unknown suffix for --plot",
         ("missing.obj",): "no such file",
-        ("hill.svg",): "no mesh is read from '.svg'",
+        ("drawing.svg",): "no mesh is read from '.svg'",
         ("hill.obj#9",): "no boundary loop 9",
     }.items():
         done = iccm("flatten", *words)

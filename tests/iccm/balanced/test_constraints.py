@@ -1,0 +1,152 @@
+"""Pins and strokes of the balanced method are met, whatever it takes short of a fold."""
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm import Curve, InputError, Status
+from iccm.balanced.constraints.given import checked
+from iccm.balanced.meshing.mesh import Sizes, triangulate
+
+SQUARE = np.array([0, 1, 1 + 1j, 1j])
+ELL = np.array([0, 2, 2 + 1j, 1 + 1j, 1 + 2j, 2j])
+TEE = np.array([0.4, 0.6, 0.6 + 0.7j, 1 + 0.7j, 1 + 1j, 1j, 0.7j, 0.4 + 0.7j])
+
+
+def errors(fit):
+    return [pin["error"] for pin in fit.report()["pins"]]
+
+
+def one_to_one(fit):
+    report = fit.report()
+    return report["injective"]["certified"] and report["boundary"]["hausdorff"] < 1e-3
+
+
+def off_line(fit, stroke=0):
+    a, b = fit.strokes[stroke]
+    image = fit.map(a.at(np.linspace(0, a.length, 200)))
+    return np.abs(b.at(b.closest(image)) - image).max()
+
+
+def test_pins_inside_are_met():
+    pins = [(0.3 + 0.3j, 0.3 + 0.5j), (0.7 + 0.3j, 1.5 + 0.4j), (0.3 + 0.7j, 0.6 + 1.7j)]
+    fit = iccm.fit(SQUARE, ELL, pins=pins)
+    assert fit.status is Status.REACHED and max(errors(fit)) < 1e-9 and one_to_one(fit)
+
+
+def test_pins_far_from_where_the_map_has_them():
+    fit = iccm.fit(SQUARE, TEE, pins=[(0.5 + 0.8j, 0.5 + 0.2j)])
+    assert fit.status is Status.REACHED and max(errors(fit)) < 1e-9 and one_to_one(fit)
+
+
+def test_pins_turn_the_picture():
+    pins = [(0.3 + 0.5j, 0.5 + 0.3j), (0.7 + 0.5j, 0.5 + 0.7j)]
+    fit = iccm.fit(SQUARE, SQUARE, pins=pins)
+    assert max(errors(fit)) < 1e-9 and fit.report()["turn"] == pytest.approx(90, abs=3)
+    assert fit.report()["stretch"]["max"] < 1.1
+
+
+def test_pins_on_the_outline_and_inside():
+    pins = [(0.5, 0.5 + 0j), (0.5 + 1j, 0.2 + 1j), (0.4 + 0.4j, 0.5 + 0.8j)]
+    fit = iccm.fit(SQUARE, TEE, pins=pins)
+    assert fit.status is Status.REACHED and max(errors(fit)) < 1e-9 and one_to_one(fit)
+
+
+def test_pins_in_a_mirror_are_met_in_the_mirror():
+    s, tau = np.array([0.3, 1.2, 2.4, 3.1]), np.array([0.1, 1.4, 2.9, 4.6])
+    boot = np.array([0, 2, 2.3 + 0.7j, 1 + 1j, 1 + 2j, 2j])
+    pins = np.column_stack([Curve(boot).at(s), Curve(ELL).at(tau)])
+    first = iccm.fit(boot, ELL, pins=pins)
+    second = iccm.fit(boot.conj(), ELL.conj(), pins=pins.conj())
+    assert max(errors(first) + errors(second)) < 1e-9
+    z = first.interior
+    assert np.abs(second.map(z.conj()).conj() - first.map(z)).max() < 1e-6
+
+
+def test_a_stroke_is_met_and_ends_go_to_ends():
+    stroke = (np.array([0.2 + 0.5j, 0.5 + 0.6j, 0.8 + 0.5j]), np.array([0.4 + 1.6j, 0.5 + 0.5j, 1.6 + 0.4j]))
+    fit = iccm.fit(SQUARE, ELL, strokes=[stroke])
+    assert fit.status is Status.REACHED and one_to_one(fit)
+    assert off_line(fit) < 2e-4 * fit.diagonal
+    assert np.abs(fit.map(stroke[0][[0, -1]]) - stroke[1][[0, -1]]).max() < 1e-4
+
+
+def test_a_stroke_with_pins():
+    stroke = (np.array([0.2 + 0.5j, 0.8 + 0.5j]), np.array([0.25 + 0.6j, 0.5 + 0.55j, 0.75 + 0.6j]))
+    pins = [
+        (0.5 + 0.2j, 0.5 + 0.3j),
+        (0.5 + 1j, 0.6 + 1j),
+        (0.2 + 0.5j, 0.25 + 0.6j),
+    ]  # the last: a stroke's end
+    fit = iccm.fit(SQUARE, SQUARE, pins=pins, strokes=[stroke])
+    assert fit.status is Status.REACHED and one_to_one(fit)
+    assert off_line(fit) < 2e-4 * fit.diagonal and max(errors(fit)) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("pins", "said"),
+    [
+        ([(0.5 + 0.5j, 0.4 + 0.5j), (0.5 + 0.5j, 0.6 + 0.5j)], "pins 1 and 2: the same point of the source"),
+        ([(0.4 + 0.5j, 0.5 + 0.5j), (0.6 + 0.5j, 0.5 + 0.5j)], "pins 1 and 2: two points"),
+        ([(0.5 + 0.5j, 2)], "pin 1: .* outside the target shape"),
+        ([(0.5, 0.5 + 0.5j)], "pin 1: its source is on the outline and its target is not"),
+        ([(0.5, 0.5), (1 + 0.5j, 0.5j), (0.5 + 1j, 0.5 + 1j), (0.5j, 1 + 0.5j)], "out of order: "),
+    ],
+)
+def test_pins_that_no_map_can_meet_are_named(pins, said):
+    with pytest.raises(InputError, match=said):
+        iccm.fit(SQUARE, SQUARE, pins=pins)
+
+
+@pytest.mark.parametrize(
+    ("strokes", "said"),
+    [
+        (
+            [([0.2 + 0.2j, 0.8 + 0.8j], [0.2 + 0.2j, 0.8 + 0.8j])] * 2,
+            "strokes 1 and 2: they cross or touch in the source",
+        ),
+        ([([0.2 + 0.2j, 0.8 + 0.8j], [0.5 + 0.5j, 2])], "stroke 1: its target leaves"),
+        (
+            [([0.2 + 0.2j, 0.8 + 0.8j, 0.8 + 0.2j, 0.2 + 0.8j], [0.2 + 0.2j, 0.8j + 0.8])],
+            "stroke 1: its source crosses",
+        ),
+    ],
+)
+def test_strokes_that_no_map_can_meet_are_named(strokes, said):
+    with pytest.raises(InputError, match=said):
+        iccm.fit(SQUARE, SQUARE, strokes=strokes)
+
+
+def test_one_pin_out_of_order_is_the_one_that_is_named():
+    square = Curve(SQUARE)
+    s = np.array([0.3, 1.1, 1.9, 2.7, 3.5])
+    pins = np.column_stack([square.at(s), square.at(s[[0, 1, 4, 2, 3]])])
+    with pytest.raises(InputError, match="out of order: 3;"):
+        checked(square, square, pins)
+
+
+def test_a_pin_close_to_the_outline_gets_a_note():
+    fit = iccm.fit(SQUARE, SQUARE, pins=[(0.5 + 0.02j, 0.55 + 0.02j)])
+    assert any("very close to the outline" in note for note in fit.notes) and max(errors(fit)) < 1e-9
+
+
+def test_the_mesh_keeps_points_and_lines():
+    points = np.array([0.2 + 0.2j, 0.5 + 0.45j, 0.8 + 0.3j, 0.5 + 0.8j])
+    z, faces = triangulate(SQUARE.astype(complex), Sizes.even(0.01), points, np.array([1, 2, -1, -1]))
+    edges = {frozenset(pair) for face in faces.tolist() for pair in zip(face, face[1:] + face[:1])}
+    assert np.array_equal(z[4:8], points)
+    assert {frozenset((4, 5)), frozenset((5, 6))} <= edges
+    assert not any(
+        len(edge & set(range(8))) == 2 and min(edge) >= 4
+        for edge in edges - {frozenset((4, 5)), frozenset((5, 6))}
+    )
+    a, b, c = z[faces].T
+    assert ((b - a).conj() * (c - a)).imag.sum() == pytest.approx(2) and (
+        (b - a).conj() * (c - a)
+    ).imag.min() > 0
+
+
+def test_weights_are_for_the_methods_that_weigh():
+    pins = [(0.3 + 0.3j, 0.32 + 0.3j)]
+    with pytest.raises(InputError, match="pin_weight"):
+        iccm.fit(SQUARE, SQUARE, pins=pins, method="balanced", pin_weight=2)
