@@ -17,6 +17,7 @@ PICTURE = re.compile(r"data:image/(?:png|jpe?g|gif|webp|avif|bmp|tiff?|x-icon)[;
 FETCHING = {"url", "src"}  # functions of one address
 OTHERS = {"image", "image-set", "-webkit-image-set", "cross-fade", "-webkit-cross-fade", "expression", "attr"}
 NESTED = {"media", "supports", "layer", "container", "scope", "keyframes", "-webkit-keyframes"}
+HOLDING = {"font-face", "page", "counter-style", "property", "color-profile"}
 INERT = {"charset", "namespace"}
 ACTIVE = {"script", "foreignObject", "iframe", "embed", "object", "audio", "video", "handler", "listener"}
 ACTIVE |= {"animate", "set", "animateMotion", "animateTransform", "animateColor", "discard", "link"}
@@ -107,6 +108,11 @@ def _attribute(name: str, value: str) -> tuple[str | None, int]:
 
 def _rules(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
     for node in nodes:
+        if (
+            node.type == "at-rule" and node.lower_at_keyword not in NESTED | HOLDING | INERT
+        ):  # @import, in any form
+            lost.append(node)
+            continue
         if node.type == "qualified-rule":
             node.content = list(_declarations(tinycss2.parse_blocks_contents(node.content), lost))
         elif node.type == "at-rule" and node.content is not None:
@@ -114,7 +120,7 @@ def _rules(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
                 node.content = list(_rules(tinycss2.parse_rule_list(node.content), lost))
             else:
                 node.content = list(_declarations(tinycss2.parse_blocks_contents(node.content), lost))
-        elif node.type == "error" or (node.type == "at-rule" and node.lower_at_keyword not in INERT):
+        elif node.type == "error":
             lost.append(node)
             continue
         if node.type in ("qualified-rule", "at-rule") and _leads_out(node.prelude, node.type == "at-rule"):

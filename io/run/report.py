@@ -68,21 +68,21 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: boo
         quasi: whether the map was free to be quasi-conformal.
         weighed: whether constraints pull with a weight, instead of being met.
     """
-    said = []
+    said: list[str] = []
     gap, injective = (found["boundary"] or {}).get("hausdorff", 0.0), found["injective"]
     if found["status"] not in ("gap", "crowded") and gap > OFF * tolerance:
-        said.append("the outline's image is far from the target's (boundary)")
+        said.append(Doubt("the outline's image is far from the target's (boundary)"))
     if not injective["certified"]:
-        said.append("the map is not one-to-one, so the picture overlaps itself (injective)")
+        said.append(Doubt("the map is not one-to-one, so the picture overlaps itself (injective)"))
     elif injective["share"] < MOST_OF_IT:
         said.append(
             f"the picture may overlap itself near the outline: {injective['share']:.1%} of the source's area are "
             "certain to be one-to-one (injective)"
         )
     if not (found["pins"] or found["strokes"]) or not weighed:
-        return [Doubt(text) for text in said]
+        return said
     cure = "move pins and strokes, or lower their weights" + ("" if quasi else ", or try --quasi 0.01")
-    return [Doubt(f"{text}; {cure}") for text in said]
+    return [type(text)(f"{text}; {cure}") for text in said]
 
 
 def plain(value: Any) -> Any:

@@ -11,6 +11,8 @@ AWAY = "http://away.example/x"
 RED = "data:image/png;base64,iVBORw0KGgo="
 SHEETS = [
     f'@import "{AWAY}";',
+    f'@import "{AWAY}"{{}}',
+    f'@unknown "{AWAY}";',
     f"@import url({AWAY});",
     f'@\\69mport "{AWAY}";',
     f"a{{fill:url({AWAY})}}",
