@@ -40,7 +40,7 @@ class Options:
     """How to solve. Weights are relative to the closeness of the boundary, lengths to the radius of a shape.
 
     Attributes:
-        method: "balanced" (even sizes, nothing folded, the outline held; the default where there are no constraints),
+        method: "balanced" (even sizes, nothing folded, the outline held; the default),
             "conformal" (angles kept exactly) or "paper" (Algorithm 1 as published).
         balance: θ of the balanced method: 0 keeps angles only (the conformal method), 1 is even, more keeps areas.
         turn: degrees counter-clockwise by which the balanced method should turn the picture; "any" lets

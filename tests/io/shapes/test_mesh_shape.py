@@ -308,7 +308,9 @@ def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, 
         assert message in done.err
         assert len(done.lines) == 1
     assert iccm("flatten", "tetra.obj", "--cut").code == 0
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["hill.obj", "tetra-flat.svg", "tetra.obj"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == [
+        *("drawing.svg", "hill.obj", "tetra-flat.svg", "tetra.obj")
+    ]
 
 
 def test_pull_back_is_threads_free(tmp_path):
