@@ -240,9 +240,8 @@ def _check_png(path: str | Path, content: BinaryIO) -> None:
         if left or len(stored) < 4:
             raise InputError(f"{path}: the picture is damaged: the file is cut off")
         if name[:1].isupper() and stored != checksum.to_bytes(4):  # others are left out by readers
-            raise InputError(
-                f"{path}: the picture is damaged: wrong checksum of {name.decode('latin-1') if name.isalnum() else name!r}"
-            )
+            shown = name.decode() if name.isalnum() else repr(name)
+            raise InputError(f"{path}: the picture is damaged: wrong checksum of {shown}")
 
 
 def _holes(pixels: NDArray, room: Memory) -> int:
