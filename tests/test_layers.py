@@ -26,6 +26,7 @@ ORDER = (
     "io.memory io.silence io.names",
     "io.spec io.formats io.places",
     "io.files",
+    "texture_transfer",
     "solve",
     "balanced",
     "conformal",

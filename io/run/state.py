@@ -153,9 +153,7 @@ class Run:
 
         low, high = self._extent()
         width, height = raster_size.size_of(self.job, self.job.size or (LONGER_SIDE,), high - low)
-        scale = max((high - low).real / width, (high - low).imag / height)
-        middle, half = (low + high) / 2, scale * complex(width, height) / 2
-        return Canvas(width, height, (middle - half, middle + half))
+        return Canvas.about(width, height, (low, high))
 
     def _extent(self) -> Box:
         """What pictures show of the target; a deformed shape may leave that of the source, which grows."""
