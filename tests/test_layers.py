@@ -37,7 +37,7 @@ ORDER = (
     "maps",
     "curve",
     "arrays",
-    "parallel memory blas",
+    "parallel memory blas compilation progress",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}

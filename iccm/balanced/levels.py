@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import isotonic_regression
 
+from .. import progress
 from ..arrays import Complex, Index, Real
 from ..curve import Curve
 from ..maps.triangulated.patches import NO_LINES
@@ -158,13 +159,14 @@ def score(state: DiscreteMap, upright: float) -> float:
 def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list[DiscreteMap], int]:
     """The best maps after a few steps, best first, and how many matches failed."""
     states, failed = [], 0
-    for match in matches:
+    for match in progress.counted("starts", matches):
         try:
             states.append(level.mapped(match).unfolded())
         except Stuck:
             failed += 1
     for steps, keep in SCREENING:
-        states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in states]
+        tried = progress.counted(f"coarse maps, {steps} steps", states)
+        states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
         states = sorted(states, key=lambda s: score(s, problem.upright))[:keep]
     return states, failed
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .. import progress
 from ..curve import Curve
 from . import starts
 from .constraints import meeting
@@ -165,7 +166,7 @@ def coarse(problem: Problem, size: float, journal: Journal) -> DiscreteMap:
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += failed
     settled = []
-    for state in states:
+    for state in progress.counted("coarse maps, corners released", states):
         try:
             settled.append(released(level, state, problem))
         except Stuck:
@@ -213,6 +214,7 @@ def candidates(level: Level, turns: tuple[tuple[float, int], ...]) -> list[Match
 
 def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) -> DiscreteMap:
     """The map on a finer mesh, its worst stretch lowered."""
+    progress.tell("fine map")
     level = Level.of(problem, size, FINE_FINENESS, FINE_CORNERS, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
     state = eased(carried(level, state, problem, sizes), problem.theta)
@@ -225,11 +227,12 @@ def last(
     problem: Problem, state: Meshed, settings: Settings, journal: Journal, share: float = 1.0
 ) -> DiscreteMap:
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
+    progress.tell("last map")
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
     level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
     tried = [eased(carried(level, state, problem, sizes), problem.theta)]
-    for q in POWERS:
+    for q in progress.counted("last map, worst stretch lowered", POWERS):
         tried.append(tried[-1].forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True))
         journal.level("last", tried[-1], q)
         if excess(tried[-1], settings) <= 1:

@@ -44,14 +44,7 @@ def build(run: Run) -> dict[str, Any]:
                 run.note(named(source, note))
     report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
     if "SOURCE_DATE_EPOCH" not in os.environ:
-        parts = {name: value for name, value in run.seconds.items() if name != "total"}
-        report["seconds"] = {
-            "solve": 0.0,
-            "evaluate": 0.0,
-            "resample": 0.0,
-            **parts,
-            "total": run.seconds["total"],
-        }
+        report["seconds"] = run.phases.report()
     report["notes"] = run.notes
     report["inputs"] = [{"path": name, "sha256": run.inputs.sha256(name)} for name in run.inputs.named]
     report["job"] = run.job.model_dump(mode="json", exclude_defaults=True, exclude={"force"})
