@@ -14,7 +14,6 @@ from ..curve import Curve
 from ..result import hausdorff
 from . import orientation, stages
 from .constraints.given import Pins, checked, place
-from .failure import NoMapError
 from .frames import Frame, frames_of
 from .minimise.energy import energy_of
 from .minimise.measures import stretches, turn_of
@@ -73,7 +72,9 @@ def _solution(
     loop = np.arange(state.border)[::-1].copy() if mirror else np.arange(state.border)
     if pins is not None:
         place(pins, z, u, state.border, state.first_pin)
-    _refuse_folds(z, u, faces, loop)
+    for name, w in (("source", z), ("image", u)):
+        orientation.refuse_folds(name, w, faces)
+        orientation.refuse_touching(name, w[loop])
     source_gap, gap = (hausdorff(Curve(w[loop]), c) / c.diagonal for w, c in zip((z, u), given))
     dilatation, stretch, _ = stretches(state.z, state.u, state.faces)
     lean = turn_of(state.z, state.u, state.faces) * (-1 if mirror else 1)
@@ -95,14 +96,3 @@ def _solution(
         bool(reached),
         journal.notes,
     )
-
-
-def _refuse_folds(z, u, faces, loop) -> None:
-    """Raises NoMapError unless all triangles are positive and both outlines simple, in these very numbers."""
-    for name, w in (("source", z), ("image", u)):
-        if not orientation.positive(w, faces).all():
-            raise NoMapError(
-                f"the {name} has triangles without area in double precision; move the shape to the origin or enlarge it"
-            )
-        if not orientation.is_simple(w[loop]):
-            raise NoMapError(f"the outline of the {name} touches itself in double precision")

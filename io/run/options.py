@@ -196,7 +196,7 @@ class JobOptions:
     )  # fmt: skip
     turn: float | Literal["any"] = _option(
         "Degrees by which the picture should be turned; any leaves it to the shapes (balanced).  [default: 0]",
-        "DEGREES|any", default=0.0, parse=turn, solver=True,
+        "DEGREES|any", default=0.0, parse=turn, solver=True, commands=("map",),
     )  # fmt: skip
     max_dilatation: float | None = _option(
         "Bound on the dilatation to meet (balanced).", "K", above=1, solver=True

@@ -35,7 +35,7 @@ def build(run: Run) -> dict[str, Any]:
     What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
     job then gives the same bytes.
     """
-    weighed = run.job.target is None or not exact(run.job)
+    weighed = not exact(run.job)
     each = run.found.get("parts", [run.found])
     for (source, _), part in zip(run.pairs, each):
         doubted = doubts(run.found | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
