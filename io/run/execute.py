@@ -16,7 +16,7 @@ from ...memory import Memory
 from .. import files
 from ..memory import Bounded
 from ..spec import Spec
-from . import outputs, parts, report
+from . import holes, outputs, parts, report
 from .constraints import constrained
 from .inputs import Inputs
 from .job import WRITTEN, Job
@@ -159,7 +159,7 @@ def _check_read(state: Run, wanted: list[Output]) -> None:
         _free(job, others, state.inputs.named, taken=job.outputs)
     for note in [f"{shape.spec}: {note}" for shape in shapes for note in shape.notes]:
         state.note(note)
-    for note in parts.about_holes(state.pairs, keep=job.holes == "keep"):
+    for note in holes.about(state):
         state.note(note)
 
 
@@ -175,9 +175,11 @@ def _solve(state: Run) -> None:
     given = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
     with state.timed("solve"):
         for source, target in state.pairs:
-            curves = (source.curve, target.curve) if job.target else (source.curve,)
-            solve: Any = iccm.fit if job.target else iccm.deform
-            state.fits.append(solve(*curves, pins=state.pins, strokes=state.strokes, **given))
+            pins = {"pins": state.pins, "strokes": state.strokes}
+            if not job.target:
+                state.fits.append(iccm.deform(source.curve, **pins, **given))
+            else:
+                state.fits.append(holes.fitted(state, source, target, pins | given))
     for (source, _), fit in zip(state.pairs, state.fits):
         for note in fit.notes:
             state.note(parts.named(source, note))
