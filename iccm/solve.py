@@ -23,6 +23,9 @@ def fit(
     *,
     pins: ArrayLike | None = None,
     strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
+    source_holes: Sequence[ArrayLike | Curve] = (),
+    target_holes: Sequence[ArrayLike | Curve] = (),
+    hole_partners: Sequence[tuple[int, int]] = (),
     **options: Any,
 ) -> Fit:
     """A map of the source domain onto the target domain: balanced, conformal, or as the paper has it.
@@ -33,17 +36,30 @@ def fit(
         pins: (k, 2) complex, a point inside the source and the point it should go to; on the outlines both must be.
         strokes: pairs of open polylines, (p,) inside the source and (q,) where it should go. The balanced method
             meets pins and strokes and takes a stroke's ends to its ends; the others weigh them.
+        source_holes: outlines of the source's holes, (p,) complex, either way round; the balanced method takes each
+            onto one of the target's. Where one shape has more, what is too much shrinks to a slit in the other.
+        target_holes: those of the target's.
+        hole_partners: (i, j) for holes that must go together, counted from 0; the others go by place and size.
         **options: see `iccm.problem.Options`.
 
     Returns:
         The map, how the solver ended, and the figures that judge it. Failure to converge is a status, not an exception.
 
     Raises:
-        InputError: a boundary that is no simple polygon, a constraint outside the source, an option out of range;
+        InputError: a boundary that is no simple polygon, a hole that is not inside or touches another, a constraint
+            outside the source, an option out of range, holes for a method that does not know of them;
             with the balanced method also constraints that no one-to-one map meets.
     """
     settings = Options(**options)
-    problem = Problem.of(source, target, pins, strokes, first=settings.method == "paper")
+    holes = source_holes, target_holes
+    problem = Problem.of(
+        *(source, target, pins, strokes),
+        first=settings.method == "paper",
+        holes=holes,
+        partners=hole_partners,
+    )
+    if any(holes) and not is_balanced(settings):
+        raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
     return solver(problem, settings)(problem, settings)
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ...arrays import Box, Complex
 from ...parallel import beside, thread_count
 from . import framing, parts, raster_size, texture
+from .holes import passed_over
 from .job import Job
 from .parts import Pairs
 from .phases import Phases
@@ -88,12 +89,13 @@ class Run:
 
     @property
     def _holes(self) -> list[tuple[Complex, ...]]:
-        """The holes that pictures leave transparent, of each part; those of a shape that is deformed move with it."""
+        """The holes that pictures leave transparent, of each part, and that its map does not know of; those of a shape
+        that is deformed move with it."""
         if self.job.holes == "fill":
             return [()] * len(self.pairs)
         if self.job.target is None:
             return [tuple(self.fit.fast(hole) for hole in self.source.holes)]
-        return [target.holes for _, target in self.pairs]
+        return [passed_over(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
 
     @cached_property
     def image(self) -> Image:

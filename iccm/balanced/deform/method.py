@@ -100,7 +100,7 @@ def bent(outline: Curve, pins: Pins, settings: Settings, start: Start | None) ->
 def excess(state: Deformed, settings: Settings) -> float:
     """As that of maps onto a target, lengths relative to the mean scale."""
     scale = np.sqrt(abs(Curve(state.u[: state.border]).area))
-    return stages.excess(replace(state, u=state.u / scale), settings)
+    return stages.excess(state.z, state.u / scale, state.faces, settings)
 
 
 def begun(state: Deformed, start: Start) -> Deformed:
