@@ -109,7 +109,7 @@ def _solution(
         journal.starts,
         {"dilatation": float(dilatation.max()), "stretch": float(stretch.max())},
         symmetric,
-        bool(reached),
+        bool(max(gap, source_gap) <= settings.tolerance and excess <= 1),
         journal.notes,
         lines=cut.lines,
         partners=cut.partners,
