@@ -20,7 +20,6 @@ from . import outputs, parts, report
 from .constraints import constrained
 from .inputs import Inputs
 from .job import WRITTEN, Job
-from .options import SOLVER
 from .outputs.output import Output
 from .state import Progress, Run, Tell
 
@@ -172,12 +171,11 @@ def _solve(state: Run) -> None:
     import iccm
 
     job = state.job
-    given = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
     with state.timed("solve"):
         for source, target in state.pairs:
             curves = (source.curve, target.curve) if job.target else (source.curve,)
             solve: Any = iccm.fit if job.target else iccm.deform
-            state.fits.append(solve(*curves, pins=state.pins, strokes=state.strokes, **given))
+            state.fits.append(solve(*curves, pins=state.pins, strokes=state.strokes, **job.solver))
     for (source, _), fit in zip(state.pairs, state.fits):
         for note in fit.notes:
             state.note(parts.named(source, note))
