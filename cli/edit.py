@@ -35,9 +35,11 @@ def command(**given: Any) -> int:
     Exit code: 0 the page was closed, 2 an input is wrong, 130 Ctrl-C.
     """
     try:
+        import websockets  # noqa: F401  (uvicorn speaks to pages by it)
+
         from ..io.edit import server
     except ModuleNotFoundError as error:
-        if error.name not in ("starlette", "uvicorn"):
+        if error.name not in ("starlette", "uvicorn", "websockets"):
             raise
         raise InputError(EXTRA) from None
     from ..io.edit.session import Session

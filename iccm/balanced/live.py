@@ -15,7 +15,7 @@ from ..curve import Curve
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
 from .constraints.given import Pins, checked, with_points
-from .constraints.meeting import bound
+from .constraints.meeting import brought
 from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
 from .frames import Frame, frames_of
@@ -82,7 +82,9 @@ class Live:
         given = checked(self.source, self.target, pins, strokes).unit(self.frames)
         state = self._pulled(given)
         if state is not None:
-            state = _followed(state, settings.theta)
+            state = _settled(
+                state.forward(settings.theta, 1.0, FORWARD, DECREASE, corners=True), settings.theta
+            )
         if state is None or state.miss > 0:
             domains = (self.source, self.target)
             state = _carried(state or self.state, domains, self.frames, given, settings)
@@ -157,12 +159,11 @@ def _carried(
         state = Sketch(state.z, state.u, state.faces, state.border)
     try:
         level = Level.of(problem, SIZE, FINE_FINENESS, FINE_CORNERS, STEEPEST)
-        return _followed(bound(refined(level, state)), settings.theta)
+        return _settled(brought(refined(level, state), settings.theta), settings.theta)
     except Stuck as error:
         raise NoMapError(f"the map cannot follow: {error}") from error
 
 
-def _followed(state: DiscreteMap, theta: float) -> DiscreteMap:
-    """The map after some Newton steps towards its goals, and on its inverse if it has reached them."""
-    state = state.forward(theta, 1.0, FORWARD, DECREASE, corners=True)
+def _settled(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map after some Newton steps on its inverse, if it has reached its goals."""
     return state if state.miss > 0 else state.backward(theta, 1.0, BACKWARD, DECREASE)

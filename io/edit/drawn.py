@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
@@ -12,29 +11,25 @@ import numpy as np
 
 from ...errors import InputError
 from ..shapes import shape
+from ..shapes.shape import Shape
 from ..svg.document import SHAPES, root
 from ..svg.reader import PIN, STROKE
 from ..svg.source import drawing_bytes
 
 Point = tuple[float, float]
+Pins = Sequence[tuple[str, Point]]
+Strokes = Sequence[tuple[str, Sequence[Point]]]
 LABEL = "inkscape:label"
 RADIUS = 0.008  # of the canvas: of the circles that show pins
 
 
-def copied(
-    path: Path, pins: Sequence[tuple[str, Point]], strokes: Sequence[tuple[str, Sequence[Point]]], size: float
-) -> bytes:
-    """The drawing with these pins and strokes, names without their prefix, in the root's user units.
-
-    Args:
-        path: the SVG.
-        pins: names and places.
-        strokes: names and points.
-        size: of the canvas.
+def copied(of: Shape, pins: Pins, strokes: Strokes) -> bytes:
+    """The drawing that a shape was read from with these pins and strokes, names without their prefix, in file units.
 
     Raises:
         InputError: it is no SVG, or none that can be changed in this way.
     """
+    path, (low, high) = of.path, of.box
     data = drawing_bytes(path)
     root(data)
     if data[:2] in (b"\xfe\xff", b"\xff\xfe"):
@@ -44,22 +39,31 @@ def copied(
     for a, b in cuts:
         kept.append(data[start:a])
         start = b
-    drawn = "\n".join(_elements(pins, strokes, RADIUS * size))
+    drawn = "\n".join(_elements(pins, strokes, RADIUS * abs(high - low)))
     return b"".join([*kept, data[start:end], drawn.encode("ascii", "xmlcharrefreplace"), b"\n", data[end:]])
 
 
-def check(made: Path, spec: str, pins: Iterable[tuple[str, Point]], strokes: Iterable[str]) -> None:
-    """Read a copy again and compare.
+def check(spec: str, like: Shape, pins: Pins, strokes: Strokes) -> None:
+    """Read a copy again and compare it with the shape that it is to show, and with what was drawn.
 
     Raises:
-        InputError: what it draws is something else, as where its root is transformed.
+        InputError: it is another, as where the root is transformed.
     """
     read = shape.read(spec)
-    wanted = {PIN + name: complex(read.to_core(place)) for name, place in pins}
-    same = read.pins.keys() == wanted.keys() and read.strokes.keys() == {STROKE + name for name in strokes}
-    near = 1e-9 * read.curve.diagonal
-    if not same or any(abs(read.pins[name] - z) > near for name, z in wanted.items()):
-        raise InputError(f"{made.name}: pins cannot be drawn into this file; save the constraints as JSON")
+    places = {PIN + name: like.to_core(place) for name, place in pins}
+    lines = {STROKE + name: like.to_core(line) for name, line in strokes}
+    near = 1e-9 * like.curve.diagonal
+    same = (
+        np.array_equal(read.curve.z, like.curve.z)
+        and read.pins.keys() == places.keys()
+        and all(abs(read.pins[name] - place) <= near for name, place in places.items())
+        and read.strokes.keys() == lines.keys()
+        and all(
+            np.allclose(read.strokes[name].z[[0, -1]], z[[0, -1]], atol=near) for name, z in lines.items()
+        )
+    )
+    if not same:
+        raise InputError(f"{like.path}: pins cannot be drawn into this file; save the constraints as JSON")
 
 
 @dataclass
@@ -106,9 +110,7 @@ def _places(data: bytes) -> tuple[list[tuple[int, int]], int]:
     return cuts.found, cuts.end
 
 
-def _elements(
-    pins: Sequence[tuple[str, Point]], strokes: Sequence[tuple[str, Sequence[Point]]], radius: float
-) -> list[str]:
+def _elements(pins: Pins, strokes: Strokes, radius: float) -> list[str]:
     line = f'fill="none" stroke="#e0218a" stroke-width="{radius / 2:.4g}"'
     space = 'xmlns="http://www.w3.org/2000/svg"'
     made = [

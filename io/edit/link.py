@@ -14,7 +14,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from ...errors import InputError
 from ..files import check_output
 from . import messages, saving
-from .messages import Draw, Export, Follow, Message, Place, Save, Solve
+from .messages import Draw, Export, Follow, Place, Save, Solve
 from .scene import framed
 from .session import Session, Shown
 
@@ -31,7 +31,6 @@ class Links:
         self._current: WebSocket | None = None
         self._leaving: asyncio.TimerHandle | None = None
         self._pools = {kind: ThreadPoolExecutor(1, f"iccm-{kind}") for kind in ("follow", "solve", "files")}
-        self.unsaved = False
 
     async def serve(self, socket: WebSocket) -> None:
         """One page, from its first word to its last."""
@@ -95,6 +94,8 @@ class _Link:
             if kind == "solve" and self._session.scene is not message.scene:
                 continue  # something is being dragged again
             patches, head = shown.patches, shown.head(message.seq)
+            if kind == "solve":
+                head["command"] = saving.command(self._session, message.scene)
             if patches is None:
                 await self._say(head)
             else:
@@ -109,41 +110,39 @@ class _Link:
         except Exception as error:  # a mistake of iccm must not end the page, and what is on it
             return {"error": MISTAKE.format(type(error).__name__, " ".join(str(error).split()))}
 
-    def _answer(self, message: Message) -> dict[str, Any]:
+    def _answer(self, message: Place | Save | Draw | Export) -> dict[str, Any]:
         session = self._session
         if isinstance(message, Place):
             return {"points": session.placed(message.side, message.points)}
+        names = saving.copy_names(session, message.name) if isinstance(message, Draw) else [message.name]
+        if not message.replace and (there := [name for name in names if self._asks(name)]):
+            return {"exists": there}
+        return self._written(message, names)
+
+    def _asks(self, name: str) -> bool:
+        """Whether the user must say that a file may be replaced: one that is there, and not from here."""
+        session = self._session
+        known = name in session.written or name == session.job.constraints
+        return not known and check_output(name, force=True).exists()
+
+    def _written(self, message: Save | Draw | Export, names: list[str]) -> dict[str, Any]:
+        session, scene = self._session, message.scene
+        if isinstance(message, Export):
+            outcome = saving.export(session, scene, names[0], message.size, replace=True)
+            return {"written": outcome.written, "notes": outcome.notes, "message": outcome.message}
         if isinstance(message, Save):
-            return self._asked(message, [message.name]) or self._saved(message)
-        if isinstance(message, Draw):
-            specs = saving.copies(session, message.scene, message.name, replace=message.replace)
-            return {"written": specs, "command": saving.command(session, message.scene, copies=specs)}
-        assert isinstance(message, Export)
-        if asked := self._asked(message, [message.name]):
-            return asked
-        outcome = saving.export(session, message.scene, message.name, message.size, replace=message.replace)
-        return {"written": list(outcome.written), "notes": list(outcome.notes), "message": outcome.message}
-
-    def _asked(self, message: Save | Export, names: list[str]) -> dict[str, Any] | None:
-        """Whether the page must first ask if files may be replaced."""
-        own = self._session.job.constraints
-        there = [name for name in names if name != own and check_output(name, force=True).exists()]
-        return {"exists": there} if there and not message.replace else None
-
-    def _saved(self, message: Save) -> dict[str, Any]:
-        name = saving.save(self._session, message.scene, message.name, replace=message.replace)
-        line = saving.command(self._session, message.scene, constraints=name)
-        return {"written": [name], "command": line}
+            name = saving.save(session, scene, names[0], replace=True)
+            return {"written": [name], "command": saving.command(session, scene, constraints=name)}
+        specs = saving.copies(session, scene, names, replace=True)
+        if session.drawn:
+            session.saved = scene
+        return {"written": names, "command": saving.command(session, scene, copies=specs)}
 
     def _names(self) -> dict[str, Any]:
         session = self._session
-        name = saving.constraints_file(session)
-        return {
-            "constraints": name,
-            "picture": f"{saving.stem(session.job)}.png",
-            "drawn": session.drawn,
-            "command": saving.command(session, session.scene, constraints=name),
-        }
+        name = f"{saving.stem(session.job)}.png"
+        file = saving.constraints_file(session)
+        return {"constraints": file, "picture": name, "drawn": session.drawn, "ending": saving.ENDING}
 
     async def _say(self, message: dict[str, Any]) -> None:
         await self._send(self._socket.send_json(message))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from ...errors import InputError
+from ..places import written
 from ..run.options import MAX_SIDE, MOST_BALANCE
 from ..shapes.constraints import Pin, Stroke
 
@@ -26,12 +27,16 @@ class Scene(_Message):
     balance: float = Field(default=1.0, gt=0, le=MOST_BALANCE)
     turn: float | Literal["any"] = 0.0
 
-    @field_validator("strokes")
-    @classmethod
-    def _short(cls, strokes: list[Stroke]) -> list[Stroke]:
-        if any(max(len(s.source), len(s.target)) > MOST_POINTS for s in strokes):
+    @model_validator(mode="after")
+    def _plane(self) -> Scene:
+        lines = [line for stroke in self.strokes for line in (stroke.source, stroke.target)]
+        if any(len(line) > MOST_POINTS for line in lines):
             raise ValueError(f"a stroke has more than {MOST_POINTS} points")
-        return strokes
+        ends = [end for pin in self.pins for end in (pin.source, pin.target)]
+        for place in [*ends, *(place for line in lines for place in line)]:
+            if isinstance(place, str) or len(place) != 2:
+                raise ValueError(f"{written(place)} is a place on a mesh, and these are none; write x,y")
+        return self
 
 
 class Follow(_Message):
@@ -98,6 +103,23 @@ def read(text: str) -> Follow | Solve | Place | Save | Draw | Export:
     try:
         return _READ.validate_json(text)
     except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False, include_input=False)[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"not understood: {place}: {first['msg']}") from None
+        raise InputError(f"not understood: {_first(error)}") from None
+
+
+def scene_of(pins: list[Pin], strokes: list[Stroke], balance: float, turn: float | str) -> Scene:
+    """A scene that was not made on the page.
+
+    Raises:
+        InputError: it could not be.
+    """
+    try:
+        return Scene(pins=pins, strokes=strokes, balance=balance, turn=turn)  # type: ignore[arg-type]
+    except ValidationError as error:
+        raise InputError(f"iccm edit: {_first(error)}") from None
+
+
+def _first(error: ValidationError) -> str:
+    """The first mistake, and where it is."""
+    first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+    place = ".".join(str(part) for part in first["loc"])
+    return f"{place}: {first['msg']}".removeprefix(": ").replace("Value error, ", "")

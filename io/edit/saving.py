@@ -8,7 +8,7 @@ import shlex
 import subprocess
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,10 @@ def constraints_file(session: Session) -> str:
     """Where Save puts pins and strokes: into the file that they came from, else beside where iccm runs."""
     given = session.job.constraints
     return given if given and given != "-" else f"{stem(session.job)}.json"
+
+
+ENDING = "-pins"
+"""Of the names of copies, if the user does not say another."""
 
 
 def local(name: str) -> str:
@@ -76,52 +80,67 @@ def save(session: Session, scene: Scene, name: str, *, replace: bool) -> str:
     Raises:
         InputError: it cannot be written, or exists without `replace`.
     """
-    known = name == constraints_file(session)
-    name = name if known else local(name)
+    if session.drawn:
+        raise InputError(f"{session.source.path}: has pins of its own; write copies of the drawings instead")
+    name = name if name == session.job.constraints else local(name)
     if formats.suffix_of(name) != ".json":
         raise InputError(f"{name}: constraints are written as .json")
-    if known and session.job.constraints == name:
-        replace = True
     with files.replacing(name, force=replace) as path:
         path.write_text(listed(session, scene), encoding="utf-8")
     session.saved = scene
+    session.written.add(name)
     return name
 
 
-def copies(
-    session: Session, scene: Scene, ending: str, folder: Path | None = None, *, replace: bool
-) -> list[str]:
+def copy_names(session: Session, ending: str) -> list[str]:
+    """What the copies of both drawings are called.
+
+    Raises:
+        InputError: one is no SVG, or both would be called the same.
+    """
+    paths = [shape.path for shape in (session.source, session.target)]
+    for path in paths:
+        if formats.suffix_of(path) not in (".svg", ".svgz"):
+            raise InputError(f"{path}: pins are drawn in SVG files only; save the constraints as JSON")
+    names = [local(f"{path.stem}{ending}.svg") for path in paths]
+    if names[0] == names[1]:
+        raise InputError(f"{names[0]}: would be the copy of both; give one of the files another name")
+    return names
+
+
+def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -> list[str]:
     """Write copies of both drawings with the constraints drawn in them; the specs of the shapes in them.
 
     Raises:
-        InputError: a file is no SVG, a copy cannot be written, or exists without `replace`.
+        InputError: a drawing cannot be changed so, a copy cannot be written, or exists without `replace`.
     """
-    sides = (session.source, session.target)
-    for shape in sides:
-        if not shape.path.suffix.lower().startswith(".svg"):
-            raise InputError(f"{shape.path}: pins are drawn in SVG files only; save the constraints as JSON")
-    names = [str((folder or Path()) / local(f"{shape.path.stem}{ending}.svg")) for shape in sides]
-    if names[0] == names[1]:
-        raise InputError(f"{names[0]}: would be the copy of both; give one of the files another name")
-    for name in names:
-        files.check_output(name, force=replace)
     scene = named(scene)
-    for side, name, shape in zip(("source", "target"), names, sides):
-        pins = [(pin.name, _point(getattr(pin, side))) for pin in scene.pins]
-        strokes = [(s.name, [_point(p) for p in getattr(s, side)]) for s in scene.strokes]
-        low, high = shape.box
-        data = drawn.copied(shape.path, pins, strokes, abs(high - low))
-        with files.replacing(name, force=replace) as path:
-            path.write_bytes(data)
-            part = shape.spec[len(path_of(shape.spec)) :]
-            drawn.check(path, f"{path}{part}", pins, [s.name for s in scene.strokes])
-    return [name + shape.spec[len(path_of(shape.spec)) :] for name, shape in zip(names, sides)]
+    specs = []
+    with ExitStack() as stack:  # both appear, or none
+        for side, name, shape in zip(("source", "target"), names, _sides(session)):
+            pins = [(pin.name, _point(getattr(pin, side))) for pin in scene.pins]
+            strokes = [(s.name, [_point(place) for place in getattr(s, side)]) for s in scene.strokes]
+            path = stack.enter_context(files.replacing(name, force=replace))
+            path.write_bytes(drawn.copied(shape, pins, strokes))
+            drawn.check(_spec(str(path), shape), shape, pins, strokes)
+            specs.append(_spec(name, shape))
+    session.written.update(names)
+    return specs
+
+
+def _sides(session: Session) -> tuple[Shape, Shape]:
+    return session.source, session.target
+
+
+def _spec(name: str, shape: Shape) -> str:
+    """The same part of another file."""
+    return name + shape.spec[len(path_of(shape.spec)) :]
 
 
 def named(scene: Scene) -> Scene:
     """The scene with a name for each pin and stroke, different from all others."""
 
-    def all_named(entries: list[Any]) -> list[Any]:
+    def all_named(entries: list[Any]) -> Iterator[Any]:
         taken: set[str] = set()
         for number, entry in enumerate(entries, 1):
             name = entry.name or str(number)
@@ -150,7 +169,10 @@ def job_of(session: Session, scene: Scene, **more: Any) -> Job:
 
 
 def command(session: Session, scene: Scene, *, constraints: str = "", copies: list[str] | None = None) -> str:
-    """The command line that repeats the result from what was saved."""
+    """The command line that repeats the result, from what was saved or from where it is saved by default."""
+    if session.drawn and not copies:
+        copies = [_spec(name, shape) for name, shape in zip(copy_names(session, ENDING), _sides(session))]
+    constraints = constraints or constraints_file(session)
     specs = copies or [session.job.source, session.job.target or ""]
     job = job_of(session, scene)
     words = ["iccm", "map", *specs]
@@ -162,7 +184,7 @@ def command(session: Session, scene: Scene, *, constraints: str = "", copies: li
             value = fields[name]
             text = "x".join(map(str, value)) if isinstance(value, tuple) else f"{value}"
             words += [f"--{name.replace('_', '-')}", *([] if value is True else [text])]
-    if constraints and (scene.pins or scene.strokes) and not copies:
+    if (scene.pins or scene.strokes) and not copies:
         words += ["--constraints", constraints]
     words += ["-o", f"{stem(session.job)}.png"]
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
@@ -179,7 +201,9 @@ def export(session: Session, scene: Scene, name: str, size: int, *, replace: boo
     output: dict[str, Any] = {"stmap": name} if stmap else {"output": (name,)}
     with _materialised(session, scene) as given:
         job = job_of(session, scene, **{"size": (size,), "force": replace, **output, **given})
-        return run(job)
+        outcome = run(job)
+    session.written.add(name)
+    return outcome
 
 
 @contextmanager
@@ -187,7 +211,8 @@ def _materialised(session: Session, scene: Scene) -> Iterator[dict[str, Any]]:
     """Fields of a job whose constraints are the scene's, in files that last for the block."""
     with tempfile.TemporaryDirectory() as folder:
         if session.drawn:
-            specs = copies(session, scene, "", Path(folder), replace=True)
+            names = [str(Path(folder) / name) for name in copy_names(session, "")]
+            specs = copies(session, scene, names, replace=True)
             yield dict(zip(("source", "target"), specs))
         elif scene.pins or scene.strokes:
             path = Path(folder) / "constraints.json"

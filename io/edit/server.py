@@ -56,7 +56,9 @@ def app(session: Session, token: str, port: int, gone: Callable[[], None], **opt
         Route(f"/{token}/texture.png", serving(lambda: session.texture, "image/png"), methods=["GET"])
     )
     routes.append(WebSocketRoute(f"/{token}/link", talk))
-    return Guard(Starlette(routes=routes), token, port)
+    served = Starlette(routes=routes)
+    served.router.redirect_slashes = False
+    return Guard(served, token, port)
 
 
 def serve(session: Session, *, port: int, browser: bool, show: Callable[[str], None]) -> None:
@@ -110,6 +112,7 @@ def listening(port: int) -> socket.socket:
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         listener.bind(("127.0.0.1", port))
+        listener.listen()
     except OSError as error:
         listener.close()
         raise InputError(f"--port {port}: {error.strerror}; leave it out for a free one") from error

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import iccm
 
-from ...arrays import Complex
+from ...arrays import Box, Complex
 from ...balanced.live import Live
 from ...balanced.solution import Settings
 from ...blas import one_thread
@@ -30,7 +30,7 @@ from ..run.report import plain
 from ..shapes import constraints
 from ..shapes.constraints import Listed, Pin, Stroke
 from ..shapes.shape import Shape
-from .messages import Scene
+from .messages import Scene, scene_of
 from .scene import View, patches, png
 
 MISSED = 1e-6  # of the target's diagonal; pins that are met are met to 1e-9
@@ -38,9 +38,7 @@ MISSED_STROKE = 1e-3
 ON_OUTLINE = (
     2e-3  # of the diagonal: what is so close to an outline goes onto the other; twice what a pin's is
 )
-DIGITS = (
-    5  # to which places are rounded, of the shape's size: the page, the file and the command say the same
-)
+DIGITS = 7  # to which places are rounded, of the shape's size: the page and the files say the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,48 +87,49 @@ class Session:
         self.drawn = bool(source.pins or source.strokes)
         self.first = _listed(job, source, target)
         self.source, self.target = (replace(shape, pins={}, strokes={}) for shape in (source, target))
-        self._core(self.first)
-        self.scene = self.first
-        self.saved: Scene | None = None
+        self.core(self.first)
+        self.scene = self.saved = self.first
+        self.written: set[str] = set()
+        self._image = texture.image_of(job, self.source, Memory())
         self._map: TriangulatedMap | None = None
         self._live: Live | None = None
 
     @cached_property
     def views(self) -> tuple[View, View]:
         """The coordinates of both halves of the page."""
-        boxes = (texture.box_of(self.job, self.source), framing.shown(self.job, self.target))
-        return View.of(boxes[0], self.source.curve.box), View.of(boxes[1], self.target.curve.box)
+        source, target = self._boxes
+        return View.of(source, self.source.curve.box), View.of(target, self.target.curve.box)
+
+    @property
+    def _boxes(self) -> tuple[Box, Box]:
+        """What the texture covers, and what pictures show."""
+        return texture.box_of(self.job, self.source), framing.shown(self.job, self.target)
 
     @cached_property
     def texture(self) -> bytes:
         """The texture as PNG."""
-        return png(texture.image_of(self.job, self.source, Memory()))
+        return png(self._image)
 
     @property
     def notes(self) -> list[str]:
         """Remarks on the inputs."""
         found = [f"{shape.spec}: {note}" for shape in (self.source, self.target) for note in shape.notes]
-        return found + framing.remarks(self.job, self.source, self.target)
+        return [*found, *framing.remarks(self.job, self.source, self.target), *self._image.notes]
 
     def describe(self) -> dict[str, Any]:
         """What the page must know before it draws."""
-        views, job = self.views, self.job
-        boxes = (texture.box_of(job, self.source), framing.shown(job, self.target))
-        sides = [v.describe(s, box) for v, s, box in zip(views, (self.source, self.target), boxes)]
-        scene = {name: shown.model_dump(mode="json") if shown else None for name, shown in self._scenes()}
-        holes = job.holes == "keep"
-        how = {"edge": job.edge, "filter": job.filter, "holes": holes, "digits": DIGITS}
-        return plain({"source": sides[0], "target": sides[1], "notes": self.notes, **scene, **how})
-
-    def _scenes(self) -> list[tuple[str, Scene | None]]:
-        return [("scene", self.scene), ("saved", self.saved or self.first)]
+        job, shapes = self.job, (self.source, self.target)
+        sides = [view.describe(*each) for view, *each in zip(self.views, shapes, self._boxes)]
+        scenes = {name: getattr(self, name).model_dump(mode="json") for name in ("scene", "saved")}
+        how = {"edge": job.edge, "filter": job.filter, "holes": job.holes == "keep", "digits": DIGITS}
+        return plain({"source": sides[0], "target": sides[1], "notes": self.notes, **scenes, **how})
 
     def solve(self, scene: Scene) -> Shown:
         """The map at rest: what `iccm map` makes of the same pins and strokes."""
         self.scene = scene
         try:
             with one_thread():
-                pins, strokes = self._core(scene)
+                pins, strokes = self.core(scene)
                 given = self.job.solver | {"balance": scene.balance, "turn": scene.turn}
                 curves = (self.source.curve, self.target.curve)
                 fit = iccm.fit(*curves, pins=pins if len(pins) else None, strokes=strokes or None, **given)
@@ -147,7 +146,7 @@ class Session:
         self.scene = scene
         try:
             with one_thread():
-                pins, strokes = self._core(scene)
+                pins, strokes = self.core(scene)
                 self._live = live = self._followed(pins, strokes, scene)
                 map = live.map
                 found = Shown(
@@ -189,11 +188,10 @@ class Session:
         s = here.curve.closest(z)
         rim = np.abs(here.curve.at(s) - z) < ON_OUTLINE * here.curve.diagonal
         w[rim] = there.curve.at(there.curve.closest(w[rim]))
-        step = 10.0 ** (np.floor(np.log10(there.curve.diagonal)) - DIGITS)
-        xy = there.to_file(w)
-        return np.where(rim[:, None], xy, np.round(xy / step) * step).tolist()
+        digits = DIGITS - int(np.floor(np.log10(there.curve.diagonal)))
+        return [[round(value, digits) for value in place] for place in there.to_file(w).tolist()]
 
-    def _core(self, scene: Scene) -> tuple[Complex, list[tuple[Curve, Curve]]]:
+    def core(self, scene: Scene) -> tuple[Complex, list[tuple[Curve, Curve]]]:
         """Pins (k, 2) and strokes in the core plane.
 
         Raises:
@@ -225,12 +223,7 @@ def _listed(job: Job, source: Shape, target: Shape) -> Scene:
         for name, (a, b) in zip(source.strokes, kept.strokes)
     ]
     typed = [Pin(source=here, target=there) for here, there in job.pin]
-    return Scene(
-        pins=[*pins, *listed.pins, *typed],
-        strokes=[*strokes, *listed.strokes],
-        balance=job.balance,
-        turn=job.turn,
-    )
+    return scene_of([*pins, *listed.pins, *typed], [*strokes, *listed.strokes], job.balance, job.turn)
 
 
 def _bare(name: str) -> str:

@@ -15,9 +15,10 @@ Listed, coordinates in the units of the source and target files::
       ]
     }
 
-"files" may tell which shapes they are for, {"source": {"file": "a.svg", "size": [512, 512]}, "target": …}: others, of
-another size, are refused then. `name` (for messages), `weight` (relative to the other pins or strokes, 1) and `ends` are optional. A stroke with ends
-"free" slides along its target; with "stick" its first and last points also are pinned to those of the target.
+"files" may tell which shapes they are for, {"source": {"file": "a.svg", "size": [512, 512]}, "target": …}: those of
+another size are refused then. `name` (for messages), `weight` (relative to the other pins or strokes, 1) and `ends` are
+optional. A stroke with ends "free" slides along its target; with "stick" its first and last points also are pinned to
+those of the target.
 
 A place has the forms of `iccm.io.places`; on a mesh a stroke of vertices follows the edges from each to the next.
 """

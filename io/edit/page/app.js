@@ -55,6 +55,7 @@ function hear(message, floats) {
   if (floats) panes.target.painter.map(floats);
   if (kind !== 'error') figures($('figures').tBodies[0], kind, message.figures);
   if (kind === 'full') notes(message.figures.notes);
+  if (message.command) $('command').textContent = message.command;
   say(kind === 'error' ? `${message.message}. The map is the last good one.` : message.message, !message.ok);
   refresh();
 }
@@ -94,12 +95,13 @@ function begin(hello) {
     notes([]);
     Object.assign($('file'), {value: hello.constraints});
     Object.assign($('picture'), {value: hello.picture});
+    Object.assign($('ending'), {value: hello.ending});
+    for (const id of ['file', 'save-as']) $(id).disabled = hello.drawn;
     $('title').textContent = `${hello.source.name} → ${hello.target.name}`;
     document.title = `${hello.source.name} → ${hello.target.name} · iccm edit`;
     globalThis.iccm = {panes, get scene() { return scene; }, get kind() { return kind; }, get seq() { return [seq, shown]; }};
   }
   saved = content(hello.saved);
-  $('command').textContent = hello.command;
   ask('solve');
   refresh();
 }
@@ -220,12 +222,13 @@ async function write(message) {
   }
   if (answer.error) return say(answer.error, true);
   if (answer.command) $('command').textContent = answer.command;
-  if (message.type === 'save') saved = before;
+  if (message.type === (names.drawn ? 'draw' : 'save')) saved = before;
   say([`Wrote ${answer.written.join(', ')}.`, answer.message, ...(answer.notes ?? [])].filter(Boolean).join(' '));
   refresh();
 }
 
-const save = () => write({type: 'save', name: $('file').value});
+const draw = () => write({type: 'draw', name: $('ending').value});
+const save = () => (names.drawn ? draw() : write({type: 'save', name: $('file').value}));
 $('save').onclick = save;
 $('more').onclick = () => $('export').showModal();
 $('help').onclick = () => $('keys').showModal();
@@ -233,7 +236,7 @@ $('export').onclose = () => {
   const does = {
     save,
     export: () => write({type: 'export', name: $('picture').value, size: Math.round(Number($('size').value)) || 1024}),
-    draw: () => write({type: 'draw', name: $('ending').value}),
+    draw,
   };
   does[$('export').returnValue]?.();
   $('export').returnValue = '';
