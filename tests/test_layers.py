@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[1]
 ORDER = (
     "cli",
     "io.describe io.doctor",
+    "io.edit",
     "io.check",
     "io.batch",
     "io.run",

@@ -92,10 +92,7 @@ def _solution(
     dilatation, stretch, _ = stretches(state.z, state.u, state.material)
     lean = turn_of(state.z, state.u, state.material) * (-1 if mirror else 1)
     turn = np.angle(np.exp(1j * lean) * frames[0].factor / frames[1].factor)
-    reached = (
-        max(gap, source_gap) <= settings.tolerance
-        and stages.excess(state.z, state.u, state.material, settings) <= 1
-    )
+    excess = stages.excess(state.z, state.u, state.material, settings)
     return Solution(
         z,
         u,

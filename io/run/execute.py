@@ -20,7 +20,6 @@ from . import holes, outputs, parts, report
 from .constraints import constrained
 from .inputs import Inputs
 from .job import WRITTEN, Job
-from .options import SOLVER
 from .outputs.output import Output
 from .phases import Phases
 from .state import Run, Tell
@@ -162,15 +161,14 @@ def _solve(state: Run) -> None:
     import iccm
 
     job = state.job
-    given = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
     count, constraints = len(state.pairs), {"pins": state.pins, "strokes": state.strokes}
     with state.phases.timed("solve"):
         for k, (source, target) in enumerate(state.pairs):
             with progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}"):
                 if job.target:
-                    fit = holes.fitted(state, source, target, constraints | given)
+                    fit = holes.fitted(state, source, target, constraints | job.solver)
                 else:
-                    fit = iccm.deform(source.curve, **constraints, **given)
+                    fit = iccm.deform(source.curve, **constraints, **job.solver)
                 state.fits.append(fit)
     for (source, _), fit in zip(state.pairs, state.fits):
         for note in fit.notes:
