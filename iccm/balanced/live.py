@@ -22,7 +22,7 @@ from .frames import Frame, frames_of
 from .levels import Level, Problem, Sketch, refined
 from .outline import manageable
 from .solution import Settings
-from .stages import FINE_CORNERS, FINE_FINENESS, STEEPEST
+from .stages import FINE_EXACTNESS, STEEPEST
 
 SIZE = (
     0.06  # mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh
@@ -158,7 +158,7 @@ def _carried(
     if isinstance(state, DiscreteMap):  # its constraints are others, of other vertices
         state = Sketch(state.z, state.u, state.faces, state.border)
     try:
-        level = Level.of(problem, SIZE, FINE_FINENESS, FINE_CORNERS, STEEPEST)
+        level = Level.of(problem, SIZE, *FINE_EXACTNESS, STEEPEST)
         return _settled(brought(refined(level, state), settings.theta), settings.theta)
     except Stuck as error:
         raise NoMapError(f"the map cannot follow: {error}") from error

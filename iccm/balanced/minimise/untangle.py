@@ -85,9 +85,11 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
         restrict(system, kinds, still, matrix)
         if factorise(system, matrix, factor, pivots):
             move(u, downhill(system, factor, pivots, gradient), 1.0, u)
-    epsilon, slow = -1.0, False
+    epsilon, slow, kept, best = -1.0, False, u.copy(), 0.0
     for _ in range(steps):
         least = least_determinant(system.corners, gradients, u)
+        if least > best:  # the smoothed energy lets thin triangles fold again
+            best, kept = least, u.copy()
         if least > ENOUGH:
             if polish == 0 or least > POLISHED:
                 return least
@@ -115,4 +117,9 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
             break
         move(u, step, t, u)
         slow = new_energy > (1 - SLOW) * energy
-    return least_determinant(system.corners, gradients, u)
+    least = least_determinant(system.corners, gradients, u)
+    if least >= best:
+        return least
+    for v in range(n):
+        u[v] = kept[v]
+    return best
