@@ -37,6 +37,9 @@ class Status(Enum):
     BOUNDS = "The bounds on dilatation or stretch cannot be met: the closest map is given."
     FOLDED = "The image of the boundary is within the tolerance, but the map folds, or may fold, far from it."
     PINS = "Not all pins and strokes could be met: the closest map without folds is given."
+    FLIPPED = (
+        "The texture coordinates that were written turn triangles over, or leave them without area (uv)."
+    )
     CROWDED = "Parts of the target are too crowded for double precision: they are not covered."
 
     @property

@@ -27,6 +27,7 @@ ORDER = (
     "io.spec io.formats io.places",
     "io.files",
     "solve",
+    "flattening",
     "balanced",
     "conformal",
     "paper",
