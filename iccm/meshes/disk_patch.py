@@ -57,7 +57,7 @@ def pieces(mesh: Mesh) -> list[int]:
 
 
 def _joined(mesh: Mesh, notes: list[str]) -> tuple[Triangles, Index, Index]:
-    """The triangles, their corners, their vertices in the mesh; coinciding ones are joined if that makes fewer pieces."""
+    """The triangles, their corners and vertices; coinciding vertices are joined if that makes fewer pieces."""
     corner = triangulated(checked(mesh))
     vertex, faces = np.unique(mesh.corners[corner].ravel(), return_inverse=True)
     shape = Triangles(faces.reshape(-1, 3).astype(np.int64), vertex.size)
