@@ -19,6 +19,7 @@ COMMANDS = {
     "deform": "Deform a shape and its texture by pins and strokes alone.",
     "apply": "Warp more images through a map that was saved with --stmap.",
     "flatten": "Flatten a mesh patch into the plane.",
+    "relayout": "Carry textures from one UV layout of a mesh to another.",
     "batch": "Run many jobs from a manifest.",
     "check": "Compare results with stored baselines, for CI.",
     "info": "Tell what iccm sees in a file.",
