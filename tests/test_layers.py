@@ -27,6 +27,7 @@ ORDER = (
     "io.memory io.silence io.names",
     "io.spec io.formats io.places",
     "io.files",
+    "texture_transfer",
     "solve",
     "balanced",
     "conformal",
@@ -37,7 +38,7 @@ ORDER = (
     "maps",
     "curve",
     "arrays",
-    "parallel memory blas",
+    "parallel memory blas compilation progress",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}

@@ -168,7 +168,7 @@ class JobOptions:
         default="largest", commands=("map",),
     )  # fmt: skip
     holes: Literal["keep", "fill"] = _option(
-        "Whether pictures leave the target's holes transparent, or paint over them; the map does not know of holes.",
+        "Whether holes go onto holes and stay transparent in pictures, or are taken for inside and painted over.",
         default="keep", commands=EDITED,
     )  # fmt: skip
     pin: tuple[Any, ...] = _option(
