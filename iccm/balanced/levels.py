@@ -20,6 +20,7 @@ from .failure import Stuck
 from .meshing.mesh import Sizes
 from .meshing.transfer import interpolate
 from .minimise.measures import stretches
+from .minimise.untangle import STEPS
 from .outline import Outline
 from .pairs import Match, boundary_pairs, limited, through
 
@@ -33,6 +34,7 @@ POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
 SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
 MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
+QUICK_STEPS = 10  # of unfolding around held pins; where it works, it mostly does in so many
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
 EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
@@ -223,8 +225,10 @@ def match_on(level: Level, state: DiscreteMap | Sketch) -> Match:
     return Match(np.append(s, s[0] + level.source.length), np.append(tau, tau[0] + level.target.length))
 
 
-def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
-    """The map carried to a finer level, without folds."""
+def refined(
+    level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None, *, quick: bool = False
+) -> DiscreteMap:
+    """The map carried to a finer level, without folds; `quick` gives up where they are not undone in a few steps."""
     drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
     fine = level.mapped(match_on(level, state), sizes, drawn)
     if isinstance(state, DiscreteMap) and state.bound:
@@ -233,8 +237,10 @@ def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = Non
         fine = replace(fine, bound=True, inside=fine.inside._replace(goals=goals))
     carried = fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
     try:
-        return carried.unfolded(harmonic=False, polish=POLISHING)
+        return carried.unfolded(harmonic=False, polish=POLISHING, steps=QUICK_STEPS if quick else STEPS)
     except Stuck:
+        if quick:
+            raise
         return fine.unfolded(polish=POLISHING)
 
 
