@@ -156,8 +156,8 @@ def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journa
         best = settled(level, replace(states[0], bound=False), problem)
     else:
         best = settled(level, held_where_they_are(states[0]), problem)
-    if best.energy > STRONG * free:
-        journal.notes.append(STRETCHED)
+    earlier = [note for note in journal.notes if note != STRETCHED]  # an attempt given up may have noted it
+    journal.notes = [*earlier, STRETCHED] if best.energy > STRONG * free else earlier
     journal.level("coarse", best, 1.0)
     return best
 
