@@ -239,7 +239,7 @@ class DiscreteMap:
             u[self.border : self.constrained] = self.inside.goals
         return replace(self, u=u)
 
-    def unfolded(self, *, harmonic: bool = True, polish: int = 0) -> "DiscreteMap":
+    def unfolded(self, *, harmonic: bool = True, polish: int = 0, steps: int = STEPS) -> "DiscreteMap":
         """The inside moved so that no triangle is folded; bound vertices stay where they are.
 
         Raises:
@@ -250,7 +250,7 @@ class DiscreteMap:
         u[self.border : self.constrained] = (
             self.inside.goals if self.bound else u[self.border : self.constrained]
         )
-        least = untangle(self.system, gradients, areas, u, self.constrained, harmonic, STEPS, polish)
+        least = untangle(self.system, gradients, areas, u, self.constrained, harmonic, steps, polish)
         if not least > 0 or folds(self.faces, u):
             raise Stuck("no map without folds was found for this correspondence of the outlines")
         return replace(self, u=u)

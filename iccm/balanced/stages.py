@@ -65,9 +65,13 @@ def constrained(
     problem = with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
     used, found = solved(problem, journal)
     state = finished(used, found, settings, journal)
-    goals = found.inside.goals[found.inside.own < 0]
-    met = (found.bound or not found.inside.z.size) and bool(np.all(goals == used.pins[:, 1]))
-    return (state if used is problem else inverted(state)), met
+    return (state if used is problem else inverted(state)), meets(used, found)
+
+
+def meets(problem: Problem, state: DiscreteMap) -> bool:
+    """Whether a map meets all constraints."""
+    goals = state.inside.goals[state.inside.own < 0]
+    return (state.bound or not state.inside.z.size) and bool(np.all(goals == problem.pins[:, 1]))
 
 
 def mapped(
@@ -114,13 +118,21 @@ def solved(problem: Problem, journal: Journal, share: float = 1.0) -> tuple[Prob
     Raises:
         NoMapError: none without folds was found.
     """
+    closest = None
     for smaller in SMALLER:
         for used in ways(problem):
             try:
                 state = coarse(used, COARSE * smaller / np.sqrt(share), journal)
-                return used, fine(used, state, FINE * smaller / np.sqrt(share), journal)
+                if not meets(used, state) and closest is not None:
+                    continue
+                found = used, fine(used, state, FINE * smaller / np.sqrt(share), journal)
             except Stuck:
                 continue
+            if meets(*found):
+                return found
+            closest = closest or found
+    if closest is not None:
+        return closest
     raise NoMapError(
         "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
     )

@@ -226,22 +226,23 @@ def _misplaced(tau: Real, length: float, order: Index) -> list[int]:
 def place(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> None:
     """Puts the vertices of pins exactly where they belong, so that going to unit coordinates and back costs nothing.
 
+    Those that are not met stay where they are.
+
     Args:
         pins: in the coordinates of z and u.
         z: (n,) vertices of the source, those of the outline first, then those of inner pins; changed in place.
-        u: (n,) their images; likewise, but for those of pins that are not met.
+        u: (n,) their images; likewise.
         border: vertices on the outline.
         first: vertex of the first inner pin.
     """
-    near = 1e-8 * np.ptp(np.concatenate([u.real, u.imag]))
+    near, near_image = (1e-8 * max(np.ptp(w.real), np.ptp(w.imag)) for w in (z, u))
     vertices = first + np.arange(len(pins.inner))
     if len(pins.outer):
         on_outline = np.abs(pins.outer[:, :1] - z[None, :border]).argmin(axis=1)
         vertices = np.append(vertices, on_outline)
     for v, (here, there) in zip(vertices, np.concatenate([pins.inner, pins.outer])):
-        z[v] = here
-        if abs(u[v] - there) < near:
-            u[v] = there
+        if abs(z[v] - here) < near and abs(u[v] - there) < near_image:
+            z[v], u[v] = here, there
 
 
 def with_points(curve: Curve, points: Complex) -> Curve:

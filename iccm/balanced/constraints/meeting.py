@@ -128,18 +128,16 @@ def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None 
     Raises:
         Stuck: no map without folds, or pins no longer met.
     """
-    try:
+    if not (state.bound and state.inside.z.size):
         return refined(level, state, sizes)
+    try:
+        return refined(level, state, sizes, quick=True)
     except Stuck:
-        if not (state.bound and state.inside.z.size):
-            raise
-    new = refined(level, replace(state, bound=False), sizes)
+        new = refined(level, replace(state, bound=False), sizes)
     goals = new.inside.goals.copy()
     goals[new.inside.own < 0] = state.inside.goals[state.inside.own < 0]
     new = brought(replace(new, inside=new.inside._replace(goals=goals)), theta)
-    if new.miss > 0:
-        raise Stuck("the constraints are not met on a new mesh")
-    return new
+    return new if new.miss == 0 else refined(level, state, sizes)
 
 
 def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journal) -> DiscreteMap:
@@ -161,8 +159,8 @@ def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journa
         best = settled(level, replace(states[0], bound=False), problem)
     else:
         best = settled(level, held_where_they_are(states[0]), problem)
-    if best.energy > STRONG * free:
-        journal.notes.append(STRETCHED)
+    earlier = [note for note in journal.notes if note != STRETCHED]  # an attempt given up may have noted it
+    journal.notes = [*earlier, STRETCHED] if best.energy > STRONG * free else earlier
     journal.level("coarse", best, 1.0)
     return best
 
