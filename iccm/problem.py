@@ -182,7 +182,9 @@ class Problem:
         the first, as for a start by arclength."""
         source = as_domain(source, "source")
         target = None if target is None else as_domain(target, "target")
-        inner = [_holes(c, given, name) for c, given, name in zip((source, target), holes, ("source", "target"))]
+        inner = [
+            _holes(c, given, name) for c, given, name in zip((source, target), holes, ("source", "target"))
+        ]
         if not first:
             source, target = from_known(source), target and from_known(target)
         s, t = Frame.of(source), Frame.of(target or source)

@@ -133,7 +133,10 @@ class Fit:
         """`rms` and two-sided `hausdorff` distance of the boundary's image to the target, relative; `given` is
         the largest distance of an image of the source's vertices as given, of which a polygon has fewer."""
         assert self.target is not None
-        pairs = [(Curve(self.image), self.target), *((image, hole) for image, hole, _, _ in self._hole_images)]
+        pairs = [
+            (Curve(self.image), self.target),
+            *((image, hole) for image, hole, _, _ in self._hole_images),
+        ]
         found = [gaps(image, target) for image, target in pairs]
         weights = np.concatenate([image.lengths + np.roll(image.lengths, 1) for image, _ in pairs])
         rms = np.sqrt(np.average(np.concatenate([there for there, _ in found]) ** 2, weights=weights))

@@ -189,9 +189,7 @@ class Level:
         filled = [spaced(self.holes[0][k], spacing) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         holes = holes._replace(filled=loops_of(sizes_of_filled, pairs.s.size + kept.z.size))
-        return DiscreteMap.on(
-            self.source, self.target, pairs, sizes, self.anchors, kept, axis, holes, filled
-        )
+        return DiscreteMap.on(self.source, self.target, pairs, sizes, self.anchors, kept, axis, holes, filled)
 
     def _with_holes(self, outer: Pairs, matches: Sequence[HoleMatch]) -> tuple[Pairs, Holes]:
         """The boundary with holes that have partners."""
@@ -211,9 +209,7 @@ class Level:
     def inverse(self) -> "Level":
         """That of the inverse map."""
         anchors = self.anchors and self.anchors.inverse()
-        return replace(
-            self, source=self.target, target=self.source, anchors=anchors, holes=self.holes[::-1]
-        )
+        return replace(self, source=self.target, target=self.source, anchors=anchors, holes=self.holes[::-1])
 
     def started(self, match: Match) -> DiscreteMap:
         """A map without folds for a match. With holes the harmonic one folds more often than not, and its inverse

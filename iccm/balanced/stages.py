@@ -18,7 +18,7 @@ from .meshing.mesh import Sizes
 from .minimise.measures import stretches
 from .outline import manageable
 from .pairs import Match
-from .similar import similarity, similar_with_holes
+from .similar import similar_with_holes, similarity
 from .solution import Journal, Settings
 from .symmetry import Half, half_of, mirrored
 

@@ -121,13 +121,18 @@ class Domain:
         outer = shapely.Polygon(shapely.Polygon(_xy(rim.z)).buffer(near).exterior)
         self.reach = shapely.Polygon(outer.exterior, [each.exterior for each in deep])
         shapely.prepare([self.polygon, self.reach])
-        self.shore = _Ring(*(shapely.get_coordinates(each.exterior)[:-1] @ [1, 1j] for each in (outer, *deep)))
+        self.shore = _Ring(
+            *(shapely.get_coordinates(each.exterior)[:-1] @ [1, 1j] for each in (outer, *deep))
+        )
         self.ring = _Ring(rim.z, *(hole.z for hole in holes))
         self.inner = complex(*shapely.maximum_inscribed_circle(self.polygon).coords[0])
 
     @cached_property
     def _corners(self) -> dict[Curve, NDArray[np.float64]]:
-        return {each: each.knots[:-1][corners(each, CORNER)] for each in (self.rim, *(hole for hole, _ in self.holes))}
+        return {
+            each: each.knots[:-1][corners(each, CORNER)]
+            for each in (self.rim, *(hole for hole, _ in self.holes))
+        }
 
     def _hole_of(self, z: Complex) -> int | None:
         """The hole that a polyline outside lies in."""
@@ -138,7 +143,7 @@ class Domain:
         """Cuts the runs of one shape; each of them has at least one piece. Lines do not go over a seam with `seams`."""
         found = [self._stretches(run.pieces, run.closed and not seams) for run in runs]
         away = any(stretch.away for stretches in found for stretch in stretches)
-        if not (away or self.holes and any(self._laps(run) for run in runs)):
+        if not (away or (self.holes and any(self._laps(run) for run in runs))):
             return Clipped([(list(run.pieces), run.closed) for run in runs])
         ends = self._within(np.array([runs[0].start, runs[-1].pieces[-1].last()]))
         out = Clipped([], cut=True, begins=bool(ends[0]), ends=bool(ends[1]))

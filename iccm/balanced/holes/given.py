@@ -67,7 +67,9 @@ def named(
         raise InputError("two holes of the source are to go to one of the target")
     rest = np.flatnonzero(own[0] < 0)
     for k, (outer, side) in enumerate(zip((source, target), holes.sides)):
-        _refuse_touching(("source", "target")[k], outer, side, pins[:, k], rest, [pair[k] for pair in strokes])
+        _refuse_touching(
+            ("source", "target")[k], outer, side, pins[:, k], rest, [pair[k] for pair in strokes]
+        )
     return replace(holes, partners=tuple(partners.items())), pins[rest], rest
 
 

@@ -36,7 +36,9 @@ def begun(source, target, shift=0.0, size=0.12):
 def test_the_outlines_energy_has_the_derivatives_that_are_used():
     rng = np.random.default_rng(0)
     tau = np.sort(rng.uniform(0, 5, 9))
-    border = Border((np.arange(9) + 1) % 9, rng.uniform(0.2, 1, 9), np.full(9, 0.3), np.append(np.zeros(8), 6.0))
+    border = Border(
+        (np.arange(9) + 1) % 9, rng.uniform(0.2, 1, 9), np.full(9, 0.3), np.append(np.zeros(8), 6.0)
+    )
     slope, curvature = np.empty(9), np.empty(9)
     border_derivatives(border, tau, slope, curvature)
     for v in range(9):
