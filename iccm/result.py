@@ -155,6 +155,14 @@ class Fit:
         }
 
     @property
+    def openings(self) -> tuple[list[Complex], list[Complex]]:
+        """The outlines of holes that the map leaves out, in the source and in the image, closed polylines."""
+        if not isinstance(self.map, TriangulatedMap):
+            return [], []
+        holes = self.map.loops[1:]
+        return [self.map.source[loop] for loop in holes], [self.map.image[loop] for loop in holes]
+
+    @property
     def _hole_images(self) -> Iterator[tuple[Curve, Curve, int, int]]:
         """The image of each hole's boundary, the outline it belongs on, and the numbers of both holes."""
         if not isinstance(self.map, TriangulatedMap):
@@ -179,10 +187,7 @@ class Fit:
     @cached_property
     def interior(self) -> Complex:
         """About INTERIOR_POINTS points spread evenly over the inside of the source."""
-        holes = self.map.loops[1:] if isinstance(self.map, TriangulatedMap) else ()
-        return interior_grid(
-            Curve(self.map.polygon), INTERIOR_POINTS, [self.map.source[loop] for loop in holes]
-        )
+        return interior_grid(Curve(self.map.polygon), INTERIOR_POINTS, self.openings[0])
 
     @cached_property
     def distortion(self) -> Distortion:

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from .constraints import exact
 
 if TYPE_CHECKING:
-    from ...arrays import Complex
-    from ...curve import Curve
     from ...solve import Fit
     from ..shapes.shape import Shape
     from .job import Job
@@ -48,18 +43,6 @@ def fitted(state: Run, source: Shape, target: Shape, given: dict[str, Any]) -> F
     except NoMapError:
         state.note(f"{target.spec}: {UNMAPPED}")
         return iccm.fit(*curves, **given)
-
-
-def passed_over(shape: Shape, mapped: Sequence[Curve]) -> tuple[Complex, ...]:
-    """The holes of a shape that are not among those that a map knows of."""
-    starts = np.array([hole.z.min() for hole in mapped])  # by real part, then by imaginary
-    return tuple(
-        hole for hole in shape.holes if not np.any(np.abs(starts - hole.min()) < 1e-9 * _size(shape))
-    )
-
-
-def _size(shape: Shape) -> float:
-    return shape.curve.diagonal
 
 
 def about(state: Run) -> list[str]:

@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from ...arrays import Complex
+from ...curve import Curve
 from . import parts
 from .shape import Shape
 
@@ -47,6 +48,18 @@ def named_partners(
         if len(shared) == 1 and shared[0] not in found.values():
             found[i] = shared[0]
     return list(found.items())
+
+
+def passed_over(shape: Shape, mapped: Sequence[Curve]) -> tuple[Complex, ...]:
+    """The holes of a shape that are not among those that a map knows of."""
+    corners = np.array([_corner(hole.z) for hole in mapped])
+    near = 1e-9 * shape.curve.diagonal
+    return tuple(hole for hole in shape.holes if not np.any(np.abs(corners - _corner(hole)) < near))
+
+
+def _corner(z: Complex) -> complex:
+    """The leftmost vertex, and of several the lowest: that of a hole in whichever way it is run through."""
+    return complex(z.min())
 
 
 def _xy(z: Complex) -> np.ndarray:
