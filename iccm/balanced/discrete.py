@@ -8,10 +8,11 @@ import numpy as np
 import scipy.sparse
 
 from ..arrays import Complex, Flags, Index, Real
+from ..compiling import kernel
 from ..curve import Curve
 from .constraints.inside import Inside
 from .failure import Stuck
-from .kernels import kernel, twice_area
+from .kernels import twice_area
 from .meshing.mesh import Sizes, closed_links, triangulate
 from .minimise import newton
 from .minimise.energy import BOTH_AREAS, geometry
