@@ -40,6 +40,9 @@ class Status(Enum):
     MET = "Pins and strokes are met."
     OVERLAP = "Pins and strokes are met and nothing folds, but the outline overlaps itself."
     PINS = "Not all pins and strokes could be met: the closest map without folds is given."
+    FLIPPED = (
+        "The texture coordinates that were written turn triangles over, or leave them without area (uv)."
+    )
     CROWDED = "Parts of the target are too crowded for double precision: they are not covered."
 
     @property

@@ -29,6 +29,7 @@ ORDER = (
     "io.files",
     "texture_transfer",
     "solve",
+    "flattening",
     "balanced",
     "conformal",
     "paper",
