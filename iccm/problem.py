@@ -208,10 +208,15 @@ class Problem:
         return Problem(_mirror(self.source), target, self.pins.conj(), strokes, *frames)
 
     @property
+    def given_source(self) -> Curve:
+        """The source in the user's coordinates."""
+        return Curve(self.source_frame.world(self.source.z))
+
+    @property
     def given(self) -> tuple[Curve, Curve]:
         """Source and target in the user's coordinates; there must be a target."""
         assert self.target is not None
-        return Curve(self.source_frame.world(self.source.z)), Curve(self.target_frame.world(self.target.z))
+        return self.given_source, Curve(self.target_frame.world(self.target.z))
 
     @property
     def given_pins(self) -> Complex:

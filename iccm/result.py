@@ -37,13 +37,18 @@ class Status(Enum):
     GAP = "The image of the boundary is not within the tolerance of the target."
     BOUNDS = "The bounds on dilatation or stretch cannot be met: the closest map is given."
     FOLDED = "The image of the boundary is within the tolerance, but the map folds, or may fold, far from it."
+    MET = "Pins and strokes are met."
+    OVERLAP = "Pins and strokes are met and nothing folds, but the outline overlaps itself."
     PINS = "Not all pins and strokes could be met: the closest map without folds is given."
+    FLIPPED = (
+        "The texture coordinates that were written turn triangles over, or leave them without area (uv)."
+    )
     CROWDED = "Parts of the target are too crowded for double precision: they are not covered."
 
     @property
     def ok(self) -> bool:
         """Whether the solver ended as it should."""
-        return self in (Status.DECREASE, Status.THRESHOLD, Status.REACHED)
+        return self in (Status.DECREASE, Status.THRESHOLD, Status.REACHED, Status.MET, Status.OVERLAP)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +96,8 @@ class Fit:
     def lost(self) -> float:
         """Share of the source's area that the inverse does not bring back: it folds, or shrinks below what numbers can
         tell. Only what is not certain to be one-to-one is looked at."""
-        if self.certificate.share >= CERTAIN:
-            return 0.0
+        if self.certificate.share >= CERTAIN or (self.target is None and self.certificate.zeros == 0):
+            return 0.0  # without a target a map that folds nowhere may overlap itself: the outline tells
         z = self.interior
         back = self.inverse(self.fast(z))
         near = np.abs(back - z) <= BACK * Curve(self.map.polygon).diagonal

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
+from .maps.triangulated.map import TriangulatedMap
 from .paper import algorithm1
 from .problem import OTHERS, Options, Problem
 from .result import Fit, Status
@@ -89,14 +90,46 @@ def deform(
     *,
     pins: ArrayLike | None = None,
     strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
+    start: Fit | TriangulatedMap | None = None,
     **options: Any,
 ) -> Fit:
-    """Move a shape by pins and strokes alone, without a target boundary (paper §3.3).
+    """Move a shape by pins and strokes alone, without a target boundary.
 
-    The smoothness energy makes the problem well posed; arguments and errors as for `fit`.
+    By the balanced method they are met, nothing folds, and every part stays as rigid as that allows; its outline may
+    come to overlap itself, which the status tells. The other methods weigh them (paper §3.3), and need the smoothness
+    energy to be well posed.
+
+    Args:
+        source: as for `fit`.
+        pins: (k, 2) complex, a point inside the source, or on its outline, and the point it should go to, anywhere.
+        strokes: as for `fit`; they may go anywhere.
+        start: an earlier deformation of the same shape, to go on from: motions larger than half a turn come out right
+            in steps. With pins at the same points of the source it keeps its mesh, and takes hundredths of a second.
+            Of the balanced method.
+        **options: see `iccm.problem.Options`.
+
+    Raises:
+        InputError: as `fit`; no pins and no strokes.
     """
-    settings = Options(**{"smoothness": 1e-4, "order": 0, "max_iterations": 100, **options})
+    settings = Options(**options)
     problem = Problem.of(source, None, pins, strokes)
     if not problem.pins.size and not problem.strokes:
         raise InputError("deform: no pins and no strokes; give at least one")
-    return algorithm1.deform(problem, settings)
+    if is_balanced(settings):
+        from .balanced import fit as balanced
+
+        if settings.turn:
+            raise InputError("turn: a shape that is deformed turns as its pins and strokes do")
+        return balanced.deform(problem, settings, _map_of(start))
+    if start is not None:
+        raise InputError("start: an option of --method balanced")
+    return algorithm1.deform(
+        problem, Options(**{"smoothness": 1e-4, "order": 0, "max_iterations": 100, **options})
+    )
+
+
+def _map_of(start: Fit | TriangulatedMap | None) -> TriangulatedMap | None:
+    found = start.map if isinstance(start, Fit) else start
+    if found is not None and not isinstance(found, TriangulatedMap):
+        raise InputError("start: is no balanced map, nor the result that holds one")
+    return found

@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[1]
 ORDER = (
     "cli",
     "io.describe io.doctor",
+    "io.edit",
     "io.check",
     "io.batch",
     "io.run",
@@ -26,7 +27,9 @@ ORDER = (
     "io.memory io.silence io.names",
     "io.spec io.formats io.places",
     "io.files",
+    "texture_transfer",
     "solve",
+    "flattening",
     "balanced",
     "conformal",
     "paper",
@@ -36,7 +39,7 @@ ORDER = (
     "maps",
     "curve",
     "arrays",
-    "parallel memory blas",
+    "parallel memory blas compilation progress",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}

@@ -8,10 +8,11 @@ import numpy as np
 import scipy.sparse
 
 from ..arrays import Complex, Flags, Index, Real
+from ..compiling import kernel
 from ..curve import Curve
 from .constraints.inside import Inside
 from .failure import Stuck
-from .kernels import kernel, twice_area
+from .kernels import twice_area
 from .meshing.mesh import Sizes, closed_links, triangulate
 from .minimise import newton
 from .minimise.energy import BOTH_AREAS, geometry
@@ -239,7 +240,7 @@ class DiscreteMap:
             u[self.border : self.constrained] = self.inside.goals
         return replace(self, u=u)
 
-    def unfolded(self, *, harmonic: bool = True, polish: int = 0) -> "DiscreteMap":
+    def unfolded(self, *, harmonic: bool = True, polish: int = 0, steps: int = STEPS) -> "DiscreteMap":
         """The inside moved so that no triangle is folded; bound vertices stay where they are.
 
         Raises:
@@ -250,7 +251,7 @@ class DiscreteMap:
         u[self.border : self.constrained] = (
             self.inside.goals if self.bound else u[self.border : self.constrained]
         )
-        least = untangle(self.system, gradients, areas, u, self.constrained, harmonic, STEPS, polish)
+        least = untangle(self.system, gradients, areas, u, self.constrained, harmonic, steps, polish)
         if not least > 0 or folds(self.faces, u):
             raise Stuck("no map without folds was found for this correspondence of the outlines")
         return replace(self, u=u)

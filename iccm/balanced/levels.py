@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import isotonic_regression
 
+from .. import progress
 from ..arrays import Complex, Index, Real
 from ..curve import Curve
 from ..maps.triangulated.patches import NO_LINES
@@ -22,6 +23,7 @@ from .holes.outlines import outlines_of, rim_spacing, spaced
 from .meshing.mesh import Sizes
 from .meshing.transfer import interpolate
 from .minimise.measures import stretches
+from .minimise.untangle import STEPS
 from .outline import Outline
 from .pairs import HoleMatch, Loop, Match, Pairs, boundary_pairs, limited, loops_of, through
 
@@ -35,6 +37,7 @@ POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
 SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
 MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
+QUICK_STEPS = 10  # of unfolding around held pins; where it works, it mostly does in so many
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
 EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
@@ -244,13 +247,14 @@ def score(state: DiscreteMap, upright: float) -> float:
 def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list[DiscreteMap], int]:
     """The best maps after a few steps, best first, and how many matches failed."""
     states, failed = [], 0
-    for match in matches:
+    for match in progress.counted("starts", matches):
         try:
             states.append(level.started(match))
         except Stuck:
             failed += 1
     for steps, keep in SCREENING:
-        states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in states]
+        tried = progress.counted(f"coarse maps, {steps} steps", states)
+        states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
         states = sorted(states, key=lambda s: score(s, problem.upright))[:keep]
     return states, failed
 
@@ -329,8 +333,10 @@ def _closed(source: Outline, target: Outline, s: Real, tau: Real) -> Match:
     return Match(np.append(s, s[0] + source.length), np.append(tau, tau[0] + target.length))
 
 
-def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
-    """The map carried to a finer level, without folds."""
+def refined(
+    level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None, *, quick: bool = False
+) -> DiscreteMap:
+    """The map carried to a finer level, without folds; `quick` gives up where they are not undone in a few steps."""
     drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
     fine = level.mapped(match_on(level, state), sizes, drawn)
     if isinstance(state, DiscreteMap) and state.bound:
@@ -339,8 +345,10 @@ def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = Non
         fine = replace(fine, bound=True, inside=fine.inside._replace(goals=goals))
     carried = fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
     try:
-        return carried.unfolded(harmonic=False, polish=POLISHING)
+        return carried.unfolded(harmonic=False, polish=POLISHING, steps=QUICK_STEPS if quick else STEPS)
     except Stuck:
+        if quick:
+            raise
         return fine.unfolded(polish=POLISHING)
 
 

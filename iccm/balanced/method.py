@@ -11,11 +11,9 @@ import numpy as np
 
 from ..arrays import Complex, Index
 from ..curve import Curve
-from ..maps.triangulated.simple import fault
 from ..result import hausdorff
 from . import orientation, stages
 from .constraints.given import Pins, checked, place
-from .failure import NoMapError
 from .frames import Frame, frames_of
 from .holes.filled import Cut, cut_out
 from .holes.given import NONE, Holes, unequal
@@ -84,7 +82,9 @@ def _solution(
     z, u = z[cut.vertices], u[cut.vertices]
     faces = np.ascontiguousarray(cut.faces[:, ::-1]) if mirror else cut.faces
     loops = tuple(loop[::-1].copy() for loop in cut.loops) if mirror else cut.loops
-    _refuse_folds(z, u, faces, loops)
+    for name, w in (("source", z), ("image", u)):
+        orientation.refuse_folds(name, w, faces)
+        orientation.refuse_touching(name, *(w[loop] for loop in loops))
     source_gap, gap = (
         max(hausdorff(Curve(w[loop]), c) / curves[0].diagonal for loop, c in _goals(cut, loops, curves, side))
         for side, (w, curves) in enumerate(zip((z, u), given))
@@ -92,7 +92,7 @@ def _solution(
     dilatation, stretch, _ = stretches(state.z, state.u, state.material)
     lean = turn_of(state.z, state.u, state.material) * (-1 if mirror else 1)
     turn = np.angle(np.exp(1j * lean) * frames[0].factor / frames[1].factor)
-    reached = max(gap, source_gap) <= settings.tolerance and stages.excess(state, settings) <= 1
+    excess = stages.excess(state.z, state.u, state.material, settings)
     return Solution(
         z,
         u,
@@ -106,7 +106,7 @@ def _solution(
         journal.starts,
         {"dilatation": float(dilatation.max()), "stretch": float(stretch.max())},
         symmetric,
-        bool(reached),
+        bool(max(gap, source_gap) <= settings.tolerance and excess <= 1),
         journal.notes,
         lines=cut.lines,
         partners=cut.partners,
@@ -121,14 +121,3 @@ def _goals(
     for loop, partners in zip(loops[1:], cut.partners):
         if partners[side] >= 0:
             yield loop, curves[1 + partners[side]]
-
-
-def _refuse_folds(z: Complex, u: Complex, faces: Index, loops: Sequence[Index]) -> None:
-    """Raises NoMapError unless all triangles are positive and all outlines simple, in these very numbers."""
-    for name, w in (("source", z), ("image", u)):
-        if not orientation.positive(w, faces).all():
-            raise NoMapError(
-                f"the {name} has triangles without area in double precision; move the shape to the origin or enlarge it"
-            )
-        if not orientation.is_simple(w[loops[0]]) or (len(loops) > 1 and fault([w[loop] for loop in loops])):
-            raise NoMapError(f"the outline of the {name} touches itself in double precision")

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .. import progress
+from ..arrays import Complex, Index
 from ..curve import Curve
 from . import starts
 from .constraints import meeting
@@ -63,9 +65,13 @@ def constrained(
     problem = with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
     used, found = solved(problem, journal)
     state = finished(used, found, settings, journal)
-    goals = found.inside.goals[found.inside.own < 0]
-    met = (found.bound or not found.inside.z.size) and bool(np.all(goals == used.pins[:, 1]))
-    return (state if used is problem else inverted(state)), met
+    return (state if used is problem else inverted(state)), meets(used, found)
+
+
+def meets(problem: Problem, state: DiscreteMap) -> bool:
+    """Whether a map meets all constraints."""
+    goals = state.inside.goals[state.inside.own < 0]
+    return (state.bound or not state.inside.z.size) and bool(np.all(goals == problem.pins[:, 1]))
 
 
 def mapped(
@@ -112,13 +118,21 @@ def solved(problem: Problem, journal: Journal, share: float = 1.0) -> tuple[Prob
     Raises:
         NoMapError: none without folds was found.
     """
+    closest = None
     for smaller in SMALLER:
         for used in ways(problem):
             try:
                 state = coarse(used, COARSE * smaller / np.sqrt(share), journal)
-                return used, fine(used, state, FINE * smaller / np.sqrt(share), journal)
+                if not meets(used, state) and closest is not None:
+                    continue
+                found = used, fine(used, state, FINE * smaller / np.sqrt(share), journal)
             except Stuck:
                 continue
+            if meets(*found):
+                return found
+            closest = closest or found
+    if closest is not None:
+        return closest
     raise NoMapError(
         "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
     )
@@ -189,7 +203,7 @@ def coarse(problem: Problem, size: float, journal: Journal) -> DiscreteMap:
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += failed
     settled = []
-    for state in states:
+    for state in progress.counted("coarse maps, corners released", states):
         try:
             settled.append(released(level, state, problem))
         except Stuck:
@@ -253,6 +267,7 @@ def with_holes(problem: Problem, holes: Holes, settings: Settings) -> Problem:
 
 def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) -> DiscreteMap:
     """The map on a finer mesh, its worst stretch lowered."""
+    progress.tell("fine map")
     level = Level.of(problem, size, FINE_FINENESS, FINE_CORNERS, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
     state = eased(carried(level, state, problem, sizes), problem.theta)
@@ -265,16 +280,17 @@ def last(
     problem: Problem, state: Meshed, settings: Settings, journal: Journal, share: float = 1.0
 ) -> DiscreteMap:
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
+    progress.tell("last map")
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
     level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
     tried = [eased(carried(level, state, problem, sizes), problem.theta)]
-    for q in POWERS:
+    for q in progress.counted("last map, worst stretch lowered", POWERS):
         tried.append(tried[-1].forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True))
         journal.level("last", tried[-1], q)
-        if excess(tried[-1], settings) <= 1:
+        if excess(tried[-1].z, tried[-1].u, tried[-1].material, settings) <= 1:
             return tried[-1]
-    return min(tried[1:], key=lambda state: excess(state, settings))
+    return min(tried[1:], key=lambda state: excess(state.z, state.u, state.material, settings))
 
 
 def carried(level: Level, state: Meshed, problem: Problem, sizes: Sizes) -> DiscreteMap:
@@ -284,9 +300,9 @@ def carried(level: Level, state: Meshed, problem: Problem, sizes: Sizes) -> Disc
     return refined(level, state, sizes)
 
 
-def excess(state: Meshed, settings: Settings) -> float:
+def excess(z: Complex, u: Complex, faces: Index, settings: Settings) -> float:
     """How many times the bounds asked for the largest dilatation and stretch are: at most 1 where they are met."""
-    dilatation, stretch, _ = stretches(state.z, state.u, state.material)
+    dilatation, stretch, _ = stretches(z, u, faces)
     bounds = (settings.max_dilatation or np.inf, settings.max_stretch or np.inf)
     return float(max(dilatation.max() / bounds[0], stretch.max() / bounds[1]))
 

@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
+from ...compiling import inner, kernel
 from ..failure import Stuck
-from ..kernels import cross, dot, kernel, set_row, twice_area
+from ..kernels import cross, dot, set_row, twice_area
 from .delaunay import clip_ears, flip, in_circle, joined, legalise, opposite, push, relink
 
 LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement no longer settles
@@ -84,7 +85,8 @@ def triangulate(
     if triangles < 0 or not ((b - a).conj() * (c - a)).imag.min() > 0:
         raise Stuck("the outline is too thin to be triangulated in double precision")
     stack = np.zeros(8 * room, np.int64)
-    triangles = _given(z, border, given, faces, across, triangles, stack, all_links)
+    if inside.size:
+        triangles = _given(z, border, given, faces, across, triangles, stack, all_links)
     if triangles < 0:
         raise Stuck("a stroke, or the outline of a hole, cannot be kept by the mesh")
     if rims:
@@ -101,7 +103,7 @@ def closed_links(sizes: Sequence[int]) -> Index:
     return np.concatenate([np.empty(0, np.int64), *loops])
 
 
-@kernel
+@inner
 def _limit(point, corner, side, areas):
     """The area limit at a point."""
     i = min(max(int((point.real - corner.real) / side), 0), areas.shape[0] - 1)
@@ -109,7 +111,7 @@ def _limit(point, corner, side, areas):
     return areas[i, j]
 
 
-@kernel
+@inner
 def _circumcentre(a, b, c):
     """The circumcentre of a triangle and the square of its circumradius."""
     u, v = a - c, b - c
@@ -136,7 +138,7 @@ def _walk(z, faces, across, t, point, links):
     return -1
 
 
-@kernel
+@inner
 def _encroaches(z, faces, across, t, new, cavity, mark, stamp, links):
     """Whether the vertex new, inside t, sees an edge of the outline or of a line in its cavity under too wide an
     angle."""
@@ -160,7 +162,7 @@ def _encroaches(z, faces, across, t, new, cavity, mark, stamp, links):
     return False
 
 
-@kernel
+@inner
 def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
     """Puts the vertex new into triangle t; False where it lies on an edge."""
     a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
@@ -182,7 +184,7 @@ def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
     return True
 
 
-@kernel
+@inner
 def _wanted(z, faces, t, corner, side, areas, only_large):
     """Whether triangle t is too large or too thin, and the point that would mend it."""
     a, b, c = z[faces[t, 0]], z[faces[t, 1]], z[faces[t, 2]]
@@ -264,7 +266,7 @@ def _split_chords(z, vertices, given, faces, across, triangles, stack, links):
     return vertices, triangles
 
 
-@kernel
+@inner
 def _holder(z, faces, triangles, point):
     """The triangle that holds a point: the one of whose sides it is farthest inside."""
     best, holder = -np.inf, 0
@@ -345,7 +347,7 @@ def _carve(faces, across, triangles, first, last, links, stack):
     return left
 
 
-@kernel
+@inner
 def _recover(z, faces, across, triangles, v, w, links):
     """Flips edges that cross the one from v to w until that is in the mesh; False where it cannot be."""
     for _ in range(MOST_RECOVERIES):

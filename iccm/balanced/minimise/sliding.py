@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ..kernels import dot, kernel, located
+from ...compiling import inner, kernel
+from ..kernels import dot, located
 
 HELD, SLIDING, FREE = 0, 1, 2  # kinds of constrained vertices
 SAME_PLACE = 1e-8  # of the length: a vertex this close to a corner is on it
@@ -106,7 +107,13 @@ def way_to_corners(rail, s):
         return False, -length, length
     near = SAME_PLACE * length
     s -= np.floor(s / length) * length
-    k = np.searchsorted(corners, s - near)
+    k, end = 0, count
+    while k < end:  # the first corner not before s: a bisection, since NumPy's compiles slowly
+        middle = (k + end) // 2
+        if corners[middle] < s - near:
+            k = middle + 1
+        else:
+            end = middle
     behind = (corners[k - 1] if k > 0 else corners[count - 1] - length) - s
     on = k < count and corners[k] <= s + near
     k += 1 if on else 0
@@ -114,7 +121,7 @@ def way_to_corners(rail, s):
     return on or behind > -near or ahead < near, behind, ahead
 
 
-@kernel
+@inner
 def gap_ahead(border, tau, v):
     """Arclength from outline vertex v to the next one."""
     return tau[border.following[v]] - tau[v] + border.laps[v]
@@ -181,7 +188,7 @@ def choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
             directions[v], low[v], high[v] = backward, behind, 0.0
 
 
-@kernel
+@inner
 def restrict(system, kinds, directions, matrix):
     """Rewrites the blocks of constrained vertices: first unknown along the direction, the missing ones 1.
 
@@ -214,7 +221,7 @@ def restrict(system, kinds, directions, matrix):
             matrix[system.diagonal[v], 0] = 1.0
 
 
-@kernel
+@inner
 def stiffen(system, border, directions, curvature, matrix):
     """Adds the outline's second derivatives to a restricted matrix."""
     for v in range(directions.size):
