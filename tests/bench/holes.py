@@ -3,8 +3,8 @@
 python -m tests.bench.holes [--letters 20] [--unequal 10] [--seed 15] [--sheet FILE.png]
 
 The fonts are fetched by npm and read by fontTools; their glyphs become SVG files, and every pair goes through
-`iccm map` with a picture and a report. Figures are over the target's area; `gap` is the largest of all loops, of the target's
-diagonal.
+`iccm map` with a picture and a report. Figures are over the target's area; `gap` is the largest of all loops, of the
+target's diagonal.
 """
 
 import argparse
