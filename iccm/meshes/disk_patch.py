@@ -59,7 +59,7 @@ def _in_one_piece(mesh: Mesh, shape: Triangles, vertex: Index, notes: list[str])
     where = mesh.vertex_name(int(v))
     raise InputError(
         f"{mesh.name}: {piece.max() + 1} pieces that no edge connects; the second one begins at {where}; "
-        "name one of them (file#group)"
+        "name one of them (file#group, or 'file#piece 1', the largest)"
     )
 
 

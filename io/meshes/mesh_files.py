@@ -3,8 +3,9 @@
 OBJ keeps its bytes (`obj`, `objwrite`, `mtl`); GLB, PLY, OFF and STL go through trimesh on the same noun.
 """
 
+import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
+from ...meshes.pieces import pieces_of
 from .. import files, formats
 from ..spec import Spec
 from . import material_library, obj, obj_write
@@ -21,6 +23,7 @@ from .obj import Obj
 from .obj_source import ObjSource
 
 MAX_BYTES = 4 << 30
+PIECE = re.compile(r"piece[ -]?(\d{1,9})")
 NEW = "iccm"  # a material of ours
 PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"  # how such files begin
 
@@ -59,7 +62,8 @@ def is_mesh(spec: str) -> bool:
 def read(text: str, whole: Obj | None = None) -> MeshFile:
     """The mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
-    A part is an OBJ object, group or material, or a GLB geometry; a loop is a number, 1 for the longest boundary.
+    A part is an OBJ object, group or material, a GLB geometry, or `piece 2`, the second largest of the pieces that
+    nothing connects; a loop is a number, 1 for the longest boundary.
     `whole` is the content of the file, if it is an OBJ that was read.
 
     Raises:
@@ -72,7 +76,25 @@ def read(text: str, whole: Obj | None = None) -> MeshFile:
         raise InputError(f"{path}: no mesh is read from {suffix!r}; use one of {known}")
     picked, names = _of_obj(whole or obj.read(path)) if suffix == ".obj" else _read_other(path)
     spec = spec.among(names)
-    return picked(spec.part, 1 if spec.number is None else spec.number)
+    loop = 1 if spec.number is None else spec.number
+    if spec.part in names or not (named := PIECE.fullmatch(spec.part or "")):
+        return picked(spec.part, loop)
+    return _piece(picked(None, loop), int(named[1]))
+
+
+def _piece(file: MeshFile, number: int) -> MeshFile:
+    """A connected piece of a mesh, 1 being the largest.
+
+    Raises:
+        InputError: there are not so many.
+    """
+    piece = pieces_of(file.mesh)
+    count = int(piece.max(initial=-1)) + 1
+    name = f"{file.path}#piece {number}"
+    if not 1 <= number <= count:
+        raise InputError(f"{name}: the mesh has {count} pieces")
+    faces = piece == number - 1
+    return replace(file, mesh=file.mesh.part(faces, name), faces=faces)
 
 
 Reader = tuple[Callable[[str | None, int], MeshFile], list[str]]

@@ -30,14 +30,16 @@ def mappable(shape: Shape) -> list[int]:
     """The numbers of the holes that are large enough and apart from the outline and from each other."""
     rings = [shapely.Polygon(_xy(hole)) for hole in shape.holes]
     sizes = shapely.area(rings)
-    outline = shapely.LinearRing(_xy(shape.curve.z))
+    domain = shapely.Polygon(_xy(shape.curve.z))
+    outline = domain.exterior
     near = CLOSE * shape.curve.diagonal
     kept: list[int] = []
     for k in np.argsort(-sizes, kind="stable"):
         ring = rings[k]
         if len(kept) == MOST or not (ring.is_valid and sizes[k] > SPECK * shape.curve.area):
             continue
-        if ring.distance(outline) > near and all(ring.distance(rings[j]) > near for j in kept):
+        free = ring.distance(outline) > near and all(ring.distance(rings[j]) > near for j in kept)
+        if free and domain.contains_properly(ring):
             kept.append(int(k))
     return sorted(kept)
 
