@@ -38,6 +38,11 @@ def exact(job: Job) -> bool:
     return is_balanced(Solver(**job.solver))
 
 
+def holed(job: Job) -> bool:
+    """Whether the map of a job takes holes onto holes: the balanced method's does, unless they are to be filled."""
+    return job.holes == "keep" and job.target is not None and exact(job)
+
+
 def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
     if not (job.constraints or any(shape.pins or shape.strokes for shape in (source, target))):
         return [], []
