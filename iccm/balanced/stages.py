@@ -226,11 +226,18 @@ def candidates(level: Level, turns: tuple[tuple[float, int], ...]) -> list[Match
 def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) -> DiscreteMap:
     """The map on a finer mesh, its worst stretch lowered."""
     level = Level.of(problem, size, FINE_FINENESS, FINE_CORNERS, STEEPEST_FINE)
-    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
-    state = eased(carried(level, state, problem, sizes), problem.theta)
+    state = on_finer(level, state, problem)
+    if problem.constrained and not meets(problem, state):
+        state = meeting.again(level, state, problem)
     state = alternated(state, problem.theta, POWERS[0], FINE_ROUNDS, FINE_BACKWARD)
     journal.level("fine", state, POWERS[0])
     return state
+
+
+def on_finer(level: Level, state: Meshed, problem: Problem) -> DiscreteMap:
+    """The map on the mesh of a finer level, smaller triangles where it magnifies."""
+    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
+    return eased(carried(level, state, problem, sizes), problem.theta)
 
 
 def last(
@@ -239,8 +246,7 @@ def last(
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
     level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
-    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
-    tried = [eased(carried(level, state, problem, sizes), problem.theta)]
+    tried = [on_finer(level, state, problem)]
     for q in POWERS:
         tried.append(tried[-1].forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True))
         journal.level("last", tried[-1], q)
