@@ -23,6 +23,7 @@ def fit(
     *,
     pins: ArrayLike | None = None,
     strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
+    start: Fit | TriangulatedMap | None = None,
     **options: Any,
 ) -> Fit:
     """A map of the source domain onto the target domain: balanced, conformal, or as the paper has it.
@@ -33,6 +34,8 @@ def fit(
         pins: (k, 2) complex, a point inside the source and the point it should go to; on the outlines both must be.
         strokes: pairs of open polylines, (p,) inside the source and (q,) where it should go. The balanced method
             meets pins and strokes and takes a stroke's ends to its ends; the others weigh them.
+        start: an earlier balanced map of these domains, to go on from where only the constraints have moved: no other
+            starts are looked at, and with inner pins at the same points of the source the mesh stays.
         **options: see `iccm.problem.Options`.
 
     Returns:
@@ -44,6 +47,12 @@ def fit(
     """
     settings = Options(**options)
     problem = Problem.of(source, target, pins, strokes, first=settings.method == "paper")
+    if start is not None and is_balanced(settings):
+        from .balanced import fit as balanced
+
+        return balanced.solve(problem, settings, _map_of(start))
+    if start is not None:
+        raise InputError("start: an option of --method balanced")
     return solver(problem, settings)(problem, settings)
 
 

@@ -15,8 +15,8 @@ from .method import solve as solved
 from .solution import Settings, Solution
 
 
-def solve(problem: Problem, options: Options) -> Fit:
-    """The balanced map of a problem.
+def solve(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
+    """The balanced map of a problem, from an earlier one on if there is one.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -24,7 +24,7 @@ def solve(problem: Problem, options: Options) -> Fit:
     """
     source, target = problem.given
     pins, strokes = problem.given_pins, problem.given_strokes
-    found = solved(source, target, _settings(options), pins, strokes)
+    found = solved(source, target, _settings(options), pins, strokes, start)
     map = _straight(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
     energies = [{"total": float(level["energy"])} for level in found.energies]
     return Fit(map, _status(found, options), energies, source, target, pins, strokes, list(found.notes))

@@ -11,10 +11,12 @@ import numpy as np
 
 from ..arrays import Complex
 from ..curve import Curve
+from ..maps.triangulated.map import TriangulatedMap
 from ..result import hausdorff
 from . import orientation, stages
 from .constraints.given import Pins, checked, place
 from .frames import Frame, frames_of
+from .levels import Sketch
 from .minimise.energy import energy_of
 from .minimise.measures import stretches, turn_of
 from .solution import Journal, Settings, Solution
@@ -28,6 +30,7 @@ def solve(
     settings: Settings | None = None,
     pins: Complex = NO_PINS,
     strokes: Sequence[tuple[Curve, Curve]] = (),
+    start: TriangulatedMap | None = None,
 ) -> Solution:
     """The balanced map of two domains.
 
@@ -37,6 +40,7 @@ def solve(
         settings: what is asked of the map.
         pins: (k, 2) points of the source and where they go.
         strokes: polylines in the source and where they go, ends to ends.
+        start: an earlier map of these domains to go on from.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -45,15 +49,28 @@ def solve(
     settings = settings or Settings()
     frames = frames_of(source, target, settings.turn)
     journal = Journal()
-    if len(pins) or len(strokes):
+    if len(pins) or len(strokes) or start is not None:
         given = checked(source, target, pins, strokes)
         journal.notes += given.notes
         curves = (frames[0].curve(source), frames[1].curve(target))
-        state, met = stages.constrained(*curves, given.unit(frames), settings, journal)
+        state, met = stages.constrained(
+            *curves, given.unit(frames), settings, journal, start and sketched(start, frames)
+        )
         found = _solution(state, frames, (source, target), settings, journal, False, given)
         return replace(found, met=met, lines=state.lines)
     state, symmetric = stages.mapped(frames[0].curve(source), frames[1].curve(target), settings, journal)
     return _solution(state, frames, (source, target), settings, journal, symmetric)
+
+
+def sketched(map: TriangulatedMap, frames: tuple[Frame, Frame]) -> Sketch:
+    """A map in unit coordinates, vertices of the outline first."""
+    loop, faces = map.loops[0], map.faces
+    if frames[0].mirrored:
+        loop, faces = loop[::-1], faces[:, ::-1]
+    order = np.append(loop, np.setdiff1d(np.arange(map.source.size), loop))
+    place = np.argsort(order)
+    z, u = frames[0].unit(map.source)[order], frames[1].unit(map.image)[order]
+    return Sketch(z, u, np.ascontiguousarray(place[faces]), loop.size)
 
 
 def _solution(

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..curve import Curve
 from . import starts
-from .constraints import meeting
+from .constraints import continuation, meeting
 from .constraints.given import Pins, with_points
 from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
@@ -44,9 +44,14 @@ Meshed = DiscreteMap | Sketch
 
 
 def constrained(
-    source: Curve, target: Curve, pins: Pins, settings: Settings, journal: Journal
+    source: Curve,
+    target: Curve,
+    pins: Pins,
+    settings: Settings,
+    journal: Journal,
+    start: Sketch | None = None,
 ) -> tuple[Meshed, bool]:
-    """The map in unit coordinates that meets pins, and whether it does.
+    """The map in unit coordinates that meets pins, and whether it does; gone on to from an earlier one if given.
 
     Raises:
         NoMapError: none without folds was found.
@@ -57,9 +62,27 @@ def constrained(
     curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
     problem = Problem(curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]))
     problem = problem._replace(pins=pins.inner, strokes=pins.strokes)
+    if start is not None:
+        return further(problem, start, settings, journal)
     used, found = solved(problem, journal)
     state = finished(used, found, settings, journal)
     return (state if used is problem else inverted(state)), meets(used, found)
+
+
+def further(
+    problem: Problem, start: Sketch, settings: Settings, journal: Journal
+) -> tuple[DiscreteMap, bool]:
+    """The map that goes on from an earlier one, and whether it meets all constraints.
+
+    Raises:
+        NoMapError: the earlier one cannot be carried to these outlines without folds.
+    """
+    level = last_level(problem, settings)
+    try:
+        state = continuation.continued(level, start, problem)
+    except Stuck:
+        raise NoMapError("start: cannot be gone on from without folds; do without it") from None
+    return lowered(eased(state, problem.theta), problem, settings, journal), meets(problem, state)
 
 
 def meets(problem: Problem, state: DiscreteMap) -> bool:
@@ -244,15 +267,26 @@ def last(
     problem: Problem, state: Meshed, settings: Settings, journal: Journal, share: float = 1.0
 ) -> DiscreteMap:
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
+    state = on_finer(last_level(problem, settings, share), state, problem)
+    return lowered(state, problem, settings, journal)
+
+
+def last_level(problem: Problem, settings: Settings, share: float = 1.0) -> Level:
+    """The outlines with all their vertices, and the size of the last mesh."""
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
-    level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
-    tried = [on_finer(level, state, problem)]
+    return Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
+
+
+def lowered(state: DiscreteMap, problem: Problem, settings: Settings, journal: Journal) -> DiscreteMap:
+    """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
+    tried = []
     for q in POWERS:
-        tried.append(tried[-1].forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True))
-        journal.level("last", tried[-1], q)
-        if excess(tried[-1], settings) <= 1:
-            return tried[-1]
-    return min(tried[1:], key=lambda state: excess(state, settings))
+        state = state.forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
+        journal.level("last", state, q)
+        tried.append(state)
+        if excess(state, settings) <= 1:
+            return state
+    return min(tried, key=lambda state: excess(state, settings))
 
 
 def carried(level: Level, state: Meshed, problem: Problem, sizes: Sizes) -> DiscreteMap:
