@@ -7,12 +7,12 @@ import numpy as np
 from ...arrays import Complex, Index, Real
 from ...curve import Curve
 from ..discrete import DiscreteMap
-from ..levels import Level, Problem, Sketch, refined
+from ..levels import EVENED, Level, Problem, Sketch, refined
 from ..meshing import sizing
 from ..minimise.ldl import system_of
 from ..pairs import Pairs
 from .inside import Inside
-from .meeting import brought, held_where_they_are, led
+from .meeting import aimed, brought, held_where_they_are, led
 
 SAME = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
 
@@ -28,6 +28,8 @@ def continued(level: Level, start: Sketch, problem: Problem) -> DiscreteMap:
     )
     if not state.inside.z.size:
         return state
+    if level.strokes:  # corners of theirs get vertices where the earlier map has them
+        state = refined(level, aimed(level, state, EVENED))
     new = brought(replace(state, bound=False), problem.theta)
     new = new if new.miss == 0 or problem.strokes else led(level, new, problem.theta)
     if new.miss == 0:

@@ -22,6 +22,7 @@ from ..meshing import sizing
 from ..meshing.mesh import Sizes
 from ..pairs import Match
 from ..solution import Journal
+from . import strokes
 from .inside import Inside
 from .routes import route
 from .ways import FIRST_SHARE, LEAST_SHARE, MOVING_DECREASE, STAGE_STEPS, way_to
@@ -34,9 +35,16 @@ RELAXING_STEPS = 20  # of Newton without pins, where a map with them folds on an
 REMESHES = 2  # on the way from one place to the next
 KEPT = 3  # starts, best with pins met, that are settled
 TURNED_STARTS = 3  # elastic ones, at the turn that fits the pins best
+BESIDE = 0.5  # share of even goals in those of strokes whose ends slide
 STRONG = 3.0  # times the energy without pins from which they force strong stretch
 STRETCHED = "The pins force strong stretch: the energy is over three times that without them."
 RELEASES = 2  # rounds of released corners with pins held
+
+
+def aimed(level: Level, state: DiscreteMap, even: float) -> DiscreteMap:
+    """The map with strokes whose ends slide aimed at places beside where they are."""
+    u = state.u[state.border : state.border + state.inside.z.size]
+    return replace(state, inside=strokes.aimed(state.inside, level.strokes, u, even))
 
 
 def bound(state: DiscreteMap) -> DiscreteMap:
@@ -134,6 +142,7 @@ def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list
         except Stuck:
             failed += 1
     free = min((state.energy for state in states), default=np.inf)
+    states = [aimed(level, state, BESIDE) for state in states]
     ends = sorted((moved(state, problem.theta) for state in states), key=lambda s: rank(s, problem.upright))
     if ends and ends[0].miss > 0:
         states = sorted(states, key=lambda s: s.energy)[:BROUGHT]
