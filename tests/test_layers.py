@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[1]
 ORDER = (
     "cli",
     "io.describe io.doctor",
+    "io.edit",
     "io.check",
     "io.batch",
     "io.run",
@@ -28,6 +29,7 @@ ORDER = (
     "io.files",
     "texture_transfer",
     "solve",
+    "flattening",
     "conformal",
     "balanced",
     "paper",
@@ -37,7 +39,7 @@ ORDER = (
     "maps",
     "curve",
     "arrays",
-    "parallel memory blas compilation progress",
+    "parallel memory blas compiling progress",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}

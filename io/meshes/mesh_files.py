@@ -237,6 +237,14 @@ def write(
     return [str(library), *map(str, beside)], notes
 
 
+def as_written(uv: Real, name: str | Path) -> Real:
+    """Texture coordinates as the file of this name holds them, rounded as its format rounds."""
+    suffix = formats.suffix_of(Path(name))
+    if suffix == ".obj":
+        return np.array(obj_write.vt_text(uv, "\n").replace("vt", "").split(), float).reshape(-1, 2)
+    return uv.astype(np.float32).astype(float) if suffix == ".glb" else uv
+
+
 def written_beside(name: Path, texture: Path | bytes | None) -> list[str]:
     """The files that `write` puts beside an output: an OBJ's material library, and a picture that is no file yet."""
     if texture is None or name.suffix.lower() != ".obj":

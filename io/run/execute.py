@@ -16,11 +16,10 @@ from ...progress import Listener
 from .. import files
 from ..memory import Bounded
 from ..spec import Spec
-from . import outputs, parts, report
+from . import holes, outputs, parts, report
 from .constraints import constrained
 from .inputs import Inputs
 from .job import WRITTEN, Job
-from .options import SOLVER
 from .outputs.output import Output
 from .phases import Phases
 from .state import Run, Tell
@@ -149,7 +148,7 @@ def _check_read(state: Run, wanted: list[Output]) -> None:
         _free(job, others, state.inputs.named, taken=job.outputs)
     for note in [f"{shape.spec}: {note}" for shape in shapes for note in shape.notes]:
         state.note(note)
-    for note in parts.about_holes(state.pairs, keep=job.holes == "keep"):
+    for note in holes.about(state):
         state.note(note)
 
 
@@ -162,15 +161,15 @@ def _solve(state: Run) -> None:
     import iccm
 
     job = state.job
-    given = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
+    count, constraints = len(state.pairs), {"pins": state.pins, "strokes": state.strokes}
     with state.phases.timed("solve"):
         for k, (source, target) in enumerate(state.pairs):
-            curves = (source.curve, target.curve) if job.target else (source.curve,)
-            solve: Any = iccm.fit if job.target else iccm.deform
-            with progress.within(
-                "solve" if len(state.pairs) == 1 else f"solve part {k + 1} of {len(state.pairs)}"
-            ):
-                state.fits.append(solve(*curves, pins=state.pins, strokes=state.strokes, **given))
+            with progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}"):
+                if job.target:
+                    fit = holes.fitted(state, source, target, constraints | job.solver)
+                else:
+                    fit = iccm.deform(source.curve, **constraints, **job.solver)
+                state.fits.append(fit)
     for (source, _), fit in zip(state.pairs, state.fits):
         for note in fit.notes:
             state.note(parts.named(source, note))

@@ -88,12 +88,15 @@ class Run:
 
     @property
     def _holes(self) -> list[tuple[Complex, ...]]:
-        """The holes that pictures leave transparent, of each part; those of a shape that is deformed move with it."""
+        """The holes that pictures leave transparent, of each part, and that its map does not know of; those of a shape
+        that is deformed move with it."""
         if self.job.holes == "fill":
             return [()] * len(self.pairs)
         if self.job.target is None:
             return [tuple(self.fit.fast(hole) for hole in self.source.holes)]
-        return [target.holes for _, target in self.pairs]
+        from ..shapes.holes import passed_over
+
+        return [passed_over(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
 
     @cached_property
     def image(self) -> Image:

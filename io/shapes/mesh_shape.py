@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 from ...arrays import Complex, Index, Real
 from ...curve import Curve
 from ...errors import InputError
+from ...flattening import flatten
 from ...meshes.cut import vertex_path
 from ...meshes.disk_patch import disk_patch
-from ...meshes.flatten import Flattening, flatten
+from ...meshes.flatten import Flattening
 from ...meshes.locate import Locator
 from ...meshes.surface import Surface
 from ...pixels.texture import Placing, Texture
@@ -166,20 +167,24 @@ def as_mesh(shape: Shape) -> MeshShape:
     return shape
 
 
-def read(spec: str, *, cut: bool = False, whole: Obj | None = None) -> MeshShape:
+def read(spec: str, *, cut: bool = False, whole: Obj | None = None, method: str = "conformal") -> MeshShape:
     """The flattened mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
     Args:
         spec: a part is an OBJ object, group or material; a loop a number, 1 being the longest boundary.
         cut: whether a closed surface, or one with handles, may be cut open.
         whole: the content of the file, if it is an OBJ that was read.
+        method: of flattening; see `flattening.flatten`.
 
     Raises:
         InputError: in one line, naming the first element at fault.
     """
     file = mesh_files.read(spec, whole)
     piece = disk_patch(file.mesh, cut=cut)
-    flat = flatten(piece, loop=file.loop, grow=cut)
+    flat = flatten(piece, loop=file.loop, grow=cut, method=method)
+    curve = (
+        Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
+    )  # may cross itself, as it comes
     notes = [*file.notes, *flat.patch.notes, *flat.notes]
     if len(flat.patch.seam):
         notes.append(f"cut open along {len(flat.patch.seam)} edges")
@@ -190,8 +195,8 @@ def read(spec: str, *, cut: bool = False, whole: Obj | None = None) -> MeshShape
     return MeshShape(
         spec=spec,
         path=file.path,
-        curve=flat.boundary,
-        box=flat.boundary.box,
+        curve=curve,
+        box=curve.box,
         flip=False,
         pins={},
         strokes={},

@@ -22,14 +22,13 @@ from ..levels import (
 from ..meshing.mesh import Sizes
 from ..pairs import Match
 from ..solution import Journal
+from .ways import FIRST_SHARE, LEAST_SHARE, MOVING_DECREASE, STAGE_STEPS, way_to
 
 FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
-MOVING_STEPS, MOVING_DECREASE = 40, 1e-3
+MOVING_STEPS = 40
 BROUGHT = 6  # starts, best without pins, that are tried harder where none met its pins
 KEPT = 3  # starts, best with pins met, that are settled
 TURNED_STARTS = 3  # elastic ones, at the turn that fits the pins best
-FIRST_SHARE, LEAST_SHARE, STAGE_STEPS = 0.25, 0.02, 15  # of the way in stages; Newton steps in each
-LEAST_FACTOR = 1e-3  # by which constraints shrink: below, they are taken as moved only
 STRONG = 3.0  # times the energy without pins from which they force strong stretch
 STRETCHED = "The pins force strong stretch: the energy is over three times that without them."
 RELEASES = 2  # rounds of released corners with pins held
@@ -46,21 +45,13 @@ def moved(state: DiscreteMap, theta: float) -> DiscreteMap:
 
 
 def turned_to_goals(state: DiscreteMap, theta: float) -> DiscreteMap:
-    """The map with pins moved to their goals in stages: a similarity turns and grows evenly, the rest goes straight."""
+    """The map with pins moved to their goals in stages."""
     goals = state.inside.goals
-    inner = slice(state.border, state.border + goals.size)
-    begun = state.u[inner]
-    middle, end = begun.mean(), goals.mean()
-    spread = np.sum(np.abs(begun - middle) ** 2)
-    factor = np.vdot(begun - middle, goals - end) / spread if spread > 0 else 1.0
-    factor = factor if abs(factor) > LEAST_FACTOR else 1.0
-    rest = goals - end - factor * (begun - middle)
+    way = way_to(state.u[state.border : state.border + goals.size], goals)
     share, step = 0.0, FIRST_SHARE
     while share < 1 and step > LEAST_SHARE:
         new = min(1.0, share + step)
-        power = np.exp(new * np.log(complex(factor)))
-        way = middle + new * (end - middle) + power * (begun - middle) + new * rest if new < 1 else goals
-        tried = replace(state, inside=state.inside._replace(goals=way), bound=True)
+        tried = replace(state, inside=state.inside._replace(goals=way(new)), bound=True)
         tried = tried.forward(theta, 1.0, STAGE_STEPS, MOVING_DECREASE, corners=True)
         if tried.miss > 0:
             step *= 0.5
@@ -137,18 +128,16 @@ def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None 
     Raises:
         Stuck: no map without folds, or pins no longer met.
     """
-    try:
+    if not (state.bound and state.inside.z.size):
         return refined(level, state, sizes)
+    try:
+        return refined(level, state, sizes, quick=True)
     except Stuck:
-        if not (state.bound and state.inside.z.size):
-            raise
-    new = refined(level, replace(state, bound=False), sizes)
+        new = refined(level, replace(state, bound=False), sizes)
     goals = new.inside.goals.copy()
     goals[new.inside.own < 0] = state.inside.goals[state.inside.own < 0]
     new = brought(replace(new, inside=new.inside._replace(goals=goals)), theta)
-    if new.miss > 0:
-        raise Stuck("the constraints are not met on a new mesh")
-    return new
+    return new if new.miss == 0 else refined(level, state, sizes)
 
 
 def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journal) -> DiscreteMap:
@@ -170,8 +159,8 @@ def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journa
         best = settled(level, replace(states[0], bound=False), problem)
     else:
         best = settled(level, held_where_they_are(states[0]), problem)
-    if best.energy > STRONG * free:
-        journal.notes.append(STRETCHED)
+    earlier = [note for note in journal.notes if note != STRETCHED]  # an attempt given up may have noted it
+    journal.notes = [*earlier, STRETCHED] if best.energy > STRONG * free else earlier
     journal.level("coarse", best, 1.0)
     return best
 
