@@ -18,6 +18,7 @@ COMMANDS = {
     "map": "Map one shape onto another and carry a texture through the map.",
     "deform": "Deform a shape and its texture by pins and strokes alone.",
     "apply": "Warp more images through a map that was saved with --stmap.",
+    "edit": "Place pins and strokes in the browser, and see the map follow.",
     "flatten": "Flatten a mesh patch into the plane.",
     "batch": "Run many jobs from a manifest.",
     "check": "Compare results with stored baselines, for CI.",

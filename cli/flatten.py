@@ -6,7 +6,7 @@ from contextlib import ExitStack
 
 import click
 
-from . import logs
+from . import logs, status
 from .paths import FILE
 
 
@@ -78,10 +78,11 @@ def command(
         formats.check(plot, "plot", "--plot")
     outputs = flatten.checked([*output, uv, plot, None if report == "-" else report], mesh, force=force)
     size_limits.faces(Spec.of(mesh).path, max_faces)
-    shape = mesh_shape.read(mesh, cut=cut)
-    for note in shape.notes:
-        logs.log.warning(f"{mesh}: {note}")
     with ExitStack() as stack:
+        stack.enter_context(status.watched("flatten"))
+        shape = mesh_shape.read(mesh, cut=cut)
+        for note in shape.notes:
+            logs.log.warning(f"{mesh}: {note}")
         flatten.write_all(shape, output, uv, plot, report, stack, force=force)
     for line in flatten.summary(shape):
         logs.log.info(line)

@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[1]
 ORDER = (
     "cli",
     "io.describe io.doctor",
+    "io.edit",
     "io.check",
     "io.batch",
     "io.run",
@@ -26,6 +27,7 @@ ORDER = (
     "io.memory io.silence io.names",
     "io.spec io.formats io.places",
     "io.files",
+    "texture_transfer ahead",
     "solve",
     "balanced",
     "conformal",
@@ -35,8 +37,8 @@ ORDER = (
     "pixels",
     "maps",
     "curve",
-    "arrays",
-    "parallel memory blas",
+    "arrays jit",
+    "parallel memory blas compilation progress",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}

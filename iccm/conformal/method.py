@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
+from .. import progress
 from ..arrays import Complex, Real
 from ..curve import Curve, boundary_samples
 from ..maps.harmonic import HarmonicMap
@@ -157,6 +158,7 @@ def normalised(problem: Problem, source: Curve, target: Curve, fineness: float) 
 
 def measure(curve: Curve, sharp: Real, spacing: float) -> HarmonicMeasure:
     """The harmonic measure of a boundary on panels graded towards its corners."""
+    progress.tell("harmonic measure")
     return HarmonicMeasure(curve, graded(curve, spacing, sharp))
 
 
@@ -202,7 +204,7 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
     c = replace(c, between=CircleMap.of(c))
     energies: list[dict[str, float]] = []
     best: tuple[float, float, State] | None = None  # score, gap, state
-    for _ in range(ROUNDS):
+    for _ in progress.counted("rounds", range(ROUNDS)):
         allowed = Allowance(radius, error, LEAST_ERROR * target.diameter)
         c, states = relax(c, pairs, allowed, most, RELAXATIONS)
         state = states[-1]

@@ -35,7 +35,7 @@ def build(run: Run) -> dict[str, Any]:
     What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
     job then gives the same bytes.
     """
-    weighed = run.job.target is None or not exact(run.job)
+    weighed = not exact(run.job)
     each = run.found.get("parts", [run.found])
     for (source, _), part in zip(run.pairs, each):
         doubted = doubts(run.found | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
@@ -44,14 +44,7 @@ def build(run: Run) -> dict[str, Any]:
                 run.note(named(source, note))
     report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
     if "SOURCE_DATE_EPOCH" not in os.environ:
-        parts = {name: value for name, value in run.seconds.items() if name != "total"}
-        report["seconds"] = {
-            "solve": 0.0,
-            "evaluate": 0.0,
-            "resample": 0.0,
-            **parts,
-            "total": run.seconds["total"],
-        }
+        report["seconds"] = run.phases.report()
     report["notes"] = run.notes
     report["inputs"] = [{"path": name, "sha256": run.inputs.sha256(name)} for name in run.inputs.named]
     report["job"] = run.job.model_dump(mode="json", exclude_defaults=True, exclude={"force"})

@@ -14,6 +14,9 @@ from .strokes import FINENESS, Stroke, simplified
 
 ON_OUTLINE = 1e-3  # of the diagonal: a pin this close to the outline is on it
 NEAR_OUTLINE = 0.02  # of the diagonal: a pin inside but closer than this stretches what lies between
+AT_OUTLINE = (
+    1e-6  # of the diagonal: the same where the outline is free, and nothing is lost by pins close to it
+)
 SAME_POINT = 1e-9  # of the diagonal
 
 
@@ -53,15 +56,22 @@ class Pins:
         return Pins(inner, outer, strokes, self.notes)
 
 
-def checked(source: Curve, target: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = ()) -> Pins:
-    """The pins (k, 2) and strokes of two domains, sorted.
+def checked(
+    source: Curve,
+    target: Curve,
+    pins: Complex,
+    strokes: Sequence[tuple[Curve, Curve]] = (),
+    numbers: Index | None = None,
+) -> Pins:
+    """The pins (k, 2) and strokes of two domains, sorted; messages name pins by their (k,) numbers, from 0 on.
 
     Raises:
         InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin on one outline
             only, pins on the outlines that come in another order on one than on the other; a stroke that leaves its
             shape, touches its outline, itself, another stroke or a pin.
     """
-    pins, numbers = _without_repeats(pins, source.diagonal, target.diagonal)
+    pins, kept = _without_repeats(pins, source.diagonal, target.diagonal)
+    numbers = kept if numbers is None else numbers[kept]
     extra = ~_at_ends(pins, strokes, source.diagonal, target.diagonal)
     pins, numbers = pins[extra], numbers[extra]
     distances = np.column_stack([_inside(c, pins[:, k], numbers, k) for k, c in enumerate((source, target))])
@@ -81,6 +91,23 @@ def checked(source: Curve, target: Curve, pins: Complex, strokes: Sequence[tuple
     return Pins(pins[~outer], _in_order(source, target, pins[outer], numbers[outer]), drawn, notes)
 
 
+def checked_free(source: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = ()) -> Pins:
+    """The pins (k, 2) and strokes of a domain whose outline is free, sorted; where they go may be anywhere.
+
+    Raises:
+        InputError: a pin outside its shape, one point pinned to two places; a source stroke that leaves its shape,
+            touches its outline, itself, another stroke or a pin.
+    """
+    pins, numbers = _without_repeats(pins, source.diagonal, None)
+    extra = ~_at_ends(pins, strokes, source.diagonal, source.diagonal)
+    pins, numbers = pins[extra], numbers[extra]
+    distances = _inside(source, pins[:, 0], numbers, 0)
+    outer = distances < AT_OUTLINE
+    drawn = checked_strokes((source,), strokes, pins, numbers)
+    on = pins[outer][np.argsort(source.closest(pins[outer, 0]))] if outer.any() else pins[outer]
+    return Pins(pins[~outer], on, drawn)
+
+
 def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float, image_unit: float) -> Flags:
     """Which pins only say that a stroke's end goes to its end, as all strokes' ends do."""
     found = np.zeros(len(pins), bool)
@@ -92,9 +119,9 @@ def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float,
 
 
 def checked_strokes(
-    domains: tuple[Curve, Curve], strokes: Sequence[tuple[Curve, Curve]], pins: Complex, numbers: Index
+    domains: tuple[Curve, ...], strokes: Sequence[tuple[Curve, Curve]], pins: Complex, numbers: Index
 ) -> tuple[Stroke, ...]:
-    """The strokes, simplified.
+    """The strokes, simplified, after a look at the sides that have a domain: the source's, and the target's if any.
 
     Raises:
         InputError: as `checked`.
@@ -119,8 +146,9 @@ def checked_strokes(
                     raise InputError(
                         f"pin {number + 1} and stroke {k + 1}: they touch in the {name}; drop one"
                     )
+    units = [domains[0].diagonal, domains[-1].diagonal]
     return tuple(
-        Stroke(*(simplified(c, FINENESS * d.diagonal) for c, d in zip(pair, domains))) for pair in strokes
+        Stroke(*(simplified(c, FINENESS * unit) for c, unit in zip(pair, units))) for pair in strokes
     )
 
 
@@ -128,19 +156,20 @@ def _line(z: Complex) -> shapely.LineString:
     return shapely.LineString(np.column_stack([z.real, z.imag]))
 
 
-def _without_repeats(pins: Complex, unit: float, image_unit: float) -> tuple[Complex, Index]:
-    """The pins without those given twice, and their places among those given."""
+def _without_repeats(pins: Complex, unit: float, image_unit: float | None) -> tuple[Complex, Index]:
+    """The pins without those given twice, and their places among those given; without `image_unit` two points may go to
+    one place."""
     keep: list[int] = []
     for k, (z, w) in enumerate(pins):
         same = [j for j in keep if abs(pins[j, 0] - z) <= SAME_POINT * unit]
-        same_goal = [j for j in keep if abs(pins[j, 1] - w) <= SAME_POINT * image_unit]
-        if same and same_goal:
+        same_goal = [j for j in keep if abs(pins[j, 1] - w) <= SAME_POINT * (image_unit or unit)]
+        if any(j in same_goal for j in same):
             continue
         if same:
             raise InputError(
                 f"pins {same[0] + 1} and {k + 1}: the same point of the source is to go to two places"
             )
-        if same_goal:
+        if same_goal and image_unit is not None:
             raise InputError(
                 f"pins {same_goal[0] + 1} and {k + 1}: two points of the source are to go to one place"
             )

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ... import progress
 from ...arrays import Complex
 from .. import starts
 from ..discrete import DiscreteMap
@@ -21,14 +22,13 @@ from ..levels import (
 from ..meshing.mesh import Sizes
 from ..pairs import Match
 from ..solution import Journal
+from .ways import FIRST_SHARE, LEAST_SHARE, MOVING_DECREASE, STAGE_STEPS, way_to
 
 FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
-MOVING_STEPS, MOVING_DECREASE = 40, 1e-3
+MOVING_STEPS = 40
 BROUGHT = 6  # starts, best without pins, that are tried harder where none met its pins
 KEPT = 3  # starts, best with pins met, that are settled
 TURNED_STARTS = 3  # elastic ones, at the turn that fits the pins best
-FIRST_SHARE, LEAST_SHARE, STAGE_STEPS = 0.25, 0.02, 15  # of the way in stages; Newton steps in each
-LEAST_FACTOR = 1e-3  # by which constraints shrink: below, they are taken as moved only
 STRONG = 3.0  # times the energy without pins from which they force strong stretch
 STRETCHED = "The pins force strong stretch: the energy is over three times that without them."
 RELEASES = 2  # rounds of released corners with pins held
@@ -45,21 +45,13 @@ def moved(state: DiscreteMap, theta: float) -> DiscreteMap:
 
 
 def turned_to_goals(state: DiscreteMap, theta: float) -> DiscreteMap:
-    """The map with pins moved to their goals in stages: a similarity turns and grows evenly, the rest goes straight."""
+    """The map with pins moved to their goals in stages."""
     goals = state.inside.goals
-    inner = slice(state.border, state.border + goals.size)
-    begun = state.u[inner]
-    middle, end = begun.mean(), goals.mean()
-    spread = np.sum(np.abs(begun - middle) ** 2)
-    factor = np.vdot(begun - middle, goals - end) / spread if spread > 0 else 1.0
-    factor = factor if abs(factor) > LEAST_FACTOR else 1.0
-    rest = goals - end - factor * (begun - middle)
+    way = way_to(state.u[state.border : state.border + goals.size], goals)
     share, step = 0.0, FIRST_SHARE
     while share < 1 and step > LEAST_SHARE:
         new = min(1.0, share + step)
-        power = np.exp(new * np.log(complex(factor)))
-        way = middle + new * (end - middle) + power * (begun - middle) + new * rest if new < 1 else goals
-        tried = replace(state, inside=state.inside._replace(goals=way), bound=True)
+        tried = replace(state, inside=state.inside._replace(goals=way(new)), bound=True)
         tried = tried.forward(theta, 1.0, STAGE_STEPS, MOVING_DECREASE, corners=True)
         if tried.miss > 0:
             step *= 0.5
@@ -98,7 +90,7 @@ def rank(state: DiscreteMap, upright: float) -> tuple[float, float]:
 def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list[DiscreteMap], float, int]:
     """The best maps with pins moved, best first; the least energy without pins; and how many matches failed."""
     states, failed = [], 0
-    for match in matches:
+    for match in progress.counted("starts", matches):
         try:
             states.append(
                 level.mapped(match).unfolded().forward(problem.theta, 1.0, FIRST_STEPS, 1e-4, corners=False)
@@ -106,10 +98,12 @@ def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list
         except Stuck:
             failed += 1
     free = min((state.energy for state in states), default=np.inf)
-    ends = sorted((moved(state, problem.theta) for state in states), key=lambda s: rank(s, problem.upright))
+    straight = (moved(state, problem.theta) for state in progress.counted("pins moved", states))
+    ends = sorted(straight, key=lambda s: rank(s, problem.upright))
     if ends and ends[0].miss > 0:
         states = sorted(states, key=lambda s: s.energy)[:BROUGHT]
-        ends = sorted((brought(s, problem.theta) for s in states), key=lambda s: rank(s, problem.upright))
+        staged = (brought(s, problem.theta) for s in progress.counted("pins moved in stages", states))
+        ends = sorted(staged, key=lambda s: rank(s, problem.upright))
     return ends[:KEPT], free, failed
 
 

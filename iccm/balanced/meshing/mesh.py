@@ -6,12 +6,13 @@ of the outline, of given points and of lines (but for the edges of these lines):
 would turn over. Lines are recovered by flips (Sloan 1993).
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...compiling import inner, kernel
+from ...jit import inner, kernel
 from ..failure import Stuck
 from ..kernels import cross, dot, set_row, twice_area
 from .delaunay import clip_ears, flip, in_circle, joined, legalise, opposite, push, relink
@@ -48,27 +49,36 @@ NOTHING = np.empty(0, np.complex128)
 
 
 def triangulate(
-    outline: Complex, sizes: Sizes, inside: Complex = NOTHING, links: Index | None = None
+    outline: Complex,
+    sizes: Sizes,
+    inside: Complex = NOTHING,
+    links: Index | None = None,
+    holes: Sequence[Complex] = (),
 ) -> tuple[Complex, Index]:
-    """Vertices (n,), the outline's first and in order, then those given, and counter-clockwise triangles (m, 3).
+    """Vertices (n,), the outline's first and in order, then those of holes and those given, and counter-clockwise
+    triangles (m, 3).
 
     Args:
         outline: (b,) a simple polygon, counter-clockwise, of area about one.
         sizes: how large the triangles may be.
         inside: (k,) points inside that become vertices.
         links: (k,) for each of them the one, by its place among them, to which an edge must lead; -1 for none.
+        holes: simple polygons inside, clockwise and apart, that no triangle covers.
 
     Raises:
-        Stuck: the polygon is so thin or so close to crossing itself that rounding decides, or a line cannot be kept.
+        Stuck: the polygons are so thin or so close to each other that rounding decides, or a line cannot be kept.
     """
+    around = closed_links([hole.size for hole in holes])
+    rims = around.size
+    links = np.append(around, np.full(inside.size, -1) if links is None else links + rims * (links >= 0))
+    inside = np.concatenate([*holes, inside])
     border, given = outline.size, outline.size + inside.size
     area = 0.5 * float(np.sum((outline.conj() * np.roll(outline, -1)).imag))
     room = int(12 * area / sizes.areas.mean() + 16 * given + 4000)
     z = np.empty(room, np.complex128)
     z[:border], z[border:given] = outline, inside
     all_links = np.full(given, -1)
-    if links is not None:
-        all_links[border:] = np.where(links >= 0, links + border, -1)
+    all_links[border:] = np.where(links >= 0, links + border, -1)
     faces, across = np.empty((2 * room, 3), np.int64), np.full((2 * room, 3), -1)
     triangles = clip_ears(z, border, faces, across)
     a, b, c = z[faces[: max(triangles, 0)]].T
@@ -78,10 +88,19 @@ def triangulate(
     if inside.size:
         triangles = _given(z, border, given, faces, across, triangles, stack, all_links)
     if triangles < 0:
-        raise Stuck("a stroke cannot be kept by the mesh")
+        raise Stuck("a stroke, or the outline of a hole, cannot be kept by the mesh")
+    if rims:
+        triangles = _carve(faces, across, triangles, border, border + rims, all_links, stack)
     vertices, triangles = _refine(z, given, faces, across, triangles, stack, 0, all_links, *sizes)
     vertices, triangles = _split_chords(z, vertices, given, faces, across, triangles, stack, all_links)
     return z[:vertices].copy(), faces[:triangles].copy()
+
+
+def closed_links(sizes: Sequence[int]) -> Index:
+    """(k,) the next vertex on each of several loops of given sizes, which follow each other."""
+    starts = np.cumsum([0, *sizes])
+    loops = [start + (np.arange(size) + 1) % size for start, size in zip(starts, sizes)]
+    return np.concatenate([np.empty(0, np.int64), *loops])
 
 
 @inner
@@ -289,6 +308,43 @@ def _given(z, border, given, faces, across, triangles, stack, links):
         push(stack, t)
     legalise(z, faces, across, stack, 0, links)
     return triangles
+
+
+@kernel
+def _carve(faces, across, triangles, first, last, links, stack):
+    """Takes out the triangles inside the holes, whose rims are the vertices from first to last, each linked to the
+    next one with the hole on the right; how many are left."""
+    dead = np.zeros(triangles, np.bool_)
+    stack[0] = 0
+    for t in range(triangles):
+        for k in range(3):
+            a, b = faces[t, k], faces[t, (k + 1) % 3]
+            if first <= b < last and links[b] == a and not dead[t]:
+                dead[t] = True
+                push(stack, t)
+    while stack[0] > 0:
+        t = stack[stack[0]]
+        stack[0] -= 1
+        for k in range(3):
+            u = across[t, k]
+            if u < 0 or dead[u] or joined(links, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]):
+                continue
+            dead[u] = True
+            push(stack, u)
+    place, left = np.empty(triangles + 1, np.int64), 0
+    place[triangles] = -1  # that of no triangle, whose number is -1
+    for t in range(triangles):
+        place[t] = -1 if dead[t] else left
+        left += 0 if dead[t] else 1
+    for t in range(triangles):
+        new = place[t]
+        if new >= 0:
+            for k in range(3):
+                faces[new, k], across[new, k] = faces[t, k], place[across[t, k]]
+    for t in range(left, triangles):
+        for k in range(3):
+            across[t, k] = -1
+    return left
 
 
 @inner

@@ -14,7 +14,7 @@ goals.
 
 import numpy as np
 
-from ...compiling import inner, kernel
+from ...jit import inner, kernel
 from ..kernels import cross, move
 from .energy import assemble, total
 from .ldl import downhill, factorise
@@ -78,12 +78,12 @@ def regularise(system, matrix):
 
 
 @inner
-def _gap_limit(border, tau, slide, length, most):
+def _gap_limit(border, tau, slide, most):
     """The largest share of the step, at most `most`, that keeps the outline's vertices well in order."""
     for v in range(tau.size):
         closing = slide[v] - slide[border.following[v]]
         if closing > 0:
-            most = min(most, SHARE_OF_GAP * gap_ahead(border, tau, v, length) / closing)
+            most = min(most, SHARE_OF_GAP * gap_ahead(border, tau, v) / closing)
     return most
 
 
@@ -169,7 +169,7 @@ def descend(
     Returns:
         The energy and the number of steps.
     """
-    n, c, length = u.size, tau.size, rails.knots[rails.starts[1, 0] - 1]
+    n, c = u.size, tau.size
     matrix, gradient = np.empty((system.rows.size, 4)), np.empty(n, np.complex128)
     factor, pivots = np.empty((system.factor_rows.size, 4)), np.empty((n, 3))
     slope, curvature, slide = np.empty(c), np.empty(c), np.empty(c)
@@ -178,8 +178,8 @@ def descend(
     energy, small, crawling = np.inf, 0, 0
     for done in range(steps):
         energy = assemble(system, gradients, weights, u, theta, q, share, 0.0, matrix, gradient)
-        energy += border_energy(border, tau, length)
-        border_derivatives(border, tau, length, slope, curvature)
+        energy += border_energy(border, tau)
+        border_derivatives(border, tau, slope, curvature)
         choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
         moving = _remaining(kinds, goals, u, way)
         if moving:
@@ -206,7 +206,7 @@ def descend(
             step[v] = slide[v] * directions[v] + way[v]
         t = 1.0 if moving else 1 / (1 + max(decrease / energy, -LONGEST))  # decrease < 0: Newton's for log E
         t = min(
-            _gap_limit(border, tau, slide, length, t),
+            _gap_limit(border, tau, slide, t),
             (SHARE_WHILE_MOVING if moving else SHARE_OF_FLIP) * largest_step(faces, u, step),
         )
         gained, accepted = 0.0, False
@@ -216,7 +216,7 @@ def descend(
                 for v in range(c):
                     if kinds[v] == HELD:
                         new_u[v] = goals[v]
-            new_energy = border_energy(border, new_tau, length)
+            new_energy = border_energy(border, new_tau)
             if new_energy < np.inf:
                 new_energy += total(system.corners, gradients, weights, new_u, theta, q, share, 0.0)
             if new_energy <= (GROWTH * energy if moving else energy + ARMIJO * t * decrease):

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...compiling import inner, kernel
+from ...jit import inner, kernel
 from ..kernels import dot, located
 
 HELD, SLIDING, FREE = 0, 1, 2  # kinds of constrained vertices
@@ -65,11 +65,13 @@ class Border(NamedTuple):
         following: (c,) the next vertex of each one; itself at the end of a stroke and for a pin.
         spans: (c,) Δs, arclengths of the edges on the side that is kept.
         stiffness: (c,) β of the edges, 0 where there is none.
+        laps: (c,) what the arclength jumps by along the edge: a loop's length where it closes, else 0.
     """
 
     following: Index
     spans: Real
     stiffness: Real
+    laps: Real
 
 
 @kernel
@@ -120,18 +122,17 @@ def way_to_corners(rail, s):
 
 
 @inner
-def gap_ahead(border, tau, v, length):
+def gap_ahead(border, tau, v):
     """Arclength from outline vertex v to the next one."""
-    w = border.following[v]
-    return tau[w] - tau[v] + (length if w <= v else 0.0)
+    return tau[border.following[v]] - tau[v] + border.laps[v]
 
 
 @kernel
-def border_energy(border, tau, length):
+def border_energy(border, tau):
     """The outline's energy; infinite where two vertices have changed places."""
     energy = 0.0
     for v in range(tau.size):
-        gap, span = gap_ahead(border, tau, v, length), border.spans[v]
+        gap, span = gap_ahead(border, tau, v), border.spans[v]
         if gap <= 0:
             return np.inf
         energy += 0.5 * border.stiffness[v] * (gap * gap / span + span * span / gap)
@@ -139,11 +140,11 @@ def border_energy(border, tau, length):
 
 
 @kernel
-def border_derivatives(border, tau, length, slope, curvature):
+def border_derivatives(border, tau, slope, curvature):
     """Fills in the derivative by each τ and the second derivative by each gap."""
     slope.fill(0.0)
     for v in range(tau.size):
-        gap, span, beta = gap_ahead(border, tau, v, length), border.spans[v], border.stiffness[v]
+        gap, span, beta = gap_ahead(border, tau, v), border.spans[v], border.stiffness[v]
         pull = 0.5 * beta * (2 * gap / span - span * span / (gap * gap))
         slope[v] -= pull
         slope[border.following[v]] += pull

@@ -19,7 +19,7 @@ class Plot(Output):
 
     def write(self, run: Run, path: Path) -> None:
         """matplotlib is imported here: it takes longer than many runs."""
-        with run.timed("plot"):
+        with run.phases.timed("plot"):
             if not run.target.is_mesh:
                 from .. import figure
 

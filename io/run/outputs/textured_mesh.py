@@ -49,7 +49,7 @@ class TexturedMesh(Output):
         """The mesh, and what stands beside it."""
         box, target, name = covered(run.job, run.source), as_mesh(run.target), Path(self.name)
         options: dict[str, Any] = {"texture": _shown(run), "force": run.job.force, "threads": run.threads}
-        with run.timed("write"):
+        with run.phases.timed("write"):
             figures = new_uvs(target, run.fit.map, run.source, box, path, name=name, **options)
         for note in figures.pop("material_notes"):
             run.note(note)
