@@ -8,8 +8,8 @@ import numpy as np
 import scipy.sparse
 
 from ..arrays import Complex, Flags, Index, Real
-from ..compiling import kernel
 from ..curve import Curve
+from ..jit import kernel
 from .constraints.inside import Inside
 from .failure import Stuck
 from .kernels import twice_area

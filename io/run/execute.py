@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ... import progress
+from ... import ahead, progress
 from ...errors import InputError
 from ...memory import Memory
 from ...progress import Listener
@@ -71,6 +71,9 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
         wanted = check(job, inputs)
         state = _read(job, inputs, threads, tell, phases)
         _check_read(state, wanted)
+    if job.method in (None, "balanced"):
+        with phases.timed("compile"):
+            ahead.compile_ahead(threads)
     if any(output.samples for output in wanted):
         state.begin("sampler")
     _solve(state)

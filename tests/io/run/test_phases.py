@@ -3,7 +3,7 @@
 import pytest
 from numba.core import event
 
-from iccm import compiling, progress
+from iccm import compilation, progress
 from iccm.io.run import phases
 from iccm.io.run.phases import COMPILES, Phases
 
@@ -21,9 +21,9 @@ def clock(monkeypatch):
 
 
 def compile_for(seconds, wait):
-    with event.trigger_event(compiling.KIND):
+    with event.trigger_event(compilation.KIND):
         wait(seconds / 2)
-        with event.trigger_event(compiling.KIND):
+        with event.trigger_event(compilation.KIND):
             wait(seconds / 2)
 
 
