@@ -133,7 +133,8 @@ def read(
     if curve.length**2 > THINNEST * curve.area:
         times = curve.length**2 / (4 * curve.area)
         raise InputError(
-            f"{text}: the shape is about {times:.2g} times as long as wide; make it wider, or shorter"
+            f"{text}: the outline is too long for what it encloses (as a strip {times:.2g} times as long as wide); "
+            "make it wider, or simplify it"
         )
     if vertices is not None:
         curve = Curve.domain(curve.resample(vertices).z, f"{text} with {vertices} vertices")
