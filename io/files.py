@@ -80,6 +80,8 @@ def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
         real = Path(os.path.realpath(path))
         if real.is_dir():
             raise InputError(f"{path}: is a folder; name a file in it")
+        if real.parent.exists() and not real.parent.is_dir():
+            raise InputError(f"{path}: {real.parent} is a file, no folder; choose another")
         if not real.parent.is_dir():
             raise InputError(f"{path}: the folder {real.parent} does not exist; create it first")
         if real.exists() and not real.is_file():
