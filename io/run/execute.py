@@ -166,7 +166,7 @@ def _solve(state: Run) -> None:
         for k, (source, target) in enumerate(state.pairs):
             with progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}"):
                 if job.target:
-                    fit = holes.fitted(state, source, target, constraints | job.solver)
+                    fit = holes.fitted(job, source, target, constraints | job.solver, state.note)
                 else:
                     fit = iccm.deform(source.curve, **constraints, **job.solver)
                 state.fits.append(fit)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from .constraints import exact
@@ -23,15 +24,15 @@ def known(job: Job) -> bool:
     return job.holes == "keep" and job.target is not None and exact(job)
 
 
-def fitted(state: Run, source: Shape, target: Shape, given: dict[str, Any]) -> Fit:
-    """The map of two shapes, with their holes if that can be."""
+def fitted(job: Job, source: Shape, target: Shape, given: dict[str, Any], note: Callable[[str], None]) -> Fit:
+    """The map of two shapes, with their holes if that can be; `note` is told if not."""
     import iccm
 
     from ...balanced import NoMapError
     from ..shapes import holes
 
     curves = source.curve, target.curve
-    if not (known(state.job) and (source.holes or target.holes)):
+    if not (known(job) and (source.holes or target.holes)):
         return iccm.fit(*curves, **given)
     chosen = holes.mappable(source), holes.mappable(target)
     inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), chosen)]
@@ -41,7 +42,7 @@ def fitted(state: Run, source: Shape, target: Shape, given: dict[str, Any]) -> F
             *curves, source_holes=inner[0], target_holes=inner[1], hole_partners=partners, **given
         )
     except NoMapError:
-        state.note(f"{target.spec}: {UNMAPPED}")
+        note(f"{target.spec}: {UNMAPPED}")
         return iccm.fit(*curves, **given)
 
 
