@@ -180,7 +180,9 @@ def test_three_pins_a_drag_undo_a_stroke_save_and_the_same_picture(page, tmp_pat
     line = edited.js("document.getElementById('command').textContent")
     done = shell(f"cd {tmp_path} && {line} --size 500")
     assert done.returncode == 0, done.stderr
-    assert similarity(edited, tmp_path / "rose-leaf.png") >= 0.98, similarity(edited, tmp_path / "rose-leaf.png")
+    assert similarity(edited, tmp_path / "rose-leaf.png") >= 0.98, similarity(
+        edited, tmp_path / "rose-leaf.png"
+    )
 
 
 def test_what_cannot_be_is_red_and_the_map_stays(page, tmp_path):
