@@ -39,7 +39,7 @@ ORDER = (
     "maps",
     "curve",
     "arrays",
-    "parallel memory blas compilation progress",
+    "parallel memory blas compiling progress",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}

@@ -90,9 +90,9 @@ def write_all(
     if uv:
         flat_files.write_uvs(shape, stack.enter_context(files.replacing(uv, force=force)), Path(uv))
     if plot:
-        from . import mesh_figure
+        from .figures import surfaces
 
-        mesh_figure.draw(shape, stack.enter_context(files.replacing(plot, force=force)))
+        surfaces.draw(shape, stack.enter_context(files.replacing(plot, force=force)))
     if to:
         report.write(figures(shape, uv), to, stack, force=force)
 

@@ -17,11 +17,11 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter
 
-from ...maps.harmonic import area_scale, dilatation
-from .report import summary
+from ....maps.harmonic import area_scale, dilatation
+from ..report import summary
 
 if TYPE_CHECKING:
-    from .state import Run
+    from ..state import Run
 
 LINES, PER_LINE, PIXELS = 24, 400, 220
 INK, SOFT, ACROSS, UP, MARK = "#22262b", "#8a929b", "#2a78b8", "#d1662b", "#b0122f"
