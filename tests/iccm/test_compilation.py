@@ -59,7 +59,7 @@ def test_what_comes_from_the_cache_is_not_compiled():
 
 def test_what_began_before_the_watch_does_not_upset_it(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(compiling.time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(compilation.time, "perf_counter", lambda: now[0])
     event.start_event(compilation.KIND)
     with compilation.watched() as watch:
         now[0] = 1.0

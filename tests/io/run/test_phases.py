@@ -15,8 +15,8 @@ def clock(monkeypatch):
     def wait(seconds):
         now[0] += seconds
 
-    monkeypatch.setattr(compiling.time, "perf_counter", lambda: now[0])
-    assert phases.time is compiling.time
+    monkeypatch.setattr(compilation.time, "perf_counter", lambda: now[0])
+    assert phases.time is compilation.time
     return wait
 
 
