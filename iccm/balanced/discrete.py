@@ -9,9 +9,10 @@ import scipy.sparse
 
 from ..arrays import Complex, Flags, Index, Real
 from ..curve import Curve
+from ..jit import kernel
 from .constraints.inside import Inside
 from .failure import Stuck
-from .kernels import kernel, twice_area
+from .kernels import twice_area
 from .meshing.mesh import Sizes, closed_links, triangulate
 from .minimise import newton
 from .minimise.energy import BOTH_AREAS, geometry
@@ -241,7 +242,7 @@ class DiscreteMap:
             u[self.border : self.constrained] = self.inside.goals
         return replace(self, u=u)
 
-    def unfolded(self, *, harmonic: bool = True, polish: int = 0) -> "DiscreteMap":
+    def unfolded(self, *, harmonic: bool = True, polish: int = 0, steps: int = STEPS) -> "DiscreteMap":
         """The inside moved so that no triangle is folded; bound vertices stay where they are.
 
         Raises:
@@ -252,7 +253,7 @@ class DiscreteMap:
         u[self.border : self.constrained] = (
             self.inside.goals if self.bound else u[self.border : self.constrained]
         )
-        least = untangle(self.system, gradients, areas, u, self.constrained, harmonic, STEPS, polish)
+        least = untangle(self.system, gradients, areas, u, self.constrained, harmonic, steps, polish)
         if not least > 0 or folds(self.faces, u):
             raise Stuck("no map without folds was found for this correspondence of the outlines")
         return replace(self, u=u)
@@ -265,17 +266,23 @@ class DiscreteMap:
         Bound vertices that are not at their goals go there, as far as no triangle folds.
         """
         held = self.anchored | self.pairs.at_target if corners else self.anchored
-        u, tau, energy, settled = self._descended(True, held, theta, q, steps, tolerance)
-        pairs = self.pairs._replace(tau=tau[: self.border], at_target=self.pairs.at_target & held)
         inside = self.inside
+        stay = inside.at_target if corners else inside.stuck
+        if self.miss > 0:  # strokes slide once they are where they belong
+            stay = np.ones(stay.size, bool)
+        u, tau, energy, settled = self._descended(True, held, stay, theta, q, steps, tolerance)
+        pairs = self.pairs._replace(tau=tau[: self.border], at_target=self.pairs.at_target & held)
         if self.bound and inside.strokes and self.miss == 0:
-            inside = inside._replace(tau=tau[self.border :], goals=self._slid(u, tau, True))
+            goals = np.where(stay, inside.goals, u[self.border : self.constrained])
+            inside = inside._replace(tau=tau[self.border :], goals=goals, at_target=inside.at_target & stay)
         return replace(self, u=u, pairs=pairs, energy=energy, inside=inside, settled=settled)
 
     def backward(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Newton steps on the source, the images being kept: target corners slide along the source."""
         held = self.anchored | self.pairs.at_source
-        z, s, energy, settled = self._descended(False, held, theta, q, steps, tolerance)
+        z, s, energy, settled = self._descended(
+            False, held, self.inside.at_source, theta, q, steps, tolerance
+        )
         inside = self.inside
         if self.bound and inside.strokes:
             inside = inside._replace(
@@ -286,13 +293,8 @@ class DiscreteMap:
         pairs = self.pairs._replace(s=s[: self.border])
         return replace(self, z=z, pairs=pairs, energy=energy, inside=inside, settled=settled)
 
-    def _slid(self, u: Complex, tau: Real, forward: bool) -> Complex:
-        """Goals of the bound vertices, those on strokes where they have come to be."""
-        on_stroke = (self.inside.own >= 0) & ~self.inside.at_target
-        return np.where(on_stroke, u[self.border : self.constrained], self.inside.goals)
-
     def _descended(
-        self, forward: bool, held: Flags, theta: float, q: float, steps: int, tolerance: float
+        self, forward: bool, held: Flags, stay: Flags, theta: float, q: float, steps: int, tolerance: float
     ) -> tuple[Complex, Real, float, bool]:
         """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, the energy, and
         whether it settled."""
@@ -304,9 +306,6 @@ class DiscreteMap:
         rails: list[Rail] = [(rim.target if forward else rim.source).rail for rim in rims]
         own = np.repeat(np.arange(len(rims)), [rim.vertices.stop - rim.vertices.start for rim in rims])
         if self.bound:
-            stay = inside.at_target if forward else inside.at_source
-            if self.miss > 0:  # strokes slide once they are where they belong
-                stay = np.ones(stay.size, bool)
             kinds = np.append(kinds, np.where(stay, HELD, SLIDING))
             goals = np.append(goals, inside.goals if forward else inside.z)
             rails += [stroke[1 if forward else 0] for stroke in inside.strokes]

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import isotonic_regression
 
 from .. import progress
 from ..arrays import Complex, Index, Real
@@ -23,6 +22,7 @@ from .holes.outlines import outlines_of, rim_spacing, spaced
 from .meshing.mesh import Sizes
 from .meshing.transfer import interpolate
 from .minimise.measures import stretches
+from .minimise.untangle import STEPS
 from .outline import Outline
 from .pairs import HoleMatch, Loop, Match, Pairs, boundary_pairs, limited, loops_of, through
 
@@ -36,6 +36,7 @@ POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
 SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
 MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
+QUICK_STEPS = 10  # of unfolding around held pins; where it works, it mostly does in so many
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
 EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
@@ -308,7 +309,11 @@ def projected(curve: Curve, points: Complex) -> Real:
     """Arclengths of the closest points of a curve, made monotone, for points in order along it."""
     s = np.mod(curve.closest(points), curve.length)
     steps = np.mod(np.diff(s) + 0.5 * curve.length, curve.length) - 0.5 * curve.length
-    s = isotonic_regression(s[0] + np.append(0, np.cumsum(steps))).x
+    s = s[0] + np.append(0, np.cumsum(steps))
+    if (np.diff(s) < 0).any():
+        from scipy.optimize import isotonic_regression  # slow to import, and seldom needed
+
+        s = isotonic_regression(s).x
     even = s[0] + curve.length * np.arange(s.size) / s.size
     return (1 - EVENED) * s + EVENED * even  # strictly ascending
 
@@ -344,8 +349,10 @@ def _closed(source: Outline, target: Outline, s: Real, tau: Real) -> Match:
     return Match(np.append(s, s[0] + source.length), np.append(tau, tau[0] + target.length))
 
 
-def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
-    """The map carried to a finer level, without folds."""
+def refined(
+    level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None, *, quick: bool = False
+) -> DiscreteMap:
+    """The map carried to a finer level, without folds; `quick` gives up where they are not undone in a few steps."""
     drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
     fine = level.mapped(match_on(level, state), sizes, drawn)
     if isinstance(state, DiscreteMap) and state.bound:
@@ -354,8 +361,10 @@ def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = Non
         fine = replace(fine, bound=True, inside=fine.inside._replace(goals=goals))
     carried = fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
     try:
-        return carried.unfolded(harmonic=False, polish=POLISHING)
+        return carried.unfolded(harmonic=False, polish=POLISHING, steps=QUICK_STEPS if quick else STEPS)
     except Stuck:
+        if quick:
+            raise
         return fine.unfolded(polish=POLISHING)
 
 

@@ -55,7 +55,10 @@ class Phases:
         """The phases so far, those that every job has among them, compiling, and the total."""
         usual = dict.fromkeys(USUAL, 0.0)
         total = time.perf_counter() - self._start
-        return {**usual, **self.seconds, "compile": self._watch.seconds, "total": total}
+        compiled = self._watch.seconds + self.seconds.get(
+            "compile", 0.0
+        )  # the latter: waiting for other processes
+        return {**usual, **self.seconds, "compile": compiled, "total": total}
 
     def _hear(self, what: str, done: int, of: int) -> None:
         self._last = what, done, of

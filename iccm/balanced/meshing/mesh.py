@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
+from ...jit import inner, kernel
 from ..failure import Stuck
-from ..kernels import cross, dot, kernel, set_row, twice_area
+from ..kernels import cross, dot, set_row, twice_area
 from .delaunay import clip_ears, flip, in_circle, joined, legalise, opposite, push, relink
 
 LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement no longer settles
@@ -21,6 +22,7 @@ ENCROACHED = -0.3  # cosine under which an edge of the outline may be seen from 
 FLAT = 1e-11  # twice the area, of a domain of area one, below which a new point counts as on an edge
 ROUNDS = 60  # of refinement; 8 are the most that icons needed
 MOST_RECOVERIES = 60  # sweeps of flips for one edge of a line; a few are the most that strokes needed
+ON_LINE = 1e-15  # distance, in a domain of area one, at which three vertices are on a line
 THIN_FLIP = 1e-13  # twice the area that a flip for an edge of a line may leave
 FARTHEST_WALK = 200  # triangles from a bad one to its circumcentre
 
@@ -84,7 +86,8 @@ def triangulate(
     if triangles < 0 or not ((b - a).conj() * (c - a)).imag.min() > 0:
         raise Stuck("the outline is too thin to be triangulated in double precision")
     stack = np.zeros(8 * room, np.int64)
-    triangles = _given(z, border, given, faces, across, triangles, stack, all_links)
+    if inside.size:
+        triangles = _given(z, border, given, faces, across, triangles, stack, all_links)
     if triangles < 0:
         raise Stuck("a stroke, or the outline of a hole, cannot be kept by the mesh")
     if rims:
@@ -101,7 +104,7 @@ def closed_links(sizes: Sequence[int]) -> Index:
     return np.concatenate([np.empty(0, np.int64), *loops])
 
 
-@kernel
+@inner
 def _limit(point, corner, side, areas):
     """The area limit at a point."""
     i = min(max(int((point.real - corner.real) / side), 0), areas.shape[0] - 1)
@@ -109,7 +112,7 @@ def _limit(point, corner, side, areas):
     return areas[i, j]
 
 
-@kernel
+@inner
 def _circumcentre(a, b, c):
     """The circumcentre of a triangle and the square of its circumradius."""
     u, v = a - c, b - c
@@ -136,7 +139,7 @@ def _walk(z, faces, across, t, point, links):
     return -1
 
 
-@kernel
+@inner
 def _encroaches(z, faces, across, t, new, cavity, mark, stamp, links):
     """Whether the vertex new, inside t, sees an edge of the outline or of a line in its cavity under too wide an
     angle."""
@@ -160,7 +163,7 @@ def _encroaches(z, faces, across, t, new, cavity, mark, stamp, links):
     return False
 
 
-@kernel
+@inner
 def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
     """Puts the vertex new into triangle t; False where it lies on an edge."""
     a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
@@ -182,7 +185,7 @@ def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
     return True
 
 
-@kernel
+@inner
 def _wanted(z, faces, t, corner, side, areas, only_large):
     """Whether triangle t is too large or too thin, and the point that would mend it."""
     a, b, c = z[faces[t, 0]], z[faces[t, 1]], z[faces[t, 2]]
@@ -264,7 +267,7 @@ def _split_chords(z, vertices, given, faces, across, triangles, stack, links):
     return vertices, triangles
 
 
-@kernel
+@inner
 def _holder(z, faces, triangles, point):
     """The triangle that holds a point: the one of whose sides it is farthest inside."""
     best, holder = -np.inf, 0
@@ -300,7 +303,7 @@ def _given(z, border, given, faces, across, triangles, stack, links):
         _split(z, new, faces, across, t, side, triangles, stack, 0, nothing)
         triangles += 2
     for v in range(border, given):
-        if links[v] >= 0 and not _recover(z, faces, across, triangles, v, links[v], links):
+        if links[v] >= 0 and not recover(z, faces, across, triangles, v, links[v], links):
             return -1
     for t in range(triangles):
         push(stack, t)
@@ -345,8 +348,16 @@ def _carve(faces, across, triangles, first, last, links, stack):
     return left
 
 
+@inner
+def _side(z, p, q, v):
+    """On which side of the line from p to q the vertex v lies: 1, -1, or 0 where rounding decides."""
+    ahead, to = z[q] - z[p], z[v] - z[p]
+    area = cross(ahead, to)
+    return 0 if abs(area) <= ON_LINE * (abs(ahead) + abs(to)) else 1 if area > 0 else -1
+
+
 @kernel
-def _recover(z, faces, across, triangles, v, w, links):
+def recover(z, faces, across, triangles, v, w, links):
     """Flips edges that cross the one from v to w until that is in the mesh; False where it cannot be."""
     for _ in range(MOST_RECOVERIES):
         crossing = False
@@ -356,8 +367,7 @@ def _recover(z, faces, across, triangles, v, w, links):
                 u = across[t, k]
                 if u < 0 or a > faces[u, opposite(faces, u, b, c)] or v in (b, c) or w in (b, c):
                     continue
-                over = cross(z[w] - z[v], z[b] - z[v]) * cross(z[w] - z[v], z[c] - z[v]) < 0
-                if not over or twice_area(z, b, c, v) * twice_area(z, b, c, w) >= 0:
+                if _side(z, v, w, b) * _side(z, v, w, c) >= 0 or _side(z, b, c, v) * _side(z, b, c, w) >= 0:
                     continue
                 d = faces[u, opposite(faces, u, b, c)]
                 if joined(links, b, c) and min(b, c) < min(v, w):

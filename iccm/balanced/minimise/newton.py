@@ -14,7 +14,8 @@ goals.
 
 import numpy as np
 
-from ..kernels import cross, kernel, move
+from ...jit import inner, kernel
+from ..kernels import cross, move
 from .energy import assemble, total
 from .ldl import downhill, factorise
 from .sliding import (
@@ -64,7 +65,7 @@ def largest_step(faces, u, step):
     return best
 
 
-@kernel
+@inner
 def regularise(system, matrix):
     """Adds a little to the diagonal."""
     mean = 0.0
@@ -76,7 +77,7 @@ def regularise(system, matrix):
         matrix[slot, 3] += little
 
 
-@kernel
+@inner
 def _gap_limit(border, tau, slide, most):
     """The largest share of the step, at most `most`, that keeps the outline's vertices well in order."""
     for v in range(tau.size):
@@ -97,7 +98,7 @@ def _moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
             new_u[v] = point_at(rail_of(rails, v), new_tau[v])
 
 
-@kernel
+@inner
 def _remaining(kinds, goals, u, way):
     """Fills in the way (n,) of held vertices to their goals; whether there is any."""
     moving = False
@@ -108,7 +109,7 @@ def _remaining(kinds, goals, u, way):
     return moving
 
 
-@kernel
+@inner
 def add_product(system, matrix, way, gradient):
     """Adds the matrix times the way (n,) to the gradient (n,), both x + iy of each vertex."""
     n = system.position.size
@@ -131,7 +132,7 @@ def add_product(system, matrix, way, gradient):
                 )
 
 
-@kernel
+@inner
 def _restricted(kinds, directions, slope, gradient):
     """Rewrites the gradient of constrained vertices along their directions, 0 where they are held."""
     for v in range(directions.size):
