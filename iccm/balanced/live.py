@@ -26,7 +26,7 @@ from .levels import Level, Problem, Sketch, refined
 from .outline import manageable
 from .pairs import loops_of
 from .solution import Settings
-from .stages import FINE_CORNERS, FINE_FINENESS, STEEPEST, with_holes
+from .stages import FINE_EXACTNESS, STEEPEST, with_holes
 
 SIZE = (
     0.06  # mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh
@@ -68,7 +68,7 @@ class _Pair:
         if isinstance(state, DiscreteMap):  # its constraints are others, of other vertices
             state = Sketch(state.z, state.u, state.faces, state.border, loops=state.loops)
         try:
-            level = Level.of(problem, SIZE, FINE_FINENESS, FINE_CORNERS, STEEPEST)
+            level = Level.of(problem, SIZE, *FINE_EXACTNESS, STEEPEST)
             return _settled(brought(refined(level, state), settings.theta), settings.theta)
         except Stuck as error:
             raise NoMapError(f"the map cannot follow: {error}") from error
