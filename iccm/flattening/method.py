@@ -45,14 +45,20 @@ def flatten(patch: Patch, *, loop: int = 1, grow: bool = False, method: str = "c
             symmetric Dirichlet energy and one-to-one.
 
     Raises:
-        InputError: there is no such loop, or nothing gave a flattening without overlap.
+        InputError: there is no such loop, least squares have no solution, or nothing gave a flattening without overlap.
     """
     if not 1 <= loop <= len(patch.loops):
         raise InputError(
             f"{patch.mesh.name}: no boundary loop {loop}; there are {len(patch.loops)}, 1 is the longest"
         )
     if method == "lscm":
-        return _least_squares(patch, loop, grow and len(patch.seam) > 0)
+        exact = _least_squares(patch, loop, grow and len(patch.seam) > 0)
+        if not np.isfinite(exact.flat).all():
+            name = patch.mesh.name
+            raise InputError(
+                f"{name}: LSCM has no solution here, for faces without area; take another method"
+            )
+        return exact
     plain = _least_squares(patch, loop, False)
     fault = overlap(plain)
     # a cut leaves a choice of many layouts without distortion of angles: one is taken whose areas are even
