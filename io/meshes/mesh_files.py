@@ -23,6 +23,7 @@ from .obj import Obj
 from .obj_source import ObjSource
 
 MAX_BYTES = 4 << 30
+PIECE = re.compile(r"piece[ -]?(\d{1,9})")
 NEW = "iccm"  # a material of ours
 PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"  # how such files begin
 
@@ -65,7 +66,8 @@ def is_mesh(spec: str) -> bool:
 def read(text: str, whole: Obj | None = None) -> MeshFile:
     """The mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
-    A part is an OBJ object, group or material, or a GLB geometry; a loop is a number, 1 for the longest boundary.
+    A part is an OBJ object, group or material, a GLB geometry, or `piece 2`, the second largest of the pieces that
+    nothing connects; a loop is a number, 1 for the longest boundary.
     `whole` is the content of the file, if it is an OBJ that was read.
 
     Raises:
@@ -85,7 +87,7 @@ def read(text: str, whole: Obj | None = None) -> MeshFile:
 def _piece_of(part: str | None, names: list[str]) -> tuple[str | None, int]:
     """A part and the number of a piece of it: `part#piece-2`, or `piece-2` unless a part is called so."""
     rest, _, last = (part or "").rpartition("#")
-    found = re.fullmatch(r"piece-(\d{1,9})", last)
+    found = PIECE.fullmatch(last)
     return (rest or None, int(found[1])) if found and part not in names else (part, 1)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -195,8 +196,7 @@ def read(spec: str, *, cut: bool = False, whole: Obj | None = None, method: str 
         notes.append(f"cut open along {len(flat.patch.seam)} edges")
     if len(flat.patch.loops) > 1:
         holes = len(flat.patch.loops) - 1
-        kept = f"{holes} hole{'s stay holes' if holes > 1 else ' stays a hole'}"
-        notes.append(f"{kept}; boundary loop {file.loop} is the outline")
+        notes.append(f"boundary loop {file.loop} of {holes + 1} is the outline, the others are holes")
     return MeshShape(
         spec=spec,
         path=file.path,
@@ -208,6 +208,7 @@ def read(spec: str, *, cut: bool = False, whole: Obj | None = None, method: str 
         notes=tuple(notes),
         file=file,
         flattening=flat,
+        **_holes(file, flat),
     )
 
 
@@ -222,3 +223,18 @@ def _of_piece(file: mesh_files.MeshFile, cut: bool) -> tuple[mesh_files.MeshFile
     faces[np.flatnonzero(faces)[~own]] = False
     number = np.cumsum(np.repeat(own, mesh.sizes)) - 1
     return replace(file, mesh=part, faces=faces), replace(patch, mesh=part, corner=number[patch.corner])
+
+
+def _holes(file: mesh_files.MeshFile, flat: Flattening) -> dict[str, Any]:
+    """The outlines of holes in the plane, and the objects, groups and materials around each."""
+    loops = [loop for loop in flat.patch.loops if not np.array_equal(loop, flat.loop)]
+    names = [_around(file, flat, loop) for loop in loops]
+    return {"holes": tuple(flat.flat[loop] for loop in loops), "hole_names": tuple(names)}
+
+
+def _around(file: mesh_files.MeshFile, flat: Flattening, loop: Index) -> tuple[str, ...]:
+    if file.obj is None:
+        return ()
+    touching = np.isin(flat.patch.faces, loop).any(axis=1)
+    face = np.searchsorted(file.mesh.starts, flat.patch.corner[touching, 0], side="right") - 1
+    return tuple(sorted(file.obj.names_at(np.flatnonzero(file.faces)[np.unique(face)])))
