@@ -10,19 +10,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Complex, Index
+from ..arrays import Complex
 from ..curve import Curve
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
+from ..result import Fit
 from .constraints.given import Pins, checked, with_points
 from .constraints.meeting import brought
 from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
 from .frames import Frame, frames_of
+from .holes.filled import cut_out
+from .holes.given import Holes, named
 from .levels import Level, Problem, Sketch, refined
 from .outline import manageable
+from .pairs import loops_of
 from .solution import Settings
-from .stages import FINE_CORNERS, FINE_FINENESS, STEEPEST
+from .stages import FINE_CORNERS, FINE_FINENESS, STEEPEST, with_holes
 
 SIZE = (
     0.06  # mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh
@@ -31,43 +35,85 @@ FORWARD, BACKWARD, DECREASE = 8, 3, 1e-3  # Newton steps on the map, then on its
 
 
 @dataclass(frozen=True, eq=False)
+class _Pair:
+    """Two domains, their holes, and the frames of their unit coordinates."""
+
+    source: Curve
+    target: Curve
+    holes: Holes
+    frames: tuple[Frame, Frame]
+
+    def checked(self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]]) -> Pins:
+        """Pins and strokes in unit coordinates; pins in holes only say which go together.
+
+        Raises:
+            InputError: those that no one-to-one map meets.
+        """
+        _, pins, numbers = named(self.holes, self.source, self.target, pins, strokes)
+        return checked(self.source, self.target, pins, strokes, numbers).unit(self.frames)
+
+    def carried(self, state: DiscreteMap | Sketch, given: Pins, settings: Settings) -> DiscreteMap:
+        """A map on a new coarse mesh, brought to constraints.
+
+        Raises:
+            NoMapError: it folds there.
+        """
+        anchors = tuple(tuple(side.tolist()) for side in given.outer.T)
+        sides = zip(self.frames, (self.source, self.target), given.outer.T)
+        curves = [with_points(frame.curve(curve), side) for frame, curve, side in sides]
+        curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
+        problem = Problem(curves[0], curves[1], settings.theta, 0.0, (anchors[0], anchors[1]))
+        problem = problem._replace(pins=given.inner, strokes=given.strokes)
+        problem = with_holes(problem, self.holes.unit(self.frames), settings)
+        if isinstance(state, DiscreteMap):  # its constraints are others, of other vertices
+            state = Sketch(state.z, state.u, state.faces, state.border, loops=state.loops)
+        try:
+            level = Level.of(problem, SIZE, FINE_FINENESS, FINE_CORNERS, STEEPEST)
+            return _settled(brought(refined(level, state), settings.theta), settings.theta)
+        except Stuck as error:
+            raise NoMapError(f"the map cannot follow: {error}") from error
+
+
+@dataclass(frozen=True, eq=False)
 class Live:
     """A coarse map with constraints in force.
 
     Attributes:
-        source, target: the domains, as from `Curve.domain`.
+        pair: the two domains.
         settings: what is asked of the map.
-        frames: of the unit coordinates.
-        given: pins and strokes in them.
+        given: pins and strokes in unit coordinates.
         state: the map in them.
     """
 
-    source: Curve
-    target: Curve
+    pair: "_Pair"
     settings: Settings
-    frames: tuple[Frame, Frame]
     given: Pins
     state: DiscreteMap
 
     @classmethod
     def of(
         cls,
-        map: TriangulatedMap,
-        domains: tuple[Curve, Curve],
+        fit: Fit,
         settings: Settings,
         pins: Complex,
         strokes: Sequence[tuple[Curve, Curve]] = (),
     ) -> "Live":
-        """Beginning with a map of the domains onto each other, pins (k, 2) and strokes as for `solve`.
+        """Beginning with a balanced map, pins (k, 2) and strokes as for `solve`.
+
+        Holes of the target that the source has not are passed over.
 
         Raises:
             NoMapError: no coarse map without folds was found.
             InputError: pins or strokes that no one-to-one map meets.
         """
-        frames = frames_of(*domains, settings.turn)
-        given = checked(*domains, pins, strokes).unit(frames)
-        sketch = _sketch(map, frames)
-        return cls(*domains, settings, frames, given, _carried(sketch, domains, frames, given, settings))
+        assert fit.target is not None
+        met = [(i, j) for i, j in fit.hole_partners if min(i, j) >= 0]
+        goals = tuple(fit.target_holes[j] for _, j in met)
+        holes = Holes(tuple(fit.source_holes), goals, tuple((i, k) for k, (i, _) in enumerate(met)))
+        frames = frames_of(fit.source, fit.target, settings.turn, holes.sides)
+        pair = _Pair(fit.source, fit.target, holes, frames)
+        given = pair.checked(pins, strokes)
+        return cls(pair, settings, given, pair.carried(_sketch(fit, holes, frames), given, settings))
 
     def moved(
         self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = (), theta: float | None = None
@@ -79,15 +125,14 @@ class Live:
             InputError: pins or strokes that no one-to-one map meets.
         """
         settings = self.settings if theta is None else replace(self.settings, theta=theta)
-        given = checked(self.source, self.target, pins, strokes).unit(self.frames)
+        given = self.pair.checked(pins, strokes)
         state = self._pulled(given)
         if state is not None:
             state = _settled(
                 state.forward(settings.theta, 1.0, FORWARD, DECREASE, corners=True), settings.theta
             )
         if state is None or state.miss > 0:
-            domains = (self.source, self.target)
-            state = _carried(state or self.state, domains, self.frames, given, settings)
+            state = self.pair.carried(state or self.state, given, settings)
         return replace(self, settings=settings, given=given, state=state)
 
     def _pulled(self, given: Pins) -> DiscreteMap | None:
@@ -114,54 +159,34 @@ class Live:
     @property
     def map(self) -> TriangulatedMap:
         """The map in the given coordinates."""
-        state, mirrored = self.state, self.frames[0].mirrored
-        z, u = self.frames[0].world(state.z), self.frames[1].world(state.u)
-        faces = np.ascontiguousarray(state.faces[:, ::-1]) if mirrored else state.faces
-        loop = np.arange(state.border)
-        map = TriangulatedMap(z, u, faces, (loop[::-1].copy() if mirrored else loop,))
-        return replace(map, bulge=bulges(faces, u, z, map.edges, state.lines))
+        frames, cut = self.pair.frames, cut_out(self.state)
+        z, u = (f.world(w[cut.vertices]) for f, w in zip(frames, (self.state.z, self.state.u)))
+        mirrored = frames[0].mirrored
+        faces = np.ascontiguousarray(cut.faces[:, ::-1]) if mirrored else cut.faces
+        map = TriangulatedMap(
+            z, u, faces, tuple(loop[::-1].copy() if mirrored else loop for loop in cut.loops)
+        )
+        return replace(map, bulge=bulges(faces, u, z, map.edges, cut.lines))
 
 
-def _sketch(map: TriangulatedMap, frames: tuple[Frame, Frame]) -> Sketch:
-    """A map in unit coordinates, the vertices of its outline first."""
-    loop, mirrored = map.loops[0], frames[0].mirrored
-    first = loop[::-1] if mirrored else loop
+def _sketch(fit: Fit, holes: Holes, frames: tuple[Frame, Frame]) -> Sketch:
+    """A map in unit coordinates, the vertices of its outlines first, those of holes that have partners included."""
+    map, mirrored = fit.map, frames[0].mirrored
+    assert isinstance(map, TriangulatedMap)
+    kept = [k + 1 for k, (i, j) in enumerate(fit.hole_partners) if min(i, j) >= 0]
+    rims = [map.loops[k][::-1] if mirrored else map.loops[k] for k in (0, *kept)]
+    first = np.concatenate(rims)
     order = np.append(first, np.setdiff1d(np.arange(map.source.size), first))
     places = np.empty_like(order)
     places[order] = np.arange(order.size)
-    faces: Index = places[map.faces[:, ::-1] if mirrored else map.faces]
+    sizes = [(i, j, rim.size) for (i, j), rim in zip(holes.partners, rims[1:])]
     return Sketch(
         frames[0].unit(map.source[order]),
         frames[1].unit(map.image[order]),
-        np.ascontiguousarray(faces),
+        np.ascontiguousarray(places[map.faces[:, ::-1] if mirrored else map.faces]),
         first.size,
+        loops=loops_of(sizes, rims[0].size),
     )
-
-
-def _carried(
-    state: DiscreteMap | Sketch,
-    domains: tuple[Curve, Curve],
-    frames: tuple[Frame, Frame],
-    given: Pins,
-    settings: Settings,
-) -> DiscreteMap:
-    """A map on a new coarse mesh, brought to constraints.
-
-    Raises:
-        NoMapError: it folds there.
-    """
-    anchors = tuple(tuple(side.tolist()) for side in given.outer.T)
-    curves = [with_points(f.curve(c), side) for f, c, side in zip(frames, domains, given.outer.T)]
-    curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
-    problem = Problem(curves[0], curves[1], settings.theta, 0.0, (anchors[0], anchors[1]))
-    problem = problem._replace(pins=given.inner, strokes=given.strokes)
-    if isinstance(state, DiscreteMap):  # its constraints are others, of other vertices
-        state = Sketch(state.z, state.u, state.faces, state.border)
-    try:
-        level = Level.of(problem, SIZE, FINE_FINENESS, FINE_CORNERS, STEEPEST)
-        return _settled(brought(refined(level, state), settings.theta), settings.theta)
-    except Stuck as error:
-        raise NoMapError(f"the map cannot follow: {error}") from error
 
 
 def _settled(state: DiscreteMap, theta: float) -> DiscreteMap:

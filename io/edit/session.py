@@ -23,7 +23,7 @@ from ...maps.distortion import of_triangles
 from ...maps.triangulated.map import TriangulatedMap
 from ...memory import Memory
 from ..run import framing, texture
-from ..run.constraints import inside
+from ..run.constraints import inside, solved
 from ..run.inputs import Inputs
 from ..run.job import Job
 from ..run.report import plain
@@ -91,6 +91,7 @@ class Session:
         self.scene = self.saved = self.first
         self.written: set[str] = set()
         self._image = texture.image_of(job, self.source, Memory())
+        self._fit: iccm.Fit | None = None
         self._map: TriangulatedMap | None = None
         self._live: Live | None = None
 
@@ -131,11 +132,13 @@ class Session:
             with one_thread():
                 pins, strokes = self.core(scene)
                 given = self.job.solver | {"balance": scene.balance, "turn": scene.turn}
-                curves = (self.source.curve, self.target.curve)
-                fit = iccm.fit(*curves, pins=pins if len(pins) else None, strokes=strokes or None, **given)
+                given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
+                said: list[str] = []
+                fit = solved(self.job, self.source, self.target, given, said.append)
                 report = fit.report()
+                report["notes"] += said
                 if self.scene is scene:  # else something is being dragged again, from the map as it was then
-                    self._map, self._live = fit.map, None  # type: ignore[assignment]
+                    self._fit, self._map, self._live = fit, fit.map, None  # type: ignore[assignment]
                 return Shown("full", fit.status.ok, fit.status.value, _figures(report), _missed(report, scene),
                              patches(fit.map, *self.views))  # type: ignore[arg-type]  # fmt: skip
         except InputError as error:
@@ -165,11 +168,11 @@ class Session:
     def _followed(self, pins: Complex, strokes: list[tuple[Curve, Curve]], scene: Scene) -> Live:
         if self._live is not None:
             return self._live.moved(pins, strokes, scene.balance)
-        if self._map is None:
+        if self._fit is None:
             raise InputError("there is no map yet to begin with")
         turn = None if scene.turn == "any" else float(np.radians(scene.turn))
         settings = Settings(theta=scene.balance, turn=turn, tolerance=self.job.tolerance)
-        return Live.of(self._map, (self.source.curve, self.target.curve), settings, pins, strokes)
+        return Live.of(self._fit, settings, pins, strokes)
 
     def placed(self, side: str, points: list[tuple[float, float]]) -> list[list[float]]:
         """Where points of a side, in its file's units, are on the other; points on the outline stay on it.

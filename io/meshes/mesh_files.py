@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
-from ...meshes.pieces import pieces_of
 from .. import files, formats
 from ..spec import Spec
 from . import material_library, obj, obj_write
@@ -39,6 +38,8 @@ class MeshFile:
         obj: the file itself when it is an OBJ.
         picture: the texture inside the file, as the PNG or JPEG file that it is there, when it has one.
         loop: number of the boundary loop picked, 1 being the longest.
+        piece: number of the piece picked among those that no edge connects, 1 being the largest.
+        names: of the parts that `#` picks.
         notes: what was left out.
     """
 
@@ -48,6 +49,8 @@ class MeshFile:
     obj: Obj | None = None
     picture: bytes | None = None
     loop: int = 1
+    piece: int = 1
+    names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
 
@@ -76,25 +79,15 @@ def read(text: str, whole: Obj | None = None) -> MeshFile:
         raise InputError(f"{path}: no mesh is read from {suffix!r}; use one of {known}")
     picked, names = _of_obj(whole or obj.read(path)) if suffix == ".obj" else _read_other(path)
     spec = spec.among(names)
-    loop = 1 if spec.number is None else spec.number
-    if spec.part in names or not (named := PIECE.fullmatch(spec.part or "")):
-        return picked(spec.part, loop)
-    return _piece(picked(None, loop), int(named[1]))
+    part, piece = _piece_of(spec.part, names)
+    return replace(picked(part, 1 if spec.number is None else spec.number), piece=piece, names=tuple(names))
 
 
-def _piece(file: MeshFile, number: int) -> MeshFile:
-    """A connected piece of a mesh, 1 being the largest.
-
-    Raises:
-        InputError: there are not so many.
-    """
-    piece = pieces_of(file.mesh)
-    count = int(piece.max(initial=-1)) + 1
-    name = f"{file.path}#piece {number}"
-    if not 1 <= number <= count:
-        raise InputError(f"{name}: the mesh has {count} pieces")
-    faces = piece == number - 1
-    return replace(file, mesh=file.mesh.part(faces, name), faces=faces)
+def _piece_of(part: str | None, names: list[str]) -> tuple[str | None, int]:
+    """A part and the number of a piece of it: `part#piece-2`, or `piece-2` unless a part is called so."""
+    rest, _, last = (part or "").rpartition("#")
+    found = PIECE.fullmatch(last)
+    return (rest or None, int(found[1])) if found and part not in names else (part, 1)
 
 
 Reader = tuple[Callable[[str | None, int], MeshFile], list[str]]
@@ -138,7 +131,7 @@ def _read_other(path: Path) -> Reader:
         left = len(pieces) - 1
         others = f"left out {left} other geometr{'ies' if left > 1 else 'y'}"
         notes = (others + ("" if part else f"; {path}#name picks one"),) if left else ()
-        return MeshFile(path, mesh, np.ones(len(piece.faces), bool), None, _picture(piece), loop, notes)
+        return MeshFile(path, mesh, np.ones(len(piece.faces), bool), None, _picture(piece), loop, notes=notes)
 
     return picked, list(pieces)
 

@@ -1,7 +1,7 @@
 """Meshes as planar shapes, by way of their flattening: its plane is the shape's, in the mesh's own units."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from ...meshes.cut import vertex_path
 from ...meshes.disk_patch import disk_patch
 from ...meshes.flatten import Flattening
 from ...meshes.locate import Locator
+from ...meshes.patch import Patch
 from ...meshes.surface import Surface
 from ...pixels.texture import Placing, Texture
 from ..meshes import mesh_files
@@ -111,8 +112,12 @@ class MeshShape(Shape):
     @property
     def corners(self) -> tuple[Index, Index]:
         """The vertex of the flattening at each corner of the file's polygons, and the corners of each triangle."""
-        patch = self.flattening.patch
-        found = np.zeros(self.file.mesh.corners.size, np.int64)
+        patch, vertices = self.flattening.patch, self.file.mesh.corners
+        known = np.zeros(
+            len(self.file.mesh.points), np.int64
+        )  # for corners of what has no area and is no triangle
+        known[patch.vertex] = np.arange(patch.vertex.size)
+        found = known[vertices]
         found[patch.corner] = patch.faces
         return found, patch.corner
 
@@ -181,7 +186,7 @@ def read(spec: str, *, cut: bool = False, whole: Obj | None = None, method: str 
         InputError: in one line, naming the first element at fault.
     """
     file = mesh_files.read(spec, whole)
-    piece = disk_patch(file.mesh, cut=cut)
+    file, piece = _of_piece(file, cut)
     flat = flatten(piece, loop=file.loop, grow=cut, method=method)
     curve = (
         Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
@@ -205,6 +210,19 @@ def read(spec: str, *, cut: bool = False, whole: Obj | None = None, method: str 
         flattening=flat,
         **_holes(file, flat),
     )
+
+
+def _of_piece(file: mesh_files.MeshFile, cut: bool) -> tuple[mesh_files.MeshFile, Patch]:
+    """The patch, and the file with no other faces than its own: those of other pieces stay as they are."""
+    mesh, patch = file.mesh, disk_patch(file.mesh, cut=cut, piece=file.piece)
+    own = np.zeros(mesh.sizes.size, bool)
+    own[np.searchsorted(mesh.starts, patch.corner[:, 0], side="right") - 1] = True
+    if own.all():
+        return file, patch
+    part, faces = mesh.part(own, mesh.name), file.faces.copy()
+    faces[np.flatnonzero(faces)[~own]] = False
+    number = np.cumsum(np.repeat(own, mesh.sizes)) - 1
+    return replace(file, mesh=part, faces=faces), replace(patch, mesh=part, corner=number[patch.corner])
 
 
 def _holes(file: mesh_files.MeshFile, flat: Flattening) -> dict[str, Any]:
