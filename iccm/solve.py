@@ -32,8 +32,9 @@ def fit(
         source: (n,) complex vertices of the source's boundary, x + iy, y up, either way round.
         target: (m,) complex vertices of the target's boundary.
         pins: (k, 2) complex, a point inside the source and the point it should go to; on the outlines both must be.
-        strokes: pairs of open polylines, (p,) inside the source and (q,) where it should go. The balanced method
-            meets pins and strokes and takes a stroke's ends to its ends; the others weigh them.
+        strokes: pairs of open polylines, (p,) inside the source and (q,) the one it should lie on. Its ends slide along
+            that, unless a pin takes one to an end of it. The balanced method meets pins and strokes; the others weigh
+            them.
         start: an earlier balanced map of these domains, to go on from where only the constraints have moved: no other
             starts are looked at, and with inner pins at the same points of the source the mesh stays.
         **options: see `iccm.problem.Options`.
