@@ -23,6 +23,9 @@ def fit(
     *,
     pins: ArrayLike | None = None,
     strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
+    source_holes: Sequence[ArrayLike | Curve] = (),
+    target_holes: Sequence[ArrayLike | Curve] = (),
+    hole_partners: Sequence[tuple[int, int]] = (),
     start: Fit | TriangulatedMap | None = None,
     **options: Any,
 ) -> Fit:
@@ -35,6 +38,10 @@ def fit(
         strokes: pairs of open polylines, (p,) inside the source and (q,) the one it should lie on. Its ends slide along
             that, unless a pin takes one to an end of it. The balanced method meets pins and strokes; the others weigh
             them.
+        source_holes: outlines of the source's holes, (p,) complex, either way round; the balanced method takes each
+            onto one of the target's. Where one shape has more, what is too much shrinks to a slit in the other.
+        target_holes: those of the target's.
+        hole_partners: (i, j) for holes that must go together, counted from 0; the others go by place and size.
         start: an earlier balanced map of these domains, to go on from where only the constraints have moved: no other
             starts are looked at, and with inner pins at the same points of the source the mesh stays.
         **options: see `iccm.problem.Options`.
@@ -43,17 +50,28 @@ def fit(
         The map, how the solver ended, and the figures that judge it. Failure to converge is a status, not an exception.
 
     Raises:
-        InputError: a boundary that is no simple polygon, a constraint outside the source, an option out of range;
+        InputError: a boundary that is no simple polygon, a hole that is not inside or touches another, a constraint
+            outside the source, an option out of range, holes for a method that does not know of them;
             with the balanced method also constraints that no one-to-one map meets.
     """
     settings = Options(**options)
-    problem = Problem.of(source, target, pins, strokes, first=settings.method == "paper")
-    if start is not None and is_balanced(settings):
+    holes = source_holes, target_holes
+    problem = Problem.of(
+        *(source, target, pins, strokes),
+        first=settings.method == "paper",
+        holes=holes,
+        partners=hole_partners,
+    )
+    if any(holes) and not is_balanced(settings):
+        raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
+    if (before := _map_of(start)) is not None:
+        if not is_balanced(settings):
+            raise InputError("start: an option of --method balanced")
+        if any(holes) or len(before.loops) > 1:
+            raise InputError("start: there is no going on from maps of shapes with holes")
         from .balanced import fit as balanced
 
-        return balanced.solve(problem, settings, _map_of(start))
-    if start is not None:
-        raise InputError("start: an option of --method balanced")
+        return balanced.solve(problem, settings, before)
     return solver(problem, settings)(problem, settings)
 
 

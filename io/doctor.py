@@ -32,7 +32,12 @@ NEEDED = {
     "tqdm": "tqdm",
     "click": "click",
 }
-OPTIONAL = {"distributed": "iccm batch --dask"}
+OPTIONAL = {
+    "distributed": "iccm batch --dask",
+    "starlette": "iccm edit",
+    "uvicorn": "iccm edit",
+    "websockets": "iccm edit",
+}
 
 
 @dataclass(frozen=True)

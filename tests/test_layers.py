@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[1]
 ORDER = (
     "cli",
     "io.describe io.doctor",
+    "io.edit",
     "io.check",
     "io.batch",
     "io.run",
@@ -26,9 +27,11 @@ ORDER = (
     "io.memory io.silence io.names",
     "io.spec io.formats io.places",
     "io.files",
+    "texture_transfer",
     "solve",
-    "balanced",
+    "flattening",
     "conformal",
+    "balanced",
     "paper",
     "problem result",
     "meshes",
@@ -36,7 +39,7 @@ ORDER = (
     "maps",
     "curve",
     "arrays",
-    "parallel memory blas",
+    "parallel memory blas compiling progress",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}

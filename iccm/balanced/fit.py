@@ -11,6 +11,7 @@ from ..problem import Options, Problem
 from ..result import Fit, Status
 from .constraints.given import checked_free
 from .deform import method as deforming
+from .holes.given import Holes, named
 from .method import solve as solved
 from .solution import Settings, Solution
 
@@ -23,11 +24,18 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
         InputError: pins or strokes that no one-to-one map meets.
     """
     source, target = problem.given
-    pins, strokes = problem.given_pins, problem.given_strokes
-    found = solved(source, target, _settings(options), pins, strokes, start)
+    strokes = problem.given_strokes
+    given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
+    holes, pins, numbers = named(given, source, target, problem.given_pins, strokes)
+    found = solved(source, target, _settings(options), pins, strokes, holes, numbers, start)
     map = _straight(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
     energies = [{"total": float(level["energy"])} for level in found.energies]
-    return Fit(map, _status(found, options), energies, source, target, pins, strokes, list(found.notes))
+    return Fit(
+        *(map, _status(found, options), energies, source, target, pins, strokes, list(found.notes)),
+        source_holes=holes.source,
+        target_holes=holes.target,
+        hole_partners=found.partners,
+    )
 
 
 def deform(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:

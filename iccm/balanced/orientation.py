@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from ..arrays import Complex, Flags, Index
+from ..maps.triangulated.simple import fault
 from .failure import NoMapError
 
 UNIT = 2.0**-53
@@ -46,7 +47,7 @@ def refuse_folds(name: str, w: Complex, faces: Index) -> None:
         )
 
 
-def refuse_touching(name: str, loop: Complex) -> None:
-    """Raises NoMapError unless an outline is simple, in these very numbers."""
-    if not is_simple(loop):
+def refuse_touching(name: str, outer: Complex, *holes: Complex) -> None:
+    """Raises NoMapError unless an outline is simple, its holes too and inside it, in these very numbers."""
+    if not is_simple(outer) or (holes and fault([outer, *holes])):
         raise NoMapError(f"the outline of the {name} touches itself in double precision")

@@ -57,15 +57,22 @@ class Pins:
         return Pins(inner, outer, strokes, self.notes)
 
 
-def checked(source: Curve, target: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = ()) -> Pins:
-    """The pins (k, 2) and strokes of two domains, sorted.
+def checked(
+    source: Curve,
+    target: Curve,
+    pins: Complex,
+    strokes: Sequence[tuple[Curve, Curve]] = (),
+    numbers: Index | None = None,
+) -> Pins:
+    """The pins (k, 2) and strokes of two domains, sorted; messages name pins by their (k,) numbers, from 0 on.
 
     Raises:
         InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin on one outline
             only, pins on the outlines that come in another order on one than on the other; a stroke that leaves its
             shape, touches its outline, itself, another stroke or a pin.
     """
-    pins, numbers = _without_repeats(pins, source.diagonal, target.diagonal)
+    pins, kept = _without_repeats(pins, source.diagonal, target.diagonal)
+    numbers = kept if numbers is None else numbers[kept]
     ends = _at_ends(pins, strokes, source.diagonal, target.diagonal)
     extra = ~ends.any(axis=(0, 1))
     pins, numbers = pins[extra], numbers[extra]

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ... import progress
 from ...arrays import Complex
 from .. import starts
 from ..discrete import DiscreteMap
@@ -134,7 +135,7 @@ def rank(state: DiscreteMap, upright: float) -> tuple[float, float]:
 def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list[DiscreteMap], float, int]:
     """The best maps with pins moved, best first; the least energy without pins; and how many matches failed."""
     states, failed = [], 0
-    for match in matches:
+    for match in progress.counted("starts", matches):
         try:
             states.append(
                 level.mapped(match).unfolded().forward(problem.theta, 1.0, FIRST_STEPS, 1e-4, corners=False)
@@ -143,13 +144,16 @@ def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list
             failed += 1
     free = min((state.energy for state in states), default=np.inf)
     states = [aimed(level, state, BESIDE) for state in states]
-    ends = sorted((moved(state, problem.theta) for state in states), key=lambda s: rank(s, problem.upright))
+    straight = (moved(state, problem.theta) for state in progress.counted("pins moved", states))
+    ends = sorted(straight, key=lambda s: rank(s, problem.upright))
     if ends and ends[0].miss > 0:
         states = sorted(states, key=lambda s: s.energy)[:BROUGHT]
-        ends = sorted((brought(s, problem.theta) for s in states), key=lambda s: rank(s, problem.upright))
+        staged = (brought(s, problem.theta) for s in progress.counted("pins moved in stages", states))
+        ends = sorted(staged, key=lambda s: rank(s, problem.upright))
     if ends and ends[0].miss > 0 and not problem.strokes:
-        ways = [led(level, state, problem.theta) for state in states[:LED]]
-        ends = sorted([*ways, *ends], key=lambda s: rank(s, problem.upright))
+        ways = progress.counted("pins led around each other", states[:LED])
+        led_ends = [led(level, state, problem.theta) for state in ways]
+        ends = sorted([*led_ends, *ends], key=lambda s: rank(s, problem.upright))
     return ends[:KEPT], free, failed
 
 

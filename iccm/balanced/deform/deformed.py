@@ -156,6 +156,7 @@ class Deformed:
             np.append(outline, ends),
             np.append(np.ones(self.border), gaps),
             np.append(np.zeros(self.border), np.where(linked, BETA, 0.0)),
+            np.append(np.ones(self.border), np.where(linked, 0.0, 1.0)),
         )
         gradients, areas = geometry(kept, self.system.corners)
         u, tau = moving.copy(), np.append(np.zeros(self.border), tau)

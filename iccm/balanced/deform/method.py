@@ -132,7 +132,7 @@ def beside(state: Deformed, pins: Pins, even: float) -> Deformed:
 def excess(state: Deformed, settings: Settings) -> float:
     """As that of maps onto a target, lengths relative to the mean scale."""
     scale = np.sqrt(abs(Curve(state.u[: state.border]).area))
-    return stages.excess(replace(state, u=state.u / scale), settings)
+    return stages.excess(state.z, state.u / scale, state.faces, settings)
 
 
 def begun(state: Deformed, start: Start) -> Deformed:

@@ -136,7 +136,7 @@ def test_going_on_after_outline_pins_slid_and_with_strokes():
 
 
 def test_going_on_is_for_the_balanced_method():
-    with pytest.raises(InputError, match="start: .* balanced"):
+    with pytest.raises(InputError, match=r"start: .* balanced"):
         iccm.fit(SQUARE, ELL, method="conformal", start=iccm.fit(SQUARE, ELL))
     with pytest.raises(InputError, match="start: is no balanced map"):
         iccm.fit(SQUARE, ELL, start=iccm.fit(SQUARE, ELL, method="paper"))
