@@ -9,8 +9,7 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from . import logs, options
-from .map import _progress
+from . import logs, options, status
 from .paths import FILE
 
 
@@ -54,16 +53,14 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     if output != "-" and files.check_output(output, force=given["force"]) in inputs:
         raise InputError(f"{output}: is also an input; name another output")
     room = Bounded(given["memory"], Path(output).resolve().parent) if given["memory"] else Memory()
-    st = maps.read(stmap, max_pixels=limit, room=room)
-    picture = image_files.read(image, max_pixels=limit, colorspace=given["colorspace"], room=room)
-    check_kind(given["kind"], picture.pixels.shape[2], image)
-    for note in picture.notes:
-        logs.log.warning(note)
-    sampling = {name: given[name] for name in ("filter", "kind", "edge")}
+    sampling = {name: given[name] for name in ("filter", "kind", "edge")} | {"room": room, "threads": threads}
     with ExitStack() as stack:
-        progress = stack.enter_context(_progress())
-        advance = None if progress is None else (lambda rows: progress(rows, st.shape[0]))
-        sampling |= {"room": room, "threads": threads, "progress": advance}
+        stack.enter_context(status.watched("read"))
+        st = maps.read(stmap, max_pixels=limit, room=room)
+        picture = image_files.read(image, max_pixels=limit, colorspace=given["colorspace"], room=room)
+        check_kind(given["kind"], picture.pixels.shape[2], image)
+        for note in picture.notes:
+            logs.log.warning(note)
         path = stack.enter_context(files.writing(output, force=given["force"]))
         maps.apply(st, picture, path, **sampling)
     if output != "-":

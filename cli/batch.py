@@ -17,7 +17,7 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from . import logs
+from . import logs, status
 from .paths import FILE
 
 
@@ -132,14 +132,15 @@ def _signals() -> Iterator[list[int]]:
 
 def _report(results: Iterator[dict[str, Any]], count: int) -> Counter[str]:
     """Results to stdout, troubles and progress to stderr; how many ended in which way."""
-    from tqdm import tqdm
-
+    from .. import progress
     from ..io.run.report import plain
 
     counts: Counter[str] = Counter()
     level = {"done": logging.DEBUG, "poor": logs.POOR, "cancelled": logging.DEBUG}
-    with tqdm(total=count, unit="job", disable=None, file=sys.stderr) as bar:
+    with status.shown():
+        progress.tell("jobs", 0, count)
         for result in results:
+            progress.tell("")
             sys.stdout.write(json.dumps(plain(result), ensure_ascii=False) + "\n")
             sys.stdout.flush()
             counts[result["status"]] += 1
@@ -147,7 +148,7 @@ def _report(results: Iterator[dict[str, Any]], count: int) -> Counter[str]:
             extra = {"fields": {key: result[key] for key in ("job", "name", "status", "seconds")}}
             said = f"{result['place']}: {result['name']}: {result['status']}: {result['message']}"
             logs.log.log(tell, said, extra=extra)
-            bar.update()
+            progress.tell("jobs", counts.total(), count)
     return counts
 
 

@@ -18,9 +18,11 @@ from .paths import FILE
 def command(shape: str, **given: Any) -> int:
     """Move SHAPE, a file or file#id, and its texture by pins and strokes alone: no target.
 
+    They are met, nothing folds, and every part stays as rigid as that allows.
+
     \b
     iccm deform cat.svg --pin 20,30:25,10 --pin 50,50:50,50 --texture fur.png -o cat-up.png
-    iccm deform cat.svg --constraints tail.json --quasi 0.1
+    iccm deform cat.svg --constraints tail.json --plot tail.png
 
     Exit code: 0 done, 1 the result is not good enough, 2 an input is wrong.
     """

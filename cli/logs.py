@@ -88,6 +88,11 @@ def configure(verbosity: int, form: str) -> None:
     log.setLevel(POOR if verbosity < 0 else logging.DEBUG if verbosity > 0 else logging.INFO)
 
 
+def talkative() -> bool:
+    """Whether messages are for a person who wants more than errors."""
+    return log.isEnabledFor(logging.INFO) and isinstance(log.handlers[0].formatter, _Text)
+
+
 def debug() -> bool:
     """Whether --debug was given."""
     return _state["debug"]

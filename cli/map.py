@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import click
 
-from . import logs, options
+from . import logs, options, status
 from .paths import FILE
 
 
@@ -35,34 +32,15 @@ def command(**given: Any) -> int:
     return execute(given)
 
 
-@contextmanager
-def _progress() -> Iterator[Callable[[int, int], None] | None]:
-    """A bar on stderr for pictures that take more than two seconds; none without a terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from tqdm import tqdm
-
-    with tqdm(unit="row", delay=2, leave=False) as bar:
-
-        def advance(done: int, rows: int) -> None:
-            if bar.n == 0 or bar.n >= bar.total:
-                bar.reset(rows)
-            bar.update(done)
-
-        yield advance
-
-
 def execute(given: dict[str, Any]) -> int:
     """Run the job of these options, tell about it on stderr, and give the exit code."""
-    from ..io.run.execute import run
-    from ..io.run.job import make
-    from ..io.run.report import summary
+    with status.shown() as listener:
+        from ..io.run.execute import run
+        from ..io.run.job import make
+        from ..io.run.report import summary
 
-    threads = given.pop("threads")
-    job = make(options.values(given))
-    with _progress() as progress:
-        outcome = run(job, threads=threads, tell=logs.tell, progress=progress)
+        threads = given.pop("threads")
+        outcome = run(make(options.values(given)), threads=threads, tell=logs.tell, listener=listener)
     for line in summary(outcome.report):
         logs.log.info(line)
     for name in outcome.written:

@@ -2,6 +2,7 @@
 
     fit = iccm.fit(source, target)        # (n,) and (m,) complex vertices, x + iy, y up
     fit.map(z), fit.inverse(w), fit.report()
+    iccm.transfer(texture, source, target).pixels     # (h, w, c) pixels to pixels on the target
 
 Names are imported when first used, so that `import iccm` costs nothing.
 """
@@ -17,9 +18,13 @@ _HOME = {
     "IccmError": "errors",
     "InputError": "errors",
     "Status": "result",
+    "Transfer": "texture_transfer",
     "TriangulatedMap": "maps.triangulated.map",
+    "checkerboard": "pixels.checkerboard",
     "deform": "solve",
     "fit": "solve",
+    "transfer": "texture_transfer",
+    "warp": "texture_transfer",
 }
 __all__ = sorted(_HOME)
 

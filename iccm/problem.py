@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike
 
 from .arrays import Complex, Real, as_complex
@@ -158,7 +159,10 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Source, target and constraints in their unit frames; `target` is None for a deformation."""
+    """Source, target and constraints in their unit frames; `target` is None for a deformation.
+
+    Holes run clockwise, in the user's coordinates.
+    """
 
     source: Curve
     target: Curve | None
@@ -166,13 +170,21 @@ class Problem:
     strokes: list[tuple[Curve, Curve]]
     source_frame: Frame
     target_frame: Frame
+    source_holes: tuple[Curve, ...] = ()
+    target_holes: tuple[Curve, ...] = ()
+    hole_partners: tuple[tuple[int, int], ...] = ()
 
     @classmethod
-    def of(cls, source, target, pins=None, strokes=None, *, first: bool = True) -> "Problem":
+    def of(
+        cls, source, target, pins=None, strokes=None, *, first: bool = True, holes=((), ()), partners=()
+    ) -> "Problem":
         """Check and normalise what the user gave (see `iccm.fit`); `first` says whether it matters which vertices are
         the first, as for a start by arclength."""
         source = as_domain(source, "source")
         target = None if target is None else as_domain(target, "target")
+        inner = [
+            _holes(c, given, name) for c, given, name in zip((source, target), holes, ("source", "target"))
+        ]
         if not first:
             source, target = from_known(source), target and from_known(target)
         s, t = Frame.of(source), Frame.of(target or source)
@@ -183,7 +195,8 @@ class Problem:
             _inside(source, a.z, "source stroke vertex")
         unit_pins = np.column_stack([s.unit(pins[:, 0]), t.unit(pins[:, 1])])
         unit_strokes = [(s.curve(a), t.curve(b)) for a, b in pairs]
-        return cls(s.curve(source), target and t.curve(target), unit_pins, unit_strokes, s, t)
+        unit = s.curve(source), target and t.curve(target)
+        return cls(*unit, unit_pins, unit_strokes, s, t, *inner, _partners(partners, inner))
 
     def mirrored(self) -> "Problem":
         """The same problem seen in a mirror."""
@@ -195,10 +208,15 @@ class Problem:
         return Problem(_mirror(self.source), target, self.pins.conj(), strokes, *frames)
 
     @property
+    def given_source(self) -> Curve:
+        """The source in the user's coordinates."""
+        return Curve(self.source_frame.world(self.source.z))
+
+    @property
     def given(self) -> tuple[Curve, Curve]:
         """Source and target in the user's coordinates; there must be a target."""
         assert self.target is not None
-        return Curve(self.source_frame.world(self.source.z)), Curve(self.target_frame.world(self.target.z))
+        return self.given_source, Curve(self.target_frame.world(self.target.z))
 
     @property
     def given_pins(self) -> Complex:
@@ -260,6 +278,39 @@ def from_known(curve: Curve) -> Curve:
     ties = np.flatnonzero(distance < distance.min() + 1e-9 * distance.max())
     first = ties[np.lexsort((curve.z.imag[ties], curve.z.real[ties]))[0]]
     return Curve(np.roll(curve.z, -int(first)))
+
+
+def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
+    """The outlines of holes, clockwise, from known vertices on.
+
+    Raises:
+        InputError: one is no simple polygon, or not inside and apart from the outline and the others.
+    """
+    found: list[Curve] = []
+    rings = [shapely.Polygon(_xy(outer.z))] if outer else []
+    for k, hole in enumerate(holes):
+        curve = from_known(as_domain(hole, f"{name} hole {k + 1}"))
+        ring = shapely.Polygon(_xy(curve.z))
+        if not rings[0].contains_properly(ring):
+            raise InputError(f"{name} hole {k + 1}: crosses or touches the outline, or lies outside of it")
+        touched = [j for j, other in enumerate(rings[1:]) if ring.intersects(other)]
+        if touched:
+            raise InputError(f"{name} hole {k + 1}: crosses, touches or holds hole {touched[0] + 1}")
+        rings.append(ring)
+        found.append(curve.reversed())
+    return tuple(found)
+
+
+def _xy(z: Complex) -> Real:
+    return np.column_stack([z.real, z.imag])
+
+
+def _partners(partners, holes: Sequence[tuple[Curve, ...]]) -> tuple[tuple[int, int], ...]:
+    found = tuple((int(i), int(j)) for i, j in partners)
+    for k, (side, name) in enumerate(zip(zip(*found), ("source", "target"))):
+        if len(set(side)) < len(side) or not all(0 <= i < len(holes[k]) for i in side):
+            raise InputError(f"hole_partners: {list(side)} are no different holes of the {name}")
+    return found
 
 
 def _mirror(curve: Curve) -> Curve:

@@ -1,5 +1,6 @@
 """What solving gives: a map, how the solver ended, and figures that judge it."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -36,13 +37,18 @@ class Status(Enum):
     GAP = "The image of the boundary is not within the tolerance of the target."
     BOUNDS = "The bounds on dilatation or stretch cannot be met: the closest map is given."
     FOLDED = "The image of the boundary is within the tolerance, but the map folds, or may fold, far from it."
+    MET = "Pins and strokes are met."
+    OVERLAP = "Pins and strokes are met and nothing folds, but the outline overlaps itself."
     PINS = "Not all pins and strokes could be met: the closest map without folds is given."
+    FLIPPED = (
+        "The texture coordinates that were written turn triangles over, or leave them without area (uv)."
+    )
     CROWDED = "Parts of the target are too crowded for double precision: they are not covered."
 
     @property
     def ok(self) -> bool:
         """Whether the solver ended as it should."""
-        return self in (Status.DECREASE, Status.THRESHOLD, Status.REACHED)
+        return self in (Status.DECREASE, Status.THRESHOLD, Status.REACHED, Status.MET, Status.OVERLAP)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +64,10 @@ class Fit:
         pins: (k, 2) complex, source and target of each pin.
         strokes: pairs of source and target strokes.
         notes: sentences on what was decided on the way.
+        source_holes: outlines of the source's holes, clockwise.
+        target_holes: those of the target's.
+        hole_partners: for each boundary of the map but the outer one, which hole of the source and of the target it
+            is; -1 where it is none, but a slit.
     """
 
     map: AnyMap
@@ -68,6 +78,9 @@ class Fit:
     pins: Complex
     strokes: list[tuple[Curve, Curve]]
     notes: list[str] = field(default_factory=list)
+    source_holes: Sequence[Curve] = ()
+    target_holes: Sequence[Curve] = ()
+    hole_partners: Sequence[tuple[int, int]] = ()
 
     @cached_property
     def status(self) -> Status:
@@ -83,8 +96,8 @@ class Fit:
     def lost(self) -> float:
         """Share of the source's area that the inverse does not bring back: it folds, or shrinks below what numbers can
         tell. Only what is not certain to be one-to-one is looked at."""
-        if self.certificate.share >= CERTAIN:
-            return 0.0
+        if self.certificate.share >= CERTAIN or (self.target is None and self.certificate.zeros == 0):
+            return 0.0  # without a target a map that folds nowhere may overlap itself: the outline tells
         z = self.interior
         back = self.inverse(self.fast(z))
         near = np.abs(back - z) <= BACK * Curve(self.map.polygon).diagonal
@@ -125,22 +138,59 @@ class Fit:
         """`rms` and two-sided `hausdorff` distance of the boundary's image to the target, relative; `given` is
         the largest distance of an image of the source's vertices as given, of which a polygon has fewer."""
         assert self.target is not None
-        image = Curve(self.image)
-        there = np.abs(self.target.at(self.target.closest(image.z)) - image.z)
-        goal = boundary_samples(self.target.z)
-        back = np.abs(image.at(image.closest(goal)) - goal)
-        weights = image.lengths + np.roll(image.lengths, 1)
-        rms = np.sqrt(np.average(there**2, weights=weights))
+        pairs = [
+            (Curve(self.image), self.target),
+            *((image, hole) for image, hole, _, _ in self._hole_images),
+        ]
+        found = [gaps(image, target) for image, target in pairs]
+        weights = np.concatenate([image.lengths + np.roll(image.lengths, 1) for image, _ in pairs])
+        rms = np.sqrt(np.average(np.concatenate([there for there, _ in found]) ** 2, weights=weights))
+        given = [distances(self._image_of(self.source.z), self.target)]
+        given += [
+            distances(self._image_of(self.source_holes[i].z), hole)
+            for _, hole, i, _ in self._hole_images
+            if i >= 0
+        ]
         return {
             "rms": float(rms) / self.diagonal,
-            "hausdorff": float(max(there.max(), back.max())) / self.diagonal,
-            "given": float(distances(self._image_of(self.source.z), self.target).max()) / self.diagonal,
+            "hausdorff": float(max(max(there.max(), back.max()) for there, back in found)) / self.diagonal,
+            "given": float(max(each.max() for each in given)) / self.diagonal,
         }
+
+    @property
+    def openings(self) -> tuple[list[Complex], list[Complex]]:
+        """The outlines of holes that the map leaves out, in the source and in the image, closed polylines."""
+        if not isinstance(self.map, TriangulatedMap):
+            return [], []
+        holes = self.map.loops[1:]
+        return [self.map.source[loop] for loop in holes], [self.map.image[loop] for loop in holes]
+
+    @property
+    def _hole_images(self) -> Iterator[tuple[Curve, Curve, int, int]]:
+        """The image of each hole's boundary, the outline it belongs on, and the numbers of both holes."""
+        if not isinstance(self.map, TriangulatedMap):
+            return
+        for loop, (i, j) in zip(self.map.loops[1:], self.hole_partners):
+            yield Curve(self.map.image[loop]), self.target_holes[j], i, j
+
+    @property
+    def _holes_report(self) -> list[dict[str, Any]]:
+        """Holes of the source and of the target, counted from 1, with the gap of their outlines."""
+        met = [
+            {
+                "source": i + 1 if i >= 0 else None,
+                "target": j + 1,
+                "gap": float(max(each.max() for each in gaps(image, hole))) / self.diagonal,
+            }
+            for image, hole, i, j in self._hole_images
+        ]
+        alone = set(range(len(self.source_holes))) - {i for i, _ in self.hole_partners}
+        return met + [{"source": i + 1, "target": None, "gap": None} for i in sorted(alone)]
 
     @cached_property
     def interior(self) -> Complex:
         """About INTERIOR_POINTS points spread evenly over the inside of the source."""
-        return interior_grid(Curve(self.map.polygon), INTERIOR_POINTS)
+        return interior_grid(Curve(self.map.polygon), INTERIOR_POINTS, self.openings[0])
 
     @cached_property
     def distortion(self) -> Distortion:
@@ -165,6 +215,7 @@ class Fit:
             "energies": self.energies,
             "vertices": int(self.map.polygon.size),
             "boundary": self.boundary if self.target is not None else None,
+            **({"holes": self._holes_report} if self.source_holes or self.target_holes else {}),
             **self.distortion.report(),
             "log10_area": {
                 name: _quantile(area, q) for name, q in (("p05", 0.05), ("median", 0.5), ("p95", 0.95))
@@ -200,26 +251,38 @@ def distances(w: Complex, curve: Curve) -> np.ndarray:
     return np.abs(curve.at(curve.closest(w)) - w)
 
 
+def gaps(image: Curve, target: Curve) -> tuple[np.ndarray, np.ndarray]:
+    """Distances of an image's vertices to its target, and of samples of the target to the image."""
+    goal = boundary_samples(target.z)
+    there = np.abs(target.at(target.closest(image.z)) - image.z)
+    return there, np.abs(image.at(image.closest(goal)) - goal)
+
+
 def hausdorff(a: Curve, b: Curve) -> float:
     """Two-sided Hausdorff distance of two closed curves, from their vertices and three points between."""
     return float(max(distances(boundary_samples(a.z), b).max(), distances(boundary_samples(b.z), a).max()))
 
 
-def interior_grid(curve: Curve, count: int) -> Complex:
-    """About `count` points of a square grid inside a closed curve, none closer to it than a hundredth of the
-    spacing."""
+def interior_grid(curve: Curve, count: int, holes: Sequence[Complex] = ()) -> Complex:
+    """About `count` points of a square grid inside a closed curve and outside of holes, none closer to an outline than
+    a hundredth of the spacing."""
     step = np.sqrt(abs(curve.area) / count)
     lo, hi = curve.box
     x = np.arange(lo.real + step / 2, hi.real, step)
     y = np.arange(lo.imag + step / 2, hi.imag, step)
     z = (x[None, :] + 1j * y[:, None]).ravel()
-    ring = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag])).buffer(-0.01 * step)
+    domain = shapely.Polygon(_xy(curve.z), [_xy(hole) for hole in holes])
+    ring = domain.buffer(-0.01 * step)
     shapely.prepare(ring)
     inside = z[shapely.contains_xy(ring, z.real, z.imag)]
     if inside.size:
         return inside
-    point = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag])).representative_point()
+    point = domain.representative_point()
     return np.array([complex(point.x, point.y)])
+
+
+def _xy(z: Complex) -> np.ndarray:
+    return np.column_stack([z.real, z.imag])
 
 
 def _quantile(values: np.ndarray, q: float) -> float:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
-from .paper import algorithm1
+from .maps.triangulated.map import TriangulatedMap
 from .problem import OTHERS, Options, Problem
 from .result import Fit, Status
 
@@ -22,6 +22,10 @@ def fit(
     *,
     pins: ArrayLike | None = None,
     strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
+    source_holes: Sequence[ArrayLike | Curve] = (),
+    target_holes: Sequence[ArrayLike | Curve] = (),
+    hole_partners: Sequence[tuple[int, int]] = (),
+    start: Fit | TriangulatedMap | None = None,
     **options: Any,
 ) -> Fit:
     """A map of the source domain onto the target domain: balanced, conformal, or as the paper has it.
@@ -32,17 +36,40 @@ def fit(
         pins: (k, 2) complex, a point inside the source and the point it should go to; on the outlines both must be.
         strokes: pairs of open polylines, (p,) inside the source and (q,) where it should go. The balanced method
             meets pins and strokes and takes a stroke's ends to its ends; the others weigh them.
+        source_holes: outlines of the source's holes, (p,) complex, either way round; the balanced method takes each
+            onto one of the target's. Where one shape has more, what is too much shrinks to a slit in the other.
+        target_holes: those of the target's.
+        hole_partners: (i, j) for holes that must go together, counted from 0; the others go by place and size.
+        start: an earlier balanced map of these domains, to go on from where only the constraints have moved: no other
+            starts are looked at, and with inner pins at the same points of the source the mesh stays.
         **options: see `iccm.problem.Options`.
 
     Returns:
         The map, how the solver ended, and the figures that judge it. Failure to converge is a status, not an exception.
 
     Raises:
-        InputError: a boundary that is no simple polygon, a constraint outside the source, an option out of range;
+        InputError: a boundary that is no simple polygon, a hole that is not inside or touches another, a constraint
+            outside the source, an option out of range, holes for a method that does not know of them;
             with the balanced method also constraints that no one-to-one map meets.
     """
     settings = Options(**options)
-    problem = Problem.of(source, target, pins, strokes, first=settings.method == "paper")
+    holes = source_holes, target_holes
+    problem = Problem.of(
+        *(source, target, pins, strokes),
+        first=settings.method == "paper",
+        holes=holes,
+        partners=hole_partners,
+    )
+    if any(holes) and not is_balanced(settings):
+        raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
+    if (before := _map_of(start)) is not None:
+        if not is_balanced(settings):
+            raise InputError("start: an option of --method balanced")
+        if any(holes) or len(before.loops) > 1:
+            raise InputError("start: there is no going on from maps of shapes with holes")
+        from .balanced import fit as balanced
+
+        return balanced.solve(problem, settings, before)
     return solver(problem, settings)(problem, settings)
 
 
@@ -50,6 +77,8 @@ def solver(problem: Problem, settings: Options) -> Callable[[Problem, Options], 
     """What solves a problem. Unless a method is named it is the balanced one; what that does not know is the conformal
     one's."""
     if settings.method == "paper":
+        from .paper import algorithm1
+
         return algorithm1.solve
     if not is_balanced(settings):
         from .conformal import method as conformal
@@ -73,14 +102,48 @@ def deform(
     *,
     pins: ArrayLike | None = None,
     strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
+    start: Fit | TriangulatedMap | None = None,
     **options: Any,
 ) -> Fit:
-    """Move a shape by pins and strokes alone, without a target boundary (paper §3.3).
+    """Move a shape by pins and strokes alone, without a target boundary.
 
-    The smoothness energy makes the problem well posed; arguments and errors as for `fit`.
+    By the balanced method they are met, nothing folds, and every part stays as rigid as that allows; its outline may
+    come to overlap itself, which the status tells. The other methods weigh them (paper §3.3), and need the smoothness
+    energy to be well posed.
+
+    Args:
+        source: as for `fit`.
+        pins: (k, 2) complex, a point inside the source, or on its outline, and the point it should go to, anywhere.
+        strokes: as for `fit`; they may go anywhere.
+        start: an earlier deformation of the same shape, to go on from: motions larger than half a turn come out right
+            in steps. With pins at the same points of the source it keeps its mesh, and takes hundredths of a second.
+            Of the balanced method.
+        **options: see `iccm.problem.Options`.
+
+    Raises:
+        InputError: as `fit`; no pins and no strokes.
     """
-    settings = Options(**{"smoothness": 1e-4, "order": 0, "max_iterations": 100, **options})
+    settings = Options(**options)
     problem = Problem.of(source, None, pins, strokes)
     if not problem.pins.size and not problem.strokes:
         raise InputError("deform: no pins and no strokes; give at least one")
-    return algorithm1.deform(problem, settings)
+    if is_balanced(settings):
+        from .balanced import fit as balanced
+
+        if settings.turn:
+            raise InputError("turn: a shape that is deformed turns as its pins and strokes do")
+        return balanced.deform(problem, settings, _map_of(start))
+    if start is not None:
+        raise InputError("start: an option of --method balanced")
+    from .paper import algorithm1
+
+    return algorithm1.deform(
+        problem, Options(**{"smoothness": 1e-4, "order": 0, "max_iterations": 100, **options})
+    )
+
+
+def _map_of(start: Fit | TriangulatedMap | None) -> TriangulatedMap | None:
+    found = start.map if isinstance(start, Fit) else start
+    if found is not None and not isinstance(found, TriangulatedMap):
+        raise InputError("start: is no balanced map, nor the result that holds one")
+    return found

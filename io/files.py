@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from io import BufferedReader
 from pathlib import Path
 
+from .. import progress
 from ..errors import InputError
 
 BLOCK = 1 << 16
@@ -64,6 +65,7 @@ def writing(name: str, *, force: bool = False, suffix: str = ".png") -> Iterator
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"stdout{suffix}"
         yield path
+        progress.tell("")
         with path.open("rb") as file:
             shutil.copyfileobj(file, sys.stdout.buffer)
 

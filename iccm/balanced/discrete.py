@@ -1,31 +1,58 @@
 """A map in the making: a mesh of the source, its image, and the two outlines that their boundaries slide on."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse
 
 from ..arrays import Complex, Flags, Index, Real
+from ..curve import Curve
+from ..jit import kernel
 from .constraints.inside import Inside
 from .failure import Stuck
-from .kernels import kernel, twice_area
-from .meshing.mesh import Sizes, triangulate
+from .kernels import twice_area
+from .meshing.mesh import Sizes, closed_links, triangulate
 from .minimise import newton
 from .minimise.energy import BOTH_AREAS, geometry
 from .minimise.ldl import System, system_of
 from .minimise.measures import turn_of
-from .minimise.sliding import HELD, SLIDING, Border, Rails
+from .minimise.sliding import HELD, SLIDING, Border, Rail, Rails
 from .minimise.untangle import LEAST_WEIGHT, STEPS, untangle
 from .outline import Outline
-from .pairs import Match, Pairs
+from .pairs import HoleMatch, Loop, Match, Pairs
 
 BETA = 0.02  # weight of the outline's term; without it outline edges cut across the tips of limbs
 
 SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
 
 
+FILLED, SHRUNK = 2e-2, 0.1  # weight of triangles in a hole without a partner, and the size at which they rest
 ROUNDING = 1e-9  # of the root of the area: vertices this close to their goals are there
 NONE_INSIDE = Inside.of_pins(np.empty((0, 2), np.complex128))
+
+
+class Holes(NamedTuple):
+    """The holes of a map in the making.
+
+    Attributes:
+        outlines: those of each hole of the mesh, in the source and in the target.
+        loops: their vertices.
+        filled: the outlines of holes of the source that have no partner, as inner vertices of the mesh.
+    """
+
+    outlines: tuple[tuple[Outline, Outline], ...] = ()
+    loops: tuple[Loop, ...] = ()
+    filled: tuple[Loop, ...] = ()
+
+    def inverse(self) -> "Holes":
+        """Those of the inverse map."""
+        loops = (loop._replace(source=loop.target, target=loop.source) for loop in self.loops)
+        return Holes(tuple((b, a) for a, b in self.outlines), tuple(loops))
+
+
+NO_HOLES = Holes()
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +72,8 @@ class DiscreteMap:
         energy: at the last step, with the outline's term.
         inside: the constraints inside, whose vertices come after the outline's.
         bound: whether their vertices are held by them; if not, they are like any others.
+        holes: the holes; vertices of filled ones come last of those that are given to the mesh.
+        weights: (m,) 1, and FILLED for triangles in filled holes; None where there are none.
     """
 
     source: Outline
@@ -59,6 +88,8 @@ class DiscreteMap:
     energy: float = np.inf
     inside: Inside = NONE_INSIDE
     bound: bool = False
+    holes: Holes = NO_HOLES
+    weights: Real | None = None
 
     @classmethod
     def on(
@@ -70,25 +101,60 @@ class DiscreteMap:
         anchors: Match | None,
         inside: Inside = NONE_INSIDE,
         axis: float = np.inf,
+        holes: Holes = NO_HOLES,
+        filled: Sequence[Complex] = (),
     ) -> "DiscreteMap":
-        """A mesh for boundary pairs; the image is given on the outline and zero inside."""
-        z, faces = triangulate(source.curve.at(pairs.s), sizes, inside.z, inside.links)
-        own = np.arange(inside.z.size)
-        ends = pairs.s.size + np.where(inside.links >= 0, inside.links, own)
-        following = np.append((np.arange(pairs.s.size) + 1) % pairs.s.size, ends)
+        """A mesh for boundary pairs; the image is given on the outline and zero inside. `filled` are the polygons of
+        holes that are covered."""
+        rims = rims_of(source, target, holes, pairs.s.size)
+        z = [rim.source.curve.at(pairs.s[rim.vertices]) for rim in rims]
+        soft = closed_links([rim.size for rim in filled])
+        links = np.append(inside.links, inside.z.size + soft)
+        z, faces = triangulate(z[0], sizes, np.concatenate([inside.z, *filled]), links, z[1:])
+        given = np.arange(inside.z.size + soft.size)
+        ends = np.where((links >= 0) & (given < inside.z.size), links, given)
+        following = np.append(_following(rims), pairs.s.size + ends)
         u = np.zeros(z.size, np.complex128)
-        u[: pairs.s.size] = target.curve.at(pairs.tau)
+        for rim in rims:
+            u[rim.vertices] = rim.target.curve.at(pairs.tau[rim.vertices])
         anchored = np.zeros(pairs.s.size, bool)
         if anchors is not None:
-            gap = np.mod(pairs.s[:, None] - anchors.s + 0.5 * source.length, source.length)
-            anchored = np.any(np.abs(gap - 0.5 * source.length) < 1e-9 * source.length, axis=1)
+            outer = rims[0].vertices
+            gap = np.mod(pairs.s[outer, None] - anchors.s + 0.5 * source.length, source.length)
+            anchored[outer] = np.any(np.abs(gap - 0.5 * source.length) < 1e-9 * source.length, axis=1)
         system = system_of(faces, following, z.size)
-        return cls(source, target, faces, system, z, u, pairs, anchored, axis, inside=inside)
+        weights = weights_of(z, faces, filled) if filled else None
+        return cls(
+            *(source, target, faces, system, z, u, pairs, anchored, axis),
+            inside=inside,
+            holes=holes,
+            weights=weights,
+        )
 
     @property
     def border(self) -> int:
-        """How many vertices are on the outline."""
+        """How many vertices are on the outline, those of holes included."""
         return self.pairs.s.size
+
+    @property
+    def rims(self) -> list["Rim"]:
+        """The loops of the outline."""
+        return rims_of(self.source, self.target, self.holes, self.border)
+
+    @property
+    def loops(self) -> tuple[Loop, ...]:
+        """The outlines of holes."""
+        return self.holes.loops
+
+    @property
+    def filled(self) -> tuple[Loop, ...]:
+        """Those of holes without a partner."""
+        return self.holes.filled
+
+    @property
+    def material(self) -> Index:
+        """The triangles that are not in filled holes."""
+        return self.faces if self.weights is None else self.faces[self.weights == 1]
 
     @property
     def constrained(self) -> int:
@@ -116,13 +182,31 @@ class DiscreteMap:
     @property
     def turn(self) -> float:
         """Radians by which the picture is turned."""
-        return turn_of(self.z, self.u, self.faces)
+        return turn_of(self.z, self.u, self.material)
 
     @property
     def match(self) -> Match:
         """The correspondence of the outlines."""
-        s, tau = self.pairs.s, self.pairs.tau
-        return Match(np.append(s, s[0] + self.source.length), np.append(tau, tau[0] + self.target.length))
+        outer, *holes = [self._match(rim) for rim in self.rims]
+        numbers = ((loop.source, loop.target) for loop in self.holes.loops)
+        return outer._replace(holes=tuple(HoleMatch(i, j, hole) for (i, j), hole in zip(numbers, holes)))
+
+    def _match(self, rim: "Rim") -> Match:
+        s, tau = self.pairs.s[rim.vertices], self.pairs.tau[rim.vertices]
+        return Match(np.append(s, s[0] + rim.source.length), np.append(tau, tau[0] + rim.target.length))
+
+    def inverse(self) -> "DiscreteMap":
+        """The inverse map, of whose vertices and pins the roles are exchanged; not where holes are filled."""
+        s, tau, at_source, at_target = self.pairs
+        return replace(
+            self,
+            source=self.target,
+            target=self.source,
+            z=self.u,
+            u=self.z,
+            pairs=Pairs(tau, s, at_target, at_source),
+            holes=self.holes.inverse(),
+        )
 
     def moved_to_border(self, u: Complex) -> "DiscreteMap":
         """With images u, moved so that those of the outline lie where they belong: a harmonic displacement that fades
@@ -156,7 +240,7 @@ class DiscreteMap:
             u[self.border : self.constrained] = self.inside.goals
         return replace(self, u=u)
 
-    def unfolded(self, *, harmonic: bool = True, polish: int = 0) -> "DiscreteMap":
+    def unfolded(self, *, harmonic: bool = True, polish: int = 0, steps: int = STEPS) -> "DiscreteMap":
         """The inside moved so that no triangle is folded; bound vertices stay where they are.
 
         Raises:
@@ -167,7 +251,7 @@ class DiscreteMap:
         u[self.border : self.constrained] = (
             self.inside.goals if self.bound else u[self.border : self.constrained]
         )
-        least = untangle(self.system, gradients, areas, u, self.constrained, harmonic, STEPS, polish)
+        least = untangle(self.system, gradients, areas, u, self.constrained, harmonic, steps, polish)
         if not least > 0 or folds(self.faces, u):
             raise Stuck("no map without folds was found for this correspondence of the outlines")
         return replace(self, u=u)
@@ -180,49 +264,53 @@ class DiscreteMap:
         Bound vertices that are not at their goals go there, as far as no triangle folds.
         """
         held = self.anchored | self.pairs.at_target if corners else self.anchored
-        u, tau, energy = self._descended(True, held, theta, q, steps, tolerance)
-        pairs = self.pairs._replace(tau=tau[: self.border], at_target=self.pairs.at_target & held)
         inside = self.inside
+        stay = inside.at_target if corners else inside.stuck
+        if self.miss > 0:  # strokes slide once they are where they belong
+            stay = np.ones(stay.size, bool)
+        u, tau, energy = self._descended(True, held, stay, theta, q, steps, tolerance)
+        pairs = self.pairs._replace(tau=tau[: self.border], at_target=self.pairs.at_target & held)
         if self.bound and inside.strokes and self.miss == 0:
-            inside = inside._replace(tau=tau[self.border :], goals=self._slid(u, tau, True))
+            goals = np.where(stay, inside.goals, u[self.border : self.constrained])
+            inside = inside._replace(tau=tau[self.border :], goals=goals, at_target=inside.at_target & stay)
         return replace(self, u=u, pairs=pairs, energy=energy, inside=inside)
 
     def backward(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Newton steps on the source, the images being kept: target corners slide along the source."""
         held = self.anchored | self.pairs.at_source
-        z, s, energy = self._descended(False, held, theta, q, steps, tolerance)
+        z, s, energy = self._descended(False, held, self.inside.at_source, theta, q, steps, tolerance)
         inside = self.inside
         if self.bound and inside.strokes:
-            inside = inside._replace(s=s[self.border :], z=z[self.border : self.constrained].copy())
+            inside = inside._replace(
+                s=s[self.border : self.constrained], z=z[self.border : self.constrained].copy()
+            )
         elif not self.bound and inside.z.size:
             raise AssertionError("a map whose constraints are not met has no inverse to descend on")
         return replace(self, z=z, pairs=self.pairs._replace(s=s[: self.border]), energy=energy, inside=inside)
 
-    def _slid(self, u: Complex, tau: Real, forward: bool) -> Complex:
-        """Goals of the bound vertices, those on strokes where they have come to be."""
-        on_stroke = (self.inside.own >= 0) & ~self.inside.at_target
-        return np.where(on_stroke, u[self.border : self.constrained], self.inside.goals)
-
     def _descended(
-        self, forward: bool, held: Flags, theta: float, q: float, steps: int, tolerance: float
+        self, forward: bool, held: Flags, stay: Flags, theta: float, q: float, steps: int, tolerance: float
     ) -> tuple[Complex, Real, float]:
         """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, and the energy."""
-        pairs, inside = self.pairs, self.inside
+        inside, rims = self.inside, self.rims
         kept, moving = (self.z, self.u) if forward else (self.u, self.z)
-        outline = self.target if forward else self.source
         tau, border = self._border(forward)
         kinds = np.where(held, HELD, SLIDING)
         goals = moving[: self.border]
-        rails, own = [outline.rail], np.zeros(pairs.s.size, np.int64)
+        rails: list[Rail] = [(rim.target if forward else rim.source).rail for rim in rims]
+        own = np.repeat(np.arange(len(rims)), [rim.vertices.stop - rim.vertices.start for rim in rims])
         if self.bound:
-            stay = inside.at_target if forward else inside.at_source
-            if self.miss > 0:  # strokes slide once they are where they belong
-                stay = np.ones(stay.size, bool)
             kinds = np.append(kinds, np.where(stay, HELD, SLIDING))
             goals = np.append(goals, inside.goals if forward else inside.z)
             rails += [stroke[1 if forward else 0] for stroke in inside.strokes]
-            own = np.append(own, inside.own + 1)
+            own = np.append(own, inside.own + len(rims))
+        if not forward:  # outlines of filled holes stay where they are in the source
+            kinds = np.append(kinds, np.full(tau.size - kinds.size, HELD))
+            goals = np.append(goals, moving[goals.size : tau.size])
+            own = np.append(own, np.zeros(tau.size - own.size, np.int64))
         gradients, areas = geometry(kept, self.system.corners)
+        if self.weights is not None:
+            gradients, areas = _shrunk(gradients, areas, self.weights, forward)
         u = moving.copy()
         energy, _ = newton.descend(
             self.system,
@@ -246,21 +334,74 @@ class DiscreteMap:
     def _border(self, forward: bool) -> tuple[Real, Border]:
         """Arclengths of the constrained vertices on the side that moves, and the curves they lie on as chains."""
         moving, kept = (self.pairs.tau, self.pairs.s) if forward else (self.pairs.s, self.pairs.tau)
-        length = self.source.length if forward else self.target.length
-        following = (np.arange(kept.size) + 1) % kept.size
-        spans = np.diff(kept, append=kept[0] + length)
+        spans, laps = np.empty(kept.size), np.zeros(kept.size)
+        for rim in self.rims:
+            length, lap = rim.lengths if forward else rim.lengths[::-1]
+            spans[rim.vertices] = np.diff(kept[rim.vertices], append=kept[rim.vertices.start] + length)
+            laps[rim.vertices.stop - 1] = lap
         on_axis = np.mod(self.pairs.s, self.source.length) > self.axis - 1e-9 * self.source.length
-        stiffness = np.where(on_axis, 0.0, BETA)
-        if not self.bound:
-            return moving.copy(), Border(following, spans, stiffness)
-        tau, gaps = self.inside.chains(forward)
-        linked = self.inside.links >= 0
-        ends = self.border + np.where(linked, self.inside.links, np.arange(linked.size))
-        return np.append(moving, tau), Border(
-            np.append(following, ends),
-            np.append(spans, gaps),
-            np.append(stiffness, np.where(linked, BETA, 0.0)),
-        )
+        border = Border(_following(self.rims), spans, np.where(on_axis, 0.0, BETA), laps)
+        if self.bound:
+            tau, gaps = self.inside.chains(forward)
+            linked = self.inside.links >= 0
+            ends = self.border + np.where(linked, self.inside.links, np.arange(linked.size))
+            chains = Border(ends, gaps, np.where(linked, BETA, 0.0), np.where(linked, 0.0, 1.0))
+            moving, border = np.append(moving, tau), _extended(border, chains)
+        if forward or not self.holes.filled:
+            return moving.copy(), border
+        soft = self.constrained + np.arange(sum(loop.after - loop.first for loop in self.holes.filled))
+        still = Border(soft, np.ones(soft.size), np.zeros(soft.size), np.ones(soft.size))
+        return np.append(moving, np.zeros(soft.size)), _extended(border, still)
+
+
+class Rim(NamedTuple):
+    """A loop of a map's outline.
+
+    Attributes:
+        source: what it is in the source.
+        target: and in the target.
+        vertices: those on it.
+    """
+
+    source: Outline
+    target: Outline
+    vertices: slice
+
+    @property
+    def lengths(self) -> tuple[float, float]:
+        """Of both."""
+        return self.source.length, self.target.length
+
+
+def rims_of(source: Outline, target: Outline, holes: Holes, border: int) -> list[Rim]:
+    """The loops of an outline of `border` vertices, the outer one first."""
+    outer = Rim(source, target, slice(0, holes.loops[0].first if holes.loops else border))
+    return [outer, *(Rim(*pair, loop.vertices) for pair, loop in zip(holes.outlines, holes.loops))]
+
+
+def weights_of(z: Complex, faces: Index, filled: Sequence[Complex]) -> Real:
+    """(m,) weights of triangles: FILLED in the polygons `filled`, else 1."""
+    middles, weights = z[faces].mean(axis=1), np.ones(len(faces))
+    for polygon in filled:
+        weights[Curve(polygon).contains(middles)] = FILLED
+    return weights
+
+
+def _shrunk(gradients: Complex, areas: Real, weights: Real, forward: bool) -> tuple[Complex, Real]:
+    """Gradients (m, 3) and areas (m,) as if triangles in filled holes were small in the source: by themselves they are
+    content as they are, and their images would stay as large."""
+    size = np.where(weights == 1, 1.0, SHRUNK)
+    if forward:
+        return gradients / size[:, None], areas * size**2 * weights
+    return gradients * size[:, None], areas * weights
+
+
+def _following(rims: Sequence[Rim]) -> Index:
+    return closed_links([rim.vertices.stop - rim.vertices.start for rim in rims])
+
+
+def _extended(border: Border, more: Border) -> Border:
+    return Border(*(np.append(a, b) for a, b in zip(border, more)))
 
 
 @kernel

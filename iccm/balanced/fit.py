@@ -4,38 +4,72 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..arrays import Index
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
+from .constraints.given import checked_free
+from .holes.given import Holes, named
 from .method import solve as solved
 from .solution import Settings, Solution
 
 
-def solve(problem: Problem, options: Options) -> Fit:
-    """The balanced map of a problem.
+def solve(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
+    """The balanced map of a problem, from an earlier one on if there is one.
 
     Raises:
         NoMapError: no map without folds was found.
         InputError: pins or strokes that no one-to-one map meets.
     """
     source, target = problem.given
-    settings = Settings(
+    strokes = problem.given_strokes
+    given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
+    holes, pins, numbers = named(given, source, target, problem.given_pins, strokes)
+    found = solved(source, target, _settings(options), pins, strokes, holes, numbers, start)
+    map = _straight(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
+    energies = [{"total": float(level["energy"])} for level in found.energies]
+    return Fit(
+        *(map, _status(found, options), energies, source, target, pins, strokes, list(found.notes)),
+        source_holes=holes.source,
+        target_holes=holes.target,
+        hole_partners=found.partners,
+    )
+
+
+def deform(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
+    """The deformation of a problem without a target, from an earlier one on if there is one.
+
+    Raises:
+        NoMapError: the shape cannot be meshed.
+        InputError: as `checked_free`.
+    """
+    from .deform import method as deforming
+
+    source, pins, strokes = problem.given_source, problem.given_pins, problem.given_strokes
+    given = checked_free(source, pins, strokes)
+    found = deforming.solve(source, given, _settings(options), start)
+    map = _straight(TriangulatedMap(found.source, found.image, found.faces, (found.loop,)), found.lines)
+    ended = Status.BOUNDS if not found.bounded else Status.MET if found.simple else Status.OVERLAP
+    status = ended if found.met else Status.PINS
+    return Fit(map, status, found.energies, source, None, pins, strokes, list(given.notes))
+
+
+def _settings(options: Options) -> Settings:
+    return Settings(
         theta=options.balance,
         turn=None if options.turn == "any" else float(np.radians(options.turn)),
         tolerance=options.tolerance,
         max_dilatation=options.max_dilatation,
         max_stretch=options.max_stretch,
     )
-    pins, strokes = problem.given_pins, problem.given_strokes
-    found = solved(source, target, settings, pins, strokes)
-    map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
-    if len(found.lines):
-        bulge = bulges(found.faces, found.image, found.source, map.edges, found.lines)
-        map = replace(map, bulge=bulge)
-    status = _status(found, options)
-    energies = [{"total": float(level["energy"])} for level in found.energies]
-    return Fit(map, status, energies, source, target, pins, strokes, list(found.notes))
+
+
+def _straight(map: TriangulatedMap, lines: Index) -> TriangulatedMap:
+    """The map with the edges of strokes going straight to straight lines."""
+    if not len(lines):
+        return map
+    return replace(map, bulge=bulges(map.faces, map.image, map.source, map.edges, lines))
 
 
 def _status(found: Solution, options: Options) -> Status:

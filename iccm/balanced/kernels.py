@@ -1,10 +1,8 @@
-"""The decorator of the compiled kernels, and the small ones that all files of this folder share."""
+"""The small kernels that all files of this folder share."""
 
 import numpy as np
-from numba import njit
 
-# numpy's error model: a division by zero gives inf, which line searches reject, instead of a branch at each one
-kernel = njit(cache=True, nogil=True, error_model="numpy")
+from ..jit import inner, kernel
 
 
 @kernel
@@ -19,7 +17,7 @@ def dot(a, b):
     return a.real * b.real + a.imag * b.imag
 
 
-@kernel
+@inner
 def twice_area(z, a, b, c):
     """Twice the signed area of the triangle of vertices a, b, c of z."""
     return cross(z[b] - z[a], z[c] - z[a])
@@ -35,11 +33,17 @@ def located(knots, s):
     """
     length = knots[-1]
     s -= np.floor(s / length) * length
-    edge = min(max(np.searchsorted(knots, s, side="right") - 1, 0), knots.size - 2)
+    edge, end = 0, knots.size - 1
+    while end - edge > 1:  # a bisection, since NumPy's compiles slowly
+        middle = (edge + end) // 2
+        if knots[middle] <= s:
+            edge = middle
+        else:
+            end = middle
     return edge, s - knots[edge]
 
 
-@kernel
+@inner
 def set_row(table, row, first, second, third):
     """Writes the three numbers of a row; no tuple, whose assignment compiles slowly."""
     table[row, 0], table[row, 1], table[row, 2] = first, second, third

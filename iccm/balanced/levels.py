@@ -5,23 +5,26 @@ pass those of the other, and pinned again on a new mesh; the best of all goes to
 is lowered (q = 3).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import isotonic_regression
 
+from .. import progress
 from ..arrays import Complex, Index, Real
 from ..curve import Curve
 from ..maps.triangulated.patches import NO_LINES
 from .constraints.strokes import Stroke, inside
-from .discrete import DiscreteMap
+from .discrete import DiscreteMap, Holes
 from .failure import Stuck
+from .holes.outlines import outlines_of, rim_spacing, spaced
 from .meshing.mesh import Sizes
 from .meshing.transfer import interpolate
 from .minimise.measures import stretches
+from .minimise.untangle import STEPS
 from .outline import Outline
-from .pairs import Match, boundary_pairs, limited, through
+from .pairs import HoleMatch, Loop, Match, Pairs, boundary_pairs, limited, loops_of, through
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
 SCREENING = ((3, 9), (5, 5))  # Newton steps, then how many maps go on; within 1 % of keeping all
@@ -33,6 +36,7 @@ POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
 SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
 MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
+QUICK_STEPS = 10  # of unfolding around held pins; where it works, it mostly does in so many
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
 EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
@@ -54,6 +58,8 @@ class Problem(NamedTuple):
         halved: whether these are half shapes, with a mirror axis between the two anchors.
         pins: (k, 2) points inside the source and the target that must correspond.
         strokes: polylines inside that must.
+        holes: outlines of holes of the source and of the target, clockwise.
+        partners: (i, j) that hole i of the source is to go to hole j of the target.
     """
 
     source: Curve
@@ -64,6 +70,13 @@ class Problem(NamedTuple):
     halved: bool = False
     pins: Complex = NO_PINS
     strokes: tuple[Stroke, ...] = ()
+    holes: tuple[tuple[Curve, ...], tuple[Curve, ...]] = ((), ())
+    partners: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def holed(self) -> bool:
+        """Whether there are holes."""
+        return any(self.holes)
 
     @property
     def constrained(self) -> bool:
@@ -90,14 +103,20 @@ class Problem(NamedTuple):
         pins = np.ascontiguousarray(self.pins[:, ::-1])
         strokes = tuple(stroke.inverse() for stroke in self.strokes)
         return self._replace(
-            source=self.target, target=self.source, anchors=self.anchors[::-1], pins=pins, strokes=strokes
+            source=self.target,
+            target=self.source,
+            anchors=self.anchors[::-1],
+            pins=pins,
+            strokes=strokes,
+            holes=self.holes[::-1],
+            partners=tuple((j, i) for i, j in self.partners),
         )
 
 
 @dataclass(frozen=True, eq=False)
 class Sketch:
     """A map without outlines: vertices, outline first, images, triangles, how many vertices are on the outline, which
-    one is the first pin's, and the edges (l, 2) of strokes."""
+    one is the first pin's, the edges (l, 2) of strokes, and the holes' vertices and weights as of `DiscreteMap`."""
 
     z: Complex
     u: Complex
@@ -105,6 +124,19 @@ class Sketch:
     border: int
     first_pin: int = 0
     lines: Index = field(default_factory=lambda: NO_LINES)
+    loops: tuple[Loop, ...] = ()
+    filled: tuple[Loop, ...] = ()
+    weights: Real | None = None
+
+    @property
+    def material(self) -> Index:
+        """The triangles that are not in filled holes."""
+        return self.faces if self.weights is None else self.faces[self.weights == 1]
+
+    @property
+    def outer(self) -> slice:
+        """The vertices of the outer loop."""
+        return slice(0, self.loops[0].first if self.loops else self.border)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,35 +151,91 @@ class Level:
     pins: Complex
     strokes: tuple[Stroke, ...]
     halved: bool = False
+    holes: tuple[tuple[Outline, ...], tuple[Outline, ...]] = ((), ())
 
     @classmethod
     def of(
         cls, problem: Problem, size: float, fineness: float, corner_fineness: float, steepest: float
     ) -> "Level":
         """The level of mesh size h; fineness of outlines and corners as shares of their diagonals."""
-        source = Outline.of(problem.source, fineness, corner_fineness, problem.anchors[0])
-        target = Outline.of(problem.target, fineness, corner_fineness, problem.anchors[1])
+        (source, *rims), (target, *goals) = (
+            outlines_of(curve, holes, fineness, corner_fineness, always)
+            for curve, holes, always in zip((problem.source, problem.target), problem.holes, problem.anchors)
+        )
         anchors = None
         if problem.anchors[0]:
             s, tau = (o.arclengths(a) for o, a in zip((source, target), problem.anchors))
             order = np.argsort(s)  # pins come in the opposite order in a mirror
             s, tau = s[order], tau[order]
             anchors = Match(s, tau[0] + np.mod(tau - tau[0], target.length))
-        return cls(source, target, size, anchors, steepest, problem.pins, problem.strokes, problem.halved)
+        return cls(
+            *(source, target, size, anchors, steepest, problem.pins, problem.strokes, problem.halved),
+            holes=(tuple(rims), tuple(goals)),
+        )
 
     def mapped(
         self, match: Match, sizes: Sizes | None = None, drawn: list[Match] | None = None
     ) -> DiscreteMap:
         """A mesh for a match of the outlines, and of each stroke, without an inside yet."""
-        match = through(limited(match, self.steepest), self.anchors, 0.0 if self.halved else SPREAD)
-        if max(self.source.length, self.target.length) > MOST_PAIRS * SPACING * self.size:
+        outer = through(limited(match, self.steepest), self.anchors, 0.0 if self.halved else SPREAD)
+        spacing = SPACING * self.size
+        if max(self.source.length, self.target.length) > MOST_PAIRS * spacing:
             raise Stuck("an outline is too long for its area")
-        pairs = boundary_pairs(self.source, self.target, match, SPACING * self.size, self.anchors)
+        pairs = boundary_pairs(self.source, self.target, outer, spacing, self.anchors)
+        pairs, holes = self._with_holes(pairs, match.holes)
         sizes = sizes or Sizes.even(0.5 * self.size**2)
         axis = self.anchors.s[-1] if self.anchors and self.halved else np.inf
         drawn = drawn or [stroke.even for stroke in self.strokes]
-        kept = inside(self.strokes, drawn, SPACING * self.size, self.pins)
-        return DiscreteMap.on(self.source, self.target, pairs, sizes, self.anchors, kept, axis)
+        kept = inside(self.strokes, drawn, spacing, self.pins)
+        alone = sorted(set(range(len(self.holes[0]))) - {hole.source for hole in match.holes})
+        filled = [spaced(self.holes[0][k], spacing) for k in alone]
+        sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
+        holes = holes._replace(filled=loops_of(sizes_of_filled, pairs.s.size + kept.z.size))
+        return DiscreteMap.on(self.source, self.target, pairs, sizes, self.anchors, kept, axis, holes, filled)
+
+    def _with_holes(self, outer: Pairs, matches: Sequence[HoleMatch]) -> tuple[Pairs, Holes]:
+        """The boundary with holes that have partners."""
+        outlines = tuple((self.holes[0][hole.source], self.holes[1][hole.target]) for hole in matches)
+        pairs = [
+            boundary_pairs(*pair, limited(hole.match, self.steepest), rim_spacing(pair, SPACING * self.size))
+            for hole, pair in zip(matches, outlines)
+        ]
+        sizes = [(hole.source, hole.target, each.s.size) for hole, each in zip(matches, pairs)]
+        return Pairs.joined([outer, *pairs]), Holes(outlines, loops_of(sizes, outer.s.size))
+
+    def outlines(self, loops: Sequence[Loop]) -> tuple[list[Outline], list[Outline]]:
+        """The outer outlines, and those of holes, in the source and in the target."""
+        source = [self.source, *(self.holes[0][loop.source] for loop in loops)]
+        return source, [self.target, *(self.holes[1][loop.target] for loop in loops)]
+
+    def inverse(self) -> "Level":
+        """That of the inverse map."""
+        anchors = self.anchors and self.anchors.inverse()
+        return replace(self, source=self.target, target=self.source, anchors=anchors, holes=self.holes[::-1])
+
+    def started(self, match: Match) -> DiscreteMap:
+        """A map without folds for a match. With holes the harmonic one folds more often than not, and its inverse
+        may not.
+
+        Raises:
+            Stuck: none was found.
+        """
+        try:
+            return self.mapped(match).unfolded()
+        except Stuck:
+            if len(match.holes) != max(map(len, self.holes)) or not match.holes or self.pinned:
+                raise
+        return self.inverse().mapped(match.inverse()).unfolded().inverse()
+
+    @property
+    def domains(self) -> tuple[tuple[Outline, ...], tuple[Outline, ...]]:
+        """The outlines of the source and of the target, the outer one of each first."""
+        return (self.source, *self.holes[0]), (self.target, *self.holes[1])
+
+    @property
+    def pinned(self) -> bool:
+        """Whether there are pins or strokes inside."""
+        return bool(self.strokes) or bool(len(self.pins))
 
 
 def score(state: DiscreteMap, upright: float) -> float:
@@ -158,13 +246,14 @@ def score(state: DiscreteMap, upright: float) -> float:
 def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list[DiscreteMap], int]:
     """The best maps after a few steps, best first, and how many matches failed."""
     states, failed = [], 0
-    for match in matches:
+    for match in progress.counted("starts", matches):
         try:
-            states.append(level.mapped(match).unfolded())
+            states.append(level.started(match))
         except Stuck:
             failed += 1
     for steps, keep in SCREENING:
-        states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in states]
+        tried = progress.counted(f"coarse maps, {steps} steps", states)
+        states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
         states = sorted(states, key=lambda s: score(s, problem.upright))[:keep]
     return states, failed
 
@@ -188,7 +277,7 @@ def released(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
         if attempt:
             state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
         try:
-            state = level.mapped(state.match).unfolded()
+            state = level.started(state.match)
         except Stuck:
             break
         state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
@@ -207,7 +296,11 @@ def projected(curve: Curve, points: Complex) -> Real:
     """Arclengths of the closest points of a curve, made monotone, for points in order along it."""
     s = np.mod(curve.closest(points), curve.length)
     steps = np.mod(np.diff(s) + 0.5 * curve.length, curve.length) - 0.5 * curve.length
-    s = isotonic_regression(s[0] + np.append(0, np.cumsum(steps))).x
+    s = s[0] + np.append(0, np.cumsum(steps))
+    if (np.diff(s) < 0).any():
+        from scipy.optimize import isotonic_regression  # slow to import, and seldom needed
+
+        s = isotonic_regression(s).x
     even = s[0] + curve.length * np.arange(s.size) / s.size
     return (1 - EVENED) * s + EVENED * even  # strictly ascending
 
@@ -215,16 +308,38 @@ def projected(curve: Curve, points: Complex) -> Real:
 def match_on(level: Level, state: DiscreteMap | Sketch) -> Match:
     """The match of a map's outlines, carried to the outlines of another level."""
     if isinstance(state, DiscreteMap):
-        s = level.source.simplified_from(state.source.original(state.pairs.s))
-        tau = level.target.simplified_from(state.target.original(state.pairs.tau))
+        outer, *holes = (
+            _closed(
+                *(source, target),
+                source.simplified_from(rim.source.original(state.pairs.s[rim.vertices])),
+                target.simplified_from(rim.target.original(state.pairs.tau[rim.vertices])),
+            )
+            for rim, source, target in zip(state.rims, *level.outlines(state.loops))
+        )
     else:
-        s = projected(level.source.curve, state.z[: state.border])
-        tau = projected(level.target.curve, state.u[: state.border])
-    return Match(np.append(s, s[0] + level.source.length), np.append(tau, tau[0] + level.target.length))
+        outer, *holes = (
+            _closed(
+                source,
+                target,
+                projected(source.curve, state.z[vertices]),
+                projected(target.curve, state.u[vertices]),
+            )
+            for vertices, source, target in zip(
+                (state.outer, *(loop.vertices for loop in state.loops)), *level.outlines(state.loops)
+            )
+        )
+    matches = (HoleMatch(loop.source, loop.target, hole) for loop, hole in zip(state.loops, holes))
+    return outer._replace(holes=tuple(matches))
 
 
-def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
-    """The map carried to a finer level, without folds."""
+def _closed(source: Outline, target: Outline, s: Real, tau: Real) -> Match:
+    return Match(np.append(s, s[0] + source.length), np.append(tau, tau[0] + target.length))
+
+
+def refined(
+    level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None, *, quick: bool = False
+) -> DiscreteMap:
+    """The map carried to a finer level, without folds; `quick` gives up where they are not undone in a few steps."""
     drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
     fine = level.mapped(match_on(level, state), sizes, drawn)
     if isinstance(state, DiscreteMap) and state.bound:
@@ -233,14 +348,16 @@ def refined(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = Non
         fine = replace(fine, bound=True, inside=fine.inside._replace(goals=goals))
     carried = fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
     try:
-        return carried.unfolded(harmonic=False, polish=POLISHING)
+        return carried.unfolded(harmonic=False, polish=POLISHING, steps=QUICK_STEPS if quick else STEPS)
     except Stuck:
+        if quick:
+            raise
         return fine.unfolded(polish=POLISHING)
 
 
 def eased(state: DiscreteMap, theta: float) -> DiscreteMap:
     """A few steps at q = 1 where a triangle is badly stretched: Newton at q widens it slowly."""
-    _, stretch, _ = stretches(state.z, state.u, state.faces)
+    _, stretch, _ = stretches(state.z, state.u, state.material)
     if stretch.max() < BADLY_STRETCHED:
         return state
     return state.forward(theta, 1.0, EASING_STEPS, EASED, corners=True)

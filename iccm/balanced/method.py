@@ -4,18 +4,21 @@ A piecewise linear homeomorphism between triangulations of two shapes that minim
 `energy.py`, its boundary sliding on the target's outline. The stages are in `stages.py`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Complex
+from ..arrays import Complex, Index
 from ..curve import Curve
+from ..maps.triangulated.map import TriangulatedMap
 from ..result import hausdorff
 from . import orientation, stages
 from .constraints.given import Pins, checked, place
-from .failure import NoMapError
 from .frames import Frame, frames_of
+from .holes.filled import Cut, cut_out
+from .holes.given import NONE, Holes, unequal
+from .levels import Sketch
 from .minimise.energy import energy_of
 from .minimise.measures import stretches, turn_of
 from .solution import Journal, Settings, Solution
@@ -29,6 +32,9 @@ def solve(
     settings: Settings | None = None,
     pins: Complex = NO_PINS,
     strokes: Sequence[tuple[Curve, Curve]] = (),
+    holes: Holes = NONE,
+    numbers: Index | None = None,
+    start: TriangulatedMap | None = None,
 ) -> Solution:
     """The balanced map of two domains.
 
@@ -38,53 +44,77 @@ def solve(
         settings: what is asked of the map.
         pins: (k, 2) points of the source and where they go.
         strokes: polylines in the source and where they go, ends to ends.
+        holes: those of both domains. Where one has more than the other, what is too much in the source shrinks to a
+            slit, and what is too much in the target opens from one.
+        numbers: (k,) of the pins, for messages; in order unless given.
+        start: an earlier map of these domains to go on from.
 
     Raises:
         NoMapError: no map without folds was found.
         InputError: pins or strokes that no one-to-one map meets.
     """
     settings = settings or Settings()
-    frames = frames_of(source, target, settings.turn)
-    journal = Journal()
-    if len(pins) or len(strokes):
-        given = checked(source, target, pins, strokes)
+    frames = frames_of(source, target, settings.turn, holes.sides)
+    journal = Journal(notes=unequal(holes))
+    curves = frames[0].curve(source), frames[1].curve(target), holes.unit(frames)
+    domains = (source, *holes.source), (target, *holes.target)
+    if len(pins) or len(strokes) or start is not None:
+        given = checked(source, target, pins, strokes, numbers)
         journal.notes += given.notes
-        curves = (frames[0].curve(source), frames[1].curve(target))
-        state, met = stages.constrained(*curves, given.unit(frames), settings, journal)
-        found = _solution(state, frames, (source, target), settings, journal, False, given)
-        return replace(found, met=met, lines=state.lines)
-    state, symmetric = stages.mapped(frames[0].curve(source), frames[1].curve(target), settings, journal)
-    return _solution(state, frames, (source, target), settings, journal, symmetric)
+        before = start and sketched(start, frames)
+        state, met = stages.constrained(*curves, given.unit(frames), settings, journal, before)
+        found = _solution(state, frames, domains, settings, journal, False, given)
+        return replace(found, met=met)
+    state, symmetric = stages.mapped(*curves, settings, journal)
+    return _solution(state, frames, domains, settings, journal, symmetric)
+
+
+def sketched(map: TriangulatedMap, frames: tuple[Frame, Frame]) -> Sketch:
+    """A map in unit coordinates, vertices of the outline first."""
+    loop, faces = map.loops[0], map.faces
+    if frames[0].mirrored:
+        loop, faces = loop[::-1], faces[:, ::-1]
+    order = np.append(loop, np.setdiff1d(np.arange(map.source.size), loop))
+    place = np.argsort(order)
+    z, u = frames[0].unit(map.source)[order], frames[1].unit(map.image)[order]
+    return Sketch(z, u, np.ascontiguousarray(place[faces]), loop.size)
 
 
 def _solution(
     state: stages.Meshed,
     frames: tuple[Frame, Frame],
-    given: tuple[Curve, Curve],
+    given: tuple[Sequence[Curve], Sequence[Curve]],
     settings: Settings,
     journal: Journal,
     symmetric: bool,
     pins: Pins | None = None,
 ) -> Solution:
-    """The map in the given coordinates, checked there."""
+    """The map in the given coordinates, checked there; `given` are the outlines of both domains, outer ones first."""
     z, u = frames[0].world(state.z), frames[1].world(state.u)
     mirror = frames[0].mirrored
-    faces = np.ascontiguousarray(state.faces[:, ::-1]) if mirror else state.faces
-    loop = np.arange(state.border)[::-1].copy() if mirror else np.arange(state.border)
     if pins is not None:
         place(pins, z, u, state.border, state.first_pin)
-    _refuse_folds(z, u, faces, loop)
-    source_gap, gap = (hausdorff(Curve(w[loop]), c) / c.diagonal for w, c in zip((z, u), given))
-    dilatation, stretch, _ = stretches(state.z, state.u, state.faces)
-    lean = turn_of(state.z, state.u, state.faces) * (-1 if mirror else 1)
+    cut = cut_out(state)
+    z, u = z[cut.vertices], u[cut.vertices]
+    faces = np.ascontiguousarray(cut.faces[:, ::-1]) if mirror else cut.faces
+    loops = tuple(loop[::-1].copy() for loop in cut.loops) if mirror else cut.loops
+    for name, w in (("source", z), ("image", u)):
+        orientation.refuse_folds(name, w, faces)
+        orientation.refuse_touching(name, *(w[loop] for loop in loops))
+    source_gap, gap = (
+        max(hausdorff(Curve(w[loop]), c) / curves[0].diagonal for loop, c in _goals(cut, loops, curves, side))
+        for side, (w, curves) in enumerate(zip((z, u), given))
+    )
+    dilatation, stretch, _ = stretches(state.z, state.u, state.material)
+    lean = turn_of(state.z, state.u, state.material) * (-1 if mirror else 1)
     turn = np.angle(np.exp(1j * lean) * frames[0].factor / frames[1].factor)
-    reached = max(gap, source_gap) <= settings.tolerance and stages.excess(state, settings) <= 1
+    excess = stages.excess(state.z, state.u, state.material, settings)
     return Solution(
         z,
         u,
         faces,
-        (loop,),
-        energy_of(state.z, state.u, state.faces, settings.theta),
+        loops,
+        energy_of(state.z, state.u, state.material, settings.theta),
         journal.energies,
         float(turn),
         gap,
@@ -92,17 +122,18 @@ def _solution(
         journal.starts,
         {"dilatation": float(dilatation.max()), "stretch": float(stretch.max())},
         symmetric,
-        bool(reached),
+        bool(max(gap, source_gap) <= settings.tolerance and excess <= 1),
         journal.notes,
+        lines=cut.lines,
+        partners=cut.partners,
     )
 
 
-def _refuse_folds(z, u, faces, loop) -> None:
-    """Raises NoMapError unless all triangles are positive and both outlines simple, in these very numbers."""
-    for name, w in (("source", z), ("image", u)):
-        if not orientation.positive(w, faces).all():
-            raise NoMapError(
-                f"the {name} has triangles without area in double precision; move the shape to the origin or enlarge it"
-            )
-        if not orientation.is_simple(w[loop]):
-            raise NoMapError(f"the outline of the {name} touches itself in double precision")
+def _goals(
+    cut: Cut, loops: Sequence[Index], curves: Sequence[Curve], side: int
+) -> Iterator[tuple[Index, Curve]]:
+    """The loops of a map and the outlines they belong on, of the source (0) or the target (1)."""
+    yield loops[0], curves[0]
+    for loop, partners in zip(loops[1:], cut.partners):
+        if partners[side] >= 0:
+            yield loop, curves[1 + partners[side]]

@@ -6,6 +6,8 @@ import numpy as np
 import shapely
 
 from ..arrays import Complex, Flags, Index
+from ..maps.triangulated.simple import fault
+from .failure import NoMapError
 
 UNIT = 2.0**-53
 FILTER = (
@@ -35,3 +37,17 @@ def is_simple(loop: Complex) -> bool:
     """Whether a closed polyline neither crosses nor touches itself."""
     ring = np.append(loop, loop[0])
     return bool(shapely.LinearRing(np.column_stack([ring.real, ring.imag])).is_simple)
+
+
+def refuse_folds(name: str, w: Complex, faces: Index) -> None:
+    """Raises NoMapError unless all triangles are positive, in these very numbers."""
+    if not positive(w, faces).all():
+        raise NoMapError(
+            f"the {name} has triangles without area in double precision; move the shape to the origin or enlarge it"
+        )
+
+
+def refuse_touching(name: str, outer: Complex, *holes: Complex) -> None:
+    """Raises NoMapError unless an outline is simple, its holes too and inside it, in these very numbers."""
+    if not is_simple(outer) or (holes and fault([outer, *holes])):
+        raise NoMapError(f"the outline of the {name} touches itself in double precision")

@@ -1,5 +1,6 @@
 """Pairs (s, τ) of arclengths on the two outlines: the vertices of a mesh's boundary and where they go."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,10 +19,12 @@ class Match(NamedTuple):
     Attributes:
         s: (k,) ascending arclengths on the source, the last the first plus the length.
         tau: (k,) ascending arclengths on the target, likewise.
+        holes: the correspondences of holes, which run clockwise.
     """
 
     s: Real
     tau: Real
+    holes: "tuple[HoleMatch, ...]" = ()
 
     def at(self, s: Real) -> Real:
         """τ at any arclengths s."""
@@ -34,11 +37,53 @@ class Match(NamedTuple):
 
     def inverse(self) -> "Match":
         """The correspondence from target to source."""
-        return Match(self.tau, self.s)
+        holes = tuple(HoleMatch(hole.target, hole.source, hole.match.inverse()) for hole in self.holes)
+        return Match(self.tau, self.s, holes)
+
+
+class HoleMatch(NamedTuple):
+    """The correspondence of two holes.
+
+    Attributes:
+        source: which hole of the source.
+        target: which hole of the target.
+        match: of their outlines.
+    """
+
+    source: int
+    target: int
+    match: Match
+
+
+class Loop(NamedTuple):
+    """Where the outline of a hole is in a mesh.
+
+    Attributes:
+        source: which hole of the source.
+        target: which hole of the target; -1 where it has no partner and is filled.
+        first: the first of its vertices, which follow each other.
+        after: the one after the last.
+    """
+
+    source: int
+    target: int
+    first: int
+    after: int
+
+    @property
+    def vertices(self) -> slice:
+        """Its vertices."""
+        return slice(self.first, self.after)
+
+
+def loops_of(sizes: Sequence[tuple[int, int, int]], first: int) -> tuple[Loop, ...]:
+    """Loops that follow each other from vertex `first` on: (source, target, number of vertices) of each."""
+    ends = first + np.cumsum([0, *(size for _, _, size in sizes)])
+    return tuple(Loop(i, j, int(a), int(b)) for (i, j, _), a, b in zip(sizes, ends, ends[1:]))
 
 
 class Pairs(NamedTuple):
-    """The boundary of a mesh, in order.
+    """The boundary of a mesh, in order, loop by loop.
 
     Attributes:
         s: (b,) arclengths on the source, ascending.
@@ -51,6 +96,11 @@ class Pairs(NamedTuple):
     tau: Real
     at_source: Flags
     at_target: Flags
+
+    @classmethod
+    def joined(cls, loops: "Sequence[Pairs]") -> "Pairs":
+        """Those of several loops."""
+        return cls(*(np.concatenate(parts) for parts in zip(*loops)))
 
 
 def through(match: Match, anchors: Match | None, even: float = 0.0) -> Match:

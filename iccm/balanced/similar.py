@@ -3,7 +3,8 @@
 import numpy as np
 
 from ..curve import Curve
-from .pairs import Match
+from .levels import Problem
+from .pairs import HoleMatch, Match
 
 SAME = 1e-9  # of the root of the area: outlines this close are the same
 SAMPLES = 256  # of each outline, compared one by one
@@ -36,3 +37,29 @@ def similarity(source: Curve, target: Curve, *, turns: bool) -> Match | None:
 def _far_vertices(curve: Curve, radius: float) -> np.ndarray:
     """Arclengths of the vertices where the source's first one, its farthest, may go."""
     return curve.knots[:-1][np.abs(np.abs(curve.z) - radius) < FARTHEST][:MOST_STARTS]
+
+
+def similar_with_holes(problem: Problem, match: Match) -> Match | None:
+    """The match of similar outlines with those of holes; None unless these are similar in the same way, and the
+    partners those that are wished."""
+    if len(problem.holes[0]) != len(problem.holes[1]):
+        return None
+    w = problem.source.at(match.s[:1] + problem.source.length * np.arange(SAMPLES) / SAMPLES)
+    v = problem.target.at(match.tau[:1] + problem.target.length * np.arange(SAMPLES) / SAMPLES)
+    turn = complex(np.vdot(w, v))
+    found = [_same(hole, problem.holes[1], turn / abs(turn)) for hole in problem.holes[0]]
+    holes = tuple(HoleMatch(i, *pair) for i, pair in enumerate(found) if pair)
+    as_wished = set(problem.partners) <= {(hole.source, hole.target) for hole in holes}
+    return match._replace(holes=holes) if len(holes) == len(found) and as_wished else None
+
+
+def _same(hole: Curve, others: tuple[Curve, ...], turn: complex) -> tuple[int, Match] | None:
+    """Which of other curves is this one turned, and how they correspond."""
+    ends = np.array([0.0, 1.0])
+    w = turn * hole.at(hole.length * np.arange(SAMPLES) / SAMPLES)
+    for number, other in enumerate(others):
+        start = other.closest(w[:1])
+        v = other.at(start + other.length * np.arange(SAMPLES) / SAMPLES)
+        if np.abs(w - v).max() < SAME * 10:
+            return number, Match(ends * hole.length, start + ends * other.length)
+    return None

@@ -49,6 +49,7 @@ class Solution:
         notes: sentences on what was decided on the way.
         met: whether all pins and strokes are met.
         lines: (l, 2) vertices of the edges of strokes, which go straight to straight lines.
+        partners: for each loop but the first, which hole of the source and of the target it is; -1 for a slit.
     """
 
     source: Complex
@@ -67,6 +68,7 @@ class Solution:
     notes: list[str] = field(default_factory=list)
     met: bool = True
     lines: Index = field(default_factory=lambda: NO_LINES)
+    partners: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass

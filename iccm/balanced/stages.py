@@ -2,19 +2,25 @@
 
 import numpy as np
 
+from .. import progress
+from ..arrays import Complex, Index
 from ..curve import Curve
 from . import starts
-from .constraints import meeting
+from .constraints import continuation, meeting
 from .constraints.given import Pins, with_points
 from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
+from .holes.given import Holes
+from .holes.outlines import manageable_holes
+from .holes.partners import Partners
+from .holes.rings import ring_matches
 from .levels import Level, Problem, Sketch, alternated, eased, refined, released, score, screened
 from .meshing import sizing
 from .meshing.mesh import Sizes
 from .minimise.measures import stretches
 from .outline import manageable
 from .pairs import Match
-from .similar import similarity
+from .similar import similar_with_holes, similarity
 from .solution import Journal, Settings
 from .symmetry import Half, half_of, mirrored
 
@@ -44,9 +50,15 @@ Meshed = DiscreteMap | Sketch
 
 
 def constrained(
-    source: Curve, target: Curve, pins: Pins, settings: Settings, journal: Journal
+    source: Curve,
+    target: Curve,
+    holes: Holes,
+    pins: Pins,
+    settings: Settings,
+    journal: Journal,
+    start: Sketch | None = None,
 ) -> tuple[Meshed, bool]:
-    """The map in unit coordinates that meets pins, and whether it does.
+    """The map in unit coordinates that meets pins, and whether it does; gone on to from an earlier one if given.
 
     Raises:
         NoMapError: none without folds was found.
@@ -56,15 +68,39 @@ def constrained(
     curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
     curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
     problem = Problem(curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]))
-    problem = problem._replace(pins=pins.inner, strokes=pins.strokes)
+    problem = with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
+    if start is not None:
+        return further(problem, start, settings, journal)
     used, found = solved(problem, journal)
     state = finished(used, found, settings, journal)
-    goals = found.inside.goals[found.inside.own < 0]
-    met = (found.bound or not found.inside.z.size) and bool(np.all(goals == used.pins[:, 1]))
-    return (state if used is problem else inverted(state)), met
+    return (state if used is problem else inverted(state)), meets(used, found)
 
 
-def mapped(source: Curve, target: Curve, settings: Settings, journal: Journal) -> tuple[Meshed, bool]:
+def further(
+    problem: Problem, start: Sketch, settings: Settings, journal: Journal
+) -> tuple[DiscreteMap, bool]:
+    """The map that goes on from an earlier one, and whether it meets all constraints.
+
+    Raises:
+        NoMapError: the earlier one cannot be carried to these outlines without folds.
+    """
+    level = last_level(problem, settings)
+    try:
+        state = continuation.continued(level, start, problem)
+    except Stuck:
+        raise NoMapError("start: cannot be gone on from without folds; do without it") from None
+    return lowered(eased(state, problem.theta), problem, settings, journal), meets(problem, state)
+
+
+def meets(problem: Problem, state: DiscreteMap) -> bool:
+    """Whether a map meets all constraints."""
+    goals = state.inside.goals[state.inside.own < 0]
+    return (state.bound or not state.inside.z.size) and bool(np.all(goals == problem.pins[:, 1]))
+
+
+def mapped(
+    source: Curve, target: Curve, holes: Holes, settings: Settings, journal: Journal
+) -> tuple[Meshed, bool]:
     """The map in unit coordinates, and whether it is the mirror image of itself.
 
     Raises:
@@ -72,12 +108,14 @@ def mapped(source: Curve, target: Curve, settings: Settings, journal: Journal) -
     """
     upright = 0.0 if settings.turn is None else UPRIGHT
     simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
-    problem = Problem(simple, goal, settings.theta, upright)
+    problem = with_holes(Problem(simple, goal, settings.theta, upright), holes, settings)
     same = similarity(source, target, turns=settings.turn is None)
+    same = same and similar_with_holes(problem, same)
     if same is not None:
         journal.notes.append("The shapes are similar: the map is the similarity.")
         return onto_itself(problem, same, settings), False
-    halves = (half_of(source), half_of(target)) if settings.turn == 0 else (None, None)
+    upright_pair = settings.turn == 0 and not problem.holed
+    halves = (half_of(source), half_of(target)) if upright_pair else (None, None)
     if halves[0] and halves[1]:
         try:
             return by_halves(problem, halves[0], halves[1], settings, journal)
@@ -104,16 +142,31 @@ def solved(problem: Problem, journal: Journal, share: float = 1.0) -> tuple[Prob
     Raises:
         NoMapError: none without folds was found.
     """
+    closest = None
     for smaller in SMALLER:
-        for used in (problem, problem.inverse()):
+        for used in ways(problem):
             try:
                 state = coarse(used, COARSE * smaller / np.sqrt(share), journal)
-                return used, fine(used, state, FINE * smaller / np.sqrt(share), journal)
+                if not meets(used, state) and closest is not None:
+                    continue
+                found = used, fine(used, state, FINE * smaller / np.sqrt(share), journal)
             except Stuck:
                 continue
+            if meets(*found):
+                return found
+            closest = closest or found
+    if closest is not None:
+        return closest
     raise NoMapError(
         "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
     )
+
+
+def ways(problem: Problem) -> tuple[Problem, ...]:
+    """The problem and its inverse; of the two only the one whose source has more holes, which are filled."""
+    inverse = problem.inverse()
+    surplus = len(problem.holes[0]) - len(problem.holes[1])
+    return (problem, inverse) if surplus == 0 else (problem if surplus > 0 else inverse,)
 
 
 def finished(
@@ -131,7 +184,14 @@ def finished(
 
 def inverted(state: Meshed) -> Sketch:
     """The inverse map."""
-    return Sketch(state.u, state.z, state.faces, state.border, state.first_pin, state.lines)
+    loops, filled, weights = state.loops, state.filled, state.weights
+    exchanged = tuple(
+        tuple(loop._replace(source=loop.target, target=loop.source) for loop in each)
+        for each in (loops, filled)
+    )
+    return Sketch(
+        state.u, state.z, state.faces, state.border, state.first_pin, state.lines, *exchanged, weights
+    )
 
 
 def by_halves(
@@ -159,13 +219,15 @@ def coarse(problem: Problem, size: float, journal: Journal) -> DiscreteMap:
     level = Level.of(problem, size, COARSE_FINENESS, COARSE_CORNERS, STEEPEST)
     free = problem.upright == 0 and level.anchors is None
     matches = candidates(level, ANY_TURN if free else TURNS)
+    if problem.holed:
+        matches = with_partners(level, matches, problem)
     if problem.constrained:
         return meeting.coarse(level, matches, problem, journal)
     states, failed = screened(level, matches, problem)
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += failed
     settled = []
-    for state in states:
+    for state in progress.counted("coarse maps, corners released", states):
         try:
             settled.append(released(level, state, problem))
         except Stuck:
@@ -184,12 +246,12 @@ def straightened(level: Level, state: DiscreteMap, problem: Problem) -> Discrete
         laps = state.turn / (2 * np.pi)
         if problem.upright == 0 or abs(laps) < STRAIGHT / 360:
             break
-        s, tau = state.match
+        s, tau, holes = state.match
         round_source, round_target = (4 * np.pi / o.length**2 > ROUND for o in (level.source, level.target))
         if round_target:
-            match = Match(s, tau - laps * level.target.length)
+            match = Match(s, tau - laps * level.target.length, holes)
         elif round_source:
-            match = Match(s + laps * level.source.length, tau)
+            match = Match(s + laps * level.source.length, tau, holes)
         else:
             break
         try:
@@ -211,30 +273,65 @@ def candidates(level: Level, turns: tuple[tuple[float, int], ...]) -> list[Match
     return found.matches + starts.arclength_matches(source, target)
 
 
+def with_partners(level: Level, matches: list[Match], problem: Problem) -> list[Match]:
+    """The matches with those of holes, and those by way of a ring where there is one hole."""
+    partners = Partners(*level.domains, problem.partners)
+    rings = ring_matches(level, problem.theta) if [len(side) for side in level.holes] == [1, 1] else []
+    return [partners.of(match) for match in matches] + rings
+
+
+def with_holes(problem: Problem, holes: Holes, settings: Settings) -> Problem:
+    """The problem with its holes."""
+    simple = tuple(
+        tuple(manageable_holes(outer, inner, settings.tolerance))
+        for outer, inner in zip((problem.source, problem.target), (holes.source, holes.target))
+    )
+    return problem._replace(holes=simple, partners=holes.partners)
+
+
 def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) -> DiscreteMap:
     """The map on a finer mesh, its worst stretch lowered."""
+    progress.tell("fine map")
     level = Level.of(problem, size, FINE_FINENESS, FINE_CORNERS, STEEPEST_FINE)
-    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
-    state = eased(carried(level, state, problem, sizes), problem.theta)
+    state = on_finer(level, state, problem)
+    if problem.constrained and not meets(problem, state):
+        state = meeting.again(level, state, problem)
     state = alternated(state, problem.theta, POWERS[0], FINE_ROUNDS, FINE_BACKWARD)
     journal.level("fine", state, POWERS[0])
     return state
+
+
+def on_finer(level: Level, state: Meshed, problem: Problem) -> DiscreteMap:
+    """The map on the mesh of a finer level, smaller triangles where it magnifies."""
+    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
+    return eased(carried(level, state, problem, sizes), problem.theta)
 
 
 def last(
     problem: Problem, state: Meshed, settings: Settings, journal: Journal, share: float = 1.0
 ) -> DiscreteMap:
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
+    progress.tell("last map")
+    state = on_finer(last_level(problem, settings, share), state, problem)
+    return lowered(state, problem, settings, journal)
+
+
+def last_level(problem: Problem, settings: Settings, share: float = 1.0) -> Level:
+    """The outlines with all their vertices, and the size of the last mesh."""
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
-    level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
-    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
-    tried = [eased(carried(level, state, problem, sizes), problem.theta)]
-    for q in POWERS:
-        tried.append(tried[-1].forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True))
-        journal.level("last", tried[-1], q)
-        if excess(tried[-1], settings) <= 1:
-            return tried[-1]
-    return min(tried[1:], key=lambda state: excess(state, settings))
+    return Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
+
+
+def lowered(state: DiscreteMap, problem: Problem, settings: Settings, journal: Journal) -> DiscreteMap:
+    """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
+    tried = []
+    for q in progress.counted("last map, worst stretch lowered", POWERS):
+        state = state.forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
+        journal.level("last", state, q)
+        tried.append(state)
+        if excess(state.z, state.u, state.material, settings) <= 1:
+            return state
+    return min(tried, key=lambda state: excess(state.z, state.u, state.material, settings))
 
 
 def carried(level: Level, state: Meshed, problem: Problem, sizes: Sizes) -> DiscreteMap:
@@ -244,9 +341,9 @@ def carried(level: Level, state: Meshed, problem: Problem, sizes: Sizes) -> Disc
     return refined(level, state, sizes)
 
 
-def excess(state: Meshed, settings: Settings) -> float:
+def excess(z: Complex, u: Complex, faces: Index, settings: Settings) -> float:
     """How many times the bounds asked for the largest dilatation and stretch are: at most 1 where they are met."""
-    dilatation, stretch, _ = stretches(state.z, state.u, state.faces)
+    dilatation, stretch, _ = stretches(z, u, faces)
     bounds = (settings.max_dilatation or np.inf, settings.max_stretch or np.inf)
     return float(max(dilatation.max() / bounds[0], stretch.max() / bounds[1]))
 
@@ -256,4 +353,5 @@ def onto_itself(problem: Problem, match: Match, settings: Settings) -> Meshed:
     size = np.sqrt(TRIANGLES_PER_AREA / settings.triangles)
     state = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE).mapped(match)
     turn = np.vdot(state.z[: state.border], state.u[: state.border])
-    return Sketch(state.z, state.z * turn / abs(turn), state.faces, state.border)
+    loops = state.holes.loops
+    return Sketch(state.z, state.z * turn / abs(turn), state.faces, state.border, loops=loops)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import Complex
 from ..curve import Curve
-from .kernels import kernel
+from ..jit import kernel
 from .pairs import Match
 
 SAMPLES = 64  # of each outline; 120 found the same matches on 15 pairs

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
+from .. import progress
 from ..arrays import Complex, Real
 from ..curve import Curve
 from ..errors import InputError
@@ -100,10 +101,10 @@ def search(
     views = [View.of(h, centres(h.curve, 0.1)) for h in (source, target)]
     wish = Wish(pins if pins is not None and pins.size else None, upright)
     pairs = [(a, b) for a in views[0] for b in views[1]]
-    tried = [t for a, b in pairs for t in wish.rotations(a, b)]
+    tried = [t for a, b in progress.counted("Möbius maps", pairs) for t in wish.rotations(a, b)]
     tried.sort(key=lambda t: round(t.score / EQUAL))
     starts = _distinct(tried)
-    rough = [wish.polished(t, ROUGH_SEARCH) for t in starts]
+    rough = [wish.polished(t, ROUGH_SEARCH) for t in progress.counted("Möbius maps polished", starts)]
     close = NEARLY_BEST * min(t.score for t in rough) + EQUAL
     found = [*starts, *(wish.finished(t, views) for t in rough if t.score <= close)]
     least = min(t.score for t in found)

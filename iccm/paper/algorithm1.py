@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .. import progress
 from ..arrays import Complex, Real
 from ..curve import Curve, resampled_knots
 from ..errors import InputError
@@ -122,7 +123,7 @@ def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, lis
     targets = system.targets(x)
     energies = [system.energies(x, targets)]
     decrease = DECREASE if settings.decrease is None else settings.decrease
-    for _ in range(settings.max_iterations):
+    for _ in progress.counted("steps", range(settings.max_iterations)):
         if energies[-1]["total"] <= settings.threshold:
             return x, energies, Status.THRESHOLD
         x, targets, energy = _descend(system, x, targets, energies[-1]["total"])

@@ -16,6 +16,14 @@ class Canvas:
     height: int
     box: Box
 
+    @classmethod
+    def about(cls, width: int, height: int, box: Box) -> "Canvas":
+        """Square pixels that show a box, which grows about its middle to the proportions of width and height."""
+        low, high = box
+        scale = max((high - low).real / width, (high - low).imag / height)
+        middle, half = (low + high) / 2, scale * complex(width, height) / 2
+        return cls(width, height, (middle - half, middle + half))
+
     @property
     def step(self) -> tuple[float, float]:
         """Width and height of a pixel."""

@@ -8,6 +8,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from ..arrays import Complex
+from ..jit import inner, kernel
 from ..maps.evaluate import jet_in
 from ..maps.inverse import newton
 from ..maps.quadtree import is_inside, leaf_of
@@ -52,7 +53,7 @@ class Solved(NamedTuple):
     down: NDArray[np.complex64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def slopes(a, b):
     """Derivatives of the inverse by w's real and imaginary part, where f_z = a and f_z̄ = b."""
     jacobian = a.real * a.real + a.imag * a.imag - b.real * b.real - b.imag * b.imag
@@ -61,7 +62,7 @@ def slopes(a, b):
     return p + q, 1j * (p - q)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def solve_nodes(t, grid, r, c, r1, c1, seed, tol, values):
     """Solves at the tile's Chebyshev points, in a snake from a corner. False at the first failure."""
     hx, hy = 0.5 * (c1 - c), 0.5 * (r1 - r)
@@ -91,7 +92,7 @@ def solve_nodes(t, grid, r, c, r1, c1, seed, tol, values):
     return True, z
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def expand(t, grid, r, c, r1, c1, values, tol, out, where):
     """Fills the tile from the polynomial through the values if it is accurate enough; says whether it was."""
     n = POINTS.size
@@ -126,7 +127,7 @@ def expand(t, grid, r, c, r1, c1, values, tol, out, where):
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _checked(t, grid, r, c, r1, c1, mono, tol):
     """Whether the forward map agrees at points between the nodes, most of them on the rim, where errors peak."""
     n = mono.shape[0]

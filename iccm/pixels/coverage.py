@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ..arrays import Complex
+from ..jit import kernel
 
 NOTHING = (
     1e-6  # area of a pixel that round-off may leave or take, by hand: far above round-off, far below a byte
@@ -37,7 +37,7 @@ def coverage(loop: Complex, row: int, rows: int, width: int) -> tuple[NDArray[np
     return covered, inside
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _resolve(area, turns, covered, inside):
     """Sums along the rows. What is round-off from nothing or from all becomes 0 or 1."""
     for i in range(covered.shape[0]):
@@ -50,7 +50,7 @@ def _resolve(area, turns, covered, inside):
             inside[i, j] = turn != 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _accumulate(start, end, area, turns):
     """Adds every segment's signed area, as differences along the row, and its crossings of the rows' centre lines."""
     rows, width = area.shape[0], area.shape[1] - 2
@@ -75,7 +75,7 @@ def _accumulate(start, end, area, turns):
                 _span(area[i], min(x0, x1), max(x0, x1), sign * (y1 - y0), width)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _span(out, x0, x1, height, width):
     """Spreads `height` over the pixels that a piece of a segment within one row passes, x0 <= x1.
 

@@ -9,10 +9,12 @@ quasi-conformal map, and changes continuously between these. Wide kernels read a
 import math
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.extending import overload
 
 from ..arrays import Real
+from ..jit import inner
+from ..jit import kernel as compiled
 from .colour import Float
 from .pyramid import CLAMP, CLEAR, FRAME, Pyramid
 
@@ -25,7 +27,7 @@ LONGEST = (
 BLEND = 1.5  # a spline gives way to the cubic between a footprint of one texel and this (by hand)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def kernel(x, kind):
     """The reconstruction kernel at distance x: tent, Catmull-Rom, or Lanczos with three lobes."""
     x = abs(x)
@@ -45,7 +47,7 @@ def kernel(x, kind):
     return 3 * math.sin(a) * math.sin(a / 3) / (a * a)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _shape(xx, xy, yx, yy):
     """Inverse of S and its axes: (p, q, r) with S⁻¹ = [[p, q], [q, r]], longest and shortest axis."""
     e, f, g = xx * xx + xy * xy, xx * yx + xy * yy, yx * yx + yy * yy
@@ -85,16 +87,18 @@ def _add(tex, i, j, weight, out):
     return ready
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _nearest(tex, x, y, out):
+@compiled
+def _nearest(tex, xy, out):
+    """The texels that hold the places xy (p, 2), into out (p, c)."""
     w, h = tex.width[0], tex.height[0]
-    i, j = math.floor(y), math.floor(x)
     out[:] = 0
-    if tex.edge == CLAMP or (i >= 0 and j >= 0 and i < h and j < w):
-        add(tex, min(max(i, 0), h - 1), min(max(j, 0), w - 1), 1.0, out)
+    for n in range(xy.shape[0]):
+        i, j = math.floor(xy[n, 1]), math.floor(xy[n, 0])
+        if tex.edge == CLAMP or (i >= 0 and j >= 0 and i < h and j < w):
+            add(tex, min(max(i, 0), h - 1), min(max(j, 0), w - 1), 1.0, out[n])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _gather(tex, x, y, p, q, r, level, kind, weights, out):
     """The kernel with S⁻¹ = [[p, q], [q, r]] at (x, y) of a level. `weights` has room for one row of them."""
     w, h, first = tex.width[level], tex.height[level], tex.start[level]
@@ -132,7 +136,7 @@ def _gather(tex, x, y, p, q, r, level, kind, weights, out):
         out[k] /= total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _quintic(t, weights):
     """The six quintic B-splines that reach t in [0, 1) after the third knot."""
     for k in range(6):
@@ -145,7 +149,7 @@ def _quintic(t, weights):
             weights[k] = (3 - x) ** 5 / 120 if x < 3 else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _smooth(tex, x, y, across, down, out):
     """The spline through the texels at (x, y)."""
     h, w = tex.spline.shape[0], tex.spline.shape[1]
@@ -161,45 +165,72 @@ def _smooth(tex, x, y, across, down, out):
                 out[k] += weight * tex.spline[i + a - 2 + FRAME, j + b - 2 + FRAME, k]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _read_all(tex, xy, turn, kind, out):
+@inner
+def _footprint(turn):
+    """`_shape` of a footprint (4,); one that is not finite counts as a point."""
+    p, q, r, long, short = _shape(turn[0], turn[1], turn[2], turn[3])
+    if not long < 1e12:
+        return 1.0, 0.0, 1.0, 1.0, 1.0
+    return p, q, r, long, short
+
+
+@inner
+def _at_level(tex, x, y, p, q, r, short, kind, weights, out):
+    """What `_gather` reads at the level that suits a footprint."""
+    level = 0
+    while level + 1 < tex.size.size and short >= tex.size[level + 1]:
+        level += 1
+    size = float(tex.size[level])
+    if short >= 4 * size:  # nothing smaller is left: the whole picture
+        p, q, r = 0.25 / size, 0.0, 0.25 / size
+    _gather(tex, x / size, y / size, p * size, q * size, r * size, level, kind, weights, out)
+
+
+@compiled
+def _gathered(tex, xy, turn, kind, out):
     """Filters at texel coordinates xy (p, 2) with footprints turn (p, 4) = xx, xy, yx, yy into out (p, c).
 
-    x is to the right, y down, and the first texel's centre at 0.5. A footprint that is not finite counts as a point.
+    x is to the right, y down, and the first texel's centre at 0.5.
     """
-    value, mixed = np.empty(out.shape[1]), np.empty(out.shape[1])
-    weights, more = np.empty(512), np.empty(8)
+    value, weights = np.empty(out.shape[1]), np.empty(512)
     for i in range(xy.shape[0]):
-        x, y = xy[i, 0], xy[i, 1]
-        if kind == NEAREST:
-            _nearest(tex, x, y, value)
-        else:
-            p, q, r, long, short = _shape(turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3])
-            if not long < 1e12:
-                p, q, r, long, short = 1.0, 0.0, 1.0, 1.0, 1.0
-            smooth = kind == SPLINE and tex.spline.size > 0
-            share = max(0.0, (BLEND - long) / (BLEND - 1)) if smooth else 0.0
-            if share < 1:
-                level = 0
-                while level + 1 < tex.size.size and short >= tex.size[level + 1]:
-                    level += 1
-                size = float(tex.size[level])
-                if short >= 4 * size:  # nothing smaller is left: the whole picture
-                    p, q, r = 0.25 / size, 0.0, 0.25 / size
-                kernel_kind = CUBIC if kind == SPLINE else kind
-                _gather(
-                    tex, x / size, y / size, p * size, q * size, r * size, level, kernel_kind, weights, value
-                )
-            if share > 0:
-                _smooth(tex, x, y, weights, more, mixed)
-                for k in range(value.size):
-                    value[k] = mixed[k] if share == 1 else share * mixed[k] + (1 - share) * value[k]
+        p, q, r, _, short = _footprint(turn[i])
+        _at_level(tex, xy[i, 0], xy[i, 1], p, q, r, short, kind, weights, value)
         for k in range(value.size):
             out[i, k] = value[k]
 
 
+@compiled
+def _splined(tex, xy, turn, out):
+    """The same by the spline, which gives way to the cubic where the texture is shrunk."""
+    value, mixed = np.empty(out.shape[1]), np.empty(out.shape[1])
+    weights, more = np.empty(512), np.empty(8)
+    for i in range(xy.shape[0]):
+        x, y = xy[i, 0], xy[i, 1]
+        p, q, r, long, short = _footprint(turn[i])
+        share = max(0.0, (BLEND - long) / (BLEND - 1))
+        if share < 1:
+            _at_level(tex, x, y, p, q, r, short, CUBIC, weights, value)
+        if share > 0:
+            _smooth(tex, x, y, weights, more, mixed)
+            for k in range(value.size):
+                value[k] = mixed[k] if share == 1 else share * mixed[k] + (1 - share) * value[k]
+        for k in range(value.size):
+            out[i, k] = value[k]
+
+
+def _read_all(tex: Pyramid, xy: Real, turn: Real, kind: int, out: Float) -> None:
+    """The kernel for a filter: what is seldom asked for is one of its own, which the first run need not compile."""
+    if kind == NEAREST:
+        _nearest(tex, xy, out)
+    elif kind == SPLINE and tex.spline.size:
+        _splined(tex, xy, turn, out)
+    else:
+        _gathered(tex, xy, turn, CUBIC if kind == SPLINE else kind, out)
+
+
 def read(tex: Pyramid, xy: Real, turn: Real, kind: int) -> Float:
-    """(p, c) values at texel coordinates with footprints, see `_read_all`; magnified pixels under a cubic filter take
+    """(p, c) values at texel coordinates with footprints, see `_gathered`; magnified pixels under a cubic filter take
     a short cut, which differs by rounding."""
     out = np.empty((len(xy), tex.base.shape[2]), np.float32)
     if kind != CUBIC or tex.base.dtype.kind != "f":
@@ -213,7 +244,7 @@ def read(tex: Pyramid, xy: Real, turn: Real, kind: int) -> Float:
     return out
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _magnified(tex, xy, turn, out):
     """Catmull-Rom where the texture is magnified and its edge is not near; (p,) whether a point is left to do."""
     width, height, channels = tex.width[0], tex.height[0], tex.base.shape[2]
@@ -250,7 +281,7 @@ def _magnified(tex, xy, turn, out):
     return left
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _catmull_rom(t):
     """Weights of the four texels around a place t past the second one."""
     return (

@@ -12,8 +12,8 @@ pixel by pixel, from pixel to pixel: neighbours stay on one sheet of the inverse
 import heapq
 
 import numpy as np
-from numba import njit
 
+from ..jit import inner, kernel
 from ..maps.inverse import newton
 from ..maps.quadtree import is_inside, leaf_of
 from .chebyshev import DEGREE, Grid, Solved, expand, slopes, solve_nodes
@@ -26,7 +26,7 @@ COARSE = 32  # pixels, the blocks of the flood
 SMALLEST = 8  # pixels, the smallest tile
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def fill(t, grid, inside, full, some, seeds, tol, out, where):
     """Solves every pixel marked `inside`; returns how many were solved one by one.
 
@@ -72,7 +72,7 @@ def fill(t, grid, inside, full, some, seeds, tol, out, where):
     return exact
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def flood(t, grid, inside, seeds, tol):
     """Solves at the points of a coarse grid, from neighbour to neighbour, the widest places first.
 
@@ -110,7 +110,7 @@ def flood(t, grid, inside, seeds, tol):
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _clearance(inside):
     """How far each point is from those outside, the grid's surroundings among them: in thirds of a step, 4 aslant."""
     rows, width = inside.shape
@@ -128,7 +128,7 @@ def _clearance(inside):
     return out[1:-1, 1:-1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _state(full, some, r, c, r1, c1):
     whole, empty = True, True
     for i in range(r // SMALLEST, (r1 - 1) // SMALLEST + 1):
@@ -138,7 +138,7 @@ def _state(full, some, r, c, r1, c1):
     return whole, empty
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _pixels(t, grid, inside, r, c, r1, c1, seed, tol, out):
     """Solves the block's pixels one by one, each from a solved neighbour where there is one."""
     done = 0
@@ -162,7 +162,7 @@ def _pixels(t, grid, inside, r, c, r1, c1, seed, tol, out):
     return done, z
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _guess(t, out, i, j, otherwise):
     """The source point expected for pixel (i, j) from a neighbour, if it lies inside the source."""
     rows, width = out.z.shape

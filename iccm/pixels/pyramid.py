@@ -4,9 +4,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ..jit import kernel
 from ..memory import Memory
 from ..parallel import over_slices
 from .colour import Float
@@ -190,7 +190,7 @@ def _reduced(a: Float, edge: int) -> Float:
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _halve_rows(a, taps, edge, out):
     h = a.shape[0]
     for i in range(out.shape[0]):
@@ -203,7 +203,7 @@ def _halve_rows(a, taps, edge, out):
                 out[i, j] += tap * a[row, j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _halve_columns(a, taps, edge, out):
     w, c = a.shape[1], a.shape[2]
     line = np.zeros(((w + 12), c), dtype=np.float32)  # a row with its surroundings
@@ -218,7 +218,7 @@ def _halve_columns(a, taps, edge, out):
                     out[i, j, k] += taps[t] * line[2 * j + t, k]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _decoded(pixels, decode, alpha, out):
     """Stored integers made ready."""
     h, w, c = pixels.shape

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import progress
 from ..arrays import Box
 from ..parallel import in_order
 from . import inverse_tiles, preimages
@@ -52,7 +53,10 @@ def stmap(
         out[seen, 0], out[seen, 1], out[seen, 3] = z.real / size.real, z.imag / size.imag, band.coverage[seen]
         return out
 
-    yield from in_order(rows, range(0, canvas.height, inverse_tiles.TILE), threads)
+    starts = range(0, canvas.height, inverse_tiles.TILE)
+    for row, block in zip(starts, in_order(rows, starts, threads)):
+        progress.tell("resample", row, canvas.height)
+        yield block
 
 
 class Stored:

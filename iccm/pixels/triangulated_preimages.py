@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ..arrays import Complex
+from ..jit import inner, kernel
 from ..maps.triangulated.map import TriangulatedMap
 from ..parallel import in_order
 from . import inverse_tiles
@@ -137,7 +137,7 @@ def powers(corners: Complex, patches: Complex) -> Complex:
     return np.ascontiguousarray(np.stack([z0, x, y, second(0, 0), second(0, 1), second(1, 1)], axis=1))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _fill(corners, powers, chosen, row, z, right, down, state):
     """Writes the pixels whose centres lie in the chosen triangles, corners with pixel centres at whole numbers.
 
@@ -172,7 +172,7 @@ def _fill(corners, powers, chosen, row, z, right, down, state):
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _span(c, y, width):
     """The pixels first .. last - 1 of the line at y that lie in a triangle."""
     low, high = np.inf, -np.inf
@@ -188,7 +188,7 @@ def _span(c, y, width):
     return int(np.ceil(max(low, 0.0))), int(np.ceil(min(high, float(width))))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _clear(state, covered, z, right, down):
     """NaN where no triangle is; marks those of these pixels that are covered in part."""
     nothing = complex(np.nan, np.nan)

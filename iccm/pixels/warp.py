@@ -1,17 +1,17 @@
 """Carries a texture through a map: the inverse at every pixel, filtered by its Jacobian, smooth at the outline."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import progress
 from ..arrays import Box
 from ..errors import InputError
 from ..parallel import in_order
 from . import inverse_tiles, preimages
 from .canvas import Band, Canvas, Diagnostics
-from .padding import pad
 from .preimages import AnyMap
 from .sampler import SLICE, Sampler, put
 from .texture import Places, Placing, Texture
@@ -58,7 +58,6 @@ def warp(
     fill: str = "push-pull",
     max_error: float = 0.05,
     threads: int | None = None,
-    progress: Callable[[int], object] | None = None,
 ) -> Warped:
     """The texture seen through the map.
 
@@ -73,7 +72,6 @@ def warp(
         fill: how, "push-pull" (smooth) or "nearest".
         max_error: of the texture coordinates, in texels.
         threads: as many as there are processors by default; the result does not depend on it.
-        progress: called with the number of rows done.
 
     Returns:
         Pixels of the texture's type; an alpha channel is appended when the texture has none.
@@ -83,7 +81,7 @@ def warp(
     """
     sampler = Sampler(texture, filter, kind, edge, threads=threads)
     job = Warp(map, sampler, canvas, placing=placing, antialias=antialias, max_error=max_error)
-    return whole(job, padding=padding, fill=fill, threads=threads, progress=progress)
+    return whole(job, padding=padding, fill=fill, threads=threads)
 
 
 def whole(
@@ -92,7 +90,6 @@ def whole(
     padding: int = 0,
     fill: str = "push-pull",
     threads: int | None = None,
-    progress: Callable[[int], object] | None = None,
 ) -> Warped:
     """All of a warp's pixels at once; arguments as for `warp`."""
     out = np.zeros((job.canvas.height, job.canvas.width, job.channels), dtype=job.dtype)
@@ -100,8 +97,6 @@ def whole(
     for block in job.blocks(threads):
         out[row : row + len(block)] = block
         row += len(block)
-        if progress:
-            progress(len(block))
     if padding:
         if job.sampler.texture.associated:
             raise InputError(
@@ -115,6 +110,8 @@ def padded(pixels: NDArray, alpha: int, reach: int, fill: str) -> NDArray:
     """(h, w, c) straight pixels, their colours extended where the channel `alpha` is 0; arguments as for `warp`."""
     if fill not in ("push-pull", "nearest"):
         raise InputError(f"fill {fill!r}: not one of push-pull, nearest")
+    from .padding import pad
+
     colours = [k for k in range(pixels.shape[2]) if k != alpha]
     out, extended = pixels.copy(), pixels[..., colours]
     pad(extended, pixels[..., alpha] > 0, reach, fill)
@@ -159,7 +156,9 @@ class Warp:
 
         each, what = band_bytes(self.canvas.width), f"rows of {self.canvas.width} pixels"
         threads = self.sampler.memory.threads(threads, each, what)
-        for block, seen in in_order(finished, range(0, self.canvas.height, inverse_tiles.TILE), threads):
+        rows = range(0, self.canvas.height, inverse_tiles.TILE)
+        for row, (block, seen) in zip(rows, in_order(finished, rows, threads)):
+            progress.tell("resample", row, self.canvas.height)
             self.diagnostics.add(seen)
             yield block
 

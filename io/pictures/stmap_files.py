@@ -1,6 +1,5 @@
 """STMap files, see `iccm.pixels.stmap` for the convention."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -84,7 +83,6 @@ def apply(
     edge: str = "clamp",
     room: Memory | None = None,
     threads: int | None = None,
-    progress: Callable[[int], object] | None = None,
 ) -> None:
     """Writes a picture warped through an STMap, as it is computed. `room` is where the picture is kept,
     the other arguments are those of `iccm.resample.warp`."""
@@ -100,7 +98,5 @@ def apply(
     def blocks():
         for block in work.blocks(threads):
             yield image.with_pixels(block, work.alpha).pixels
-            if progress:
-                progress(len(block))
 
     image_files.write_bands(path, replace(image, alpha=work.alpha), st.shape[0], st.shape[1], blocks())

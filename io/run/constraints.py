@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...errors import InputError
 from .job import Job
-from .options import SOLVER
 
 if TYPE_CHECKING:
+    from ...result import Fit
     from ..shapes.shape import Shape
 
 
@@ -23,11 +24,11 @@ def constrained(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
     pins, strokes = _drawn(job, source, target)
     typed = [[source.at(here), target.at(there)] for here, there in job.pin]
     pins = np.concatenate([np.reshape(pins, (-1, 2)), np.reshape(np.array(typed, dtype=complex), (-1, 2))])
-    _inside(source, "pin", list(pins[:, 0]))
-    _inside(source, "vertex of a stroke", [z for stroke in strokes for z in stroke[0].z])
+    inside(source, "pin", list(pins[:, 0]))
+    inside(source, "vertex of a stroke", [z for stroke in strokes for z in stroke[0].z])
     if job.target and exact(job):
-        _inside(target, "pin", list(pins[:, 1]))
-        _inside(target, "vertex of a stroke", [z for stroke in strokes for z in stroke[1].z])
+        inside(target, "pin", list(pins[:, 1]))
+        inside(target, "vertex of a stroke", [z for stroke in strokes for z in stroke[1].z])
     return (pins if len(pins) else None), (strokes or None)
 
 
@@ -36,8 +37,25 @@ def exact(job: Job) -> bool:
     from ...problem import Options as Solver
     from ...solve import is_balanced
 
-    given = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
-    return is_balanced(Solver(**given))
+    return is_balanced(Solver(**job.solver))
+
+
+def holed(job: Job) -> bool:
+    """Whether the map of a job takes holes onto holes: the balanced method's does, unless they are to be filled."""
+    return job.holes == "keep" and job.target is not None and exact(job)
+
+
+def solved(job: Job, source: Shape, target: Shape, given: dict[str, Any], tell: Callable[[str], None]) -> Fit:
+    """The map of two shapes as a job wants it, or the deformation; `tell` hears of holes that had to be left out."""
+    import iccm
+
+    from ..shapes.holes import fitted
+
+    if not job.target:
+        return iccm.deform(source.curve, **given)
+    if holed(job):
+        return fitted(source, target, tell, **given)
+    return iccm.fit(source.curve, target.curve, **given)
 
 
 def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
@@ -49,8 +67,12 @@ def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
     return constraints.pair(source, target, listed)
 
 
-def _inside(shape: Shape, what: str, points: list[complex]) -> None:
-    """Say in the file's own units which point of the source lies outside it."""
+def inside(shape: Shape, what: str, points: list[complex]) -> None:
+    """Say in the file's own units which point lies outside a shape.
+
+    Raises:
+        InputError: one does.
+    """
     z = np.array(points, dtype=complex)
     if not z.size:
         return

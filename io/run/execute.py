@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
-import time
 from collections.abc import Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ... import ahead, progress
 from ...errors import InputError
 from ...memory import Memory
+from ...progress import Listener
 from .. import files
 from ..memory import Bounded
 from ..spec import Spec
 from . import outputs, parts, report
-from .constraints import constrained
+from .constraints import constrained, holed, solved
 from .inputs import Inputs
 from .job import WRITTEN, Job
-from .options import SOLVER
 from .outputs.output import Output
-from .state import Progress, Run, Tell
+from .phases import Phases
+from .state import Run, Tell
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,57 +45,49 @@ class Outcome:
 
 
 def run(
-    job: Job, *, threads: int | None = None, tell: Tell = lambda note: None, progress: Progress | None = None
+    job: Job, *, threads: int | None = None, tell: Tell = lambda note: None, listener: Listener | None = None
 ) -> Outcome:
     """Do all of a job.
 
     Args:
         job: what to do.
         threads: threads for the pixels, None for all cores; never changes the result.
-        tell: is given each remark on the inputs as it is made.
-        progress: is given rows done and rows in all, of each picture.
+        tell: is given each remark as it is made, and a sentence when something has to be compiled.
+        listener: is told what is under way, see `iccm.progress`.
 
     Raises:
         InputError: an input or output is wrong. Nothing has been written then.
     """
     from ...blas import one_thread
 
-    with one_thread():
-        return _run(job, threads, tell, progress)
+    with one_thread(), Phases.of(tell, listener) as phases:
+        return _run(job, threads, tell, phases)
 
 
-def _run(job: Job, threads: int | None, tell: Tell, progress: Progress | None) -> Outcome:
-    start = time.perf_counter()
-    inputs = Inputs(job)
-    job = with_outputs(job, inputs)
-    wanted = check(job, inputs)
-    state = _read(job, inputs, threads, tell, progress)
-    _check_read(state, wanted)
-    state.seconds["read"] = time.perf_counter() - start
+def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
+    with phases.timed("read"):
+        inputs = Inputs(job)
+        job = with_outputs(job, inputs)
+        wanted = check(job, inputs)
+        state = _read(job, inputs, threads, tell, phases)
+        _check_read(state, wanted)
+    if job.method in (None, "balanced"):
+        with phases.timed("compile"):
+            ahead.compile_ahead(threads)
     if any(output.samples for output in wanted):
         state.begin("sampler")
     _solve(state)
     state.begin("found")
-    if wanted and _cold():
-        tell("the first run compiles, once; this may take a minute")
     with ExitStack() as stack:
         for output in wanted:
             output.write(state, stack.enter_context(files.writing(output.name, force=job.force)))
-        state.seconds["total"] = time.perf_counter() - start
+        progress.tell("evaluate")
         figures = report.build(state)
         if job.report:
             report.write(figures, job.report, stack, force=job.force)
     ok, message = report.verdict(state, figures)
     written = (*job.outputs, *state.figures.get("also_written", []))
     return Outcome(ok, message, figures, written, tuple(state.notes))
-
-
-def _cold() -> bool:
-    """Whether the kernels have never been compiled here; elsewhere than beside the modules nobody looks."""
-    import iccm
-
-    kernels = (Path(iccm.__file__).parent / "pixels" / "__pycache__").glob("filters.*.nbi")
-    return "NUMBA_CACHE_DIR" not in os.environ and not any(kernels)
 
 
 def with_outputs(job: Job, inputs: Inputs | None = None) -> Job:
@@ -135,7 +127,7 @@ def _free(job: Job, outputs: Iterable[str], inputs: Iterable[str], taken: Iterab
         seen.add(real)
 
 
-def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, progress: Progress | None) -> Run:
+def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, phases: Phases) -> Run:
     """The job's shapes and constraints."""
     if job.parts == "all":
         pairs, notes = parts.read(job, inputs)
@@ -143,7 +135,7 @@ def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, progress: P
         source = inputs.shape(job.source)
         pairs, notes = [(source, inputs.shape(job.target) if job.target else source)], []
     room = Bounded(job.memory, _scratch(job)) if job.memory else Memory()
-    state = Run(job, inputs, pairs, room, tell, threads, progress)
+    state = Run(job, inputs, pairs, room, tell, phases, threads)
     for note in notes:
         state.note(note)
     if job.parts == "largest":
@@ -153,13 +145,15 @@ def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, progress: P
 
 def _check_read(state: Run, wanted: list[Output]) -> None:
     """Tell what is wrong with the inputs, or with --size, before the solving."""
+    from ..shapes.holes import about
+
     job, shapes = state.job, [shape for pair in state.pairs for shape in pair]
     outputs.check(state, wanted)
     if others := [name for output in wanted for name in output.beside(state)]:
         _free(job, others, state.inputs.named, taken=job.outputs)
     for note in [f"{shape.spec}: {note}" for shape in shapes for note in shape.notes]:
         state.note(note)
-    for note in parts.about_holes(state.pairs, keep=job.holes == "keep"):
+    for note in about(state.pairs, keep=job.holes == "keep", mapped=holed(job)):
         state.note(note)
 
 
@@ -169,15 +163,13 @@ def _scratch(job: Job) -> Path:
 
 
 def _solve(state: Run) -> None:
-    import iccm
-
     job = state.job
-    given = {name: value for name in SOLVER if (value := getattr(job, name)) is not None}
-    with state.timed("solve"):
-        for source, target in state.pairs:
-            curves = (source.curve, target.curve) if job.target else (source.curve,)
-            solve: Any = iccm.fit if job.target else iccm.deform
-            state.fits.append(solve(*curves, pins=state.pins, strokes=state.strokes, **given))
+    count, constraints = len(state.pairs), {"pins": state.pins, "strokes": state.strokes}
+    with state.phases.timed("solve"):
+        for k, (source, target) in enumerate(state.pairs):
+            with progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}"):
+                fit = solved(job, source, target, constraints | job.solver, state.note)
+                state.fits.append(fit)
     for (source, _), fit in zip(state.pairs, state.fits):
         for note in fit.notes:
             state.note(parts.named(source, note))

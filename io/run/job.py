@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from ...errors import InputError
 from .. import places
 from ..spec import path_of
-from .options import JobOptions
+from .options import SOLVER, JobOptions
 
 WRITTEN = ("report", "plot", "stmap")
 """Fields that name a file to write, beside `output`."""
@@ -33,6 +33,11 @@ class Job(JobOptions, _Shapes):
         if [*self.output, self.report].count("-") > 1:
             raise ValueError("only one output can be `-`: stdout is one stream")
         return self
+
+    @property
+    def solver(self) -> dict[str, Any]:
+        """What of it goes to `iccm.fit` and `iccm.deform`."""
+        return {name: value for name in SOLVER if (value := getattr(self, name)) is not None}
 
     @property
     def outputs(self) -> tuple[str, ...]:

@@ -143,13 +143,16 @@ def _pins() -> Any:
 
 
 EVERY = ("map", "deform", "apply")
+EDITED = ("map", "deform", "edit")  # what is seen on the page
 
 
 @_fields
 class JobOptions:
     """What can be said about a run, in the order in which help shows it."""
 
-    texture: str | None = _option("Picture to carry along.  [default: a numbered checkerboard]", "IMAGE")
+    texture: str | None = _option(
+        "Picture to carry along.  [default: a numbered checkerboard]", "IMAGE", commands=EDITED
+    )
     output: tuple[str, ...] = _option(
         "What to write, by suffix: a picture (.png .jpg .tif .exr .webp .hdr), a mesh (.obj), artwork (.svg); "
         "- for a PNG on stdout. May be repeated.  [default, when nothing else is written: SOURCE-TARGET.png or "
@@ -165,14 +168,16 @@ class JobOptions:
         default="largest", commands=("map",),
     )  # fmt: skip
     holes: Literal["keep", "fill"] = _option(
-        "Whether pictures leave the target's holes transparent, or paint over them; the map does not know of holes.",
-        default="keep",
+        "Whether holes go onto holes and stay transparent in pictures, or are taken for inside and painted over.",
+        default="keep", commands=EDITED,
     )  # fmt: skip
     pin: tuple[Any, ...] = _option(
         "A point of the source and where it goes, in the files' units. May be repeated.", "SX,SY:TX,TY",
-        default=(), parse=many, validated=_pins,
+        default=(), parse=many, validated=_pins, commands=EDITED,
     )  # fmt: skip
-    constraints: str | None = _option("Pins and strokes from a file; - for stdin.", "FILE.json")
+    constraints: str | None = _option(
+        "Pins and strokes from a file; - for stdin.", "FILE.json", commands=EDITED
+    )
     pin_weight: float | None = _option(
         "Pull of the pins against the outline's (conformal, paper); balanced meets them.  [default: 1]",
         "W",
@@ -192,16 +197,22 @@ class JobOptions:
     )  # fmt: skip
     balance: float = _option(
         "0 keeps angles only, 1 is even, more keeps areas (balanced).", "THETA",
-        default=1.0, least=0, most=MOST_BALANCE, solver=True,
+        default=1.0, least=0, most=MOST_BALANCE, solver=True, commands=EDITED,
     )  # fmt: skip
     turn: float | Literal["any"] = _option(
         "Degrees by which the picture should be turned; any leaves it to the shapes (balanced).  [default: 0]",
-        "DEGREES|any", default=0.0, parse=turn, solver=True,
+        "DEGREES|any", default=0.0, parse=turn, solver=True, commands=("map", "edit"),
     )  # fmt: skip
     max_dilatation: float | None = _option(
-        "Bound on the dilatation to meet (balanced).", "K", above=1, solver=True
+        "Bound on the dilatation to meet (balanced).",
+        "K",
+        above=1,
+        solver=True,
+        commands=EDITED,
     )
-    max_stretch: float | None = _option("Bound on the stretch to meet (balanced).", "S", above=1, solver=True)
+    max_stretch: float | None = _option(
+        "Bound on the stretch to meet (balanced).", "S", above=1, solver=True, commands=EDITED
+    )
     order: Literal[0, 1] | None = _option(
         "Distance of zeroth or first order.  [default: by method]", least=0, most=1, solver=True
     )
@@ -221,7 +232,11 @@ class JobOptions:
         "Resistance to bending.  [default: by command]", "W", least=0, solver=True
     )
     tolerance: float = _option(
-        "Boundary gap to reach, relative to the target's diagonal.", default=1e-3, above=0, solver=True
+        "Boundary gap to reach, relative to the target's diagonal.",
+        default=1e-3,
+        above=0,
+        solver=True,
+        commands=EDITED,
     )
     require_injective: float | None = _option(
         "Exit code 1 unless it is certified one-to-one on this share of the source's area.  [0.99]", "[SHARE]",
@@ -233,14 +248,18 @@ class JobOptions:
     )
     texture_box: Literal["viewbox", "bbox"] | None = _option(
         "What of the source the texture covers: its canvas, or its outline's bounding box.  "
-        "[default: viewbox; of the checkerboard bbox]"
+        "[default: viewbox; of the checkerboard bbox]",
+        commands=EDITED,
     )
     target_box: Literal["viewbox", "bbox"] | None = _option(
         "What pictures show: the target's canvas, or its outline's bounding box.  "
-        "[default: viewbox; bbox of a shape that takes little of its canvas]"
+        "[default: viewbox; bbox of a shape that takes little of its canvas]",
+        commands=EDITED,
     )
     filter: Literal["auto", "nearest", "linear", "cubic", "lanczos", "spline"] = _option(
-        "Sampling of the texture; nearest for label maps and masks.", default="auto", commands=EVERY
+        "Sampling of the texture; nearest for label maps and masks.",
+        default="auto",
+        commands=(*EVERY, "edit"),
     )
     kind: Literal["colour", "normal", "normal-down", "data"] = _option(
         "What the texture's channels are; normals (y up or down) turn with the map.",
@@ -248,20 +267,22 @@ class JobOptions:
         commands=EVERY,
     )
     colorspace: str | None = _option(
-        "The texture's, as OpenColorIO names it.  [default: what it says]", "NAME", commands=EVERY
+        "The texture's, as OpenColorIO names it.  [default: what it says]", "NAME", commands=(*EVERY, "edit")
     )
     edge: Literal["clamp", "transparent"] = _option(
-        "What lies outside the texture.", default="clamp", commands=EVERY
+        "What lies outside the texture.", default="clamp", commands=(*EVERY, "edit")
     )
     padding: int | None = _option("Pixels to spill past the outline; -1: all.", "N", least=-1)
     fill: Literal["push-pull", "nearest"] = _option("How padding is filled.", default="push-pull")
     max_pixel_error: float = _option("Error that fast evaluation may make, in texels.", default=0.05, above=0)
-    max_pixels: int = _option("Refuse larger pictures.", default=1 << 28, least=1, commands=EVERY)
+    max_pixels: int = _option("Refuse larger pictures.", default=1 << 28, least=1, commands=(*EVERY, "edit"))
     memory: int | None = _option(
         "Bound on the process, such as 2G: pictures that do not fit go through a scratch file.", "SIZE",
         least=1, most=MOST_MEMORY, parse=memory, commands=EVERY,
     )  # fmt: skip
-    max_segments: int = _option("Refuse SVGs that draw more lines and curves.", default=1 << 20, least=1)
+    max_segments: int = _option(
+        "Refuse SVGs that draw more lines and curves.", default=1 << 20, least=1, commands=EDITED
+    )
 
     bake: bool = _option(
         "Fill the texture layout that the target mesh has, not a new one.", default=False, commands=("map",)

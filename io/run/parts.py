@@ -65,17 +65,6 @@ def _name(shape: Shape) -> str:
     return f"#{shape.part}{own}"
 
 
-def about_holes(pairs: Pairs, *, keep: bool) -> list[str]:
-    """Remarks on holes, which the map takes for inside."""
-    said = []
-    for k, cure in enumerate(("", ", which pictures leave transparent" if keep else ", which pictures fill")):
-        shapes = {id(pair[k]): pair[k] for pair in pairs}
-        count = sum(len(shape.holes) for shape in shapes.values())
-        if count:
-            said.append(f"{pairs[0][k].spec}: the map passes over its {count} hole{'s' * (count > 1)}{cure}")
-    return said[-1:] if pairs[0][0].spec == pairs[0][1].spec else said
-
-
 def named(source: Shape, note: str) -> str:
     """A remark with the name of the part that it is about, if there are several."""
     return f"#{source.part}: {note}" if source.part else note

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Future
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -15,6 +13,7 @@ from ...parallel import beside, thread_count
 from . import framing, parts, raster_size, texture
 from .job import Job
 from .parts import Pairs
+from .phases import Phases
 from .raster_size import LONGER_SIDE
 
 if TYPE_CHECKING:
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
     from .inputs import Inputs
 
 Tell = Callable[[str], None]
-Progress = Callable[[int, int], None]
 
 
 @dataclass
@@ -41,9 +39,8 @@ class Run:
             deformation source and target are the same.
         room: makes the large arrays, within --memory.
         tell: is given each remark as it is made.
+        phases: what each part took, and what is under way.
         threads: for the pixels; None for all cores.
-        progress: is given rows done and rows in all.
-        seconds: what each part took.
         notes: remarks on the inputs and on the solving.
         figures: what making the outputs adds to the report.
         fits: the map of each pair, once it is there.
@@ -55,9 +52,8 @@ class Run:
     pairs: Pairs
     room: Memory
     tell: Tell
+    phases: Phases
     threads: int | None = None
-    progress: Progress | None = None
-    seconds: dict[str, float] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     figures: dict[str, Any] = field(default_factory=dict)
     pins: Any = None
@@ -92,12 +88,15 @@ class Run:
 
     @property
     def _holes(self) -> list[tuple[Complex, ...]]:
-        """The holes that pictures leave transparent, of each part; those of a shape that is deformed move with it."""
+        """The holes that pictures leave transparent, of each part, and that its map does not know of; those of a shape
+        that is deformed move with it."""
         if self.job.holes == "fill":
             return [()] * len(self.pairs)
         if self.job.target is None:
             return [tuple(self.fit.fast(hole) for hole in self.source.holes)]
-        return [target.holes for _, target in self.pairs]
+        from ..shapes.holes import passed_over
+
+        return [passed_over(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
 
     @cached_property
     def image(self) -> Image:
@@ -128,7 +127,7 @@ class Run:
         from ...pixels.sampler import Sampler
 
         job = self.job
-        with self.timed("prepare"):
+        with self.phases.timed("prepare"):
             placed = self.image.texture(self.box, kind=job.kind, room=self.room)
             return Sampler(placed, job.filter, job.kind, job.edge, memory=self.room, threads=self.threads)
 
@@ -138,7 +137,7 @@ class Run:
         return self._begun["found"].result() if "found" in self._begun else self._found()
 
     def _found(self) -> dict[str, Any]:
-        with self.timed("evaluate"):
+        with self.phases.timed("evaluate"):
             found = [fit.report() for fit in self.fits]
         return found[0] | ({"parts": parts.figures(self.pairs, found)} if len(found) > 1 else {})
 
@@ -153,9 +152,7 @@ class Run:
 
         low, high = self._extent()
         width, height = raster_size.size_of(self.job, self.job.size or (LONGER_SIDE,), high - low)
-        scale = max((high - low).real / width, (high - low).imag / height)
-        middle, half = (low + high) / 2, scale * complex(width, height) / 2
-        return Canvas(width, height, (middle - half, middle + half))
+        return Canvas.about(width, height, (low, high))
 
     def _extent(self) -> Box:
         """What pictures show of the target; a deformed shape may leave that of the source, which grows."""
@@ -174,12 +171,3 @@ class Run:
             return
         self.notes.append(remark)
         self.tell(remark)
-
-    @contextmanager
-    def timed(self, part: str) -> Iterator[None]:
-        """Add the block's time to `part` of the report."""
-        start = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[part] = self.seconds.get(part, 0.0) + time.perf_counter() - start

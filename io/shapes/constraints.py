@@ -15,8 +15,10 @@ Listed, coordinates in the units of the source and target files::
       ]
     }
 
-`name` (for messages), `weight` (relative to the other pins or strokes, 1) and `ends` are optional. A stroke with ends
-"free" slides along its target; with "stick" its first and last points also are pinned to those of the target.
+"files" may tell which shapes they are for, {"source": {"file": "a.svg", "size": [512, 512]}, "target": …}: those of
+another size are refused then. `name` (for messages), `weight` (relative to the other pins or strokes, 1) and `ends` are
+optional. A stroke with ends "free" slides along its target; with "stick" its first and last points also are pinned to
+those of the target.
 
 A place has the forms of `iccm.io.places`; on a mesh a stroke of vertices follows the edges from each to the next.
 """
@@ -34,7 +36,7 @@ from ...arrays import Complex, Real
 from ...curve import Curve
 from ...errors import InputError
 from .. import files
-from ..places import TAGS, Place
+from ..places import LARGEST, TAGS, Place
 from .shape import Shape
 
 MAX_BYTES = 16 * 2**20
@@ -43,6 +45,8 @@ MESSAGES = {
     "missing": "is missing",
     "model_type": "must be an object, {…}",
 }
+SAME_SIZE = 1e-3  # relative
+Size = Annotated[float, Field(gt=0, le=LARGEST, strict=True)]
 Weight = Annotated[float, Field(gt=0, le=1e12, strict=True)]
 
 
@@ -67,12 +71,45 @@ class Stroke(_Entry):
     ends: Literal["free", "stick"] = "free"
 
 
+class Sheet(BaseModel):
+    """A shape that places belong to: the file's name, and width and height of its canvas."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    file: str = ""
+    size: tuple[Size, Size]
+
+
+class Sheets(BaseModel):
+    """The shapes that constraints belong to."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    source: Sheet | None = None
+    target: Sheet | None = None
+
+
 class Listed(BaseModel):
     """What a constraints file holds."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    files: Sheets = Sheets()
     pins: list[Pin] = []
     strokes: list[Stroke] = []
+
+    def check(self, source: Shape, target: Shape) -> None:
+        """Refuse shapes of another size than they were made for.
+
+        Raises:
+            InputError: both sizes.
+        """
+        for shape, sheet in ((source, self.files.source), (target, self.files.target)):
+            low, high = shape.box
+            size = np.array([(high - low).real, (high - low).imag])
+            if sheet and not np.allclose(size, sheet.size, rtol=SAME_SIZE):
+                there, here = ("{:g} x {:g}".format(*each) for each in (sheet.size, size))
+                cure = 'scale the places, or take its size out of "files"'
+                raise InputError(
+                    f"the constraints are for {sheet.file or 'a shape'} of {there}, and {shape.spec} is {here}; {cure}"
+                )
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +156,11 @@ def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Const
     With one shape as both, what is drawn in it stays where it is.
 
     Raises:
-        InputError: a drawn name without its partner, or a stroke whose points all coincide.
+        InputError: a drawn name without its partner, a stroke whose points all coincide, or shapes of another size than
+            the list is for.
     """
     listed = listed or Listed()
+    listed.check(source, target)
     pins = [(*_both(source.pins, target.pins, name), 1.0) for name in _paired(source, target, "pins")]
     pins += [(source.at(p.source), target.at(p.target), p.weight) for p in listed.pins]
     names = _paired(source, target, "strokes")

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
-from scipy.optimize import linear_sum_assignment
 
 from ...arrays import Complex, Real
 from .shape import Shape
@@ -27,10 +26,12 @@ def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) 
         sources, targets: the shapes of two drawings.
         turn: degrees counter-clockwise by which the source is turned.
     """
+    from scipy.optimize import linear_sum_assignment
+
     (here, size), (there, large) = _placed(sources), _placed(targets)
     apart = np.abs(here[:, None] * np.exp(1j * np.radians(turn)) - there) ** 2
     cost = apart + SIZE * (np.log(size)[:, None] - np.log(large)) ** 2
-    names = [[_said(shape) for shape in shapes] for shapes in (sources, targets)]
+    names = [[said(shape.names) for shape in shapes] for shapes in (sources, targets)]
     shared = np.array([[len(a & b) for b in names[1]] for a in names[0]])
     return [(int(i), int(j)) for i, j in zip(*linear_sum_assignment(cost - NAMED * shared))]
 
@@ -44,6 +45,6 @@ def _placed(shapes: Sequence[Shape]) -> tuple[Complex, Real]:
     return (centres - (low + high) / 2) / (abs(high - low) / 2), areas / areas.sum()
 
 
-def _said(shape: Shape) -> set[str]:
+def said(names: Sequence[str]) -> set[str]:
     """The names that somebody gave, not the drawing program."""
-    return {name.casefold() for name in shape.names if not UNNAMED.fullmatch(name)}
+    return {name.casefold() for name in names if not UNNAMED.fullmatch(name)}

@@ -42,6 +42,7 @@ class Shape:
         names: ids and labels of what it comes from and of all that this is in.
         extent: the bounding box of all that were read, where it is one of several.
         holes: the boundaries of its holes, core plane.
+        hole_names: ids and labels of what is drawn in each of them.
     """
 
     spec: str
@@ -56,6 +57,7 @@ class Shape:
     names: tuple[str, ...] = ()
     extent: Box | None = None
     holes: tuple[Complex, ...] = ()
+    hole_names: tuple[tuple[str, ...], ...] = ()
 
     @property
     def bounds(self) -> Box:
@@ -153,7 +155,7 @@ def read(
         strokes,
         tuple(notes),
         names=outline.names,
-        holes=_holes(drawing, outline),
+        **_holes(drawing, outline),
     )
 
 
@@ -191,7 +193,7 @@ def read_all(text: str, *, flatness: float = 1e-4) -> list[Shape]:
             part=f"{chosen.part or ''}#{number + 1}".removeprefix("#"),
             names=drawing.outlines[number].names,
             extent=extent,
-            holes=_holes(drawing, drawing.outlines[number]),
+            **_holes(drawing, drawing.outlines[number]),
         )
         for number, curve in curves.items()
     ]
@@ -269,8 +271,24 @@ def _left_out(drawing: Drawing, outline: Outline) -> list[str]:
     return notes
 
 
-def _holes(drawing: Drawing, outline: Outline) -> tuple[Complex, ...]:
-    return tuple(_core(hole, drawing.flip) for hole in outline.holes)
+def _holes(drawing: Drawing, outline: Outline) -> dict[str, Any]:
+    """The outlines of holes and the names of what is drawn in them; a hole has no name of its own."""
+    return {
+        "holes": tuple(_core(hole, drawing.flip) for hole in outline.holes),
+        "hole_names": tuple(_names_in(hole, outline, drawing.outlines) for hole in outline.holes),
+    }
+
+
+def _names_in(hole: Complex, outline: Outline, others: Sequence[Outline]) -> tuple[str, ...]:
+    """The names of what is drawn in a hole, but for those of all that the shape itself is in."""
+    inside = [other for other in others if other.names and _may_hold(hole, other.z)]
+    inside = [other for other in inside if other is not outline and Curve(hole).contains(other.z).all()]
+    return tuple(dict.fromkeys(name for other in inside for name in other.names if name not in outline.names))
+
+
+def _may_hold(hole: Complex, z: Complex) -> bool:
+    low, high = Curve(hole).box
+    return bool(low.real <= z[0].real <= high.real and low.imag <= z[0].imag <= high.imag)
 
 
 def _listed(ids: list[str], most: int = 12) -> str:

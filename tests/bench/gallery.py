@@ -306,7 +306,7 @@ def deformation() -> list[Row]:
     }
     rows = []
     for axes, (name, options) in zip(
-        rest, {"conformal": {}, "quasi-conformal, 0.02": {"quasi": 0.02}}.items()
+        rest, {"conformal": {"method": "paper"}, "quasi-conformal, 0.02": {"quasi": 0.02}}.items()
     ):
         fits = {kind: iccm.deform(man.curve, **given, **options) for kind, given in held.items()}
         fit = fits["strokes"]

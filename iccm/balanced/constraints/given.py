@@ -14,6 +14,9 @@ from .strokes import FINENESS, Stroke, simplified
 
 ON_OUTLINE = 1e-3  # of the diagonal: a pin this close to the outline is on it
 NEAR_OUTLINE = 0.02  # of the diagonal: a pin inside but closer than this stretches what lies between
+AT_OUTLINE = (
+    1e-6  # of the diagonal: the same where the outline is free, and nothing is lost by pins close to it
+)
 SAME_POINT = 1e-9  # of the diagonal
 
 
@@ -46,23 +49,32 @@ class Pins:
         )
         strokes = tuple(
             Stroke(
-                *(Curve(f.unit(c.z), closed=False) for f, c in zip(frames, (stroke.source, stroke.target)))
+                *(Curve(f.unit(c.z), closed=False) for f, c in zip(frames, (stroke.source, stroke.target))),
+                stroke.sticks,
             )
             for stroke in self.strokes
         )
         return Pins(inner, outer, strokes, self.notes)
 
 
-def checked(source: Curve, target: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = ()) -> Pins:
-    """The pins (k, 2) and strokes of two domains, sorted.
+def checked(
+    source: Curve,
+    target: Curve,
+    pins: Complex,
+    strokes: Sequence[tuple[Curve, Curve]] = (),
+    numbers: Index | None = None,
+) -> Pins:
+    """The pins (k, 2) and strokes of two domains, sorted; messages name pins by their (k,) numbers, from 0 on.
 
     Raises:
         InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin on one outline
             only, pins on the outlines that come in another order on one than on the other; a stroke that leaves its
             shape, touches its outline, itself, another stroke or a pin.
     """
-    pins, numbers = _without_repeats(pins, source.diagonal, target.diagonal)
-    extra = ~_at_ends(pins, strokes, source.diagonal, target.diagonal)
+    pins, kept = _without_repeats(pins, source.diagonal, target.diagonal)
+    numbers = kept if numbers is None else numbers[kept]
+    ends = _at_ends(pins, strokes, source.diagonal, target.diagonal)
+    extra = ~ends.any(axis=(0, 1))
     pins, numbers = pins[extra], numbers[extra]
     distances = np.column_stack([_inside(c, pins[:, k], numbers, k) for k, c in enumerate((source, target))])
     outer = distances < ON_OUTLINE
@@ -77,24 +89,53 @@ def checked(source: Curve, target: Curve, pins: Complex, strokes: Sequence[tuple
     notes = tuple(
         f"Pin {numbers[k] + 1} is very close to the outline: what lies between is stretched." for k in near
     )
-    drawn = checked_strokes((source, target), strokes, pins, numbers)
+    drawn = checked_strokes((source, target), strokes, pins, numbers, ends.any(axis=2))
     return Pins(pins[~outer], _in_order(source, target, pins[outer], numbers[outer]), drawn, notes)
 
 
+def checked_free(source: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = ()) -> Pins:
+    """The pins (k, 2) and strokes of a domain whose outline is free, sorted; where they go may be anywhere.
+
+    Raises:
+        InputError: a pin outside its shape, one point pinned to two places; a source stroke that leaves its shape,
+            touches its outline, itself, another stroke or a pin.
+    """
+    pins, numbers = _without_repeats(pins, source.diagonal, None)
+    ends = _at_ends(pins, strokes, source.diagonal, source.diagonal)
+    extra = ~ends.any(axis=(0, 1))
+    pins, numbers = pins[extra], numbers[extra]
+    distances = _inside(source, pins[:, 0], numbers, 0)
+    outer = distances < AT_OUTLINE
+    drawn = checked_strokes((source,), strokes, pins, numbers, ends.any(axis=2))
+    on = pins[outer][np.argsort(source.closest(pins[outer, 0]))] if outer.any() else pins[outer]
+    return Pins(pins[~outer], on, drawn)
+
+
 def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float, image_unit: float) -> Flags:
-    """Which pins only say that a stroke's end goes to its end, as all strokes' ends do."""
-    found = np.zeros(len(pins), bool)
-    for a, b in strokes:
+    """(s, 2, k) which pins say of each stroke's ends that they stick to the ends of its target."""
+    found = np.zeros((len(strokes), 2, len(pins)), bool)
+    for k, (a, b) in enumerate(strokes):
         for end in (0, -1):
             here = np.abs(pins[:, 0] - a.z[end]) <= SAME_POINT * unit
-            found |= here & (np.abs(pins[:, 1] - b.z[end]) <= SAME_POINT * image_unit)
+            found[k, end] = here & (np.abs(pins[:, 1] - b.z[end]) <= SAME_POINT * image_unit)
     return found
 
 
 def checked_strokes(
-    domains: tuple[Curve, Curve], strokes: Sequence[tuple[Curve, Curve]], pins: Complex, numbers: Index
+    domains: tuple[Curve, ...],
+    strokes: Sequence[tuple[Curve, Curve]],
+    pins: Complex,
+    numbers: Index,
+    sticks: Flags,
 ) -> tuple[Stroke, ...]:
-    """The strokes, simplified.
+    """The strokes, simplified, after a look at the sides that have a domain: the source's, and the target's if any.
+
+    Args:
+        domains: source and target, or the source alone.
+        strokes: as given.
+        pins: those that are no ends of strokes.
+        numbers: their places among those given.
+        sticks: (s, 2) which ends of strokes stick.
 
     Raises:
         InputError: as `checked`.
@@ -119,28 +160,29 @@ def checked_strokes(
                     raise InputError(
                         f"pin {number + 1} and stroke {k + 1}: they touch in the {name}; drop one"
                     )
-    return tuple(
-        Stroke(*(simplified(c, FINENESS * d.diagonal) for c, d in zip(pair, domains))) for pair in strokes
-    )
+    units = [domains[0].diagonal, domains[-1].diagonal]
+    curves = [[simplified(c, FINENESS * unit) for c, unit in zip(pair, units)] for pair in strokes]
+    return tuple(Stroke(a, b, (bool(x), bool(y))) for (a, b), (x, y) in zip(curves, sticks))
 
 
 def _line(z: Complex) -> shapely.LineString:
     return shapely.LineString(np.column_stack([z.real, z.imag]))
 
 
-def _without_repeats(pins: Complex, unit: float, image_unit: float) -> tuple[Complex, Index]:
-    """The pins without those given twice, and their places among those given."""
+def _without_repeats(pins: Complex, unit: float, image_unit: float | None) -> tuple[Complex, Index]:
+    """The pins without those given twice, and their places among those given; without `image_unit` two points may go to
+    one place."""
     keep: list[int] = []
     for k, (z, w) in enumerate(pins):
         same = [j for j in keep if abs(pins[j, 0] - z) <= SAME_POINT * unit]
-        same_goal = [j for j in keep if abs(pins[j, 1] - w) <= SAME_POINT * image_unit]
-        if same and same_goal:
+        same_goal = [j for j in keep if abs(pins[j, 1] - w) <= SAME_POINT * (image_unit or unit)]
+        if any(j in same_goal for j in same):
             continue
         if same:
             raise InputError(
                 f"pins {same[0] + 1} and {k + 1}: the same point of the source is to go to two places"
             )
-        if same_goal:
+        if same_goal and image_unit is not None:
             raise InputError(
                 f"pins {same_goal[0] + 1} and {k + 1}: two points of the source are to go to one place"
             )
@@ -197,22 +239,23 @@ def _misplaced(tau: Real, length: float, order: Index) -> list[int]:
 def place(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> None:
     """Puts the vertices of pins exactly where they belong, so that going to unit coordinates and back costs nothing.
 
+    Those that are not met stay where they are.
+
     Args:
         pins: in the coordinates of z and u.
         z: (n,) vertices of the source, those of the outline first, then those of inner pins; changed in place.
-        u: (n,) their images; likewise, but for those of pins that are not met.
+        u: (n,) their images; likewise.
         border: vertices on the outline.
         first: vertex of the first inner pin.
     """
-    near = 1e-8 * np.ptp(np.concatenate([u.real, u.imag]))
+    near, near_image = (1e-8 * max(np.ptp(w.real), np.ptp(w.imag)) for w in (z, u))
     vertices = first + np.arange(len(pins.inner))
     if len(pins.outer):
         on_outline = np.abs(pins.outer[:, :1] - z[None, :border]).argmin(axis=1)
         vertices = np.append(vertices, on_outline)
     for v, (here, there) in zip(vertices, np.concatenate([pins.inner, pins.outer])):
-        z[v] = here
-        if abs(u[v] - there) < near:
-            u[v] = there
+        if abs(z[v] - here) < near and abs(u[v] - there) < near_image:
+            z[v], u[v] = here, there
 
 
 def with_points(curve: Curve, points: Complex) -> Curve:

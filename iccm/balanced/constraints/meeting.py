@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ... import progress
 from ...arrays import Complex
 from .. import starts
 from ..discrete import DiscreteMap
@@ -18,20 +19,33 @@ from ..levels import (
     refined,
     score,
 )
+from ..meshing import sizing
 from ..meshing.mesh import Sizes
 from ..pairs import Match
 from ..solution import Journal
+from . import strokes
+from .inside import Inside
+from .routes import route
+from .ways import FIRST_SHARE, LEAST_SHARE, MOVING_DECREASE, STAGE_STEPS, way_to
 
 FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
-MOVING_STEPS, MOVING_DECREASE = 40, 1e-3
+MOVING_STEPS = 40
 BROUGHT = 6  # starts, best without pins, that are tried harder where none met its pins
+LED = 2  # of these, whose pins are led around each other where none met them still
+RELAXING_STEPS = 20  # of Newton without pins, where a map with them folds on another mesh
+REMESHES = 2  # on the way from one place to the next
 KEPT = 3  # starts, best with pins met, that are settled
 TURNED_STARTS = 3  # elastic ones, at the turn that fits the pins best
-FIRST_SHARE, LEAST_SHARE, STAGE_STEPS = 0.25, 0.02, 15  # of the way in stages; Newton steps in each
-LEAST_FACTOR = 1e-3  # by which constraints shrink: below, they are taken as moved only
+BESIDE = 0.5  # share of even goals in those of strokes whose ends slide
 STRONG = 3.0  # times the energy without pins from which they force strong stretch
 STRETCHED = "The pins force strong stretch: the energy is over three times that without them."
 RELEASES = 2  # rounds of released corners with pins held
+
+
+def aimed(level: Level, state: DiscreteMap, even: float) -> DiscreteMap:
+    """The map with strokes whose ends slide aimed at places beside where they are."""
+    u = state.u[state.border : state.border + state.inside.z.size]
+    return replace(state, inside=strokes.aimed(state.inside, level.strokes, u, even))
 
 
 def bound(state: DiscreteMap) -> DiscreteMap:
@@ -45,21 +59,13 @@ def moved(state: DiscreteMap, theta: float) -> DiscreteMap:
 
 
 def turned_to_goals(state: DiscreteMap, theta: float) -> DiscreteMap:
-    """The map with pins moved to their goals in stages: a similarity turns and grows evenly, the rest goes straight."""
+    """The map with pins moved to their goals in stages."""
     goals = state.inside.goals
-    inner = slice(state.border, state.border + goals.size)
-    begun = state.u[inner]
-    middle, end = begun.mean(), goals.mean()
-    spread = np.sum(np.abs(begun - middle) ** 2)
-    factor = np.vdot(begun - middle, goals - end) / spread if spread > 0 else 1.0
-    factor = factor if abs(factor) > LEAST_FACTOR else 1.0
-    rest = goals - end - factor * (begun - middle)
+    way = way_to(state.u[state.border : state.border + goals.size], goals)
     share, step = 0.0, FIRST_SHARE
     while share < 1 and step > LEAST_SHARE:
         new = min(1.0, share + step)
-        power = np.exp(new * np.log(complex(factor)))
-        way = middle + new * (end - middle) + power * (begun - middle) + new * rest if new < 1 else goals
-        tried = replace(state, inside=state.inside._replace(goals=way), bound=True)
+        tried = replace(state, inside=state.inside._replace(goals=way(new)), bound=True)
         tried = tried.forward(theta, 1.0, STAGE_STEPS, MOVING_DECREASE, corners=True)
         if tried.miss > 0:
             step *= 0.5
@@ -75,6 +81,37 @@ def brought(state: DiscreteMap, theta: float) -> DiscreteMap:
         return straight
     turned = turned_to_goals(replace(state, bound=False), theta)
     return min(turned, straight, key=lambda each: each.miss)
+
+
+def led(level: Level, state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map with its pins led to their goals one after the other, the nearest first, along ways around the others and
+    the outline; or as far as that goes."""
+    goals = state.inside.goals
+    state = held_where_they_are(state)
+    for pin in np.argsort(np.abs(goals - state.inside.goals), kind="stable"):
+        here = state.inside.goals
+        for place in route(level.target.curve, here[pin], goals[pin], np.delete(here, pin)):
+            aims = state.inside.goals.copy()
+            aims[pin] = place
+            state = stepped(level, state, aims, theta)
+            if state.miss > 0:
+                return replace(state, inside=state.inside._replace(goals=goals))
+    return state
+
+
+def stepped(level: Level, state: DiscreteMap, aims: Complex, theta: float) -> DiscreteMap:
+    """The map with its pins moved straight, on new meshes where they get stuck; or as close as they got."""
+    for attempt in range(1 + REMESHES):
+        tried = moved(replace(state, inside=state.inside._replace(goals=aims)), theta)
+        if tried.miss == 0 or attempt == REMESHES:
+            break
+        rested = held_where_they_are(tried).forward(theta, 1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
+        try:
+            sizes = sizing.graded(rested.z, rested.u, rested.faces, 0.5 * level.size**2)
+            state = refined(level, rested, sizes, quick=True)
+        except Stuck:
+            break
+    return tried
 
 
 def turned_matches(level: Level, pins: Complex) -> list[Match]:
@@ -98,7 +135,7 @@ def rank(state: DiscreteMap, upright: float) -> tuple[float, float]:
 def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list[DiscreteMap], float, int]:
     """The best maps with pins moved, best first; the least energy without pins; and how many matches failed."""
     states, failed = [], 0
-    for match in matches:
+    for match in progress.counted("starts", matches):
         try:
             states.append(
                 level.mapped(match).unfolded().forward(problem.theta, 1.0, FIRST_STEPS, 1e-4, corners=False)
@@ -106,10 +143,17 @@ def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list
         except Stuck:
             failed += 1
     free = min((state.energy for state in states), default=np.inf)
-    ends = sorted((moved(state, problem.theta) for state in states), key=lambda s: rank(s, problem.upright))
+    states = [aimed(level, state, BESIDE) for state in states]
+    straight = (moved(state, problem.theta) for state in progress.counted("pins moved", states))
+    ends = sorted(straight, key=lambda s: rank(s, problem.upright))
     if ends and ends[0].miss > 0:
         states = sorted(states, key=lambda s: s.energy)[:BROUGHT]
-        ends = sorted((brought(s, problem.theta) for s in states), key=lambda s: rank(s, problem.upright))
+        staged = (brought(s, problem.theta) for s in progress.counted("pins moved in stages", states))
+        ends = sorted(staged, key=lambda s: rank(s, problem.upright))
+    if ends and ends[0].miss > 0 and not problem.strokes:
+        ways = progress.counted("pins led around each other", states[:LED])
+        led_ends = [led(level, state, problem.theta) for state in ways]
+        ends = sorted([*led_ends, *ends], key=lambda s: rank(s, problem.upright))
     return ends[:KEPT], free, failed
 
 
@@ -134,18 +178,38 @@ def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None 
     Raises:
         Stuck: no map without folds, or pins no longer met.
     """
-    try:
+    if not (state.bound and state.inside.z.size):
         return refined(level, state, sizes)
+    try:
+        return refined(level, state, sizes, quick=True)
     except Stuck:
-        if not (state.bound and state.inside.z.size):
-            raise
-    new = refined(level, replace(state, bound=False), sizes)
+        let_go = replace(state, bound=False)
+    for relaxed in (let_go, let_go.forward(theta, 1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)):
+        try:
+            new = refined(level, relaxed, sizes)
+        except Stuck:
+            continue
+        new = brought(replace(new, inside=with_goals_of(state, new)), theta)
+        if new.miss == 0:
+            return new
+    return refined(level, state, sizes)
+
+
+def again(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
+    """The map with pins met that coarser meshes left on their way; as it is where they are not met on this one."""
+    if problem.strokes:
+        return state
+    free = replace(state, inside=state.inside._replace(goals=problem.pins[:, 1].copy()), bound=False)
+    new = brought(free, problem.theta)
+    new = new if new.miss == 0 else led(level, free, problem.theta)
+    return new if new.miss == 0 else state
+
+
+def with_goals_of(state: DiscreteMap, new: DiscreteMap) -> Inside:
+    """What is constrained in a new map, pins with the goals that they have in the old one."""
     goals = new.inside.goals.copy()
     goals[new.inside.own < 0] = state.inside.goals[state.inside.own < 0]
-    new = brought(replace(new, inside=new.inside._replace(goals=goals)), theta)
-    if new.miss > 0:
-        raise Stuck("the constraints are not met on a new mesh")
-    return new
+    return new.inside._replace(goals=goals)
 
 
 def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journal) -> DiscreteMap:
@@ -167,8 +231,8 @@ def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journa
         best = settled(level, replace(states[0], bound=False), problem)
     else:
         best = settled(level, held_where_they_are(states[0]), problem)
-    if best.energy > STRONG * free:
-        journal.notes.append(STRETCHED)
+    earlier = [note for note in journal.notes if note != STRETCHED]  # an attempt given up may have noted it
+    journal.notes = [*earlier, STRETCHED] if best.energy > STRONG * free else earlier
     journal.level("coarse", best, 1.0)
     return best
 

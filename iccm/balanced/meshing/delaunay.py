@@ -6,7 +6,8 @@ edge opposite each of them, -1 on the outline. Both have room for more triangles
 
 import numpy as np
 
-from ..kernels import cross, dot, kernel, set_row, twice_area
+from ...jit import inner, kernel
+from ..kernels import cross, dot, set_row, twice_area
 
 FLAT = 1e-13  # of the squared edges: an ear with less area is three points on a line but for rounding
 ROUNDING = (
@@ -16,7 +17,7 @@ THIN = 1e-14  # twice the area, of a domain of area one, that a flip may leave
 MOST_FLIPS = 2_000_000  # a bound that no mesh comes near
 
 
-@kernel
+@inner
 def in_circle(z, a, b, c, d):
     """Whether d lies inside the circle of the counter-clockwise triangle a, b, c by more than rounding."""
     u, v, w = z[a] - z[d], z[b] - z[d], z[c] - z[d]
@@ -28,7 +29,7 @@ def in_circle(z, a, b, c, d):
     return first + second + third > ROUNDING * (abs(first) + abs(second) + abs(third))
 
 
-@kernel
+@inner
 def relink(across, t, old, new):
     """Tells triangle t, unless it is -1, that its neighbour old is now new."""
     if t >= 0:
@@ -38,7 +39,7 @@ def relink(across, t, old, new):
                 return
 
 
-@kernel
+@inner
 def _is_ear(z, before, i, after, following):
     """Whether the corner i of the remaining polygon can be cut off."""
     a, b, c = z[before], z[i], z[after]
@@ -63,11 +64,11 @@ def clip_ears(z, count, faces, across):
 
     Meisters, *Polygons have ears*, 1975. Every remaining edge remembers the triangle on its other side.
     """
-    following = (np.arange(count) + 1) % count
-    before = (np.arange(count) - 1) % count
-    beyond = np.empty(count, np.int64)
-    beyond.fill(-1)
-    side = np.zeros(count, np.int64)
+    following, before = np.empty(count, np.int64), np.empty(count, np.int64)
+    beyond, side = np.empty(count, np.int64), np.empty(count, np.int64)
+    for v in range(count):  # array expressions compile slowly
+        following[v], before[v] = (v + 1) % count, (v - 1) % count
+        beyond[v], side[v] = -1, 0
     left, t, idle = count, 0, 0
     i = following[count - 1]
     while left > 3:
@@ -122,7 +123,7 @@ def flip(faces, across, t, k):
     relink(across, beyond_ca, t, u)
 
 
-@kernel
+@inner
 def push(stack, t):
     """Puts a triangle on the stack, whose first entry counts what is on it, unless it is full."""
     if stack[0] + 1 < stack.size:

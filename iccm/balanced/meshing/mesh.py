@@ -6,13 +6,15 @@ of the outline, of given points and of lines (but for the edges of these lines):
 would turn over. Lines are recovered by flips (Sloan 1993).
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Complex, Index, Real
+from ...jit import inner, kernel
 from ..failure import Stuck
-from ..kernels import cross, dot, kernel, set_row, twice_area
+from ..kernels import cross, dot, set_row, twice_area
 from .delaunay import clip_ears, flip, in_circle, joined, legalise, opposite, push, relink
 
 LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement no longer settles
@@ -20,6 +22,7 @@ ENCROACHED = -0.3  # cosine under which an edge of the outline may be seen from 
 FLAT = 1e-11  # twice the area, of a domain of area one, below which a new point counts as on an edge
 ROUNDS = 60  # of refinement; 8 are the most that icons needed
 MOST_RECOVERIES = 60  # sweeps of flips for one edge of a line; a few are the most that strokes needed
+ON_LINE = 1e-15  # distance, in a domain of area one, at which three vertices are on a line
 THIN_FLIP = 1e-13  # twice the area that a flip for an edge of a line may leave
 FARTHEST_WALK = 200  # triangles from a bad one to its circumcentre
 
@@ -47,42 +50,61 @@ NOTHING = np.empty(0, np.complex128)
 
 
 def triangulate(
-    outline: Complex, sizes: Sizes, inside: Complex = NOTHING, links: Index | None = None
+    outline: Complex,
+    sizes: Sizes,
+    inside: Complex = NOTHING,
+    links: Index | None = None,
+    holes: Sequence[Complex] = (),
 ) -> tuple[Complex, Index]:
-    """Vertices (n,), the outline's first and in order, then those given, and counter-clockwise triangles (m, 3).
+    """Vertices (n,), the outline's first and in order, then those of holes and those given, and counter-clockwise
+    triangles (m, 3).
 
     Args:
         outline: (b,) a simple polygon, counter-clockwise, of area about one.
         sizes: how large the triangles may be.
         inside: (k,) points inside that become vertices.
         links: (k,) for each of them the one, by its place among them, to which an edge must lead; -1 for none.
+        holes: simple polygons inside, clockwise and apart, that no triangle covers.
 
     Raises:
-        Stuck: the polygon is so thin or so close to crossing itself that rounding decides, or a line cannot be kept.
+        Stuck: the polygons are so thin or so close to each other that rounding decides, or a line cannot be kept.
     """
+    around = closed_links([hole.size for hole in holes])
+    rims = around.size
+    links = np.append(around, np.full(inside.size, -1) if links is None else links + rims * (links >= 0))
+    inside = np.concatenate([*holes, inside])
     border, given = outline.size, outline.size + inside.size
     area = 0.5 * float(np.sum((outline.conj() * np.roll(outline, -1)).imag))
     room = int(12 * area / sizes.areas.mean() + 16 * given + 4000)
     z = np.empty(room, np.complex128)
     z[:border], z[border:given] = outline, inside
     all_links = np.full(given, -1)
-    if links is not None:
-        all_links[border:] = np.where(links >= 0, links + border, -1)
+    all_links[border:] = np.where(links >= 0, links + border, -1)
     faces, across = np.empty((2 * room, 3), np.int64), np.full((2 * room, 3), -1)
     triangles = clip_ears(z, border, faces, across)
     a, b, c = z[faces[: max(triangles, 0)]].T
     if triangles < 0 or not ((b - a).conj() * (c - a)).imag.min() > 0:
         raise Stuck("the outline is too thin to be triangulated in double precision")
     stack = np.zeros(8 * room, np.int64)
-    triangles = _given(z, border, given, faces, across, triangles, stack, all_links)
+    if inside.size:
+        triangles = _given(z, border, given, faces, across, triangles, stack, all_links)
     if triangles < 0:
-        raise Stuck("a stroke cannot be kept by the mesh")
+        raise Stuck("a stroke, or the outline of a hole, cannot be kept by the mesh")
+    if rims:
+        triangles = _carve(faces, across, triangles, border, border + rims, all_links, stack)
     vertices, triangles = _refine(z, given, faces, across, triangles, stack, 0, all_links, *sizes)
     vertices, triangles = _split_chords(z, vertices, given, faces, across, triangles, stack, all_links)
     return z[:vertices].copy(), faces[:triangles].copy()
 
 
-@kernel
+def closed_links(sizes: Sequence[int]) -> Index:
+    """(k,) the next vertex on each of several loops of given sizes, which follow each other."""
+    starts = np.cumsum([0, *sizes])
+    loops = [start + (np.arange(size) + 1) % size for start, size in zip(starts, sizes)]
+    return np.concatenate([np.empty(0, np.int64), *loops])
+
+
+@inner
 def _limit(point, corner, side, areas):
     """The area limit at a point."""
     i = min(max(int((point.real - corner.real) / side), 0), areas.shape[0] - 1)
@@ -90,7 +112,7 @@ def _limit(point, corner, side, areas):
     return areas[i, j]
 
 
-@kernel
+@inner
 def _circumcentre(a, b, c):
     """The circumcentre of a triangle and the square of its circumradius."""
     u, v = a - c, b - c
@@ -117,7 +139,7 @@ def _walk(z, faces, across, t, point, links):
     return -1
 
 
-@kernel
+@inner
 def _encroaches(z, faces, across, t, new, cavity, mark, stamp, links):
     """Whether the vertex new, inside t, sees an edge of the outline or of a line in its cavity under too wide an
     angle."""
@@ -141,7 +163,7 @@ def _encroaches(z, faces, across, t, new, cavity, mark, stamp, links):
     return False
 
 
-@kernel
+@inner
 def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
     """Puts the vertex new into triangle t; False where it lies on an edge."""
     a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
@@ -163,7 +185,7 @@ def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
     return True
 
 
-@kernel
+@inner
 def _wanted(z, faces, t, corner, side, areas, only_large):
     """Whether triangle t is too large or too thin, and the point that would mend it."""
     a, b, c = z[faces[t, 0]], z[faces[t, 1]], z[faces[t, 2]]
@@ -245,7 +267,7 @@ def _split_chords(z, vertices, given, faces, across, triangles, stack, links):
     return vertices, triangles
 
 
-@kernel
+@inner
 def _holder(z, faces, triangles, point):
     """The triangle that holds a point: the one of whose sides it is farthest inside."""
     best, holder = -np.inf, 0
@@ -281,7 +303,7 @@ def _given(z, border, given, faces, across, triangles, stack, links):
         _split(z, new, faces, across, t, side, triangles, stack, 0, nothing)
         triangles += 2
     for v in range(border, given):
-        if links[v] >= 0 and not _recover(z, faces, across, triangles, v, links[v], links):
+        if links[v] >= 0 and not recover(z, faces, across, triangles, v, links[v], links):
             return -1
     for t in range(triangles):
         push(stack, t)
@@ -290,7 +312,52 @@ def _given(z, border, given, faces, across, triangles, stack, links):
 
 
 @kernel
-def _recover(z, faces, across, triangles, v, w, links):
+def _carve(faces, across, triangles, first, last, links, stack):
+    """Takes out the triangles inside the holes, whose rims are the vertices from first to last, each linked to the
+    next one with the hole on the right; how many are left."""
+    dead = np.zeros(triangles, np.bool_)
+    stack[0] = 0
+    for t in range(triangles):
+        for k in range(3):
+            a, b = faces[t, k], faces[t, (k + 1) % 3]
+            if first <= b < last and links[b] == a and not dead[t]:
+                dead[t] = True
+                push(stack, t)
+    while stack[0] > 0:
+        t = stack[stack[0]]
+        stack[0] -= 1
+        for k in range(3):
+            u = across[t, k]
+            if u < 0 or dead[u] or joined(links, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]):
+                continue
+            dead[u] = True
+            push(stack, u)
+    place, left = np.empty(triangles + 1, np.int64), 0
+    place[triangles] = -1  # that of no triangle, whose number is -1
+    for t in range(triangles):
+        place[t] = -1 if dead[t] else left
+        left += 0 if dead[t] else 1
+    for t in range(triangles):
+        new = place[t]
+        if new >= 0:
+            for k in range(3):
+                faces[new, k], across[new, k] = faces[t, k], place[across[t, k]]
+    for t in range(left, triangles):
+        for k in range(3):
+            across[t, k] = -1
+    return left
+
+
+@inner
+def _side(z, p, q, v):
+    """On which side of the line from p to q the vertex v lies: 1, -1, or 0 where rounding decides."""
+    ahead, to = z[q] - z[p], z[v] - z[p]
+    area = cross(ahead, to)
+    return 0 if abs(area) <= ON_LINE * (abs(ahead) + abs(to)) else 1 if area > 0 else -1
+
+
+@kernel
+def recover(z, faces, across, triangles, v, w, links):
     """Flips edges that cross the one from v to w until that is in the mesh; False where it cannot be."""
     for _ in range(MOST_RECOVERIES):
         crossing = False
@@ -300,8 +367,7 @@ def _recover(z, faces, across, triangles, v, w, links):
                 u = across[t, k]
                 if u < 0 or a > faces[u, opposite(faces, u, b, c)] or v in (b, c) or w in (b, c):
                     continue
-                over = cross(z[w] - z[v], z[b] - z[v]) * cross(z[w] - z[v], z[c] - z[v]) < 0
-                if not over or twice_area(z, b, c, v) * twice_area(z, b, c, w) >= 0:
+                if _side(z, v, w, b) * _side(z, v, w, c) >= 0 or _side(z, b, c, v) * _side(z, b, c, w) >= 0:
                     continue
                 d = faces[u, opposite(faces, u, b, c)]
                 if joined(links, b, c) and min(b, c) < min(v, w):

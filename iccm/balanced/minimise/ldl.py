@@ -14,7 +14,7 @@ from numba import njit
 from scipy.sparse.linalg import splu
 
 from ...arrays import Index
-from ..kernels import kernel
+from ...jit import inner, kernel
 
 
 class System(NamedTuple):
@@ -94,7 +94,7 @@ def minimum_degree(faces: Index, count: int) -> Index:
     return lu.perm_c.astype(np.int64)
 
 
-@kernel
+@inner
 def _elimination_tree(starts, rows):
     """Parent of each column in the elimination tree, and the entries of each column of the factor."""
     n = starts.size - 1

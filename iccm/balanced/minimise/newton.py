@@ -14,7 +14,8 @@ goals.
 
 import numpy as np
 
-from ..kernels import cross, kernel, move
+from ...jit import inner, kernel
+from ..kernels import cross, move
 from .energy import assemble, total
 from .ldl import downhill, factorise
 from .sliding import (
@@ -64,7 +65,7 @@ def largest_step(faces, u, step):
     return best
 
 
-@kernel
+@inner
 def regularise(system, matrix):
     """Adds a little to the diagonal."""
     mean = 0.0
@@ -76,13 +77,13 @@ def regularise(system, matrix):
         matrix[slot, 3] += little
 
 
-@kernel
-def _gap_limit(border, tau, slide, length, most):
+@inner
+def _gap_limit(border, tau, slide, most):
     """The largest share of the step, at most `most`, that keeps the outline's vertices well in order."""
     for v in range(tau.size):
         closing = slide[v] - slide[border.following[v]]
         if closing > 0:
-            most = min(most, SHARE_OF_GAP * gap_ahead(border, tau, v, length) / closing)
+            most = min(most, SHARE_OF_GAP * gap_ahead(border, tau, v) / closing)
     return most
 
 
@@ -97,7 +98,7 @@ def _moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
             new_u[v] = point_at(rail_of(rails, v), new_tau[v])
 
 
-@kernel
+@inner
 def _remaining(kinds, goals, u, way):
     """Fills in the way (n,) of held vertices to their goals; whether there is any."""
     moving = False
@@ -108,7 +109,7 @@ def _remaining(kinds, goals, u, way):
     return moving
 
 
-@kernel
+@inner
 def add_product(system, matrix, way, gradient):
     """Adds the matrix times the way (n,) to the gradient (n,), both x + iy of each vertex."""
     n = system.position.size
@@ -131,7 +132,7 @@ def add_product(system, matrix, way, gradient):
                 )
 
 
-@kernel
+@inner
 def _restricted(kinds, directions, slope, gradient):
     """Rewrites the gradient of constrained vertices along their directions, 0 where they are held."""
     for v in range(directions.size):
@@ -168,7 +169,7 @@ def descend(
     Returns:
         The energy and the number of steps.
     """
-    n, c, length = u.size, tau.size, rails.knots[rails.starts[1, 0] - 1]
+    n, c = u.size, tau.size
     matrix, gradient = np.empty((system.rows.size, 4)), np.empty(n, np.complex128)
     factor, pivots = np.empty((system.factor_rows.size, 4)), np.empty((n, 3))
     slope, curvature, slide = np.empty(c), np.empty(c), np.empty(c)
@@ -177,8 +178,8 @@ def descend(
     energy, small, crawling = np.inf, 0, 0
     for done in range(steps):
         energy = assemble(system, gradients, weights, u, theta, q, share, 0.0, matrix, gradient)
-        energy += border_energy(border, tau, length)
-        border_derivatives(border, tau, length, slope, curvature)
+        energy += border_energy(border, tau)
+        border_derivatives(border, tau, slope, curvature)
         choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
         moving = _remaining(kinds, goals, u, way)
         if moving:
@@ -205,7 +206,7 @@ def descend(
             step[v] = slide[v] * directions[v] + way[v]
         t = 1.0 if moving else 1 / (1 + max(decrease / energy, -LONGEST))  # decrease < 0: Newton's for log E
         t = min(
-            _gap_limit(border, tau, slide, length, t),
+            _gap_limit(border, tau, slide, t),
             (SHARE_WHILE_MOVING if moving else SHARE_OF_FLIP) * largest_step(faces, u, step),
         )
         gained, accepted = 0.0, False
@@ -215,7 +216,7 @@ def descend(
                 for v in range(c):
                     if kinds[v] == HELD:
                         new_u[v] = goals[v]
-            new_energy = border_energy(border, new_tau, length)
+            new_energy = border_energy(border, new_tau)
             if new_energy < np.inf:
                 new_energy += total(system.corners, gradients, weights, new_u, theta, q, share, 0.0)
             if new_energy <= (GROWTH * energy if moving else energy + ARMIJO * t * decrease):

@@ -2,7 +2,7 @@
 
 Each vertex of the outline, or of a stroke, has one unknown, its arclength τ on the polyline it slides on. It passes
 small kinks; at a corner it stops, and stays as long as the slopes to both sides hold it. A stroke's polyline is closed
-by running back along itself; vertices stay on the way there, since the ends are held and the order is kept.
+by running back along itself; vertices stay on the way there: the order is kept, and the ends do not pass its ends.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ..kernels import dot, kernel, located
+from ...jit import inner, kernel
+from ..kernels import dot, located
 
 HELD, SLIDING, FREE = 0, 1, 2  # kinds of constrained vertices
 SAME_PLACE = 1e-8  # of the length: a vertex this close to a corner is on it
@@ -40,6 +41,7 @@ class Rails(NamedTuple):
         corners: likewise.
         starts: (r + 1, 3) where each rail begins in the three.
         own: (c,) the rail of each constrained vertex.
+        ends: (r,) arclength at which each rail turns back along itself, inf where it does not: vertices stay between.
     """
 
     knots: Real
@@ -47,14 +49,16 @@ class Rails(NamedTuple):
     corners: Real
     starts: Index
     own: Index
+    ends: Real
 
     @classmethod
-    def of(cls, rails: Sequence[Rail], own: Index) -> "Rails":
-        """The rails put together."""
+    def of(cls, rails: Sequence[Rail], own: Index, loops: int = 1) -> "Rails":
+        """The rails put together; the first `loops` are closed curves, the others strokes there and back again."""
+        ends = [np.inf if k < loops else 0.5 * rail.knots[-1] for k, rail in enumerate(rails)]
         sizes = np.array([[part.size for part in rail] for rail in rails], np.int64)
         starts = np.concatenate([np.zeros((1, 3), np.int64), np.cumsum(sizes, axis=0)])
         knots, vertices, corners = (np.concatenate(parts) for parts in zip(*rails))
-        return cls(knots, vertices, corners, starts, own)
+        return cls(knots, vertices, corners, starts, own, np.array(ends))
 
 
 class Border(NamedTuple):
@@ -64,11 +68,13 @@ class Border(NamedTuple):
         following: (c,) the next vertex of each one; itself at the end of a stroke and for a pin.
         spans: (c,) Δs, arclengths of the edges on the side that is kept.
         stiffness: (c,) β of the edges, 0 where there is none.
+        laps: (c,) what the arclength jumps by along the edge: a loop's length where it closes, else 0.
     """
 
     following: Index
     spans: Real
     stiffness: Real
+    laps: Real
 
 
 @kernel
@@ -104,7 +110,13 @@ def way_to_corners(rail, s):
         return False, -length, length
     near = SAME_PLACE * length
     s -= np.floor(s / length) * length
-    k = np.searchsorted(corners, s - near)
+    k, end = 0, count
+    while k < end:  # the first corner not before s: a bisection, since NumPy's compiles slowly
+        middle = (k + end) // 2
+        if corners[middle] < s - near:
+            k = middle + 1
+        else:
+            end = middle
     behind = (corners[k - 1] if k > 0 else corners[count - 1] - length) - s
     on = k < count and corners[k] <= s + near
     k += 1 if on else 0
@@ -112,19 +124,18 @@ def way_to_corners(rail, s):
     return on or behind > -near or ahead < near, behind, ahead
 
 
-@kernel
-def gap_ahead(border, tau, v, length):
+@inner
+def gap_ahead(border, tau, v):
     """Arclength from outline vertex v to the next one."""
-    w = border.following[v]
-    return tau[w] - tau[v] + (length if w <= v else 0.0)
+    return tau[border.following[v]] - tau[v] + border.laps[v]
 
 
 @kernel
-def border_energy(border, tau, length):
+def border_energy(border, tau):
     """The outline's energy; infinite where two vertices have changed places."""
     energy = 0.0
     for v in range(tau.size):
-        gap, span = gap_ahead(border, tau, v, length), border.spans[v]
+        gap, span = gap_ahead(border, tau, v), border.spans[v]
         if gap <= 0:
             return np.inf
         energy += 0.5 * border.stiffness[v] * (gap * gap / span + span * span / gap)
@@ -132,11 +143,11 @@ def border_energy(border, tau, length):
 
 
 @kernel
-def border_derivatives(border, tau, length, slope, curvature):
+def border_derivatives(border, tau, slope, curvature):
     """Fills in the derivative by each τ and the second derivative by each gap."""
     slope.fill(0.0)
     for v in range(tau.size):
-        gap, span, beta = gap_ahead(border, tau, v, length), border.spans[v], border.stiffness[v]
+        gap, span, beta = gap_ahead(border, tau, v), border.spans[v], border.stiffness[v]
         pull = 0.5 * beta * (2 * gap / span - span * span / (gap * gap))
         slope[v] -= pull
         slope[border.following[v]] += pull
@@ -174,13 +185,17 @@ def choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
             dot(gradient[v], backward) + slope[v],
         )
         low[v] = 0.0
+        if tau[v] >= rails.ends[rails.own[v]] - nudge:
+            slope_ahead = 0.0
+        elif rails.ends[rails.own[v]] < np.inf and tau[v] <= nudge:
+            slope_behind = 0.0
         if slope_ahead >= 0 and slope_behind <= 0:
             directions[v], high[v] = 0j, 0.0
         elif slope_ahead >= 0 or slope_behind > -slope_ahead > 0:
             directions[v], low[v], high[v] = backward, behind, 0.0
 
 
-@kernel
+@inner
 def restrict(system, kinds, directions, matrix):
     """Rewrites the blocks of constrained vertices: first unknown along the direction, the missing ones 1.
 
@@ -213,7 +228,7 @@ def restrict(system, kinds, directions, matrix):
             matrix[system.diagonal[v], 0] = 1.0
 
 
-@kernel
+@inner
 def stiffen(system, border, directions, curvature, matrix):
     """Adds the outline's second derivatives to a restricted matrix."""
     for v in range(directions.size):

@@ -6,7 +6,8 @@ close to it else); then folds are undone with the outline held, by Newton on an 
 
 import numpy as np
 
-from ..kernels import dot, kernel, move
+from ...jit import inner, kernel
+from ..kernels import dot, move
 from .energy import assemble, least_determinant, total
 from .ldl import downhill, factorise
 from .newton import ARMIJO, SHORTEST_STEP, regularise
@@ -43,14 +44,14 @@ def _stiffness(system, gradients, areas, u, matrix, gradient):
             gradient[j] += weight * (u[j] - u[i])
 
 
-@kernel
-def _epsilon(least, before, slow):
+@inner
+def _epsilon(least, before, shrink):
     """How far below zero the smoothed determinant reaches."""
     if least > 0:
         return POLISHED
     epsilon = np.sqrt(1e-6 + DEEP * least * least)
     if before > 0:
-        epsilon = min(epsilon, before * (SHRINK if slow else 1.0))
+        epsilon = min(epsilon, before * shrink)
     return max(epsilon, LEAST_EPSILON)
 
 
@@ -85,14 +86,14 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
         restrict(system, kinds, still, matrix)
         if factorise(system, matrix, factor, pivots):
             move(u, downhill(system, factor, pivots, gradient), 1.0, u)
-    epsilon, slow = -1.0, False
+    epsilon, shrink = -1.0, 1.0
     for _ in range(steps):
         least = least_determinant(system.corners, gradients, u)
         if least > ENOUGH:
             if polish == 0 or least > POLISHED:
                 return least
             polish -= 1
-        epsilon = _epsilon(least, epsilon, slow)
+        epsilon = _epsilon(least, epsilon, shrink)
         energy = assemble(system, gradients, areas, u, 1.0, 1.0, 0.5, epsilon, matrix, gradient)
         for v in range(border):
             gradient[v] = 0j
@@ -114,5 +115,5 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
         if t <= SHORTEST_STEP:
             break
         move(u, step, t, u)
-        slow = new_energy > (1 - SLOW) * energy
+        shrink = SHRINK if new_energy > (1 - SLOW) * energy else 1.0
     return least_determinant(system.corners, gradients, u)

@@ -1,9 +1,9 @@
 """Values and derivatives of the patches at places already found."""
 
 import numpy as np
-from numba import njit
 
 from ...arrays import Complex, Real
+from ...jit import kernel
 from ...parallel import over_slices
 from .adjacency import Index
 
@@ -21,16 +21,16 @@ def evaluate(
     """
     out = np.full((4, triangle.size), complex(np.nan, np.nan))
     over_slices(
-        lambda part: _evaluate(patches, corners, triangle[part], place[part], out[:, part]),
+        lambda part: _evaluate(patches, corners, triangle, place, part.start, part.stop, out),
         triangle.size,
         threads,
     )
     return out[0], out[1], out[2], out[3]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _evaluate(patches, corners, triangle, place, out):
-    for i in range(triangle.size):
+@kernel
+def _evaluate(patches, corners, triangle, place, start, stop, out):
+    for i in range(start, stop):
         t = triangle[i]
         if t < 0:
             continue

@@ -8,9 +8,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from ...arrays import Complex, Real
+from ...jit import inner, kernel
 from ...parallel import over_slices
 from .adjacency import Index
 
@@ -107,7 +107,7 @@ def _buckets(first: Index, across: Index, columns: int, rows: int) -> tuple[Inde
     return begin, patch[np.argsort(bucket, kind="stable")]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _locate(control, boxes, grid, z, rounding, patch, place):
     for i in range(z.size):
         patch[i] = -1
@@ -130,14 +130,14 @@ def _locate(control, boxes, grid, z, rounding, patch, place):
                     break
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _bucket(x, size):
     """Number of a bucket; -1 for NaN."""
     n = np.floor(x / size)
     return np.int64(n) if abs(n) < 1e9 else np.int64(-1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def solve(c, z):
     """Parameters L_1 and L_2 of a point on a patch (6,), and how far outside they lie in units of the plane.
 
@@ -162,7 +162,7 @@ def solve(c, z):
     return l1, l2, away
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _pulled_in(l1, l2):
     """Parameters with no barycentric coordinate below -BESIDE."""
     l0 = max(1 - l1 - l2, -BESIDE)
@@ -171,7 +171,7 @@ def _pulled_in(l1, l2):
     return l1 / total, l2 / total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _step(c, u, v, r0, l1, l2):
     """The step of Newton's method from given parameters."""
     l0 = 1 - l1 - l2

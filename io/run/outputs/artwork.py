@@ -39,7 +39,7 @@ class Artwork(Output):
 
     def write(self, run: Run, path: Path) -> None:
         """All of it, and notes on what was cut off or left out."""
-        with run.timed("artwork"):
+        with run.phases.timed("artwork"):
             carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
             target = replace(run.target, box=framing.shown(run.job, run.target))
             for note in carry_parts(carried, target, path):

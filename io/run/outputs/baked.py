@@ -42,7 +42,7 @@ class Baked(Picture):
         """The whole at once."""
         target, job = as_mesh(run.target), run.job
         options: dict[str, Any] = {"padding": job.padding, "max_error": job.max_pixel_error}
-        with run.timed("resample"):
+        with run.phases.timed("resample"):
             pixels, figures = bake(
                 target, run.fit.map, run.source, run.sampler, _size(run), threads=run.threads, **options
             )
@@ -52,7 +52,7 @@ class Baked(Picture):
             run.note(
                 f"{target.spec}: {count} texels lie in several triangles of its layout; the first one's is kept"
             )
-        with run.timed("write"):
+        with run.phases.timed("write"):
             image_files.write(path, made)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -81,7 +81,7 @@ class Picture(Output):
             _stream(run, path)
             return
         image = _padded(run)
-        with run.timed("write"):
+        with run.phases.timed("write"):
             image_files.write(path, image)
 
 
@@ -93,11 +93,11 @@ def _warp(run: Run) -> Warp:
 def _padded(run: Run) -> Image:
     """The picture with its colours extended beyond the outline, which needs all of it at once."""
     job, canvas = run.job, run.canvas
-    with run.timed("resample"):
+    with run.phases.timed("resample"):
         work = _warp(run)
         each = whole_bytes(canvas.height, canvas.width, work.channels, work.dtype.itemsize)
         run.room.threads(1, each, PADDED)
-        warped = whole(work, threads=run.threads, progress=_advance(run))
+        warped = whole(work, threads=run.threads)
         image = straight(run.image.with_pixels(warped.pixels, warped.alpha))
         image = replace(image, pixels=padded(image.pixels, image.alpha, job.padding or 0, job.fill))
     colours = Colours()
@@ -111,13 +111,11 @@ def _stream(run: Run, path: Path) -> None:
 
     def blocks() -> Iterator[NDArray]:
         for block in work.blocks(run.threads):
-            if advance:
-                advance(len(block))
             colours.see(block, work.alpha)
             yield run.image.with_pixels(block, work.alpha).pixels
 
-    with run.timed("resample"):
-        work, advance, colours = _warp(run), _advance(run), Colours()
+    with run.phases.timed("resample"):
+        work, colours = _warp(run), Colours()
         like = replace(run.image, alpha=work.alpha)
         image_files.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
     _told(run, colours, work.diagnostics)
@@ -129,8 +127,3 @@ def _told(run: Run, colours: Colours, seen: Diagnostics) -> None:
     textured = bool(run.job.texture) and run.job.texture_box != "bbox" and not run.on_mesh
     if note := colours.note(bool(seen.inside or seen.edge), textured):
         run.note(note)
-
-
-def _advance(run: Run) -> Callable[[int], None] | None:
-    progress = run.progress
-    return None if progress is None else lambda done: progress(done, run.canvas.height)

@@ -34,5 +34,5 @@ class STMap(Output):
     def write(self, run: Run, path: Path) -> None:
         """Rows as they are computed."""
         box = framing.covered(run.job, run.source)
-        with run.timed("resample"):
+        with run.phases.timed("resample"):
             stmap_files.write(path, run.mapping, box, run.canvas, room=run.room, threads=run.threads)

@@ -49,7 +49,7 @@ class TexturedMesh(Output):
         """The mesh, and what stands beside it."""
         box, target, name = covered(run.job, run.source), as_mesh(run.target), Path(self.name)
         options: dict[str, Any] = {"texture": _shown(run), "force": run.job.force, "threads": run.threads}
-        with run.timed("write"):
+        with run.phases.timed("write"):
             figures = new_uvs(target, run.fit.map, run.source, box, path, name=name, **options)
         for note in figures.pop("material_notes"):
             run.note(note)
@@ -100,6 +100,9 @@ def new_uvs(
     written, missing = mesh_files.write(
         target.file, uv, *target.corners, out, name=name, texture=texture, force=force
     )
+    if not source.is_mesh:  # whose own layout may have mirrored charts
+        corners = mesh_files.as_written(uv, name)[target.flattening.patch.faces]
+        figures["uv"] = layout.turned_over(corners)
     return figures | {
         "flattening": target.flattening.report(),
         "outside_points": pull.outside,

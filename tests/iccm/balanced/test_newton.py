@@ -36,16 +36,18 @@ def begun(source, target, shift=0.0, size=0.12):
 def test_the_outlines_energy_has_the_derivatives_that_are_used():
     rng = np.random.default_rng(0)
     tau = np.sort(rng.uniform(0, 5, 9))
-    border = Border((np.arange(9) + 1) % 9, rng.uniform(0.2, 1, 9), np.full(9, 0.3))
+    border = Border(
+        (np.arange(9) + 1) % 9, rng.uniform(0.2, 1, 9), np.full(9, 0.3), np.append(np.zeros(8), 6.0)
+    )
     slope, curvature = np.empty(9), np.empty(9)
-    border_derivatives(border, tau, 6.0, slope, curvature)
+    border_derivatives(border, tau, slope, curvature)
     for v in range(9):
         step = np.eye(9)[v] * 1e-6
-        ends = [border_energy(border, tau + sign * step, 6.0) for sign in (1, -1)]
+        ends = [border_energy(border, tau + sign * step) for sign in (1, -1)]
         assert slope[v] == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-5, abs=1e-8)
-        second = (ends[0] + ends[1] - 2 * border_energy(border, tau, 6.0)) / 1e-12
+        second = (ends[0] + ends[1] - 2 * border_energy(border, tau)) / 1e-12
         assert curvature[v] + curvature[v - 1] == pytest.approx(second, rel=1e-2)
-    assert border_energy(border, tau[::-1].copy(), 6.0) == np.inf
+    assert border_energy(border, tau[::-1].copy()) == np.inf
 
 
 def test_corners_ahead_and_behind():

@@ -1,0 +1,54 @@
+"""`iccm edit`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from ..errors import InputError
+from . import logs, options
+from .paths import FILE
+
+EXTRA = "iccm edit needs a server: pip install 'iccm[edit]'"
+
+
+@click.command()
+@click.argument("source", type=FILE)
+@click.argument("target", type=FILE)
+@options.of("edit")
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="[default: any that is free]"
+)
+@click.option("--no-browser", is_flag=True, help="Show the page's address, and leave it to you to open it.")
+@logs.options
+def command(**given: Any) -> int:
+    """Place pins and strokes on SOURCE and TARGET in the browser, and see the map follow.
+
+    The page's address is written to stdout; nobody but this machine reaches it. Files change only by Save. Ends with
+    Ctrl-C, or when the page is closed.
+
+    \b
+    iccm edit rose.svg leaf.svg --texture petals.jpg
+    iccm edit cat.svg round.svg --constraints pairs.json
+
+    Exit code: 0 the page was closed, 2 an input is wrong, 130 Ctrl-C.
+    """
+    try:
+        import websockets  # noqa: F401  (uvicorn speaks to pages by it)
+
+        from ..io.edit import server
+    except ModuleNotFoundError as error:
+        if error.name not in ("starlette", "uvicorn", "websockets"):
+            raise
+        raise InputError(EXTRA) from None
+    from ..io.edit.session import Session
+    from ..io.run.job import make
+
+    port, browser = given.pop("port"), not given.pop("no_browser")
+    given.pop("threads")
+    session = Session(make(options.values(given)))
+    for note in session.notes:
+        logs.tell(note)
+    server.serve(session, port=port, browser=browser, show=click.echo)
+    return 0

@@ -1,0 +1,84 @@
+"""A line on a terminal's stderr that tells what is under way, and for how long: nothing is silent for two seconds."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from ..progress import Listener, heard, tell
+from . import logs
+
+QUIET = 1.0  # seconds of work before the line appears
+EVERY = 0.5  # seconds from one to the next
+
+
+@contextmanager
+def shown() -> Iterator[Listener | None]:
+    """Shows, while the block runs, what its listener is told, which hears `iccm.progress` too.
+
+    None without a terminal, and where messages are to be few or for machines.
+    """
+    if not (sys.stderr.isatty() and logs.talkative()):
+        yield None
+        return
+    line = Line()
+    with heard(line), line.ticking():
+        yield line
+
+
+@contextmanager
+def watched(what: str) -> Iterator[None]:
+    """Shows what the block does, as `shown`, and says so when something has to be compiled for it."""
+    with shown() as listener:
+        from ..io.run.phases import Phases
+
+        with Phases.of(logs.tell, listener):
+            tell(what)
+            yield
+
+
+class Line:
+    """What is under way, by its last report."""
+
+    def __init__(self) -> None:
+        self._start, self._said = time.monotonic(), ("start", 0, 0)
+        self._over, self._bar = threading.Event(), None
+
+    def __call__(self, what: str, done: int, of: int) -> None:
+        """As `iccm.progress.Listener`; nothing under way takes the line away, at once."""
+        self._said = what, done, of
+        if not what and self._bar is not None:
+            self._bar.clear()
+
+    def __str__(self) -> str:
+        what, done, of = self._said
+        count = f" {done}/{of}" if of else ""
+        return f"{what}{count}, {time.monotonic() - self._start:.0f} s"
+
+    @contextmanager
+    def ticking(self) -> Iterator[None]:
+        """Shows the line again and again, by a thread, until the block ends."""
+        ticker = threading.Thread(target=self._tick, daemon=True)
+        ticker.start()
+        try:
+            yield
+        finally:
+            self._over.set()
+            ticker.join()
+
+    def _tick(self) -> None:
+        if self._over.wait(QUIET):
+            return
+        from tqdm import tqdm
+        from tqdm.contrib.logging import logging_redirect_tqdm
+
+        size = shutil.get_terminal_size()  # a guess where a terminal does not know, as in containers
+        shape = {"ncols": size.columns - 1, "nrows": size.lines, "bar_format": "{desc}", "leave": False}
+        with logging_redirect_tqdm([logs.log]), tqdm(desc=str(self), file=sys.stderr, **shape) as self._bar:
+            while not self._over.wait(EVERY):
+                if self._said[0]:
+                    self._bar.set_description_str(str(self))

@@ -1,0 +1,31 @@
+"""How constrained points go to their goals where they cannot go straight."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ...arrays import Complex
+
+FIRST_SHARE, LEAST_SHARE, STAGE_STEPS = 0.25, 0.02, 15  # of the way in stages; Newton steps in each
+MOVING_DECREASE = 1e-3
+LEAST_FACTOR = 1e-3  # by which constraints shrink: below, they are taken as moved only
+
+
+def way_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
+    """The way from points (k,) to goals (k,): a similarity turns and grows evenly, the rest goes straight.
+
+    It takes a share of the way, 1 for the goals themselves.
+    """
+    middle, end = begun.mean(), goals.mean()
+    spread = np.sum(np.abs(begun - middle) ** 2)
+    factor = complex(np.vdot(begun - middle, goals - end) / spread) if spread > 0 else 1.0
+    factor = factor if abs(factor) > LEAST_FACTOR else 1.0
+    rest = goals - end - factor * (begun - middle)
+
+    def at(share: float) -> Complex:
+        if share >= 1:
+            return goals
+        turned = np.exp(share * np.log(complex(factor))) * (begun - middle)
+        return middle + share * (end - middle) + turned + share * rest
+
+    return at

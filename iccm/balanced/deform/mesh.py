@@ -1,0 +1,58 @@
+"""Meshes of a shape whose outline is free, with pins and strokes as vertices and edges."""
+
+import numpy as np
+
+from ...arrays import Complex
+from ...curve import Curve
+from ..constraints.given import Pins
+from ..constraints.strokes import inside
+from ..meshing.mesh import Sizes, triangulate
+from ..pairs import Match
+from .deformed import Deformed
+
+SPACING = 0.75  # of the outline's vertices, in mesh sizes
+
+
+def meshed(outline: Curve, pins: Pins, size: float, drawn: list[Match] | None = None) -> Deformed:
+    """The shape on a mesh, not moved yet.
+
+    Args:
+        outline: counter-clockwise, of area about one, with a vertex at every pin on it.
+        pins: in its coordinates.
+        size: h of the triangles.
+        drawn: where the vertices of strokes go; ends to ends, evenly, if None.
+
+    Raises:
+        Stuck: no mesh holds all of this.
+    """
+    drawn = drawn or [stroke.even for stroke in pins.strokes]
+    kept = inside(pins.strokes, drawn, SPACING * size, pins.inner)
+    border = spaced(outline, SPACING * size, kept.z)
+    z, faces = triangulate(border, Sizes.even(0.5 * size**2), kept.z, kept.links)
+    pinned = np.abs(pins.outer[:, :1] - border).argmin(axis=1) if len(pins.outer) else np.empty(0, np.int64)
+    return Deformed.on(z, faces, border.size, pinned, pins.outer[:, 1], kept)
+
+
+def spaced(outline: Curve, spacing: float, points: Complex) -> Complex:
+    """Vertices of an outline, no farther apart than `spacing`, and closer beside points that are close to it."""
+    s, length = outline.knots[:-1], outline.length
+    for place, step in sorted(_beside(outline, spacing, points), key=lambda found: found[1]):
+        gaps = np.abs(np.mod(s - place + 0.5 * length, length) - 0.5 * length)
+        if gaps.min() > 0.5 * step:
+            s = np.append(s, np.mod(place, length))
+    s = np.sort(s)
+    gaps = np.diff(s, append=length)
+    parts = np.maximum(1, np.ceil(gaps / spacing - 1e-6)).astype(np.int64)
+    first = np.cumsum(parts) - parts
+    own = np.repeat(np.arange(parts.size), parts)
+    return outline.at(s[own] + (np.arange(parts.sum()) - first[own]) / parts[own] * gaps[own])
+
+
+def _beside(outline: Curve, spacing: float, points: Complex) -> list[tuple[float, float]]:
+    """Arclengths around the feet of points, in steps that double from the distance on, up to the spacing."""
+    found = []
+    for s, point in zip(outline.closest(points), points):
+        away = float(abs(outline.at(s) - point))
+        steps = away * 2.0 ** np.arange(np.ceil(np.log2(max(spacing / away, 1.0)))) if away else []
+        found += [(float(s + side * step), float(step)) for step in steps for side in (-1, 0, 1)]
+    return found

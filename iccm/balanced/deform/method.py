@@ -1,0 +1,215 @@
+"""Deformations: pins and strokes met, nothing folded, every part of the shape as rigid as that allows.
+
+The energy is that of `minimise.energy` over the shape's area alone; at balance 1 it is half the symmetric Dirichlet
+energy (Smith and Schaefer, *Bijective Parameterization with Free Boundaries*, 2015). The shape is first moved rigidly
+to where its pins fit best, and bent from there on a coarse mesh, then on the one that is returned.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...arrays import Complex, Index
+from ...curve import Curve
+from ...maps.triangulated.map import TriangulatedMap
+from .. import orientation, stages
+from ..constraints.given import Pins, place, with_points
+from ..constraints.meeting import BESIDE
+from ..constraints.strokes import aimed
+from ..constraints.ways import FIRST_SHARE, LEAST_SHARE, MOVING_DECREASE, STAGE_STEPS, way_to
+from ..failure import NoMapError, Stuck
+from ..frames import Frame
+from ..levels import EVENED
+from ..meshing.transfer import interpolate
+from ..outline import manageable
+from ..solution import Settings
+from .deformed import Deformed
+from .mesh import meshed
+
+COARSE = 0.08  # mesh size h, of a domain of area one
+TRIANGLES_PER_AREA = 4.0  # number of triangles times h²
+MOVING_STEPS, SETTLING_STEPS, SETTLED = 60, 40, 1e-7
+POWERS = (
+    stages.POWERS
+)  # q: at 1 a pin pulls out a spike; largest K of a square, its centre moved, 7.4, at 3 3.4
+UNTURNED = 1e-3  # of the constraints' spread: a best turn that turns less is none, as of points in a mirror
+SAME = 1e-9  # of the root of the area
+ROUNDS, FORWARD, BACKWARD, ROUND_DECREASE = (
+    4,
+    8,
+    3,
+    1e-4,
+)  # of steps on the map and its inverse, where strokes slide
+RELEASES = 3  # meshes on which ends of strokes find their places
+
+
+Start = tuple[Complex, Complex, Index]  # vertices, images and triangles of an earlier map
+
+
+@dataclass(frozen=True, eq=False)
+class Deformation:
+    """A locally one-to-one map of a shape.
+
+    Attributes:
+        source: (n,) vertices in the shape.
+        image: (n,) their images.
+        faces: (m, 3) triangles, counter-clockwise in both, exactly.
+        loop: vertices of the outline, counter-clockwise.
+        lines: (l, 2) vertices of the edges of strokes.
+        energies: at the end of each level.
+        met: whether all pins and strokes are met.
+        simple: whether the outline does not overlap itself.
+        bounded: whether the bounds on dilatation and stretch are met.
+    """
+
+    source: Complex
+    image: Complex
+    faces: Index
+    loop: Index
+    lines: Index
+    energies: list[dict[str, float]]
+    met: bool
+    simple: bool
+    bounded: bool
+
+
+def solve(source: Curve, pins: Pins, settings: Settings, start: TriangulatedMap | None = None) -> Deformation:
+    """The deformation of a domain by pins and strokes, from an earlier one on if there is one.
+
+    Raises:
+        NoMapError: the shape cannot be meshed.
+    """
+    frame = Frame.of(source)
+    given = pins.unit((frame, frame))
+    outer = tuple(given.outer[:, 0].tolist())
+    outline = manageable(with_points(frame.curve(source), given.outer[:, 0]), settings.tolerance, outer)
+    try:
+        levels = bent(outline, given, settings, None if start is None else _in(frame, start))
+    except Stuck as error:
+        raise NoMapError(f"deform: {error}") from None
+    found = _deformation(levels, frame, pins)
+    return replace(found, bounded=excess(levels[-1], settings) <= 1)
+
+
+def bent(outline: Curve, pins: Pins, settings: Settings, start: Start | None) -> list[Deformed]:
+    """The deformation on one mesh after the other, the last one fine."""
+    size, theta = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.theta
+    levels = []
+    if start is None:
+        levels = [roughly(outline, pins, max(COARSE, size), theta)]
+        rough = levels[0].forward(theta, 1.0, FORWARD, SETTLED, corners=False) if pins.strokes else levels[0]
+        start, drawn = (rough.z, rough.u, rough.faces), rough.inside.matches
+    else:
+        drawn = beside(begun(meshed(outline, pins, size), start), pins, EVENED).inside.matches
+    fine = begun(meshed(outline, pins, size, drawn), start)
+    levels.append(settled(brought(fine, theta), theta, 1.0))
+    for q in POWERS:
+        levels.append(settled(levels[-1], theta, q))
+        if excess(levels[-1], settings) <= 1:
+            break
+    return levels
+
+
+def roughly(outline: Curve, pins: Pins, size: float, theta: float) -> Deformed:
+    """The deformation on a coarse mesh; ends of strokes that slide pass corners of theirs between meshes."""
+    state = beside(rigid(meshed(outline, pins, size)), pins, BESIDE)
+    state = settled(brought(state, theta), theta, 1.0)
+    for _ in range(RELEASES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
+        freed = state.forward(theta, 1.0, FORWARD, SETTLED, corners=False)
+        new = begun(meshed(outline, pins, size, freed.inside.matches), (freed.z, freed.u, freed.faces))
+        new = settled(brought(new, theta), theta, 1.0)
+        if new.miss > 0 or new.energy > (1 - ROUND_DECREASE) * state.energy:
+            break
+        state = new
+    return state
+
+
+def beside(state: Deformed, pins: Pins, even: float) -> Deformed:
+    """The map with strokes whose ends slide aimed at places beside where they are."""
+    return replace(state, inside=aimed(state.inside, pins.strokes, state.u[state.inner], even))
+
+
+def excess(state: Deformed, settings: Settings) -> float:
+    """As that of maps onto a target, lengths relative to the mean scale."""
+    scale = np.sqrt(abs(Curve(state.u[: state.border]).area))
+    return stages.excess(state.z, state.u / scale, state.faces, settings)
+
+
+def begun(state: Deformed, start: Start) -> Deformed:
+    """The mesh with the images of an earlier map; moved as a whole only, where those fold."""
+    try:
+        return carried(state, *start)
+    except Stuck:
+        return rigid(state)
+
+
+def rigid(state: Deformed) -> Deformed:
+    """The shape turned and shifted, as a whole, so that what is constrained fits best."""
+    here, there = state.z[state.constrained], state.aims
+    turn = np.vdot(here - here.mean(), there - there.mean())
+    turn = turn / abs(turn) if abs(turn) > UNTURNED * np.sum(np.abs(here - here.mean()) ** 2) else 1.0
+    return replace(state, u=there.mean() + turn * (state.z - here.mean()))
+
+
+def brought(state: Deformed, theta: float) -> Deformed:
+    """The map with its constraints met, straight or in stages; or as close as it got."""
+    straight = state.forward(theta, 1.0, MOVING_STEPS, SETTLED)
+    if straight.miss == 0:
+        return straight
+    return min(in_stages(state, theta), straight, key=lambda each: each.miss)
+
+
+def in_stages(state: Deformed, theta: float) -> Deformed:
+    """The map with what is constrained brought to its goals in stages, all of it turning and growing evenly."""
+    aims = state.aims
+    way = way_to(state.u[state.constrained], aims)
+    share, step = 0.0, FIRST_SHARE
+    while share < 1 and step > LEAST_SHARE:
+        new = min(1.0, share + step)
+        tried = state.aimed(way(new)).forward(theta, 1.0, STAGE_STEPS, MOVING_DECREASE)
+        if tried.miss > 0:
+            step *= 0.5
+            continue
+        state, share, step = tried, new, 1.5 * step
+    return state.aimed(aims)
+
+
+def settled(state: Deformed, theta: float, q: float) -> Deformed:
+    """The map at rest; what has not met its goal stays where it is, and along strokes vertices find their places."""
+    aims = state.aims
+    resting = state if state.miss == 0 else state.aimed(state.u[state.constrained])
+    resting = resting.forward(theta, q, SETTLING_STEPS, SETTLED)
+    for _ in range(ROUNDS if state.inside.strokes else 0):
+        before = resting.energy
+        resting = resting.backward(theta, q, BACKWARD, SETTLED).forward(theta, q, FORWARD, SETTLED)
+        if before - resting.energy < ROUND_DECREASE * before:
+            break
+    return resting if state.miss == 0 else resting.aimed(aims)
+
+
+def carried(state: Deformed, z: Complex, u: Complex, faces: Index) -> Deformed:
+    """The mesh of `state` with the images of another map of the shape, z -> u; of a map on the same mesh, those.
+
+    Raises:
+        Stuck: folds remain.
+    """
+    same = z.size == state.z.size and np.array_equal(faces, state.faces) and np.abs(z - state.z).max() < SAME
+    return replace(state, u=u.copy() if same else interpolate(z, faces, u, state.z)).unfolded()
+
+
+def _in(frame: Frame, start: TriangulatedMap) -> Start:
+    return frame.unit(start.source), frame.unit(start.image), start.faces
+
+
+def _deformation(levels: list[Deformed], frame: Frame, pins: Pins) -> Deformation:
+    """The map in the given coordinates, checked there."""
+    state = levels[-1]
+    z, u = frame.world(state.z), frame.world(state.u)
+    place(pins, z, u, state.border, state.first_pin)
+    loop = np.arange(state.border)
+    orientation.refuse_folds("source", z, state.faces)
+    orientation.refuse_folds("image", u, state.faces)
+    orientation.refuse_touching("source", z[loop])
+    energies = [{"total": level.energy} for level in levels]
+    simple = orientation.is_simple(u[loop])
+    return Deformation(z, u, state.faces, loop, state.lines, energies, state.miss == 0, simple, True)

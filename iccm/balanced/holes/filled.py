@@ -1,0 +1,42 @@
+"""Holes without a partner: filled in the source, cut out of what is filled in the target."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Index
+from ..discrete import DiscreteMap
+from ..levels import Sketch
+
+
+class Cut(NamedTuple):
+    """A map without the triangles that fill holes of the target.
+
+    Attributes:
+        vertices: (n,) those of the map that stay.
+        faces: (m, 3) triangles, of these.
+        loops: boundary vertices, the outer loop first, counter-clockwise, then those of holes, clockwise.
+        partners: for each hole's loop, which hole of the source and of the target it is; -1 for a slit.
+        lines: (l, 2) vertices of the edges of strokes.
+    """
+
+    vertices: Index
+    faces: Index
+    loops: tuple[Index, ...]
+    partners: tuple[tuple[int, int], ...]
+    lines: Index
+
+
+def cut_out(state: DiscreteMap | Sketch) -> Cut:
+    """The map without the triangles that fill holes of the target; those that fill holes of the source stay, so that
+    the picture has no crack."""
+    opened = [loop for loop in state.filled if loop.source < 0]
+    faces = state.material if opened else state.faces
+    used = np.unique(faces)
+    place = np.full(state.z.size, -1)
+    place[used] = np.arange(used.size)
+    holes = (*state.loops, *opened)
+    outer = slice(0, state.loops[0].first if state.loops else state.border)
+    loops = tuple(place[vertices] for vertices in (outer, *(hole.vertices for hole in holes)))
+    partners = tuple((hole.source, hole.target) for hole in holes)
+    return Cut(used, place[faces], loops, partners, place[state.lines])

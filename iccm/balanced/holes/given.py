@@ -1,0 +1,111 @@
+"""Holes as the user gave them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex, Index, Real
+from ...curve import Curve
+from ...errors import InputError
+from ..frames import Frame
+
+
+@dataclass(frozen=True, eq=False)
+class Holes:
+    """The holes of two domains.
+
+    Attributes:
+        source: outlines of the source's holes, clockwise.
+        target: those of the target's.
+        partners: (i, j) that hole i of the source is to go to hole j of the target.
+    """
+
+    source: tuple[Curve, ...] = ()
+    target: tuple[Curve, ...] = ()
+    partners: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def sides(self) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
+        """Those of both domains."""
+        return self.source, self.target
+
+    def unit(self, frames: tuple[Frame, Frame]) -> "Holes":
+        """The holes in unit coordinates."""
+        source, target = (
+            tuple(frame.curve(hole) for hole in side) for frame, side in zip(frames, self.sides)
+        )
+        return Holes(source, target, self.partners)
+
+
+NONE = Holes()
+ON_RIM = 1e-3  # of the diagonal: what is this close to a hole touches its outline
+
+
+def named(
+    holes: Holes, source: Curve, target: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]]
+) -> tuple[Holes, Complex, Index]:
+    """The holes with the partners that pins (k, 2) in them name, the other pins, and their numbers.
+
+    Raises:
+        InputError: a pin in a hole of one shape only, or on the outline of one; pins that name two partners for a hole;
+            a stroke that touches or crosses a hole.
+    """
+    own = [_which(side, pins[:, k]) for k, side in enumerate(holes.sides)]
+    partners = dict(holes.partners)
+    for k, (i, j) in enumerate(zip(*own)):
+        if (i < 0) != (j < 0):
+            inside, out = ("source", "target") if i >= 0 else ("target", "source")
+            raise InputError(
+                f"pin {k + 1}: its {inside} is in a hole and its {out} is not; in holes of both it says that they go "
+                "together"
+            )
+        if i >= 0 and partners.setdefault(i, j) != j:
+            raise InputError(f"pin {k + 1}: its hole already has another partner")
+    if len(set(partners.values())) < len(partners):
+        raise InputError("two holes of the source are to go to one of the target")
+    rest = np.flatnonzero(own[0] < 0)
+    for k, (outer, side) in enumerate(zip((source, target), holes.sides)):
+        _refuse_touching(
+            ("source", "target")[k], outer, side, pins[:, k], rest, [pair[k] for pair in strokes]
+        )
+    return replace(holes, partners=tuple(partners.items())), pins[rest], rest
+
+
+def _which(holes: Sequence[Curve], z: Complex) -> Index:
+    """(k,) the hole that each point lies in, -1 for none."""
+    found = np.full(z.size, -1)
+    for number, hole in enumerate(holes):
+        found[hole.contains(z)] = number
+    return found
+
+
+def _refuse_touching(
+    name: str, outer: Curve, holes: Sequence[Curve], z: Complex, rest: Index, strokes: Sequence[Curve]
+) -> None:
+    """Raises InputError where one of the pins z[rest], or a stroke, touches a hole."""
+    near = ON_RIM * outer.diagonal
+    for hole in holes:
+        ring = shapely.Polygon(_xy(hole.z))
+        for k in rest:
+            if ring.distance(shapely.Point(z[k].real, z[k].imag)) < near:
+                raise InputError(f"pin {k + 1}: its {name} is on the outline of a hole; move it off")
+        for k, stroke in enumerate(strokes):
+            if ring.distance(shapely.LineString(_xy(stroke.z))) < near:
+                raise InputError(f"stroke {k + 1}: its {name} touches or crosses a hole; lead it around")
+
+
+def _xy(z: Complex) -> Real:
+    return np.column_stack([z.real, z.imag])
+
+
+def unequal(holes: Holes) -> list[str]:
+    """What is to be said where one domain has more holes than the other."""
+    counts = [len(side) for side in holes.sides]
+    more = abs(counts[0] - counts[1])
+    if not more:
+        return []
+    said = f"{more} hole{'s' * (more > 1)} of the {'source' if counts[0] > counts[1] else 'target'}"
+    ending = "shrunk to a slit" if counts[0] > counts[1] else "opened from a slit"
+    return [f"The source has {counts[0]} holes and the target {counts[1]}: {said} {ending}."]

@@ -1,0 +1,76 @@
+"""Outlines of a domain with holes at one level: coarse enough to be cheap, fine enough to stay apart."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex
+from ...curve import Curve
+from ..outline import FINENESS, Outline, simplified
+
+COARSEST = 0.08  # of a hole's own diagonal: of a disc at least seven corners stay
+FEWEST = 8  # vertices of a rim
+FINER, ROUNDS = 0.5, 8  # factor of the fineness, and how often, until no outline crosses another
+
+
+def outlines_of(
+    curve: Curve,
+    holes: Sequence[Curve],
+    fineness: float,
+    corner_fineness: float,
+    always: tuple[complex, ...] = (),
+) -> list[Outline]:
+    """The outer outline of a domain and those of its holes.
+
+    Args:
+        curve: the outer boundary.
+        holes: those of holes, clockwise.
+        fineness: how far the outlines may be from those given, of the diagonal of the outer one.
+        corner_fineness: likewise of the polygons of their corners.
+        always: vertices of the outer one that are kept.
+    """
+    if not holes:
+        return [Outline.of(curve, fineness, corner_fineness, always)]
+    for _ in range(ROUNDS):
+        outer = Outline.of(curve, fineness, corner_fineness, always)
+        found = [outer, *(_of_hole(hole, curve.diagonal, fineness, corner_fineness) for hole in holes)]
+        if apart([outline.curve.at(outline.corners) for outline in found]):
+            return found
+        fineness, corner_fineness = FINER * fineness, FINER * corner_fineness
+    return [Outline.of(each, 0.0, 0.0, always * (each is curve)) for each in (curve, *holes)]
+
+
+def _of_hole(hole: Curve, diagonal: float, fineness: float, corner_fineness: float) -> Outline:
+    scale = diagonal / hole.diagonal
+    return Outline.of(hole, min(scale * fineness, COARSEST), min(scale * corner_fineness, COARSEST))
+
+
+def manageable_holes(outer: Curve, holes: Sequence[Curve], tolerance: float) -> list[Curve]:
+    """The outlines of holes within a share of the tolerance, relative to the outer one; as given where they would
+    touch it or each other."""
+    fineness = FINENESS * tolerance * outer.diagonal
+    found = [simplified(hole, min(fineness / hole.diagonal, FINENESS * COARSEST)) for hole in holes]
+    return found if apart([outer.z, *(hole.z for hole in found)]) else list(holes)
+
+
+def apart(loops: Sequence[Complex]) -> bool:
+    """Whether polygons, the outer one first, neither cross nor touch, and the outer one holds the others."""
+    outer, *holes = (np.column_stack([z.real, z.imag]) for z in loops)
+    domain = shapely.Polygon(outer, holes)
+    return bool(domain.is_valid) and shapely.get_num_interior_rings(domain.normalize()) == len(holes)
+
+
+def rim_spacing(outlines: tuple[Outline, Outline], spacing: float) -> float:
+    """The longest edge of a hole's rim."""
+    return min(spacing, *(outline.length / FEWEST for outline in outlines))
+
+
+def spaced(outline: Outline, spacing: float) -> Complex:
+    """The corners of an outline and points between, no farther apart than asked."""
+    corners = outline.corners
+    gaps = np.diff(corners, append=corners[0] + outline.length)
+    parts = np.maximum(1, np.ceil(gaps / min(spacing, outline.length / FEWEST) - 1e-6)).astype(np.int64)
+    own = np.repeat(np.arange(corners.size), parts)
+    first = np.cumsum(parts) - parts
+    return outline.curve.at(corners[own] + gaps[own] * (np.arange(parts.sum()) - first[own]) / parts[own])

@@ -1,0 +1,173 @@
+"""Textures carried from one shape to another, arrays in and arrays out: `transfer` solves and warps, `warp` warps."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import solve
+from .arrays import Box, as_complex
+from .blas import on_one_thread
+from .curve import Curve
+from .errors import InputError
+from .pixels import warp as warping
+from .pixels.canvas import Canvas, Diagnostics
+from .pixels.sampler import Sampler
+from .pixels.texture import Texture
+from .problem import as_domain
+from .result import Fit
+
+LONGER_SIDE = 1024
+TYPES = (np.uint8, np.uint16, np.float16, np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class Transfer:
+    """A texture on the target.
+
+    Attributes:
+        pixels: (height, width, c) of the texture's type, row 0 on top. The last channel is alpha, straight: the
+            texture's own times the coverage of each pixel, or the coverage where the texture has none.
+        box: lower left and upper right corner of the picture, in the target's plane.
+        fit: the map, how the solver ended, and the figures that judge it.
+        diagnostics: how many pixels were inside, at the edge, solved one by one.
+    """
+
+    pixels: NDArray
+    box: Box
+    fit: Fit
+    diagnostics: Diagnostics
+
+
+@on_one_thread
+def transfer(
+    texture: ArrayLike,
+    source: ArrayLike | Curve,
+    target: ArrayLike | Curve,
+    *,
+    size: int | tuple[int, int] = LONGER_SIDE,
+    texture_box: Box | None = None,
+    target_box: Box | None = None,
+    filter: str = "auto",
+    kind: str = "colour",
+    edge: str = "clamp",
+    encoding: str | None = None,
+    padding: int = 0,
+    threads: int | None = None,
+    **options: Any,
+) -> Transfer:
+    """The texture of one shape on another.
+
+    Args:
+        texture: (h, w) or (h, w, c) pixels, row 0 on top: uint8, uint16, float16, float32, or float64, which becomes
+            float32. With two or four channels the last one is alpha, straight.
+        source: (n,) complex vertices of the source's boundary, x + iy, y up, either way round.
+        target: (m,) complex vertices of the target's boundary.
+        size: the picture's longer side in pixels, or its width and height.
+        texture_box: lower left and upper right corner of the texture in the source's plane; by default the source's
+            bounding box.
+        target_box: what the picture shows of the target's plane, by default the target's bounding box; grown about
+            its middle to the proportions of width and height.
+        filter: "nearest", "linear", "cubic", "lanczos", "spline", or "auto" (cubic).
+        kind: "colour" (filtered in linear light), "data" (numbers), or "normal" and "normal-down" (tangent-space
+            normals with y up or down, which turn with the map).
+        edge: outside the texture its edge is repeated ("clamp") or nothing is there ("transparent").
+        encoding: "srgb" or "linear", how the colours are encoded; by default srgb for integers, linear for floats.
+        padding: pixels by which colours go on beyond the outline, where alpha is 0; -1 for all.
+        threads: as many as there are processors by default; the result does not depend on it.
+        **options: pins, strokes and all others of `iccm.fit`.
+
+    Raises:
+        InputError: as `iccm.fit`; pixels of another type or shape, a size or a box without area, an unknown filter,
+            kind, edge or encoding, normals without three channels.
+    """
+    source, target = as_domain(source, "source"), as_domain(target, "target")
+    sampler = _sampler(texture, texture_box or source.box, filter, kind, edge, encoding, threads)
+    canvas = _canvas(size, target_box or target.box)
+    return _carried(solve.fit(source, target, **options), sampler, canvas, padding, threads)
+
+
+@on_one_thread
+def warp(
+    fit: Fit,
+    texture: ArrayLike,
+    *,
+    size: int | tuple[int, int] = LONGER_SIDE,
+    texture_box: Box | None = None,
+    target_box: Box | None = None,
+    filter: str = "auto",
+    kind: str = "colour",
+    edge: str = "clamp",
+    encoding: str | None = None,
+    padding: int = 0,
+    threads: int | None = None,
+) -> Transfer:
+    """A texture through a map that is there, of `iccm.fit` or `iccm.deform`; arguments and errors as for `transfer`.
+
+    By default the picture of a deformation shows the bounding box of the moved shape.
+    """
+    sampler = _sampler(texture, texture_box or fit.source.box, filter, kind, edge, encoding, threads)
+    canvas = _canvas(size, target_box or (fit.target or Curve(fit.image)).box)
+    return _carried(fit, sampler, canvas, padding, threads)
+
+
+def _carried(fit: Fit, sampler: Sampler, canvas: Canvas, padding: int, threads: int | None) -> Transfer:
+    work = warping.Warp(fit.fast, sampler, canvas)
+    warped = warping.whole(work, padding=padding, threads=threads)
+    return Transfer(warped.pixels, canvas.box, fit, warped.diagnostics)
+
+
+def _sampler(
+    texture: ArrayLike,
+    box: Box,
+    filter: str,
+    kind: str,
+    edge: str,
+    encoding: str | None,
+    threads: int | None,
+) -> Sampler:
+    """The texture in its box, ready to be filtered."""
+    pixels = _pixels(texture)
+    encoding = encoding or ("linear" if pixels.dtype.kind == "f" else "srgb")
+    if encoding not in ("srgb", "linear"):
+        raise InputError(f"encoding {encoding!r}: not one of srgb, linear")
+    alpha = pixels.shape[2] - 1 if pixels.shape[2] in (2, 4) else -1
+    placed = Texture(pixels, _box(box, "texture_box"), alpha, encoding)
+    return Sampler(placed, filter, kind, edge, threads=threads)
+
+
+def _pixels(texture: ArrayLike) -> NDArray:
+    """(h, w, c) of one of TYPES."""
+    pixels = np.ascontiguousarray(texture)
+    pixels = pixels.astype(np.float32) if pixels.dtype == np.float64 else pixels
+    if pixels.dtype.type not in TYPES:
+        names = ", ".join(t.__name__ for t in TYPES)
+        raise InputError(f"texture: pixels of type {pixels.dtype}; {names} or float64 are needed")
+    pixels = pixels[..., None] if pixels.ndim == 2 else pixels
+    if pixels.ndim != 3 or not pixels.size:
+        raise InputError(f"texture: an array of shape {pixels.shape}; (h, w) or (h, w, c) are needed")
+    return pixels
+
+
+def _canvas(size: int | tuple[int, int], box: Box) -> Canvas:
+    """A raster of this size, or longer side, that shows a box."""
+    low, high = box = _box(box, "target_box")
+    sides = np.atleast_1d(size)
+    if sides.dtype.kind not in "iu" or sides.shape not in ((1,), (2,)) or sides.min() < 1:
+        raise InputError(f"size: {size!r} is neither a number of pixels nor width and height")
+    if sides.size == 1:
+        extent = np.array([(high - low).real, (high - low).imag])
+        sides = np.maximum(1, np.round(extent * (sides / extent.max())))
+    return Canvas.about(int(sides[0]), int(sides[1]), box)
+
+
+def _box(box: Box, name: str) -> Box:
+    corners = as_complex(box, name)
+    if corners.shape != (2,) or not (np.isfinite(corners).all() and _ahead(corners[1] - corners[0])):
+        raise InputError(f"{name}: {box!r} is no lower left and upper right corner, x + iy")
+    return complex(corners[0]), complex(corners[1])
+
+
+def _ahead(step: complex) -> bool:
+    return step.real > 0 and step.imag > 0

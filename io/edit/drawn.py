@@ -1,0 +1,128 @@
+"""Pins and strokes drawn in a copy of an SVG file, in place of those that it has; the rest stays byte for byte."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from ...errors import InputError
+from ..shapes import shape
+from ..shapes.shape import Shape
+from ..svg.document import SHAPES, root
+from ..svg.reader import PIN, STROKE
+from ..svg.source import drawing_bytes
+
+Point = tuple[float, float]
+Pins = Sequence[tuple[str, Point]]
+Strokes = Sequence[tuple[str, Sequence[Point]]]
+LABEL = "inkscape:label"
+RADIUS = 0.008  # of the canvas: of the circles that show pins
+
+
+def copied(of: Shape, pins: Pins, strokes: Strokes) -> bytes:
+    """The drawing that a shape was read from with these pins and strokes, names without their prefix, in file units.
+
+    Raises:
+        InputError: it is no SVG, or none that can be changed in this way.
+    """
+    path, (low, high) = of.path, of.box
+    data = drawing_bytes(path)
+    root(data)
+    if data[:2] in (b"\xfe\xff", b"\xff\xfe"):
+        raise InputError(f"{path}: pins are drawn into UTF-8 only; save it so, or the constraints as JSON")
+    cuts, end = _places(data)
+    kept, start = [], 0
+    for a, b in cuts:
+        kept.append(data[start:a])
+        start = b
+    drawn = "\n".join(_elements(pins, strokes, RADIUS * abs(high - low)))
+    return b"".join([*kept, data[start:end], drawn.encode("ascii", "xmlcharrefreplace"), b"\n", data[end:]])
+
+
+def check(spec: str, like: Shape, pins: Pins, strokes: Strokes) -> None:
+    """Read a copy again and compare it with the shape that it is to show, and with what was drawn.
+
+    Raises:
+        InputError: it is another, as where the root is transformed.
+    """
+    read = shape.read(spec)
+    places = {PIN + name: like.to_core(place) for name, place in pins}
+    lines = {STROKE + name: like.to_core(line) for name, line in strokes}
+    near = 1e-9 * like.curve.diagonal
+    same = (
+        np.array_equal(read.curve.z, like.curve.z)
+        and read.pins.keys() == places.keys()
+        and all(abs(read.pins[name] - place) <= near for name, place in places.items())
+        and read.strokes.keys() == lines.keys()
+        and all(
+            np.allclose(read.strokes[name].z[[0, -1]], z[[0, -1]], atol=near) for name, z in lines.items()
+        )
+    )
+    if not same:
+        raise InputError(f"{like.path}: pins cannot be drawn into this file; save the constraints as JSON")
+
+
+@dataclass
+class _Cuts:
+    """Bytes of the elements that are constraints, and where the root ends."""
+
+    found: list[tuple[int, int]] = field(default_factory=list)
+    end: int = 0
+    depth: int = 0
+    opened: tuple[int, int] | None = None
+    closed: int | None = None
+
+
+def _places(data: bytes) -> tuple[list[tuple[int, int]], int]:
+    cuts, parser = _Cuts(), expat.ParserCreate()
+
+    def token(*_: object) -> None:
+        """What follows the end of an element tells where it ended."""
+        if cuts.closed is not None:
+            cuts.found.append((cuts.closed, parser.CurrentByteIndex))
+            cuts.closed = None
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        token()
+        cuts.depth += 1
+        names = (attributes.get("id", ""), attributes.get(LABEL, ""))
+        ours = tag.rpartition(":")[2] in SHAPES and any(name.startswith((PIN, STROKE)) for name in names)
+        if ours and cuts.opened is None:
+            cuts.opened = cuts.depth, parser.CurrentByteIndex
+
+    def end(_: str) -> None:
+        token()
+        if cuts.opened and cuts.opened[0] == cuts.depth:
+            cuts.closed, cuts.opened = cuts.opened[1], None
+        cuts.depth -= 1
+        if cuts.depth == 0:
+            cuts.end = parser.CurrentByteIndex
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.DefaultHandler = token
+    parser.Parse(data, True)
+    if data[cuts.end : cuts.end + 2] != b"</":
+        raise InputError("the drawing is empty")
+    return cuts.found, cuts.end
+
+
+def _elements(pins: Pins, strokes: Strokes, radius: float) -> list[str]:
+    line = f'fill="none" stroke="#e0218a" stroke-width="{radius / 2:.4g}"'
+    space = 'xmlns="http://www.w3.org/2000/svg"'
+    made = [
+        f'<circle {space} id={quoteattr(PIN + name)} cx="{_text(x)}" cy="{_text(y)}" r="{radius:.4g}" {line}/>'
+        for name, (x, y) in pins
+    ]
+    for name, points in strokes:
+        d = "M" + "L".join(f"{_text(x)} {_text(y)}" for x, y in points)
+        made.append(f'<path {space} id={quoteattr(STROKE + name)} d="{d}" {line}/>')
+    return made
+
+
+def _text(value: float) -> str:
+    """All digits of a number, as SVG has it."""
+    return np.format_float_positional(value, trim="-")

@@ -1,0 +1,153 @@
+"""The conversation with the page. Maps are made in two threads, one for the map that follows and one for the map at
+rest; of what is asked for while they work only the newest counts."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from typing import Any
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from ...errors import InputError
+from ..files import check_output
+from . import messages, saving
+from .messages import Draw, Export, Follow, Place, Save, Solve
+from .scene import framed
+from .session import Session, Shown
+
+GRACE = 3.0  # seconds in which a page that is loaded again must be back
+TAKEN = 4001  # close code: the page was opened elsewhere
+MISTAKE = "internal error, please report it ({}: {})"
+
+
+class Links:
+    """The pages that are open on a session: the newest is served, and when there is none any more, `gone` is called."""
+
+    def __init__(self, session: Session, gone: Callable[[], None], grace: float = GRACE) -> None:
+        self.session, self._gone, self._grace = session, gone, grace
+        self._current: WebSocket | None = None
+        self._leaving: asyncio.TimerHandle | None = None
+        self._pools = {kind: ThreadPoolExecutor(1, f"iccm-{kind}") for kind in ("follow", "solve", "files")}
+
+    async def serve(self, socket: WebSocket) -> None:
+        """One page, from its first word to its last."""
+        await socket.accept()
+        before, self._current = self._current, socket
+        if self._leaving:
+            self._leaving.cancel()
+        if before is not None:
+            with suppress(RuntimeError, WebSocketDisconnect):
+                await before.close(TAKEN)
+        link = _Link(self.session, socket, self._pools)
+        try:
+            await link.run()
+        finally:
+            if self._current is socket:
+                self._current = None
+                self._leaving = asyncio.get_running_loop().call_later(self._grace, self._gone)
+
+
+class _Link:
+    """One page."""
+
+    def __init__(self, session: Session, socket: WebSocket, pools: dict[str, ThreadPoolExecutor]) -> None:
+        self._session, self._socket, self._pools = session, socket, pools
+        self._newest: dict[str, asyncio.Queue[Any]] = {kind: asyncio.Queue(1) for kind in ("follow", "solve")}
+        self._sending = asyncio.Lock()
+
+    async def run(self) -> None:
+        """Until the page leaves."""
+        await self._say({"type": "hello", **self._session.describe(), **self._names()})
+        async with asyncio.TaskGroup() as tasks:
+            workers = [tasks.create_task(self._work(kind)) for kind in self._newest]
+            with suppress(WebSocketDisconnect):
+                while True:
+                    await self._hear(await self._socket.receive_text())
+            for worker in workers:
+                worker.cancel()
+
+    async def _hear(self, text: str) -> None:
+        try:
+            message = messages.read(text)
+        except InputError as error:
+            return await self._say({"type": "error", "message": str(error)})
+        if isinstance(message, Follow | Solve):
+            queue = self._newest[message.type]
+            if queue.full():
+                queue.get_nowait()
+            return queue.put_nowait(message)
+        pool = "follow" if isinstance(message, Place) else "files"
+        answer = await self._done(pool, self._answer, message)
+        return await self._say({"type": "answer", "id": message.id, **answer})
+
+    async def _work(self, kind: str) -> None:
+        make: Callable[..., Shown] = getattr(self._session, kind)
+        while True:
+            message: Follow | Solve = await self._newest[kind].get()
+            shown: Any = await self._done(kind, make, message.scene)
+            if isinstance(shown, dict):
+                shown = Shown("error", False, shown["error"])
+            stale = kind == "solve" and self._session.scene is not message.scene
+            if stale and shown.kind != "error":
+                continue  # something is being dragged again
+            patches, head = shown.patches, shown.head(message.seq)
+            if kind == "solve":
+                head["command"] = saving.command(self._session, message.scene)
+            if patches is None:
+                await self._say(head)
+            else:
+                await self._send(self._socket.send_bytes(framed(head, patches)))
+
+    async def _done(self, pool: str, call: Callable[..., Any], *arguments: Any) -> Any:
+        """What a call gives in a thread of its own, or {"error": …}."""
+        try:
+            return await asyncio.get_running_loop().run_in_executor(self._pools[pool], call, *arguments)
+        except InputError as error:
+            return {"error": str(error)}
+        except Exception as error:  # a mistake of iccm must not end the page, and what is on it
+            return {"error": MISTAKE.format(type(error).__name__, " ".join(str(error).split()))}
+
+    def _answer(self, message: Place | Save | Draw | Export) -> dict[str, Any]:
+        session = self._session
+        if isinstance(message, Place):
+            return {"points": session.placed(message.side, message.points)}
+        names = saving.copy_names(session, message.name) if isinstance(message, Draw) else [message.name]
+        if not message.replace and (there := [name for name in names if self._asks(name)]):
+            return {"exists": there}
+        return self._written(message, names)
+
+    def _asks(self, name: str) -> bool:
+        """Whether the user must say that a file may be replaced: one that is there, and not from here."""
+        session = self._session
+        known = name in session.written or name == session.job.constraints
+        return not known and check_output(name, force=True).exists()
+
+    def _written(self, message: Save | Draw | Export, names: list[str]) -> dict[str, Any]:
+        session, scene = self._session, message.scene
+        if isinstance(message, Export):
+            outcome = saving.export(session, scene, names[0], message.size, replace=True)
+            return {"written": outcome.written, "notes": outcome.notes, "message": outcome.message}
+        if isinstance(message, Save):
+            name = saving.save(session, scene, names[0], replace=True)
+            return {"written": [name], "command": saving.command(session, scene, constraints=name)}
+        specs = saving.copies(session, scene, names, replace=True)
+        if session.drawn:
+            session.saved = scene
+        return {"written": names, "command": saving.command(session, scene, copies=specs)}
+
+    def _names(self) -> dict[str, Any]:
+        session = self._session
+        name = f"{saving.stem(session.job)}.png"
+        file = saving.constraints_file(session)
+        return {"constraints": file, "picture": name, "drawn": session.drawn, "ending": saving.ENDING}
+
+    async def _say(self, message: dict[str, Any]) -> None:
+        await self._send(self._socket.send_json(message))
+
+    async def _send(self, sending: Any) -> None:
+        with suppress(WebSocketDisconnect, RuntimeError):  # the page has left
+            async with self._sending:
+                await sending

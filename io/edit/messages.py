@@ -1,0 +1,125 @@
+"""What the page may say, checked: everything that comes from it is data of a stranger."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+
+from ...errors import InputError
+from ..places import written
+from ..run.options import MAX_SIDE, MOST_BALANCE
+from ..shapes.constraints import Pin, Stroke
+
+MOST_PINS, MOST_STROKES, MOST_POINTS = 500, 100, 2000
+Point = tuple[float, float]
+
+
+class _Message(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Scene(_Message):
+    """All that is edited: pins and strokes in the files' units, and how the map is to be."""
+
+    pins: list[Pin] = Field(default=[], max_length=MOST_PINS)
+    strokes: list[Stroke] = Field(default=[], max_length=MOST_STROKES)
+    balance: float = Field(default=1.0, gt=0, le=MOST_BALANCE)
+    turn: float | Literal["any"] = 0.0
+
+    @model_validator(mode="after")
+    def _plane(self) -> Scene:
+        lines = [line for stroke in self.strokes for line in (stroke.source, stroke.target)]
+        if any(len(line) > MOST_POINTS for line in lines):
+            raise ValueError(f"a stroke has more than {MOST_POINTS} points")
+        ends = [end for pin in self.pins for end in (pin.source, pin.target)]
+        for place in [*ends, *(place for line in lines for place in line)]:
+            if isinstance(place, str) or len(place) != 2:
+                raise ValueError(f"{written(place)} is a place on a mesh, and these are none; write x,y")
+        return self
+
+
+class Follow(_Message):
+    """Something is being dragged: the coarse map."""
+
+    type: Literal["follow"]
+    seq: int
+    scene: Scene
+
+
+class Solve(_Message):
+    """It was let go of: the map that `iccm map` makes."""
+
+    type: Literal["solve"]
+    seq: int
+    scene: Scene
+
+
+class Place(_Message):
+    """Where points of one side are on the other."""
+
+    type: Literal["place"]
+    id: int
+    side: Literal["source", "target"]
+    points: list[Point] = Field(min_length=1, max_length=MOST_POINTS)
+
+
+class _File(_Message):
+    id: int
+    scene: Scene
+    name: str = Field(min_length=1, max_length=200)
+    replace: bool = False
+
+
+class Save(_File):
+    """Pins and strokes as JSON."""
+
+    type: Literal["save"]
+
+
+class Draw(_File):
+    """Pins and strokes drawn in copies of the SVG files, whose names end in this."""
+
+    type: Literal["draw"]
+
+
+class Export(_File):
+    """What `iccm map` writes."""
+
+    type: Literal["export"]
+    size: int = Field(default=1024, ge=1, le=MAX_SIDE)
+
+
+Message = Annotated[Follow | Solve | Place | Save | Draw | Export, Field(discriminator="type")]
+_READ: TypeAdapter[Message] = TypeAdapter(Message)
+
+
+def read(text: str) -> Follow | Solve | Place | Save | Draw | Export:
+    """A message of the page.
+
+    Raises:
+        InputError: it is none.
+    """
+    try:
+        return _READ.validate_json(text)
+    except ValidationError as error:
+        raise InputError(f"not understood: {_first(error)}") from None
+
+
+def scene_of(pins: list[Pin], strokes: list[Stroke], balance: float, turn: float | str) -> Scene:
+    """A scene that was not made on the page.
+
+    Raises:
+        InputError: it could not be.
+    """
+    try:
+        return Scene(pins=pins, strokes=strokes, balance=balance, turn=turn)  # type: ignore[arg-type]
+    except ValidationError as error:
+        raise InputError(f"iccm edit: {_first(error)}") from None
+
+
+def _first(error: ValidationError) -> str:
+    """The first mistake, and where it is."""
+    first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+    place = ".".join(str(part) for part in first["loc"])
+    return f"{place}: {first['msg']}".removeprefix(": ").replace("Value error, ", "")

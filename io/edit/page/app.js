@@ -1,0 +1,271 @@
+// iccm edit: what is edited, its history, and what goes between the two shapes, the list and the server.
+
+import {Link} from './link.js';
+import {finer, simplified} from './geometry.js';
+import {DRAWN, Pane} from './pane.js';
+import {figures, list} from './panel.js';
+
+const $ = (id) => document.getElementById(id);
+const copy = (value) => JSON.parse(JSON.stringify(value));
+const panes = {};
+let scene = null, saved = '', names = {}, chosen = null, wrong = {};
+let history = [], present = 0;
+let seq = 0, shown = 0, kind = '';
+
+// ---------------------------------------------------------------- history
+
+const content = ({pins, strokes}) => JSON.stringify([pins, strokes]);
+const dirty = () => scene !== null && content(scene) !== saved;
+
+/** What was changed becomes a step that can be undone, and the map is made anew. */
+function commit(solve = true) {
+  const text = JSON.stringify(scene);
+  if (text !== history[present]) {
+    history = [...history.slice(0, present + 1), text];
+    present = history.length - 1;
+  }
+  if (solve) ask('solve');
+  refresh();
+}
+
+function travel(steps) {
+  if (present + steps < 0 || present + steps >= history.length) return;
+  present += steps;
+  scene = JSON.parse(history[present]);
+  ask('solve');
+  refresh();
+}
+
+// ---------------------------------------------------------------- the server
+
+function ask(type) {
+  seq += 1;
+  link.say({type, seq, scene});
+  if (type === 'solve') document.body.classList.add('busy');
+}
+
+function hear(message, floats) {
+  if (message.type === 'hello') return begin(message);
+  if (message.type === 'error') return say(message.message, true);
+  if (message.kind === 'coarse' && message.seq <= shown) return;
+  if (message.kind !== 'coarse' && message.seq !== seq) return;
+  shown = message.seq;
+  kind = message.kind;
+  wrong = message.wrong;
+  if (kind !== 'coarse') document.body.classList.remove('busy');
+  if (floats) panes.target.painter.map(floats);
+  if (kind !== 'error') figures($('figures').tBodies[0], kind, message.figures);
+  if (kind === 'full') notes(message.figures.notes);
+  if (message.command) $('command').textContent = message.command;
+  say(kind === 'error' ? `${message.message}. The map is the last good one.` : message.message, !message.ok);
+  refresh();
+}
+
+function say(text, bad = false) {
+  $('status').textContent = text || 'Following…';
+  document.body.classList.toggle('bad', bad);
+}
+
+function notes(found) {
+  $('notes').replaceChildren(...[...names.notes, ...found].map((text) => {
+    const item = document.createElement('li');
+    item.textContent = text;
+    return item;
+  }));
+}
+
+const link = new Link(hear, (reason) => {
+  say(reason, true);
+  document.body.classList.add('ended');
+});
+
+// ---------------------------------------------------------------- begin
+
+function begin(hello) {
+  names = hello;
+  const first = scene === null;
+  if (first) {
+    scene = hello.scene;
+    history = [JSON.stringify(scene)];
+    try {
+      for (const side of ['source', 'target']) panes[side] = new Pane(side, $(side), hello[side], hello, does);
+    } catch (error) {
+      return say(error.message, true);
+    }
+    look(hello);
+    notes([]);
+    Object.assign($('file'), {value: hello.constraints});
+    Object.assign($('picture'), {value: hello.picture});
+    Object.assign($('ending'), {value: hello.ending});
+    for (const id of ['file', 'save-as']) $(id).disabled = hello.drawn;
+    $('title').textContent = `${hello.source.name} → ${hello.target.name}`;
+    document.title = `${hello.source.name} → ${hello.target.name} · iccm edit`;
+    globalThis.iccm = {panes, get scene() { return scene; }, get kind() { return kind; }, get seq() { return [seq, shown]; }};
+  }
+  saved = content(hello.saved);
+  ask('solve');
+  refresh();
+}
+
+async function look(hello) {
+  const answer = await fetch('texture.png');
+  const image = await createImageBitmap(await answer.blob(), {colorSpaceConversion: 'none', premultiplyAlpha: 'none'});
+  const {source, target} = panes, bounds = hello.source.bounds;
+  const how = {box: hello.source.box, edge: hello.edge, filter: hello.filter};
+  for (const pane of [source, target]) {
+    pane.painter.texture(image, how);
+    pane.overlay.step = Math.max(bounds[2] - bounds[0], bounds[3] - bounds[1]) / 16;
+    pane.redraw();
+  }
+  target.overlay.mean = Math.sqrt(source.area / target.area);
+}
+
+function refresh() {
+  if (!panes.target) return;
+  for (const pane of Object.values(panes)) {
+    pane.scene = {...scene, wrong};
+    pane.redraw();
+  }
+  list($('list'), scene, wrong, does);
+  $('none').hidden = scene.pins.length + scene.strokes.length > 0;
+  $('undo').disabled = present === 0;
+  $('redo').disabled = present === history.length - 1;
+  $('balance').value = Math.log10(scene.balance);
+  $('balance-value').value = scene.balance.toFixed(2);
+  $('any').checked = $('turn').disabled = scene.turn === 'any';
+  if (scene.turn !== 'any') $('turn').value = scene.turn;
+  $('turn-value').value = scene.turn === 'any' ? 'any' : `${scene.turn}°`;
+  document.body.classList.toggle('dirty', dirty());
+}
+
+// ---------------------------------------------------------------- what happens on the shapes and in the list
+
+const does = {
+  async place(side, point) {
+    const answer = await link.ask({type: 'place', side, points: [point]});
+    if (answer.error) return say(answer.error, true);
+    const ends = {[side]: point, [side === 'source' ? 'target' : 'source']: answer.points[0]};
+    scene.pins.push({name: '', weight: 1, ...ends});
+    return commit();
+  },
+  async stroke(side, points) {
+    pen(false);
+    const other = side === 'source' ? panes.target : panes.source;
+    const answer = await link.ask({type: 'place', side, points: finer(points)});
+    if (answer.error) return say(answer.error, true);
+    const image = simplified(answer.points.map((p) => other.units.page(p)), DRAWN / other.view.zoom);
+    const ends = {[side]: points, [other.side]: image.map((p) => other.units.file(p))};
+    scene.strokes.push({name: '', weight: 1, ends: 'free', ...ends});
+    return commit();
+  },
+  drag(side, {kind: group, number, point}, place) {
+    const entry = scene[group][number];
+    if (group === 'pins') entry[side] = place;
+    else entry[side][point] = place;
+    ask('follow');
+    refresh();
+  },
+  drop: () => commit(),
+  remove({kind: group, number, point}, whole = false) {
+    const entry = scene[group][number];
+    if (!entry) return;
+    const few = group === 'strokes' && Math.min(entry.source.length, entry.target.length) <= 2;
+    if (group === 'pins' || whole || few) scene[group].splice(number, 1);
+    else for (const side of ['source', 'target']) if (entry[side].length > point) entry[side].splice(point, 1);
+    commit();
+  },
+  rename({kind: group, number}, name) {
+    scene[group][number].name = name;
+    commit(false);
+  },
+  choose(item) { chosen = item; },
+  hover(item) {
+    for (const element of document.querySelectorAll('.handle')) {
+      const key = item && `${item.kind === 'pins' ? 'pin' : 'stroke'} ${item.number}`;
+      element.classList.toggle('lit', Boolean(key) && `${element.dataset.key} `.startsWith(`${key} `));
+    }
+  },
+};
+
+function pen(down) {
+  for (const pane of Object.values(panes)) pane.pen = down;
+  $('pen').setAttribute('aria-pressed', down);
+  document.body.classList.toggle('pen', down);
+}
+
+function overlay(name, on) {
+  $(name).checked = on;
+  for (const pane of Object.values(panes)) {
+    pane.overlay[name] = on;
+    pane.redraw();
+  }
+}
+
+$('pen').onclick = () => pen(!panes.source.pen);
+$('undo').onclick = () => travel(-1);
+$('redo').onclick = () => travel(1);
+$('fit').onclick = () => Object.values(panes).forEach((pane) => pane.showAll());
+for (const name of ['grid', 'stretch']) $(name).onchange = (event) => overlay(name, event.target.checked);
+$('balance').oninput = () => { scene.balance = Number((10 ** $('balance').value).toFixed(2)); ask('follow'); refresh(); };
+$('balance').onchange = () => commit();
+$('turn').oninput = () => { scene.turn = Number($('turn').value); ask('solve'); refresh(); };
+$('turn').onchange = () => commit();
+$('any').onchange = () => { scene.turn = $('any').checked ? 'any' : Number($('turn').value); commit(); };
+
+// ---------------------------------------------------------------- files
+
+/** Asks the server to write, and the user whether to replace what is there. */
+async function write(message) {
+  const asked = {...message, scene};
+  const before = content(scene);
+  let answer = await link.ask(asked);
+  if (answer.exists) {
+    if (!confirm(`${answer.exists.join(', ')}: the file exists. Replace it?`)) return;
+    answer = await link.ask({...asked, replace: true});
+  }
+  if (answer.error) return say(answer.error, true);
+  if (answer.command) $('command').textContent = answer.command;
+  if (message.type === (names.drawn ? 'draw' : 'save')) saved = before;
+  say([`Wrote ${answer.written.join(', ')}.`, answer.message, ...(answer.notes ?? [])].filter(Boolean).join(' '));
+  refresh();
+}
+
+const draw = () => write({type: 'draw', name: $('ending').value});
+const save = () => (names.drawn ? draw() : write({type: 'save', name: $('file').value}));
+$('save').onclick = save;
+$('more').onclick = () => $('export').showModal();
+$('help').onclick = () => $('keys').showModal();
+$('export').onclose = () => {
+  const does = {
+    save,
+    export: () => write({type: 'export', name: $('picture').value, size: Math.round(Number($('size').value)) || 1024}),
+    draw,
+  };
+  does[$('export').returnValue]?.();
+  $('export').returnValue = '';
+};
+$('copy').onclick = async () => {
+  await navigator.clipboard.writeText($('command').textContent);
+  say('Copied.');
+};
+addEventListener('beforeunload', (event) => { if (dirty()) event.preventDefault(); });
+
+// ---------------------------------------------------------------- keys
+
+addEventListener('keydown', (event) => {
+  const control = event.ctrlKey || event.metaKey, key = event.key.toLowerCase();
+  if (document.querySelector('dialog[open]')) return;
+  const typing = event.target.matches('input[type=text], input[type=number]');
+  const keys = control
+    ? {z: () => travel(event.shiftKey ? 1 : -1), y: () => travel(1), s: save}
+    : typing ? {} : {
+      s: () => pen(!panes.source.pen), escape: () => pen(false), g: () => overlay('grid', !$('grid').checked),
+      h: () => overlay('stretch', !$('stretch').checked), 0: () => $('fit').click(), '?': () => $('help').click(),
+      '+': () => focused().zoomBy(1.25), '-': () => focused().zoomBy(0.8), p: () => focused().click(),
+    };
+  if (!keys[key] || (control && typing && key !== 's')) return;
+  event.preventDefault();
+  keys[key]();
+});
+
+const focused = () => ($('source').contains(document.activeElement) ? panes.source : panes.target);

@@ -1,0 +1,68 @@
+// What stands beside the shapes: the list of pins and strokes, and the figures of the map.
+
+import {hue} from './pane.js';
+
+const number = (value) => (value === null || value === undefined ? '–' : value >= 100 ? value.toFixed(0)
+  : Number(value.toPrecision(3)).toString());
+
+/** The list; `does` {rename, remove, hover}. */
+export function list(element, scene, wrong, does) {
+  const rows = [];
+  for (const kind of ['pins', 'strokes']) {
+    scene[kind].forEach((entry, k) => {
+      const row = element.children[rows.length] ?? element.appendChild(blank());
+      const word = kind === 'pins' ? 'pin' : 'stroke', item = {kind, number: k};
+      const [mark, name, place, remove] = row.children;
+      row.style.setProperty('--hue', hue(kind === 'pins' ? k : k + 3));
+      row.className = wrong[kind]?.includes(k) ? `${word} wrong` : word;
+      mark.textContent = row.classList.contains('wrong') ? '!' : kind === 'pins' ? '●' : '∿';
+      if (document.activeElement !== name) name.value = entry.name;
+      name.placeholder = `${word} ${k + 1}`;
+      name.setAttribute('aria-label', `name of ${word} ${k + 1}`);
+      name.onchange = () => does.rename(item, name.value.trim());
+      place.textContent = kind === 'pins' ? `${short(entry.source)} → ${short(entry.target)}`
+        : `${entry.source.length} → ${entry.target.length} points`;
+      remove.setAttribute('aria-label', `remove ${word} ${entry.name || k + 1}`);
+      remove.onclick = () => does.remove(item, true);
+      row.onpointerenter = () => does.hover(item);
+      row.onpointerleave = () => does.hover(null);
+      rows.push(row);
+    });
+  }
+  while (element.childElementCount > rows.length) element.lastChild.remove();
+}
+
+const short = ([x, y]) => `${Number(x.toPrecision(4))}, ${Number(y.toPrecision(4))}`;
+
+function blank() {
+  const row = document.createElement('li');
+  const mark = document.createElement('span'), name = document.createElement('input');
+  const place = document.createElement('small'), remove = document.createElement('button');
+  Object.assign(name, {type: 'text', maxLength: 60, spellcheck: false});
+  remove.textContent = '×';
+  row.append(mark, name, place, remove);
+  return row;
+}
+
+/** The figures of a map; those of a coarse one are not the last word. */
+export function figures(body, kind, found) {
+  const {stretch, dilatation, scale, boundary, injective, turn} = found;
+  const rows = [
+    ['stretch', 'half, 95 %, largest', stretch && [stretch.p50, stretch.p95, stretch.max].map(number).join('   ')],
+    ['dilatation', 'half, 95 %, largest', dilatation && [dilatation.median, dilatation.p95, dilatation.max].map(number).join('   ')],
+    ['scale', 'within a factor of 2', scale && `${(100 * scale.within2).toFixed(1)} %`],
+    ['turn', 'counter-clockwise', turn === undefined ? null : `${turn.toFixed(1)}°`],
+    ['outline', 'off, of the diagonal', boundary ? boundary.hausdorff.toExponential(1) : null],
+    ['one-to-one', 'certified share', injective ? (injective.certified ? `${(100 * injective.share).toFixed(2)} %` : 'not certified') : null],
+  ];
+  body.replaceChildren(...rows.map(([name, hint, value]) => {
+    const row = document.createElement('tr'), head = document.createElement('th'), cell = document.createElement('td');
+    head.textContent = name;
+    head.title = hint;
+    head.scope = 'row';
+    cell.textContent = value ?? '–';
+    row.append(head, cell);
+    return row;
+  }));
+  body.className = kind;
+}

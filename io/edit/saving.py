@@ -1,0 +1,222 @@
+"""What leaves the page: constraints as JSON or drawn, the command that repeats the result, and what that writes."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+from ...errors import InputError
+from .. import files, formats
+from ..run.execute import Outcome, run
+from ..run.job import Job, make
+from ..run.options import described
+from ..run.report import plain
+from ..shapes.shape import Shape
+from ..spec import path_of
+from . import drawn
+from .messages import Scene
+from .session import Session, stem
+
+ANSWERED = ("pin", "constraints", "balance", "turn", "force", "output", "stmap", "size")
+"""Fields of the job that the scene, or the page, says."""
+
+
+def constraints_file(session: Session) -> str:
+    """Where Save puts pins and strokes: into the file that they came from, else beside where iccm runs."""
+    given = session.job.constraints
+    return given if given and given != "-" else f"{stem(session.job)}.json"
+
+
+ENDING = "-pins"
+"""Of the names of copies, if the user does not say another."""
+
+
+def local(name: str) -> str:
+    """A name that the page may write: of a file in the folder in which iccm runs.
+
+    Raises:
+        InputError: it names another folder, or what is hidden.
+    """
+    if (
+        name != os.path.basename(name)
+        or "\\" in name
+        or name.startswith((".", "-"))
+        or not name.isprintable()
+    ):
+        raise InputError(f"{name}: write the name of a file in this folder")
+    return name
+
+
+def listed(session: Session, scene: Scene) -> str:
+    """The constraints as JSON, with the sizes of the shapes that they belong to."""
+    sides = {"source": session.source, "target": session.target}
+    files = {side: {"file": path_of(shape.spec), "size": _size(shape)} for side, shape in sides.items()}
+    entries = {
+        kind: [entry.model_dump(mode="json", exclude_defaults=True) for entry in getattr(scene, kind)]
+        for kind in ("pins", "strokes")
+    }
+    lines = [f'  "files": {json.dumps(files, ensure_ascii=False)}']
+    for kind, found in entries.items():
+        rows = ",".join(f"\n    {json.dumps(plain(entry), ensure_ascii=False)}" for entry in found)
+        lines.append(f'  "{kind}": [{rows}\n  ]' if found else f'  "{kind}": []')
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _size(shape: Shape) -> list[float]:
+    low, high = shape.box
+    return [float(f"{side:.9g}") for side in ((high - low).real, (high - low).imag)]
+
+
+def save(session: Session, scene: Scene, name: str, *, replace: bool) -> str:
+    """Write the constraints, and give the name of the file.
+
+    Raises:
+        InputError: it cannot be written, or exists without `replace`.
+    """
+    if session.drawn:
+        raise InputError(f"{session.source.path}: has pins of its own; write copies of the drawings instead")
+    name = name if name == session.job.constraints else local(name)
+    if formats.suffix_of(name) != ".json":
+        raise InputError(f"{name}: constraints are written as .json")
+    with files.replacing(name, force=replace) as path:
+        path.write_text(listed(session, scene), encoding="utf-8")
+    session.saved = scene
+    session.written.add(name)
+    return name
+
+
+def copy_names(session: Session, ending: str) -> list[str]:
+    """What the copies of both drawings are called.
+
+    Raises:
+        InputError: one is no SVG, or both would be called the same.
+    """
+    paths = [shape.path for shape in (session.source, session.target)]
+    for path in paths:
+        if formats.suffix_of(path) not in (".svg", ".svgz"):
+            raise InputError(f"{path}: pins are drawn in SVG files only; save the constraints as JSON")
+    names = [local(f"{path.stem}{ending}.svg") for path in paths]
+    if names[0] == names[1]:
+        raise InputError(f"{names[0]}: would be the copy of both; give one of the files another name")
+    return names
+
+
+def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -> list[str]:
+    """Write copies of both drawings with the constraints drawn in them; the specs of the shapes in them.
+
+    Raises:
+        InputError: a drawing cannot be changed so, a copy cannot be written, or exists without `replace`.
+    """
+    scene = named(scene)
+    specs = []
+    with ExitStack() as stack:  # both appear, or none
+        for side, name, shape in zip(("source", "target"), names, _sides(session)):
+            pins = [(pin.name, _point(getattr(pin, side))) for pin in scene.pins]
+            strokes = [(s.name, [_point(place) for place in getattr(s, side)]) for s in scene.strokes]
+            path = stack.enter_context(files.replacing(name, force=replace))
+            path.write_bytes(drawn.copied(shape, pins, strokes))
+            drawn.check(_spec(str(path), shape), shape, pins, strokes)
+            specs.append(_spec(name, shape))
+    session.written.update(names)
+    return specs
+
+
+def _sides(session: Session) -> tuple[Shape, Shape]:
+    return session.source, session.target
+
+
+def _spec(name: str, shape: Shape) -> str:
+    """The same part of another file."""
+    return name + shape.spec[len(path_of(shape.spec)) :]
+
+
+def named(scene: Scene) -> Scene:
+    """The scene with a name for each pin and stroke, different from all others."""
+
+    def all_named(entries: list[Any]) -> Iterator[Any]:
+        taken: set[str] = set()
+        for number, entry in enumerate(entries, 1):
+            name = entry.name or str(number)
+            while name in taken:
+                name += "'"
+            taken.add(name)
+            yield entry.model_copy(update={"name": name})
+
+    return scene.model_copy(
+        update={"pins": list(all_named(scene.pins)), "strokes": list(all_named(scene.strokes))}
+    )
+
+
+def _point(place: Any) -> tuple[float, float]:
+    return float(place[0]), float(place[1])
+
+
+def job_of(session: Session, scene: Scene, **more: Any) -> Job:
+    """The job whose result the page shows.
+
+    Raises:
+        InputError: as `make`.
+    """
+    given = session.job.model_dump(exclude_defaults=True, exclude=set(ANSWERED))
+    return make({**given, "balance": scene.balance, "turn": scene.turn, **more})
+
+
+def command(session: Session, scene: Scene, *, constraints: str = "", copies: list[str] | None = None) -> str:
+    """The command line that repeats the result, from what was saved or from where it is saved by default."""
+    if session.drawn and not copies:
+        copies = [_spec(name, shape) for name, shape in zip(copy_names(session, ENDING), _sides(session))]
+    constraints = constraints or constraints_file(session)
+    specs = copies or [session.job.source, session.job.target or ""]
+    job = job_of(session, scene)
+    words = ["iccm", "map", *specs]
+    fields = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
+    if session.job.size:
+        fields["size"] = session.job.size
+    for name, (_, option) in described().items():
+        if name in fields and "map" in option.commands:
+            value = fields[name]
+            text = "x".join(map(str, value)) if isinstance(value, tuple) else f"{value}"
+            words += [f"--{name.replace('_', '-')}", *([] if value is True else [text])]
+    if (scene.pins or scene.strokes) and not copies:
+        words += ["--constraints", constraints]
+    words += ["-o", f"{stem(session.job)}.png"]
+    return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
+
+
+def export(session: Session, scene: Scene, name: str, size: int, *, replace: bool) -> Outcome:
+    """Write a picture, an STMap or artwork by the code of `iccm map`.
+
+    Raises:
+        InputError: as that.
+    """
+    local(name)
+    stmap = formats.suffix_of(name) == ".exr" and Path(name).stem.lower().endswith("stmap")
+    output: dict[str, Any] = {"stmap": name} if stmap else {"output": (name,)}
+    with _materialised(session, scene) as given:
+        job = job_of(session, scene, **{"size": (size,), "force": replace, **output, **given})
+        outcome = run(job)
+    session.written.add(name)
+    return outcome
+
+
+@contextmanager
+def _materialised(session: Session, scene: Scene) -> Iterator[dict[str, Any]]:
+    """Fields of a job whose constraints are the scene's, in files that last for the block."""
+    with tempfile.TemporaryDirectory() as folder:
+        if session.drawn:
+            names = [str(Path(folder) / name) for name in copy_names(session, "")]
+            specs = copies(session, scene, names, replace=True)
+            yield dict(zip(("source", "target"), specs))
+        elif scene.pins or scene.strokes:
+            path = Path(folder) / "constraints.json"
+            path.write_text(listed(session, scene), encoding="utf-8")
+            yield {"constraints": str(path)}
+        else:
+            yield {}

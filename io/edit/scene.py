@@ -1,0 +1,105 @@
+"""What the page draws, in coordinates of its own: about 1 large, y down, so that 32 bits are enough.
+
+A point of a file is origin + scale · (x, ±y); the sign says whether the file's own y points down.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Box, Complex
+from ...maps.triangulated.map import TriangulatedMap
+from ..formats import picture
+from ..pictures import image_files
+from ..pictures.image import Image, prepared
+from ..shapes.shape import Shape
+
+MOST_TEXELS = 4096  # of a side: what every WebGL 2 takes
+
+
+@dataclass(frozen=True)
+class View:
+    """The coordinates of one half of the page.
+
+    Attributes:
+        centre: the point of the core plane that becomes 0.
+        scale: lengths of the core plane that become 1.
+    """
+
+    centre: complex
+    scale: float
+
+    @classmethod
+    def of(cls, *boxes: Box) -> View:
+        """The view whose unit holds all boxes."""
+        low = complex(min(b[0].real for b in boxes), min(b[0].imag for b in boxes))
+        high = complex(max(b[1].real for b in boxes), max(b[1].imag for b in boxes))
+        return cls((low + high) / 2, max((high - low).real, (high - low).imag))
+
+    def __call__(self, z: Complex) -> NDArray[np.float32]:
+        """(..., 2) coordinates of the page of points of the core plane."""
+        w = (np.asarray(z, np.complex128) - self.centre) / self.scale
+        return np.stack([w.real, -w.imag], axis=-1).astype(np.float32)
+
+    def vectors(self, d: Complex) -> NDArray[np.float32]:
+        """The same for differences of points."""
+        return View(0j, self.scale)(d)
+
+    def box(self, box: Box) -> list[float]:
+        """Left, top, right and bottom."""
+        (left, bottom), (right, top) = self(np.array(box)).tolist()
+        return [left, top, right, bottom]
+
+    def describe(self, shape: Shape, box: Box) -> dict[str, Any]:
+        """What the page must know of a side that shows a shape in a box."""
+        origin = shape.to_file(np.array([self.centre]))[0]
+        return {
+            "name": shape.spec,
+            "origin": origin.tolist(),
+            "scale": self.scale,
+            "down": shape.flip,
+            "outline": _rounded(self(shape.curve.z)),
+            "holes": [_rounded(self(hole)) for hole in shape.holes],
+            "box": self.box(box),
+            "bounds": self.box(shape.curve.box),
+        }
+
+
+def _rounded(points: NDArray) -> list:
+    return np.round(points.astype(float), 6).tolist()
+
+
+def patches(map: TriangulatedMap, source: View, target: View) -> NDArray[np.float32]:
+    """(m, 18) of each triangle the corners in the image, then the corners and bulges of its patch in the source."""
+    sides = [target(map.corners), source(map.patches[:, :3]), source.vectors(map.patches[:, 3:])]
+    return np.concatenate([side.reshape(len(map.faces), 6) for side in sides], axis=1)
+
+
+def framed(head: dict[str, Any], floats: NDArray[np.float32]) -> bytes:
+    """A binary message: the length of a JSON text padded to four bytes, the text, then floats, little-endian."""
+    text = json.dumps(head, allow_nan=False).encode()
+    text += b" " * (-len(text) % 4)
+    return struct.pack("<I", len(text)) + text + floats.astype("<f4").tobytes()
+
+
+def png(image: Image) -> bytes:
+    """The texture as a browser takes it: a PNG of at most MOST_TEXELS a side."""
+    shown = prepared(image, picture("texture.png"))
+    height, width = shown.pixels.shape[:2]
+    if (larger := max(height, width)) > MOST_TEXELS:
+        size = (round(width * MOST_TEXELS / larger) or 1, round(height * MOST_TEXELS / larger) or 1)
+        pixels = cv2.resize(shown.pixels, size, interpolation=cv2.INTER_AREA)
+        shown = shown.with_pixels(pixels.reshape(size[1], size[0], -1), shown.alpha)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "texture.png"
+        image_files.write(path, shown)
+        return path.read_bytes()

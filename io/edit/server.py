@@ -1,0 +1,119 @@
+"""The page's files, and the life of the server: from the command until the page is closed or Ctrl-C."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import threading
+import webbrowser
+from collections.abc import Callable
+from importlib.resources import files
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.responses import Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket
+
+from ...errors import InputError
+from .guard import Guard
+from .link import Links
+from .session import Session
+
+TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
+LARGEST_MESSAGE = 1 << 22
+
+
+def page_files() -> dict[str, tuple[bytes, str]]:
+    """Content and type of each of the page's files, by name; the page itself has none."""
+    found = {}
+    for file in files(__package__).joinpath("page").iterdir():
+        suffix = file.name[file.name.rfind(".") :]
+        if suffix in TYPES:
+            found[file.name.replace("index.html", "")] = file.read_bytes(), TYPES[suffix]
+    return found
+
+
+def app(session: Session, token: str, port: int, gone: Callable[[], None], **options: Any) -> Guard:
+    """What answers requests: the page's files, the texture and the conversation; nothing is read from the disk."""
+    links = Links(session, gone, **options)
+
+    def serving(content: Callable[[], bytes], kind: str) -> Callable[..., Any]:
+        def serve(_: Any) -> Response:
+            return Response(content(), media_type=kind)
+
+        return serve
+
+    async def talk(page: WebSocket) -> None:
+        await links.serve(page)
+
+    routes: list[Any] = [
+        Route(f"/{token}/{name}", serving(lambda data=data: data, kind), methods=["GET"])
+        for name, (data, kind) in page_files().items()
+    ]
+    routes.append(
+        Route(f"/{token}/texture.png", serving(lambda: session.texture, "image/png"), methods=["GET"])
+    )
+    routes.append(WebSocketRoute(f"/{token}/link", talk))
+    served = Starlette(routes=routes)
+    served.router.redirect_slashes = False
+    return Guard(served, token, port)
+
+
+def serve(session: Session, *, port: int, browser: bool, show: Callable[[str], None]) -> None:
+    """Serve a session until its page is closed.
+
+    Args:
+        session: what is edited.
+        port: 0 for any that is free.
+        browser: whether to open the page.
+        show: is given the page's address.
+
+    Raises:
+        InputError: the port is taken.
+        KeyboardInterrupt: Ctrl-C.
+    """
+    with listening(port) as listener:
+        port = listener.getsockname()[1]
+        token = secrets.token_urlsafe(24)
+        server = uvicorn.Server(
+            uvicorn.Config(
+                app(session, token, port, lambda: setattr(server, "should_exit", True)),
+                lifespan="off",
+                log_config=None,
+                access_log=False,
+                server_header=False,
+                ws_max_size=LARGEST_MESSAGE,
+                ws_ping_interval=None,  # a machine that slept has not closed its page
+                timeout_graceful_shutdown=1,
+            )
+        )
+        address = f"http://127.0.0.1:{port}/{token}/"
+        show(address)
+        if browser:
+            threading.Timer(0.3, _opened, (address,)).start()
+        server.run(sockets=[listener])
+
+
+def _opened(address: str) -> None:
+    try:
+        webbrowser.open(address)
+    except Exception:  # the address was shown: it can be opened by hand
+        return
+
+
+def listening(port: int) -> socket.socket:
+    """A socket of this machine alone.
+
+    Raises:
+        InputError: the port is taken, or not for everybody.
+    """
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        listener.bind(("127.0.0.1", port))
+        listener.listen()
+    except OSError as error:
+        listener.close()
+        raise InputError(f"--port {port}: {error.strerror}; leave it out for a free one") from error
+    return listener

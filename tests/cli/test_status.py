@@ -1,0 +1,104 @@
+"""The line on a terminal that tells what is under way: in a terminal of its own (a pty)."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from iccm.io.run.phases import COMPILES
+
+pty = pytest.importorskip("pty")
+WHEEL = Path(__file__).parents[1] / "wheel"
+
+
+def typed(command, **environment):
+    """What a terminal shows of a command, its stdout and stderr, and the exit code."""
+    master, slave = pty.openpty()
+    process = subprocess.Popen(
+        command, stdin=slave, stdout=slave, stderr=slave, env={**os.environ, **environment}, close_fds=True
+    )
+    os.close(slave)
+    shown = b""
+    while chunk := read(master):
+        shown += chunk
+    os.close(master)
+    return shown.decode(), process.wait()
+
+
+def read(end):
+    try:
+        return os.read(end, 1 << 16)
+    except OSError:  # Linux says so at the end of a terminal
+        return b""
+
+
+SCRIPT = """
+import sys, time
+from iccm.cli import logs, status
+logs.configure({verbosity}, {form!r})
+with status.shown() as listener:
+    assert (listener is None) == {silent}, listener
+    if listener:
+        listener("solve, starts", 3, 44)
+        time.sleep(3.2)
+        logs.tell("a note")
+        time.sleep(0.7)
+        listener("", 0, 0)
+        print("result", flush=True)
+        time.sleep(0.7)
+logs.log.info("the end")
+"""
+
+
+def script(verbosity=0, form="text", silent=False):
+    text = SCRIPT.format(verbosity=verbosity, form=form, silent=silent)
+    return typed([sys.executable, "-c", text])
+
+
+def test_work_is_shown_with_its_seconds_between_messages():
+    shown, code = script()
+    assert code == 0, shown
+    frames = re.split(r"[\r\n]+", shown)
+    seconds = [int(m[1]) for f in frames if (m := re.fullmatch(r"solve, starts 3/44, (\d+) s *", f))]
+    assert {1, 2, 3} <= set(seconds)
+    assert "note: a note" in frames  # on a line of its own
+    after = frames[frames.index("note: a note") + 1 :]
+    assert after[0].startswith("solve, starts 3/44")  # and the line is back
+    assert [f.strip() for f in after if f.strip()][-2:] == ["result", "the end"]
+
+
+@pytest.mark.parametrize("given", [{"verbosity": -1}, {"form": "json"}])
+def test_nothing_is_shown_to_who_wants_less(given):
+    shown, code = script(**given, silent=True)
+    assert code == 0, shown
+    assert "solve" not in shown
+
+
+def test_without_a_terminal_nothing_is_shown(capsys):
+    from iccm.cli import status
+
+    with status.shown() as listener:
+        assert listener is None
+
+
+@pytest.mark.slow
+def test_the_first_run_says_that_it_compiles_and_reports_it_apart(tmp_path):
+    iccm = str(Path(sys.executable).with_name("iccm"))
+    shapes = [str(WHEEL / "square.svg"), str(WHEEL / "blob.svg")]
+    results = []
+    for name in ("first", "second"):
+        command = [iccm, "map", *shapes, "--size", "64", "-o", str(tmp_path / f"{name}.png")]
+        report = tmp_path / f"{name}.json"
+        shown, code = typed([*command, "--report", str(report)], NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+        assert code == 0, shown
+        results.append((shown, json.loads(report.read_text())["seconds"]))
+    (first, cold), (second, warm) = results
+    assert first.count(COMPILES) == 1
+    assert re.search(r"\rcompile, \d+ s", first)
+    assert cold["compile"] > cold["solve"] + cold["resample"]
+    assert COMPILES not in second
+    assert warm["compile"] == 0

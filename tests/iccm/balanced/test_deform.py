@@ -1,0 +1,178 @@
+"""Deformations by the balanced energy: constraints met, nothing folded, as rigid as they can be."""
+
+import igl
+import numpy as np
+import pytest
+
+import iccm
+from iccm import Curve, InputError, Status
+from tests.shapes import pear
+
+LENGTH = 6.0
+BAR = np.array([0, LENGTH, LENGTH + 1j, 1j])
+ENDS = np.array([0.25 + 0.25j, 0.25 + 0.75j, LENGTH - 0.25 + 0.25j, LENGTH - 0.25 + 0.75j])
+MIDDLE = np.linspace(0.05, 0.95, 60) * LENGTH + 0.5j
+SQUARE = np.array([0, 2, 2 + 2j, 2j])
+CORNERS = np.array([0.2 + 0.2j, 1.8 + 0.2j, 1.8 + 1.8j, 0.2 + 1.8j])
+
+
+def bent(angle):
+    """Pins of the bar's ends, the right one where a bar of the same length bent to an arc has it."""
+    radius = LENGTH / np.radians(angle)
+    x, y = ENDS[2:].real, ENDS[2:].imag - 0.5
+    ring = (radius - y) * np.exp(1j * x / radius)
+    return np.column_stack([ENDS, np.append(ENDS[:2], 1j * radius - 1j * ring + 0.5j)])
+
+
+def turned(line):
+    """Degrees by which a polyline turns from its first edge to its last."""
+    steps = np.diff(line)
+    return np.degrees(np.sum(np.angle(steps[1:] / steps[:-1])))
+
+
+def error(fit):
+    return max(pin["error"] for pin in fit.report()["pins"])
+
+
+def as_rigid_as_possible(fit, pins):
+    """The same mesh moved by the same pins by libigl's local-global iterations."""
+    z, faces = fit.map.source, fit.map.faces
+    held = np.array([np.argmin(np.abs(z - pin)) for pin in pins[:, 0]], np.int32)
+    data = igl.ARAPData()
+    data.max_iter = 2000
+    igl.arap_precomputation(np.column_stack([z.real, z.imag]), faces.astype(np.int64), 2, held, data)
+    goals, first = (np.column_stack([w.real, w.imag]) for w in (pins[:, 1], fit.map.image))
+    return igl.arap_solve(goals, data, first) @ np.array([1, 1j])
+
+
+def test_a_bar_bent_by_90_degrees_is_as_rigid_as_possible():
+    pins = bent(90)
+    fit = iccm.deform(BAR, pins=pins)
+    assert fit.status is Status.MET and error(fit) < 1e-9
+    assert fit.report()["injective"]["certified"]
+    assert np.abs(as_rigid_as_possible(fit, pins) - fit.map.image).max() < 0.01 * fit.source.diagonal
+    assert abs(Curve(fit.image).area) == pytest.approx(LENGTH, rel=0.01)
+
+
+@pytest.mark.parametrize("step", [60, 72])
+def test_a_bar_closes_to_a_ring_in_five_edits(step):
+    fit = None
+    for edit in range(1, 6):
+        fit = iccm.deform(BAR, pins=bent(edit * step), start=fit)
+        assert fit.status.ok and error(fit) < 1e-9 and fit.certificate.zeros == 0
+    rigid = as_rigid_as_possible(fit, fit.pins)
+    assert np.abs(rigid - fit.map.image).max() < 0.04 * fit.source.diagonal
+    assert turned(fit.map(MIDDLE)) == pytest.approx(5 * step * 0.9, rel=0.1)
+
+
+def test_more_than_a_lap_comes_out_right_only_from_an_earlier_map():
+    first = None
+    for angle in (120, 240, 330, 420):
+        first = iccm.deform(BAR, pins=bent(angle), start=first)
+    assert turned(first.map(MIDDLE)) == pytest.approx(420 * 0.9, rel=0.1)
+    assert first.status is Status.OVERLAP and first.status.ok and first.lost == 0
+    report = first.report()
+    assert not report["injective"]["certified"] and report["injective"]["zeros"] == 0
+
+
+def test_the_same_pins_from_an_earlier_map_change_nothing():
+    first = iccm.deform(BAR, pins=bent(150))
+    again = iccm.deform(BAR, pins=bent(150), start=first.map)
+    assert np.array_equal(first.map.source, again.map.source)
+    assert np.abs(first.map.image - again.map.image).max() < 1e-4 * LENGTH
+
+
+def test_other_pins_may_follow():
+    first = iccm.deform(BAR, pins=bent(90))
+    pins = np.append(bent(90), [[3 + 0.5j, first.map(np.array([3 + 0.5j]))[0] + 0.2j]], axis=0)
+    second = iccm.deform(BAR, pins=pins, start=first)
+    assert second.status is Status.MET and error(second) < 1e-9
+
+
+def test_a_lone_pin_moves_the_shape_and_two_turn_it():
+    z = np.array([0.5 + 0.5j, 1.5 + 1j])
+    fit = iccm.deform(SQUARE, pins=[(1 + 1j, 4 + 2j)])
+    assert np.abs(fit.map(z) - (z + 3 + 1j)).max() < 1e-9
+    fit = iccm.deform(SQUARE, pins=[(0.5 + 1j, 1.5 + 1j), (1.5 + 1j, 0.5 + 1j)])
+    assert np.abs(fit.map(z) - (2 + 2j - z)).max() < 1e-7
+
+
+def test_it_moves_with_its_coordinates():
+    pins = np.column_stack([np.append(CORNERS, 1 + 1j), np.append(CORNERS, 1.4 + 1.1j)])
+    first = iccm.deform(SQUARE, pins=pins)
+    turn, shift = 30 * np.exp(0.8j), 1000 - 70j
+    second = iccm.deform(SQUARE * turn + shift, pins=pins * turn + shift)
+    z = first.interior
+    assert np.abs(second.map(z * turn + shift) - (first.map(z) * turn + shift)).max() < 0.02 * abs(turn)
+
+
+@pytest.mark.parametrize("pin", [1 + 0j, 1 + 0.0005j, 0j])
+def test_pins_on_the_outline_and_beside_it(pin):
+    pins = [(pin, pin - 0.4j), (0.2 + 1.8j, 0.2 + 1.8j), (1.8 + 1.8j, 1.8 + 1.8j)]
+    fit = iccm.deform(SQUARE, pins=pins)
+    assert fit.status is Status.MET and error(fit) < 1e-9
+    assert fit.report()["injective"]["certified"] and fit.report()["dilatation"]["max"] < 20
+
+
+def test_strokes_are_met():
+    stroke = (np.array([0.5 + 0.5j, 3 + 0.6j, 5.5 + 0.5j]), np.array([0.5 + 0.5j, 3 + 1.5j, 5.2 + 2.5j]))
+    fit = iccm.deform(BAR, strokes=[stroke])
+    goal = Curve(stroke[1], closed=False)
+    image = fit.map(Curve(stroke[0], closed=False).at(np.linspace(0, 5, 200)))
+    assert fit.status is Status.MET and fit.report()["injective"]["certified"]
+    assert np.abs(goal.at(goal.closest(image)) - image).max() < 2e-4 * fit.diagonal
+
+
+def test_ends_of_strokes_slide_unless_they_have_pins():
+    """Onto an angle half as long again: the bar keeps its length, and its middle goes to the corner."""
+    stroke = (np.array([0.5 + 0.5j, 5.5 + 0.5j]), np.array([-1 + 0.5j, 3 + 2.5j, 7 + 0.5j]))
+    fit = iccm.deform(BAR, strokes=[stroke])
+    image = fit.map(Curve(stroke[0], closed=False).at(np.linspace(0, 5, 201)))
+    goal = Curve(stroke[1], closed=False)
+    assert fit.status is Status.MET and np.abs(goal.at(goal.closest(image)) - image).max() < 2e-4 * 6
+    assert np.abs(np.diff(image)).sum() == pytest.approx(5, rel=0.05)
+    assert abs(image[100] - stroke[1][1]) < 0.3
+    stuck = iccm.deform(BAR, strokes=[stroke], pins=np.column_stack([w[[0, -1]] for w in stroke]))
+    assert stuck.status is Status.MET and error(stuck) < 1e-9
+    again = iccm.deform(BAR, strokes=[(stroke[0], stroke[1] + 0.3j)], start=fit)
+    assert np.abs(again.map(MIDDLE) - fit.map(MIDDLE) - 0.3j).max() < 0.1
+
+
+def test_two_points_may_come_to_one_place():
+    pins = [(0.1 + 0.5j, 0.5j), (5.9 + 0.5j, 0.5j), (3 + 0.5j, 3 + 2j)]
+    fit = iccm.deform(BAR, pins=pins)
+    assert fit.status is Status.OVERLAP and error(fit) < 1e-9
+
+
+def test_what_cannot_be_met_is_told_with_its_distance():
+    pins = [*zip(CORNERS, CORNERS), (0.9 + 1j, 1 + 1j), (1.1 + 1j, 1 + 1j)]
+    fit = iccm.deform(SQUARE, pins=pins)
+    assert fit.status is Status.PINS and not fit.status.ok and error(fit) > 1e-9
+    assert fit.report()["injective"]["zeros"] == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"pins": [(0.5 + 0.5j, 1), (0.5 + 0.5j, 2)]}, "pins 1 and 2: the same point of the source"),
+        ({"pins": [(9, 9)]}, "pin 1: .* outside the source shape"),
+        ({"strokes": [([0.2 + 0.2j, 1 + 3j], [0, 1])]}, "stroke vertex 2: .* outside the source shape"),
+        ({"strokes": [([0.2j + 0.2, 1 + 1j], [0, 1]), ([1 + 0.2j, 0.2 + 1j], [0, 1])]}, "strokes 1 and 2"),
+        ({"pins": [(1 + 1j, 1)], "turn": 30}, "turn: "),
+        ({"pins": [(1 + 1j, 1)], "start": iccm.Curve(SQUARE)}, "start: "),
+        ({"pins": [(1 + 1j, 1)], "method": "paper", "start": object()}, "start: .* balanced"),
+    ],
+)
+def test_mistakes_are_named(options, said):
+    with pytest.raises(InputError, match=said):
+        iccm.deform(SQUARE, **options)
+
+
+def test_a_shape_with_a_round_outline_keeps_its_parts():
+    """A pear's top is pulled up; its bottom, held by three pins, stays as it is."""
+    outline = pear()
+    pins = [(0.3 - 0.2j, 0.3 - 0.2j), (-0.3 - 0.2j, -0.3 - 0.2j), (0j, 0j), (0.5 + 0.1j, 0.6 + 0.3j)]
+    fit = iccm.deform(outline, pins=pins)
+    assert fit.status is Status.MET and fit.report()["injective"]["certified"]
+    still = np.array([-0.3 - 0.1j, -0.2 - 0.2j])
+    assert np.abs(fit.map(still) - still).max() < 0.1

@@ -1,0 +1,127 @@
+"""The coarse map that follows pins: it meets them, folds nowhere, and goes on from where it was."""
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm.balanced.live import Live
+from iccm.balanced.solution import Settings
+from iccm.curve import Curve
+from iccm.errors import InputError
+from tests import shapes
+
+
+def begun(mirror=False):
+    z, w = shapes.pear(), shapes.blob()
+    source, target = (Curve.domain(c.conj() if mirror else c) for c in (z, w))
+    fit = iccm.fit(source, target)
+    inner = fit.interior[:: fit.interior.size // 3][:3]
+    pins = np.column_stack([inner, fit.map(inner)])
+    return fit, Live.of(fit, Settings(), pins), pins
+
+
+def sound(live, pins):
+    found = live.map
+    assert live.met and found.injectivity.certified
+    assert np.abs(found(pins[:, 0]) - pins[:, 1]).max() < 1e-8
+    return found
+
+
+@pytest.mark.parametrize("mirror", [False, True])
+def test_it_begins_close_to_the_map_it_comes_from(mirror):
+    fit, live, pins = begun(mirror)
+    found, z = sound(live, pins), fit.interior
+    assert np.nanmax(np.abs(found(z) - fit.map(z))) < 0.05 * fit.diagonal
+    assert len(found.faces) < 0.4 * len(fit.map.faces)
+
+
+@pytest.mark.parametrize("mirror", [False, True])
+@pytest.mark.parametrize("side", [0, 1])
+def test_it_follows_either_end_of_a_pin_on_the_same_mesh(mirror, side):
+    _, live, pins = begun(mirror)
+    faces = live.state.faces
+    for _ in range(8):
+        pins = pins + 0j
+        pins[1, side] *= 1 - 0.06
+        live = live.moved(pins)
+        sound(live, pins)
+    assert live.state.faces is faces
+
+
+def test_a_step_is_small_where_the_pin_moves_little():
+    _, live, pins = begun()
+    z, before = pins[:, 0] * 0.5, live.map
+    pins[0, 1] += 1e-4
+    after = live.moved(pins).map
+    assert np.abs(after(z) - before(z)).max() < 2e-3
+
+
+def test_pins_come_and_go():
+    _, live, pins = begun()
+    more = np.vstack([pins, [0.1 + 0.1j, live.map(np.array([0.1 + 0.1j]))[0]]])
+    sound(live.moved(more), more)
+    sound(live.moved(more).moved(pins[:1]), pins[:1])
+    assert live.moved(pins[:0]).met
+
+
+def test_a_pin_on_the_outline_slides_along_it():
+    fit, live, pins = begun()
+    s = 0.3 * fit.source.length
+    start = fit.source.at(np.array([s]))
+    tau = fit.target.closest(fit.map(start))
+    for step in np.linspace(0, 0.05, 4) * fit.target.length:
+        rim = np.array([[start[0], fit.target.at(tau + step)[0]]])
+        all_pins = np.vstack([pins, rim])
+        live = live.moved(all_pins)
+        sound(live, all_pins)
+
+
+def test_a_stroke_is_met():
+    fit, live, pins = begun()
+    line = np.linspace(-0.2 + 0.3j, 0.3 + 0.35j, 6)
+    goal = fit.map(line) + 0.03j
+    live = live.moved(pins[:0], [(Curve.stroke(line), Curve.stroke(goal))])
+    found = live.map
+    assert live.met and found.injectivity.certified
+    image, goal = found(Curve(line, False).at(np.linspace(0, 0.5, 20))), Curve(goal, False)
+    assert np.abs(goal.at(goal.closest(image)) - image).max() < 2e-3
+
+
+def test_another_balance_changes_it():
+    _, live, pins = begun()
+    areas = [live.moved(pins, theta=theta).map for theta in (0.2, 4.0)]
+    scales = [np.ptp(np.log(np.abs(np.abs(p) ** 2 - np.abs(q) ** 2))) for p, q in
+              (m.derivatives(np.array([0, 0.2, 0.3j, -0.3])) for m in areas)]  # fmt: skip
+    assert scales[1] < scales[0]
+
+
+def test_holes_go_along():
+    z, w = shapes.circle(80), shapes.circle(90) * 1.2
+    inner = {"source_holes": [0.3 * shapes.circle(40)], "target_holes": [0.2 + 0.5 * shapes.circle(50)]}
+    fit = iccm.fit(z, w, **inner)
+    pins = np.array([[0.6j, fit.map(np.array([0.6j]))[0] * np.exp(0.05j)]])
+    live = Live.of(fit, Settings(), pins)
+    found = sound(live, pins)
+    assert len(found.loops) == 2
+    rim = found.image[found.loops[1]]
+    assert np.abs(np.abs(rim - 0.2) - 0.5).max() < 5e-3
+    pins[0, 1] *= np.exp(0.1j)
+    sound(live.moved(pins), pins)
+
+
+@pytest.mark.parametrize("more", ["source_holes", "target_holes"])
+def test_a_hole_without_partner_is_followed_too(more):
+    fit = iccm.fit(shapes.pear(), shapes.blob(), **{more: [0.25 * shapes.circle(40)]})
+    z = 0.6j
+    pins = np.array([[z, fit.map(np.array([z]))[0]]])
+    live = Live.of(fit, Settings(), pins)
+    assert live.met
+    pins[0, 1] += 0.05
+    assert live.moved(pins).met
+
+
+def test_what_cannot_be_is_refused_by_name():
+    _, live, pins = begun()
+    pins[1, 1] = pins[0, 1]
+    with pytest.raises(InputError, match="pins 1 and 2"):
+        live.moved(pins)

@@ -1,0 +1,149 @@
+"""Textures carried by one call: arrays in, arrays out, as the command does it."""
+
+import importlib
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm.io.pictures import image_files
+from iccm.io.run.execute import run
+from iccm.io.run.job import Job
+
+SQUARE = np.array([0, 1, 1 + 1j, 1j])
+TURN = np.exp(1j * np.linspace(0, 2 * np.pi, 120, endpoint=False))
+ELLIPSE = 2 * TURN.real + 1j * TURN.imag
+DOUBLED = 2 * SQUARE + 3 - 1j
+
+
+def noise(shape, dtype, seed=3):
+    values = np.random.default_rng(seed).random(shape)
+    dtype = np.dtype(dtype)
+    return values.astype(dtype) if dtype.kind == "f" else (values * np.iinfo(dtype).max).astype(dtype)
+
+
+def test_what_the_package_promises_is_there():
+    for name in iccm.__all__:
+        assert getattr(iccm, name) is getattr(iccm, name), name
+        assert not isinstance(getattr(iccm, name), type(iccm)), f"{name} is a module"
+    importlib.reload(iccm)
+    assert callable(iccm.transfer)
+    assert callable(iccm.transfer)  # a module of the same name would take its place after the first use
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float16, np.float32])
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+def test_a_similarity_gives_the_texture_back(dtype, channels):
+    texture = noise((64, 64, channels), dtype)
+    full = 1 if texture.dtype.kind == "f" else np.iinfo(dtype).max
+    if channels in (2, 4):
+        texture[..., -1] = full
+    found = iccm.transfer(texture, SQUARE, DOUBLED, size=64, filter="nearest")
+    colours = texture[..., : channels - (channels in (2, 4))]
+    assert found.pixels.dtype == dtype
+    assert np.array_equal(found.pixels[..., :-1], colours)
+    assert (found.pixels[..., -1] == full).all()
+    assert found.box == (3 - 1j, 5 + 1j)
+    assert found.fit.status.ok
+    assert found.diagnostics.inside == 64 * 64
+
+
+def test_grey_and_float64_are_taken():
+    grey = noise((32, 32), np.float64)
+    found = iccm.transfer(grey, SQUARE, DOUBLED, size=32, filter="nearest")
+    assert found.pixels.shape == (32, 32, 2)
+    assert np.array_equal(found.pixels[..., 0], grey.astype(np.float32))
+
+
+def test_the_command_makes_the_same_picture(tmp_path):
+    def drawing(name, z):
+        points = " ".join(f"{w.real!r},{-w.imag!r}" for w in z.tolist())
+        (tmp_path / name).write_text(
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="-4 -4 8 8"><polygon points="{points}"/></svg>'
+        )
+        return str(tmp_path / name)
+
+    texture = noise((40, 60, 3), np.uint8)
+    image_files.write(tmp_path / "t.png", image_files.Image(texture))
+    boxes = {"texture_box": "bbox", "target_box": "bbox"}
+    names = {
+        "source": drawing("a.svg", 3 * SQUARE),
+        "target": drawing("b.svg", ELLIPSE),
+        "output": (str(tmp_path / "o.png"),),
+    }
+    run(Job(texture=str(tmp_path / "t.png"), size=(96,), **names, **boxes))
+    found = iccm.transfer(texture, 3 * SQUARE, ELLIPSE, size=96)
+    assert np.array_equal(image_files.read(str(tmp_path / "o.png")).pixels, found.pixels)
+
+
+def test_one_map_carries_many_textures():
+    fit = iccm.fit(SQUARE, ELLIPSE)
+    colour, normals = noise((32, 32, 3), np.uint8), noise((32, 32, 3), np.float32)
+    first = iccm.warp(fit, colour, size=(80, 40))
+    assert first.pixels.shape == (40, 80, 4)
+    assert first.fit is fit
+    whole = iccm.transfer(colour, SQUARE, ELLIPSE, size=(80, 40))
+    assert np.array_equal(first.pixels, whole.pixels)
+    turned = iccm.warp(fit, normals, size=40, kind="normal").pixels
+    inside = turned[..., 3] == 1
+    length = np.linalg.norm(2 * turned[inside][:, :3] - 1, axis=1)
+    assert np.abs(length - 1).max() < 1e-5
+
+
+def test_a_deformed_shape_shows_all_of_itself():
+    fit = iccm.deform(SQUARE, pins=[(0.2 + 0.2j, 0.2 + 0.2j), (0.8 + 0.8j, 2 + 2j)])
+    found = iccm.warp(fit, iccm.checkerboard(64), size=50)
+    image = fit.image
+    assert found.box[0].real <= image.real.min() + 1e-12
+    assert found.box[1].imag >= image.imag.max() - 1e-12
+    cover = found.pixels[..., 3] > 0
+    assert cover.any(0).all()
+    assert cover.any(1).all()
+
+
+def test_boxes_are_kept_to():
+    texture = noise((20, 20, 3), np.uint8)
+    box = (0.25 + 0.25j, 0.75 + 0.75j)
+    found = iccm.transfer(
+        texture,
+        SQUARE,
+        DOUBLED,
+        size=20,
+        texture_box=box,
+        target_box=(3.5 - 0.5j, 4.5 + 0.5j),
+        filter="nearest",
+        edge="transparent",
+    )
+    assert np.array_equal(found.pixels[..., :3], texture)
+    wide = iccm.transfer(texture, SQUARE, DOUBLED, size=(40, 20))
+    assert wide.box == (2 - 1j, 6 + 1j)
+    assert not wide.pixels[:, :9, 3].any()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"texture": np.zeros((2, 2, 3), int)}, "int64"),
+        ({"texture": np.zeros((2, 2, 3, 1), np.uint8)}, r"\(2, 2, 3, 1\)"),
+        ({"texture": np.zeros((0, 2, 3), np.uint8)}, r"\(0, 2, 3\)"),
+        ({"texture": "face.png"}, "type"),
+        ({"size": 0}, "size"),
+        ({"size": (3, 4, 5)}, "size"),
+        ({"size": 2.5}, "size"),
+        ({"size": "large"}, "size"),
+        ({"texture_box": (0, 1)}, "texture_box"),
+        ({"target_box": (0, 1j, 2)}, "target_box"),
+        ({"target_box": (0, np.nan + 1j)}, "target_box"),
+        ({"filter": "box"}, "filter"),
+        ({"kind": "colors"}, "kind"),
+        ({"edge": "wrap"}, "edge"),
+        ({"encoding": "rec709"}, "encoding"),
+        ({"kind": "normal", "texture": np.zeros((2, 2), np.uint8)}, "normals need 3"),
+        ({"source": [0, 1]}, "source"),
+        ({"method": "none"}, "method"),
+    ],
+)
+def test_mistakes_are_input_errors(change, said):
+    given = {"texture": np.zeros((2, 2, 3), np.uint8), "source": SQUARE, "target": ELLIPSE} | change
+    with pytest.raises(iccm.InputError, match=said):
+        iccm.transfer(**given)

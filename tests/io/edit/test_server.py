@@ -1,0 +1,241 @@
+"""The server: who is answered, what with, and when it ends."""
+
+import json
+import struct
+import subprocess
+import sys
+import threading
+import urllib.error
+import urllib.request
+
+import numpy as np
+import pytest
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from iccm.io.edit import server
+from iccm.io.edit.session import Session
+from iccm.io.run.job import make
+
+PORT, TOKEN = 4321, "a-token"
+HERE = {"origin": f"http://127.0.0.1:{PORT}"}
+SCENE = {"pins": [{"source": [40, 45], "target": [45, 50]}]}
+
+
+@pytest.fixture
+def gone():
+    return threading.Event()
+
+
+@pytest.fixture
+def client(shapes, gone):
+    edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
+    made = server.app(edited, TOKEN, PORT, gone.set, grace=0.05)
+    with TestClient(made, base_url=f"http://127.0.0.1:{PORT}") as found:
+        found.session = edited
+        yield found
+
+
+def linked(client, headers=HERE):
+    return client.websocket_connect(f"ws://127.0.0.1:{PORT}/{TOKEN}/link", headers=headers)
+
+
+def map_of(socket):
+    """The next message with a map: its head and its patches."""
+    data = socket.receive_bytes()
+    length = struct.unpack("<I", data[:4])[0]
+    assert (4 + length) % 4 == 0
+    return json.loads(data[4 : 4 + length]), np.frombuffer(data[4 + length :], "<f4").reshape(-1, 18)
+
+
+def asked(socket, **message):
+    socket.send_json({"id": 7, **message})
+    answer = socket.receive_json()
+    assert answer["type"] == "answer" and answer["id"] == 7
+    return answer
+
+
+@pytest.mark.parametrize("name", ["", "app.js", "style.css", "gl.js", "texture.png"])
+def test_its_own_files_are_served_to_who_knows_the_token(client, name):
+    found = client.get(f"/{TOKEN}/{name}")
+    assert found.status_code == 200 and found.content
+    assert "default-src 'none'" in found.headers["content-security-policy"]
+    assert found.headers["cache-control"] == "no-store" and "access-control-allow-origin" not in found.headers
+    assert client.get(f"/{TOKEN}/{name}", headers=HERE).status_code == 200
+
+
+def test_the_page_names_nothing_but_its_own_files():
+    text = b"".join(content for content, _ in server.page_files().values()).decode()
+    assert "//" not in text.replace("http://www.w3.org/", "").replace("// ", "").replace("///", "")
+    for name in ("app.js", "style.css", "icon.svg"):
+        assert f'"{name}"' in text and name in server.page_files()
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["/", "/app.js", "/other/", "/other/app.js",
+     f"/{TOKEN[:-1]}/", f"/{TOKEN}x/", f"//{TOKEN}/", f"/{TOKEN.upper()}/", "/é/"],
+)  # fmt: skip
+def test_without_the_token_nothing_is(client, path):
+    assert client.get(path).status_code == 403
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["../server.py", "..%2fserver.py", "%2e%2e/server.py", "../../../../etc/passwd", "server.py", "page/app.js",
+     "app.js/", "//etc/passwd", "app.js%00.png", "link"],
+)  # fmt: skip
+def test_nothing_else_is_a_file(client, name):
+    assert client.get(f"/{TOKEN}/{name}").status_code in (403, 404)
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH"])
+def test_nothing_is_taken_by_http(client, method):
+    assert client.request(method, f"/{TOKEN}/app.js").status_code == 405
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [{"origin": "http://evil.example"}, {"origin": "null"}, {"origin": f"https://127.0.0.1:{PORT}"},
+     {"origin": "http://127.0.0.1:1"}, {"host": "evil.example"}, {"host": f"evil.example:{PORT}"},
+     {"sec-fetch-site": "cross-site"}, {"sec-fetch-site": "same-site"}],
+)  # fmt: skip
+def test_other_pages_get_nothing(client, headers):
+    assert client.get(f"/{TOKEN}/app.js", headers=headers).status_code == 403
+    with pytest.raises(WebSocketDisconnect), linked(client, {**HERE, **headers}):
+        pass
+
+
+def test_a_conversation_needs_an_origin(client):
+    with pytest.raises(WebSocketDisconnect), linked(client, {}):
+        pass
+
+
+def test_a_map_is_made_followed_and_placed_on(client):
+    with linked(client) as socket:
+        hello = socket.receive_json()
+        assert hello["source"]["name"] == "square.svg" and hello["scene"]["pins"] == []
+        socket.send_json({"type": "solve", "seq": 1, "scene": {}})
+        head, patches = map_of(socket)
+        assert (head["kind"], head["seq"], head["ok"]) == ("full", 1, True) and len(patches) > 1000
+        assert head["command"] == "iccm map square.svg blob.svg -o square-blob.png"
+        socket.send_json({"type": "follow", "seq": 2, "scene": SCENE})
+        head, coarse = map_of(socket)
+        assert (head["kind"], head["seq"]) == ("coarse", 2) and 100 < len(coarse) < len(patches)
+        [point] = asked(socket, type="place", side="source", points=[[40, 45]])["points"]
+        assert np.hypot(point[0] - 45, point[1] - 50) < 1e-4
+        assert "outside" in asked(socket, type="place", side="source", points=[[0, 0]])["error"]
+        socket.send_json(
+            {"type": "solve", "seq": 3, "scene": {"pins": [{"source": [0, 0], "target": [45, 50]}]}}
+        )
+        head = socket.receive_json()
+        assert (head["type"], head["kind"], head["wrong"]["pins"]) == ("map", "error", [0])
+
+
+def test_bad_messages_are_answered_and_change_nothing(client):
+    with linked(client) as socket:
+        socket.receive_json()
+        for text in ("", "{", "[]", '{"type": "open", "path": "/etc/passwd"}', "\0", "[" * 5000):
+            socket.send_text(text)
+            answer = socket.receive_json()
+            assert answer["type"] == "error" and answer["message"].startswith("not understood")
+        socket.send_json({"type": "solve", "seq": 1, "scene": {}})
+        assert map_of(socket)[0]["ok"]
+
+
+def test_files_are_written_when_asked_and_replaced_when_confirmed(client, shapes):
+    with linked(client) as socket:
+        socket.receive_json()
+        before = {path.name for path in shapes.iterdir()}
+        (shapes / "c.json").write_text("mine")
+        save = {"type": "save", "scene": SCENE, "name": "c.json"}
+        assert asked(socket, **save)["exists"] == ["c.json"] and (shapes / "c.json").read_text() == "mine"
+        answer = asked(socket, **save, replace=True)
+        assert answer["written"] == ["c.json"] and "--constraints c.json" in answer["command"]
+        assert asked(socket, **save)["written"] == ["c.json"]
+        assert asked(socket, type="draw", scene=SCENE, name="-p")["written"] == ["square-p.svg", "blob-p.svg"]
+        export = {"type": "export", "scene": SCENE, "size": 40}
+        assert asked(socket, **export, name="o.png")["written"] == ["o.png"]
+        assert "suffix" in asked(socket, **export, name="o.xyz")["error"]
+        assert "folder" in asked(socket, **export, name="../o.png")["error"]
+        made = {"c.json", "square-p.svg", "blob-p.svg", "o.png"}
+        assert {path.name for path in shapes.iterdir()} == before | made
+
+
+def test_a_page_that_is_loaded_again_has_what_was_there(client, gone):
+    with linked(client) as socket:
+        socket.receive_json()
+        socket.send_json({"type": "solve", "seq": 1, "scene": SCENE})
+        map_of(socket)
+    with linked(client) as socket:
+        hello = socket.receive_json()
+        assert hello["scene"]["pins"][0]["target"] == [45, 50] and hello["saved"]["pins"] == []
+
+
+def test_the_newest_page_is_served(client):
+    with linked(client) as first:
+        first.receive_json()
+        with linked(client) as second:
+            second.receive_json()
+            assert first.receive()["code"] == 4001
+            second.send_json({"type": "solve", "seq": 1, "scene": {}})
+            assert map_of(second)[0]["ok"]
+
+
+def test_it_ends_when_the_page_is_closed_and_not_while_it_is_loaded_again(client, gone):
+    assert not gone.is_set()
+    with linked(client) as socket:
+        socket.receive_json()
+        assert not gone.wait(0.2)
+    with linked(client) as socket:
+        socket.receive_json()
+        assert not gone.wait(0.2)
+
+
+def test_a_mistake_of_ours_does_not_end_the_page(client, monkeypatch):
+    monkeypatch.setattr(client.session, "solve", lambda scene: 1 / 0)
+    with linked(client) as socket:
+        socket.receive_json()
+        socket.send_json({"type": "solve", "seq": 1, "scene": {}})
+        message = socket.receive_json()
+        assert (message["type"], message["kind"]) == ("map", "error") and "internal error" in message[
+            "message"
+        ]
+        assert "points" not in asked(socket, type="place", side="source", points=[[40, 45]])
+
+
+def started(shapes, *options):
+    command = [sys.executable, "-c", "from iccm.cli import main; main()"]
+    return subprocess.Popen([*command, "edit", "square.svg", "blob.svg", "--no-browser", *options],
+                            cwd=shapes, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # fmt: skip
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+@pytest.mark.parametrize(("number", "code"), [(2, 130), (15, 143)])
+def test_the_command_serves_this_machine_alone_until_a_signal(shapes, number, code):
+    process = started(shapes)
+    try:
+        address = process.stdout.readline().strip()
+        assert address.startswith("http://127.0.0.1:") and len(address.split("/")[3]) >= 32
+        assert b"iccm edit" in urllib.request.urlopen(address).read()
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            urllib.request.urlopen(address.rsplit("/", 2)[0] + "/")
+        busy = started(shapes, "--port", address.split("/")[2].split(":")[1])
+        out, err = busy.communicate(timeout=60)
+        assert (
+            busy.returncode == 2
+            and not out
+            and err.startswith("error: --port ")
+            and len(err.splitlines()) == 1
+        )
+        process.send_signal(number)
+        _, err = process.communicate(timeout=30)
+        assert process.returncode == code and len(err.split("\n\n")[-1].strip().splitlines()) == 1
+    finally:
+        process.kill()
+
+
+def test_without_the_extra_one_line_says_so(shapes, iccm, monkeypatch):
+    monkeypatch.setitem(sys.modules, "websockets", None)
+    typed = iccm("edit", "square.svg", "blob.svg")
+    assert typed.code == 2 and typed.lines == ["error: iccm edit needs a server: pip install 'iccm[edit]'"]

@@ -1,0 +1,239 @@
+"""What is edited, without a browser: the map at rest is that of `iccm map`, and what is saved gives it again."""
+
+import json
+import shlex
+
+import numpy as np
+import pytest
+
+from iccm.errors import InputError
+from iccm.io.edit import saving
+from iccm.io.edit.messages import Scene, read
+from iccm.io.edit.scene import View
+from iccm.io.edit.session import Session
+from iccm.io.pictures import image_files
+from iccm.io.run.job import make
+
+PIN = {"name": "nose", "source": [40, 45], "target": [45, 50]}
+OTHER = {"source": [65, 60], "target": [60, 62]}
+STROKE = {"name": "arm", "source": [[30, 30], [60, 32]], "target": [[32, 32], [45, 35], [60, 33]]}
+
+
+def session(**job):
+    return Session(make({"source": "square.svg", "target": "blob.svg", **job}))
+
+
+def scene(*pins, **more):
+    return Scene.model_validate({"pins": pins, **more})
+
+
+def test_the_map_at_rest_is_whole_and_a_dragged_one_follows(shapes):
+    edited = session()
+    full = edited.solve(scene())
+    assert (full.kind, full.ok, full.wrong) == ("full", True, {"pins": [], "strokes": []})
+    assert full.patches.shape[1] == 18 and full.patches.dtype == np.float32
+    assert full.figures["injective"]["certified"] and full.figures["boundary"]["hausdorff"] < 1e-3
+    coarse = edited.follow(scene(PIN))
+    assert (coarse.kind, coarse.ok) == ("coarse", True) and len(coarse.patches) < len(full.patches)
+    moved = edited.follow(scene({**PIN, "target": [50, 52]}))
+    assert moved.ok and np.abs(moved.patches - coarse.patches).max() < 0.2
+
+
+def test_patches_are_the_map(shapes):
+    edited = session()
+    found = edited.solve(scene(PIN))
+    corners, control = found.patches[:, :6].reshape(-1, 3, 2), found.patches[:, 6:].reshape(-1, 6, 2)
+    middle = control[:, :3].mean(axis=1) + 2 / 9 * control[:, 3:].sum(axis=1)
+    source, target = edited.views
+    z = edited._map.inverse(_core(corners.mean(axis=1), target))
+    assert np.nanmax(np.abs(_core(middle, source) - z)) < 1e-4 * edited.source.curve.diagonal
+
+
+def _core(points, view):
+    return view.centre + view.scale * (points[..., 0] - 1j * points[..., 1])
+
+
+def test_a_view_is_about_one_large_and_upside_down():
+    view = View.of((100 + 50j, 300 + 100j), (120 + 0j, 180 + 60j))
+    assert view.box((100 + 0j, 300 + 100j)) == [-0.5, -0.25, 0.5, 0.25]
+    assert view.vectors(np.array([20 + 10j])).tolist() == [[pytest.approx(0.1), pytest.approx(-0.05)]]
+
+
+def test_a_point_is_found_on_the_other_side_and_back(shapes):
+    edited = session()
+    edited.solve(scene())
+    there = edited.placed("source", [(40, 45), (60, 61)])
+    assert np.allclose(edited.placed("target", there), [(40, 45), (60, 61)], atol=1e-3)
+    [[x, y]] = edited.placed("source", [(10, 50)])
+    z = complex(x, -y)
+    curve = edited.target.curve
+    assert abs(curve.at(curve.closest(np.array([z])))[0] - z) < 1e-5
+    rim = {"source": [10, 50], "target": [x, y]}
+    assert edited.solve(scene(rim)).ok
+    with pytest.raises(InputError, match="outside"):
+        edited.placed("source", [(5, 5)])
+
+
+@pytest.mark.parametrize("how", ["solve", "follow"])
+@pytest.mark.parametrize(
+    ("pins", "wrong", "said"),
+    [
+        ([PIN, {**PIN, "target": [60, 60]}], [0, 1], "two places"),
+        ([PIN, {**OTHER, "target": [1, 1]}], [1], "outside"),
+        ([PIN, {**OTHER, "source": [10, 50]}], [1], "outline"),
+    ],
+)
+def test_what_cannot_be_is_told_and_the_map_stays(shapes, how, pins, wrong, said):
+    edited = session()
+    edited.solve(scene())
+    before = edited._map
+    found = getattr(edited, how)(scene(*pins))
+    assert (found.kind, found.ok, found.patches) == ("error", False, None)
+    assert found.wrong["pins"] == wrong and said in found.message and edited._map is before
+    assert edited.follow(scene(PIN)).ok
+
+
+def test_saved_constraints_repeat_the_map(shapes, shell):
+    edited = session(balance=1.5)
+    wanted = scene(PIN, OTHER, strokes=[STROKE], balance=2.0, turn=10.0)
+    assert edited.solve(wanted).ok
+    name = saving.save(edited, wanted, "square-blob.json", replace=False)
+    assert saving.export(edited, wanted, "shown.png", 200, replace=False).ok
+    line = saving.command(edited, wanted)
+    options = f"--constraints {name} --balance 2.0 --turn 10.0 -o square-blob.png"
+    assert sorted(shlex.split(line)) == sorted(f"iccm map square.svg blob.svg {options}".split())
+    done = shell(f"{line} --size 200")
+    assert done.returncode == 0, done.stderr
+    assert (shapes / "shown.png").read_bytes() == (shapes / "square-blob.png").read_bytes()
+    again = session(constraints=name).first
+    assert (again.pins, again.strokes) == (wanted.pins, wanted.strokes)
+    found = json.loads((shapes / name).read_text())
+    assert found["files"]["source"] == {"file": "square.svg", "size": [100.0, 100.0]}
+
+
+def test_constraints_of_other_sizes_are_refused(shapes, iccm):
+    edited = session()
+    saving.save(edited, scene(PIN), "c.json", replace=False)
+    text = (shapes / "square.svg").read_text().replace("0 0 100 100", "0 0 200 100")
+    (shapes / "square.svg").write_text(text)
+    typed = iccm("map", "square.svg", "blob.svg", "--constraints", "c.json", "-q")
+    assert typed.code == 2 and "square.svg of 100 x 100, and square.svg is 200 x 100" in typed.err
+
+
+def test_copies_repeat_the_map_too(shapes, shell):
+    edited = session()
+    wanted = scene(PIN, OTHER, strokes=[STROKE])
+    specs = saving.copies(edited, wanted, saving.copy_names(edited, "-pins"), replace=False)
+    assert specs == ["square-pins.svg", "blob-pins.svg"]
+    saving.export(edited, wanted, "shown.png", 150, replace=False)
+    done = shell(f"{saving.command(edited, wanted, copies=specs)} --size 150")
+    assert done.returncode == 0, done.stderr
+    assert (shapes / "shown.png").read_bytes() == (shapes / "square-blob.png").read_bytes()
+
+
+def test_drawn_pins_are_edited_in_copies(shapes, shell):
+    for name, place in (("square.svg", "40 45"), ("blob.svg", "45 50")):
+        x, y = place.split()
+        pin = f'<circle id="pin-nose" cx="{x}" cy="{y}" r="2"/></svg>'
+        (shapes / name).write_text((shapes / name).read_text().replace("</svg>", pin))
+    edited = session()
+    assert [pin.name for pin in edited.first.pins] == ["nose"] and edited.drawn
+    moved = scene({**PIN, "target": [50, 55]})
+    with pytest.raises(InputError, match="pins of its own"):
+        saving.save(edited, moved, "c.json", replace=False)
+    saving.export(edited, moved, "shown.png", 100, replace=False)
+    saving.copies(edited, moved, saving.copy_names(edited, saving.ENDING), replace=False)
+    done = shell(f"{saving.command(edited, moved)} --size 100")
+    assert done.returncode == 0, done.stderr
+    assert (shapes / "shown.png").read_bytes() == (shapes / "square-blob.png").read_bytes()
+
+
+def test_names_are_made_different():
+    made = saving.named(
+        scene({**PIN, "name": "a"}, {**PIN, "name": ""}, {**PIN, "name": "a"}, {**PIN, "name": "2"})
+    )
+    assert [pin.name for pin in made.pins] == ["a", "2", "a'", "2'"]
+
+
+@pytest.mark.parametrize(
+    "name", ["../c.json", "/tmp/c.json", ".c.json", "-c.json", "a\\c.json", "c.txt", "a/b.json", "c\n.json"]
+)
+def test_only_plain_names_are_written(shapes, name):
+    edited, before = session(), set(shapes.iterdir())
+    with pytest.raises(InputError):
+        saving.save(edited, scene(PIN), name, replace=True)
+    assert set(shapes.iterdir()) == before
+
+
+def test_the_file_that_was_opened_may_lie_elsewhere(shapes):
+    (shapes / "deep").mkdir()
+    (shapes / "deep" / "c.json").write_text(json.dumps({"pins": [PIN]}))
+    edited = session(constraints="deep/c.json")
+    assert saving.constraints_file(edited) == "deep/c.json"
+    saving.save(edited, scene(OTHER), "deep/c.json", replace=True)
+    assert json.loads((shapes / "deep" / "c.json").read_text())["pins"] == [
+        {"source": [65.0, 60.0], "target": [60.0, 62.0]}
+    ]
+
+
+@pytest.mark.parametrize("name", ["out.tif", "map-stmap.exr", "art.svg"])
+def test_exports_are_of_every_kind(shapes, name):
+    edited = session()
+    assert saving.export(edited, scene(PIN), name, 60, replace=False).written == (name,)
+    assert (shapes / name).stat().st_size > 0
+    with pytest.raises(InputError):
+        saving.export(edited, scene(PIN), name, 60, replace=False)
+
+
+def test_a_large_texture_is_made_smaller_for_the_browser(shapes):
+    pixels = np.zeros((10, 9000, 3), np.uint16)
+    pixels[:, 4500:] = 65535
+    image_files.write("wide.png", image_files.Image(pixels))
+    (shapes / "t.png").write_bytes(session(texture="wide.png").texture)
+    made = image_files.read("t.png").pixels
+    assert made.shape == (5, 4096, 3) and made[0, 0, 0] == 0 and made[0, -1, 0] == 65535
+
+
+@pytest.mark.parametrize(
+    ("job", "said"),
+    [
+        ({"target": "no.svg"}, "no such file"),
+        ({"texture": "no.png"}, "no such file"),
+        ({"pin": ["40,40:200,200"]}, "outside"),
+        ({"pin": ["40,40:v3"]}, "mesh"),
+        ({"balance": 0}, "balance"),
+    ],
+)
+def test_wrong_inputs_are_told_at_once(shapes, job, said):
+    with pytest.raises(InputError, match=said):
+        session(**job)
+
+
+@pytest.mark.parametrize("side", ["source", "target"])
+def test_meshes_are_refused_in_a_line(shapes, iccm, side):
+    (shapes / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\nf 2 4 3\n")
+    pair = ("m.obj", "blob.svg") if side == "source" else ("blob.svg", "m.obj")
+    typed = iccm("edit", *pair, "--no-browser")
+    assert typed.code == 2 and typed.lines == [
+        "error: m.obj: iccm edit shows no meshes; pin them with iccm map --pin X,Y:v17, or flatten them"
+    ]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "[]", "{}", "null", "{", '{"type": "drop"}', '{"type": "solve", "seq": 1}',
+     '{"type": "solve", "seq": 1, "scene": 3}',
+     '{"type": "place", "id": 1, "side": "top", "points": [[1, 2]]}',
+     '{"type": "place", "id": 1, "side": "source", "points": []}',
+     '{"type": "place", "id": 1, "side": "source", "points": [[1, NaN]]}',
+     '{"type": "solve", "seq": 1, "scene": {"pins": [{"source": "v5", "target": [1, 2]}]}}',
+     '{"type": "solve", "seq": 1, "scene": {"pins": [{"source": [1e400, 2], "target": [1, 2]}]}}',
+     '{"type": "solve", "seq": 1, "scene": {"balance": 0}}', '{"type": "solve", "seq": 1, "scene": {"turn": "some"}}',
+     '{"type": "solve", "seq": 1, "scene": {"more": 1}}',
+     '{"type": "save", "id": 1, "scene": {}, "name": ""}', "[" * 10000,
+     json.dumps({"type": "solve", "seq": 1, "scene": {"pins": [PIN] * 501}}),
+     json.dumps({"type": "solve", "seq": 1, "scene": {"strokes": [{**STROKE, "source": [[1, 2]] * 2001}]}})],
+)  # fmt: skip
+def test_what_is_no_message_is_refused(text):
+    with pytest.raises(InputError, match="not understood"):
+        read(text)
