@@ -8,8 +8,8 @@ import numpy as np
 import scipy.sparse
 
 from ..arrays import Complex, Flags, Index, Real
-from ..compiling import kernel
 from ..curve import Curve
+from ..jit import kernel
 from .constraints.inside import Inside
 from .failure import Stuck
 from .kernels import twice_area
@@ -264,17 +264,21 @@ class DiscreteMap:
         Bound vertices that are not at their goals go there, as far as no triangle folds.
         """
         held = self.anchored | self.pairs.at_target if corners else self.anchored
-        u, tau, energy = self._descended(True, held, theta, q, steps, tolerance)
-        pairs = self.pairs._replace(tau=tau[: self.border], at_target=self.pairs.at_target & held)
         inside = self.inside
+        stay = inside.at_target if corners else inside.stuck
+        if self.miss > 0:  # strokes slide once they are where they belong
+            stay = np.ones(stay.size, bool)
+        u, tau, energy = self._descended(True, held, stay, theta, q, steps, tolerance)
+        pairs = self.pairs._replace(tau=tau[: self.border], at_target=self.pairs.at_target & held)
         if self.bound and inside.strokes and self.miss == 0:
-            inside = inside._replace(tau=tau[self.border :], goals=self._slid(u, tau, True))
+            goals = np.where(stay, inside.goals, u[self.border : self.constrained])
+            inside = inside._replace(tau=tau[self.border :], goals=goals, at_target=inside.at_target & stay)
         return replace(self, u=u, pairs=pairs, energy=energy, inside=inside)
 
     def backward(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Newton steps on the source, the images being kept: target corners slide along the source."""
         held = self.anchored | self.pairs.at_source
-        z, s, energy = self._descended(False, held, theta, q, steps, tolerance)
+        z, s, energy = self._descended(False, held, self.inside.at_source, theta, q, steps, tolerance)
         inside = self.inside
         if self.bound and inside.strokes:
             inside = inside._replace(
@@ -284,13 +288,8 @@ class DiscreteMap:
             raise AssertionError("a map whose constraints are not met has no inverse to descend on")
         return replace(self, z=z, pairs=self.pairs._replace(s=s[: self.border]), energy=energy, inside=inside)
 
-    def _slid(self, u: Complex, tau: Real, forward: bool) -> Complex:
-        """Goals of the bound vertices, those on strokes where they have come to be."""
-        on_stroke = (self.inside.own >= 0) & ~self.inside.at_target
-        return np.where(on_stroke, u[self.border : self.constrained], self.inside.goals)
-
     def _descended(
-        self, forward: bool, held: Flags, theta: float, q: float, steps: int, tolerance: float
+        self, forward: bool, held: Flags, stay: Flags, theta: float, q: float, steps: int, tolerance: float
     ) -> tuple[Complex, Real, float]:
         """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, and the energy."""
         inside, rims = self.inside, self.rims
@@ -301,9 +300,6 @@ class DiscreteMap:
         rails: list[Rail] = [(rim.target if forward else rim.source).rail for rim in rims]
         own = np.repeat(np.arange(len(rims)), [rim.vertices.stop - rim.vertices.start for rim in rims])
         if self.bound:
-            stay = inside.at_target if forward else inside.at_source
-            if self.miss > 0:  # strokes slide once they are where they belong
-                stay = np.ones(stay.size, bool)
             kinds = np.append(kinds, np.where(stay, HELD, SLIDING))
             goals = np.append(goals, inside.goals if forward else inside.z)
             rails += [stroke[1 if forward else 0] for stroke in inside.strokes]

@@ -16,8 +16,8 @@ from .method import solve as solved
 from .solution import Settings, Solution
 
 
-def solve(problem: Problem, options: Options) -> Fit:
-    """The balanced map of a problem.
+def solve(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
+    """The balanced map of a problem, from an earlier one on if there is one.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -27,7 +27,7 @@ def solve(problem: Problem, options: Options) -> Fit:
     strokes = problem.given_strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
     holes, pins, numbers = named(given, source, target, problem.given_pins, strokes)
-    found = solved(source, target, _settings(options), pins, strokes, holes, numbers)
+    found = solved(source, target, _settings(options), pins, strokes, holes, numbers, start)
     map = _straight(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
     energies = [{"total": float(level["energy"])} for level in found.energies]
     return Fit(

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import isotonic_regression
 
 from .. import progress
 from ..arrays import Complex, Index, Real
@@ -297,7 +296,11 @@ def projected(curve: Curve, points: Complex) -> Real:
     """Arclengths of the closest points of a curve, made monotone, for points in order along it."""
     s = np.mod(curve.closest(points), curve.length)
     steps = np.mod(np.diff(s) + 0.5 * curve.length, curve.length) - 0.5 * curve.length
-    s = isotonic_regression(s[0] + np.append(0, np.cumsum(steps))).x
+    s = s[0] + np.append(0, np.cumsum(steps))
+    if (np.diff(s) < 0).any():
+        from scipy.optimize import isotonic_regression  # slow to import, and seldom needed
+
+        s = isotonic_regression(s).x
     even = s[0] + curve.length * np.arange(s.size) / s.size
     return (1 - EVENED) * s + EVENED * even  # strictly ascending
 

@@ -11,12 +11,14 @@ import numpy as np
 
 from ..arrays import Complex, Index
 from ..curve import Curve
+from ..maps.triangulated.map import TriangulatedMap
 from ..result import hausdorff
 from . import orientation, stages
 from .constraints.given import Pins, checked, place
 from .frames import Frame, frames_of
 from .holes.filled import Cut, cut_out
 from .holes.given import NONE, Holes, unequal
+from .levels import Sketch
 from .minimise.energy import energy_of
 from .minimise.measures import stretches, turn_of
 from .solution import Journal, Settings, Solution
@@ -32,6 +34,7 @@ def solve(
     strokes: Sequence[tuple[Curve, Curve]] = (),
     holes: Holes = NONE,
     numbers: Index | None = None,
+    start: TriangulatedMap | None = None,
 ) -> Solution:
     """The balanced map of two domains.
 
@@ -44,6 +47,7 @@ def solve(
         holes: those of both domains. Where one has more than the other, what is too much in the source shrinks to a
             slit, and what is too much in the target opens from one.
         numbers: (k,) of the pins, for messages; in order unless given.
+        start: an earlier map of these domains to go on from.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -54,14 +58,26 @@ def solve(
     journal = Journal(notes=unequal(holes))
     curves = frames[0].curve(source), frames[1].curve(target), holes.unit(frames)
     domains = (source, *holes.source), (target, *holes.target)
-    if len(pins) or len(strokes):
+    if len(pins) or len(strokes) or start is not None:
         given = checked(source, target, pins, strokes, numbers)
         journal.notes += given.notes
-        state, met = stages.constrained(*curves, given.unit(frames), settings, journal)
+        before = start and sketched(start, frames)
+        state, met = stages.constrained(*curves, given.unit(frames), settings, journal, before)
         found = _solution(state, frames, domains, settings, journal, False, given)
         return replace(found, met=met)
     state, symmetric = stages.mapped(*curves, settings, journal)
     return _solution(state, frames, domains, settings, journal, symmetric)
+
+
+def sketched(map: TriangulatedMap, frames: tuple[Frame, Frame]) -> Sketch:
+    """A map in unit coordinates, vertices of the outline first."""
+    loop, faces = map.loops[0], map.faces
+    if frames[0].mirrored:
+        loop, faces = loop[::-1], faces[:, ::-1]
+    order = np.append(loop, np.setdiff1d(np.arange(map.source.size), loop))
+    place = np.argsort(order)
+    z, u = frames[0].unit(map.source)[order], frames[1].unit(map.image)[order]
+    return Sketch(z, u, np.ascontiguousarray(place[faces]), loop.size)
 
 
 def _solution(

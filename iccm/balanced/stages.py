@@ -6,7 +6,7 @@ from .. import progress
 from ..arrays import Complex, Index
 from ..curve import Curve
 from . import starts
-from .constraints import meeting
+from .constraints import continuation, meeting
 from .constraints.given import Pins, with_points
 from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
@@ -50,9 +50,15 @@ Meshed = DiscreteMap | Sketch
 
 
 def constrained(
-    source: Curve, target: Curve, holes: Holes, pins: Pins, settings: Settings, journal: Journal
+    source: Curve,
+    target: Curve,
+    holes: Holes,
+    pins: Pins,
+    settings: Settings,
+    journal: Journal,
+    start: Sketch | None = None,
 ) -> tuple[Meshed, bool]:
-    """The map in unit coordinates that meets pins, and whether it does.
+    """The map in unit coordinates that meets pins, and whether it does; gone on to from an earlier one if given.
 
     Raises:
         NoMapError: none without folds was found.
@@ -63,9 +69,27 @@ def constrained(
     curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
     problem = Problem(curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]))
     problem = with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
+    if start is not None:
+        return further(problem, start, settings, journal)
     used, found = solved(problem, journal)
     state = finished(used, found, settings, journal)
     return (state if used is problem else inverted(state)), meets(used, found)
+
+
+def further(
+    problem: Problem, start: Sketch, settings: Settings, journal: Journal
+) -> tuple[DiscreteMap, bool]:
+    """The map that goes on from an earlier one, and whether it meets all constraints.
+
+    Raises:
+        NoMapError: the earlier one cannot be carried to these outlines without folds.
+    """
+    level = last_level(problem, settings)
+    try:
+        state = continuation.continued(level, start, problem)
+    except Stuck:
+        raise NoMapError("start: cannot be gone on from without folds; do without it") from None
+    return lowered(eased(state, problem.theta), problem, settings, journal), meets(problem, state)
 
 
 def meets(problem: Problem, state: DiscreteMap) -> bool:
@@ -269,11 +293,18 @@ def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) ->
     """The map on a finer mesh, its worst stretch lowered."""
     progress.tell("fine map")
     level = Level.of(problem, size, FINE_FINENESS, FINE_CORNERS, STEEPEST_FINE)
-    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
-    state = eased(carried(level, state, problem, sizes), problem.theta)
+    state = on_finer(level, state, problem)
+    if problem.constrained and not meets(problem, state):
+        state = meeting.again(level, state, problem)
     state = alternated(state, problem.theta, POWERS[0], FINE_ROUNDS, FINE_BACKWARD)
     journal.level("fine", state, POWERS[0])
     return state
+
+
+def on_finer(level: Level, state: Meshed, problem: Problem) -> DiscreteMap:
+    """The map on the mesh of a finer level, smaller triangles where it magnifies."""
+    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
+    return eased(carried(level, state, problem, sizes), problem.theta)
 
 
 def last(
@@ -281,16 +312,26 @@ def last(
 ) -> DiscreteMap:
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
     progress.tell("last map")
+    state = on_finer(last_level(problem, settings, share), state, problem)
+    return lowered(state, problem, settings, journal)
+
+
+def last_level(problem: Problem, settings: Settings, share: float = 1.0) -> Level:
+    """The outlines with all their vertices, and the size of the last mesh."""
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
-    level = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
-    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * size**2)
-    tried = [eased(carried(level, state, problem, sizes), problem.theta)]
+    return Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
+
+
+def lowered(state: DiscreteMap, problem: Problem, settings: Settings, journal: Journal) -> DiscreteMap:
+    """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
+    tried = []
     for q in progress.counted("last map, worst stretch lowered", POWERS):
-        tried.append(tried[-1].forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True))
-        journal.level("last", tried[-1], q)
-        if excess(tried[-1].z, tried[-1].u, tried[-1].material, settings) <= 1:
-            return tried[-1]
-    return min(tried[1:], key=lambda state: excess(state.z, state.u, state.material, settings))
+        state = state.forward(problem.theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
+        journal.level("last", state, q)
+        tried.append(state)
+        if excess(state.z, state.u, state.material, settings) <= 1:
+            return state
+    return min(tried, key=lambda state: excess(state.z, state.u, state.material, settings))
 
 
 def carried(level: Level, state: Meshed, problem: Problem, sizes: Sizes) -> DiscreteMap:

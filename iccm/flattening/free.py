@@ -61,7 +61,7 @@ class Elastic:
             u,
             np.zeros(self.held),
             rails,
-            Border(still, ones, 0 * ones),
+            Border(still, ones, 0 * ones, ones),
             np.full(self.held, HELD),
             u[: self.held].copy(),
             float(theta),

@@ -22,6 +22,7 @@ ROUNDS = 8  # of lengthening the seam of a surface that had to be cut
 EVEN = 2.0  # spread of log10 area (p05 to p95) at which a seam is long enough for least squares
 STRETCHED = 1.6  # p95 of the stretch of an even layout from which the seam is too short
 STEPS = 150  # of Newton's method; 7 to 69 were needed on 15 meshes
+FEW = 30  # of them where only the place of the stretch is wanted
 APART = 300  # with a scaffold
 TOLERANCE, ROUGH = 1e-5, 1e-4  # relative decrease that counts as none; while the seam grows
 SOFTER = (
@@ -80,7 +81,7 @@ def _even(patch: Patch, loop: int, growing: bool) -> tuple[Flattening, Elastic]:
     for _ in range(ROUNDS + 1):
         outline = patch.loops[loop - 1]
         sheet, start = surface(patch.points, patch.faces), _start(patch, outline)
-        result = _placed(start, sheet.relaxed(_unit(start), 1, STEPS, ROUGH))
+        result = _placed(start, sheet.relaxed(_unit(start), 1, FEW if growing else STEPS, ROUGH))
         if not growing or result.strained(95) < STRETCHED:
             break
         patch, before, loop = seams.longer(result), patch, 1

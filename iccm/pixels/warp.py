@@ -12,7 +12,6 @@ from ..errors import InputError
 from ..parallel import in_order
 from . import inverse_tiles, preimages
 from .canvas import Band, Canvas, Diagnostics
-from .padding import pad
 from .preimages import AnyMap
 from .sampler import SLICE, Sampler, put
 from .texture import Places, Placing, Texture
@@ -111,6 +110,8 @@ def padded(pixels: NDArray, alpha: int, reach: int, fill: str) -> NDArray:
     """(h, w, c) straight pixels, their colours extended where the channel `alpha` is 0; arguments as for `warp`."""
     if fill not in ("push-pull", "nearest"):
         raise InputError(f"fill {fill!r}: not one of push-pull, nearest")
+    from .padding import pad
+
     colours = [k for k in range(pixels.shape[2]) if k != alpha]
     out, extended = pixels.copy(), pixels[..., colours]
     pad(extended, pixels[..., alpha] > 0, reach, fill)

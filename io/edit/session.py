@@ -22,8 +22,8 @@ from ...errors import InputError
 from ...maps.distortion import of_triangles
 from ...maps.triangulated.map import TriangulatedMap
 from ...memory import Memory
-from ..run import framing, holes, texture
-from ..run.constraints import inside
+from ..run import framing, texture
+from ..run.constraints import inside, solved
 from ..run.inputs import Inputs
 from ..run.job import Job
 from ..run.report import plain
@@ -134,7 +134,7 @@ class Session:
                 given = self.job.solver | {"balance": scene.balance, "turn": scene.turn}
                 given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
                 said: list[str] = []
-                fit = holes.fitted(self.job, self.source, self.target, given, said.append)
+                fit = solved(self.job, self.source, self.target, given, said.append)
                 report = fit.report()
                 report["notes"] += said
                 if self.scene is scene:  # else something is being dragged again, from the map as it was then

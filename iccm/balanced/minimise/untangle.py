@@ -6,7 +6,7 @@ close to it else); then folds are undone with the outline held, by Newton on an 
 
 import numpy as np
 
-from ...compiling import inner, kernel
+from ...jit import inner, kernel
 from ..kernels import dot, move
 from .energy import assemble, least_determinant, total
 from .ldl import downhill, factorise
