@@ -23,7 +23,7 @@ from ...maps.distortion import of_triangles
 from ...maps.triangulated.map import TriangulatedMap
 from ...memory import Memory
 from ..run import framing, texture
-from ..run.constraints import inside, solved
+from ..run.constraints import holed, inside, solved
 from ..run.inputs import Inputs
 from ..run.job import Job
 from ..run.report import plain
@@ -185,7 +185,7 @@ class Session:
         here, there = (self.source, self.target) if side == "source" else (self.target, self.source)
         z = here.to_core(np.array(points))
         inside(here, "point", list(z))
-        if holes.known(self.job) and any(Curve(hole).contains(z).any() for hole in here.holes):
+        if holed(self.job) and any(Curve(hole).contains(z).any() for hole in here.holes):
             raise InputError(
                 "that is in a hole; place a pin beside it, then drag both ends into holes that go together"
             )
