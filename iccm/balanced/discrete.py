@@ -325,7 +325,7 @@ class DiscreteMap:
             areas,
             u,
             tau,
-            Rails.of(rails, own),
+            Rails.of(rails, own, len(rims)),
             border,
             kinds,
             goals,

@@ -36,7 +36,6 @@ POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
 SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
 MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
-QUICK_STEPS = 10  # of unfolding around held pins; where it works, it mostly does in so many
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
 EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
@@ -350,9 +349,13 @@ def _closed(source: Outline, target: Outline, s: Real, tau: Real) -> Match:
 
 
 def refined(
-    level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None, *, quick: bool = False
+    level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None, *, only: int = 0
 ) -> DiscreteMap:
-    """The map carried to a finer level, without folds; `quick` gives up where they are not undone in a few steps."""
+    """The map carried to a finer level, without folds, in `only` so many steps if that is given.
+
+    Raises:
+        Stuck: folds remain.
+    """
     drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
     fine = level.mapped(match_on(level, state), sizes, drawn)
     if isinstance(state, DiscreteMap) and state.bound:
@@ -361,9 +364,9 @@ def refined(
         fine = replace(fine, bound=True, inside=fine.inside._replace(goals=goals))
     carried = fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
     try:
-        return carried.unfolded(harmonic=False, polish=POLISHING, steps=QUICK_STEPS if quick else STEPS)
+        return carried.unfolded(harmonic=False, polish=POLISHING, steps=only or STEPS)
     except Stuck:
-        if quick:
+        if only:
             raise
         return fine.unfolded(polish=POLISHING)
 

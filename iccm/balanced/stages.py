@@ -98,7 +98,9 @@ def further(
         state = continuation.continued(level, start, problem)
     except Stuck:
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
-    return lowered(eased(state, problem.theta), problem, settings, journal), meets(problem, state)
+    return lowered(eased(state, problem.theta), leaning(state, problem.theta), settings, journal), meets(
+        problem, state
+    )
 
 
 def meets(problem: Problem, state: DiscreteMap) -> bool:
@@ -344,8 +346,9 @@ def last(
 ) -> DiscreteMap:
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
     progress.tell("last map")
+    theta = leaning(state, problem.theta)
     state = on_finer(last_level(problem, settings, share), state, problem)
-    return lowered(state, problem, settings, journal)
+    return lowered(state, theta, settings, journal)
 
 
 def last_level(problem: Problem, settings: Settings, share: float = 1.0) -> Level:
@@ -354,7 +357,7 @@ def last_level(problem: Problem, settings: Settings, share: float = 1.0) -> Leve
     return Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
 
 
-def lowered(state: DiscreteMap, problem: Problem, settings: Settings, journal: Journal) -> DiscreteMap:
+def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: Journal) -> DiscreteMap:
     """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
     tried, theta = [], leaning(state, problem.theta)
     for q in progress.counted("last map, worst stretch lowered", POWERS):
