@@ -70,13 +70,21 @@ def outside(u: Complex, around: Complex, loops: list[Index]) -> Index:
         shapely.Polygon(_pairs(around), [_pairs(u[loops[0]])]),
         *(shapely.Polygon(_pairs(u[loop])) for loop in loops[1:]),
     ]
-    parts = shapely.get_parts([shapely.constrained_delaunay_triangles(p) for p in polygons])
+    parts = np.concatenate([_triangles(polygon) for polygon in polygons])
     xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
     faces = np.array([number[complex(x, y)] for x, y in xy.reshape(-1, 2).tolist()]).reshape(-1, 3)
     a, b, c = at[faces.T]
     area = 0.5 * ((b - a).conj() * (c - a)).imag
     faces = np.where((area < 0)[:, None], faces[:, ::-1], faces)
     return np.ascontiguousarray(faces[np.abs(area) > THIN * np.abs(around[0] - around.mean()) ** 2])
+
+
+def _triangles(polygon: shapely.Polygon) -> np.ndarray:
+    """Of a polygon; none where it is too thin for GEOS, so that it is left to itself until it is wider."""
+    try:
+        return shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
+    except shapely.errors.GEOSException:
+        return np.empty(0, object)
 
 
 def _pairs(z: Complex):

@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 HERE = Path(__file__).parent
-ORDER = ("balanced", "solver", "orders", "comparison", "resampling", "meshes", "batch")
+ORDER = ("balanced", "holes", "solver", "orders", "comparison", "resampling", "meshes", "batch")
 
 
 def main(names: list[str]) -> int:

@@ -5,8 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.io.pictures import image_files
-from iccm.io.shapes import holes, shape
+from iccm.io.shapes import holes, mesh_shape, shape
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
 RING = '<path fill-rule="evenodd" d="M10 10H90V90H10Z M30 30V60H60V30Z"/>'
@@ -107,3 +108,50 @@ def test_other_methods_pass_over_holes(holed, iccm):
     done, report = mapped(iccm, "ring.svg", "off.svg", "--method", "conformal")
     assert done.code == 0 and "passes over its 1 hole, which pictures leave transparent" in done.err
     assert (image_files.read("o.png").pixels[41:59, 56:74, 3] == 0).all() and "holes" not in report
+
+
+def head(path):
+    """A dome with two eyes and a mouth, groups of faces around the eyes, and a lid that nothing connects."""
+    turn = np.exp(2j * np.pi * np.arange(80) / 80)
+    rims = [0.15 * turn[::-4] + eye for eye in (-0.35 + 0.3j, 0.35 + 0.3j)]
+    rims.append(0.3 * turn[::-4].real + 0.12j * turn[::-4].imag - 0.4j)
+    z, faces = triangulate(turn, Sizes.even(0.004), holes=rims)
+    middle = z[faces].mean(axis=1)
+    lines = [f"v {w.real:.6f} {w.imag:.6f} {np.sqrt(1.5 - abs(w) ** 2):.6f}" for w in z]
+    groups = [
+        ("left", np.abs(middle - rims[0].mean()) < 0.25),
+        ("right", np.abs(middle - rims[1].mean()) < 0.25),
+    ]
+    groups.append(("skin", ~groups[0][1] & ~groups[1][1]))
+    for name, chosen in groups:
+        lines += [f"g {name}", *(f"f {a} {b} {c}" for a, b, c in faces[chosen] + 1)]
+    lines += ["g lid", "v 3 0 0", "v 4 0 0", "v 4 1 0", f"f {z.size + 1} {z.size + 2} {z.size + 3}"]
+    path.write_text("\n".join(lines) + "\n")
+
+
+FACE = (
+    '<path fill-rule="evenodd" d="M5 5H95V95H5Z M20 30H40V50H20Z M60 30H80V50H60Z M30 65H70V80H30Z"/>'
+    '<circle id="{}" cx="30" cy="40" r="5"/><circle id="{}" cx="70" cy="40" r="5"/>'
+)
+
+
+def test_boundaries_of_a_mesh_are_holes_and_its_pieces_are_picked_by_number(shapes, iccm):
+    head(shapes / "head.obj")
+    for name, eyes in (("face", ("left", "right")), ("other", ("right", "left"))):
+        (shapes / f"{name}.svg").write_text(SVG.format(FACE.format(*eyes)))
+    typed = ("map", "face.svg", "head.obj#piece 1", "-o", "o.obj", "--report", "r.json", "--force")
+    done = iccm(*typed)
+    report = json.loads((shapes / "r.json").read_text())
+    assert done.code == 0 and len(report["holes"]) == 3 and report["injective"]["certified"]
+    assert all(h["gap"] <= 1e-3 for h in report["holes"]) and report["uv"] == {"flipped": 0, "degenerate": 0}
+    target = mesh_shape.read("head.obj#piece 1")
+    assert [set(names) & {"left", "right"} for names in target.hole_names].count(set()) == 1
+    for name in ("face", "other"):
+        source = shape.read(f"{name}.svg")
+        named = holes.named_partners(source, target, (range(3), range(3)))
+        assert len(named) == 2 and all(
+            set(source.hole_names[i]) & set(target.hole_names[j]) for i, j in named
+        )
+    assert "2 pieces" in iccm("map", "face.svg", "head.obj").err
+    assert iccm("map", "square.svg", "head.obj#piece 2", "-o", "lid.obj").code == 0
+    assert "the mesh has 2 pieces" in iccm("map", "square.svg", "head.obj#piece 3", "-o", "p.obj").err
