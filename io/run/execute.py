@@ -17,7 +17,7 @@ from .. import files
 from ..memory import Bounded
 from ..spec import Spec
 from . import outputs, parts, report
-from .constraints import constrained, holed
+from .constraints import calling, constrained, holed
 from .inputs import Inputs
 from .job import WRITTEN, Job
 from .outputs.output import Output
@@ -136,7 +136,7 @@ def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, phases: Pha
     for note in notes:
         state.note(note)
     if job.parts == "largest":
-        state.pins, state.strokes = constrained(job, state.source, state.target)
+        state.pins, state.strokes, state.called = constrained(job, state.source, state.target)
     return state
 
 
@@ -168,7 +168,8 @@ def _solve(state: Run) -> None:
     count, constraints = len(state.pairs), {"pins": state.pins, "strokes": state.strokes}
     with state.phases.timed("solve"):
         for k, (source, target) in enumerate(state.pairs):
-            with progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}"):
+            within = progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}")
+            with within, calling(state.called):
                 if job.target and holed(job):
                     fit = fitted(source, target, state.note, **constraints, **job.solver)
                 elif job.target:
