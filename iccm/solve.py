@@ -9,7 +9,6 @@ from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
 from .maps.triangulated.map import TriangulatedMap
-from .paper import algorithm1
 from .problem import OTHERS, Options, Problem
 from .result import Fit, Status
 
@@ -79,6 +78,8 @@ def solver(problem: Problem, settings: Options) -> Callable[[Problem, Options], 
     """What solves a problem. Unless a method is named it is the balanced one; what that does not know is the conformal
     one's."""
     if settings.method == "paper":
+        from .paper import algorithm1
+
         return algorithm1.solve
     if not is_balanced(settings):
         from .conformal import method as conformal
@@ -135,6 +136,8 @@ def deform(
         return balanced.deform(problem, settings, _map_of(start))
     if start is not None:
         raise InputError("start: an option of --method balanced")
+    from .paper import algorithm1
+
     return algorithm1.deform(
         problem, Options(**{"smoothness": 1e-4, "order": 0, "max_iterations": 100, **options})
     )

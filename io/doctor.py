@@ -61,6 +61,7 @@ def examine() -> Iterator[Finding]:
         yield Finding(name, _version(name) or f"not installed; only needed for {purpose}")
     yield from _threads()
     yield from _writing()
+    yield _checked("kernels", _compiled)
     yield _checked("map", _a_map)
 
 
@@ -130,8 +131,19 @@ def _checked(what: str, test: Callable[[], str]) -> Finding:
         return Finding(what, f"{type(error).__name__}: {' '.join(str(error).split())}", False)
 
 
+def _compiled() -> str:
+    """The kernels of common jobs must compile; what is in the cache is not compiled again."""
+    from .. import ahead
+
+    parts, start = ahead.missing(), time.perf_counter()
+    ahead.compile_ahead()
+    if parts and ahead.missing() == parts:
+        raise OSError("compiled, but not kept: every start compiles again")
+    return f"compiled in {time.perf_counter() - start:.0f} s, once" if parts else "compiled"
+
+
 def _a_map() -> str:
-    """A square onto itself must be the identity, and so must a picture through it; compiles the kernels."""
+    """A square onto itself must be the identity, and so must a picture through it."""
     import iccm
 
     from ..pixels.warp import Canvas, Texture, warp

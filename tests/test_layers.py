@@ -27,7 +27,7 @@ ORDER = (
     "io.memory io.silence io.names",
     "io.spec io.formats io.places",
     "io.files",
-    "texture_transfer",
+    "texture_transfer ahead",
     "solve",
     "flattening",
     "conformal",
@@ -38,13 +38,14 @@ ORDER = (
     "pixels",
     "maps",
     "curve",
-    "arrays",
-    "parallel memory blas compiling progress",
+    "arrays jit",
+    "parallel memory blas compilation progress",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}
 HEAVY = ("click", "OpenImageIO", "trimesh", "pydantic", "matplotlib", "svgelements")
 MOST_MODULES = 17
+TEXTURE = "samples/rose-leaf/petals.jpg"
 
 
 def name_of(path: Path) -> str:
@@ -189,3 +190,19 @@ def test_help_of_a_command_imports_no_numerics():
 
 def test_import_iccm_is_free():
     assert not loaded("import iccm").intersection({"numpy", "scipy", *HEAVY})
+
+
+NOT_FOR_A_PICTURE = {
+    *("scipy.optimize", "scipy.ndimage", "scipy.spatial", "scipy.interpolate", "skimage", "cv2", "trimesh"),
+    *("matplotlib", "PIL", "networkx", "iccm.paper.algorithm1", "iccm.conformal.method", "iccm.io.batch"),
+}
+
+
+def test_a_picture_by_the_default_method_imports_only_what_it_needs(tmp_path):
+    picture, shapes = tmp_path / "out.png", ROOT / "tests" / "wheel"
+    job = ["map", shapes / "square.svg", shapes / "blob.svg", "--texture", shapes.parents[1] / TEXTURE]
+    line = [*map(str, job), "--size", "32", "-q", "-o", str(picture)]
+    modules = loaded(f"from iccm import cli\nassert cli.run({line!r}) == 0")
+    assert picture.exists()
+    assert "iccm.balanced.method" in modules
+    assert not modules & NOT_FOR_A_PICTURE

@@ -11,6 +11,7 @@ energy         the density, its derivatives, assembly    ldl        block LDLᵀ
 mesh, delaunay quality triangulations                    sizing     smaller triangles where the map magnifies
 constraints    pins and strokes: given, inside (vertices), meeting them, routes around, continuation of an earlier map
 deform         shapes moved by pins and strokes alone, their outlines free
+discs          starts by way of a disc                  drawn       bounds on the patches that are drawn, notes
 frames, outline, symmetry, similar, transfer, measures, orientation: what their names say
 """
 

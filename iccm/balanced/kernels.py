@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..compiling import inner, kernel
+from ..jit import inner, kernel
 
 
 @kernel

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import isotonic_regression
 
 from .. import progress
 from ..arrays import Complex, Index, Real
@@ -243,19 +242,24 @@ def score(state: DiscreteMap, upright: float) -> float:
     return state.energy * (1 + 0.5 * upright * (1 - np.cos(state.turn)))
 
 
-def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list[DiscreteMap], int]:
-    """The best maps after a few steps, best first, and how many matches failed."""
-    states, failed = [], 0
+def started(level: Level, matches: list[Match]) -> list[DiscreteMap]:
+    """Maps without folds for those matches that have one."""
+    states = []
     for match in progress.counted("starts", matches):
         try:
             states.append(level.started(match))
         except Stuck:
-            failed += 1
+            continue
+    return states
+
+
+def screened(states: list[DiscreteMap], problem: Problem) -> list[DiscreteMap]:
+    """The best maps after a few steps, best first."""
     for steps, keep in SCREENING:
         tried = progress.counted(f"coarse maps, {steps} steps", states)
         states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
         states = sorted(states, key=lambda s: score(s, problem.upright))[:keep]
-    return states, failed
+    return states
 
 
 def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
@@ -277,7 +281,7 @@ def released(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
         if attempt:
             state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
         try:
-            state = level.started(state.match)
+            state = restarted(level, state)
         except Stuck:
             break
         state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
@@ -292,11 +296,23 @@ def released(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
     return best
 
 
+def restarted(level: Level, state: DiscreteMap) -> DiscreteMap:
+    """A map on a new mesh for the same match: a new one, or where that folds the same one."""
+    try:
+        return level.started(state.match)
+    except Stuck:
+        return refined(level, state)
+
+
 def projected(curve: Curve, points: Complex) -> Real:
     """Arclengths of the closest points of a curve, made monotone, for points in order along it."""
     s = np.mod(curve.closest(points), curve.length)
     steps = np.mod(np.diff(s) + 0.5 * curve.length, curve.length) - 0.5 * curve.length
-    s = isotonic_regression(s[0] + np.append(0, np.cumsum(steps))).x
+    s = s[0] + np.append(0, np.cumsum(steps))
+    if (np.diff(s) < 0).any():
+        from scipy.optimize import isotonic_regression  # slow to import, and seldom needed
+
+        s = isotonic_regression(s).x
     even = s[0] + curve.length * np.arange(s.size) / s.size
     return (1 - EVENED) * s + EVENED * even  # strictly ascending
 

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..arrays import Complex
-from ..compiling import kernel
 from ..curve import Curve
+from ..jit import kernel
 from .pairs import Match
 
 SAMPLES = 64  # of each outline; 120 found the same matches on 15 pairs

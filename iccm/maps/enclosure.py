@@ -20,7 +20,6 @@ from dataclasses import dataclass, fields
 import numpy as np
 import shapely
 from numba import njit
-from scipy.spatial import cKDTree
 
 from ..arrays import Complex, Index, Real
 from ..parallel import over_slices
@@ -92,6 +91,8 @@ class Encloser:
 
     def __init__(self, f: Evaluator):
         """Take the map's own arrays, and a search tree of its vertices."""
+        from scipy.spatial import cKDTree
+
         self.f = f
         self.vertices = cKDTree(np.column_stack([f.polygon.real, f.polygon.imag]))
         image = f(f.polygon)

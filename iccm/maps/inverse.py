@@ -10,11 +10,11 @@ steps that leave the source or do not lower |r| are halved.
 """
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ..arrays import Complex, Real
 from ..curve import Curve
@@ -23,6 +23,9 @@ from .boundary_image import BoundaryImage, boundary_image
 from .evaluate import Evaluator, jet_in
 from .harmonic import HarmonicMap
 from .quadtree import RHO, distance, is_inside, leaf_of
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 TRIES = 12  # seeds tried for a point before it is called lost
@@ -66,8 +69,10 @@ class Inverse:
         return rim[good], w[good]
 
     @cached_property
-    def nearest(self) -> cKDTree:
+    def nearest(self) -> "cKDTree":
         """Search tree of the seeds' images."""
+        from scipy.spatial import cKDTree
+
         w = self.seeds[1]
         return cKDTree(np.column_stack([w.real, w.imag]))
 

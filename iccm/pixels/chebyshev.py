@@ -8,7 +8,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from ..arrays import Complex
-from ..compiling import inner, kernel
+from ..jit import inner, kernel
 from ..maps.evaluate import jet_in
 from ..maps.inverse import newton
 from ..maps.quadtree import is_inside, leaf_of

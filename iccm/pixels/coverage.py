@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Complex
-from ..compiling import kernel
+from ..jit import kernel
 
 NOTHING = (
     1e-6  # area of a pixel that round-off may leave or take, by hand: far above round-off, far below a byte

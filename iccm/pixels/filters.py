@@ -13,8 +13,8 @@ from numba import types
 from numba.extending import overload
 
 from ..arrays import Real
-from ..compiling import inner
-from ..compiling import kernel as compiled
+from ..jit import inner
+from ..jit import kernel as compiled
 from .colour import Float
 from .pyramid import CLAMP, CLEAR, FRAME, Pyramid
 

@@ -13,7 +13,7 @@ import heapq
 
 import numpy as np
 
-from ..compiling import inner, kernel
+from ..jit import inner, kernel
 from ..maps.inverse import newton
 from ..maps.quadtree import is_inside, leaf_of
 from .chebyshev import DEGREE, Grid, Solved, expand, slopes, solve_nodes

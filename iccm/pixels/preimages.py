@@ -6,7 +6,6 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ..arrays import Complex
 from ..maps.evaluate import Evaluator
@@ -72,6 +71,8 @@ class Preimages:
     slopes: bool = True
 
     def __post_init__(self):
+        from scipy.spatial import cKDTree
+
         # Everything that bands share is made before threads ask for it.
         self.loop = self.canvas.pixels(self.inverse.boundary_image.w)
         self.rim = self.inverse.rim

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compiling import kernel
+from ..jit import kernel
 from ..memory import Memory
 from ..parallel import over_slices
 from .colour import Float

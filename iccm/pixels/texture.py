@@ -11,7 +11,6 @@ from ..errors import InputError
 from ..memory import Memory
 from ..parallel import over_slices
 from .colour import Float
-from .padding import pad
 from .pyramid import strip_rows
 
 MENDING = 48  # bytes that each texel takes on the way where some are not finite (by hand)
@@ -55,6 +54,8 @@ def mend(picture: Float, alpha: int = -1, memory: Memory | None = None, threads:
     over_slices(look, len(picture), threads, strip_rows(*picture.shape[1:]))
     if all(clean):
         return
+    from .padding import pad
+
     height, width, channels = picture.shape
     memory.threads(1, MENDING * height * width, "a texture that is not finite everywhere")
     for k in sorted(range(channels), key=lambda k: k != alpha):  # alpha first

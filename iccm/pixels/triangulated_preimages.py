@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Complex
-from ..compiling import inner, kernel
+from ..jit import inner, kernel
 from ..maps.triangulated.map import TriangulatedMap
 from ..parallel import in_order
 from . import inverse_tiles

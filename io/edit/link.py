@@ -90,7 +90,8 @@ class _Link:
             shown: Any = await self._done(kind, make, message.scene)
             if isinstance(shown, dict):
                 shown = Shown("error", False, shown["error"])
-            if kind == "solve" and self._session.scene is not message.scene:
+            stale = kind == "solve" and self._session.scene is not message.scene
+            if stale and shown.kind != "error":
                 continue  # something is being dragged again
             patches, head = shown.patches, shown.head(message.seq)
             if kind == "solve":

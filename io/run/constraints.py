@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from ...errors import ConstraintError, InputError
 from .job import Job
 
 if TYPE_CHECKING:
+    from ...result import Fit
     from ..shapes.shape import Shape
 
 
@@ -63,6 +64,19 @@ def exact(job: Job) -> bool:
 def holed(job: Job) -> bool:
     """Whether the map of a job takes holes onto holes: the balanced method's does, unless they are to be filled."""
     return job.holes == "keep" and job.target is not None and exact(job)
+
+
+def solved(job: Job, source: Shape, target: Shape, given: dict[str, Any], tell: Callable[[str], None]) -> Fit:
+    """The map of two shapes as a job wants it, or the deformation; `tell` hears of holes that had to be left out."""
+    import iccm
+
+    from ..shapes.holes import fitted
+
+    if not job.target:
+        return iccm.deform(source.curve, **given)
+    if holed(job):
+        return fitted(source, target, tell, **given)
+    return iccm.fit(source.curve, target.curve, **given)
 
 
 def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any, Names]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ... import progress
+from ... import ahead, progress
 from ...errors import InputError
 from ...memory import Memory
 from ...progress import Listener
@@ -17,7 +17,7 @@ from .. import files
 from ..memory import Bounded
 from ..spec import Spec
 from . import outputs, parts, report
-from .constraints import calling, constrained, holed
+from .constraints import calling, constrained, holed, solved
 from .inputs import Inputs
 from .job import WRITTEN, Job
 from .outputs.output import Output
@@ -71,6 +71,9 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
         wanted = check(job, inputs)
         state = _read(job, inputs, threads, tell, phases)
         _check_read(state, wanted)
+    if job.method in (None, "balanced"):
+        with phases.timed("compile"):
+            ahead.compile_ahead(threads)
     if any(output.samples for output in wanted):
         state.begin("sampler")
     _solve(state)
@@ -160,22 +163,13 @@ def _scratch(job: Job) -> Path:
 
 
 def _solve(state: Run) -> None:
-    import iccm
-
-    from ..shapes.holes import fitted
-
     job = state.job
     count, constraints = len(state.pairs), {"pins": state.pins, "strokes": state.strokes}
     with state.phases.timed("solve"):
         for k, (source, target) in enumerate(state.pairs):
             within = progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}")
             with within, calling(state.called):
-                if job.target and holed(job):
-                    fit = fitted(source, target, state.note, **constraints, **job.solver)
-                elif job.target:
-                    fit = iccm.fit(source.curve, target.curve, **constraints, **job.solver)
-                else:
-                    fit = iccm.deform(source.curve, **constraints, **job.solver)
+                fit = solved(job, source, target, constraints | job.solver, state.note)
                 state.fits.append(fit)
     for (source, _), fit in zip(state.pairs, state.fits):
         for note in fit.notes:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from ... import compiling, progress
+from ... import compilation, progress
 from ...progress import Listener
 
 USUAL = ("solve", "evaluate", "resample")
@@ -24,7 +24,7 @@ class Phases:
         self.seconds: dict[str, float] = {}
         self._start = time.perf_counter()
         self._tell, self._listener = tell, listener
-        self._watch = compiling.Watch()
+        self._watch = compilation.Watch()
         self._compiling, self._told, self._last = False, False, ("", 0, 0)
 
     @classmethod
@@ -37,7 +37,7 @@ class Phases:
             listener: is told what is under way.
         """
         phases = cls(tell, listener)
-        with compiling.watched(phases._changed) as phases._watch, progress.heard(phases._hear):
+        with compilation.watched(phases._changed) as phases._watch, progress.heard(phases._hear):
             yield phases
 
     @contextmanager
@@ -55,7 +55,10 @@ class Phases:
         """The phases so far, those that every job has among them, compiling, and the total."""
         usual = dict.fromkeys(USUAL, 0.0)
         total = time.perf_counter() - self._start
-        return {**usual, **self.seconds, "compile": self._watch.seconds, "total": total}
+        compiled = self._watch.seconds + self.seconds.get(
+            "compile", 0.0
+        )  # the latter: waiting for other processes
+        return {**usual, **self.seconds, "compile": compiled, "total": total}
 
     def _hear(self, what: str, done: int, of: int) -> None:
         self._last = what, done, of

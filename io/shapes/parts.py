@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
-from scipy.optimize import linear_sum_assignment
 
 from ...arrays import Complex, Real
 from .shape import Shape
@@ -27,6 +26,8 @@ def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) 
         sources, targets: the shapes of two drawings.
         turn: degrees counter-clockwise by which the source is turned.
     """
+    from scipy.optimize import linear_sum_assignment
+
     (here, size), (there, large) = _placed(sources), _placed(targets)
     apart = np.abs(here[:, None] * np.exp(1j * np.radians(turn)) - there) ** 2
     cost = apart + SIZE * (np.log(size)[:, None] - np.log(large)) ** 2

@@ -153,9 +153,7 @@ def _faces(rings: Sequence[Complex]) -> tuple[np.ndarray, np.ndarray]:
         inside = near.query(shapely.box(*line.bounds))
         work += inside.size * ring.size
         if work > MAX_WINDING:
-            raise crossings.TooMuch(
-                "too many runs lie in each other; split the path (Inkscape: Path > Break Apart)"
-            )
+            raise crossings.TooMuch(crossings.NESTED)
         winding[inside] += _winding(ring, shapely.get_coordinates(points[inside]))
     return faces, winding
 

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import shapely
-from scipy.optimize import isotonic_regression
 
 from ...arrays import Complex
 from ...curve import Curve
@@ -93,6 +92,8 @@ def aimed(kept: Inside, strokes: tuple[Stroke, ...], u: Complex, even: float) ->
         u: (k,) where the map has the vertices.
         even: share of the goals that `kept` has mixed into the closest places, which bunch up.
     """
+    from scipy.optimize import isotonic_regression  # slow to import, and seldom needed
+
     goals, tau, at_target = kept.goals.copy(), kept.tau.copy(), kept.at_target.copy()
     for k, stroke in enumerate(strokes):
         if all(stroke.sticks):

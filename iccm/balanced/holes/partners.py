@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ...arrays import Complex, Index, Real
 from ...curve import Curve
@@ -44,6 +43,8 @@ class Partners:
 
     def assigned(self, turn: float) -> tuple[Index, Index]:
         """Pairs of holes, as many as there are of the fewer, that cost the least together."""
+        from scipy.optimize import linear_sum_assignment
+
         here, there = self.middles
         apart = np.abs(here[:, None] * np.exp(1j * turn) - there) ** 2
         return linear_sum_assignment(apart + self.cost)

@@ -6,7 +6,7 @@ edge opposite each of them, -1 on the outline. Both have room for more triangles
 
 import numpy as np
 
-from ...compiling import inner, kernel
+from ...jit import inner, kernel
 from ..kernels import cross, dot, set_row, twice_area
 
 FLAT = 1e-13  # of the squared edges: an ear with less area is three points on a line but for rounding

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...compiling import inner, kernel
+from ...jit import inner, kernel
 from ..failure import Stuck
 from ..kernels import cross, dot, set_row, twice_area
 from .delaunay import clip_ears, flip, in_circle, joined, legalise, opposite, push, relink

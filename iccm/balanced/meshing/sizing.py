@@ -1,7 +1,6 @@
 """How large the triangles may be where: smaller where the map magnifies."""
 
 import numpy as np
-import scipy.ndimage
 
 from ...arrays import Complex, Index
 from ..minimise.measures import stretches
@@ -22,4 +21,7 @@ def graded(z: Complex, u: Complex, faces: Index, area: float) -> Sizes:
     cell = ((middle - low).real // side).astype(int), ((middle - low).imag // side).astype(int)
     grid = np.ones((max(cell[0]) + 1, max(cell[1]) + 1))
     np.maximum.at(grid, cell, np.clip(magnified, 1, MOST_MAGNIFIED))
-    return Sizes(low, float(side), area / scipy.ndimage.maximum_filter(grid, 3))
+    for axis in (0, 1):  # the largest of each cell and its eight neighbours
+        edge = [(int(axis == k),) * 2 for k in (0, 1)]
+        grid = np.lib.stride_tricks.sliding_window_view(np.pad(grid, edge, "edge"), 3, axis).max(axis=-1)
+    return Sizes(low, float(side), area / grid)

@@ -16,7 +16,7 @@ Energies*, 2019).
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...compiling import inner, kernel
+from ...jit import inner, kernel
 from ..kernels import dot
 
 BOTH_AREAS = 0.5  # share of the image's area in the measure

@@ -14,7 +14,7 @@ from numba import njit
 from scipy.sparse.linalg import splu
 
 from ...arrays import Index
-from ...compiling import inner, kernel
+from ...jit import inner, kernel
 
 
 class System(NamedTuple):

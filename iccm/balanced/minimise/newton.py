@@ -14,7 +14,7 @@ goals.
 
 import numpy as np
 
-from ...compiling import inner, kernel
+from ...jit import inner, kernel
 from ..kernels import cross, move
 from .energy import assemble, total
 from .ldl import downhill, factorise

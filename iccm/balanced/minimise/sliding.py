@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...compiling import inner, kernel
+from ...jit import inner, kernel
 from ..kernels import dot, located
 
 HELD, SLIDING, FREE = 0, 1, 2  # kinds of constrained vertices

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...arrays import Complex, Real
-from ...compiling import kernel
+from ...jit import kernel
 from ...parallel import over_slices
 from .adjacency import Index
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Real
-from ...compiling import inner, kernel
+from ...jit import inner, kernel
 from ...parallel import over_slices
 from .adjacency import Index
 

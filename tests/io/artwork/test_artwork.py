@@ -457,7 +457,7 @@ def test_pictures_are_carried_in_parts(tmp_path):
         place, w = affine.parse(use.get("transform")), outline(corners)
         middle = (w.real.min() + w.real.max() + 1j * (w.imag.min() + w.imag.max())) / 2
         back = (np.sqrt(1 + 0.008 * middle) - 1) / 0.004  # in the root's units, half the picture's
-        assert abs(place(2 * back) - middle) < 0.1
+        assert abs(place(2 * back - (10 + 20j)) - middle) < 0.1  # the picture itself is kept at the origin
     assert (
         0 < len(found["b"]) < len(found["a"])
         and not len(found["c"])

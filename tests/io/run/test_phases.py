@@ -3,7 +3,7 @@
 import pytest
 from numba.core import event
 
-from iccm import compiling, progress
+from iccm import compilation, progress
 from iccm.io.run import phases
 from iccm.io.run.phases import COMPILES, Phases
 
@@ -15,15 +15,15 @@ def clock(monkeypatch):
     def wait(seconds):
         now[0] += seconds
 
-    monkeypatch.setattr(compiling.time, "perf_counter", lambda: now[0])
-    assert phases.time is compiling.time
+    monkeypatch.setattr(compilation.time, "perf_counter", lambda: now[0])
+    assert phases.time is compilation.time
     return wait
 
 
 def compile_for(seconds, wait):
-    with event.trigger_event(compiling.KIND):
+    with event.trigger_event(compilation.KIND):
         wait(seconds / 2)
-        with event.trigger_event(compiling.KIND):
+        with event.trigger_event(compilation.KIND):
             wait(seconds / 2)
 
 

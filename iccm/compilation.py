@@ -1,23 +1,11 @@
-"""How kernels are compiled, and no more of it than is used: the first run on a fresh machine waits for it.
-
-Nobody hands a kernel to C, so none gets an entry for C; those that only other kernels call get none for Python either.
-Together these entries were a sixth of the time. A test proves that nothing else calls `inner` kernels, which would
-crash.
-
-And watched: that compiling begins, and how long it takes. What comes from numba's cache is not compiled.
-"""
+"""Numba's compiling, watched: that it begins, and how long it takes. What comes from its cache is not compiled."""
 
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from numba import njit
 from numba.core import event
-
-# numpy's error model: a division by zero gives inf, which line searches reject, instead of a branch at each one
-kernel = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-inner = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 
 KIND = "numba:compile"  # "broadcast when a dispatcher is compiling", inside the compiler's lock, also when nested
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numba.core import event
 
-from iccm import compiling
+from iccm import compilation
 
 
 def nested():
@@ -23,7 +23,7 @@ def nested():
 
 def test_compiling_is_seen_once_with_all_that_it_needs():
     seen = []
-    with compiling.watched(seen.append) as watch:
+    with compilation.watched(seen.append) as watch:
         assert watch.seconds == 0
         function = nested()
         assert not seen
@@ -38,7 +38,7 @@ def test_compiling_is_seen_once_with_all_that_it_needs():
 
 def test_other_threads_are_seen():
     seen = []
-    with compiling.watched(seen.append):
+    with compilation.watched(seen.append):
         thread = threading.Thread(target=nested(), args=(3,))
         thread.start()
         thread.join()
@@ -51,7 +51,7 @@ def test_what_comes_from_the_cache_is_not_compiled():
     square = np.array([0, 1, 1 + 1j, 1j])
     cauchy_green.coordinates(square, np.array([0.5 + 0.5j]))  # compiled by now, and in the cache
     seen = []
-    with compiling.watched(seen.append) as watch:
+    with compilation.watched(seen.append) as watch:
         cauchy_green.coordinates(square, np.array([0.4 + 0.5j]))
     assert not seen
     assert watch.seconds == 0
@@ -59,14 +59,14 @@ def test_what_comes_from_the_cache_is_not_compiled():
 
 def test_what_began_before_the_watch_does_not_upset_it(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(compiling.time, "perf_counter", lambda: now[0])
-    event.start_event(compiling.KIND)
-    with compiling.watched() as watch:
+    monkeypatch.setattr(compilation.time, "perf_counter", lambda: now[0])
+    event.start_event(compilation.KIND)
+    with compilation.watched() as watch:
         now[0] = 1.0
-        event.end_event(compiling.KIND)
-        event.start_event(compiling.KIND)
+        event.end_event(compilation.KIND)
+        event.start_event(compilation.KIND)
         now[0] = 3.0
         assert watch.seconds == 2.0
-        event.end_event(compiling.KIND)
+        event.end_event(compilation.KIND)
         now[0] = 9.0
         assert watch.seconds == 2.0

@@ -1,0 +1,72 @@
+"""What is compiled ahead is what a common job needs."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from iccm import ahead
+
+SHAPES = Path(__file__).parents[1] / "wheel"
+
+
+def kernels(cache: Path) -> set[str]:
+    return {path.name for path in cache.rglob("*.nbc")}
+
+
+@pytest.mark.slow
+def test_a_job_compiles_nothing_that_was_not_compiled_ahead(tmp_path):
+    cache = tmp_path / "cache"
+    shell = {"env": {**os.environ, "NUMBA_CACHE_DIR": str(cache)}, "check": True}
+    said = subprocess.run(
+        [sys.executable, "-m", "iccm.ahead"], stdout=subprocess.PIPE, text=True, **shell
+    ).stdout
+    assert said.startswith("compiling")
+    there = kernels(cache)
+    assert any(name.startswith("newton.descend") for name in there)
+    iccm = Path(sys.executable).parent / "iccm"
+    for source, target in (("square.svg", "blob.svg"), ("blob.svg", "square.svg")):
+        job = [iccm, "map", SHAPES / source, SHAPES / target, "--size", "256", "-q", "-o", tmp_path / source]
+        subprocess.run([*job[:-1], f"{job[-1]}.png"], **shell)
+    assert kernels(cache) == there
+    again = [sys.executable, "-m", "iccm.ahead"]
+    assert subprocess.run(again, stdout=subprocess.PIPE, text=True, **shell).stdout == ""
+
+
+def test_what_is_in_the_cache_is_not_missing(tmp_path):
+    class Kernel:
+        """As much of a dispatcher as is asked."""
+
+        __name__ = "f"
+        stats = type("Stats", (), {"cache_path": str(tmp_path)})
+        py_func = type(
+            "Function", (), {"__code__": type("Code", (), {"co_filename": str(tmp_path / "m.py")})}
+        )
+
+    (tmp_path / "m.py").write_text("")
+    assert not ahead._cached(Kernel())
+    index = tmp_path / "m.f-1.py311.nbi"
+    index.write_text("")
+    assert ahead._cached(Kernel())
+    os.utime(index, (0, 0))
+    assert not ahead._cached(Kernel())
+
+
+def test_parts_that_are_there_start_no_process(monkeypatch):
+    monkeypatch.setattr(ahead, "missing", list)
+    monkeypatch.setattr(ahead, "_process", None)
+    ahead.compile_ahead()
+
+
+def test_a_process_that_cannot_start_is_no_failure(monkeypatch):
+    def refused(*_, **__):
+        raise OSError("no more processes")
+
+    done = []
+    monkeypatch.setattr(ahead, "missing", lambda: ["a", "b"])
+    monkeypatch.setattr(ahead, "PARTS", {"b": (lambda: done.append("b"), "", "")})
+    monkeypatch.setattr(ahead.subprocess, "Popen", refused)
+    ahead.compile_ahead(2)
+    assert done == ["b"]
