@@ -10,7 +10,6 @@ from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
 from .constraints.given import checked_free
-from .deform import method as deforming
 from .holes.given import Holes, named
 from .method import solve as solved
 from .solution import Settings, Solution
@@ -45,6 +44,8 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
         NoMapError: the shape cannot be meshed.
         InputError: as `checked_free`.
     """
+    from .deform import method as deforming
+
     source, pins, strokes = problem.given_source, problem.given_pins, problem.given_strokes
     given = checked_free(source, pins, strokes)
     found = deforming.solve(source, given, _settings(options), start)
