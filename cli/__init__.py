@@ -20,6 +20,7 @@ COMMANDS = {
     "apply": "Warp more images through a map that was saved with --stmap.",
     "edit": "Place pins and strokes in the browser, and see the map follow.",
     "flatten": "Flatten a mesh patch into the plane.",
+    "relayout": "Carry textures from one UV layout of a mesh to another.",
     "batch": "Run many jobs from a manifest.",
     "check": "Compare results with stored baselines, for CI.",
     "info": "Tell what iccm sees in a file.",

@@ -65,12 +65,12 @@ def command(jobs: str, root: str | None, only_check: bool, **given: Any) -> int:
     folder = Path(root if root is not None else os.path.dirname(jobs) or ".")
     tasks = _tasks(jobs, folder, outside=given["outside"], force=given["force"])
     book = Journal(folder)
+    if given["resume"] and not only_check and (swept := book.sweep()):
+        logs.log.info(f"removed {len(swept)} temporary files of a batch that was killed")
+    tasks = dispatch.prepared(tasks, book, resume=given["resume"], make=not only_check)
     if only_check:
         logs.log.info(f"{len(tasks)} jobs, no mistakes")
         return 0
-    if given["resume"] and (swept := book.sweep()):
-        logs.log.info(f"removed {len(swept)} temporary files of a batch that was killed")
-    tasks = dispatch.prepared(tasks, book, resume=given["resume"])
     policy = dispatch.Policy(given["retries"], given["timeout"], given["fail_fast"], given["threads"])
     start = time.perf_counter()
     with _signals() as caught, _pool(len(tasks), given) as pool:

@@ -9,6 +9,8 @@ import click
 from . import logs, status
 from .paths import FILE
 
+METHODS = ("conformal", "lscm", "balanced")
+
 
 @click.command()
 @click.argument("mesh", type=FILE)
@@ -25,6 +27,13 @@ from .paths import FILE
     type=FILE,
     metavar="FILE",
     help="The mesh with its flattening as texture coordinates (.obj .glb .ply).",
+)
+@click.option(
+    "--method",
+    type=click.Choice(METHODS),
+    default=METHODS[0],
+    show_default=True,
+    help="Keep angles, one-to-one; least squares (LSCM) as it comes; or even: angles and areas.",
 )
 @click.option("--cut", is_flag=True, help="Cut a closed surface, or one with handles, open.")
 @click.option(
@@ -43,13 +52,14 @@ def command(
     mesh: str,
     output: tuple[str, ...],
     uv: str | None,
+    method: str,
     cut: bool,
     report: str | None,
     plot: str | None,
     max_faces: int,
     force: bool,
 ) -> int:
-    """Flatten MESH (OBJ, GLB, PLY, OFF, STL) into the plane, keeping its angles as well as its triangles allow.
+    """Flatten MESH (OBJ, GLB, PLY, OFF, STL) into the plane, without folds or overlaps.
 
     MESH is file, file#part (an OBJ object, group or material), or file#2 for the outline along the second-longest
     boundary. Inner holes stay holes. Without an output option MESH-flat.svg is written here.
@@ -58,8 +68,9 @@ def command(
     iccm flatten face.obj -o face.svg
     iccm flatten body.obj#sleeve -o sleeve.svg --report - --plot sleeve.png
     iccm flatten cow.obj --cut --uv cow-uv.obj
+    iccm flatten glove.obj --method balanced --plot glove.png
 
-    Exit code: 0 done, 2 an input is wrong.
+    Exit code: 0 done, 1 what was written is not one-to-one, 2 an input is wrong.
     """
     from ..io import formats
     from ..io.meshes import size_limits
@@ -80,7 +91,7 @@ def command(
     size_limits.faces(Spec.of(mesh).path, max_faces)
     with ExitStack() as stack:
         stack.enter_context(status.watched("flatten"))
-        shape = mesh_shape.read(mesh, cut=cut)
+        shape = mesh_shape.read(mesh, cut=cut, method=method)
         for note in shape.notes:
             logs.log.warning(f"{mesh}: {note}")
         flatten.write_all(shape, output, uv, plot, report, stack, force=force)
@@ -88,4 +99,7 @@ def command(
         logs.log.info(line)
     for name in outputs:
         logs.log.info(f"wrote {name}")
-    return 0
+    doubt = flatten.doubt(shape, uv)
+    if doubt:
+        logs.log.error(f"{mesh}: {doubt}")
+    return int(doubt is not None)

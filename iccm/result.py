@@ -40,6 +40,9 @@ class Status(Enum):
     MET = "Pins and strokes are met."
     OVERLAP = "Pins and strokes are met and nothing folds, but the outline overlaps itself."
     PINS = "Not all pins and strokes could be met: the closest map without folds is given."
+    FLIPPED = (
+        "The texture coordinates that were written turn triangles over, or leave them without area (uv)."
+    )
     CROWDED = "Parts of the target are too crowded for double precision: they are not covered."
 
     @property
@@ -155,6 +158,14 @@ class Fit:
         }
 
     @property
+    def openings(self) -> tuple[list[Complex], list[Complex]]:
+        """The outlines of holes that the map leaves out, in the source and in the image, closed polylines."""
+        if not isinstance(self.map, TriangulatedMap):
+            return [], []
+        holes = self.map.loops[1:]
+        return [self.map.source[loop] for loop in holes], [self.map.image[loop] for loop in holes]
+
+    @property
     def _hole_images(self) -> Iterator[tuple[Curve, Curve, int, int]]:
         """The image of each hole's boundary, the outline it belongs on, and the numbers of both holes."""
         if not isinstance(self.map, TriangulatedMap):
@@ -179,10 +190,7 @@ class Fit:
     @cached_property
     def interior(self) -> Complex:
         """About INTERIOR_POINTS points spread evenly over the inside of the source."""
-        holes = self.map.loops[1:] if isinstance(self.map, TriangulatedMap) else ()
-        return interior_grid(
-            Curve(self.map.polygon), INTERIOR_POINTS, [self.map.source[loop] for loop in holes]
-        )
+        return interior_grid(Curve(self.map.polygon), INTERIOR_POINTS, self.openings[0])
 
     @cached_property
     def distortion(self) -> Distortion:

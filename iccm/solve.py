@@ -25,6 +25,7 @@ def fit(
     source_holes: Sequence[ArrayLike | Curve] = (),
     target_holes: Sequence[ArrayLike | Curve] = (),
     hole_partners: Sequence[tuple[int, int]] = (),
+    start: Fit | TriangulatedMap | None = None,
     **options: Any,
 ) -> Fit:
     """A map of the source domain onto the target domain: balanced, conformal, or as the paper has it.
@@ -33,12 +34,15 @@ def fit(
         source: (n,) complex vertices of the source's boundary, x + iy, y up, either way round.
         target: (m,) complex vertices of the target's boundary.
         pins: (k, 2) complex, a point inside the source and the point it should go to; on the outlines both must be.
-        strokes: pairs of open polylines, (p,) inside the source and (q,) where it should go. The balanced method
-            meets pins and strokes and takes a stroke's ends to its ends; the others weigh them.
+        strokes: pairs of open polylines, (p,) inside the source and (q,) the one it should lie on. Its ends slide along
+            that, unless a pin takes one to an end of it. The balanced method meets pins and strokes; the others weigh
+            them.
         source_holes: outlines of the source's holes, (p,) complex, either way round; the balanced method takes each
             onto one of the target's. Where one shape has more, what is too much shrinks to a slit in the other.
         target_holes: those of the target's.
         hole_partners: (i, j) for holes that must go together, counted from 0; the others go by place and size.
+        start: an earlier balanced map of these domains, to go on from where only the constraints have moved: no other
+            starts are looked at, and with inner pins at the same points of the source the mesh stays.
         **options: see `iccm.problem.Options`.
 
     Returns:
@@ -59,6 +63,14 @@ def fit(
     )
     if any(holes) and not is_balanced(settings):
         raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
+    if (before := _map_of(start)) is not None:
+        if not is_balanced(settings):
+            raise InputError("start: an option of --method balanced")
+        if any(holes) or len(before.loops) > 1:
+            raise InputError("start: there is no going on from maps of shapes with holes")
+        from .balanced import fit as balanced
+
+        return balanced.solve(problem, settings, before)
     return solver(problem, settings)(problem, settings)
 
 

@@ -105,7 +105,7 @@ def _mesh(path: Path) -> dict[str, Any]:
         "vertices": len(mesh.points),
         "faces": len(mesh.sizes),
         "sides": {str(size): int(count) for size, count in zip(sizes, counts)},
-        "parts": file.obj.parts()[:MOST] if file.obj else [],
+        "parts": list(file.names)[:MOST],
         "uv_charts": 0 if mesh.uv_corners is None else _charts(mesh),
         "textures": ["in the file"]
         if file.picture is not None
@@ -126,14 +126,20 @@ def _charts(mesh: Any) -> int:
 
 
 def _surface(mesh: Any) -> dict[str, Any]:
-    """Boundary loops and genus, or why the mesh is no patch."""
-    from ..meshes.disk_patch import disk_patch
+    """Pieces with the names that `#` takes; boundary loops and genus of the largest, or why it is no patch."""
+    from ..meshes.disk_patch import disk_patch, pieces
 
+    try:
+        sizes = pieces(mesh)
+        named = [{"name": f"piece-{k}", "triangles": size} for k, size in enumerate(sizes[:MOST], 1)]
+        found = {"pieces_in_all": len(sizes), "pieces": named if len(sizes) > 1 else []}
+    except InputError as error:
+        return {"patch": str(error)}
     try:
         whole = disk_patch(mesh)
     except InputError as error:
-        return {"patch": str(error)}
-    return {"boundary_loops": [int(loop.size) for loop in whole.loops], "genus": int(whole.genus)}
+        return found | {"patch": str(error)}
+    return found | {"boundary_loops": [int(loop.size) for loop in whole.loops], "genus": int(whole.genus)}
 
 
 def _constraints(path: Path) -> dict[str, Any]:

@@ -79,9 +79,12 @@ def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
     """
     path = Path(path)
     try:
+        as_text(path)
         real = Path(os.path.realpath(path))
         if real.is_dir():
             raise InputError(f"{path}: is a folder; name a file in it")
+        if real.parent.exists() and not real.parent.is_dir():
+            raise InputError(f"{path}: {real.parent} is a file, no folder; choose another")
         if not real.parent.is_dir():
             raise InputError(f"{path}: the folder {real.parent} does not exist; create it first")
         if real.exists() and not real.is_file():
@@ -95,6 +98,20 @@ def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
     if not os.access(real.parent, os.W_OK | os.X_OK):
         raise InputError(f"{path}: the folder {real.parent} is not writable; choose another")
     return real
+
+
+def as_text(path: str | os.PathLike) -> str:
+    """The name of a file for libraries that take text only.
+
+    Raises:
+        InputError: it is bytes that are no UTF-8, as Linux allows them.
+    """
+    name = os.fspath(path)
+    try:
+        name.encode()
+    except UnicodeEncodeError as error:
+        raise InputError(f"{name}: the name is not UTF-8; rename the file") from error
+    return name
 
 
 def open_input(path: str | os.PathLike, *, max_bytes: int | None = None) -> Path:

@@ -108,3 +108,18 @@ def test_every_bench_of_the_list_is_a_module():
 
     missing = [name for name in ORDER if importlib.util.find_spec(f"tests.bench.{name}") is None]
     assert set(missing) <= {"meshes"}
+
+
+def test_the_bench_of_dragging_follows_pins_that_it_places(tmp_path):
+    from iccm.io.edit.session import Session
+    from iccm.io.run.job import make
+    from tests.bench import live
+
+    for name, path in (("a.svg", "M10 10H90V90H10Z"), ("b.svg", "M10 50L50 5L95 45L60 95Z")):
+        (tmp_path / name).write_text(f'<svg xmlns="http://www.w3.org/2000/svg"><path d="{path}"/></svg>')
+    session = Session(make({"source": str(tmp_path / "a.svg"), "target": str(tmp_path / "b.svg")}))
+    session.solve(live.Scene())
+    pins = live.spread(session, np.random.default_rng(1))
+    assert pins.shape == (live.PINS, 2, 2)
+    seconds, missed = live.dragged(session, pins, 1, 6)
+    assert seconds.shape == (6, 2) and missed == 0

@@ -73,10 +73,11 @@ def frames_of(
         frames = [f.turned(-_farthest_angle(f, c)) for f, c in zip(frames, (source, target))]
     else:
         frames[0] = frames[0].turned(turn)
-    signs = [handedness(f.unit(c.z)) for f, c in zip(frames, (source, target))]
+    loops = [[c.z, *(hole.z for hole in inner)] for c, inner in zip((source, target), holes)]
+    signs = [handedness(*map(f.unit, each)) for f, each in zip(frames, loops)]
     sign = next((s for s in signs if abs(s) > UNDECIDED), 1.0)
     frames = [replace(f, mirrored=sign < 0) for f in frames]
-    if turn is not None and _upside_down(frames[0].unit(source.z)):
+    if turn is not None and _upside_down(*map(frames[0].unit, loops[0])):
         frames = [f.turned(np.pi) for f in frames]
     return frames[0], frames[1]
 
@@ -87,9 +88,9 @@ def _moment(w: Complex) -> complex:
     return np.sum(products * (w + np.roll(w, -1)))
 
 
-def _upside_down(w: Complex) -> bool:
-    """Whether most of a closed polyline's weight hangs low: mirrors about different lines differ by half a turn."""
-    middles, weights = _middles(w)
+def _upside_down(*loops: Complex) -> bool:
+    """Whether most of closed polylines' weight hangs low: mirrors about different lines differ by half a turn."""
+    middles, weights = _middles(*loops)
     heavy = complex(np.sum(weights * middles * np.abs(middles) ** 2))
     return heavy.imag < 0 if abs(heavy.imag) > UNDECIDED else heavy.real < 0
 
@@ -100,16 +101,16 @@ def _farthest_angle(frame: Frame, curve: Curve) -> float:
     return float(np.angle(w[np.argmax(distance)]))
 
 
-def handedness(w: Complex) -> float:
-    """A number of a closed polyline about its centroid that changes sign in every mirror and with no rotation."""
-    middles, weights = _middles(w)
+def handedness(*loops: Complex) -> float:
+    """A number of closed polylines about their centroid that changes sign in every mirror and with no rotation."""
+    middles, weights = _middles(*loops)
     first = np.sum(weights * middles * np.abs(middles) ** 2)
     second = np.sum(weights * middles**2)
     third = np.sum(weights * middles**3)
     return float((first**2 * second.conj()).imag + (first * second * third.conj()).imag)
 
 
-def _middles(w: Complex) -> tuple[Complex, Real]:
+def _middles(*loops: Complex) -> tuple[Complex, Real]:
     """Middles of the edges, and their shares of the length."""
-    steps = np.roll(w, -1) - w
+    w, steps = np.concatenate(loops), np.concatenate([np.roll(z, -1) - z for z in loops])
     return w + 0.5 * steps, np.abs(steps) / np.sum(np.abs(steps))

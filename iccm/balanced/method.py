@@ -11,14 +11,17 @@ import numpy as np
 
 from ..arrays import Complex, Index
 from ..curve import Curve
+from ..maps.triangulated.map import TriangulatedMap
 from ..result import hausdorff
 from . import orientation, stages
 from .constraints.given import Pins, checked, place
 from .frames import Frame, frames_of
 from .holes.filled import Cut, cut_out
 from .holes.given import NONE, Holes, unequal
+from .levels import Sketch
 from .minimise.energy import energy_of
 from .minimise.measures import stretches, turn_of
+from .pairs import loops_of
 from .solution import Journal, Settings, Solution
 
 NO_PINS = np.empty((0, 2), np.complex128)
@@ -32,6 +35,7 @@ def solve(
     strokes: Sequence[tuple[Curve, Curve]] = (),
     holes: Holes = NONE,
     numbers: Index | None = None,
+    start: TriangulatedMap | None = None,
 ) -> Solution:
     """The balanced map of two domains.
 
@@ -44,6 +48,7 @@ def solve(
         holes: those of both domains. Where one has more than the other, what is too much in the source shrinks to a
             slit, and what is too much in the target opens from one.
         numbers: (k,) of the pins, for messages; in order unless given.
+        start: an earlier map of these domains to go on from.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -54,14 +59,30 @@ def solve(
     journal = Journal(notes=unequal(holes))
     curves = frames[0].curve(source), frames[1].curve(target), holes.unit(frames)
     domains = (source, *holes.source), (target, *holes.target)
-    if len(pins) or len(strokes):
+    if len(pins) or len(strokes) or start is not None:
         given = checked(source, target, pins, strokes, numbers)
         journal.notes += given.notes
-        state, met = stages.constrained(*curves, given.unit(frames), settings, journal)
+        before = start and sketched(start, frames)
+        state, met = stages.constrained(*curves, given.unit(frames), settings, journal, before)
         found = _solution(state, frames, domains, settings, journal, False, given)
         return replace(found, met=met)
     state, symmetric = stages.mapped(*curves, settings, journal)
     return _solution(state, frames, domains, settings, journal, symmetric)
+
+
+def sketched(
+    map: TriangulatedMap, frames: tuple[Frame, Frame], holes: Sequence[tuple[int, int, int]] = ()
+) -> Sketch:
+    """A map in unit coordinates, vertices of the outlines first; `holes` are (its loop, the hole of the source, that of
+    the target) for those that stay holes."""
+    mirrored = frames[0].mirrored
+    rims = [map.loops[k][::-1] if mirrored else map.loops[k] for k in (0, *(k for k, _, _ in holes))]
+    border = np.concatenate(rims)
+    order = np.append(border, np.setdiff1d(np.arange(map.source.size), border))
+    faces = np.argsort(order)[map.faces[:, ::-1] if mirrored else map.faces]
+    z, u = frames[0].unit(map.source)[order], frames[1].unit(map.image)[order]
+    loops = loops_of([(i, j, rim.size) for (_, i, j), rim in zip(holes, rims[1:])], rims[0].size)
+    return Sketch(z, u, np.ascontiguousarray(faces), border.size, loops=loops)
 
 
 def _solution(

@@ -40,7 +40,8 @@ def _far_vertices(curve: Curve, radius: float) -> np.ndarray:
 
 
 def similar_with_holes(problem: Problem, match: Match) -> Match | None:
-    """The match of similar outlines with those of holes; None unless these are similar in the same way."""
+    """The match of similar outlines with those of holes; None unless these are similar in the same way, and the
+    partners those that are wished."""
     if len(problem.holes[0]) != len(problem.holes[1]):
         return None
     w = problem.source.at(match.s[:1] + problem.source.length * np.arange(SAMPLES) / SAMPLES)
@@ -48,7 +49,8 @@ def similar_with_holes(problem: Problem, match: Match) -> Match | None:
     turn = complex(np.vdot(w, v))
     found = [_same(hole, problem.holes[1], turn / abs(turn)) for hole in problem.holes[0]]
     holes = tuple(HoleMatch(i, *pair) for i, pair in enumerate(found) if pair)
-    return match._replace(holes=holes) if len(holes) == len(found) else None
+    as_wished = set(problem.partners) <= {(hole.source, hole.target) for hole in holes}
+    return match._replace(holes=holes) if len(holes) == len(found) and as_wished else None
 
 
 def _same(hole: Curve, others: tuple[Curve, ...], turn: complex) -> tuple[int, Match] | None:

@@ -13,19 +13,20 @@ import numpy as np
 import scipy.sparse as sparse
 from scipy.interpolate import PchipInterpolator
 from scipy.sparse.linalg import splu
-from scipy.spatial import Delaunay, cKDTree
+from scipy.spatial import cKDTree
 
 from ..arrays import Complex, Real
 from ..curve import Curve
-from ..errors import InputError
+from . import triangulation
 from .panels import CORNER
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 GROW = 0.35  # growth of the element size with the distance from the boundary
 SHAKE = 0.1  # of the points, relative to their cell
 SUBDIVISIONS = 6  # of a panel, for interpolation
-MOST_PANELS = 50_000  # that splitting may come to; usual are hundreds, and ten thousand where a shape is thin
-REPAIRS = 30  # rounds of splitting panels that are no edges of the triangulation
+REPAIRS = (
+    3  # rounds of splitting panels that are no edges of the Delaunay triangulation; each adds at most as many
+)
 
 
 class HarmonicMeasure:
@@ -41,23 +42,26 @@ class HarmonicMeasure:
     def __init__(self, curve: Curve, ends: Real):
         """Triangulate the inside and factor its stiffness matrix.
 
+        Where a panel is no edge of the Delaunay triangulation, some node lies close to it: it is halved, a few times.
+        Two sides of a slit outside that is much narrower than its panels would have to be divided without end: there
+        the triangulation is constrained. All of its inner edges are Delaunay then too, as an M-matrix needs.
+
         Raises:
-            InputError: the outline is too thin.
+            TooThinError: the outline has slits or spikes too thin for double precision.
         """
         self.curve = curve
         inner = inner_points(curve, ends)
-        for _ in range(REPAIRS):
+        for repair in range(REPAIRS + 1):
             nodes = np.concatenate([curve.at(ends), inner])
-            triangles = _triangulate(curve, nodes)
-            missing = _missing(triangles, ends.size, nodes.size)
-            if not missing.any():
+            mesh = triangulation.delaunay(nodes)
+            missing = triangulation.missing(mesh, ends.size, nodes.size)
+            if repair == REPAIRS or not missing.any():
                 break
             following = np.append(ends[1:], ends[0] + curve.length)
             ends = np.sort(np.concatenate([ends, 0.5 * (ends + following)[missing]]))
-            if ends.size > MOST_PANELS:
-                raise InputError(
-                    "an outline has parts too thin to be triangulated; simplify it, or make it wider"
-                )
+        if missing.any():
+            mesh = triangulation.constrained(nodes, mesh, missing)
+        triangles = triangulation.inside(curve, nodes, mesh)
         self.ends, self.z = ends, nodes[: ends.size]
         self.lengths = np.diff(np.append(ends, ends[0] + curve.length))
         stiffness, middles = _stiffness(nodes, triangles, ends.size)
@@ -178,18 +182,6 @@ def inner_points(curve: Curve, ends: Real) -> Complex:
     return points[curve.contains(points)]
 
 
-def _triangulate(curve: Curve, nodes: Complex) -> np.ndarray:
-    triangles = Delaunay(_xy(nodes)).simplices
-    return triangles[curve.contains(nodes[triangles].mean(axis=1))]
-
-
-def _missing(triangles: np.ndarray, panels: int, nodes: int) -> np.ndarray:
-    """Which panels are no edges of the triangulation."""
-    present = [_keys(triangles[:, k], triangles[:, (k + 1) % 3], nodes) for k in range(3)]
-    start = np.arange(panels)
-    return ~np.isin(_keys(start, (start + 1) % panels, nodes), np.concatenate(present))
-
-
 def _stiffness(nodes: Complex, triangles: np.ndarray, panels: int):
     """Quadratic elements: the stiffness matrix on vertices and edge middles, and the middles' indices of the panels.
 
@@ -225,18 +217,14 @@ def _edge_numbers(triangles: np.ndarray, panels: int, nodes: int) -> tuple[np.nd
     """(t, 3) numbers, after the nodes', of the edges opposite to a triangle's vertices, and their count;
     panels come first."""
     keys = np.stack(
-        [_keys(triangles[:, (k + 1) % 3], triangles[:, (k + 2) % 3], nodes) for k in range(3)], axis=1
+        [triangulation.keys(triangles[:, (k + 1) % 3], triangles[:, (k + 2) % 3], nodes) for k in range(3)],
+        axis=1,
     )
     start = np.arange(panels)
-    first = _keys(start, (start + 1) % panels, nodes)
+    first = triangulation.keys(start, (start + 1) % panels, nodes)
     listed = np.concatenate([first, np.setdiff1d(np.unique(keys), first)])
     order = np.argsort(listed)
     return nodes + order[np.searchsorted(listed[order], keys)], listed.size
-
-
-def _keys(a: np.ndarray, b: np.ndarray, nodes: int) -> np.ndarray:
-    """One number for each unordered pair of nodes."""
-    return np.minimum(a, b).astype(np.int64) * nodes + np.maximum(a, b)
 
 
 def _xy(z: Complex) -> Real:

@@ -21,7 +21,7 @@ from .. import progress
 from ..arrays import Complex, Real
 from ..curve import Curve, boundary_samples
 from ..maps.harmonic import HarmonicMap
-from ..paper.algorithm1 import assemble, finish, iterate
+from ..paper.algorithm1 import assemble, discretised, finish, iterate
 from ..paper.energies import Basis
 from ..paper.initial import constraint_points
 from ..paper.least_squares import System
@@ -33,6 +33,7 @@ from .normalisation import search
 from .panels import corners, graded
 from .relaxation import State, followed, relax
 from .riemann_hilbert import newton, shares
+from .triangulation import TooThinError
 from .vertices import Allowance, around_corners, clean, radius_along
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
@@ -46,6 +47,10 @@ LEAST_AT_CORNERS = 1e-6
 LARGEST_IMAGE = 0.01  # of a panel at a corner, relative to the diagonal of the other shape
 DEEPENINGS = 3
 MANY = 1000  # vertices of an outline before it is simplified
+HAIR, HAIRS_AREA = (
+    1e-7,
+    1e-4,
+)  # half the width of a hair, by the diagonal; what leaving hairs out may change, of the area
 SIMPLIFY = 0.2  # by this share of the tolerance
 FIRST_ERROR = (
     0.6  # of the interpolation between vertices, as a share of the tolerance; halved from round to round
@@ -58,7 +63,8 @@ GAIN = 0.8  # a round that leaves more than this share of the gap is the last
 FOLDS = (
     0.25  # a residual above the error allowed hints at folds: such maps count as worse, by this power of it
 )
-MOST_VERTICES = 1500
+MOST_VERTICES = 1500  # of the polygon
+MOST_PANELS = 20_000  # of a boundary: 1.5 GB and half a minute, where usual are hundreds
 CONSISTENCY = 1e-3
 SETTLED = 2e-3  # relative decrease of the energy at which constraints count as met
 ULPS = 16  # least distance of vertices in the user's coordinates, in units of the last place
@@ -82,11 +88,18 @@ def _solve(problem: Problem, settings: Options):
     """Polygon, φ, ψ, energies, status and notes, in the unit frames."""
     assert problem.target is not None
     source, notes = from_farthest(problem.source), list[str]()
-    if settings.vertices != "source":
+    if settings.vertices == "source":
+        discretised(source, "source")  # refuses too many
+    else:
         source, notes = simplified(source, settings.tolerance, "source")
     target, more = simplified(from_farthest(problem.target), settings.tolerance, "target")
     fineness = float(np.clip(settings.tolerance / COARSEST, FINEST / COARSEST, 1.0))
-    chosen = normalised(problem, source, target, fineness)
+    try:
+        chosen = normalised(problem, source, target, fineness)
+    except TooThinError:
+        (source, first), (target, second) = without_hairs(source, "source"), without_hairs(target, "target")
+        notes += first + second
+        chosen = normalised(problem, source, target, fineness)
     crowded = crowding(chosen)
     notes += more + list(crowded.values())
     state, energies = correspond(chosen, settings)
@@ -116,7 +129,9 @@ def simplified(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[s
     """A long outline without the detail far below the tolerance, and a note that says so."""
     if curve.z.size <= MANY:
         return curve, []
-    for share in SIMPLIFY * tolerance * 2.0 ** np.arange(7):
+    for share in (
+        SIMPLIFY * tolerance * 2.0 ** np.arange(24)
+    ):  # to the end: more would take hours and all memory
         ring = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag])).simplify(share * curve.diameter)
         z = shapely.get_coordinates(ring.exterior)[:-1] @ np.array([1, 1j])
         if z.size <= MOST_VERTICES // 2:
@@ -125,6 +140,27 @@ def simplified(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[s
         return curve, []
     note = f"{name}: {curve.z.size} vertices simplified to {z.size}, by at most {share:.1g} of the diagonal"
     return Curve.domain(z, name), [note]
+
+
+def without_hairs(curve: Curve, name: str) -> tuple[Curve, list[str]]:
+    """An outline without slits and spikes of no width, as of a path that goes a way and back; and a note on it.
+
+    Raises:
+        TooThinError: more would be lost than hairs.
+    """
+    width, sharp = HAIR * curve.diagonal, {"join_style": "mitre"}
+    shape = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag]))
+    parts = shapely.get_parts(shape.buffer(width, **sharp).buffer(-2 * width, **sharp).buffer(width, **sharp))
+    whole = max(parts, key=shapely.area, default=shapely.Polygon())
+    if abs(whole.area - shape.area) > HAIRS_AREA * shape.area:
+        raise TooThinError
+    z = shapely.get_coordinates(whole.simplify(width).exterior)[:-1] @ np.array([1, 1j])
+    shorter = 1 - Curve(z).length / curve.length
+    if shorter < HAIR:
+        return curve, []
+    return Curve.domain(z, name), [
+        f"{name}: slits and spikes of no width left out, {shorter:.1%} of its length"
+    ]
 
 
 def normalised(problem: Problem, source: Curve, target: Curve, fineness: float) -> Correspondence:
@@ -157,9 +193,13 @@ def normalised(problem: Problem, source: Curve, target: Curve, fineness: float) 
 
 
 def measure(curve: Curve, sharp: Real, spacing: float) -> HarmonicMeasure:
-    """The harmonic measure of a boundary on panels graded towards its corners."""
+    """The harmonic measure of a boundary on panels graded towards its corners, longer where they would be too many."""
     progress.tell("harmonic measure")
-    return HarmonicMeasure(curve, graded(curve, spacing, sharp))
+    ends = graded(curve, spacing, sharp)
+    while ends.size > max(MOST_PANELS, 2 * curve.z.size):
+        spacing, sharp = 2 * spacing, 2 * sharp
+        ends = graded(curve, spacing, sharp)
+    return HarmonicMeasure(curve, ends)
 
 
 def at_corners(curve: Curve, most: float) -> Real:

@@ -12,6 +12,7 @@ CORNER = np.radians(
     12
 )  # a vertex that turns by more is a corner: densities and derivatives are singular there
 GRADE = 0.4  # growth of the panel length with the distance from a corner
+MOST_PAIRS = 1 << 21  # of samples that are looked at at a time: 0.1 GB
 THIN = 0.35  # longest panel relative to the local thickness
 
 
@@ -30,11 +31,18 @@ def thickness(curve: Curve, per_length: float) -> tuple[np.ndarray, Complex, Rea
     edge = np.repeat(np.arange(counts.size), counts)
     t = (np.arange(edge.size) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[edge]
     z = curve.z[edge] + t * curve.edges[edge]
-    d = z[None, :] - z[:, None]
-    ahead = -(curve.normals[edge].conj()[:, None] * d).real
-    seen = (ahead > 1e-9 * curve.diagonal) & (edge[:, None] != edge[None, :])
-    radius = np.where(seen, np.abs(d) ** 2 / np.where(seen, 2 * ahead, 1.0), np.inf).min(axis=1)
+    rows = max(1, MOST_PAIRS // edge.size)
+    radius = np.concatenate([_touching(curve, edge, z, k, k + rows) for k in range(0, edge.size, rows)])
     return edge, z, np.minimum(radius, curve.diagonal)
+
+
+def _touching(curve: Curve, edge: np.ndarray, z: Complex, first: int, end: int) -> Real:
+    """`thickness` at some of the samples."""
+    mine = edge[first:end]
+    d = z[None, :] - z[first:end, None]
+    ahead = -(curve.normals[mine].conj()[:, None] * d).real
+    seen = (ahead > 1e-9 * curve.diagonal) & (mine[:, None] != edge[None, :])
+    return np.where(seen, np.abs(d) ** 2 / np.where(seen, 2 * ahead, 1.0), np.inf).min(axis=1)
 
 
 def graded(curve: Curve, longest: float, at_corners: Real) -> Real:

@@ -55,26 +55,34 @@ class Certificate:
 
 
 def certify(f: HarmonicMap | Evaluator, depths: Real = DEPTHS) -> Certificate:
-    """The least depth found at which f is certainly injective: the least of `depths`, then bisected.
+    """The least depth found at which f is certainly injective: the least of `depths`, or by bisection of them, since
+    what holds at a depth holds deeper; then between the last two.
 
     A harmonic map with |f_z̄| < |f_z| on the boundary and no zero of f_z inside keeps its orientation inside,
     because f_z̄ / f_z is holomorphic there; if it also takes the boundary to a simple curve, it is injective (degree
     theory; for holomorphic f, Darboux-Picard). All three are proven between samples too (`enclosure`).
     """
-    source = Inside.of(f)
-    failed, obstacle = 0.0, ""
-    for depth in depths:
-        found = source.at_depth(float(depth))
-        if found.certified:
-            break
-        failed, obstacle = found.depth, found.obstacle
-    for _ in range(BISECTIONS if failed and found.certified else 0):
-        between = source.at_depth(float(np.sqrt(failed * found.depth)))
-        if between.certified:
-            found = between
+    source, found = Inside.of(f), None
+    failed = source.at_depth(float(depths[0]))
+    if failed.certified:
+        return failed
+    low, high = 0, depths.size
+    while high - low > 1:
+        middle = (low + high) // 2
+        tried = source.at_depth(float(depths[middle]))
+        if tried.certified:
+            high, found = middle, tried
         else:
-            failed, obstacle = between.depth, between.obstacle
-    return replace(found, obstacle=obstacle)
+            low, failed = middle, tried
+    if found is None:
+        return failed
+    for _ in range(BISECTIONS):
+        tried = source.at_depth(float(np.sqrt(failed.depth * found.depth)))
+        if tried.certified:
+            found = tried
+        else:
+            failed = tried
+    return replace(found, obstacle=failed.obstacle)
 
 
 def at_depth(f: HarmonicMap | Evaluator, depth: float) -> Certificate:

@@ -1,5 +1,6 @@
 """The kinds of maps, and what each is asked for evaluation, inversion and a certificate."""
 
+from ..arrays import Complex
 from . import injectivity
 from .evaluate import Evaluator
 from .harmonic import HarmonicMap
@@ -25,3 +26,8 @@ def inverted(map: AnyMap | Evaluated) -> Inverted:
 def certified(map: AnyMap | Evaluated) -> Certificate:
     """What is proven about the map being one-to-one."""
     return map.injectivity if isinstance(map, TriangulatedMap) else injectivity.certify(map)
+
+
+def rims(map: AnyMap | Evaluated) -> list[Complex]:
+    """Vertices of the source's boundaries: the outer one, counter-clockwise, then those of holes, clockwise."""
+    return map.rims if isinstance(map, TriangulatedMap) else [map.polygon]

@@ -1,35 +1,36 @@
-"""A mesh as one patch that can be flattened: joined, oriented, opened, or refused by the element at fault."""
+"""A mesh as one patch that can be flattened: joined, taken apart, oriented, opened, or refused with a reason."""
 
 import numpy as np
 
 from ..arrays import Index
 from ..errors import InputError
 from .cut import opened
-from .mesh import Mesh, checked, triangulated
+from .mesh import Mesh, checked, face_areas, proper, triangulated
 from .patch import Patch
 from .topology import Triangles
 
 
-def disk_patch(mesh: Mesh, *, cut: bool = False) -> Patch:
-    """The mesh as one piece that can be flattened.
+def disk_patch(mesh: Mesh, *, cut: bool = False, piece: int = 1) -> Patch:
+    """One piece of the mesh, as a patch that can be flattened.
 
-    Coinciding vertices are joined when only that makes the mesh one piece, faces turned the other way are turned, and
-    with `cut` a closed surface or one with handles is opened.
+    Coinciding vertices are joined where that makes fewer pieces, edges with more than two faces are cut, vertices where
+    the surface touches itself are split, faces turned the other way are turned, and with `cut` a closed surface or one
+    with handles is opened.
+
+    Args:
+        mesh: any.
+        cut: whether it may be cut open.
+        piece: which of the pieces that no edge connects, 1 having the largest area.
 
     Raises:
-        InputError: naming the first element at fault (see `mesh.checked`), or an edge with more than two faces, a
-            second piece, a one-sided surface, a vertex where the surface touches itself, a closed surface, a handle.
+        InputError: naming the first element at fault (see `mesh.checked`); no such piece, or one without area; a
+            one-sided surface, a closed one, a handle.
     """
-    corner = triangulated(checked(mesh))
-    vertex, faces = np.unique(mesh.corners[corner].ravel(), return_inverse=True)
-    shape = Triangles(faces.reshape(-1, 3).astype(np.int64), vertex.size)
     notes: list[str] = []
-    unused = len(mesh.points) - vertex.size
-    if unused and mesh.whole:
-        notes.append(f"{unused} vertices that no face of it uses are left out")
-    shape, vertex = _in_one_piece(mesh, shape, vertex, notes)
-    shape, corner = _one_sided_refused(mesh, shape, corner, vertex, notes)
-    _touching_refused(mesh, shape, vertex)
+    shape, corner, vertex = _joined(mesh, notes)
+    shape, corner = _one_piece(mesh, shape, corner, vertex, piece, notes)
+    shape, corner = _oriented(mesh, shape, corner, vertex, notes)
+    shape, vertex = _taken_apart(shape, vertex, notes)
     whole = Patch(mesh, mesh.points[vertex], shape, vertex, corner, notes=tuple(notes))
     if whole.loops and whole.genus == 0:
         return whole
@@ -43,38 +44,58 @@ def disk_patch(mesh: Mesh, *, cut: bool = False) -> Patch:
     return opened(whole)
 
 
-def _in_one_piece(mesh: Mesh, shape: Triangles, vertex: Index, notes: list[str]) -> tuple[Triangles, Index]:
-    """The triangles, with coinciding vertices joined if that is what it takes to connect them."""
-    _crowded_refused(mesh, shape, vertex)
-    piece = shape.components()
-    if not piece.any():
-        return shape, vertex
+def pieces(mesh: Mesh) -> list[int]:
+    """Numbers of triangles of the pieces that no edge connects, in the order of their areas.
+
+    Raises:
+        InputError: naming the first element at fault (see `mesh.checked`).
+    """
+    shape, _, vertex = _joined(mesh, [])
+    label = shape.components()
+    area = np.bincount(label, face_areas(mesh.points[vertex[shape.faces]]))
+    return np.bincount(label)[np.argsort(-area, kind="stable")].tolist()
+
+
+def _joined(mesh: Mesh, notes: list[str]) -> tuple[Triangles, Index, Index]:
+    """The triangles, their corners and vertices; coinciding vertices are joined if that makes fewer pieces."""
+    corner = triangulated(checked(mesh))
+    vertex, faces = np.unique(mesh.corners[corner].ravel(), return_inverse=True)
+    shape = Triangles(faces.reshape(-1, 3).astype(np.int64), vertex.size)
+    unused = len(mesh.points) - np.unique(mesh.corners).size
+    if unused and mesh.whole:
+        notes.append(f"{unused} vertices that no face of it uses are left out")
+    pieces = shape.components().max(initial=0)
+    if not pieces:
+        return shape, corner, vertex
     _, first, joined = np.unique(mesh.points[vertex], axis=0, return_index=True, return_inverse=True)
-    welded = Triangles(joined.ravel()[shape.faces], first.size)
-    distinct = (welded.faces != np.roll(welded.faces, 1, axis=1)).all()
-    if distinct and welded.crowded_edge() is None and not welded.components().any():
-        notes.append(f"{vertex.size - first.size} vertices that coincide with another are joined to it")
-        return welded, vertex[first]
-    v = vertex[shape.faces[np.flatnonzero(piece)[0], 0]]
-    where = mesh.vertex_name(int(v))
-    raise InputError(
-        f"{mesh.name}: {piece.max() + 1} pieces that no edge connects; the second one begins at {where}; "
-        "name one of them (file#group)"
-    )
+    faces = joined.ravel()[shape.faces]
+    kept = proper(faces)
+    welded = Triangles(faces[kept], first.size)
+    if not kept.any() or welded.components().max() >= pieces:
+        return shape, corner, vertex
+    notes.append(f"{vertex.size - first.size} vertices that coincide with another are joined to it")
+    return welded, corner[kept], vertex[first]
 
 
-def _crowded_refused(mesh: Mesh, shape: Triangles, vertex: Index) -> None:
-    crowded = shape.crowded_edge()
-    if crowded is not None:
-        a, b = (mesh.vertex_name(int(vertex[v])) for v in crowded)
-        raise InputError(
-            f"{mesh.name}: the edge from {a} to {b} has more than two faces; remove the extra ones"
+def _one_piece(mesh: Mesh, shape: Triangles, corner: Index, vertex: Index, piece: int, notes: list[str]):
+    """The triangles of the piece that is the piece-th largest."""
+    label = shape.components()
+    area = np.bincount(label, face_areas(mesh.points[vertex[shape.faces]])) if label.size else np.zeros(0)
+    if not 1 <= piece <= area.size:
+        raise InputError(f"{mesh.name}: no piece {piece}; there are {area.size}, 1 is the largest")
+    chosen = np.argsort(-area, kind="stable")[piece - 1]
+    if not area[chosen] > 0:
+        raise InputError(f"{mesh.name}: no face has an area; is this a mesh of lines?")
+    own = label == chosen
+    if area.size > 1:
+        others = f"{area.size - 1} other piece{'s' if area.size > 2 else ''} of {(~own).sum()} triangles"
+        notes.append(
+            f"{others} that no edge connects to it left out; #piece-{2 if piece == 1 else 1} picks another"
         )
+    return Triangles(shape.faces[own], shape.count), corner[own]
 
 
-def _one_sided_refused(
-    mesh, shape: Triangles, corner: Index, vertex: Index, notes
-) -> tuple[Triangles, Index]:
+def _oriented(mesh, shape: Triangles, corner: Index, vertex: Index, notes) -> tuple[Triangles, Index]:
     result = shape.oriented()
     if result is None:
         same = np.flatnonzero((shape.twin >= 0) & (shape.tail == shape.tail[shape.twin]))[0]
@@ -91,10 +112,14 @@ def _one_sided_refused(
     return turned, corner
 
 
-def _touching_refused(mesh: Mesh, shape: Triangles, vertex: Index) -> None:
+def _taken_apart(shape: Triangles, vertex: Index, notes: list[str]) -> tuple[Triangles, Index]:
+    """A vertex for every fan of triangles: edges with more than two faces and bow ties come apart."""
+    crowded = shape.crowded_edges
     fan = shape.fans()
-    pairs = np.unique(shape.tail * (fan.max() + 1) + fan) // (fan.max() + 1)
-    touching = np.flatnonzero(np.diff(pairs) == 0)
-    if touching.size:
-        v = mesh.vertex_name(int(vertex[pairs[touching[0]]]))
-        raise InputError(f"{mesh.name}: {v}: the surface touches itself there (a bow tie); split the vertex")
+    old = shape.tail[np.unique(fan, return_index=True)[1]]
+    split = old.size - np.unique(old).size
+    if crowded:
+        notes.append(f"cut along {crowded} edge{'s' if crowded > 1 else ''} with more than two faces")
+    elif split:
+        notes.append(f"split at {split} vert{'ices' if split > 1 else 'ex'} where the surface touches itself")
+    return Triangles(fan.reshape(-1, 3), old.size), vertex[old]

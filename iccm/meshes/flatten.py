@@ -1,4 +1,4 @@
-"""Conformal flattening of a patch: libigl's LSCM, and the unit disk where that overlaps itself.
+"""A patch laid out in the plane, what can be said of it, and libigl's least squares conformal map.
 
 Lévy, Petitjean, Ray, Maillot, *Least Squares Conformal Maps*, SIGGRAPH 2002. Flat positions are complex, at the scale
 of the surface (equal area) and turned so that up on the surface is up in the plane.
@@ -12,16 +12,9 @@ import shapely
 
 from ..arrays import Complex, Index, Real
 from ..curve import Curve
-from ..errors import InputError
-from . import disk_map
-from .cut import extended
 from .mesh import face_areas
 from .patch import Patch
 from .stretch import stretches
-
-# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-ROUNDS = 8  # of lengthening the seam of a surface that had to be cut
-EVEN = 2.0  # spread of log10 area (p05 to p95) at which a seam is long enough
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +25,7 @@ class Flattening:
         patch: the patch, further cut where its seam had to grow.
         flat: (p,) complex position of each of its vertices.
         loop: vertices of the boundary loop that is the domain's outline, counter-clockwise.
-        method: "lscm", "disk" (conformal map to the disk) or "tutte" (convex combinations: one to one, not conformal).
+        method: "lscm", "conformal" (free of folds and overlaps) or "balanced" (even).
         notes: what was repaired.
     """
 
@@ -58,6 +51,18 @@ class Flattening:
         """Triangles that the plane shows from behind, or that have no area there."""
         return np.flatnonzero(self.stretch[1] <= 0)
 
+    @property
+    def strain(self) -> Real:
+        """(m,) max(s₁, 1/s₂) of each triangle's singular values."""
+        major, minor = self.stretch
+        return np.maximum(major, 1 / np.maximum(minor, 1e-300))
+
+    def strained(self, percent: int) -> float:
+        """The strain below which this percentage of the surface lies."""
+        return weighted_percentiles(self.strain, face_areas(self.patch.points[self.patch.faces]), (percent,))[
+            0
+        ]
+
     def report(self) -> dict:
         """Conformal error (dilatation, 1 is exact), area distortion, turned triangles, holes, seam."""
         major, minor = self.stretch
@@ -81,62 +86,16 @@ class Flattening:
         }
 
 
-def flatten(patch: Patch, *, loop: int = 1, grow: bool = False) -> Flattening:
-    """Lay a patch out in the plane so that its outline is simple.
-
-    Args:
-        patch: one disk, with or without holes.
-        loop: which boundary loop is the outline, 1 being the longest in space.
-        grow: lengthen the seam of a patch that was cut until areas are even enough (Gu, Gortler, Hoppe, *Geometry
-            Images*, SIGGRAPH 2002).
-
-    Raises:
-        InputError: there is no such loop, or nothing gave a flattening without overlap.
-    """
-    if not 1 <= loop <= len(patch.loops):
-        raise InputError(
-            f"{patch.mesh.name}: no boundary loop {loop}; there are {len(patch.loops)}, 1 is the longest"
-        )
-    result = _flatten_once(patch, loop)
-    for _ in range(ROUNDS if grow and len(patch.seam) else 0):
-        low, _, high = result.report()["log10_area"].values()
-        if high - low <= EVEN:
-            break
-        longer = extended(result.patch, _most_shrunk(result))
-        if longer is result.patch:
-            break
-        result = _flatten_once(longer, 1)
-    return result
-
-
-def _flatten_once(patch: Patch, loop: int) -> Flattening:
-    outline = patch.loops[loop - 1]
-    result = Flattening(patch, upright(patch, lscm(patch, outline)), outline, "lscm")
-    fault = overlap(result)
-    if fault is None:
-        return result
-    for method, place in (("disk", disk_map.conformal), ("tutte", disk_map.convex)):
-        try:
-            flat = place(patch, outline)
-        except RuntimeError:  # scipy's word for a singular matrix: triangles too thin for this method
-            continue
-        result = Flattening(patch, upright(patch, flat), outline, method, (f"LSCM gave {fault}: repaired",))
-        if overlap(result) is None:
-            return result
-    raise InputError(
-        f"{patch.mesh.name}: every flattening overlaps itself ({overlap(result)}); cut the patch smaller"
-    )
-
-
 def overlap(result: Flattening) -> str | None:
     """What keeps the flattening from being one to one, or None."""
     if not np.isfinite(result.flat).all():
         return "no finite positions"
     if result.turned.size:
         return f"{result.turned.size} turned triangles"
-    z = result.flat[result.loop]
-    ring = shapely.Polygon(np.column_stack([z.real, z.imag]))
-    return None if ring.is_valid and ring.exterior.is_ccw else "an outline that crosses itself"
+    xy = np.column_stack([result.flat.real, result.flat.imag])
+    holes = [xy[loop] for loop in result.patch.loops if not np.array_equal(loop, result.loop)]
+    region = shapely.Polygon(xy[result.loop], holes)
+    return None if region.is_valid and region.exterior.is_ccw else "an outline that crosses itself"
 
 
 def lscm(patch: Patch, outline: Index) -> Complex:
@@ -207,12 +166,3 @@ def weighted_percentiles(values: Real, weight: Real, percents: tuple[int, ...]) 
 
 def _signed_areas(z: Complex) -> Real:
     return 0.5 * ((z[:, 1] - z[:, 0]).conj() * (z[:, 2] - z[:, 0])).imag
-
-
-def _most_shrunk(result: Flattening) -> int:
-    """The inner vertex around which the plane shows the surface smallest."""
-    faces = result.patch.faces.ravel()
-    scale = np.repeat(np.log(np.maximum(np.abs(result.stretch[0]), 1e-300)), 3)
-    mean = np.bincount(faces, scale) / np.bincount(faces)
-    mean[np.concatenate(result.patch.loops)] = np.inf
-    return int(np.argmin(mean))

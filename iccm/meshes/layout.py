@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Index, Real
 from ..errors import InputError
+from ..maps.triangulated.predicates import orientation
 from .rasterise import Ownership, open_edges, rasterise
 
 MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file (by hand)
@@ -78,6 +79,13 @@ def check_layout(name: str, uv: Real, uv_faces: Index) -> Real:
             f"{name}: texture coordinates of a triangle are not finite or span {span:.3g} pictures"
         )
     return at
+
+
+def turned_over(corners: Real) -> dict[str, int]:
+    """How many of the triangles with texture coordinates (m, 3, 2), v up, are `flipped` or `degenerate`; exactly."""
+    z = corners @ np.array([1, 1j])
+    turn = orientation(*z.T)
+    return {"flipped": int((turn < 0).sum()), "degenerate": int((turn == 0).sum())}
 
 
 def outside(corners: Real) -> NDArray[np.bool_]:

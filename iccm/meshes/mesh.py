@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ..arrays import Index, Real
 from ..errors import InputError
 
-FLAT = 1e-14  # a face with less area than this times its longest edge squared has no usable angles (by hand)
 MOST_EARS = 100  # corners of a polygon that is cut into ears, which takes their number to the third power
 
 
@@ -81,7 +80,7 @@ def checked(mesh: Mesh) -> Mesh:
 
     Raises:
         InputError: naming the first element at fault: no faces, an index out of range, a face with fewer than
-            three corners or with the same vertex twice, a vertex that is not finite.
+            three corners, a vertex that is not finite.
     """
     if not mesh.points.size:
         raise InputError(f"{mesh.name}: no vertices; is this a mesh?")
@@ -103,17 +102,6 @@ def checked(mesh: Mesh) -> Mesh:
         _refuse_corner(
             mesh, mesh.uv_corners >= len(mesh.uv), "names a texture coordinate that the file does not have"
         )
-    repeated = mesh.corners == mesh.corners[_next_corner(mesh)]
-    ordered = np.lexsort([mesh.corners, np.repeat(np.arange(mesh.sizes.size), mesh.sizes)])
-    twice = np.zeros(mesh.corners.size, bool)
-    twice[1:] = mesh.corners[ordered][1:] == mesh.corners[ordered][:-1]
-    twice[mesh.starts[:-1]] = False
-    if repeated.any() or twice.any():
-        corner = int(np.flatnonzero(repeated | twice)[0])
-        face = _face_of(mesh, corner)
-        raise InputError(
-            f"{mesh.name}: {mesh.face_name(face)}: names a vertex twice; remove the face or the repetition"
-        )
     bad = ~np.isfinite(mesh.points).all(axis=1)
     if bad.any():
         vertex = int(np.flatnonzero(bad)[0])
@@ -125,10 +113,10 @@ def triangulated(mesh: Mesh) -> Index:
     """(m, 3) corners (indices into mesh.corners) of the triangles of a checked mesh, face after face.
 
     Quads take the diagonal whose two triangles agree with the quad's own normal, the shorter one if both do; larger
-    polygons a fan where that has no turned triangle, ears otherwise.
+    polygons a fan where that has no turned triangle, ears otherwise. Triangles that name a vertex twice are left out.
 
     Raises:
-        InputError: naming the first face without area.
+        InputError: a polygon that cannot be cut into triangles.
     """
     first, sizes = mesh.starts[:-1], mesh.sizes
     faces = [np.flatnonzero(sizes == 3), np.flatnonzero(sizes == 4)]
@@ -145,11 +133,14 @@ def triangulated(mesh: Mesh) -> Index:
             raise InputError(f"{mesh.name}: {mesh.face_name(int(face))}: {error}") from None
         parts.append(first[face] + pieces)
         owners.append(np.full(len(pieces), face))
-    corners, owner = np.concatenate(parts), np.concatenate(owners)
-    order = np.argsort(owner, kind="stable")
-    corners, owner = corners[order], owner[order]
-    _refuse_flat(mesh, mesh.points[mesh.corners[corners]], owner)
-    return corners
+    corners = np.concatenate(parts)[np.argsort(np.concatenate(owners), kind="stable")]
+    return corners[proper(mesh.corners[corners])]
+
+
+def proper(faces: Index) -> NDArray[np.bool_]:
+    """(m,) which triangles (m, 3) have three different vertices."""
+    a, b, c = faces.T
+    return (a != b) & (b != c) & (c != a)
 
 
 def face_areas(triangle: Real) -> Real:
@@ -158,23 +149,8 @@ def face_areas(triangle: Real) -> Real:
     return 0.5 * np.sqrt(np.einsum("ij,ij->i", across, across))
 
 
-def _refuse_flat(mesh: Mesh, triangle: Real, owner: Index) -> None:
-    sides = triangle - np.roll(triangle, -1, axis=1)
-    longest = np.einsum("ijk,ijk->ij", sides, sides).max(axis=1)
-    flat = face_areas(triangle) <= FLAT * longest
-    if flat.any():
-        face = int(owner[np.flatnonzero(flat)[0]])
-        raise InputError(f"{mesh.name}: {mesh.face_name(face)}: has no area; merge its vertices or remove it")
-
-
 def _face_of(mesh: Mesh, corner: int) -> int:
     return int(np.searchsorted(mesh.starts, corner, side="right")) - 1
-
-
-def _next_corner(mesh: Mesh) -> Index:
-    following = np.arange(1, mesh.corners.size + 1)
-    following[mesh.starts[1:] - 1] = mesh.starts[:-1]
-    return following
 
 
 def _refuse(mesh: Mesh, faces: NDArray[np.bool_], what: str) -> None:

@@ -20,7 +20,7 @@ class Triangles:
     """Triangles over numbered vertices.
 
     Attributes:
-        faces: (m, 3) vertices, all of 0 .. count - 1 in use.
+        faces: (m, 3) vertices among 0 .. count - 1.
         count: number of vertices.
     """
 
@@ -50,18 +50,15 @@ class Triangles:
         """Number of edges."""
         return self._sorted_edges[1].size
 
-    def crowded_edge(self) -> tuple[int, int] | None:
-        """The ends of the first edge with more than two triangles."""
+    @property
+    def crowded_edges(self) -> int:
+        """Number of edges with more than two triangles."""
         order, begins = self._sorted_edges
-        many = np.flatnonzero(np.diff(begins, append=order.size) > 2)
-        if not many.size:
-            return None
-        half = order[begins[many]].min()
-        return int(self.tail[half]), int(self.head[half])
+        return int((np.diff(begins, append=order.size) > 2).sum())
 
     @cached_property
     def twin(self) -> Index:
-        """(3m,) the other half-edge on the same edge, -1 on the boundary. Only where no edge is crowded."""
+        """(3m,) the other half-edge on the same edge, -1 on the boundary and where more than two triangles meet."""
         order, begins = self._sorted_edges
         inner = begins[np.diff(begins, append=order.size) == 2]
         twin = np.full(order.size, -1)

@@ -23,6 +23,7 @@ from ..svg.path_data import Run
 
 CORNER = 0.2  # radians: where the boundary turns by more, an arc of it is cut in two
 MOST = 4096  # vertices of a piece
+OFF_MIDDLE = 0.217  # of the inscribed radius: any number that drawings do not use
 TAIL = 20  # times as far as counts as inside: the longest end of a line that is cut off there
 
 
@@ -85,10 +86,10 @@ class _Stretch:
 
 
 class _Ring:
-    """A closed polyline, ready to be crossed."""
+    """Closed polylines, ready to be crossed."""
 
-    def __init__(self, z: Complex):
-        self.a, self.b = z, np.roll(z, -1)
+    def __init__(self, *loops: Complex):
+        self.a, self.b = np.concatenate(loops), np.concatenate([np.roll(z, -1) for z in loops])
         self.tree = shapely.STRtree(shapely.linestrings(_xy(np.column_stack([self.a, self.b]))))
 
     def crossings(self, place: NDArray[np.float64], z: Complex) -> NDArray[np.float64]:
@@ -109,47 +110,76 @@ class Domain:
     Args:
         rim: the boundary, simple and counter-clockwise.
         near: what is no farther outside counts as inside, because the boundary is flattened and the drawing is not.
+        holes: boundaries of holes; those that are slits, narrower than what counts as near, are as they are.
     """
 
-    def __init__(self, rim: Curve, near: float):
+    def __init__(self, rim: Curve, near: float, holes: Sequence[Curve] = ()):
         self.rim, self.near = rim, near
-        self.polygon = shapely.Polygon(_xy(rim.z))
-        self.reach = shapely.Polygon(self.polygon.buffer(near).exterior)
+        self.holes = [(hole, _point_in(hole)) for hole in holes]
+        self.polygon = shapely.Polygon(_xy(rim.z), [_xy(hole.z) for hole in holes])
+        deep = [_shrunk(shapely.Polygon(_xy(hole.z)), near) for hole in holes]
+        outer = shapely.Polygon(shapely.Polygon(_xy(rim.z)).buffer(near).exterior)
+        self.reach = shapely.Polygon(outer.exterior, [each.exterior for each in deep])
         shapely.prepare([self.polygon, self.reach])
-        self.shore = _Ring(shapely.get_coordinates(self.reach.exterior)[:-1] @ [1, 1j])
-        self.ring = _Ring(rim.z)
+        self.shore = _Ring(
+            *(shapely.get_coordinates(each.exterior)[:-1] @ [1, 1j] for each in (outer, *deep))
+        )
+        self.ring = _Ring(rim.z, *(hole.z for hole in holes))
         self.inner = complex(*shapely.maximum_inscribed_circle(self.polygon).coords[0])
 
     @cached_property
-    def _corners(self) -> NDArray[np.float64]:
-        return self.rim.knots[:-1][corners(self.rim, CORNER)]
+    def _corners(self) -> dict[Curve, NDArray[np.float64]]:
+        return {
+            each: each.knots[:-1][corners(each, CORNER)]
+            for each in (self.rim, *(hole for hole, _ in self.holes))
+        }
+
+    def _hole_of(self, z: Complex) -> int | None:
+        """The hole that a polyline outside lies in."""
+        middle = z[z.size // 2 : z.size // 2 + 1] if z.size > 2 else z.mean(keepdims=True)
+        return next((k for k, (hole, _) in enumerate(self.holes) if hole.contains(middle)[0]), None)
 
     def clip(self, runs: Sequence[Run], *, seams: bool = False) -> Clipped:
         """Cuts the runs of one shape; each of them has at least one piece. Lines do not go over a seam with `seams`."""
         found = [self._stretches(run.pieces, run.closed and not seams) for run in runs]
-        if not any(stretch.away for stretches in found for stretch in stretches):
+        away = any(stretch.away for stretches in found for stretch in stretches)
+        if not (away or (self.holes and any(self._laps(run) for run in runs))):
             return Clipped([(list(run.pieces), run.closed) for run in runs])
         ends = self._within(np.array([runs[0].start, runs[-1].pieces[-1].last()]))
         out = Clipped([], cut=True, begins=bool(ends[0]), ends=bool(ends[1]))
+        laps = [0] * len(self.holes)
         for run, stretches in zip(runs, found):
             whole = len(stretches) == 1 and run.closed
             inner = [s if whole else self._landed(run.pieces, s) for s in stretches if not s.away]
             spans = [_spans(run.pieces, stretch) for stretch in inner]
             out.line.extend((parts, whole) for parts in spans if parts)
-            pieces = run.pieces
-            if not run.closed:  # a fill closes it
-                pieces = [*pieces, Bezier((pieces[-1].last(), run.start))]
+            pieces = _closed(run)
             stretches = self._stretches(pieces, True)
+            if stretches[0].away and len(stretches) == 1 and self._hole_of(stretches[0].z) is not None:
+                continue  # it winds around nothing inside
+            laps = [a + b for a, b in zip(laps, self._turns(stretches))]
             if stretches[0].away and len(stretches) == 1:
                 out.turns.append(round(_angle(stretches[0].z - self.inner) / (2 * math.pi)))
             else:
                 around = [self._detour(s) if s.away else _spans(pieces, s) for s in stretches]
                 out.fill.append([part for parts in around for part in parts])
+        for (hole, _), turns in zip(self.holes, laps):  # nothing is painted in a hole
+            out.fill.extend([self._arcs(hole, 0.0, turns * hole.length)] if turns else [])
         return out
+
+    def _laps(self, run: Run) -> bool:
+        """Whether a run winds around a hole."""
+        place, z = _polyline(_closed(run), self.near / 10)
+        return any(self._turns([_Stretch(place, z, False)]))
+
+    def _turns(self, stretches: Sequence[_Stretch]) -> list[int]:
+        """How often a closed run winds around a point of each hole."""
+        angles = [sum(_angle(each.z - point) for each in stretches) for _, point in self.holes]
+        return [round(angle / (2 * math.pi)) for angle in angles]
 
     def around(self, turns: int) -> list[Part]:
         """The boundary, so many times, clockwise where negative."""
-        return self._arcs(0.0, turns * self.rim.length)
+        return self._arcs(self.rim, 0.0, turns * self.rim.length)
 
     def _within(self, z: Complex) -> NDArray[np.bool_]:
         return shapely.contains_xy(self.reach, z.real, z.imag)
@@ -189,23 +219,42 @@ class Domain:
         return stretch.between(start, stop, False) if start < stop else stretch
 
     def _detour(self, stretch: _Stretch) -> list[Part]:
-        """The boundary's arc between the ends of an excursion that winds around the inside as it does."""
-        a, b = (float(s) for s in self.rim.closest(stretch.z[[0, -1]]))
-        forth = (b - a) % self.rim.length
-        inner = np.concatenate([self.rim.knots, self.rim.knots + self.rim.length])
-        arc = self.rim.at(np.concatenate([[a], inner[(inner > a) & (inner < a + forth)], [b]]))
-        turns = round((_angle(stretch.z - self.inner) - _angle(arc - self.inner)) / (2 * math.pi))
-        return self._arcs(a, a + forth + turns * self.rim.length)
+        """The boundary's arc between the ends of an excursion that winds around the inside as it does, or around a
+        point of the hole that it goes through."""
+        hole = self._hole_of(stretch.z)
+        rim, point = (self.rim, self.inner) if hole is None else self.holes[hole]
+        a, b = (float(s) for s in rim.closest(stretch.z[[0, -1]]))
+        forth = (b - a) % rim.length
+        inner = np.concatenate([rim.knots, rim.knots + rim.length])
+        arc = rim.at(np.concatenate([[a], inner[(inner > a) & (inner < a + forth)], [b]]))
+        turns = round((_angle(stretch.z - point) - _angle(arc - point)) / (2 * math.pi))
+        return self._arcs(rim, a, a + forth + (turns if hole is None else -turns) * rim.length)
 
-    def _arcs(self, start: float, stop: float) -> list[Part]:
-        """The boundary from one arclength to another, cut at its corners."""
+    def _arcs(self, rim: Curve, start: float, stop: float) -> list[Part]:
+        """A boundary from one arclength to another, cut at its corners."""
         low, high = sorted((start, stop))
-        whole = self.rim.length * np.arange(math.floor(low / self.rim.length), high // self.rim.length + 1)
-        corners = np.add.outer(whole, self._corners).ravel()
+        whole = rim.length * np.arange(math.floor(low / rim.length), high // rim.length + 1)
+        corners = np.add.outer(whole, self._corners[rim]).ravel()
         cuts = [low, *corners[(corners > low) & (corners < high)], high]
-        return [
-            Span(self.rim, float(a), float(b)) for a, b in pairwise(cuts if start <= stop else cuts[::-1])
-        ]
+        return [Span(rim, float(a), float(b)) for a, b in pairwise(cuts if start <= stop else cuts[::-1])]
+
+
+def _closed(run: Run) -> Sequence[Piece]:
+    """The pieces of a run as a fill closes it."""
+    return run.pieces if run.closed else [*run.pieces, Bezier((run.pieces[-1].last(), run.start))]
+
+
+def _point_in(hole: Curve) -> complex:
+    """A point deep in a hole, but not the middle, through which drawings pass."""
+    circle = shapely.get_coordinates(shapely.maximum_inscribed_circle(shapely.Polygon(_xy(hole.z))))
+    middle, touched = circle @ np.array([1, 1j])
+    return complex(middle + OFF_MIDDLE * (touched - middle))
+
+
+def _shrunk(hole: shapely.Polygon, near: float) -> shapely.Polygon:
+    """The largest part of a hole that is farther than `near` from its outline; all of it where there is none."""
+    parts = [part for part in shapely.get_parts(hole.buffer(-near)) if part.area > 0]
+    return max(parts, key=lambda part: part.area, default=hole)
 
 
 def _polyline(pieces: Sequence[Piece], tolerance: float) -> tuple[NDArray[np.float64], Complex]:

@@ -19,6 +19,7 @@ from ..svg.document import length, local, root
 from ..svg.drawing import Rectangle
 from ..svg.tree import Drawn, State
 from . import attributes
+from .budget import Load
 from .element import SVG, MappedElement, box_of, restyle, runs_of
 from .filters import MARGIN, filtered
 from .mapping import OUTSIDE, Effect
@@ -39,7 +40,6 @@ _PAINTED = ("linearGradient", "radialGradient", "pattern")
 _MARKERS = ("marker-start", "marker-mid", "marker-end")
 _MARKED = ("path", "line", "polyline", "polygon")
 MOST_USED = 40
-MAX_CARRIED = 100_000  # lines and curves that are carried, each of which takes up to a millisecond
 
 
 @dataclass(eq=False)
@@ -56,7 +56,7 @@ class MappedDocument:
         pictures: groups of the parts of a picture.
         cell: size of these, in the source's units.
         notes: what was left out.
-        carried: how many lines and curves there are.
+        load: how much there is to carry.
     """
 
     out: Element
@@ -70,7 +70,7 @@ class MappedDocument:
     aside: bool = False
     pictures: list[Element] = field(default_factory=list)
     notes: Counter[str] = field(default_factory=Counter)
-    carried: int = 0
+    load: Load = field(default_factory=Load)
 
     @classmethod
     def of(cls, data: bytes, source: Shape, target: Shape) -> "MappedDocument":
@@ -87,7 +87,7 @@ class MappedDocument:
         out = Element(f"{SVG}svg", {"viewBox": " ".join(f"{v:.9g}" for v in (x, y, width, height))})
         drawing = cls(
             out,
-            Definitions(walk.ids),
+            Definitions(walk.ids, walk.copies),
             walk,
             {name: f"{value:.9g}" for (name, _), value in zip(SIDES, around)},
             CELL * abs(source.bounds[1] - source.bounds[0]),
@@ -118,14 +118,12 @@ class MappedDocument:
         """Adds an element, and what is in it, to the parent in the new document."""
         tag = local(element)
         if tag in _COPIED:
+            if outer.used:
+                self.walk.copies.add(element, whole=True)
             parent.append(copy.deepcopy(element))
         elif tag in tree.SHAPES or tag in (*tree.GROUPS, "svg", "use", "image"):
+            self.walk.count(element, outer)
             state = self.walk.enter(element, outer)
-            self.walk.copies += bool(outer.used)
-            if self.walk.copies > tree.MAX_COPIES or outer.depth > tree.MAX_DEPTH:
-                raise InputError(
-                    f"<use> makes more than {tree.MAX_COPIES} elements, or nests them too deeply"
-                )
             if state is None:
                 self.notes["hidden element (display: none, opacity 0), left out"] += not self.aside
             elif tag in tree.SHAPES:
@@ -204,7 +202,7 @@ class MappedDocument:
         runs = runs_of(drawn)
         if not runs or not scale(state.affine):
             return
-        self._count(sum(len(run.pieces) for run in runs))
+        self.load.carry(sum(len(run.pieces) for run in runs))
         said = state.properties
         out = SubElement(parent, f"{SVG}path", self._styled(element, "path", state))
         marked = {name for name in _MARKERS if said.get(name, said.get("marker", "none")) != "none"}
@@ -246,36 +244,22 @@ class MappedDocument:
         place = Space(state.affine, state.size).rectangle(sides | {"units": "userSpaceOnUse"}, "units", zero)
         if local(parent) == "clipPath" or not place or min(place[2:]) <= 0:
             return
-        picture = self.definitions.new("image", {link: element.get(link, "")})
-        picture.attrib |= {name: f"{value:.9g}" for (name, _), value in zip(SIDES, place)}
-        if "preserveAspectRatio" in said:
-            picture.set("preserveAspectRatio", said["preserveAspectRatio"])
+        kept = {link: element.get(link, "")} | {k: f"{v:.9g}" for k, v in zip(("width", "height"), place[2:])}
+        picture = self.definitions.picture(kept | {k: said[k] for k in ("preserveAspectRatio",) if k in said})
+        inside = state.affine @ affine.translation(*place[:2])
         group = SubElement(parent, f"{SVG}g", self._styled(element, "g", state))
         shapes: list[MappedElement] = []
         cells = _cells(place, state.affine, self.cell)
-        self._count(4 * len(cells), add=False)
+        self.load.check(4 * len(cells))
         for cell in cells:
             clip, corners = self._clip_to(cell, state)
             part = SubElement(group, f"{SVG}g", {"clip-path": clip})
             use = SubElement(part, f"{SVG}use", {tree.LINKS[1]: f"#{picture.get('id')}"})
-            self.effects.append(Effect(corners, shown(use, state.affine)))
+            self.effects.append(Effect(corners, shown(use, inside)))
             shapes += corners
         self.pictures.append(group)
         self.shapes += shapes
         self._applied(element, state, group, shapes)
-
-    def _count(self, pieces: int, *, add: bool = True) -> None:
-        """Count what is to be carried; without `add`, only look whether it may be.
-
-        Raises:
-            InputError: it is too much.
-        """
-        if self.carried + pieces > MAX_CARRIED:
-            raise InputError(
-                f"as artwork these are more than {MAX_CARRIED} lines and curves, with clip paths, masks and parts of "
-                "pictures for each place that uses them; simplify the drawing, or carry a picture of it (--texture)"
-            )
-        self.carried += pieces if add else 0
 
     def _paint(self, shape: MappedElement, said: Mapping[str, str], space: Space) -> None:
         """Gradients, patterns and markers in user space, each as one of the shape's own."""
@@ -304,6 +288,7 @@ class MappedDocument:
             if said == "none" or (local(out) == "clipPath" and name != "clip-path"):
                 continue
             found = self.definitions.named(said, tag)
+            self.load.cover(shapes)
             known = found is not None and id(found) not in state.used
             made = make(found, state, space) if found is not None and known else None
             if made is None and shapes:

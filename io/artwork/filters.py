@@ -1,7 +1,6 @@
 """Filters whose lengths, offsets and places follow a map's affine part: a shadow grows and turns with what casts it."""
 
 import cmath
-import copy
 import math
 from dataclasses import replace
 from xml.etree.ElementTree import Element
@@ -39,7 +38,7 @@ def filtered(definitions: Definitions, found: Element, space: Space) -> tuple[st
         return None
     kept = {k: v for k, v in said.items() if k not in (*LINKS, *MARGIN, "id", "primitiveUnits")}
     new = definitions.new("filter", kept | {"filterUnits": "userSpaceOnUse"})
-    new.extend(copy.deepcopy(child) for child in source)
+    new.extend(definitions.copied(source))
     for element in new.iter():
         _under(element, Affine())  # numbers are checked before the map is at hand
     (x, y, width, height), (left, top, wide, high) = space.box, region

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...arrays import Complex
 from ...curve import Curve
 from ...maps.bezier_fit import refit
-from ...maps.kinds import AnyMap, Evaluated, evaluated
+from ...maps.kinds import AnyMap, Evaluated, evaluated, rims
 from ..shapes.shape import Shape
 from ..svg.affine import Affine
 from ..svg.path_data import Run
@@ -47,16 +47,16 @@ class Region:
 
     def __init__(self, source: Shape, map: AnyMap | Evaluated):
         self.map = evaluated(map)
-        self.rim = Curve(self.map.polygon)
-        outline = source.curve.z
-        gap = float(np.abs(self.rim.at(self.rim.closest(outline)) - outline).max())
-        self.domain = Domain(self.rim, max(1.2 * gap, NEAR * source.curve.diagonal))
+        self.rims = [Curve(rim) for rim in rims(self.map)]
+        outline, rim = source.curve.z, self.rims[0]
+        gap = float(np.abs(rim.at(rim.closest(outline)) - outline).max())
+        self.domain = Domain(rim, max(1.2 * gap, NEAR * source.curve.diagonal), self.rims[1:])
 
     def jet(self, z: Complex) -> tuple[Complex, ...]:
         """Points, images and derivatives; points that are not inside are replaced by those of the outline."""
         z = z.copy()
         jet = self.map.jet(z)
-        far = float(np.abs(self.rim.z).max())
+        far = float(np.abs(self.rims[0].z).max())
         for inward in (
             0.0,
             1e-9 * self.map.diagonal + 8 * np.spacing(far),
@@ -64,12 +64,20 @@ class Region:
             lost = np.flatnonzero(np.isnan(jet[0]))
             if not lost.size:
                 break
-            s = self.rim.closest(z[lost])
-            edge, _ = self.rim.locate(s)
-            z[lost] = self.rim.at(s) - inward * self.rim.normals[edge]
+            z[lost] = self._on_rim(z[lost], inward)
             for values, found in zip(jet, self.map.jet(z[lost])):
                 values[lost] = found
         return z, *jet
+
+    def _on_rim(self, z: Complex, inward: float) -> Complex:
+        """The closest points of the boundary, moved inward."""
+        arclengths = np.array([rim.closest(z) for rim in self.rims])
+        feet = np.array([rim.at(s) for rim, s in zip(self.rims, arclengths)])
+        nearest = np.abs(feet - z).argmin(axis=0)
+        for number, (rim, s) in enumerate(zip(self.rims, arclengths)):
+            edge, _ = rim.locate(s)
+            feet[number] -= inward * rim.normals[edge]
+        return feet[nearest, np.arange(z.size)]
 
 
 class Regions:

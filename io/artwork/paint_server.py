@@ -13,8 +13,10 @@ from functools import cached_property
 from itertools import count
 from xml.etree.ElementTree import Element
 
+from ...errors import InputError
 from ..svg import affine
 from ..svg.affine import Affine
+from ..svg.budget import MAX_LINKS, Copies
 from ..svg.document import length, local
 from ..svg.drawing import Rectangle
 from ..svg.tree import LINKS, linked
@@ -87,11 +89,13 @@ class Definitions:
     """The document's elements by id, and the definitions that are made for the drawing."""
 
     ids: Mapping[str, Element]
+    copies: Copies
     out: Element = field(default_factory=lambda: Element(f"{SVG}defs"))
 
     def __post_init__(self) -> None:
         numbered = (f"mapped-{number}" for number in count(1))
         self._free = (name for name in numbered if name not in self.ids)
+        self._pictures: dict[tuple[tuple[str, str], ...], Element] = {}
 
     def named(self, paint: str, *tags: str) -> Element | None:
         """The element of one of these kinds that `url(#id)` names."""
@@ -104,6 +108,22 @@ class Definitions:
         made = Element(f"{SVG}{tag}", {"id": next(self._free), **(attributes or {})})
         self.out.append(made)
         return made
+
+    def picture(self, attributes: Mapping[str, str]) -> Element:
+        """A picture at the origin, the same for all that are alike."""
+        key = tuple(sorted(attributes.items()))
+        if key not in self._pictures:
+            self._pictures[key] = self.new("image", attributes)
+        return self._pictures[key]
+
+    def copied(self, element: Element) -> list[Element]:
+        """Copies of what is in an element.
+
+        Raises:
+            InputError: the drawing makes too many copies.
+        """
+        self.copies.add(element, whole=True)
+        return [copy.deepcopy(child) for child in element]
 
     def collect(self, top: Element) -> None:
         """Adds copies of all that the new document refers to and does not have, and drops what is not referred to."""
@@ -132,12 +152,19 @@ class Definitions:
                         wanted.append(found)
 
     def said(self, element: Element) -> tuple[dict[str, str], Element]:
-        """Attributes with those inherited by href, and the element that the children are taken from."""
+        """Attributes with those inherited by href, and the element that the children are taken from.
+
+        Raises:
+            InputError: the chain of references is too long.
+        """
         chain: list[Element] = []
         following: Element | None = element
         while following is not None and following not in chain:
             chain.append(following)
             following = linked(self.ids, following)
+            if len(chain) > MAX_LINKS:
+                name = element.get("id")
+                raise InputError(f"<{local(element)}> {name!r} refers to others more than {MAX_LINKS} deep")
         said = {k: v for each in reversed(chain) for k, v in each.attrib.items()}
         return said, next((each for each in chain if len(each)), element)
 
@@ -190,7 +217,7 @@ class Definitions:
         if found.get("markerUnits", "strokeWidth") != "userSpaceOnUse":
             return None
         new = self.new("marker", {k: v for k, v in found.attrib.items() if k != "id"})
-        new.extend(copy.deepcopy(child) for child in found)
+        new.extend(self.copied(found))
         sides = [length(found.get(name, "3"), None, "x", name) for name in ("markerWidth", "markerHeight")]
         new.attrib.setdefault("viewBox", f"0 0 {sides[0]:.9g} {sides[1]:.9g}")
 

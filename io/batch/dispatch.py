@@ -47,8 +47,8 @@ class _Running:
     began: float
 
 
-def prepared(tasks: list[Task], book: Journal, *, resume: bool) -> list[Task]:
-    """The tasks with their folders made and their outputs checked; with `resume`, this batch's own may be replaced.
+def prepared(tasks: list[Task], book: Journal, *, resume: bool, make: bool = True) -> list[Task]:
+    """The tasks with their outputs checked; with `resume`, this batch's own may be replaced, and `make` makes folders.
 
     Raises:
         ManifestError: every output that cannot be written.
@@ -58,17 +58,24 @@ def prepared(tasks: list[Task], book: Journal, *, resume: bool) -> list[Task]:
         job = task.job
         if resume and all(book.wrote(path) or not os.path.lexists(path) for path in job.outputs):
             job = job.model_copy(update={"force": True})
-        found += [f"{task.place}: {wrong}" for path in job.outputs if (wrong := _unwritable(path, job.force))]
+        found += [
+            f"{task.place}: {wrong}" for path in job.outputs if (wrong := _unwritable(path, job.force, make))
+        ]
         ready.append(Task(task.number, task.name, task.place, job))
     if found:
         raise ManifestError(found)
     return ready
 
 
-def _unwritable(path: str, force: bool) -> str | None:
-    """Why an output cannot be written, after making its folder."""
+def _unwritable(path: str, force: bool, make: bool) -> str | None:
+    """Why an output cannot be written, after making its folder, or looking whether it can be made."""
+    folder = os.path.dirname(path) or "."
     try:
-        os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
+        if make:
+            os.makedirs(folder, exist_ok=True)
+        else:
+            while not os.path.lexists(folder):
+                folder, path = os.path.dirname(folder) or ".", folder
         files.check_output(path, force=force)
     except InputError as error:
         return str(error)

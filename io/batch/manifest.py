@@ -258,12 +258,16 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
 
 
 def _unmakeable(job: Job) -> Iterator[str]:
-    """What is wrong with the kinds of the outputs."""
+    """What is wrong with the kinds of the inputs and outputs."""
     from ..run import outputs
     from ..run.inputs import Inputs
+    from ..shapes import shape
 
+    inputs = Inputs(job, keep=False)
     try:
-        outputs.of(job, Inputs(job, keep=False))
+        for spec in filter(None, (job.source, job.target)):
+            _ = inputs.is_mesh(spec) or shape.known(Spec.of(spec).path)
+        outputs.of(job, inputs)
     except InputError as error:
         yield str(error)
 
@@ -338,3 +342,15 @@ def _distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> Non
             if real in taken:
                 found.append(f"{task.place}: output: {path}: is {taken[real]}; name another file")
             owner[names.alike(real)] = task, real
+    for task in tasks:
+        for path in task.job.outputs:
+            above = next((owner[key] for key in _above(path) if key in owner), None)
+            if above:
+                found.append(
+                    f"{task.place}: output: {path}: {above[0].place} writes {above[1]}, which is no folder"
+                )
+
+
+def _above(path: str) -> Iterator[str]:
+    """The folders that an output lies in, from its own on."""
+    return (names.alike(str(folder)) for folder in Path(os.path.realpath(path)).parents)

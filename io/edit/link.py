@@ -87,11 +87,11 @@ class _Link:
         make: Callable[..., Shown] = getattr(self._session, kind)
         while True:
             message: Follow | Solve = await self._newest[kind].get()
-            shown = await self._done(kind, make, message.scene)
+            shown: Any = await self._done(kind, make, message.scene)
             if isinstance(shown, dict):
-                await self._say({"type": "error", "message": shown["error"]})
-                continue
-            if kind == "solve" and self._session.scene is not message.scene:
+                shown = Shown("error", False, shown["error"])
+            stale = kind == "solve" and self._session.scene is not message.scene
+            if stale and shown.kind != "error":
                 continue  # something is being dragged again
             patches, head = shown.patches, shown.head(message.seq)
             if kind == "solve":

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import iccm
 
 from ...arrays import Box, Complex
-from ...balanced.live import Live
+from ...balanced.constraints.live import Live
 from ...balanced.solution import Settings
 from ...blas import one_thread
 from ...curve import Curve
@@ -23,7 +23,7 @@ from ...maps.distortion import of_triangles
 from ...maps.triangulated.map import TriangulatedMap
 from ...memory import Memory
 from ..run import framing, texture
-from ..run.constraints import inside
+from ..run.constraints import holed, inside, solved
 from ..run.inputs import Inputs
 from ..run.job import Job
 from ..run.report import plain
@@ -91,6 +91,7 @@ class Session:
         self.scene = self.saved = self.first
         self.written: set[str] = set()
         self._image = texture.image_of(job, self.source, Memory())
+        self._fit: iccm.Fit | None = None
         self._map: TriangulatedMap | None = None
         self._live: Live | None = None
 
@@ -119,7 +120,7 @@ class Session:
     def describe(self) -> dict[str, Any]:
         """What the page must know before it draws."""
         job, shapes = self.job, (self.source, self.target)
-        sides = [view.describe(*each) for view, *each in zip(self.views, shapes, self._boxes)]
+        sides = [view.describe(shape, box) for view, shape, box in zip(self.views, shapes, self._boxes)]
         scenes = {name: getattr(self, name).model_dump(mode="json") for name in ("scene", "saved")}
         how = {"edge": job.edge, "filter": job.filter, "holes": job.holes == "keep", "digits": DIGITS}
         return plain({"source": sides[0], "target": sides[1], "notes": self.notes, **scenes, **how})
@@ -131,11 +132,13 @@ class Session:
             with one_thread():
                 pins, strokes = self.core(scene)
                 given = self.job.solver | {"balance": scene.balance, "turn": scene.turn}
-                curves = (self.source.curve, self.target.curve)
-                fit = iccm.fit(*curves, pins=pins if len(pins) else None, strokes=strokes or None, **given)
+                given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
+                said: list[str] = []
+                fit = solved(self.job, self.source, self.target, given, said.append)
                 report = fit.report()
+                report["notes"] += said
                 if self.scene is scene:  # else something is being dragged again, from the map as it was then
-                    self._map, self._live = fit.map, None  # type: ignore[assignment]
+                    self._fit, self._map, self._live = fit, fit.map, None  # type: ignore[assignment]
                 return Shown("full", fit.status.ok, fit.status.value, _figures(report), _missed(report, scene),
                              patches(fit.map, *self.views))  # type: ignore[arg-type]  # fmt: skip
         except InputError as error:
@@ -165,11 +168,11 @@ class Session:
     def _followed(self, pins: Complex, strokes: list[tuple[Curve, Curve]], scene: Scene) -> Live:
         if self._live is not None:
             return self._live.moved(pins, strokes, scene.balance)
-        if self._map is None:
+        if self._fit is None:
             raise InputError("there is no map yet to begin with")
         turn = None if scene.turn == "any" else float(np.radians(scene.turn))
         settings = Settings(theta=scene.balance, turn=turn, tolerance=self.job.tolerance)
-        return Live.of(self._map, (self.source.curve, self.target.curve), settings, pins, strokes)
+        return Live.of(self._fit, settings, pins, strokes)
 
     def placed(self, side: str, points: list[tuple[float, float]]) -> list[list[float]]:
         """Where points of a side, in its file's units, are on the other; points on the outline stay on it.
@@ -182,6 +185,10 @@ class Session:
         here, there = (self.source, self.target) if side == "source" else (self.target, self.source)
         z = here.to_core(np.array(points))
         inside(here, "point", list(z))
+        if holed(self.job) and any(Curve(hole).contains(z).any() for hole in here.holes):
+            raise InputError(
+                "that is in a hole; place a pin beside it, then drag both ends into holes that go together"
+            )
         w = (self._map if side == "source" else self._map.inverse)(z)
         if not np.isfinite(w).all():
             raise InputError("the map does not reach that point")

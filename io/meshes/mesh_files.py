@@ -3,24 +3,27 @@
 OBJ keeps its bytes (`obj`, `objwrite`, `mtl`); GLB, PLY, OFF and STL go through trimesh on the same noun.
 """
 
+import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Index, Real
 from ...errors import InputError
-from ...meshes.mesh import Mesh
+from ...meshes.mesh import Mesh, checked, triangulated
 from .. import files, formats
 from ..spec import Spec
-from . import material_library, obj, obj_write
+from . import material_library, obj, obj_write, odd_forms
 from .obj import Obj
 from .obj_source import ObjSource
 
 MAX_BYTES = 4 << 30
+PIECE = re.compile(r"piece[ -]?(\d{1,9})")
 NEW = "iccm"  # a material of ours
 PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"  # how such files begin
 
@@ -36,6 +39,8 @@ class MeshFile:
         obj: the file itself when it is an OBJ.
         picture: the texture inside the file, as the PNG or JPEG file that it is there, when it has one.
         loop: number of the boundary loop picked, 1 being the longest.
+        piece: number of the piece picked among those that no edge connects, 1 being the largest.
+        names: of the parts that `#` picks.
         notes: what was left out.
     """
 
@@ -45,6 +50,8 @@ class MeshFile:
     obj: Obj | None = None
     picture: bytes | None = None
     loop: int = 1
+    piece: int = 1
+    names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
 
@@ -59,7 +66,8 @@ def is_mesh(spec: str) -> bool:
 def read(text: str, whole: Obj | None = None) -> MeshFile:
     """The mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
-    A part is an OBJ object, group or material, or a GLB geometry; a loop is a number, 1 for the longest boundary.
+    A part is an OBJ object, group or material, a GLB geometry, or `piece 2`, the second largest of the pieces that
+    nothing connects; a loop is a number, 1 for the longest boundary.
     `whole` is the content of the file, if it is an OBJ that was read.
 
     Raises:
@@ -72,7 +80,15 @@ def read(text: str, whole: Obj | None = None) -> MeshFile:
         raise InputError(f"{path}: no mesh is read from {suffix!r}; use one of {known}")
     picked, names = _of_obj(whole or obj.read(path)) if suffix == ".obj" else _read_other(path)
     spec = spec.among(names)
-    return picked(spec.part, 1 if spec.number is None else spec.number)
+    part, piece = _piece_of(spec.part, names)
+    return replace(picked(part, 1 if spec.number is None else spec.number), piece=piece, names=tuple(names))
+
+
+def _piece_of(part: str | None, names: list[str]) -> tuple[str | None, int]:
+    """A part and the number of a piece of it: `part#piece-2`, or `piece-2` unless a part is called so."""
+    rest, _, last = (part or "").rpartition("#")
+    found = PIECE.fullmatch(last)
+    return (rest or None, int(found[1])) if found and part not in names else (part, 1)
 
 
 Reader = tuple[Callable[[str | None, int], MeshFile], list[str]]
@@ -91,7 +107,7 @@ def _read_other(path: Path) -> Reader:
 
     data = files.open_input(path, max_bytes=MAX_BYTES)
     try:
-        scene = trimesh.load_scene(data, process=False)
+        scene = _scene(data)
         pieces = {name: piece for name, piece in scene.geometry.items() if isinstance(piece, trimesh.Trimesh)}
         placed = {name: _placed(scene, name, piece) for name, piece in pieces.items()}
     except Exception as error:  # whatever a parser stumbles over: the file is at fault
@@ -116,9 +132,40 @@ def _read_other(path: Path) -> Reader:
         left = len(pieces) - 1
         others = f"left out {left} other geometr{'ies' if left > 1 else 'y'}"
         notes = (others + ("" if part else f"; {path}#name picks one"),) if left else ()
-        return MeshFile(path, mesh, np.ones(len(piece.faces), bool), None, _picture(piece), loop, notes)
+        return MeshFile(path, mesh, np.ones(len(piece.faces), bool), None, _picture(piece), loop, notes=notes)
 
     return picked, list(pieces)
+
+
+def _scene(path: Path) -> Any:
+    """What trimesh reads, and the faces that it leaves out."""
+    import trimesh
+
+    try:
+        scene = trimesh.load_scene(path, process=False)
+    except Exception:
+        free = _free_off(path)
+        if free is None:
+            raise
+        return trimesh.Scene(free)
+    for name, piece in scene.geometry.items():
+        if not len(getattr(piece, "faces", ())):
+            faces = odd_forms.strips(piece.metadata.get("_ply_raw", {}))
+            found = trimesh.Trimesh(piece.vertices, faces, process=False) if len(faces) else _free_off(path)
+            scene.geometry[name] = piece if found is None else found
+    return scene
+
+
+def _free_off(path: Path) -> Any:
+    """The mesh of an OFF file whose numbers ignore lines, or None."""
+    from trimesh import Trimesh
+
+    suffix = formats.suffix_of(path)
+    found = odd_forms.free_off(path.read_text("ascii", "replace")) if suffix == ".off" else None
+    if found is None:
+        return None
+    mesh = Mesh(str(path), *found)
+    return Trimesh(found[0], mesh.corners[triangulated(checked(mesh))], process=False)
 
 
 def _placed(scene, name: str, piece) -> Real:
@@ -235,6 +282,14 @@ def write(
         with files.replacing(path, force=force) as temporary:
             temporary.write_bytes(data)
     return [str(library), *map(str, beside)], notes
+
+
+def as_written(uv: Real, name: str | Path) -> Real:
+    """Texture coordinates as the file of this name holds them, rounded as its format rounds."""
+    suffix = formats.suffix_of(Path(name))
+    if suffix == ".obj":
+        return np.array(obj_write.vt_text(uv, "\n").replace("vt", "").split(), float).reshape(-1, 2)
+    return uv.astype(np.float32).astype(float) if suffix == ".glb" else uv
 
 
 def written_beside(name: Path, texture: Path | bytes | None) -> list[str]:

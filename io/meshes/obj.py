@@ -106,6 +106,15 @@ class Obj:
                     named[name] = None
         return list(named)
 
+    def names_at(self, faces: Index) -> set[str]:
+        """The objects, groups and materials that faces (k,) belong to."""
+        found: set[str] = set()
+        for keyword in ("o", "g", "usemtl"):
+            which, said = self.current(keyword)
+            texts = [said[k].text for k in np.unique(which[faces]) if k >= 0]
+            found.update(name for text in texts for name in (text.split() if keyword == "g" else [text]))
+        return found
+
     def current(self, keyword: str) -> tuple[Index, list[Statement]]:
         """(f,) which `keyword` statement is in force at each face, -1 before the first; and those statements."""
         said = [s for s in self.statements if s.keyword == keyword]

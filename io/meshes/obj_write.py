@@ -43,7 +43,7 @@ def retextured(
     newline = b"\r\n" if b"\r\n" in obj.data[:4096] else b"\n"
     at = _line_of_first_change(obj, faces, keep_old)
     edits: list[Edit] = [] if keep_old else _runs_of_lines(obj)
-    edits.append((at, at, _vt_lines(uv, newline)))
+    edits.append((at, at, vt_text(uv, newline.decode()).encode()))
     changed, index = _new_indices(obj, corner_changes, uv_corners, len(uv), at, keep_old)
     if binding is not None:
         edits += _binding_edits(obj, faces, binding, newline)
@@ -76,9 +76,9 @@ def _continued(data: bytes, stop: Index) -> NDArray[np.bool_]:
     return (before == 92) & (stop < len(data))
 
 
-def _vt_lines(uv: Real, newline: bytes) -> bytes:
-    line = "vt %.10g %.10g" + newline.decode()
-    return ((line * len(uv)) % tuple(uv.ravel().tolist())).encode()
+def vt_text(uv: Real, newline: str) -> str:
+    """The lines of texture coordinates (t, 2)."""
+    return (("vt %.10g %.10g" + newline) * len(uv)) % tuple(uv.ravel().tolist())
 
 
 def _new_indices(obj, corner_changes, uv_corners, added: int, at: int, keep_old: bool) -> tuple[Index, Index]:

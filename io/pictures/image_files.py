@@ -16,7 +16,7 @@ from ...errors import InputError
 from ...memory import Memory
 from ...pixels.pyramid import strip_rows
 from .. import formats
-from ..files import open_input
+from ..files import as_text, open_input
 from ..silence import silenced
 from .image import Image, error_of, prepared, transfer_of
 
@@ -72,7 +72,7 @@ def read(
 def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memory) -> Image:
     config = oiio.ImageSpec()
     config["oiio:UnassociatedAlpha"] = 1
-    file = oiio.ImageInput.open(str(path), config)
+    file = oiio.ImageInput.open(as_text(path), config)
     if file is None:
         raise InputError(f"{path}: cannot be read as a picture: {error_of(oiio)}")
     try:

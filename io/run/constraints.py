@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from ...errors import InputError
 from .job import Job
 
 if TYPE_CHECKING:
+    from ...result import Fit
     from ..shapes.shape import Shape
 
 
@@ -36,6 +38,24 @@ def exact(job: Job) -> bool:
     from ...solve import is_balanced
 
     return is_balanced(Solver(**job.solver))
+
+
+def holed(job: Job) -> bool:
+    """Whether the map of a job takes holes onto holes: the balanced method's does, unless they are to be filled."""
+    return job.holes == "keep" and job.target is not None and exact(job)
+
+
+def solved(job: Job, source: Shape, target: Shape, given: dict[str, Any], tell: Callable[[str], None]) -> Fit:
+    """The map of two shapes as a job wants it, or the deformation; `tell` hears of holes that had to be left out."""
+    import iccm
+
+    from ..shapes.holes import fitted
+
+    if not job.target:
+        return iccm.deform(source.curve, **given)
+    if holed(job):
+        return fitted(source, target, tell, **given)
+    return iccm.fit(source.curve, target.curve, **given)
 
 
 def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:

@@ -16,8 +16,8 @@ from ...progress import Listener
 from .. import files
 from ..memory import Bounded
 from ..spec import Spec
-from . import holes, outputs, parts, report
-from .constraints import constrained
+from . import outputs, parts, report
+from .constraints import constrained, holed, solved
 from .inputs import Inputs
 from .job import WRITTEN, Job
 from .outputs.output import Output
@@ -145,13 +145,15 @@ def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, phases: Pha
 
 def _check_read(state: Run, wanted: list[Output]) -> None:
     """Tell what is wrong with the inputs, or with --size, before the solving."""
+    from ..shapes.holes import about
+
     job, shapes = state.job, [shape for pair in state.pairs for shape in pair]
     outputs.check(state, wanted)
     if others := [name for output in wanted for name in output.beside(state)]:
         _free(job, others, state.inputs.named, taken=job.outputs)
     for note in [f"{shape.spec}: {note}" for shape in shapes for note in shape.notes]:
         state.note(note)
-    for note in holes.about(state):
+    for note in about(state.pairs, keep=job.holes == "keep", mapped=holed(job)):
         state.note(note)
 
 
@@ -161,17 +163,12 @@ def _scratch(job: Job) -> Path:
 
 
 def _solve(state: Run) -> None:
-    import iccm
-
     job = state.job
     count, constraints = len(state.pairs), {"pins": state.pins, "strokes": state.strokes}
     with state.phases.timed("solve"):
         for k, (source, target) in enumerate(state.pairs):
             with progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}"):
-                if job.target:
-                    fit = holes.fitted(state, source, target, constraints | job.solver)
-                else:
-                    fit = iccm.deform(source.curve, **constraints, **job.solver)
+                fit = solved(job, source, target, constraints | job.solver, state.note)
                 state.fits.append(fit)
     for (source, _), fit in zip(state.pairs, state.fits):
         for note in fit.notes:

@@ -6,7 +6,10 @@ from typing import Any
 
 from ... import __version__
 from ...errors import InputError
+from ...meshes import layout
+from ...meshes.flatten import overlap
 from .. import files
+from ..meshes import mesh_files
 from ..shapes.mesh_shape import MeshShape
 from ..spec import Spec
 from . import flat_files, report
@@ -30,20 +33,45 @@ def checked(names: list[str | None], mesh: str, *, force: bool) -> list[str]:
     return outputs
 
 
-def figures(shape: MeshShape) -> dict[str, Any]:
-    """The report: conformal error, area distortion, holes, seam; lengths in the mesh's units."""
+def figures(shape: MeshShape, uv: str | None) -> dict[str, Any]:
+    """The report: conformal error, area distortion, holes, seam; lengths in the mesh's units.
+
+    Args:
+        shape: the flattened mesh.
+        uv: the mesh that its coordinates are written to, whose rounding counts; None: an OBJ's.
+    """
     low, high = shape.box
+    turned, fault = turned_over(shape, uv), overlap(shape.flattening)
     return report.plain(
         {
             "schema": SCHEMA,
             "version": __version__,
+            "status": "flipped" if any(turned.values()) else "overlaps" if fault else "done",
+            "overlap": fault,
             **shape.flattening.report(),
+            "uv": turned,
             "box": [low, high],
             "boundary_loops": [len(loop) for loop in shape.flattening.patch.loops],
             "notes": list(shape.notes),
             "inputs": [{"path": str(shape.path), "sha256": files.sha256(shape.path)}],
         }
     )
+
+
+def turned_over(shape: MeshShape, uv: str | None) -> dict[str, int]:
+    """How many triangles are flipped or degenerate in the coordinates that are written."""
+    corners = mesh_files.as_written(flat_files.unit_uvs(shape), uv or "flat.obj")[
+        shape.flattening.patch.faces
+    ]
+    return layout.turned_over(corners)
+
+
+def doubt(shape: MeshShape, uv: str | None) -> str | None:
+    """What keeps the coordinates that are written from being one-to-one, or None."""
+    turned = turned_over(shape, uv)
+    if any(turned.values()):
+        return f"{turned['flipped']} triangles are turned over, {turned['degenerate']} without area"
+    return overlap(shape.flattening)
 
 
 def write_all(
@@ -62,11 +90,11 @@ def write_all(
     if uv:
         flat_files.write_uvs(shape, stack.enter_context(files.replacing(uv, force=force)), Path(uv))
     if plot:
-        from . import mesh_figure
+        from .figures import surfaces
 
-        mesh_figure.draw(shape, stack.enter_context(files.replacing(plot, force=force)))
+        surfaces.draw(shape, stack.enter_context(files.replacing(plot, force=force)))
     if to:
-        report.write(figures(shape), to, stack, force=force)
+        report.write(figures(shape, uv), to, stack, force=force)
 
 
 def summary(shape: MeshShape) -> list[str]:

@@ -201,7 +201,7 @@ class JobOptions:
     )  # fmt: skip
     turn: float | Literal["any"] = _option(
         "Degrees by which the picture should be turned; any leaves it to the shapes (balanced).  [default: 0]",
-        "DEGREES|any", default=0.0, parse=turn, solver=True, commands=EDITED,
+        "DEGREES|any", default=0.0, parse=turn, solver=True, commands=("map", "edit"),
     )  # fmt: skip
     max_dilatation: float | None = _option(
         "Bound on the dilatation to meet (balanced).",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ... import __version__
+from ...result import Status
 from .. import files
 from .constraints import exact
 from .parts import named
@@ -43,6 +44,8 @@ def build(run: Run) -> dict[str, Any]:
             if named(source, note) not in run.notes:
                 run.note(named(source, note))
     report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
+    if run.fit.status.ok and flipped(run.figures):
+        report |= {"status": Status.FLIPPED.name.lower(), "message": Status.FLIPPED.value}
     if "SOURCE_DATE_EPOCH" not in os.environ:
         report["seconds"] = run.phases.report()
     report["notes"] = run.notes
@@ -119,7 +122,12 @@ def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
         if wanted is not None and not share >= wanted:
             found = f"{share:.4g} of the source's area are certified injective, less than {wanted:g}"
             return False, named(source, f"{found} (--require-injective)")
-    return True, run.fit.status.value
+    return not flipped(report), (Status.FLIPPED if flipped(report) else run.fit.status).value
+
+
+def flipped(figures: dict[str, Any]) -> bool:
+    """Whether texture coordinates were written that turn a triangle over, or leave it without area."""
+    return any((figures.get("uv") or {}).values())
 
 
 def summary(report: dict[str, Any]) -> list[str]:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from ...arrays import Box, Complex
 from ...parallel import beside, thread_count
 from . import framing, parts, raster_size, texture
-from .holes import passed_over
 from .job import Job
 from .parts import Pairs
 from .phases import Phases
@@ -95,6 +94,8 @@ class Run:
             return [()] * len(self.pairs)
         if self.job.target is None:
             return [tuple(self.fit.fast(hole) for hole in self.source.holes)]
+        from ..shapes.holes import passed_over
+
         return [passed_over(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
 
     @cached_property

@@ -1,14 +1,24 @@
-"""Which holes of a shape a map can take onto others, and which of two shapes go together by name."""
+"""Holes of shapes: which of them a map can take onto others, which go together by name, and the map that does."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import shapely
 
+import iccm
+
 from ...arrays import Complex
+from ...balanced import NoMapError
+from ...curve import Curve
+from ...solve import Fit
 from . import parts
 from .shape import Shape
 
+UNMAPPED = (
+    "no map without folds was found that takes holes onto holes: it passes over them, and pictures leave the target's "
+    "transparent"
+)
 MOST = 64  # the largest: each costs a chain of vertices on every mesh
 SPECK = 1e-5  # of the area inside the outline: a smaller hole would need triangles as small
 CLOSE = (
@@ -20,14 +30,16 @@ def mappable(shape: Shape) -> list[int]:
     """The numbers of the holes that are large enough and apart from the outline and from each other."""
     rings = [shapely.Polygon(_xy(hole)) for hole in shape.holes]
     sizes = shapely.area(rings)
-    outline = shapely.LinearRing(_xy(shape.curve.z))
+    domain = shapely.Polygon(_xy(shape.curve.z))
+    outline = domain.exterior
     near = CLOSE * shape.curve.diagonal
     kept: list[int] = []
     for k in np.argsort(-sizes, kind="stable"):
         ring = rings[k]
         if len(kept) == MOST or not (ring.is_valid and sizes[k] > SPECK * shape.curve.area):
             continue
-        if ring.distance(outline) > near and all(ring.distance(rings[j]) > near for j in kept):
+        free = ring.distance(outline) > near and all(ring.distance(rings[j]) > near for j in kept)
+        if free and domain.contains_properly(ring):
             kept.append(int(k))
     return sorted(kept)
 
@@ -47,6 +59,55 @@ def named_partners(
         if len(shared) == 1 and shared[0] not in found.values():
             found[i] = shared[0]
     return list(found.items())
+
+
+def passed_over(shape: Shape, mapped: Sequence[Curve]) -> tuple[Complex, ...]:
+    """The holes of a shape that are not among those that a map knows of."""
+    corners = np.array([_corner(hole.z) for hole in mapped])
+    near = 1e-9 * shape.curve.diagonal
+    return tuple(hole for hole in shape.holes if not np.any(np.abs(corners - _corner(hole)) < near))
+
+
+def fitted(source: Shape, target: Shape, tell: Callable[[str], None], **given: Any) -> Fit:
+    """`iccm.fit` of two shapes with their holes; without them, and a remark, where no such map was found."""
+    curves = source.curve, target.curve
+    chosen = mappable(source), mappable(target)
+    inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), chosen)]
+    partners = named_partners(source, target, chosen)
+    try:
+        return iccm.fit(
+            *curves, source_holes=inner[0], target_holes=inner[1], hole_partners=partners, **given
+        )
+    except NoMapError:
+        if not any(inner):
+            raise
+        tell(f"{target.spec}: {UNMAPPED}")
+        return iccm.fit(*curves, **given)
+
+
+def about(pairs: Sequence[tuple[Shape, Shape]], *, keep: bool, mapped: bool) -> list[str]:
+    """Remarks on holes that the map takes for inside.
+
+    Args:
+        pairs: the shapes.
+        keep: whether pictures leave those of the target transparent.
+        mapped: whether the map takes holes onto holes.
+    """
+    said = []
+    for k, cure in enumerate(("", ", which pictures leave transparent" if keep else ", which pictures fill")):
+        shapes = {id(pair[k]): pair[k] for pair in pairs if pair[k].holes}.values()
+        count = sum(len(shape.holes) for shape in shapes)
+        left = count - sum(len(mappable(shape)) for shape in shapes) if mapped else count
+        if left:
+            many = f"its {left} hole{'s' * (left > 1)}" if left == count else f"{left} of its {count} holes"
+            why = ", too small or too close to an outline" if mapped else ""
+            said.append(f"{pairs[0][k].spec}: the map passes over {many}{why}{cure}")
+    return said[-1:] if pairs[0][0].spec == pairs[0][1].spec else said
+
+
+def _corner(z: Complex) -> complex:
+    """The leftmost vertex, and of several the lowest: that of a hole in whichever way it is run through."""
+    return complex(z.min())
 
 
 def _xy(z: Complex) -> np.ndarray:

@@ -1,9 +1,10 @@
 """Meshes as planar shapes, by way of their flattening: its plane is the shape's, in the mesh's own units."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,10 +12,12 @@ from numpy.typing import ArrayLike
 from ...arrays import Complex, Index, Real
 from ...curve import Curve
 from ...errors import InputError
+from ...flattening import flatten
 from ...meshes.cut import vertex_path
 from ...meshes.disk_patch import disk_patch
-from ...meshes.flatten import Flattening, flatten
+from ...meshes.flatten import Flattening
 from ...meshes.locate import Locator
+from ...meshes.patch import Patch
 from ...meshes.surface import Surface
 from ...pixels.texture import Placing, Texture
 from ..meshes import mesh_files
@@ -109,8 +112,12 @@ class MeshShape(Shape):
     @property
     def corners(self) -> tuple[Index, Index]:
         """The vertex of the flattening at each corner of the file's polygons, and the corners of each triangle."""
-        patch = self.flattening.patch
-        found = np.zeros(self.file.mesh.corners.size, np.int64)
+        patch, vertices = self.flattening.patch, self.file.mesh.corners
+        known = np.zeros(
+            len(self.file.mesh.points), np.int64
+        )  # for corners of what has no area and is no triangle
+        known[patch.vertex] = np.arange(patch.vertex.size)
+        found = known[vertices]
         found[patch.corner] = patch.faces
         return found, patch.corner
 
@@ -166,36 +173,68 @@ def as_mesh(shape: Shape) -> MeshShape:
     return shape
 
 
-def read(spec: str, *, cut: bool = False, whole: Obj | None = None) -> MeshShape:
+def read(spec: str, *, cut: bool = False, whole: Obj | None = None, method: str = "conformal") -> MeshShape:
     """The flattened mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
     Args:
         spec: a part is an OBJ object, group or material; a loop a number, 1 being the longest boundary.
         cut: whether a closed surface, or one with handles, may be cut open.
         whole: the content of the file, if it is an OBJ that was read.
+        method: of flattening; see `flattening.flatten`.
 
     Raises:
         InputError: in one line, naming the first element at fault.
     """
     file = mesh_files.read(spec, whole)
-    piece = disk_patch(file.mesh, cut=cut)
-    flat = flatten(piece, loop=file.loop, grow=cut)
+    file, piece = _of_piece(file, cut)
+    flat = flatten(piece, loop=file.loop, grow=cut, method=method)
+    curve = (
+        Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
+    )  # may cross itself, as it comes
     notes = [*file.notes, *flat.patch.notes, *flat.notes]
     if len(flat.patch.seam):
         notes.append(f"cut open along {len(flat.patch.seam)} edges")
     if len(flat.patch.loops) > 1:
         holes = len(flat.patch.loops) - 1
-        kept = f"{holes} hole{'s stay holes' if holes > 1 else ' stays a hole'}"
-        notes.append(f"{kept}; boundary loop {file.loop} is the outline")
+        notes.append(f"boundary loop {file.loop} of {holes + 1} is the outline, the others are holes")
     return MeshShape(
         spec=spec,
         path=file.path,
-        curve=flat.boundary,
-        box=flat.boundary.box,
+        curve=curve,
+        box=curve.box,
         flip=False,
         pins={},
         strokes={},
         notes=tuple(notes),
         file=file,
         flattening=flat,
+        **_holes(file, flat),
     )
+
+
+def _of_piece(file: mesh_files.MeshFile, cut: bool) -> tuple[mesh_files.MeshFile, Patch]:
+    """The patch, and the file with no other faces than its own: those of other pieces stay as they are."""
+    mesh, patch = file.mesh, disk_patch(file.mesh, cut=cut, piece=file.piece)
+    own = np.zeros(mesh.sizes.size, bool)
+    own[np.searchsorted(mesh.starts, patch.corner[:, 0], side="right") - 1] = True
+    if own.all():
+        return file, patch
+    part, faces = mesh.part(own, mesh.name), file.faces.copy()
+    faces[np.flatnonzero(faces)[~own]] = False
+    number = np.cumsum(np.repeat(own, mesh.sizes)) - 1
+    return replace(file, mesh=part, faces=faces), replace(patch, mesh=part, corner=number[patch.corner])
+
+
+def _holes(file: mesh_files.MeshFile, flat: Flattening) -> dict[str, Any]:
+    """The outlines of holes in the plane, and the objects, groups and materials around each."""
+    loops = [loop for loop in flat.patch.loops if not np.array_equal(loop, flat.loop)]
+    names = [_around(file, flat, loop) for loop in loops]
+    return {"holes": tuple(flat.flat[loop] for loop in loops), "hole_names": tuple(names)}
+
+
+def _around(file: mesh_files.MeshFile, flat: Flattening, loop: Index) -> tuple[str, ...]:
+    if file.obj is None:
+        return ()
+    touching = np.isin(flat.patch.faces, loop).any(axis=1)
+    face = np.searchsorted(file.mesh.starts, flat.patch.corner[touching, 0], side="right") - 1
+    return tuple(sorted(file.obj.names_at(np.flatnonzero(file.faces)[np.unique(face)])))

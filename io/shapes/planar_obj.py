@@ -69,7 +69,7 @@ def _add(drawing: Drawing, content: Obj, name: str, edges: Edges) -> None:
     label = repr(name) if name else "the polylines"
     try:
         rings = [z[ring] for ring in _rings(merged.reshape(-1)[edges], z)]
-        found, refused = outlines(rings, "evenodd", label)
+        found, refused = outlines(rings, "evenodd", label, crossed=False)
         drawing.outlines.extend(replace(outline, names=(name,) if name else ()) for outline in found)
         drawing.refused.extend(refused)
     except InputError as error:

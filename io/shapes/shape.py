@@ -135,7 +135,8 @@ def read(
     if curve.length**2 > THINNEST * curve.area:
         times = curve.length**2 / (4 * curve.area)
         raise InputError(
-            f"{text}: the shape is about {times:.2g} times as long as wide; make it wider, or shorter"
+            f"{text}: the outline is too long for what it encloses (as a strip {times:.2g} times as long as wide); "
+            "make it wider, or simplify it"
         )
     if vertices is not None:
         curve = Curve.domain(curve.resample(vertices).z, f"{text} with {vertices} vertices")
@@ -204,6 +205,19 @@ def _around(boxes: Sequence[Box]) -> Box:
     return complex(low.real.min(), low.imag.min()), complex(high.real.max(), high.imag.max())
 
 
+def known(path: Path) -> str:
+    """The suffix of a file that shapes are read from.
+
+    Raises:
+        InputError: it is another.
+    """
+    suffix = formats.suffix_of(path)
+    if suffix not in SUFFIXES:
+        kind = repr(path.suffix) if path.suffix else "a file without suffix"
+        raise InputError(f"{path}: no shape is read from {kind}; use one of {', '.join(sorted(SUFFIXES))}")
+    return suffix
+
+
 def drawn(
     spec: Spec, *, flatness: float = 1e-4, max_bytes: int | None = None, max_segments: int | None = None
 ) -> Drawing:
@@ -216,10 +230,7 @@ def drawn(
         raise InputError(
             f"flatness {flatness:g}: a number from 1e-9 to 0.1, relative to the shape's size, is needed"
         )
-    path, suffix = spec.path, formats.suffix_of(spec.path)
-    if suffix not in SUFFIXES:
-        kind = repr(path.suffix) if path.suffix else "a file without suffix"
-        raise InputError(f"{path}: no shape is read from {kind}; use one of {', '.join(sorted(SUFFIXES))}")
+    path, suffix = spec.path, known(spec.path)
     reader: Callable[..., Drawing] = READERS.get(suffix, silhouette.read)
     limits: dict[str, Any] = {"flatness": flatness} | ({"max_bytes": max_bytes} if max_bytes else {})
     limits |= {"max_segments": max_segments} if max_segments and reader is svg.read else {}

@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 from ...errors import InputError
 
@@ -61,6 +62,7 @@ def written(map: Affine) -> str:
     return "matrix(" + " ".join(f"{v:.9g}" for v in (x.real, x.imag, -y.imag, y.real, at.real, at.imag)) + ")"
 
 
+@lru_cache(64)  # what <use> draws again
 def parse(text: str) -> Affine:
     """The map that a `transform` attribute describes; empty or `none` is the identity.
 

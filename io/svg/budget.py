@@ -1,6 +1,7 @@
 """The work and the memory that one drawing may ask for: what is more is refused before it is done."""
 
 from dataclasses import dataclass
+from xml.etree.ElementTree import Element
 
 from ...errors import InputError
 
@@ -8,13 +9,16 @@ MAX_BYTES = 32 << 20  # of a file, and of what a compressed one (.svgz) holds
 MAX_DEPTH = 200  # of nested elements
 MAX_ELEMENTS = 300_000  # of any kind, text and definitions included
 MAX_SHAPES = 100_000  # paths, rectangles and so on: a tenth of a millisecond each
-MAX_COPIES = 50_000  # elements that <use> makes
+MAX_COPIES = 50_000  # elements that <use>, clip paths, masks, markers and filters make again
+MAX_COPIED = 8 << 20  # characters of these: a second or two
+MAX_LINKS = 40  # definitions that refer to each other in a chain
 MAX_STYLE = 1 << 20  # characters of style sheets: two seconds
 MAX_RULES = 2_000_000  # times that a style rule is held against an element: a second and a half
 MAX_SEGMENTS = 1 << 20  # lines and curves of all shapes, each as often as it is drawn (--max-segments)
 MAX_POINTS = 4_000_000  # of all shapes once their curves are polylines: 64 MB, several times
 MAX_CROSSINGS = 50_000  # of the outlines that are filled together: 50 µs and 3 KB each
 MAX_NEAR = 4_000_000  # pairs of segments whose boxes overlap: half a second
+MAX_NESTED = 2_000_000  # pairs of runs whose boxes overlap: a second
 MAX_WINDING = 200_000_000  # points times segments, for which windings are counted: two seconds
 
 
@@ -66,3 +70,35 @@ class Budget:
         self.points += points
         if self.points > MAX_POINTS:
             raise InputError(f"its curves take more than {MAX_POINTS} points; draw fewer or gentler curves")
+
+
+_COUNTED_ELSEWHERE = {"d", "points", "href", "{http://www.w3.org/1999/xlink}href"}
+
+
+@dataclass
+class Copies:
+    """What a drawing shows again, and so is read again: elements, and characters beside those of paths and pictures."""
+
+    elements: int = 0
+    characters: int = 0
+
+    def add(self, element: Element, *, whole: bool = False) -> None:
+        """Count an element that is shown again; with `whole`, all that is in it and every attribute.
+
+        Raises:
+            InputError: they are too many.
+        """
+        for each in element.iter() if whole else (element,):
+            self.elements += 1
+            self.characters += len(each.text or "") + sum(
+                len(value) for name, value in each.attrib.items() if whole or name not in _COUNTED_ELSEWHERE
+            )
+        if self.elements > MAX_COPIES:
+            raise InputError(
+                f"<use>, clip paths, masks, markers and filters make more than {MAX_COPIES} elements; "
+                "use fewer of them, or carry a picture of the drawing"
+            )
+        if self.characters > MAX_COPIED:
+            raise InputError(
+                f"attributes and texts that are used again have more than {MAX_COPIED} characters; shorten them"
+            )

@@ -7,9 +7,10 @@ import shapely
 
 from ...arrays import Complex
 from ...errors import InputError
-from .budget import MAX_CROSSINGS, MAX_NEAR, MAX_WINDING
+from .budget import MAX_CROSSINGS, MAX_NEAR, MAX_NESTED, MAX_WINDING
 
 FEW = 300  # segments, which cannot cross too often
+NESTED = "too many runs lie in each other; split the path (Inkscape: Path > Break Apart)"
 AT_ONCE = 200_000  # pairs that are looked at in one go
 FIRST = 16  # segments that are looked at first, when nothing is known of their neighbours
 
@@ -28,6 +29,7 @@ def check(lines: Sequence[Complex], *, reach: float = 0.0) -> None:
     Raises:
         TooMuch: in a sentence.
     """
+    _nested(lines)
     a = np.concatenate([*(z[:-1] for z in lines), np.empty(0, complex)])
     b = np.concatenate([*(z[1:] for z in lines), np.empty(0, complex)])
     if a.size <= FEW:
@@ -52,6 +54,21 @@ def check(lines: Sequence[Complex], *, reach: float = 0.0) -> None:
         if near > MAX_NEAR:
             raise TooMuch("too many lines lie close together; simplify the path (Inkscape: Path > Simplify)")
         step = max(1, min(a.size, AT_ONCE * start // max(2 * near, 1)))
+
+
+def _nested(lines: Sequence[Complex]) -> None:
+    """Refuse lines whose boxes overlap too often: each pair is looked at when they are cut at their crossings."""
+    if len(lines) ** 2 <= 2 * MAX_NESTED:
+        return
+    boxes = shapely.box(
+        *np.array([(z.real.min(), z.imag.min(), z.real.max(), z.imag.max()) for z in lines]).T
+    )
+    tree, pairs = shapely.STRtree(boxes), 0
+    step = max(1, MAX_NESTED // len(lines))
+    for start in range(0, len(lines), step):
+        pairs += tree.query(boxes[start : start + step]).shape[1]
+        if pairs > 2 * MAX_NESTED:
+            raise TooMuch(NESTED)
 
 
 def _cross(a: Complex, b: Complex, c: Complex, d: Complex) -> np.ndarray:

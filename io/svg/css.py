@@ -4,7 +4,7 @@ import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import tinycss2
@@ -35,12 +35,14 @@ class Sheet:
         rules: these.
         unread: how many rules there are beside them, with other selectors.
         known: what was found for elements so far, by tag, classes and id.
+        classes: those that rules ask for, by lists of classes so far.
         tried: how many rules were held against elements.
     """
 
     rules: Mapping[str, list[Rule]] = field(default_factory=dict)
     unread: int = 0
     known: dict[tuple[str, frozenset[str]], dict[str, str]] = field(default_factory=dict)
+    classes: dict[str, frozenset[str]] = field(default_factory=dict)
     tried: Counter[str] = field(default_factory=Counter)
 
     def style(self, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
@@ -51,10 +53,12 @@ class Sheet:
         """
         if not self.rules:
             return {}
-        has = {f".{name}" for name in attributes.get("class", "").split()} | {f"#{attributes.get('id', '')}"}
-        key = tag, frozenset(has & self.parts)
+        key = (
+            tag,
+            self._classes(attributes.get("class", "")) | ({f"#{attributes.get('id', '')}"} & self.parts),
+        )
         if key not in self.known:
-            self.known[key] = self._style(tag, has)
+            self.known[key] = self._style(*key)
         return dict(self.known[key])
 
     @cached_property
@@ -62,13 +66,23 @@ class Sheet:
         """All classes and ids that rules ask for."""
         return frozenset(part for rules in self.rules.values() for rule in rules for part in rule.parts)
 
-    def _style(self, tag: str, has: Set[str]) -> dict[str, str]:
-        self.tried["rules"] += sum(len(self.rules.get(key, ())) for key in (*has, tag, "*"))
+    def _classes(self, text: str) -> frozenset[str]:
+        if text not in self.classes:
+            words = text.split()
+            self._try(len(words) // 8)  # looking for one takes so much less than a rule
+            self.classes[text] = self.parts & {f".{word}" for word in words}
+        return self.classes[text]
+
+    def _try(self, rules: int) -> None:
+        self.tried["rules"] += rules
         if self.tried["rules"] > MAX_RULES:
             raise InputError(
                 f"its style sheet has more than {MAX_RULES} combinations of rules and elements; "
                 "save it as plain SVG, with styles in attributes"
             )
+
+    def _style(self, tag: str, has: Set[str]) -> dict[str, str]:
+        self._try(sum(len(self.rules.get(key, ())) for key in (*has, tag, "*")))
         near = (rule for key in (*has, tag, "*") for rule in self.rules.get(key, ()))
         fitting = [rule for rule in near if rule.tag in ("", "*", tag) and rule.parts <= has]
         found: dict[str, str] = {}
@@ -82,6 +96,11 @@ def declarations(text: str) -> dict[str, str]:
     if _PLAIN.fullmatch(text):  # most are: no need to look at every character
         pairs = (part.partition(":") for part in text.split(";"))
         return {k.strip().lower(): v.strip() for k, colon, v in pairs if colon}
+    return dict(_quoted(text))
+
+
+@lru_cache(64)  # what <use> draws again
+def _quoted(text: str) -> dict[str, str]:
     return _declared(_parsed(tinycss2.parse_blocks_contents, text))
 
 

@@ -40,13 +40,13 @@ class Outline:
 
 
 def outlines(
-    rings: Sequence[Complex], rule: str, name: str, notes: tuple[str, ...] = ()
+    rings: Sequence[Complex], rule: str, name: str, notes: tuple[str, ...] = (), *, crossed: bool = True
 ) -> tuple[list[Outline], list[Refused]]:
     """The regions that filling the rings together by `rule` (nonzero or evenodd) paints, the largest first.
 
-    Rings are closed implicitly, and may overlap, nest and touch each other: what counts is what the fill shows. A ring
-    that crosses itself is refused and the others are painted without it, except where the crossings make loops of
-    less than HARMLESS of its area: these are cut off.
+    Rings are closed implicitly, and may overlap, nest and touch each other: what counts is what the fill shows. Where
+    the crossings of a ring with itself make loops of less than HARMLESS of its area these are cut off; else it is
+    painted as it is, with a note, or, unless `crossed`, refused and the others are painted without it.
 
     Returns:
         The outlines, and what was refused: the area at stake, and an error that says where and why.
@@ -64,13 +64,17 @@ def outlines(
     refused: list[Refused] = []
     for ring in whole:
         lobes, twisted, place = _untangled(ring)
-        simple.extend(lobes)
-        if place:
+        simple.extend(lobes if crossed or not place else [])
+        if place and crossed:
+            notes = (*notes, f"{name}: the outline crosses itself {place}; what its fill paints is taken")
+        elif place:
             refused.append(
                 (twisted, InputError(f"{name}: the outline crosses itself {place}; remove the crossing"))
             )
     polygons = (
-        [shapely.Polygon(ring_xy(ring)) for ring in simple] if len(simple) == 1 else painted(simple, rule)
+        [shapely.Polygon(ring_xy(ring)) for ring in simple]
+        if len(simple) == 1 and shapely.Polygon(ring_xy(simple[0])).is_valid
+        else painted(simple, rule)
     )
     found = outlines_of(shapely.MultiPolygon(polygons), name, notes)
     if not found and not refused:
@@ -114,8 +118,8 @@ def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
 def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
     """Simple rings that paint the same: the ring itself, or its lobes where it touches itself or all but does.
 
-    A crossing turns part of what is enclosed the other way round, or encloses it twice. When that is much there are no
-    rings, but the area enclosed and the place of a crossing.
+    A crossing turns part of what is enclosed the other way round, or encloses it twice. When that is much the ring is
+    as it was, with the area enclosed and the place of a crossing.
     """
     if _flat(ring):
         return [], 0.0, ""
@@ -127,7 +131,7 @@ def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
     sign = 1 if area @ winding > 0 else -1
     once, twisted = winding == sign, (winding != sign) & (winding != 0)
     if area[twisted].sum() > HARMLESS * area[once].sum():
-        return [], float(area[winding != 0].sum()), _place(polygon)
+        return [ring], float(area[winding != 0].sum()), _place(polygon)
     lobes = shapely.orient_polygons(_polygons(shapely.union_all(faces[once])), exterior_cw=sign < 0)
     return [_z(part) for lobe in lobes for part in (lobe.exterior, *lobe.interiors)], 0.0, ""
 
@@ -149,9 +153,7 @@ def _faces(rings: Sequence[Complex]) -> tuple[np.ndarray, np.ndarray]:
         inside = near.query(shapely.box(*line.bounds))
         work += inside.size * ring.size
         if work > MAX_WINDING:
-            raise crossings.TooMuch(
-                "too many runs lie in each other; split the path (Inkscape: Path > Break Apart)"
-            )
+            raise crossings.TooMuch(crossings.NESTED)
         winding[inside] += _winding(ring, shapely.get_coordinates(points[inside]))
     return faces, winding
 

@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 from ...errors import InputError
 from . import affine, css
 from .affine import Affine
-from .budget import MAX_COPIES, MAX_DEPTH
+from .budget import MAX_DEPTH, Copies
 from .document import SHAPES, canvas, length, local, root, view_box
 from .drawing import Rectangle
 
@@ -135,7 +135,18 @@ class Walk:
     """The document in drawing order."""
 
     def __init__(self, ids: Mapping[str, Element], sheet: css.Sheet):
-        self.ids, self.sheet, self.copies = ids, sheet, 0
+        self.ids, self.sheet, self.copies = ids, sheet, Copies()
+
+    def count(self, element: Element, outer: State) -> None:
+        """Count an element that is about to be drawn.
+
+        Raises:
+            InputError: too much is drawn again by `use` and the like, or nested too deeply.
+        """
+        if outer.used:
+            self.copies.add(element)
+        if outer.depth > MAX_DEPTH:
+            raise InputError(f"<use> nests elements more than {MAX_DEPTH} deep")
 
     def own(self, element: Element) -> dict[str, str]:
         """The element's attributes and styles by name, nothing inherited."""
@@ -170,11 +181,7 @@ class Walk:
         tag = local(element)
         if tag not in SHAPES and tag not in GROUPS and tag not in ("svg", "use"):
             return
-        self.copies += bool(outer.used)
-        if self.copies > MAX_COPIES or outer.depth > MAX_DEPTH:
-            raise InputError(
-                f"<use> makes more than {MAX_COPIES} elements, or nests them over {MAX_DEPTH} deep"
-            )
+        self.count(element, outer)
         state = self.enter(element, outer)
         if state is None:
             return

@@ -8,7 +8,7 @@ from pathlib import Path
 from .goals import MARK
 
 HERE = Path(__file__).parent
-ORDER = ("speed", "balanced", "solver", "orders", "comparison", "resampling", "meshes", "batch")
+ORDER = ("speed", "balanced", "holes", "solver", "orders", "comparison", "resampling", "meshes", "batch")
 
 
 def main(names: list[str]) -> int:

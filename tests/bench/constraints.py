@@ -104,6 +104,13 @@ def outer(rng, free: iccm.Fit, count: int, slide: float) -> np.ndarray | None:
     return None
 
 
+def some_stuck(one: tuple | None, k: int) -> tuple:
+    """A stroke whose ends slide, or one with pins at them in turn."""
+    if one is None or k % 2:
+        return (), [one]
+    return np.column_stack([np.asarray(side)[[0, -1]] for side in one]), [one]
+
+
 def stroke(rng, free: iccm.Fit, low: float = 0.15, high: float = 0.4, turned: float = TURNED) -> tuple | None:
     """A bent stroke and where it should go: its image without constraints, turned, moved and scaled."""
     for _ in range(10 * TRIES):
@@ -143,7 +150,7 @@ KINDS: dict[str, tuple[int, float, Callable]] = {
     "inner": (100, 1.0, lambda rng, free, k: (inner(rng, free, 1 + k % 6, 0.03, 0.15), [])),
     "far": (50, 0.95, lambda rng, free, k: (inner(rng, free, 1 + k % 6, 0.15, 0.40), [])),
     "outline": (60, 1.0, lambda rng, free, k: (outer(rng, free, 2 + k % 5, 0.08), [])),
-    "stroke": (60, 0.98, lambda rng, free, k: ((), [stroke(rng, free)])),
+    "stroke": (60, 0.98, lambda rng, free, k: some_stuck(stroke(rng, free), k)),
     "mixed": (40, 0.95, mixed),
 }
 """How many cases of each kind, the share that must be met, and what makes them."""
@@ -167,12 +174,15 @@ def free_fits(count: int, seed: int) -> list[Case]:
 
 
 def off_line(fit: iccm.Fit) -> float:
-    """The largest distance of strokes' images from their goals, and of goals from images, of the diagonal."""
+    """The largest distance of strokes' images from their goals, of the diagonal; where ends have pins, of goals from
+    images, too."""
     worst = 0.0
     for a, b in fit.strokes:
         image = Curve(fit.map(a.at(np.linspace(0, a.length, 400))), closed=False)
         goal = b.at(np.linspace(0, b.length, 400))
-        worst = max(worst, distances(image.z, b).max(), distances(goal, image).max())
+        worst = max(worst, distances(image.z, b).max())
+        if np.isin(a.z[[0, -1]], fit.pins[:, 0]).all():
+            worst = max(worst, distances(goal, image).max())
     return worst / fit.diagonal
 
 

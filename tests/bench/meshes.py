@@ -15,6 +15,7 @@ from pathlib import Path
 import igl
 import numpy as np
 
+from iccm.flattening import flatten as laid_out
 from iccm.io.meshes import obj, obj_write
 from iccm.io.pictures import image_files
 from iccm.io.run.outputs import baked
@@ -81,7 +82,7 @@ def flattening() -> None:
     solve, *_ = best(lambda: flatten.lscm(piece, piece.loops[0]), 1)
 
     def everything() -> None:
-        found = flatten.flatten(disk_patch(mesh))
+        found = laid_out(disk_patch(mesh))
         found.report()
         assert found.boundary.z.size
 
@@ -101,7 +102,7 @@ def repair() -> None:
     piece = disk_patch(Mesh("ramp", points, quads, 4 * np.arange(quads.size // 4 + 1)))
     lscm, *_ = best(lambda: flatten.lscm(piece, piece.loops[0]), 1)
     start = time.perf_counter()
-    found = flatten.flatten(piece)
+    found = laid_out(piece)
     print(
         f"ramp, {len(points)} vertices   LSCM {lscm:.2f} s, flattened and repaired by {found.method!r} "
         f"{time.perf_counter() - start:.2f} s, p95 of dilatation {found.report()['dilatation']['p95']:.4f}"
@@ -139,7 +140,7 @@ def angles() -> None:
             z, quads = surfaces.square_grid(n) if name != "face" else surfaces.polar_grid(n, 2 * n)
             corners = np.concatenate([np.array(f) for f in quads])
             starts = np.concatenate([[0], np.cumsum([len(f) for f in quads])])
-            found = flatten.flatten(disk_patch(Mesh(name, getattr(surfaces, name)(z), corners, starts)))
+            found = laid_out(disk_patch(Mesh(name, getattr(surfaces, name)(z), corners, starts)))
             errors.append(found.report()["dilatation"]["p95"] - 1)
         rates = np.log2(np.array(errors[:-1]) / errors[1:])
         shown = ", ".join(f"{e:.4f}" for e in errors)

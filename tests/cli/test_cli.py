@@ -406,7 +406,22 @@ def test_info_tells_about_meshes_pictures_and_constraints(shapes, iccm):
 
 def test_file_names_that_are_no_text_are_refused_in_one_line(shapes, shell):
     name = r"""name=$(printf 'caf\351'); cp square.svg "$name.svg"; """
-    for line in ('iccm map "$name.svg" blob.svg', """echo '{"source": "caf*.svg"}' | iccm batch - -j 1"""):
+    shell(
+        name
+        + 'iccm map square.svg blob.svg --method paper --vertices 40 --size 9 -o a.png; cp a.png "$name.png"'
+    )
+    pair = "iccm map square.svg blob.svg -q --force"
+    for line in (
+        'iccm map "$name.svg" blob.svg',
+        """echo '{"source": "caf*.svg"}' | iccm batch - -j 1""",
+        *(
+            f'{pair} {option} "$name.{kind}"'
+            for option, kind in (("-o", "png"), ("-o", "svg"), ("--report", "json"))
+        ),
+        f'{pair} --stmap "$name.exr"',
+        f'{pair} --texture "$name.png"',
+        'iccm info "$name.png"',
+    ):
         done = shell(name + line)
         assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "not UTF-8" in done.stderr
     assert shell(name + 'iccm info --json "$name.svg"').returncode == 0

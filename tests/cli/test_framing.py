@@ -85,9 +85,7 @@ def test_holes_of_the_target_stay_transparent(shapes, iccm):
     (shapes / "ring.svg").write_text(ring.format("10 10", "30 30"))
     typed = ("map", "ring.svg", "ring.svg", "--size", "80", "--force", "-o", "out.png")
     done = iccm(*typed, "--stmap", "out.tif")
-    assert (
-        done.err.count("hole") == 1 and "passes over its 1 hole, which pictures leave transparent" in done.err
-    )
+    assert "hole" not in done.err
     alpha = read("out.png").pixels[..., 3]
     assert (alpha[31:49, 31:49] == 0).all() and (alpha[11:29, 11:69] == 255).all()
     assert (read("out.tif").pixels[31:49, 31:49] == 0).all()

@@ -49,7 +49,8 @@ class Pins:
         )
         strokes = tuple(
             Stroke(
-                *(Curve(f.unit(c.z), closed=False) for f, c in zip(frames, (stroke.source, stroke.target)))
+                *(Curve(f.unit(c.z), closed=False) for f, c in zip(frames, (stroke.source, stroke.target))),
+                stroke.sticks,
             )
             for stroke in self.strokes
         )
@@ -72,7 +73,8 @@ def checked(
     """
     pins, kept = _without_repeats(pins, source.diagonal, target.diagonal)
     numbers = kept if numbers is None else numbers[kept]
-    extra = ~_at_ends(pins, strokes, source.diagonal, target.diagonal)
+    ends = _at_ends(pins, strokes, source.diagonal, target.diagonal)
+    extra = ~ends.any(axis=(0, 1))
     pins, numbers = pins[extra], numbers[extra]
     distances = np.column_stack([_inside(c, pins[:, k], numbers, k) for k, c in enumerate((source, target))])
     outer = distances < ON_OUTLINE
@@ -87,7 +89,7 @@ def checked(
     notes = tuple(
         f"Pin {numbers[k] + 1} is very close to the outline: what lies between is stretched." for k in near
     )
-    drawn = checked_strokes((source, target), strokes, pins, numbers)
+    drawn = checked_strokes((source, target), strokes, pins, numbers, ends.any(axis=2))
     return Pins(pins[~outer], _in_order(source, target, pins[outer], numbers[outer]), drawn, notes)
 
 
@@ -99,29 +101,41 @@ def checked_free(source: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Cu
             touches its outline, itself, another stroke or a pin.
     """
     pins, numbers = _without_repeats(pins, source.diagonal, None)
-    extra = ~_at_ends(pins, strokes, source.diagonal, source.diagonal)
+    ends = _at_ends(pins, strokes, source.diagonal, source.diagonal)
+    extra = ~ends.any(axis=(0, 1))
     pins, numbers = pins[extra], numbers[extra]
     distances = _inside(source, pins[:, 0], numbers, 0)
     outer = distances < AT_OUTLINE
-    drawn = checked_strokes((source,), strokes, pins, numbers)
+    drawn = checked_strokes((source,), strokes, pins, numbers, ends.any(axis=2))
     on = pins[outer][np.argsort(source.closest(pins[outer, 0]))] if outer.any() else pins[outer]
     return Pins(pins[~outer], on, drawn)
 
 
 def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float, image_unit: float) -> Flags:
-    """Which pins only say that a stroke's end goes to its end, as all strokes' ends do."""
-    found = np.zeros(len(pins), bool)
-    for a, b in strokes:
+    """(s, 2, k) which pins say of each stroke's ends that they stick to the ends of its target."""
+    found = np.zeros((len(strokes), 2, len(pins)), bool)
+    for k, (a, b) in enumerate(strokes):
         for end in (0, -1):
             here = np.abs(pins[:, 0] - a.z[end]) <= SAME_POINT * unit
-            found |= here & (np.abs(pins[:, 1] - b.z[end]) <= SAME_POINT * image_unit)
+            found[k, end] = here & (np.abs(pins[:, 1] - b.z[end]) <= SAME_POINT * image_unit)
     return found
 
 
 def checked_strokes(
-    domains: tuple[Curve, ...], strokes: Sequence[tuple[Curve, Curve]], pins: Complex, numbers: Index
+    domains: tuple[Curve, ...],
+    strokes: Sequence[tuple[Curve, Curve]],
+    pins: Complex,
+    numbers: Index,
+    sticks: Flags,
 ) -> tuple[Stroke, ...]:
     """The strokes, simplified, after a look at the sides that have a domain: the source's, and the target's if any.
+
+    Args:
+        domains: source and target, or the source alone.
+        strokes: as given.
+        pins: those that are no ends of strokes.
+        numbers: their places among those given.
+        sticks: (s, 2) which ends of strokes stick.
 
     Raises:
         InputError: as `checked`.
@@ -147,9 +161,8 @@ def checked_strokes(
                         f"pin {number + 1} and stroke {k + 1}: they touch in the {name}; drop one"
                     )
     units = [domains[0].diagonal, domains[-1].diagonal]
-    return tuple(
-        Stroke(*(simplified(c, FINENESS * unit) for c, unit in zip(pair, units))) for pair in strokes
-    )
+    curves = [[simplified(c, FINENESS * unit) for c, unit in zip(pair, units)] for pair in strokes]
+    return tuple(Stroke(a, b, (bool(x), bool(y))) for (a, b), (x, y) in zip(curves, sticks))
 
 
 def _line(z: Complex) -> shapely.LineString:
@@ -226,22 +239,23 @@ def _misplaced(tau: Real, length: float, order: Index) -> list[int]:
 def place(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> None:
     """Puts the vertices of pins exactly where they belong, so that going to unit coordinates and back costs nothing.
 
+    Those that are not met stay where they are.
+
     Args:
         pins: in the coordinates of z and u.
         z: (n,) vertices of the source, those of the outline first, then those of inner pins; changed in place.
-        u: (n,) their images; likewise, but for those of pins that are not met.
+        u: (n,) their images; likewise.
         border: vertices on the outline.
         first: vertex of the first inner pin.
     """
-    near = 1e-8 * np.ptp(np.concatenate([u.real, u.imag]))
+    near, near_image = (1e-8 * max(np.ptp(w.real), np.ptp(w.imag)) for w in (z, u))
     vertices = first + np.arange(len(pins.inner))
     if len(pins.outer):
         on_outline = np.abs(pins.outer[:, :1] - z[None, :border]).argmin(axis=1)
         vertices = np.append(vertices, on_outline)
     for v, (here, there) in zip(vertices, np.concatenate([pins.inner, pins.outer])):
-        z[v] = here
-        if abs(u[v] - there) < near:
-            u[v] = there
+        if abs(z[v] - here) < near and abs(u[v] - there) < near_image:
+            z[v], u[v] = here, there
 
 
 def with_points(curve: Curve, points: Complex) -> Curve:

@@ -20,7 +20,8 @@ class Inside(NamedTuple):
         own: (k,) which stroke; -1 for pins.
         links: (k,) the next vertex of the same stroke; -1 for none.
         at_source: (k,) those that stay where they are in the source: pins, corners and ends of its strokes.
-        at_target: (k,) likewise in the image.
+        at_target: (k,) likewise in the image: pins, corners, and those ends of strokes that go to ends.
+        stuck: (k,) those of them that stay where corners are released: pins and such ends.
         strokes: the rails of each stroke in the source and in the image.
     """
 
@@ -32,6 +33,7 @@ class Inside(NamedTuple):
     links: Index
     at_source: Flags
     at_target: Flags
+    stuck: Flags
     strokes: tuple[tuple[Rail, Rail], ...] = ()
 
     @classmethod
@@ -47,6 +49,7 @@ class Inside(NamedTuple):
             none,
             none.copy(),
             held,
+            held.copy(),
             held.copy(),
         )
 

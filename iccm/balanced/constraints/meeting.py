@@ -19,19 +19,35 @@ from ..levels import (
     refined,
     score,
 )
+from ..meshing import sizing
 from ..meshing.mesh import Sizes
+from ..minimise.untangle import STEPS
 from ..pairs import Match
 from ..solution import Journal
+from . import strokes
+from .inside import Inside
+from .routes import route
 from .ways import FIRST_SHARE, LEAST_SHARE, MOVING_DECREASE, STAGE_STEPS, way_to
 
 FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
 MOVING_STEPS = 40
 BROUGHT = 6  # starts, best without pins, that are tried harder where none met its pins
+LED = 2  # of these, whose pins are led around each other where none met them still
+HELD_STEPS = 10  # of unfolding around held pins; where it works, it mostly does in so many
+RELAXING_STEPS = 20  # of Newton without pins, where a map with them folds on another mesh
+REMESHES = 2  # on the way from one place to the next
 KEPT = 3  # starts, best with pins met, that are settled
 TURNED_STARTS = 3  # elastic ones, at the turn that fits the pins best
+BESIDE = 0.5  # share of even goals in those of strokes whose ends slide
 STRONG = 3.0  # times the energy without pins from which they force strong stretch
 STRETCHED = "The pins force strong stretch: the energy is over three times that without them."
 RELEASES = 2  # rounds of released corners with pins held
+
+
+def aimed(level: Level, state: DiscreteMap, even: float) -> DiscreteMap:
+    """The map with strokes whose ends slide aimed at places beside where they are."""
+    u = state.u[state.border : state.border + state.inside.z.size]
+    return replace(state, inside=strokes.aimed(state.inside, level.strokes, u, even))
 
 
 def bound(state: DiscreteMap) -> DiscreteMap:
@@ -69,6 +85,37 @@ def brought(state: DiscreteMap, theta: float) -> DiscreteMap:
     return min(turned, straight, key=lambda each: each.miss)
 
 
+def led(level: Level, state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map with its pins led to their goals one after the other, the nearest first, along ways around the others and
+    the outline; or as far as that goes."""
+    goals = state.inside.goals
+    state = held_where_they_are(state)
+    for pin in np.argsort(np.abs(goals - state.inside.goals), kind="stable"):
+        here = state.inside.goals
+        for place in route(level.target.curve, here[pin], goals[pin], np.delete(here, pin)):
+            aims = state.inside.goals.copy()
+            aims[pin] = place
+            state = stepped(level, state, aims, theta)
+            if state.miss > 0:
+                return replace(state, inside=state.inside._replace(goals=goals))
+    return state
+
+
+def stepped(level: Level, state: DiscreteMap, aims: Complex, theta: float) -> DiscreteMap:
+    """The map with its pins moved straight, on new meshes where they get stuck; or as close as they got."""
+    for attempt in range(1 + REMESHES):
+        tried = moved(replace(state, inside=state.inside._replace(goals=aims)), theta)
+        if tried.miss == 0 or attempt == REMESHES:
+            break
+        rested = held_where_they_are(tried).forward(theta, 1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
+        try:
+            sizes = sizing.graded(rested.z, rested.u, rested.faces, 0.5 * level.size**2)
+            state = refined(level, rested, sizes, only=HELD_STEPS)
+        except Stuck:
+            break
+    return tried
+
+
 def turned_matches(level: Level, pins: Complex) -> list[Match]:
     """Elastic matches at the turn that fits the pins (k, 2) best; none for fewer than two pins."""
     if len(pins) < 2:
@@ -98,12 +145,17 @@ def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list
         except Stuck:
             failed += 1
     free = min((state.energy for state in states), default=np.inf)
+    states = [aimed(level, state, BESIDE) for state in states]
     straight = (moved(state, problem.theta) for state in progress.counted("pins moved", states))
     ends = sorted(straight, key=lambda s: rank(s, problem.upright))
     if ends and ends[0].miss > 0:
         states = sorted(states, key=lambda s: s.energy)[:BROUGHT]
         staged = (brought(s, problem.theta) for s in progress.counted("pins moved in stages", states))
         ends = sorted(staged, key=lambda s: rank(s, problem.upright))
+    if ends and ends[0].miss > 0 and not problem.strokes:
+        ways = progress.counted("pins led around each other", states[:LED])
+        led_ends = [led(level, state, problem.theta) for state in ways]
+        ends = sorted([*led_ends, *ends], key=lambda s: rank(s, problem.upright))
     return ends[:KEPT], free, failed
 
 
@@ -128,18 +180,38 @@ def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None 
     Raises:
         Stuck: no map without folds, or pins no longer met.
     """
-    try:
+    if not (state.bound and state.inside.z.size):
         return refined(level, state, sizes)
+    try:
+        return refined(level, state, sizes, only=HELD_STEPS)
     except Stuck:
-        if not (state.bound and state.inside.z.size):
-            raise
-    new = refined(level, replace(state, bound=False), sizes)
-    goals = new.inside.goals.copy()
-    goals[new.inside.own < 0] = state.inside.goals[state.inside.own < 0]
-    new = brought(replace(new, inside=new.inside._replace(goals=goals)), theta)
+        state = replace(state, bound=False)
+    try:
+        new = refined(level, state, sizes, only=STEPS)
+    except Stuck:
+        relaxed = state.forward(theta, 1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)
+        new = refined(level, relaxed, sizes)
+    new = brought(replace(new, inside=with_goals_of(state, new)), theta)
     if new.miss > 0:
         raise Stuck("the constraints are not met on a new mesh")
     return new
+
+
+def again(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
+    """The map with pins met that coarser meshes left on their way; as it is where they are not met on this one."""
+    if problem.strokes:
+        return state
+    free = replace(state, inside=state.inside._replace(goals=problem.pins[:, 1].copy()), bound=False)
+    new = brought(free, problem.theta)
+    new = new if new.miss == 0 else led(level, free, problem.theta)
+    return new if new.miss == 0 else state
+
+
+def with_goals_of(state: DiscreteMap, new: DiscreteMap) -> Inside:
+    """What is constrained in a new map, pins with the goals that they have in the old one."""
+    goals = new.inside.goals.copy()
+    goals[new.inside.own < 0] = state.inside.goals[state.inside.own < 0]
+    return new.inside._replace(goals=goals)
 
 
 def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journal) -> DiscreteMap:
@@ -161,8 +233,8 @@ def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journa
         best = settled(level, replace(states[0], bound=False), problem)
     else:
         best = settled(level, held_where_they_are(states[0]), problem)
-    if best.energy > STRONG * free:
-        journal.notes.append(STRETCHED)
+    earlier = [note for note in journal.notes if note != STRETCHED]  # an attempt given up may have noted it
+    journal.notes = [*earlier, STRETCHED] if best.energy > STRONG * free else earlier
     journal.level("coarse", best, 1.0)
     return best
 

@@ -18,19 +18,23 @@ FINENESS = 1e-4  # of the diagonal: how closely the strokes that are solved for 
 
 @dataclass(frozen=True, eq=False)
 class Stroke:
-    """Open polylines in the source and in the target; ends go to ends.
+    """Open polylines in the source and in the target, on which the source's is to lie.
 
     Attributes:
         source: in the source.
         target: in the target.
+        sticks: whether its first end goes to the target's first, and its last to the last; else they slide along it.
+        covered: likewise, whether the source's ends are where the stroke ends: they are, but of an inverse map.
     """
 
     source: Curve
     target: Curve
+    sticks: tuple[bool, bool] = (False, False)
+    covered: tuple[bool, bool] = (True, True)
 
     def inverse(self) -> "Stroke":
         """The stroke of the inverse map."""
-        return Stroke(self.target, self.source)
+        return Stroke(self.target, self.source, self.covered, self.sticks)
 
     @property
     def even(self) -> Match:
@@ -64,7 +68,7 @@ def inside(strokes: tuple[Stroke, ...], matches: list[Match], spacing: float, pi
     parts = [_chain(stroke, match, spacing) for stroke, match in zip(strokes, matches)]
     sizes = [part[0].size for part in parts]
     links = [np.append(start + 1 + np.arange(n - 1), -1) for start, n in zip(np.cumsum([0, *sizes]), sizes)]
-    s, tau, at_source, at_target = ([part[k] for part in parts] for k in range(4))
+    s, tau, at_source, at_target, stuck = ([part[k] for part in parts] for k in range(5))
     return Inside(
         np.concatenate([*(stroke.source.at(x) for stroke, x in zip(strokes, s)), last.z]),
         np.concatenate([*(stroke.target.at(x) for stroke, x in zip(strokes, tau)), last.goals]),
@@ -74,17 +78,44 @@ def inside(strokes: tuple[Stroke, ...], matches: list[Match], spacing: float, pi
         np.concatenate([*links, last.links]),
         np.concatenate([*at_source, last.at_source]),
         np.concatenate([*at_target, last.at_target]),
+        np.concatenate([*stuck, last.stuck]),
         tuple(stroke.rails for stroke in strokes),
     )
 
 
+def aimed(kept: Inside, strokes: tuple[Stroke, ...], u: Complex, even: float) -> Inside:
+    """What is constrained, vertices of strokes whose ends slide with goals beside where the map has them.
+
+    Args:
+        kept: as `inside` made it.
+        strokes: likewise.
+        u: (k,) where the map has the vertices.
+        even: share of the goals that `kept` has mixed into the closest places, which bunch up.
+    """
+    from scipy.optimize import isotonic_regression  # slow to import, and seldom needed
+
+    goals, tau, at_target = kept.goals.copy(), kept.tau.copy(), kept.at_target.copy()
+    for k, stroke in enumerate(strokes):
+        if all(stroke.sticks):
+            continue
+        chain = np.flatnonzero(kept.own == k)
+        closest = isotonic_regression(stroke.target.closest(u[chain])).x
+        places = (1 - even) * closest + even * kept.tau[chain]
+        share = (kept.tau[chain] - kept.tau[chain[0]]) / np.ptp(kept.tau[chain])
+        first, last = (tau[chain[end]] - places[end] if stroke.sticks[end] else 0.0 for end in (0, -1))
+        tau[chain] = places + (1 - share) * first + share * last
+        goals[chain], at_target[chain] = stroke.target.at(tau[chain]), kept.stuck[chain]
+    return kept._replace(goals=goals, tau=tau, at_target=at_target)
+
+
 def _chain(stroke: Stroke, match: Match, spacing: float) -> tuple[Any, ...]:
-    """(s, τ, whether a source corner, whether a target corner) of the vertices of a stroke, in order."""
+    """(s, τ, whether a source corner, whether a target corner, whether stuck) of the vertices of a stroke, in order."""
     s0, t0 = stroke.source.knots, stroke.target.knots
-    s = np.concatenate([s0, np.interp(t0[1:-1], match.tau, match.s)])
-    tau = np.concatenate([np.interp(s0, match.s, match.tau), t0[1:-1]])
-    kind = np.repeat([1, 2], [s0.size, t0.size - 2])
-    kind[[0, s0.size - 1]] = 3
+    ends, goals = match.s[[0, -1]], match.tau[[0, -1]]
+    s0, t0 = (x[(x > low) & (x < high)] for x, (low, high) in ((s0, ends), (t0, goals)))
+    s = np.concatenate([ends, s0, np.interp(t0, match.tau, match.s)])
+    tau = np.concatenate([goals, np.interp(s0, match.s, match.tau), t0])
+    kind = np.repeat([3, 1, 2], [2, s0.size, t0.size])
     order = np.lexsort((tau, s))
     places = _merged(list(zip(s[order], tau[order], kind[order])), MERGED * spacing)
     s, tau, kind = (
@@ -98,11 +129,15 @@ def _chain(stroke: Stroke, match: Match, spacing: float) -> tuple[Any, ...]:
     share = (np.arange(parts.sum()) - first[own]) / parts[own]
     corner = np.append(share == 0, True)
     kinds = np.append(kind[own], kind[-1])
+    held, goal, stuck = corner & (kinds & 1 > 0), corner & (kinds & 2 > 0), np.zeros(kinds.size, bool)
+    held[[0, -1]] = stroke.covered
+    goal[[0, -1]] = stuck[[0, -1]] = stroke.sticks
     return (
         np.append(s[own] + share * np.diff(s)[own], s[-1]),
         np.append(tau[own] + share * np.diff(tau)[own], tau[-1]),
-        corner & (kinds & 1 > 0),
-        corner & (kinds & 2 > 0),
+        held,
+        goal,
+        stuck,
     )
 
 

@@ -104,10 +104,17 @@ class Deformed:
             raise Stuck("the map folds on another mesh")
         return replace(self, u=u)
 
-    def forward(self, theta: float, q: float, steps: int, tolerance: float) -> "Deformed":
-        """Newton steps on the image; what is not at its goal goes there, as far as no triangle folds."""
+    def forward(
+        self, theta: float, q: float, steps: int, tolerance: float, *, corners: bool = True
+    ) -> "Deformed":
+        """Newton steps on the image; what is not at its goal goes there, as far as no triangle folds.
+
+        Corners of target strokes keep their vertices if `corners`.
+        """
         inside = self.inside
-        stay = inside.at_target if self.miss == 0 else np.ones(inside.z.size, bool)
+        stay = inside.at_target if corners else inside.stuck
+        if self.miss > 0:
+            stay = np.ones(stay.size, bool)
         pinned = np.zeros(self.border, bool)
         pinned[self.pinned] = True
         goals = np.zeros(self.border, np.complex128)
@@ -116,8 +123,8 @@ class Deformed:
             True, pinned, np.append(goals, inside.goals), stay, theta, q, steps, tolerance
         )
         if inside.strokes and self.miss == 0:
-            slid = (inside.own >= 0) & ~inside.at_target
-            inside = inside._replace(tau=tau, goals=np.where(slid, u[self._inner], inside.goals))
+            goals = np.where(stay, inside.goals, u[self.inner])
+            inside = inside._replace(tau=tau, goals=goals, at_target=inside.at_target & stay)
         return replace(self, u=u, energy=energy, inside=inside)
 
     def backward(self, theta: float, q: float, steps: int, tolerance: float) -> "Deformed":
@@ -126,10 +133,11 @@ class Deformed:
         held = np.ones(self.border, bool)
         goals = np.append(self.z[: self.border], inside.z)
         z, s, energy = self._descended(False, held, goals, inside.at_source, theta, q, steps, tolerance)
-        return replace(self, z=z, energy=energy, inside=inside._replace(s=s, z=z[self._inner].copy()))
+        return replace(self, z=z, energy=energy, inside=inside._replace(s=s, z=z[self.inner].copy()))
 
     @property
-    def _inner(self) -> slice:
+    def inner(self) -> slice:
+        """The vertices that are constrained inside."""
         return slice(self.border, self.border + self.inside.z.size)
 
     def _descended(

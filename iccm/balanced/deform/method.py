@@ -14,9 +14,12 @@ from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
 from .. import orientation, stages
 from ..constraints.given import Pins, place, with_points
+from ..constraints.meeting import BESIDE
+from ..constraints.strokes import aimed
 from ..constraints.ways import FIRST_SHARE, LEAST_SHARE, MOVING_DECREASE, STAGE_STEPS, way_to
 from ..failure import NoMapError, Stuck
 from ..frames import Frame
+from ..levels import EVENED
 from ..meshing.transfer import interpolate
 from ..outline import manageable
 from ..solution import Settings
@@ -31,7 +34,13 @@ POWERS = (
 )  # q: at 1 a pin pulls out a spike; largest K of a square, its centre moved, 7.4, at 3 3.4
 UNTURNED = 1e-3  # of the constraints' spread: a best turn that turns less is none, as of points in a mirror
 SAME = 1e-9  # of the root of the area
-ROUNDS, FORWARD, BACKWARD, ROUND_DECREASE = 4, 8, 3, 1e-4
+ROUNDS, FORWARD, BACKWARD, ROUND_DECREASE = (
+    4,
+    8,
+    3,
+    1e-4,
+)  # of steps on the map and its inverse, where strokes slide
+RELEASES = 3  # meshes on which ends of strokes find their places
 
 
 Start = tuple[Complex, Complex, Index]  # vertices, images and triangles of an earlier map
@@ -87,14 +96,37 @@ def bent(outline: Curve, pins: Pins, settings: Settings, start: Start | None) ->
     size, theta = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.theta
     levels = []
     if start is None:
-        rough = settled(brought(rigid(meshed(outline, pins, max(COARSE, size))), theta), theta, 1.0)
-        start, levels = (rough.z, rough.u, rough.faces), [rough]
-    levels.append(settled(brought(begun(meshed(outline, pins, size), start), theta), theta, 1.0))
+        levels = [roughly(outline, pins, max(COARSE, size), theta)]
+        rough = levels[0].forward(theta, 1.0, FORWARD, SETTLED, corners=False) if pins.strokes else levels[0]
+        start, drawn = (rough.z, rough.u, rough.faces), rough.inside.matches
+    else:
+        drawn = beside(begun(meshed(outline, pins, size), start), pins, EVENED).inside.matches
+    fine = begun(meshed(outline, pins, size, drawn), start)
+    levels.append(settled(brought(fine, theta), theta, 1.0))
     for q in POWERS:
         levels.append(settled(levels[-1], theta, q))
         if excess(levels[-1], settings) <= 1:
             break
     return levels
+
+
+def roughly(outline: Curve, pins: Pins, size: float, theta: float) -> Deformed:
+    """The deformation on a coarse mesh; ends of strokes that slide pass corners of theirs between meshes."""
+    state = beside(rigid(meshed(outline, pins, size)), pins, BESIDE)
+    state = settled(brought(state, theta), theta, 1.0)
+    for _ in range(RELEASES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
+        freed = state.forward(theta, 1.0, FORWARD, SETTLED, corners=False)
+        new = begun(meshed(outline, pins, size, freed.inside.matches), (freed.z, freed.u, freed.faces))
+        new = settled(brought(new, theta), theta, 1.0)
+        if new.miss > 0 or new.energy > (1 - ROUND_DECREASE) * state.energy:
+            break
+        state = new
+    return state
+
+
+def beside(state: Deformed, pins: Pins, even: float) -> Deformed:
+    """The map with strokes whose ends slide aimed at places beside where they are."""
+    return replace(state, inside=aimed(state.inside, pins.strokes, state.u[state.inner], even))
 
 
 def excess(state: Deformed, settings: Settings) -> float:

@@ -137,7 +137,7 @@ def joined(links, a, b):
     return a < links.size and b < links.size and (links[a] == b or links[b] == a)
 
 
-@inner
+@kernel
 def legalise(z, faces, across, stack, fixed, links):
     """Lawson's flips, from the triangles on the stack on, until all edges are Delaunay.
 

@@ -22,6 +22,7 @@ ENCROACHED = -0.3  # cosine under which an edge of the outline may be seen from 
 FLAT = 1e-11  # twice the area, of a domain of area one, below which a new point counts as on an edge
 ROUNDS = 60  # of refinement; 8 are the most that icons needed
 MOST_RECOVERIES = 60  # sweeps of flips for one edge of a line; a few are the most that strokes needed
+ON_LINE = 1e-15  # distance, in a domain of area one, at which three vertices are on a line
 THIN_FLIP = 1e-13  # twice the area that a flip for an edge of a line may leave
 FARTHEST_WALK = 200  # triangles from a bad one to its circumcentre
 
@@ -302,7 +303,7 @@ def _given(z, border, given, faces, across, triangles, stack, links):
         _split(z, new, faces, across, t, side, triangles, stack, 0, nothing)
         triangles += 2
     for v in range(border, given):
-        if links[v] >= 0 and not _recover(z, faces, across, triangles, v, links[v], links):
+        if links[v] >= 0 and not recover(z, faces, across, triangles, v, links[v], links):
             return -1
     for t in range(triangles):
         push(stack, t)
@@ -348,7 +349,15 @@ def _carve(faces, across, triangles, first, last, links, stack):
 
 
 @inner
-def _recover(z, faces, across, triangles, v, w, links):
+def _side(z, p, q, v):
+    """On which side of the line from p to q the vertex v lies: 1, -1, or 0 where rounding decides."""
+    ahead, to = z[q] - z[p], z[v] - z[p]
+    area = cross(ahead, to)
+    return 0 if abs(area) <= ON_LINE * (abs(ahead) + abs(to)) else 1 if area > 0 else -1
+
+
+@kernel
+def recover(z, faces, across, triangles, v, w, links):
     """Flips edges that cross the one from v to w until that is in the mesh; False where it cannot be."""
     for _ in range(MOST_RECOVERIES):
         crossing = False
@@ -358,8 +367,7 @@ def _recover(z, faces, across, triangles, v, w, links):
                 u = across[t, k]
                 if u < 0 or a > faces[u, opposite(faces, u, b, c)] or v in (b, c) or w in (b, c):
                     continue
-                over = cross(z[w] - z[v], z[b] - z[v]) * cross(z[w] - z[v], z[c] - z[v]) < 0
-                if not over or twice_area(z, b, c, v) * twice_area(z, b, c, w) >= 0:
+                if _side(z, v, w, b) * _side(z, v, w, c) >= 0 or _side(z, b, c, v) * _side(z, b, c, w) >= 0:
                     continue
                 d = faces[u, opposite(faces, u, b, c)]
                 if joined(links, b, c) and min(b, c) < min(v, w):

@@ -2,7 +2,7 @@
 
 Each vertex of the outline, or of a stroke, has one unknown, its arclength τ on the polyline it slides on. It passes
 small kinks; at a corner it stops, and stays as long as the slopes to both sides hold it. A stroke's polyline is closed
-by running back along itself; vertices stay on the way there, since the ends are held and the order is kept.
+by running back along itself; vertices stay on the way there: the order is kept, and the ends do not pass its ends.
 """
 
 from collections.abc import Sequence
@@ -41,6 +41,7 @@ class Rails(NamedTuple):
         corners: likewise.
         starts: (r + 1, 3) where each rail begins in the three.
         own: (c,) the rail of each constrained vertex.
+        ends: (r,) arclength at which each rail turns back along itself, inf where it does not: vertices stay between.
     """
 
     knots: Real
@@ -48,14 +49,16 @@ class Rails(NamedTuple):
     corners: Real
     starts: Index
     own: Index
+    ends: Real
 
     @classmethod
-    def of(cls, rails: Sequence[Rail], own: Index) -> "Rails":
-        """The rails put together."""
+    def of(cls, rails: Sequence[Rail], own: Index, loops: int = 1) -> "Rails":
+        """The rails put together; the first `loops` are closed curves, the others strokes there and back again."""
+        ends = [np.inf if k < loops else 0.5 * rail.knots[-1] for k, rail in enumerate(rails)]
         sizes = np.array([[part.size for part in rail] for rail in rails], np.int64)
         starts = np.concatenate([np.zeros((1, 3), np.int64), np.cumsum(sizes, axis=0)])
         knots, vertices, corners = (np.concatenate(parts) for parts in zip(*rails))
-        return cls(knots, vertices, corners, starts, own)
+        return cls(knots, vertices, corners, starts, own, np.array(ends))
 
 
 class Border(NamedTuple):
@@ -182,6 +185,10 @@ def choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
             dot(gradient[v], backward) + slope[v],
         )
         low[v] = 0.0
+        if tau[v] >= rails.ends[rails.own[v]] - nudge:
+            slope_ahead = 0.0
+        elif rails.ends[rails.own[v]] < np.inf and tau[v] <= nudge:
+            slope_behind = 0.0
         if slope_ahead >= 0 and slope_behind <= 0:
             directions[v], high[v] = 0j, 0.0
         elif slope_ahead >= 0 or slope_behind > -slope_ahead > 0:

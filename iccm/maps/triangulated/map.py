@@ -70,6 +70,11 @@ class TriangulatedMap:
         """Vertices of the source's outer boundary, counter-clockwise; mesh vertices on straight parts among them."""
         return self.source[self.loops[0]]
 
+    @property
+    def rims(self) -> list[Complex]:
+        """Vertices of the source's boundaries: the outer one, counter-clockwise, and those of holes, clockwise."""
+        return [self.source[loop] for loop in self.loops]
+
     @cached_property
     def diagonal(self) -> float:
         """Length of the diagonal of the source's bounding box."""

@@ -1,7 +1,8 @@
 // iccm edit: what is edited, its history, and what goes between the two shapes, the list and the server.
 
 import {Link} from './link.js';
-import {Pane} from './pane.js';
+import {finer, simplified} from './geometry.js';
+import {DRAWN, Pane} from './pane.js';
 import {figures, list} from './panel.js';
 
 const $ = (id) => document.getElementById(id);
@@ -149,9 +150,11 @@ const does = {
   },
   async stroke(side, points) {
     pen(false);
-    const answer = await link.ask({type: 'place', side, points});
+    const other = side === 'source' ? panes.target : panes.source;
+    const answer = await link.ask({type: 'place', side, points: finer(points)});
     if (answer.error) return say(answer.error, true);
-    const ends = {[side]: points, [side === 'source' ? 'target' : 'source']: answer.points};
+    const image = simplified(answer.points.map((p) => other.units.page(p)), DRAWN / other.view.zoom);
+    const ends = {[side]: points, [other.side]: image.map((p) => other.units.file(p))};
     scene.strokes.push({name: '', weight: 1, ends: 'free', ...ends});
     return commit();
   },

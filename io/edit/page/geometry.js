@@ -62,3 +62,10 @@ export function simplified(points, near) {
   if (far <= near || points.length < 3) return [a, b];
   return [...simplified(points.slice(0, at + 1), near), ...simplified(points.slice(at), near).slice(1)];
 }
+
+/** A line with points between its own: its image is not straight where it is. */
+export function finer(points, parts = 8) {
+  const share = (a, b, t) => [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
+  const between = (a, b) => Array.from({length: parts}, (_, k) => share(a, b, k / parts));
+  return [...points.slice(0, -1).flatMap((a, k) => between(a, points[k + 1])), points.at(-1)];
+}

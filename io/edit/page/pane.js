@@ -4,7 +4,8 @@ import {area, closest, distance, inside, simplified, Units} from './geometry.js'
 import {Painter} from './gl.js';
 
 const SVG = 'http://www.w3.org/2000/svg';
-const CLICK = 4, RIM = 8, DRAWN = 2;  // pixels: moved less is a click; so near is on the outline; a drawn line's error
+export const DRAWN = 2;                // pixels: the error of a drawn line
+const CLICK = 4, RIM = 8;             // pixels: moved less is a click; so near is on the outline
 const ON_RIM = 1e-3;                  // of the shape: what the server takes for a pin of the outline
 const NUDGE = 0.005, FINE = 0.1;      // of the view: what an arrow key moves, and a tenth of it with Shift
 const LEAST = 0.2, MOST = 2000;       // zoom, times that at which all is seen

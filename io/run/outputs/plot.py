@@ -21,16 +21,14 @@ class Plot(Output):
         """matplotlib is imported here: it takes longer than many runs."""
         with run.phases.timed("plot"):
             if not run.target.is_mesh:
-                from .. import figure
+                from ..figures import domains
 
                 if len(run.fits) > 1:
                     run.note(f"{self.name}: shows the largest part alone")
-                figure.draw(run, path)
+                domains.draw(run, path)
                 return
             from ...shapes.mesh_shape import as_mesh
-            from .. import mesh_figure
+            from ..figures import surfaces
 
             placed, target = run.image.texture(run.box, kind=run.job.kind), as_mesh(run.target)
-            mesh_figure.draw(
-                target, path, map=run.fit.map, source=run.source, texture=placed, pins=run.fit.pins
-            )
+            surfaces.draw(target, path, map=run.fit.map, source=run.source, texture=placed, pins=run.fit.pins)

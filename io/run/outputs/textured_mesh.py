@@ -100,6 +100,9 @@ def new_uvs(
     written, missing = mesh_files.write(
         target.file, uv, *target.corners, out, name=name, texture=texture, force=force
     )
+    if not source.is_mesh:  # whose own layout may have mirrored charts
+        corners = mesh_files.as_written(uv, name)[target.flattening.patch.faces]
+        figures["uv"] = layout.turned_over(corners)
     return figures | {
         "flattening": target.flattening.report(),
         "outside_points": pull.outside,

@@ -123,6 +123,21 @@ def test_strokes_are_met():
     assert np.abs(goal.at(goal.closest(image)) - image).max() < 2e-4 * fit.diagonal
 
 
+def test_ends_of_strokes_slide_unless_they_have_pins():
+    """Onto an angle half as long again: the bar keeps its length, and its middle goes to the corner."""
+    stroke = (np.array([0.5 + 0.5j, 5.5 + 0.5j]), np.array([-1 + 0.5j, 3 + 2.5j, 7 + 0.5j]))
+    fit = iccm.deform(BAR, strokes=[stroke])
+    image = fit.map(Curve(stroke[0], closed=False).at(np.linspace(0, 5, 201)))
+    goal = Curve(stroke[1], closed=False)
+    assert fit.status is Status.MET and np.abs(goal.at(goal.closest(image)) - image).max() < 2e-4 * 6
+    assert np.abs(np.diff(image)).sum() == pytest.approx(5, rel=0.05)
+    assert abs(image[100] - stroke[1][1]) < 0.3
+    stuck = iccm.deform(BAR, strokes=[stroke], pins=np.column_stack([w[[0, -1]] for w in stroke]))
+    assert stuck.status is Status.MET and error(stuck) < 1e-9
+    again = iccm.deform(BAR, strokes=[(stroke[0], stroke[1] + 0.3j)], start=fit)
+    assert np.abs(again.map(MIDDLE) - fit.map(MIDDLE) - 0.3j).max() < 0.1
+
+
 def test_two_points_may_come_to_one_place():
     pins = [(0.1 + 0.5j, 0.5j), (5.9 + 0.5j, 0.5j), (3 + 0.5j, 3 + 2j)]
     fit = iccm.deform(BAR, pins=pins)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import iccm
-from iccm.balanced.live import Live
+from iccm.balanced.constraints.live import Live
 from iccm.balanced.solution import Settings
 from iccm.curve import Curve
 from iccm.errors import InputError
@@ -17,7 +17,7 @@ def begun(mirror=False):
     fit = iccm.fit(source, target)
     inner = fit.interior[:: fit.interior.size // 3][:3]
     pins = np.column_stack([inner, fit.map(inner)])
-    return fit, Live.of(fit.map, (source, target), Settings(), pins), pins
+    return fit, Live.of(fit, Settings(), pins), pins
 
 
 def sound(live, pins):
@@ -93,6 +93,31 @@ def test_another_balance_changes_it():
     scales = [np.ptp(np.log(np.abs(np.abs(p) ** 2 - np.abs(q) ** 2))) for p, q in
               (m.derivatives(np.array([0, 0.2, 0.3j, -0.3])) for m in areas)]  # fmt: skip
     assert scales[1] < scales[0]
+
+
+def test_holes_go_along():
+    z, w = shapes.circle(80), shapes.circle(90) * 1.2
+    inner = {"source_holes": [0.3 * shapes.circle(40)], "target_holes": [0.2 + 0.5 * shapes.circle(50)]}
+    fit = iccm.fit(z, w, **inner)
+    pins = np.array([[0.6j, fit.map(np.array([0.6j]))[0] * np.exp(0.05j)]])
+    live = Live.of(fit, Settings(), pins)
+    found = sound(live, pins)
+    assert len(found.loops) == 2
+    rim = found.image[found.loops[1]]
+    assert np.abs(np.abs(rim - 0.2) - 0.5).max() < 5e-3
+    pins[0, 1] *= np.exp(0.1j)
+    sound(live.moved(pins), pins)
+
+
+@pytest.mark.parametrize("more", ["source_holes", "target_holes"])
+def test_a_hole_without_partner_is_followed_too(more):
+    fit = iccm.fit(shapes.pear(), shapes.blob(), **{more: [0.25 * shapes.circle(40)]})
+    z = 0.6j
+    pins = np.array([[z, fit.map(np.array([z]))[0]]])
+    live = Live.of(fit, Settings(), pins)
+    assert live.met
+    pins[0, 1] += 0.05
+    assert live.moved(pins).met
 
 
 def test_what_cannot_be_is_refused_by_name():

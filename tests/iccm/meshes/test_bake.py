@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from iccm.errors import InputError
+from iccm.flattening import flatten
 from iccm.maps.extended_inverse import ExtendedInverse, bends
 from iccm.maps.harmonic import HarmonicMap
 from iccm.meshes import bake as baking
 from iccm.meshes.disk_patch import disk_patch
-from iccm.meshes.flatten import flatten
 from iccm.meshes.layout import layout
 from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh

@@ -5,6 +5,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+import iccm
 from iccm.curve import Curve
 from iccm.errors import InputError
 from iccm.io import artwork
@@ -224,6 +225,33 @@ def test_a_fill_that_leaves_the_source_paints_the_same_inside(tmp_path, d):
     assert max(np.abs(z.real).max(), np.abs(z.imag).max()) < 90.2
 
 
+@pytest.mark.parametrize(
+    "d",
+    [
+        "M-300 -200H250V220H-300Z",  # around everything
+        "M-60 -60H60V60H-60Z M-50 -50V50H50V-50Z",  # around the hole, and back
+        "M-60 -10H60V10H-60Z",  # across it
+        "M0 0L60 5L-60 5Z M-70 -70L70 70L70 -70Z",  # from its middle, and over its corners
+        "M-5 -5H5V5H-5Z M30 -80H80V80H30Z",  # in it, and beside it
+        "M-20 -20H20V20H-20Z",  # along it
+    ],
+)
+def test_nothing_is_painted_in_a_hole_and_all_else_as_before(tmp_path, d):
+    hole = "M90 90H-90V-90H90Z M20 20V-20H-20V20Z"
+    (tmp_path / "a.svg").write_text(f'{HEAD}<path id="s" d="{hole}"/><path id="a" d="{d}"/></svg>')
+    source = shape.read(f"{tmp_path}/a.svg#s")
+    rims = {"source_holes": source.holes, "target_holes": source.holes}
+    artwork.carry(source, iccm.fit(source.curve, source.curve, **rims).map, source, tmp_path / "b.svg")
+    found = {e.get("id"): e for e in ElementTree.fromstring((tmp_path / "b.svg").read_bytes()).iter()}
+    z = np.random.default_rng(5).uniform(-88, 88, (600, 2)) @ [1, 1j]
+    before = ElementTree.fromstring(f'<path d="{d}"/>')
+    clear = np.abs(outline_points(before)[:, None] - z).min(axis=0) > 1
+    size = np.maximum(np.abs(z.real), np.abs(z.imag))
+    outside, inside = z[clear & (size > 21)], z[size < 19]
+    assert np.array_equal(winding(found["a"], outside), winding(before, outside))
+    assert not winding(found["a"], inside).any()
+
+
 def outline_points(path):
     return np.concatenate(
         [piece.at(np.linspace(0, 1, 300)) for run in path_data.runs(path.get("d")) for piece in run.pieces]
@@ -429,7 +457,7 @@ def test_pictures_are_carried_in_parts(tmp_path):
         place, w = affine.parse(use.get("transform")), outline(corners)
         middle = (w.real.min() + w.real.max() + 1j * (w.imag.min() + w.imag.max())) / 2
         back = (np.sqrt(1 + 0.008 * middle) - 1) / 0.004  # in the root's units, half the picture's
-        assert abs(place(2 * back) - middle) < 0.1
+        assert abs(place(2 * back - (10 + 20j)) - middle) < 0.1  # the picture itself is kept at the origin
     assert (
         0 < len(found["b"]) < len(found["a"])
         and not len(found["c"])

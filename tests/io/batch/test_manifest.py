@@ -1,6 +1,7 @@
 """Manifests: defaults, globs, templates, and every mistake with its place."""
 
 import json
+import os
 
 import pytest
 
@@ -207,6 +208,7 @@ WILL_FAIL = {
     "stdin": ({"source": "-"}, "`-` is no file"),
     "the journal": ({"report": ".iccm-journal.jsonl"}, "is the batch's journal"),
     "the manifest": ({"report": "jobs.jsonl"}, "is the manifest"),
+    "an input of no shape": ({"target": "notes.txt"}, "no shape is read from '.txt'"),
     "a name of Windows": ({"output": "con.png"}, "Windows allows no name 'con.png'"),
     "a colon": ({"output": "a:b.png"}, "Windows allows no ':'"),
     "a dot at the end": ({"output": "a./b.png"}, "Windows allows no name 'a.'"),
@@ -216,9 +218,33 @@ WILL_FAIL = {
 @pytest.mark.parametrize("what", WILL_FAIL)
 def test_what_will_fail_is_found_before_anything_runs(shapes, what):
     (shapes / "folder.png").mkdir()
+    (shapes / "notes.txt").touch()
     values, message = WILL_FAIL[what]
     found = listed(shapes, {**JOB, **values})
     assert len(found) == 1 and found[0].startswith("line 1: ") and message in found[0], found
+
+
+def test_an_output_may_not_be_a_folder_of_another(shapes):
+    found = listed(shapes, {**JOB, "output": "o.png/x.png"}, {**JOB, "output": "O.png"})
+    assert len(found) == 1 and found[0].startswith("line 1: output: ") and "which is no folder" in found[0]
+
+
+def test_the_check_finds_outputs_that_cannot_be_written_and_makes_no_folder(shapes, iccm):
+    os.mkfifo("pipe.png") if hasattr(os, "mkfifo") else None
+    (shapes / "there.png").touch()
+    names = [
+        "square.svg/o.png",
+        "there.png",
+        "deep/er/o.png",
+        *(["pipe.png"] if hasattr(os, "mkfifo") else []),
+    ]
+    (shapes / "j.jsonl").write_text("".join(json.dumps({**JOB, "output": name}) + "\n" for name in names))
+    before = sorted(shapes.iterdir())
+    typed = iccm("batch", "j.jsonl", "--check")
+    assert typed.code == 2 and len(typed.lines) == len(names) - 1 and sorted(shapes.iterdir()) == before
+    assert "is a file, no folder" in typed.lines[0] and "use --force" in typed.lines[1]
+    (shapes / "j.jsonl").write_text(json.dumps({**JOB, "output": "deep/er/o.png"}) + "\n")
+    assert iccm("batch", "j.jsonl", "--check").code == 0 and sorted(shapes.iterdir()) == before
 
 
 def test_keys_that_are_there_twice_are_told(shapes):

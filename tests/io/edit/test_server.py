@@ -198,7 +198,9 @@ def test_a_mistake_of_ours_does_not_end_the_page(client, monkeypatch):
         socket.receive_json()
         socket.send_json({"type": "solve", "seq": 1, "scene": {}})
         message = socket.receive_json()
-        assert message["type"] == "error" and "internal error" in message["message"]
+        assert (message["type"], message["kind"]) == ("map", "error") and "internal error" in message[
+            "message"
+        ]
         assert "points" not in asked(socket, type="place", side="source", points=[[40, 45]])
 
 

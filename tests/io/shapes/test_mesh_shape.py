@@ -7,14 +7,15 @@ import pytest
 
 from iccm.errors import InputError
 from iccm.io import memory, places
-from iccm.io.meshes import obj
+from iccm.io.meshes import mesh_files, obj
 from iccm.io.pictures import image_files
-from iccm.io.run import mesh_figure
+from iccm.io.run.figures import surfaces
 from iccm.io.run.outputs.baked import bake
 from iccm.io.run.outputs.textured_mesh import new_uvs
 from iccm.io.shapes import mesh_shape, mesh_texture
 from iccm.maps.extended_inverse import ExtendedInverse
 from iccm.maps.harmonic import HarmonicMap
+from iccm.meshes import layout
 from iccm.pixels.canvas import Canvas
 from iccm.pixels.sampler import Sampler
 from iccm.pixels.warp import warp
@@ -69,7 +70,7 @@ def test_new_coordinates_are_where_the_texture_lies_over_the_flattening(tmp_path
 
 
 def target_plane(shape):
-    return mesh_figure.target_plane(shape)
+    return surfaces.target_plane(shape)
 
 
 def test_a_texture_is_bound_beside_the_mesh(tmp_path):
@@ -211,7 +212,7 @@ def test_a_mesh_without_coordinates_or_texture_says_so(tmp_path):
 
 def test_the_picture_of_a_surface_shows_its_texture(tmp_path):
     shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=16)))
-    seen = mesh_figure.surface(
+    seen = surfaces.surface(
         shape, identity(shape), target_plane(shape), colours().texture(shape.box), size=120
     )
     solid = seen[..., 3] == 255
@@ -227,7 +228,7 @@ def test_a_figure_is_drawn_the_same_every_time(tmp_path, with_map):
     shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=6)))
     more = {"map": identity(shape), "source": target_plane(shape)} if with_map else {}
     for name in ("1.png", "2.png"):
-        mesh_figure.draw(shape, tmp_path / name, **more)
+        surfaces.draw(shape, tmp_path / name, **more)
     assert (tmp_path / "1.png").read_bytes() == (tmp_path / "2.png").read_bytes()
 
 
@@ -633,3 +634,50 @@ def test_a_layout_that_overlaps_or_leaves_the_unit_square_is_told(shapes, iccm):
         done.err
     )
     assert any("texels lie in several triangles" in line for line in done.lines)
+
+
+def steep(x, y):
+    return 10 * np.random.default_rng(5).random(x.size).reshape(x.shape)
+
+
+def test_triangles_turned_over_in_what_is_written_are_told(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    write_mesh(tmp_path / "steep.obj", 5, steep, uv=False)
+    poor = iccm("flatten", "steep.obj", "--method", "lscm", "--uv", "poor.obj", "--report", "poor.json")
+    report = json.loads((tmp_path / "poor.json").read_text())
+    made = mesh_shape.read(str(tmp_path / "poor.obj"))
+    u, v = np.moveaxis(made.uv[made.uv_faces], -1, 0)
+    area = (u[:, 1] - u[:, 0]) * (v[:, 2] - v[:, 0]) - (u[:, 2] - u[:, 0]) * (v[:, 1] - v[:, 0])
+    assert poor.code == 1
+    assert report["status"] == "flipped"
+    assert report["uv"] == {"flipped": int((area < 0).sum()), "degenerate": 0}
+    assert report["uv"]["flipped"] > 0
+    assert f"{report['uv']['flipped']} triangles are turned over" in poor.err
+    sound = iccm("flatten", "steep.obj", "--uv", "sound.obj", "--report", "sound.json")
+    assert sound.code == 0
+    assert json.loads((tmp_path / "sound.json").read_text())["uv"] == {"flipped": 0, "degenerate": 0}
+
+
+def test_rounding_of_the_file_counts(tmp_path):
+    """A triangle that single precision leaves without area."""
+    uv = np.array([[0.5, 0.5], [0.5 + 1e-9, 0.5], [0.5, 0.5 + 1e-9]])
+    for name, degenerate in (("a.obj", 0), ("a.glb", 1)):
+        found = layout.turned_over(mesh_files.as_written(uv, name)[None])
+        assert found == {"flipped": 0, "degenerate": degenerate}
+    assert layout.turned_over(uv[None, [0, 2, 1]]) == {"flipped": 1, "degenerate": 0}
+
+
+def test_a_map_that_turns_triangles_over_is_poor(tmp_path, monkeypatch, iccm):
+    """Four triangles around a point: the map bends, its coordinates do not."""
+    monkeypatch.chdir(tmp_path)
+    points = [(0, 0), (4, 0), (4, 4), (0, 4), (3.9, 3.9)]
+    text = "".join(f"v {x} {y} 0\n" for x, y in points) + "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n"
+    (tmp_path / "sheet.obj").write_text(text)
+    (tmp_path / "ell.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 4 4"><path d="M0 0H4V1H1V4H0Z"/></svg>'
+    )
+    done = iccm("map", "ell.svg", "sheet.obj", "-o", "out.obj", "--report", "out.json")
+    report = json.loads((tmp_path / "out.json").read_text())
+    assert report["uv"]["flipped"] > 0
+    assert (done.code, report["status"]) == (1, "flipped")
+    assert "turn triangles over" in done.err

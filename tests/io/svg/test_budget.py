@@ -52,6 +52,7 @@ BOMBS = {
     "runs": ('<path d="' + "M1 1h1v1z" * 100_001 + '"/>', "more than 100000 runs"),
     "segments": ('<path d="M0 0' + "h1v1" * 600_000 + 'z"/>', "more than 1048576 lines and curves.*--max-segments"),
     "uses": ('<path id="p" d="M0 0' + "h1v1" * 5000 + 'z"/>' + '<use href="#p"/>' * 110, "more than 1048576 lines"),
+    "nested": ('<path fill-rule="evenodd" d="' + "".join(f"M{k / 150} {k / 150}H{99 - k / 150}V{99 - k / 150}H{k / 150}Z" for k in range(5000)) + '"/>', "in each other"),  # noqa: E501
     "thin": ('<path d="M0 0H1V1000000H0z"/>', "1e.06 times as long as wide"),
 }  # fmt: skip
 
@@ -164,6 +165,46 @@ def test_artwork_that_multiplies_is_refused_before_the_solving(shapes, iccm, bod
     assert typed.code == 2 and len(typed.lines) == 1, typed.err
     assert "a.svg" in typed.err and "more than 100000 lines and curves" in typed.err
     assert artwork.carry and not (shapes / "out.svg").exists()
+
+
+SHOWN = '<path id="o" d="M10 10H90V90H10Z"/>'
+FILTER = '<filter id="f"><feGaussianBlur stdDeviation="3"/></filter>'
+LINKED = "".join(f'<linearGradient id="g{k}" href="#g{k + 1}"/>' for k in range(60))
+AGAIN = {
+    "styles": ('<path id="a" style="' + "font-family:'a b';" * 9000 + '" d="M2 2H9V9Z"/>' + '<use href="#a"/>' * 60, "used again"),  # noqa: E501
+    "transforms": ('<path id="a" transform="' + "rotate(1)" * 9000 + '" d="M2 2H9V9Z"/>' + '<use href="#a"/>' * 200, "used again"),  # noqa: E501
+    "texts": (f'<g id="a"><metadata>{"x" * 10**6}</metadata></g>' + '<use href="#a"/>' * 20, "used again"),
+    "filters": (f'<filter id="f">{"<feOffset/>" * 600}</filter>' + '<path filter="url(#f)" d="M2 2H9V9Z"/>' * 100, "50000 elements"),  # noqa: E501
+    "markers": (f'<marker id="m" markerUnits="userSpaceOnUse">{"<g/>" * 600}</marker>' + '<path marker-mid="url(#m)" d="M2 2H9V9Z"/>' * 100, "50000 elements"),  # noqa: E501
+    "links": (LINKED + '<path fill="url(#g0)" d="M2 2H9V9Z"/>', "<linearGradient> 'g0' refers to others more than 40 deep"),  # noqa: E501
+    "groups": (FILTER + '<g filter="url(#f)">' * 150 + '<path d="M2 2H9V9Z"/>' * 900 + "</g>" * 150, "under clip paths"),  # noqa: E501
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", AGAIN)
+def test_what_a_drawing_uses_again_and_again_is_counted(shapes, iccm, name):
+    body, match = AGAIN[name]
+    (shapes / "a.svg").write_text(SVG.format(SHOWN + body))
+    typed = iccm("map", "a.svg#o", "blob.svg", "-o", "out.svg", "-q")
+    assert typed.code == 2 and len(typed.lines) == 1 and match in typed.err
+    assert not (shapes / "out.svg").exists()
+
+
+def test_lists_of_classes_are_looked_up_once_and_counted(monkeypatch):
+    monkeypatch.setattr(css, "MAX_RULES", 20_000)
+    sheet = css.sheet("".join(f".b{k}{{y:{k}}}" for k in range(200)))
+    many = " ".join(f"b{k}" for k in range(20_000))
+    for _ in range(100):
+        assert sheet.style("path", {"class": many})["y"] == "199"
+    with pytest.raises(InputError, match="combinations of rules and elements"):
+        for k in range(100):
+            sheet.style("path", {"class": f"{many} c{k}"})
+
+
+def test_a_picture_that_is_used_often_is_written_once(shapes, iccm):
+    (shapes / "a.svg").write_text(SVG.format(f"<defs>{PICTURE}</defs>{SHOWN}" + '<use href="#i"/>' * 3))
+    typed = iccm("map", "a.svg#o", "blob.svg", "-o", "out.svg", "--method", "paper", "--vertices", "40", "-q")
+    assert typed.code in (0, 1) and (shapes / "out.svg").read_text().count("data:image/png;base64,AAAA") == 1
 
 
 def test_a_compressed_drawing_is_read_within_the_same_bounds(shapes, iccm):

@@ -286,27 +286,26 @@ def test_a_keyhole_or_a_spike_is_harmless(svg):
     assert svg('<path d="M0 0H30V30H0zM5 5L9 9z"/>').curve.z.size == 4
 
 
-def test_a_tiny_crossing_is_repaired_and_a_plain_one_refused(svg):
+def test_a_tiny_crossing_is_cut_off_and_a_plain_one_is_what_its_fill_paints(svg):
     assert svg('<path d="M0 0H30V30H0V-.01L-.01 0z"/>').curve.area == pytest.approx(900, rel=1e-4)
-    one_line(
-        lambda: svg('<path id="p" d="M0 0L30 30V0L0 30z"/>'), "a.svg", "'p'", "crosses itself at (15, 15)"
-    )
-    one_line(
-        lambda: svg('<polygon points="50,0 80,90 2,35 98,35 20,90"/>'), "<polygon>", "crosses itself at ("
-    )
+    bow = svg('<path id="p" d="M0 0L30 30V0L0 30z"/>')
+    assert bow.curve.area == pytest.approx(225) and "crosses itself at (15, 15)" in bow.notes[0]
+    star = '<polygon points="50,0 80,90 2,35 98,35 20,90" fill-rule="{}"/>'
+    whole, pierced = svg(star.format("nonzero")), svg(star.format("evenodd"))
+    assert whole.curve.z.size == 10 and whole.holes == ()
+    assert pierced.curve.z.size == 3 and any("4 other outlines" in note for note in pierced.notes)
 
 
-def test_a_crossing_elsewhere_is_only_told(svg):
+def test_a_crossing_elsewhere_is_not_told(svg):
     shape = svg('<rect width="60" height="60"/><path id="bow" d="M0 0L30 30V0L0 30z"/>')
-    assert shape.curve.area == 3600 and "bow" in shape.notes[0]
+    assert shape.curve.area == 3600 and not any("bow" in note for note in shape.notes)
 
 
-def test_a_crossing_ring_costs_only_itself(svg):
+def test_a_crossing_ring_is_one_more_outline(svg):
     island = svg('<path id="p" d="M0 0H60V60H0zM70 0L80 10V0L70 10z"/>')
-    assert island.curve.area == 3600 and "crosses itself at (75, 5)" in island.notes[0]
-    one_line(
-        lambda: svg('<path id="p" d="M0 0H6V6H0zM70 0L80 10V0L70 10z"/>'), "'p'", "crosses itself at (75, 5)"
-    )
+    assert island.curve.area == 3600 and any("crosses itself at (75, 5)" in note for note in island.notes)
+    small = svg('<path id="p" d="M0 0H6V6H0zM70 0L80 10V0L70 10z"/>')
+    assert small.curve.area == 36 and any("2 other outlines" in note for note in small.notes)
 
 
 def test_an_open_line_beside_a_closed_one(svg):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +17,11 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter
 
-from ...maps.harmonic import area_scale, dilatation
-from .report import summary
+from ....maps.harmonic import area_scale, dilatation
+from ..report import summary
 
 if TYPE_CHECKING:
-    from .state import Run
+    from ..state import Run
 
 LINES, PER_LINE, PIXELS = 24, 400, 220
 INK, SOFT, ACROSS, UP, MARK = "#22262b", "#8a929b", "#2a78b8", "#d1662b", "#b0122f"
@@ -45,8 +46,11 @@ def draw(run: Run, path: Path) -> None:
         figure.savefig(path, dpi=100, metadata=metadata.get(path.suffix.lower()))
 
 
-def grid(outline: np.ndarray, lines: int = LINES, per_line: int = PER_LINE) -> tuple[np.ndarray, np.ndarray]:
-    """Grid lines inside an outline: (lines, points) complex arrays, NaN outside, first across and then up."""
+def grid(
+    outline: np.ndarray, lines: int = LINES, per_line: int = PER_LINE, holes: Sequence[np.ndarray] = ()
+) -> tuple[np.ndarray, np.ndarray]:
+    """Grid lines inside an outline: (lines, points) complex arrays, NaN outside and in holes, first across and then
+    up."""
     low, high = (
         complex(outline.real.min(), outline.imag.min()),
         complex(outline.real.max(), outline.imag.max()),
@@ -55,13 +59,15 @@ def grid(outline: np.ndarray, lines: int = LINES, per_line: int = PER_LINE) -> t
     columns = np.arange(low.real + step / 2, high.real, step)
     rows = np.arange(low.imag + step / 2, high.imag, step)
     x, y = np.linspace(low.real, high.real, per_line), np.linspace(low.imag, high.imag, per_line)
-    return _inside(x[None, :] + 1j * rows[:, None], outline), _inside(
-        columns[:, None] + 1j * y[None, :], outline
-    )
+    across, up = x[None, :] + 1j * rows[:, None], columns[:, None] + 1j * y[None, :]
+    return _inside(across, outline, holes=holes), _inside(up, outline, holes=holes)
 
 
-def _inside(z: np.ndarray, outline: np.ndarray, margin: float = 0.0) -> np.ndarray:
-    region = shapely.Polygon(np.column_stack([outline.real, outline.imag])).buffer(-margin)
+def _inside(
+    z: np.ndarray, outline: np.ndarray, margin: float = 0.0, holes: Sequence[np.ndarray] = ()
+) -> np.ndarray:
+    rings = [np.column_stack([ring.real, ring.imag]) for ring in (outline, *holes)]
+    region = shapely.Polygon(rings[0], rings[1:]).buffer(-margin)
     shapely.prepare(region)
     return np.where(shapely.contains_xy(region, z.real, z.imag), z, complex(np.nan, np.nan))
 
@@ -69,13 +75,16 @@ def _inside(z: np.ndarray, outline: np.ndarray, margin: float = 0.0) -> np.ndarr
 def _grids(run: Run, left: Any, right: Any) -> None:
     outline = run.fit.source.z
     evaluate = run.fit.fast
-    for lines, colour in zip(grid(run.fit.map.polygon), (ACROSS, UP)):
+    for lines, colour in zip(grid(run.fit.map.polygon, holes=run.fit.openings[0]), (ACROSS, UP)):
         _strands(left, lines, colour)
         _strands(right, _apply(evaluate, lines), colour)
     _outline(left, outline, INK, 1.4)
     if run.job.target is not None:
         _outline(right, run.target.curve.z, INK, 2.6, alpha=0.25)
     _outline(right, run.fit.image, INK, 1.0)
+    for axes, holes in zip((left, right), run.fit.openings):
+        for hole in holes:
+            _outline(axes, hole, INK, 1.0)
     pins = run.fit.pins
     if pins.size:
         left.plot(pins[:, 0].real, pins[:, 0].imag, "o", color=MARK, ms=5)
@@ -147,7 +156,8 @@ def _distortion(run: Run, figure: Any, left: Any, right: Any) -> None:
     low, high = run.fit.source.box
     step = max((high - low).real, (high - low).imag) / PIXELS
     x, y = np.arange(low.real + step / 2, high.real, step), np.arange(low.imag + step / 2, high.imag, step)
-    z = _inside(x[None, :] + 1j * y[:, None], run.fit.map.polygon, margin=1e-3 * run.fit.source.diagonal)
+    inside = {"margin": 1e-3 * run.fit.source.diagonal, "holes": run.fit.openings[0]}
+    z = _inside(x[None, :] + 1j * y[:, None], run.fit.map.polygon, **inside)
     area, shear = np.full(z.shape, np.nan), np.full(z.shape, np.nan)
     known = np.isfinite(z)
     f_z, f_zbar = run.fit.fast.derivatives(z[known])

@@ -10,17 +10,17 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ...arrays import Complex
-from ...maps.extended_inverse import ExtendedInverse
-from ...maps.kinds import AnyMap, evaluated
-from ...meshes.render import render
-from ...pixels.checkerboard import checkerboard
-from ...pixels.sampler import Sampler
-from ...pixels.warp import Texture
-from ..shapes.mesh_shape import MeshShape
-from ..shapes.shape import Shape
-from .figure import grid
-from .framing import square
+from ....arrays import Complex
+from ....maps.extended_inverse import ExtendedInverse
+from ....maps.kinds import AnyMap, evaluated
+from ....meshes.render import render
+from ....pixels.checkerboard import checkerboard
+from ....pixels.sampler import Sampler
+from ....pixels.warp import Texture
+from ...shapes.mesh_shape import MeshShape
+from ...shapes.shape import Shape
+from ..framing import square
+from .domains import grid
 
 INK, ACROSS, UP, EDGE, MARK = "#22262b", "#2a78b8", "#d1662b", "#c6ccd2", "#b0122f"
 MOST_EDGES = 20000

@@ -1,0 +1,94 @@
+"""Going on from an earlier map: on its own mesh where the pins are its vertices, else on a new one."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Complex, Index, Real
+from ...curve import Curve
+from ..discrete import DiscreteMap
+from ..levels import EVENED, Level, Problem, Sketch, refined
+from ..meshing import sizing
+from ..minimise.ldl import system_of
+from ..pairs import Pairs
+from .inside import Inside
+from .meeting import aimed, brought, held_where_they_are, led
+
+SAME = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
+
+
+def continued(level: Level, start: Sketch, problem: Problem) -> DiscreteMap:
+    """The earlier map with the problem's constraints met, or as close as they got.
+
+    Raises:
+        Stuck: no map without folds follows these outlines.
+    """
+    state = on_its_mesh(level, start) or refined(
+        level, start, sizing.graded(start.z, start.u, start.faces, 0.5 * level.size**2)
+    )
+    if not state.inside.z.size:
+        return state
+    if level.strokes:  # corners of theirs get vertices where the earlier map has them
+        state = refined(level, aimed(level, state, EVENED))
+    new = brought(replace(state, bound=False), problem.theta)
+    new = new if new.miss == 0 or problem.strokes else led(level, new, problem.theta)
+    if new.miss == 0:
+        return new
+    return replace(state, bound=False) if problem.strokes else held_where_they_are(new)
+
+
+def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
+    """The earlier map itself, if its outlines are the level's and all pins are among its vertices; None if not."""
+    border = np.arange(start.border)
+    s, tau = (_along(o.curve, w[border]) for o, w in zip((level.source, level.target), (start.z, start.u)))
+    if level.strokes or s is None or tau is None:
+        return None
+    at_source, at_target = (
+        _at(o.corners, x, o.length) for o, x in zip((level.source, level.target), (s, tau))
+    )
+    if at_source.sum() < level.source.corners.size or at_target.sum() < level.target.corners.size:
+        return None
+    anchored = np.zeros(border.size, bool)
+    if level.anchors is not None:
+        anchored = _at(level.anchors.s, s, level.source.length)
+        if anchored.sum() < level.anchors.s.size or np.any(
+            anchored != _at(level.anchors.tau, tau, level.target.length)
+        ):
+            return None
+    order = _pins_first(start, level.pins[:, 0])
+    if order is None:
+        return None
+    place = np.argsort(order)
+    faces = place[start.faces]
+    following = np.append((border + 1) % border.size, border.size + np.arange(len(level.pins)))
+    return DiscreteMap(
+        level.source, level.target, faces, system_of(faces, following, order.size), start.z[order],
+        start.u[order], Pairs(s, tau, at_source, at_target), anchored, inside=Inside.of_pins(level.pins),
+    )  # fmt: skip
+
+
+def _pins_first(start: Sketch, pins: Complex) -> Index | None:
+    """An order of the vertices with those of pins right after the outline's; None if one has none."""
+    away = np.abs(start.z[start.border :] - pins[:, None])
+    found = start.border + away.argmin(axis=1)
+    if np.any(away.min(axis=1) > SAME) or np.unique(found).size < found.size:
+        return None
+    rest = np.setdiff1d(np.arange(start.border, start.z.size), found)
+    return np.concatenate([np.arange(start.border), found, rest])
+
+
+def _along(curve: Curve, w: Complex) -> Real | None:
+    """Ascending arclengths of points in order on a closed curve; None if they are not on it, or not in order."""
+    s = curve.closest(w)
+    if np.abs(curve.at(s) - w).max() > SAME:
+        return None
+    steps = np.mod(np.diff(s, append=s[0]), curve.length)
+    if abs(steps.sum() - curve.length) > 0.5 * curve.length or steps.min() <= 0:
+        return None
+    return s[0] + np.append(0, np.cumsum(steps[:-1]))
+
+
+def _at(places: Real, s: Real, length: float) -> np.ndarray:
+    """Which arclengths are among the places."""
+    gap = np.mod(s[:, None] - places + 0.5 * length, length) - 0.5 * length
+    return np.any(np.abs(gap) < SAME, axis=1)

@@ -1,0 +1,58 @@
+"""Ways from point to point inside a domain, away from its outline and from other points: Dijkstra on a grid."""
+
+import numpy as np
+import scipy.sparse
+import shapely
+from scipy.sparse.csgraph import dijkstra
+
+from ...arrays import Complex
+from ...curve import Curve
+
+CELLS = 160  # of the grid along the longer side
+NARROW = 0.04  # of the diagonal: a cell with this clearance costs twice as much as one in the open
+LEAST_CLEARANCE = 0.2  # of a cell
+STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
+
+
+def route(domain: Curve, here: complex, there: complex, others: Complex) -> Complex:
+    """(k,) places on the cheapest way from `here` to `there`, which is the last; cells cost more the narrower they are.
+
+    Args:
+        domain: what the way stays inside of.
+        here: inside of it.
+        there: likewise.
+        others: (p,) points that the way keeps away from, as it does from the outline.
+    """
+    low, high = domain.box
+    cell = max((high - low).real, (high - low).imag) / CELLS
+    x, y = (np.arange(int(size / cell) + 2) * cell for size in ((high - low).real, (high - low).imag))
+    w = (low + x[None, :] + 1j * y[:, None]).ravel()
+    inside = domain.contains(w)
+    clearance = np.abs(domain.at(domain.closest(w)) - w)
+    clearance = np.min([clearance, *(np.abs(w - other) for other in others)], axis=0)
+    cost = 1 + (NARROW * domain.diagonal / np.maximum(clearance, LEAST_CLEARANCE * cell)) ** 2
+    graph = _graph(cost.reshape(y.size, x.size), inside.reshape(y.size, x.size))
+    start, end = (int(np.argmin(np.where(inside, np.abs(w - place), np.inf))) for place in (here, there))
+    _, before = dijkstra(graph, directed=False, indices=end, return_predecessors=True)
+    cells = [start]
+    while cells[-1] != end and before[cells[-1]] >= 0:
+        cells.append(before[cells[-1]])
+    way = np.concatenate([[here], w[cells[1:-1]], [there]])
+    line = shapely.LineString(np.column_stack([way.real, way.imag])).simplify(cell)
+    return (shapely.get_coordinates(line) @ np.array([1, 1j]))[1:]
+
+
+def _graph(cost: np.ndarray, inside: np.ndarray) -> scipy.sparse.csr_array:
+    """Neighbouring cells inside, joined by the mean of their costs times the distance."""
+    rows, columns = cost.shape
+    number = np.arange(cost.size).reshape(cost.shape)
+    tails, heads, lengths = [], [], []
+    for down, right in STEPS:
+        a = slice(0, rows - down), slice(max(0, -right), columns - max(0, right))
+        b = slice(down, rows), slice(max(0, right), columns + min(0, right))
+        both = inside[a] & inside[b]
+        tails.append(number[a][both])
+        heads.append(number[b][both])
+        lengths.append((0.5 * (cost[a] + cost[b]) * np.hypot(down, right))[both])
+    ends = np.concatenate(tails), np.concatenate(heads)
+    return scipy.sparse.csr_array((np.concatenate(lengths), ends), (cost.size, cost.size))

@@ -1,0 +1,74 @@
+"""Triangulations of a domain's inside of which given panels of its boundary are edges."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import Delaunay
+
+from ..arrays import Complex, Flags, Index
+from ..balanced.meshing.delaunay import legalise
+from ..balanced.meshing.mesh import recover
+from ..curve import Curve
+from ..errors import InputError
+
+
+class TooThinError(InputError):
+    """Rounding decides what is inside of an outline."""
+
+    def __init__(self) -> None:
+        super().__init__("an outline has parts too thin to be triangulated; simplify it, or make it wider")
+
+
+class Mesh(NamedTuple):
+    """Counter-clockwise triangles (t, 3), and those beyond the edges opposite to their vertices (t, 3), -1 for none."""
+
+    faces: Index
+    across: Index
+
+
+def delaunay(nodes: Complex) -> Mesh:
+    """The Delaunay triangulation of the nodes' convex hull."""
+    found = Delaunay(np.column_stack([nodes.real, nodes.imag]))
+    return Mesh(found.simplices.astype(np.int64), found.neighbors.astype(np.int64))
+
+
+def missing(mesh: Mesh, panels: int, nodes: int) -> Flags:
+    """(panels,) whether a panel, from each of the first nodes to the next, is no edge."""
+    present = [keys(mesh.faces[:, k], mesh.faces[:, (k + 1) % 3], nodes) for k in range(3)]
+    start = np.arange(panels)
+    return ~np.isin(keys(start, (start + 1) % panels, nodes), np.concatenate(present))
+
+
+def constrained(nodes: Complex, mesh: Mesh, lacking: Flags) -> Mesh:
+    """The triangulation with all panels as edges, and all others Delaunay but for them (Sloan 1993).
+
+    Args:
+        nodes: (n,) nodes, the panels' ends first and in order.
+        mesh: their Delaunay triangulation.
+        lacking: (panels,) the panels that are none of its edges.
+
+    Raises:
+        TooThinError: rounding decides which edges cross.
+    """
+    faces, across = mesh.faces.copy(), mesh.across.copy()
+    following = (np.arange(lacking.size) + 1) % lacking.size
+    for k in np.flatnonzero(lacking):
+        if not recover(nodes, faces, across, len(faces), k, following[k], following):
+            raise TooThinError
+    stack = np.zeros(8 * len(faces), np.int64)
+    stack[0], stack[1 : 1 + len(faces)] = len(faces), np.arange(len(faces))
+    legalise(nodes, faces, across, stack, 0, following)
+    made = Mesh(faces, across)
+    if missing(made, lacking.size, nodes.size).any():
+        raise TooThinError
+    return made
+
+
+def inside(curve: Curve, nodes: Complex, mesh: Mesh) -> Index:
+    """(m, 3) the triangles inside a closed curve."""
+    return mesh.faces[curve.contains(nodes[mesh.faces].mean(axis=1))]
+
+
+def keys(a: Index, b: Index, nodes: int) -> Index:
+    """One number for each unordered pair of nodes."""
+    return np.minimum(a, b).astype(np.int64) * nodes + np.maximum(a, b)

@@ -1,0 +1,154 @@
+"""How a patch is laid out: plain least squares where that is one-to-one, else Newton from a layout without folds."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..arrays import Complex, Index
+from ..errors import InputError
+from ..meshes import tutte
+from ..meshes.cut import extended
+from ..meshes.flatten import Flattening, lscm, overlap, upright
+from ..meshes.mesh import face_areas
+from ..meshes.patch import Patch
+from . import seams
+from .free import Elastic, surface
+from .scaffold import apart
+
+METHODS = ("conformal", "lscm", "balanced")
+
+# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
+ROUNDS = 12  # of lengthening the seam of a surface that had to be cut
+EVEN = 2.0  # spread of log10 area (p05 to p95) at which a seam is long enough for least squares
+STRETCHED = (
+    1.5  # p95 of the stretch of an even layout from which the seam is too short: 1.6 left some less even
+)
+STEPS = 150  # of Newton's method; 7 to 69 were needed on 15 meshes
+FEW = 30  # of them where only the place of the stretch is wanted
+APART = 300  # with a scaffold
+TOLERANCE, ROUGH = 1e-5, 1e-4  # relative decrease that counts as none; while the seam grows
+SOFTER = (
+    0.1,
+    0.01,
+)  # θ on the way from even to conformal: Newton's method does not find the way from 0 alone
+
+
+def flatten(patch: Patch, *, loop: int = 1, grow: bool = False, method: str = "conformal") -> Flattening:
+    """Lay a patch out in the plane.
+
+    Args:
+        patch: one disk, with or without holes.
+        loop: which boundary loop is the outline, 1 being the longest in space.
+        grow: whether the seam of a patch that was cut may be lengthened.
+        method: one of METHODS: "conformal", one-to-one: least squares (LSCM) where the patch is open and they are
+            one-to-one, else the conformal limit of "balanced"; "lscm", least squares as they come; "balanced", of least
+            symmetric Dirichlet energy and one-to-one.
+
+    Raises:
+        InputError: there is no such loop, least squares have no solution, or nothing gave a flattening without overlap.
+    """
+    if not 1 <= loop <= len(patch.loops):
+        raise InputError(
+            f"{patch.mesh.name}: no boundary loop {loop}; there are {len(patch.loops)}, 1 is the longest"
+        )
+    if method == "lscm":
+        exact = _least_squares(patch, loop, grow and len(patch.seam) > 0)
+        if not np.isfinite(exact.flat).all():
+            name = patch.mesh.name
+            raise InputError(
+                f"{name}: LSCM has no solution here, for faces without area; take another method"
+            )
+        return exact
+    plain = _least_squares(patch, loop, False)
+    fault = overlap(plain)
+    # a cut leaves a choice of many layouts without distortion of angles: one is taken whose areas are even
+    growing = grow and (len(patch.seam) > 0 or fault is not None or _spread(plain) > EVEN)
+    if method == "balanced":
+        return _checked(_even(patch, loop, growing)[0])
+    if fault is None and not growing:
+        return plain
+    found = _checked(_conformal(*_even(patch, loop, growing)))
+    return replace(found, notes=() if fault is None else (f"LSCM gave {fault}: laid out without",))
+
+
+def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
+    """LSCM, the seam lengthened to the most shrunk vertex until areas are even enough."""
+    for _ in range(ROUNDS + 1):
+        outline = patch.loops[loop - 1]
+        result = Flattening(patch, upright(patch, lscm(patch, outline)), outline, "lscm")
+        if not growing or _spread(result) <= EVEN:
+            break
+        patch, before, loop = extended(patch, _most_shrunk(result)), patch, 1
+        if patch is before:
+            break
+    return result
+
+
+def _even(patch: Patch, loop: int, growing: bool) -> tuple[Flattening, Elastic]:
+    """The layout of least symmetric Dirichlet energy, its seam long enough, and the surface as it was found on."""
+    for _ in range(ROUNDS + 1):
+        outline = patch.loops[loop - 1]
+        sheet, start = surface(patch.points, patch.faces), _start(patch, outline)
+        result = _placed(start, sheet.relaxed(_unit(start), 1, FEW if growing else STEPS, ROUGH))
+        if not growing or result.strained(95) < STRETCHED:
+            break
+        patch, before, loop = seams.longer(result), patch, 1
+        if patch is before:
+            break
+    return _relaxed(start, result, sheet, 1.0), sheet
+
+
+def _conformal(even: Flattening, sheet: Elastic) -> Flattening:
+    """From an even layout to a conformal one."""
+    for theta in SOFTER:
+        even = _relaxed(even, even, sheet, theta)
+    return replace(even, method="conformal")
+
+
+def _relaxed(start: Flattening, better: Flattening, sheet: Elastic, theta: float) -> Flattening:
+    """A layout relaxed to the end; where it overlaps itself then, from a start that does not, with a scaffold."""
+    result = _placed(better, sheet.relaxed(_unit(better), theta, STEPS, TOLERANCE))
+    if overlap(result) is None:
+        return result
+    loops = [start.loop, *(loop for loop in start.patch.loops if not np.array_equal(loop, start.loop))]
+    return _placed(start, apart(sheet, _unit(start), loops, theta, APART, TOLERANCE))
+
+
+def _start(patch: Patch, outline: Index) -> Flattening:
+    """A layout without folds, as far from even as it may be."""
+    try:
+        return Flattening(patch, upright(patch, tutte.convex(patch, outline)), outline, "balanced")
+    except RuntimeError:  # scipy's word for a singular matrix
+        raise InputError(
+            f"{patch.mesh.name}: no layout without folds was found; cut the patch smaller"
+        ) from None
+
+
+def _placed(result: Flattening, flat: Complex) -> Flattening:
+    return replace(result, flat=upright(result.patch, flat))
+
+
+def _unit(result: Flattening) -> Complex:
+    """Positions at an area of one."""
+    return result.flat / np.sqrt(face_areas(result.patch.points[result.patch.faces]).sum())
+
+
+def _checked(result: Flattening) -> Flattening:
+    fault = overlap(result)
+    if fault is None:
+        return result
+    raise InputError(
+        f"{result.patch.mesh.name}: every flattening overlaps itself ({fault}); cut the patch smaller"
+    )
+
+
+def _spread(result: Flattening) -> float:
+    low, _, high = result.report()["log10_area"].values()
+    return high - low
+
+
+def _most_shrunk(result: Flattening) -> int:
+    """The inner vertex around which the plane shows the surface smallest."""
+    mean = seams.at_vertices(result.patch.faces, np.log(np.maximum(np.abs(result.stretch[0]), 1e-300)))
+    mean[np.concatenate(result.patch.loops)] = np.inf
+    return int(np.argmin(mean))

@@ -1,0 +1,91 @@
+"""A layout kept from overlapping itself by triangles around it.
+
+Jiang, Schaefer, Panozzo, *Simplicial Complex Augmentation Framework for Bijective Maps*, SIGGRAPH Asia 2017: what lies
+between the outline and a frame, and in the holes, is triangulated anew at every step, its rest shape is its present
+one, and no triangle of either kind may fold.
+"""
+
+import numpy as np
+import shapely
+
+from ..arrays import Complex, Index
+from .free import Elastic
+
+FRAME = 24  # corners of the frame, whose radius is FAR times that of the layout
+FAR = 2.0
+LIGHT = 1e-3  # of the surface's energy: what all triangles of the scaffold weigh together
+THIN = 1e-14  # of the frame's radius squared: triangles of less area are left out
+SETTLED = 3  # steps that gain little, one after the other, before the layout counts as done
+
+
+def apart(
+    sheet: Elastic, u: Complex, loops: list[Index], theta: float, steps: int, tolerance: float
+) -> Complex:
+    """Newton steps with a scaffold, from a layout (n,) that does not overlap itself to one of less energy.
+
+    Args:
+        sheet: the surface.
+        u: positions of its vertices.
+        loops: its boundary, the outline first.
+        theta: weight of the area part.
+        steps: the most there may be.
+        tolerance: relative decrease that counts as none.
+    """
+    energy, small = sheet.energy(u, theta), 0
+    for _ in range(steps):
+        around = frame(u[loops[0]])
+        faces = outside(u, around, loops)
+        at = np.concatenate([around, u])
+        light = np.full(len(faces), LIGHT * energy / len(faces))
+        both = Elastic.of(
+            np.concatenate([sheet.faces + FRAME, faces]),
+            np.concatenate([sheet.rest, at[faces]]),
+            np.concatenate([sheet.weights, light]),
+            FRAME,
+        )
+        u = both.relaxed(at, theta, 1, tolerance)[FRAME:]
+        before, energy = energy, sheet.energy(u, theta)
+        small = small + 1 if before - energy < tolerance * before else 0
+        if small == SETTLED:
+            break
+    return u
+
+
+def frame(outline: Complex) -> Complex:
+    """Corners around an outline."""
+    middle = outline.mean()
+    radius = FAR * np.abs(outline - middle).max()
+    return middle + radius * np.exp(2j * np.pi * np.arange(FRAME) / FRAME)
+
+
+def outside(u: Complex, around: Complex, loops: list[Index]) -> Index:
+    """(k, 3) counter-clockwise triangles between the frame and the outline and in the holes.
+
+    Vertices are those of the frame, then those of the layout.
+    """
+    at = np.concatenate([around, u])
+    rings = [np.arange(around.size), *(loop + around.size for loop in loops)]
+    number = {complex(at[v]): v for ring in rings for v in ring.tolist()}
+    polygons = [
+        shapely.Polygon(_pairs(around), [_pairs(u[loops[0]])]),
+        *(shapely.Polygon(_pairs(u[loop])) for loop in loops[1:]),
+    ]
+    parts = np.concatenate([_triangles(polygon) for polygon in polygons])
+    xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
+    faces = np.array([number[complex(x, y)] for x, y in xy.reshape(-1, 2).tolist()]).reshape(-1, 3)
+    a, b, c = at[faces.T]
+    area = 0.5 * ((b - a).conj() * (c - a)).imag
+    faces = np.where((area < 0)[:, None], faces[:, ::-1], faces)
+    return np.ascontiguousarray(faces[np.abs(area) > THIN * np.abs(around[0] - around.mean()) ** 2])
+
+
+def _triangles(polygon: shapely.Polygon) -> np.ndarray:
+    """Of a polygon; none where it is too thin for GEOS, so that it is left to itself until it is wider."""
+    try:
+        return shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
+    except shapely.errors.GEOSException:
+        return np.empty(0, object)
+
+
+def _pairs(z: Complex):
+    return np.column_stack([z.real, z.imag])

@@ -1,0 +1,218 @@
+"""Textures of one UV layout of a surface carried to another: texel by texel, to where it lies on the surface.
+
+Triangles with the same corners in both meshes go to each other; what has no partner goes to the nearest point.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Flags, Index, Real
+from ..parallel import over_slices
+from ..pixels.padding import pad
+from ..pixels.sampler import Sampler, put
+from ..pixels.texture import Places
+from .charted import Charted
+from .layout import Layout, layout
+
+SAME = 1e-6  # of the diagonal: corners this close are the same
+ROWS = 64  # of the layout that are filtered at a time (by hand)
+
+
+@dataclass(frozen=True, eq=False)
+class Origin:
+    """Where the texels of a new layout lie on the old mesh.
+
+    Attributes:
+        old, new: the meshes.
+        grid: texels of the new layout.
+        partner: (m,) triangle of the old mesh with the same corners, -1 without.
+        order: (m, 3) which corner of the new triangle each corner of the old one is.
+        slots: (h, w) row of the next two arrays for texels without a partner, -1 elsewhere.
+        nearest: (k,) triangle of the old mesh nearest to each of these texels.
+        weights: (k, 3) barycentric coordinates of the nearest point.
+        distance: (k,) to it.
+    """
+
+    old: Charted
+    new: Charted
+    grid: Layout
+    partner: Index
+    order: Index
+    slots: NDArray[np.int64]
+    nearest: Index
+    weights: Real
+    distance: Real
+
+    @classmethod
+    def of(cls, old: Charted, new: Charted, width: int, height: int) -> "Origin":
+        """For a new picture of this size.
+
+        Raises:
+            InputError: a layout that cannot be rasterised.
+        """
+        grid = layout(new.name, new.uv, new.uv_faces, new.twin, width, height)
+        partner, order = partners(old, new)
+        owner = grid.owners.owner
+        lonely = (owner >= 0) & (partner[owner] < 0)
+        slots = np.full(owner.shape, -1, np.int64)
+        slots[lonely] = np.arange(lonely.sum())
+        rows, columns = np.nonzero(lonely)
+        own = owner[rows, columns]
+        weights = _barycentric(grid.corners[own], columns, rows, grid.shape)
+        return cls(
+            old, new, grid, partner, order, slots, *_nearest(old, _at(new.points[new.faces[own]], weights))
+        )
+
+    def far(self, limit: float) -> Flags:
+        """(h, w) texels that lie farther from the old mesh than a distance."""
+        found = np.zeros(self.slots.shape, bool)
+        found[self.slots >= 0] = self.distance > limit
+        return found
+
+    def places(self, rows: NDArray, columns: NDArray, size: tuple[int, int]) -> Places:
+        """Where texels (p,) of the new layout lie in a texture of the old one, of this width and height."""
+        own, slot = self.grid.owners.owner[rows, columns], self.slots[rows, columns]
+        weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape)
+        lonely = slot >= 0
+        triangle = np.where(lonely, self.nearest[slot] if self.nearest.size else 0, self.partner[own])
+        there = np.take_along_axis(weights, self.order[own], axis=1)
+        there[lonely] = self.weights[slot[lonely]]
+        uv = self.old.uv[self.old.uv_faces[triangle]]
+        corners = np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1)
+        corners = (corners - np.floor(corners.mean(axis=1, keepdims=True))) * size
+        steps = self._steps(own)
+        turn = np.empty((own.size, 4))
+        edges = self.old.points[self.old.faces[triangle]]
+        d = corners[:, 1:] - corners[:, :1]
+        for k, step in enumerate(steps):
+            turn[:, k::2] = np.einsum("pk,pkc->pc", _along(edges[:, 1:] - edges[:, :1], step), d)
+        return Places(_at(corners, there), turn, *self._directions(own, weights, triangle, there))
+
+    def _steps(self, own: Index) -> tuple[Real, Real]:
+        """(p, 3) how a place in space changes with the new layout's x and y."""
+        corners, at = self.grid.corners[own], self.new.points[self.new.faces[own]]
+        (ax, ay), (bx, by) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
+        e, f, area = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0], ax * by - ay * bx
+        area = np.where(area == 0, 1.0, area)[:, None]
+        return (e * by[:, None] - f * ay[:, None]) / area, (f * ax[:, None] - e * bx[:, None]) / area
+
+    def _directions(self, own: Index, weights: Real, triangle: Index, there: Real) -> tuple[NDArray, NDArray]:
+        """(p,) the new layout's tangent, and its downward bitangent, in the old layout's frame."""
+        (_, tangent, side), (_, t, b) = (
+            _frame(mesh, faces, at)
+            for mesh, faces, at in ((self.new, own, weights), (self.old, triangle, there))
+        )
+        right, down = (
+            np.einsum("pi,pi->p", v, t) + 1j * np.einsum("pi,pi->p", v, b) for v in (tangent, -side)
+        )
+        return right, down
+
+
+def _frame(mesh: Charted, triangle: Index, weights: Real) -> tuple[Real, Real, Real]:
+    """(p, 3) normal, tangent and upward bitangent at points of triangles."""
+    normal, tangent = (_at(corner[triangle], weights) for corner in mesh.frames)
+    return normal, tangent, np.cross(normal, tangent) * mesh.mirrored[triangle, None]
+
+
+def carry(
+    origin: Origin, sampler: Sampler, limit: float, *, padding: int | None = None, threads: int | None = None
+) -> NDArray:
+    """(h, w, c) pixels of the new layout from a texture of the old one; 0 beyond the limit, where nothing reaches.
+
+    Args:
+        origin: where its texels lie.
+        sampler: the texture.
+        limit: the largest distance from the old mesh.
+        padding: texels to spread colours past the charts; a thirty-second of the picture by default, -1 for all.
+        threads: as many as there are processors by default.
+    """
+    height, width, _ = sampler.texture.pixels.shape
+    reached = (origin.grid.owners.owner >= 0) & ~origin.far(limit)
+    out = np.zeros((*origin.grid.shape, sampler.channels), sampler.dtype)
+
+    def fill(part: slice) -> None:
+        rows, columns = np.nonzero(reached[part])
+        pixels = sampler(
+            lambda some: origin.places(rows[some] + part.start, columns[some], (width, height)), rows.size, 1
+        )
+        put(out[part].reshape(-1, sampler.channels), rows * out.shape[1] + columns, pixels)
+
+    _ = (
+        origin.old.frames,
+        origin.new.frames,
+        origin.old.mirrored,
+        origin.new.mirrored,
+    )  # once, not in every thread
+    over_slices(fill, len(out), threads, ROWS)
+    pad(out, reached, max(4, max(out.shape[:2]) // 32) if padding is None else padding, "nearest")
+    return out
+
+
+def partners(old: Charted, new: Charted) -> tuple[Index, Index]:
+    """(m,) the old triangle with the same corners as each new one, -1 without, and (m, 3) in which order they are."""
+    from scipy.spatial import cKDTree
+
+    places, at = np.unique(old.points, axis=0, return_inverse=True)
+    away, near = cKDTree(places).query(new.points, distance_upper_bound=SAME * max(old.diagonal, 1e-300))
+    theirs, ours = at.ravel()[old.faces], np.where(np.isfinite(away), near, -1)[new.faces]
+    rank_old, rank = np.argsort(theirs, axis=1), np.argsort(ours, axis=1)
+    keys, key = (np.take_along_axis(v, r, axis=1) for v, r in ((theirs, rank_old), (ours, rank)))
+    both, label = np.unique(np.concatenate([keys, key]), axis=0, return_inverse=True)
+    first = np.full(len(both), -1)
+    first[label.ravel()[: len(keys)][::-1]] = np.arange(len(keys))[::-1]
+    partner = np.where((key >= 0).all(axis=1), first[label.ravel()[len(keys) :]], -1)
+    if len(theirs) == len(ours):  # the same file's faces: those that lie on each other keep to their numbers
+        partner = np.where((keys == key).all(axis=1), np.arange(len(ours)), partner)
+    order = np.empty_like(rank)
+    np.put_along_axis(order, rank_old[partner], rank, axis=1)
+    return partner, order
+
+
+def _nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:
+    """The triangle of the old mesh nearest to each point, the barycentric coordinates there, the distance."""
+    if not len(points):
+        return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
+    import igl
+
+    squared, triangle, closest = igl.point_mesh_squared_distance(
+        np.ascontiguousarray(points), old.points, np.ascontiguousarray(old.faces)
+    )
+    at = old.points[old.faces[triangle]]
+    inner = _along(at[:, 1:] - at[:, :1], closest - at[:, 0])
+    weights = np.clip(np.column_stack([1 - inner.sum(axis=1), inner]), 0, 1)
+    return triangle, weights / weights.sum(axis=1, keepdims=True), np.sqrt(squared)
+
+
+def _at(corners: Real, weights: Real) -> Real:
+    """(p, c) points of triangles (p, 3, c)."""
+    return np.einsum("pk,pkc->pc", weights, corners)
+
+
+def _along(edges: Real, way: Real) -> Real:
+    """(p, 2) coordinates of ways (p, 3) along two edges (p, 2, 3), what is square to them left out."""
+    gram, right = np.einsum("pki,pli->pkl", edges, edges), np.einsum("pki,pi->pk", edges, way)
+    det = gram[:, 0, 0] * gram[:, 1, 1] - gram[:, 0, 1] ** 2
+    det = np.where(det > 0, det, 1.0)
+    s = (right[:, 0] * gram[:, 1, 1] - right[:, 1] * gram[:, 0, 1]) / det
+    t = (right[:, 1] * gram[:, 0, 0] - right[:, 0] * gram[:, 0, 1]) / det
+    return np.column_stack([s, t])
+
+
+def _barycentric(corners: Real, columns: NDArray, rows: NDArray, shape: tuple[int, int]) -> Real:
+    """(p, 3) of texel centres in triangles (p, 3, 2), moved into them where a chart's border only touches the texel."""
+    height, width = shape
+    middle = corners.mean(axis=1)
+    at = np.column_stack([columns + 0.5, rows + 0.5])
+    at += np.round((middle - at) / (width, height)) * (
+        width,
+        height,
+    )  # texels that came in from the other side
+    (ax, ay), (bx, by) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
+    px, py = (at - corners[:, 0]).T
+    area = ax * by - ay * bx
+    area = np.where(area == 0, 1.0, area)
+    s, t = (px * by - py * bx) / area, (ax * py - ay * px) / area
+    weights = np.maximum(np.column_stack([1 - s - t, s, t]), 0)
+    return weights / weights.sum(axis=1, keepdims=True)

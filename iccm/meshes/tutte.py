@@ -1,0 +1,54 @@
+"""A layout of any patch without folds: each vertex at the mean of its neighbours, the outline on a circle.
+
+Tutte, *How to draw a graph*, 1963; Floater, *Parametrization and smooth approximation of surface triangulations*, 1997.
+"""
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse.linalg import splu
+
+from ..arrays import Complex, Index, Real
+from .patch import Patch
+from .topology import Triangles
+
+
+def convex(patch: Patch, outline: Index) -> Complex:
+    """(p,) positions in the unit disk, one to one but for rounding; holes are closed for it.
+
+    Raises:
+        RuntimeError: a singular system.
+    """
+    whole = filled(patch, outline)
+    graph = coo_matrix((np.ones(whole.tail.size), (whole.tail, whole.head)), shape=(whole.count,) * 2).tocsr()
+    graph = ((graph + graph.T) > 0).astype(float)
+    degree = np.asarray(graph.sum(axis=1)).ravel()
+    laplacian = csr_matrix((degree, (np.arange(whole.count),) * 2)) - graph
+    inner = np.setdiff1d(np.arange(whole.count), outline)
+    z = np.empty(whole.count, complex)
+    z[outline] = np.exp(1j * _angles(patch.points[outline]))
+    if inner.size:
+        rows = laplacian[inner]
+        right = -(rows[:, outline] @ z[outline])
+        # ordered as a symmetric matrix: half the fill of scipy's default
+        factor = splu(
+            rows[:, inner].tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+        z[inner] = factor.solve(np.column_stack([right.real, right.imag])) @ np.array([1, 1j])
+    return z[: patch.triangles.count]
+
+
+def filled(patch: Patch, outline: Index) -> Triangles:
+    """The triangles of the patch with every hole but the outline closed by a fan around a vertex of its own."""
+    faces, count = [patch.faces], patch.triangles.count
+    for loop in patch.loops:
+        if np.array_equal(loop, outline):
+            continue
+        back = loop[::-1]
+        faces.append(np.column_stack([back, np.roll(back, -1), np.full(loop.size, count)]))
+        count += 1
+    return Triangles(np.concatenate(faces), count)
+
+
+def _angles(ring: Real) -> Real:
+    steps = np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1)
+    return 2 * np.pi * np.concatenate([[0.0], np.cumsum(steps)[:-1]]) / steps.sum()

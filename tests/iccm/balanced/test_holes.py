@@ -1,0 +1,219 @@
+"""Maps between domains with holes: each outline goes to its partner, whatever their number, place and turn."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm.balanced import Settings, solve
+from iccm.balanced.failure import Stuck
+from iccm.balanced.holes.given import Holes
+from iccm.balanced.holes.partners import Partners
+from iccm.balanced.holes.rings import onto_ring, ring
+from iccm.balanced.levels import Level, Problem
+from iccm.balanced.meshing.mesh import Sizes, triangulate
+from iccm.balanced.minimise.energy import energy_of, geometry
+from iccm.balanced.orientation import positive
+from iccm.balanced.outline import Outline
+from iccm.curve import Curve
+from iccm.maps.triangulated.simple import fault
+from iccm.result import hausdorff
+
+SMALL = Settings(triangles=1200)
+STEPS = np.exp(2j * np.pi * np.arange(48) / 48)
+
+
+def domain(outer, *holes):
+    """An outline and holes, clockwise."""
+    return Curve.domain(np.asarray(outer)), tuple(Curve.domain(np.asarray(h)).reversed() for h in holes)
+
+
+def box(middle=0j, half=1.0):
+    return middle + half * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
+
+
+RING = domain(STEPS, 0.5 * STEPS)
+OFF = domain(STEPS, box(0.25 + 0.1j, 0.3))
+FACE = domain(
+    STEPS * (1 + 0.2j * STEPS.imag), 0.15 * STEPS - 0.4 + 0.3j, 0.15 * STEPS + 0.4 + 0.3j, 0.2 * STEPS - 0.4j
+)
+MASK = domain(box(), 0.2 * STEPS - 0.5j, box(-0.5 + 0.4j, 0.2), box(0.45 + 0.5j, 0.12))
+DISC = domain(STEPS)
+PAIRS = {
+    "ring": (RING, OFF),
+    "face": (FACE, MASK),
+    "fewer": (FACE, OFF),
+    "none": (OFF, DISC),
+    "more": (RING, MASK),
+}
+
+
+def solved(source, target, settings=SMALL, partners=()):
+    return solve(source[0], target[0], settings, holes=Holes(source[1], target[1], partners))
+
+
+def area(z, faces):
+    return float(geometry(z, faces)[1].sum())
+
+
+def check(solution, source, target):
+    assert len(solution.loops) == 1 + len(target[1])
+    for side, (w, (outer, holes)) in enumerate(zip((solution.source, solution.image), (source, target))):
+        assert positive(w, solution.faces).all() and fault([w[loop] for loop in solution.loops]) == ""
+        assert hausdorff(Curve(w[solution.loops[0]]), outer) <= 5e-4 * outer.diagonal
+        for loop, partners in zip(solution.loops[1:], solution.partners):
+            if partners[side] >= 0:
+                assert hausdorff(Curve(w[loop]), holes[partners[side]]) <= 5e-4 * outer.diagonal
+    assert sorted(j for _, j in solution.partners) == list(range(len(target[1])))
+    rim = outer.area + sum(hole.area for hole in target[1])
+    assert area(solution.image, solution.faces) == pytest.approx(rim, rel=2e-3)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_every_outline_goes_to_its_partner_without_folds(name):
+    source, target = PAIRS[name]
+    solution = solved(source, target)
+    check(solution, source, target)
+    assert solution.reached and solution.gap <= 5e-4
+    more = len(source[1]) - len(target[1])
+    assert len(solution.notes) == (1 if more else 0)
+    assert not more or ("shrunk" if more > 0 else "opened") in solution.notes[0]
+
+
+def test_the_inverse_has_the_same_energy():
+    there, back = solved(FACE, MASK), solved(MASK, FACE)
+    assert there.energy == pytest.approx(back.energy, rel=0.02)
+    assert there.energy == pytest.approx(energy_of(there.image, there.source, there.faces), rel=1e-9)
+
+
+def test_partners_are_the_closest_unless_told():
+    assert solved(FACE, MASK).partners == ((0, 1), (1, 2), (2, 0))
+    told = solved(FACE, MASK, partners=((0, 2),))
+    check(told, FACE, MASK)
+    assert (0, 2) in told.partners
+
+
+def test_holes_without_a_partner_all_but_vanish():
+    solution = solved(OFF, DISC)
+    inside = Curve(OFF[1][0].z).contains(solution.source[solution.faces].mean(axis=1))
+    assert inside.any() and not solution.partners
+    shares = [
+        area(w, solution.faces[inside]) / area(w, solution.faces) for w in (solution.source, solution.image)
+    ]
+    assert shares[0] == pytest.approx(0.115, abs=2e-3) and shares[1] < 0.25 * shares[0]
+    slit = solved(DISC, OFF)
+    (loop,) = slit.loops[1:]
+    assert slit.partners == ((-1, 0),) and 0 < -Curve(slit.source[loop]).area < 0.03 * DISC[0].area
+
+
+def test_similar_domains_have_the_similarity():
+    factor, shift = 3 * np.exp(0.7j), 5 - 2j
+    moved = (
+        Curve(factor * FACE[0].z + shift),
+        tuple(Curve(factor * hole.z + shift) for hole in FACE[1][::-1]),
+    )
+    solution = solved(FACE, moved, replace(SMALL, turn=None))
+    assert np.abs(factor * solution.source + shift - solution.image).max() < 1e-8
+    assert solution.partners == ((0, 2), (1, 1), (2, 0)) and solution.energy == pytest.approx(1, abs=1e-9)
+    other = FACE[0], tuple(Curve(hole.z + 0.02) for hole in FACE[1])
+    assert solved(FACE, other).energy > 1 + 1e-5
+
+
+def test_moving_and_mirroring_both_shapes_changes_nothing():
+    blob = domain(STEPS * (1 + 0.2 * (STEPS**3).real + 0.2 * (STEPS**2).imag), 0.3 * STEPS - 0.1 + 0.2j)
+    plain = solved(blob, RING)
+    for place in (lambda z: 40 * z - 7 + 9j, lambda z: -z.conj()):
+        both = [domain(place(outer.z), *(place(h.z) for h in holes)) for outer, holes in (blob, RING)]
+        assert solved(*both).energy == pytest.approx(plain.energy, rel=1e-6)
+
+
+def test_a_mesh_with_holes_covers_all_but_them():
+    outer, holes = box(half=0.55), [0.2 * STEPS[::-1], box(0.4 + 0.4j, 0.08)[::-1]]
+    z, faces = triangulate(outer, Sizes.even(0.005), np.array([0.3 - 0.4j]), None, holes)
+    whole = sum(Curve(ring).area for ring in (outer, *holes))
+    assert area(z, faces) == pytest.approx(whole, rel=1e-12) and positive(z, faces).all()
+    assert np.array_equal(z[:57], np.concatenate([outer, *holes, [0.3 - 0.4j]]))
+    edges, count = np.unique(
+        np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])),
+        axis=0,
+        return_counts=True,
+    )
+    rims = [np.arange(4), 4 + np.arange(48), 52 + np.arange(4)]
+    rim = {tuple(sorted(pair)) for loop in rims for pair in zip(loop.tolist(), np.roll(loop, -1).tolist())}
+    assert {tuple(edge) for edge in edges[count == 1].tolist()} == rim
+    assert not (edges[count == 2] < 57).all(axis=1).any()
+    with pytest.raises(Stuck):
+        triangulate(outer, Sizes.even(0.005), holes=[box(0.5, 0.2)[::-1]])
+
+
+def test_holes_are_paired_at_the_turn_of_the_start():
+    source, target = ([Outline.of(c, 0.0, 0.0) for c in (s[0], *s[1])] for s in (FACE, MASK))
+    partners = Partners(source, target, ())
+    assert [list(side) for side in partners.assigned(0.0)] == [[0, 1, 2], [1, 2, 0]]
+    assert partners.assigned(np.pi)[1][2] != 0
+
+
+def test_a_shape_with_a_hole_finds_its_way_around_a_ring():
+    outer, (hole,) = OFF
+    root = np.sqrt(outer.area + hole.area)
+    unit = Curve(outer.z / root), Curve(hole.z / root)
+    level = Level.of(Problem(unit[0], unit[0], 1.0, 0.0), 0.1, 0.0, 6e-3, 8.0)
+    match = onto_ring(*unit, level, 1.0)
+    assert match is not None and len(match.holes) == 1
+    for curve, goal, found in ((unit[0], ring()[0], match), (unit[1], ring()[1], match.holes[0].match)):
+        assert found.s[-1] - found.s[0] == pytest.approx(curve.length)
+        assert found.tau[-1] - found.tau[0] == pytest.approx(goal.length)
+        assert (np.diff(found.s) > 0).all() and (np.diff(found.tau) > 0).all()
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return iccm.fit(
+        FACE[0].z, MASK[0].z, source_holes=[h.z for h in FACE[1]], target_holes=[h.z for h in MASK[1]]
+    )
+
+
+def test_the_library_takes_holes_and_tells_the_gap_of_each(fit):
+    report = fit.report()
+    assert [(h["source"], h["target"]) for h in report["holes"]] == [(1, 2), (2, 3), (3, 1)]
+    assert all(h["gap"] <= 1e-3 for h in report["holes"]) and report["boundary"]["hausdorff"] <= 1e-3
+    assert report["injective"]["certified"] and report["boundary"]["given"] <= 1e-3
+    assert np.isnan(fit.map(np.array([-0.4 + 0.3j]))).all() and np.isnan(fit.inverse(np.array([-0.5j]))).all()
+    back = fit.inverse(fit.map(np.array([0.1 + 0.05j, 0.8])))
+    assert np.abs(back - [0.1 + 0.05j, 0.8]).max() < 1e-9
+
+
+def test_pins_in_holes_name_partners_and_others_are_met():
+    given = {"source_holes": [h.z for h in FACE[1]], "target_holes": [h.z for h in MASK[1]]}
+    pins = [[-0.4 + 0.3j, 0.45 + 0.5j], [0.1, 0.05 + 0.1j]]
+    fit = iccm.fit(FACE[0].z, MASK[0].z, pins=pins, **given)
+    assert (0, 2) in fit.hole_partners and fit.status.ok
+    assert [pin["error"] < 1e-9 for pin in fit.report()["pins"]] == [True]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"source_holes": [2 * STEPS]}, "source hole 1: crosses or touches the outline, or lies outside"),
+        ({"source_holes": [0.2 * STEPS, 0.1 * STEPS]}, "source hole 2: crosses, touches or holds hole 1"),
+        ({"target_holes": [[0, 1]]}, "target hole 1: 2 distinct vertices"),
+        ({"source_holes": [0.2 * STEPS], "method": "conformal"}, "the balanced method alone"),
+        ({"source_holes": [0.2 * STEPS], "hole_partners": [(0, 0)]}, "hole_partners"),
+        (
+            {"source_holes": [0.2 * STEPS], "pins": [[0, 0.5]]},
+            "pin 1: its source is in a hole and its target is not",
+        ),
+        (
+            {"source_holes": [0.2 * STEPS], "pins": [[0.2, 0.5]]},
+            "pin 1: its source is on the outline of a hole",
+        ),
+        (
+            {"source_holes": [0.2 * STEPS], "strokes": [([-0.5, 0.5], [-0.5, 0.5])]},
+            "stroke 1: its source touches or crosses a hole",
+        ),
+    ],
+)
+def test_holes_that_cannot_be_are_told(wrong, said):
+    with pytest.raises(iccm.InputError, match=said):
+        iccm.fit(STEPS, box(), **wrong)

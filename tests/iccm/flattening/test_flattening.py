@@ -1,0 +1,170 @@
+"""Layouts by Newton: their energy, their limits, and what they must never do."""
+
+import numpy as np
+import pytest
+import shapely
+
+from iccm.cli.flatten import METHODS as TYPED
+from iccm.errors import InputError
+from iccm.flattening import METHODS, flatten
+from iccm.flattening.free import surface
+from iccm.flattening.scaffold import FRAME, apart, frame, outside
+from iccm.meshes import tutte
+from iccm.meshes.disk_patch import disk_patch
+from iccm.meshes.flatten import Flattening, overlap
+from iccm.meshes.mesh import Mesh, face_areas
+
+
+def grid(n, m, place):
+    """A patch of n × m points of the unit square, carried to space by `place(x, y)`."""
+    x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, m), indexing="ij")
+    k = np.arange(n * m).reshape(n, m)
+    a, b, c, d = k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]
+    faces = np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
+    return Mesh.triangles("grid", np.column_stack(place(x.ravel(), y.ravel())), faces)
+
+
+def cylinder(x, y):
+    return np.cos(2 * x), y, np.sin(-2 * x)
+
+
+def dome(x, y):
+    return x, y, 0.9 * np.sin(np.pi * x) * np.sin(np.pi * y)
+
+
+def sphere(n=24, m=16):
+    """A closed sphere of triangles, its points slightly shaken so that nothing is symmetric."""
+    u, v = np.meshgrid(2 * np.pi * np.arange(n) / n, np.pi * np.arange(1, m) / m, indexing="ij")
+    points = np.stack([np.cos(u) * np.sin(v), np.cos(v), np.sin(u) * np.sin(v)], axis=-1).reshape(-1, 3)
+    points = np.vstack([points, [0, 1, 0], [0, -1, 0]])
+    points *= 1 + 0.02 * np.random.default_rng(3).standard_normal((len(points), 1))
+    from scipy.spatial import ConvexHull
+
+    faces = ConvexHull(points / np.linalg.norm(points, axis=1, keepdims=True)).simplices
+    a, b, c = points[faces.T]
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) < 0
+    return Mesh.triangles("sphere", points, np.where(inward[:, None], faces[:, ::-1], faces))
+
+
+def winding(turns, n=90, m=9):
+    """A ramp that winds around an axis: laid flat it covers a ring `turns` times."""
+    return grid(
+        n,
+        m,
+        lambda x, y: (
+            (0.4 + y) * np.cos(turns * 2 * np.pi * x),
+            (0.4 + y) * np.sin(turns * 2 * np.pi * x),
+            0.3 * x,
+        ),
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_surface_that_can_be_unrolled_is_unrolled(method):
+    found = flatten(disk_patch(grid(13, 7, cylinder)), method=method)
+    report = found.report()
+    assert report["dilatation"]["max"] == pytest.approx(1, abs=2e-3)
+    assert found.strained(100) == pytest.approx(1, abs=2e-3)
+    assert overlap(found) is None
+
+
+def test_newton_ends_where_the_energy_has_no_slope():
+    patch = disk_patch(grid(12, 10, dome))
+    sheet = surface(patch.points, patch.faces)
+    start = tutte.convex(patch, patch.loops[0]) / np.sqrt(np.pi)
+    u = sheet.relaxed(start, 1.0, 100, 1e-14)
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        way = rng.standard_normal((u.size, 2)) @ np.array([1, 1j])
+        slope = (sheet.energy(u + 1e-6 * way, 1.0) - sheet.energy(u - 1e-6 * way, 1.0)) / 2e-6
+        before = (sheet.energy(start + 1e-7 * way, 1.0) - sheet.energy(start - 1e-7 * way, 1.0)) / 2e-7
+        assert abs(slope) < 1e-5 * abs(before)
+
+
+def test_the_energy_is_half_the_symmetric_dirichlet_energy():
+    patch = disk_patch(grid(9, 9, dome))
+    found = flatten(patch, method="balanced")
+    major, minor = found.stretch
+    area = face_areas(patch.points[patch.faces])
+    expected = np.sum(area * (major**2 + minor**2 + major**-2 + minor**-2)) / (4 * area.sum())
+    unit = found.flat / np.sqrt(area.sum())
+    assert surface(patch.points, patch.faces).energy(unit, 1.0) == pytest.approx(expected)
+
+
+def test_even_layouts_stretch_less_and_conformal_ones_keep_angles_better():
+    patch = disk_patch(sphere(), cut=True)
+    even, conformal = (flatten(patch, grow=True, method=name) for name in ("balanced", "conformal"))
+    assert even.strained(95) < conformal.strained(95)
+    assert conformal.report()["dilatation"]["p95"] < even.report()["dilatation"]["p95"]
+    assert conformal.report()["dilatation"]["p95"] < 1.3
+    assert even.strained(95) < 1.6
+    assert overlap(even) is None and overlap(conformal) is None
+
+
+def test_a_conformal_layout_of_a_cut_surface_has_less_spread_of_areas_than_least_squares():
+    patch = disk_patch(sphere(), cut=True)
+    spread = {}
+    for name in ("conformal", "lscm"):
+        area = flatten(patch, grow=True, method=name).report()["log10_area"]
+        spread[name] = area["p95"] - area["p05"]
+    assert spread["conformal"] < 0.8 * spread["lscm"]
+
+
+@pytest.mark.parametrize("turns", [1.3, 2.5])
+def test_a_ramp_that_winds_comes_apart(turns):
+    patch = disk_patch(winding(turns))
+    assert overlap(flatten(patch, method="lscm")) == "an outline that crosses itself"
+    found = flatten(patch)
+    assert found.method == "conformal" and "crosses itself" in found.notes[0]
+    assert overlap(found) is None
+    assert found.report()["dilatation"]["p95"] < 1.15
+
+
+def test_a_hole_that_crosses_itself_is_an_overlap():
+    mesh = grid(5, 5, lambda x, y: (x, y, 0 * x))
+    patch = disk_patch(mesh.part(~np.isin(np.arange(32), [5, 6, 9, 10, 21, 22, 25, 26]), "ring"))
+    outline, hole = patch.loops
+    flat = patch.points[:, 0] + 1j * patch.points[:, 1]
+    assert overlap(Flattening(patch, flat, outline, "given")) is None
+    away = flat.copy()
+    away[hole] = flat[hole] + 3  # outside of the outline
+    assert overlap(Flattening(patch, away, outline, "given")) is not None
+
+
+def test_a_scaffold_fills_what_the_layout_leaves_of_its_frame():
+    mesh = grid(6, 6, lambda x, y: (x, y, 0 * x))
+    patch = disk_patch(mesh.part(np.arange(50) != 12, "holed"))
+    flat = patch.points[:, 0] + 1j * patch.points[:, 1]
+    around = frame(flat[patch.loops[0]])
+    faces = outside(flat, around, patch.loops)
+    a, b, c = np.concatenate([around, flat])[faces.T]
+    area = 0.5 * ((b - a).conj() * (c - a)).imag
+    assert (area > 0).all()
+    whole = shapely.Polygon(np.column_stack([around.real, around.imag])).area
+    assert area.sum() == pytest.approx(whole - (1 - 0.02))
+    assert faces.min() == 0 and faces.max() < FRAME + flat.size
+
+
+def test_a_scaffold_holds_what_free_newton_would_let_overlap():
+    patch = disk_patch(winding(1.4, 40, 4))
+    sheet = surface(patch.points, patch.faces)
+    start = tutte.convex(patch, patch.loops[0]) / np.sqrt(np.pi)
+    free, held = sheet.relaxed(start, 1.0, 150, 1e-5), apart(sheet, start, patch.loops, 1.0, 200, 1e-5)
+    outline = patch.loops[0]
+    assert overlap(Flattening(patch, free, outline, "free")) is not None
+    assert overlap(Flattening(patch, held, outline, "held")) is None
+    assert 1 < sheet.energy(free, 1.0) < sheet.energy(held, 1.0) < sheet.energy(start, 1.0)
+
+
+def test_the_methods_that_can_be_typed_are_those_there_are():
+    assert set(TYPED) == set(METHODS)
+
+
+def test_faces_without_area_are_laid_out_by_newton_and_refused_by_least_squares():
+    points = [[0, 0, 0], [1, 0, 0], [1, 1, 0.1], [0, 1, 0], [0.5, 0, 0]]
+    patch = disk_patch(Mesh.triangles("seam", points, [[0, 4, 1], [0, 1, 2], [0, 2, 3]]))
+    found = flatten(patch)
+    assert found.method == "conformal"
+    assert overlap(found) is None
+    with pytest.raises(InputError, match="seam: LSCM has no solution"):
+        flatten(patch, method="lscm")

@@ -1,0 +1,186 @@
+"""Textures carried between two layouts of a surface, against the colours that the surface has by formula."""
+
+import json
+
+import numpy as np
+import pytest
+from matplotlib.tri import LinearTriInterpolator, Triangulation
+
+from iccm.io.pictures import image_files
+from iccm.meshes.charted import Charted
+from iccm.meshes.relayout import partners
+
+N = 256
+MIDDLE = np.array([0.5, 0.5])
+
+
+def grid(n):
+    """x and y of a grid over the unit square and its quads."""
+    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+    k = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    return x.ravel(), y.ravel(), np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)
+
+
+def hill(x, y):
+    return 0.3 * np.sin(3 * x) * np.cos(2 * y)
+
+
+def plane(x, y):
+    return 0 * x
+
+
+def upright(x, y):
+    return 0.05 + 0.9 * np.column_stack([x, y])
+
+
+def turned(angle, mirrored=False, bent=0.0):
+    """Another layout: shrunk, turned by radians, perhaps mirrored and bent."""
+
+    def layout(x, y):
+        c, s = np.cos(angle), np.sin(angle)
+        uv = (upright(x, y) - MIDDLE) * 0.65 @ np.array([[c, s], [-s, c]]) + MIDDLE
+        uv += bent * np.column_stack([np.sin(4 * y), np.cos(3 * x)])
+        return uv * [-1, 1] + [1, 0] if mirrored else uv
+
+    return layout
+
+
+def write(path, layout, n=16, height=hill, shuffled=False):
+    x, y, quads = grid(n)
+    rows = [f"v {a:.9g} {b:.9g} {c:.9g}" for a, b, c in zip(x, y, height(x, y))]
+    rows += [f"vt {a:.9g} {b:.9g}" for a, b in layout(x, y)]
+    if shuffled:
+        quads = np.roll(np.random.default_rng(0).permutation(quads), 1, axis=1)
+    rows += ["f " + " ".join(f"{c + 1}/{c + 1}" for c in quad) for quad in quads]
+    path.write_text("\n".join(rows) + "\n")
+
+
+def colour(x, y):
+    """(…, 3) in 0..255 of the surface over x, y."""
+    return 255 * np.stack(
+        [0.5 + 0.4 * np.sin(9 * x), 0.5 + 0.4 * np.cos(7 * y), 0.5 + 0.3 * np.sin(5 * x + 6 * y)], -1
+    )
+
+
+def texels():
+    """u and v of the middles of a picture's texels."""
+    t = (np.arange(N) + 0.5) / N
+    return np.meshgrid(t, 1 - t)
+
+
+def old_texture(path):
+    u, v = texels()
+    x, y = (u - 0.05) / 0.9, (v - 0.05) / 0.9
+    image_files.write(path, image_files.Image(colour(x, y).round().clip(0, 255).astype(np.uint8)))
+
+
+def brute_force(layout, n):
+    """What the picture of another layout has to be, NaN outside: matplotlib finds where each texel lies."""
+    x, y, quads = grid(n)
+    uv = layout(x, y)
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    mesh = Triangulation(*uv.T, faces)
+    at = (LinearTriInterpolator(mesh, w)(*texels()).filled(np.nan) for w in (x, y))
+    return colour(*at)
+
+
+@pytest.fixture
+def there(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "old.obj", upright)
+    old_texture(tmp_path / "old.png")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("layout", "n", "shuffled", "same"),
+    [
+        (turned(0.4, bent=0.03), 16, False, 512),
+        (turned(0.4, bent=0.03), 16, True, 512),
+        (turned(2.0, mirrored=True), 16, True, 512),
+        (turned(-1.0, bent=0.03), 25, False, 0),  # another mesh of the surface
+    ],
+)
+def test_a_texture_in_another_layout_is_what_a_brute_force_bake_makes(there, iccm, layout, n, shuffled, same):
+    write(there / "new.obj", layout, n, shuffled=shuffled)
+    done = iccm("relayout", "old.obj", "new.obj", "--texture", "old.png", "-o", "o.png", "--report", "r.json")
+    report = json.loads((there / "r.json").read_text())
+    assert (done.code, report["status"], report["same_triangles"]) == (0, "done", same)
+    wanted, made = brute_force(layout, n), image_files.read("o.png").pixels.astype(float)
+    inside = np.isfinite(wanted).all(axis=-1)
+    assert inside.sum() > 0.2 * N * N
+    off = (np.abs(made - wanted)[inside] > 8).any(axis=-1).mean()
+    assert off <= 0.005
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("kind", ["normal", "normal-down"])
+def test_normals_turn_with_the_tangents(there, iccm, kind, mirrored):
+    """On a plane the tangents are the layouts' own directions."""
+    angle, up = 0.7, 1 if kind == "normal" else -1
+    write(there / "flat.obj", upright, height=plane)
+    write(there / "new.obj", turned(angle, mirrored), height=plane)
+    n = np.array([0.5, 0.2, np.sqrt(1 - 0.29)])
+    stored = np.tile((128 + 127 * n * [1, up, 1]).round().astype(np.uint8), (N, N, 1))
+    image_files.write("n.png", image_files.Image(stored))
+    assert iccm("relayout", "flat.obj", "new.obj", f"--{kind}", "n.png", "-o", "o.png").code == 0
+    made = (image_files.read("o.png").pixels[N // 2, N // 2].astype(float) - 128) / 127 * [1, up, 1]
+    # a direction of the surface shows in the new picture turned by the angle, and mirrored if the picture is
+    seen = (n[0] + 1j * n[1]) * np.exp(1j * angle)
+    seen = -seen.conj() if mirrored else seen
+    assert made == pytest.approx([seen.real, seen.imag, n[2]], abs=0.015)
+
+
+def test_several_textures_keep_their_type_and_names(there, iccm):
+    write(there / "new.obj", turned(0.3))
+    image_files.write("rough.tif", image_files.Image(np.full((64, 64, 1), 30000, np.uint16)))
+    words = ("--texture", "old.png", "--data", "rough.tif", "-o", "new-{stem}.tif", "--size", "128")
+    assert iccm("relayout", "old.obj", "new.obj", *words).code == 0
+    rough = image_files.read("new-rough.tif").pixels
+    assert (rough.shape, rough.dtype) == ((128, 128, 1), np.uint16)
+    assert (rough[60:68, 60:68] == 30000).all()
+    assert image_files.read("new-old.tif").pixels.dtype == np.uint8
+
+
+def test_what_lies_too_far_from_the_old_surface_is_empty_and_told(there, iccm):
+    write(there / "new.obj", turned(0.0), 10, lambda x, y: hill(x, y) + 0.3 * (x > 0.55))
+    words = ("--texture", "old.png", "-o", "o.png", "--report", "r.json", "--padding", "0")
+    done = iccm("relayout", "old.obj", "new.obj", *words)
+    report = json.loads((there / "r.json").read_text())
+    assert (done.code, report["status"]) == (1, "far")
+    assert 0.3 < report["far_texels"] / report["layout"]["covered_texels"] < 0.6
+    assert f"{report['far_texels']} texels are farther from old.obj" in done.err
+    assert not image_files.read("o.png").pixels[N // 2, int(0.7 * N)].any()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("-o", "o.png"), "no texture"),
+        (("--texture", "old.png", "-o", "a.png", "-o", "b.png"), "1 textures and 2 outputs"),
+        (("--texture", "old.png", "--force", "-o", "old.png"), "is an input"),
+        (("--normal", "grey.png", "-o", "o.png"), "normals need 3"),
+        (("--texture", "old.png", "-o", "o.xyz"), "o.xyz"),
+    ],
+)
+def test_wrong_words_are_told_in_a_line(there, iccm, words, message):
+    write(there / "new.obj", turned(0.3))
+    image_files.write("grey.png", image_files.Image(np.zeros((8, 8, 1), np.uint8)))
+    done = iccm("relayout", "old.obj", "new.obj", *words)
+    assert done.code == 2
+    assert message in done.err
+    assert not (there / "o.png").exists()
+
+
+def test_partners_are_found_however_faces_are_ordered_and_turned():
+    x, y, quads = grid(3)
+    points = np.column_stack([x, y, hill(x, y)])
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    order = np.random.default_rng(1).permutation(len(faces))
+    shuffled = np.roll(faces[order], 1, axis=1)
+    old, new = (Charted("m", points, f, points[:, :2], f) for f in (faces, shuffled))
+    partner, turn = partners(old, new)
+    assert (partner == order).all()
+    assert (np.take_along_axis(shuffled, turn, axis=1) == faces[order]).all()
+    apart = Charted("m", points + np.array([0, 0, 1]), faces, points[:, :2], faces)
+    assert (partners(old, apart)[0] == -1).all()
