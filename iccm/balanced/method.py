@@ -21,6 +21,7 @@ from .holes.given import NONE, Holes, unequal
 from .levels import Sketch
 from .minimise.energy import energy_of
 from .minimise.measures import stretches, turn_of
+from .pairs import loops_of
 from .solution import Journal, Settings, Solution
 
 NO_PINS = np.empty((0, 2), np.complex128)
@@ -69,15 +70,19 @@ def solve(
     return _solution(state, frames, domains, settings, journal, symmetric)
 
 
-def sketched(map: TriangulatedMap, frames: tuple[Frame, Frame]) -> Sketch:
-    """A map in unit coordinates, vertices of the outline first."""
-    loop, faces = map.loops[0], map.faces
-    if frames[0].mirrored:
-        loop, faces = loop[::-1], faces[:, ::-1]
-    order = np.append(loop, np.setdiff1d(np.arange(map.source.size), loop))
-    place = np.argsort(order)
+def sketched(
+    map: TriangulatedMap, frames: tuple[Frame, Frame], holes: Sequence[tuple[int, int, int]] = ()
+) -> Sketch:
+    """A map in unit coordinates, vertices of the outlines first; `holes` are (its loop, the hole of the source, that of
+    the target) for those that stay holes."""
+    mirrored = frames[0].mirrored
+    rims = [map.loops[k][::-1] if mirrored else map.loops[k] for k in (0, *(k for k, _, _ in holes))]
+    border = np.concatenate(rims)
+    order = np.append(border, np.setdiff1d(np.arange(map.source.size), border))
+    faces = np.argsort(order)[map.faces[:, ::-1] if mirrored else map.faces]
     z, u = frames[0].unit(map.source)[order], frames[1].unit(map.image)[order]
-    return Sketch(z, u, np.ascontiguousarray(place[faces]), loop.size)
+    loops = loops_of([(i, j, rim.size) for (_, i, j), rim in zip(holes, rims[1:])], rims[0].size)
+    return Sketch(z, u, np.ascontiguousarray(faces), border.size, loops=loops)
 
 
 def _solution(

@@ -113,7 +113,7 @@ def scene_of(pins: list[Pin], strokes: list[Stroke], balance: float, turn: float
         InputError: it could not be.
     """
     try:
-        return Scene(pins=pins, strokes=strokes, balance=balance, turn=turn)  # type: ignore[arg-type]
+        return Scene.model_validate({"pins": pins, "strokes": strokes, "balance": balance, "turn": turn})
     except ValidationError as error:
         raise InputError(f"iccm edit: {_first(error)}") from None
 

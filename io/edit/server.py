@@ -39,22 +39,20 @@ def app(session: Session, token: str, port: int, gone: Callable[[], None], **opt
     """What answers requests: the page's files, the texture and the conversation; nothing is read from the disk."""
     links = Links(session, gone, **options)
 
-    def serving(content: Callable[[], bytes], kind: str) -> Callable[..., Any]:
-        def serve(_: Any) -> Response:
-            return Response(content(), media_type=kind)
+    def serving(content: bytes, kind: str) -> Callable[..., Any]:
+        return lambda _: Response(content, media_type=kind)
 
-        return serve
+    def texture(_: Any) -> Response:
+        return Response(session.texture, media_type="image/png")
 
     async def talk(page: WebSocket) -> None:
         await links.serve(page)
 
     routes: list[Any] = [
-        Route(f"/{token}/{name}", serving(lambda data=data: data, kind), methods=["GET"])
+        Route(f"/{token}/{name}", serving(data, kind), methods=["GET"])
         for name, (data, kind) in page_files().items()
     ]
-    routes.append(
-        Route(f"/{token}/texture.png", serving(lambda: session.texture, "image/png"), methods=["GET"])
-    )
+    routes.append(Route(f"/{token}/texture.png", texture, methods=["GET"]))
     routes.append(WebSocketRoute(f"/{token}/link", talk))
     served = Starlette(routes=routes)
     served.router.redirect_slashes = False

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import iccm
 
 from ...arrays import Box, Complex
-from ...balanced.live import Live
+from ...balanced.constraints.live import Live
 from ...balanced.solution import Settings
 from ...blas import one_thread
 from ...curve import Curve
@@ -23,7 +23,7 @@ from ...maps.distortion import of_triangles
 from ...maps.triangulated.map import TriangulatedMap
 from ...memory import Memory
 from ..run import framing, texture
-from ..run.constraints import inside, solved
+from ..run.constraints import holed, inside, solved
 from ..run.inputs import Inputs
 from ..run.job import Job
 from ..run.report import plain
@@ -120,7 +120,7 @@ class Session:
     def describe(self) -> dict[str, Any]:
         """What the page must know before it draws."""
         job, shapes = self.job, (self.source, self.target)
-        sides = [view.describe(*each) for view, *each in zip(self.views, shapes, self._boxes)]
+        sides = [view.describe(shape, box) for view, shape, box in zip(self.views, shapes, self._boxes)]
         scenes = {name: getattr(self, name).model_dump(mode="json") for name in ("scene", "saved")}
         how = {"edge": job.edge, "filter": job.filter, "holes": job.holes == "keep", "digits": DIGITS}
         return plain({"source": sides[0], "target": sides[1], "notes": self.notes, **scenes, **how})
@@ -185,6 +185,10 @@ class Session:
         here, there = (self.source, self.target) if side == "source" else (self.target, self.source)
         z = here.to_core(np.array(points))
         inside(here, "point", list(z))
+        if holed(self.job) and any(Curve(hole).contains(z).any() for hole in here.holes):
+            raise InputError(
+                "that is in a hole; place a pin beside it, then drag both ends into holes that go together"
+            )
         w = (self._map if side == "source" else self._map.inverse)(z)
         if not np.isfinite(w).all():
             raise InputError("the map does not reach that point")

@@ -74,6 +74,24 @@ def test_a_point_is_found_on_the_other_side_and_back(shapes):
         edited.placed("source", [(5, 5)])
 
 
+def test_holes_are_carried_and_take_pins_that_name_partners(shapes):
+    for name in ("square.svg", "blob.svg"):
+        hole = 'M40 40V60H60V40Z"/>' if name == "square.svg" else 'M45 45V60H60V45Z"/>'
+        (shapes / name).write_text((shapes / name).read_text().replace('Z"/>', f"Z{hole}"))
+    edited = session()
+    full = edited.solve(scene())
+    assert full.ok and len(edited._map.loops) == 2 and len(edited.describe()["target"]["holes"]) == 1
+    with pytest.raises(InputError, match="in a hole"):
+        edited.placed("source", [(50, 50)])
+    [[x, y]] = edited.placed("source", [(25, 30)])
+    pin = {"source": [25, 30], "target": [x + 2, y]}
+    coarse = edited.follow(scene(pin, {"source": [50, 50], "target": [50, 50]}))
+    assert coarse.ok and len(edited._map.loops) == 2
+    assert edited.solve(scene(pin, {"source": [50, 50], "target": [50, 50]})).ok
+    wrong = edited.follow(scene(pin, {"source": [50, 50], "target": [30, 50]}))
+    assert wrong.wrong["pins"] == [1] and "hole" in wrong.message
+
+
 @pytest.mark.parametrize("how", ["solve", "follow"])
 @pytest.mark.parametrize(
     ("pins", "wrong", "said"),

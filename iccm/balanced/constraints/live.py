@@ -10,23 +10,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Complex
-from ..curve import Curve
-from ..maps.triangulated.map import TriangulatedMap
-from ..maps.triangulated.patches import bulges
-from ..result import Fit
-from .constraints.given import Pins, checked, with_points
-from .constraints.meeting import brought
-from .discrete import DiscreteMap
-from .failure import NoMapError, Stuck
-from .frames import Frame, frames_of
-from .holes.filled import cut_out
-from .holes.given import Holes, named
-from .levels import Level, Problem, Sketch, refined
-from .outline import manageable
-from .pairs import loops_of
-from .solution import Settings
-from .stages import FINE_CORNERS, FINE_FINENESS, STEEPEST, with_holes
+from ...arrays import Complex
+from ...curve import Curve
+from ...maps.triangulated.map import TriangulatedMap
+from ...maps.triangulated.patches import bulges
+from ...result import Fit
+from ..discrete import DiscreteMap
+from ..failure import NoMapError, Stuck
+from ..frames import Frame, frames_of
+from ..holes.filled import cut_out
+from ..holes.given import Holes, named
+from ..levels import Level, Problem, Sketch, refined
+from ..method import sketched
+from ..outline import manageable
+from ..solution import Settings
+from ..stages import FINE_EXACTNESS, STEEPEST, with_holes
+from .given import Pins, checked, with_points
+from .meeting import brought
 
 SIZE = (
     0.06  # mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh
@@ -68,7 +68,7 @@ class _Pair:
         if isinstance(state, DiscreteMap):  # its constraints are others, of other vertices
             state = Sketch(state.z, state.u, state.faces, state.border, loops=state.loops)
         try:
-            level = Level.of(problem, SIZE, FINE_FINENESS, FINE_CORNERS, STEEPEST)
+            level = Level.of(problem, SIZE, *FINE_EXACTNESS, STEEPEST)
             return _settled(brought(refined(level, state), settings.theta), settings.theta)
         except Stuck as error:
             raise NoMapError(f"the map cannot follow: {error}") from error
@@ -106,14 +106,15 @@ class Live:
             NoMapError: no coarse map without folds was found.
             InputError: pins or strokes that no one-to-one map meets.
         """
-        assert fit.target is not None
-        met = [(i, j) for i, j in fit.hole_partners if min(i, j) >= 0]
-        goals = tuple(fit.target_holes[j] for _, j in met)
-        holes = Holes(tuple(fit.source_holes), goals, tuple((i, k) for k, (i, _) in enumerate(met)))
+        assert fit.target is not None and isinstance(fit.map, TriangulatedMap)
+        met = [(loop + 1, i, j) for loop, (i, j) in enumerate(fit.hole_partners) if min(i, j) >= 0]
+        own = [(loop, i, k) for k, (loop, i, _) in enumerate(met)]
+        goals = tuple(fit.target_holes[j] for _, _, j in met)
+        holes = Holes(tuple(fit.source_holes), goals, tuple((i, k) for _, i, k in own))
         frames = frames_of(fit.source, fit.target, settings.turn, holes.sides)
         pair = _Pair(fit.source, fit.target, holes, frames)
         given = pair.checked(pins, strokes)
-        return cls(pair, settings, given, pair.carried(_sketch(fit, holes, frames), given, settings))
+        return cls(pair, settings, given, pair.carried(sketched(fit.map, frames, own), given, settings))
 
     def moved(
         self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = (), theta: float | None = None
@@ -167,26 +168,6 @@ class Live:
             z, u, faces, tuple(loop[::-1].copy() if mirrored else loop for loop in cut.loops)
         )
         return replace(map, bulge=bulges(faces, u, z, map.edges, cut.lines))
-
-
-def _sketch(fit: Fit, holes: Holes, frames: tuple[Frame, Frame]) -> Sketch:
-    """A map in unit coordinates, the vertices of its outlines first, those of holes that have partners included."""
-    map, mirrored = fit.map, frames[0].mirrored
-    assert isinstance(map, TriangulatedMap)
-    kept = [k + 1 for k, (i, j) in enumerate(fit.hole_partners) if min(i, j) >= 0]
-    rims = [map.loops[k][::-1] if mirrored else map.loops[k] for k in (0, *kept)]
-    first = np.concatenate(rims)
-    order = np.append(first, np.setdiff1d(np.arange(map.source.size), first))
-    places = np.empty_like(order)
-    places[order] = np.arange(order.size)
-    sizes = [(i, j, rim.size) for (i, j), rim in zip(holes.partners, rims[1:])]
-    return Sketch(
-        frames[0].unit(map.source[order]),
-        frames[1].unit(map.image[order]),
-        np.ascontiguousarray(places[map.faces[:, ::-1] if mirrored else map.faces]),
-        first.size,
-        loops=loops_of(sizes, rims[0].size),
-    )
 
 
 def _settled(state: DiscreteMap, theta: float) -> DiscreteMap:
