@@ -284,8 +284,8 @@ class DiscreteMap:
             inside = inside._replace(
                 s=s[self.border : self.constrained], z=z[self.border : self.constrained].copy()
             )
-        elif not self.bound and inside.z.size:
-            raise AssertionError("a map whose constraints are not met has no inverse to descend on")
+        elif not self.bound and inside.z.size:  # they are vertices like any others
+            inside = inside._replace(z=z[self.border : self.border + inside.z.size].copy())
         return replace(self, z=z, pairs=self.pairs._replace(s=s[: self.border]), energy=energy, inside=inside)
 
     def _descended(
