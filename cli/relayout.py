@@ -96,6 +96,8 @@ def command(old: str, new: str, output: tuple[str, ...], max_faces: int, **given
     for mesh in (old, new):
         size_limits.faces(Spec.of(mesh).path, max_faces)
     found = relayout.run(old, new, wanted, report_to=report, **given)
+    for note in found["notes"]:
+        logs.log.warning(note)
     for remark in relayout.remarks(found):
         logs.log.info(remark)
     for each in wanted:

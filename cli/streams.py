@@ -8,7 +8,9 @@ import os
 import sys
 from contextlib import suppress
 
-LEAST = 1 << 30  # bytes of addresses without which libraries cannot even be loaded: they end the process then
+LEAST = (
+    5 << 28
+)  # bytes of addresses without which libraries end the process: as they are loaded, or write a picture
 STREAMS = ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w"))
 
 

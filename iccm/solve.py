@@ -34,8 +34,9 @@ def fit(
         source: (n,) complex vertices of the source's boundary, x + iy, y up, either way round.
         target: (m,) complex vertices of the target's boundary.
         pins: (k, 2) complex, a point inside the source and the point it should go to; on the outlines both must be.
-        strokes: pairs of open polylines, (p,) inside the source and (q,) where it should go. The balanced method
-            meets pins and strokes and takes a stroke's ends to its ends; the others weigh them.
+        strokes: pairs of open polylines, (p,) inside the source and (q,) the one it should lie on. Its ends slide along
+            that, unless a pin takes one to an end of it. The balanced method meets pins and strokes; the others weigh
+            them.
         source_holes: outlines of the source's holes, (p,) complex, either way round; the balanced method takes each
             onto one of the target's. Where one shape has more, what is too much shrinks to a slit in the other.
         target_holes: those of the target's.

@@ -74,6 +74,7 @@ class DiscreteMap:
         bound: whether their vertices are held by them; if not, they are like any others.
         holes: the holes; vertices of filled ones come last of those that are given to the mesh.
         weights: (m,) 1, and FILLED for triangles in filled holes; None where there are none.
+        settled: whether the last descent ended before its steps did.
     """
 
     source: Outline
@@ -90,6 +91,7 @@ class DiscreteMap:
     bound: bool = False
     holes: Holes = NO_HOLES
     weights: Real | None = None
+    settled: bool = True
 
     @classmethod
     def on(
@@ -268,17 +270,19 @@ class DiscreteMap:
         stay = inside.at_target if corners else inside.stuck
         if self.miss > 0:  # strokes slide once they are where they belong
             stay = np.ones(stay.size, bool)
-        u, tau, energy = self._descended(True, held, stay, theta, q, steps, tolerance)
+        u, tau, energy, settled = self._descended(True, held, stay, theta, q, steps, tolerance)
         pairs = self.pairs._replace(tau=tau[: self.border], at_target=self.pairs.at_target & held)
         if self.bound and inside.strokes and self.miss == 0:
             goals = np.where(stay, inside.goals, u[self.border : self.constrained])
             inside = inside._replace(tau=tau[self.border :], goals=goals, at_target=inside.at_target & stay)
-        return replace(self, u=u, pairs=pairs, energy=energy, inside=inside)
+        return replace(self, u=u, pairs=pairs, energy=energy, inside=inside, settled=settled)
 
     def backward(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Newton steps on the source, the images being kept: target corners slide along the source."""
         held = self.anchored | self.pairs.at_source
-        z, s, energy = self._descended(False, held, self.inside.at_source, theta, q, steps, tolerance)
+        z, s, energy, settled = self._descended(
+            False, held, self.inside.at_source, theta, q, steps, tolerance
+        )
         inside = self.inside
         if self.bound and inside.strokes:
             inside = inside._replace(
@@ -286,12 +290,14 @@ class DiscreteMap:
             )
         elif not self.bound and inside.z.size:  # they are vertices like any others
             inside = inside._replace(z=z[self.border : self.border + inside.z.size].copy())
-        return replace(self, z=z, pairs=self.pairs._replace(s=s[: self.border]), energy=energy, inside=inside)
+        pairs = self.pairs._replace(s=s[: self.border])
+        return replace(self, z=z, pairs=pairs, energy=energy, inside=inside, settled=settled)
 
     def _descended(
         self, forward: bool, held: Flags, stay: Flags, theta: float, q: float, steps: int, tolerance: float
-    ) -> tuple[Complex, Real, float]:
-        """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, and the energy."""
+    ) -> tuple[Complex, Real, float, bool]:
+        """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, the energy, and
+        whether it settled."""
         inside, rims = self.inside, self.rims
         kept, moving = (self.z, self.u) if forward else (self.u, self.z)
         tau, border = self._border(forward)
@@ -312,14 +318,14 @@ class DiscreteMap:
         if self.weights is not None:
             gradients, areas = _shrunk(gradients, areas, self.weights, forward)
         u = moving.copy()
-        energy, _ = newton.descend(
+        energy, done = newton.descend(
             self.system,
             self.faces,
             gradients,
             areas,
             u,
             tau,
-            Rails.of(rails, own),
+            Rails.of(rails, own, len(rims)),
             border,
             kinds,
             goals,
@@ -329,7 +335,7 @@ class DiscreteMap:
             steps,
             tolerance,
         )
-        return u, tau, float(energy)
+        return u, tau, float(energy), bool(done < steps)
 
     def _border(self, forward: bool) -> tuple[Real, Border]:
         """Arclengths of the constrained vertices on the side that moves, and the curves they lie on as chains."""

@@ -9,6 +9,7 @@ from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
+from . import drawn
 from .constraints.given import checked_free
 from .holes.given import Holes, named
 from .method import solve as solved
@@ -26,11 +27,15 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     strokes = problem.given_strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
     holes, pins, numbers = named(given, source, target, problem.given_pins, strokes)
-    found = solved(source, target, _settings(options), pins, strokes, holes, numbers, start)
+    settings = _settings(options)
+    found = solved(source, target, settings, pins, strokes, holes, numbers, start)
     map = _straight(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
+    map = drawn.held(map, settings)
+    status = _status(found, map, settings)
+    notes = found.notes + ([] if len(pins) or len(strokes) else drawn.notes(map))
     energies = [{"total": float(level["energy"])} for level in found.energies]
     return Fit(
-        *(map, _status(found, options), energies, source, target, pins, strokes, list(found.notes)),
+        *(map, status, energies, source, target, pins, strokes, notes),
         source_holes=holes.source,
         target_holes=holes.target,
         hole_partners=found.partners,
@@ -72,9 +77,9 @@ def _straight(map: TriangulatedMap, lines: Index) -> TriangulatedMap:
     return replace(map, bulge=bulges(map.faces, map.image, map.source, map.edges, lines))
 
 
-def _status(found: Solution, options: Options) -> Status:
+def _status(found: Solution, map: TriangulatedMap, settings: Settings) -> Status:
     if not found.met:
         return Status.PINS
-    if found.gap > options.tolerance:
+    if found.gap > settings.tolerance:
         return Status.GAP
-    return Status.REACHED if found.reached else Status.BOUNDS
+    return Status.REACHED if found.reached and drawn.bounded(map, settings) else Status.BOUNDS

@@ -36,7 +36,6 @@ POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
 SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
 MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
-QUICK_STEPS = 10  # of unfolding around held pins; where it works, it mostly does in so many
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
 EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
@@ -243,19 +242,24 @@ def score(state: DiscreteMap, upright: float) -> float:
     return state.energy * (1 + 0.5 * upright * (1 - np.cos(state.turn)))
 
 
-def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list[DiscreteMap], int]:
-    """The best maps after a few steps, best first, and how many matches failed."""
-    states, failed = [], 0
+def started(level: Level, matches: list[Match]) -> list[DiscreteMap]:
+    """Maps without folds for those matches that have one."""
+    states = []
     for match in progress.counted("starts", matches):
         try:
             states.append(level.started(match))
         except Stuck:
-            failed += 1
+            continue
+    return states
+
+
+def screened(states: list[DiscreteMap], problem: Problem) -> list[DiscreteMap]:
+    """The best maps after a few steps, best first."""
     for steps, keep in SCREENING:
         tried = progress.counted(f"coarse maps, {steps} steps", states)
         states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
         states = sorted(states, key=lambda s: score(s, problem.upright))[:keep]
-    return states, failed
+    return states
 
 
 def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
@@ -277,7 +281,7 @@ def released(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
         if attempt:
             state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
         try:
-            state = level.started(state.match)
+            state = restarted(level, state)
         except Stuck:
             break
         state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
@@ -290,6 +294,14 @@ def released(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
     if best is None:
         raise Stuck("no map without folds was found for this correspondence of the outlines")
     return best
+
+
+def restarted(level: Level, state: DiscreteMap) -> DiscreteMap:
+    """A map on a new mesh for the same match: a new one, or where that folds the same one."""
+    try:
+        return level.started(state.match)
+    except Stuck:
+        return refined(level, state)
 
 
 def projected(curve: Curve, points: Complex) -> Real:
@@ -337,9 +349,13 @@ def _closed(source: Outline, target: Outline, s: Real, tau: Real) -> Match:
 
 
 def refined(
-    level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None, *, quick: bool = False
+    level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None, *, only: int = 0
 ) -> DiscreteMap:
-    """The map carried to a finer level, without folds; `quick` gives up where they are not undone in a few steps."""
+    """The map carried to a finer level, without folds, in `only` so many steps if that is given.
+
+    Raises:
+        Stuck: folds remain.
+    """
     drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
     fine = level.mapped(match_on(level, state), sizes, drawn)
     if isinstance(state, DiscreteMap) and state.bound:
@@ -348,9 +364,9 @@ def refined(
         fine = replace(fine, bound=True, inside=fine.inside._replace(goals=goals))
     carried = fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
     try:
-        return carried.unfolded(harmonic=False, polish=POLISHING, steps=QUICK_STEPS if quick else STEPS)
+        return carried.unfolded(harmonic=False, polish=POLISHING, steps=only or STEPS)
     except Stuck:
-        if quick:
+        if only:
             raise
         return fine.unfolded(polish=POLISHING)
 

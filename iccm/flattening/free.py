@@ -16,6 +16,7 @@ from ..balanced.minimise.ldl import System, system_of
 from ..balanced.minimise.sliding import HELD, Border, Rail, Rails
 from ..meshes.stretch import laid_flat
 
+FEW, LARGE = 8, 20_000  # steps at a time, and vertices from which there are two: one takes seconds then
 SURFACE_ALONE = 0.0  # share of the image's area in the measure: with ½ a free boundary shrinks
 
 
@@ -49,11 +50,26 @@ class Elastic:
         return cls(faces, rest, system, gradients, areas if weights is None else weights, held)
 
     def relaxed(self, u: Complex, theta: float, steps: int, tolerance: float) -> Complex:
-        """(n,) positions of less energy, from some without folds; see `newton.descend`."""
-        u, still = u.copy(), np.arange(self.held)
+        """(n,) positions of less energy, from some without folds; see `newton.descend`.
+
+        A few steps at a time, so that a signal is heard in between.
+        """
+        at_once = FEW if u.size < LARGE else 2
+        energy = np.inf
+        for _ in range(-(-steps // at_once)):
+            u, below, made = self._descended(u, theta, min(at_once, steps), tolerance)
+            if made < min(at_once, steps) or energy - below < at_once * tolerance * below:
+                break
+            energy = below
+        return u
+
+    def _descended(
+        self, u: Complex, theta: float, steps: int, tolerance: float
+    ) -> tuple[Complex, float, int]:
+        """Positions, energy and number of steps."""
+        u, still, ones = u.copy(), np.arange(self.held), np.ones(self.held)
         rails = Rails.of([Rail(np.array([0.0, 1.0]), np.zeros(1, complex), np.zeros(0))], 0 * still)
-        ones = np.ones(self.held)
-        newton.descend(
+        energy, made = newton.descend(
             self.system,
             self.faces,
             self.gradients,
@@ -70,7 +86,7 @@ class Elastic:
             steps,
             tolerance,
         )
-        return u
+        return u, float(energy), int(made)
 
     def energy(self, u: Complex, theta: float) -> float:
         """Of positions (n,); infinite with folds."""

@@ -1,6 +1,7 @@
 """A raster in the plane, and bands of its rows with where their pixels come from."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,6 +84,7 @@ class Band:
         z: (rows, width) their points in the source; NaN where nothing is covered.
         right, down: (rows, width) how z changes from a pixel to the next on the right and to the next one below.
         diagnostics: what became of the pixels.
+        mixed: what else is seen where two maps share a pixel.
     """
 
     row: int
@@ -91,3 +93,20 @@ class Band:
     right: NDArray[np.complex64]
     down: NDArray[np.complex64]
     diagnostics: Diagnostics
+    mixed: "Mixed | None" = None
+
+
+class Mixed(NamedTuple):
+    """Pixels of a band that show two places of the source.
+
+    Attributes:
+        at: (k,) their numbers, row by row.
+        share: (k,) of the covered area that belongs to the other place.
+        z, right, down: (k,) the other place, as in `Band`.
+    """
+
+    at: NDArray[np.intp]
+    share: NDArray[np.float32]
+    z: Complex
+    right: NDArray[np.complex64]
+    down: NDArray[np.complex64]

@@ -1,12 +1,14 @@
 """Maps made of others: several as one, each of a part of the source onto a part of the target; one without holes."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Box, Complex
 from . import inverse_tiles, preimages
-from .canvas import Band, Canvas, Diagnostics
+from .canvas import Band, Canvas, Diagnostics, Mixed
 from .coverage import coverage
 
 
@@ -44,8 +46,8 @@ class SeveralPreimages:
     def band(self, row: int) -> Band:
         """The band that starts at the given row.
 
-        A pixel shows the first part that covers half of it, or else the one that covers most; parts that share an
-        edge together cover all of the pixels there. Counts are of all parts, hidden ones included.
+        A pixel shows the first part that covers half of it, or else the one that covers most; what is seen of another
+        one there is mixed in, the first part lying over the others. Counts are of all parts, hidden ones included.
         """
         shape = min(inverse_tiles.TILE, self.canvas.height - row), self.canvas.width
         nothing = complex(np.nan, np.nan)
@@ -53,18 +55,32 @@ class SeveralPreimages:
             np.full(shape, nothing, kind) for kind in (np.complex128, np.complex64, np.complex64)
         )
         out = Band(row, np.zeros(shape, np.float32), z, right, down, Diagnostics())
-        most = np.zeros(shape, np.float32)
+        most, free, mixed = np.zeros(shape, np.float32), np.ones(shape, bool), []
         for part, (first, last) in zip(self.parts, self.rows):
             if last < row or first >= row + shape[0]:
                 continue
             found = part.band(row)
             shown = (found.coverage > most) & (most < 0.5)
+            both = np.flatnonzero(free & (out.coverage > 0) & (out.coverage < 1) & (found.coverage > 0))
+            if both.size:
+                mixed.append(_mixed(out, found, shown, both))
+                free.ravel()[both] = False
             most[shown] = found.coverage[shown]
             for into, values in ((out.z, found.z), (out.right, found.right), (out.down, found.down)):
                 into[shown] = values[shown]
             np.minimum(out.coverage + found.coverage, 1, out=out.coverage)
             out.diagnostics.add(found.diagnostics)
-        return out
+        return replace(out, mixed=Mixed(*(np.concatenate(each) for each in zip(*mixed)))) if mixed else out
+
+
+def _mixed(above: Band, below: Band, shown: NDArray[np.bool_], at: NDArray[np.intp]) -> Mixed:
+    """What is seen, at pixels that two parts cover, of the one that is not shown; `shown` is where the lower one is."""
+    upper, lower = (band.coverage.ravel()[at] for band in (above, below))
+    lower = np.minimum(lower, 1 - upper)
+    swapped = shown.ravel()[at]
+    share = np.where(swapped, upper, lower) / (upper + lower)
+    fields = ((getattr(band, name).ravel()[at] for band in (above, below)) for name in ("z", "right", "down"))
+    return Mixed(at, share, *(np.where(swapped, over, under) for over, under in fields))
 
 
 class Holed:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import progress
-from ..arrays import Box
+from ..arrays import Box, Complex
 from ..errors import InputError
 from ..parallel import in_order
 from . import inverse_tiles, preimages
@@ -174,14 +174,25 @@ class Warp:
         ):  # squares: little of the texture is read at a time, however it turns
             i, j = np.nonzero(band.coverage[:, first : first + ACROSS])
             part = i * width + first + j
-            put(out, part, self.sampler.stored(self.sampler.values(self._places(band, part)), cover[part]))
+            put(out, part, self.sampler.stored(self._values(band, part), cover[part]))
             self.sampler.memory.release()
         return out.reshape(rows, width, self.channels)
 
-    def _places(self, band: Band, at: NDArray[np.intp]) -> Places:
-        """Where the band's pixels numbered `at` lie in the texture; normals turn by the map's angle."""
-        z = band.z.ravel()[at]
-        right, down = (a.ravel()[at] for a in (band.right, band.down))
+    def _values(self, band: Band, at: NDArray[np.intp]) -> NDArray:
+        """Filtered values of the band's pixels numbered `at`; two places that are seen in one are mixed, if colours
+        may be."""
+        values = self.sampler.values(self._places(*(a.ravel()[at] for a in (band.z, band.right, band.down))))
+        if band.mixed is None or not (self.sampler.mixes and self.antialias):
+            return values
+        _, here, there = np.intersect1d(at, band.mixed.at, assume_unique=True, return_indices=True)
+        if here.size:
+            _, share, *places = (a[there] for a in band.mixed)
+            other = self.sampler.values(self._places(*places))
+            values[here] += share[:, None] * (other - values[here])
+        return values
+
+    def _places(self, z: Complex, right: NDArray[np.complex64], down: NDArray[np.complex64]) -> Places:
+        """Where points of the source's plane lie in the texture; normals turn by the map's angle."""
         places = self.placing.places(z, right, down)
         if not self.sampler.kind.startswith("normal"):
             return places

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import iccm
 
 from ...arrays import Box, Complex
-from ...balanced.live import Live
+from ...balanced.constraints.live import Live
 from ...balanced.solution import Settings
 from ...blas import one_thread
 from ...curve import Curve

@@ -8,16 +8,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Index, Real
 from ...errors import InputError
-from ...meshes.mesh import Mesh
+from ...meshes.mesh import Mesh, checked, triangulated
 from .. import files, formats
 from ..spec import Spec
-from . import material_library, obj, obj_write
+from . import material_library, obj, obj_write, odd_forms
 from .obj import Obj
 from .obj_source import ObjSource
 
@@ -106,7 +107,7 @@ def _read_other(path: Path) -> Reader:
 
     data = files.open_input(path, max_bytes=MAX_BYTES)
     try:
-        scene = trimesh.load_scene(data, process=False)
+        scene = _scene(data)
         pieces = {name: piece for name, piece in scene.geometry.items() if isinstance(piece, trimesh.Trimesh)}
         placed = {name: _placed(scene, name, piece) for name, piece in pieces.items()}
     except Exception as error:  # whatever a parser stumbles over: the file is at fault
@@ -134,6 +135,37 @@ def _read_other(path: Path) -> Reader:
         return MeshFile(path, mesh, np.ones(len(piece.faces), bool), None, _picture(piece), loop, notes=notes)
 
     return picked, list(pieces)
+
+
+def _scene(path: Path) -> Any:
+    """What trimesh reads, and the faces that it leaves out."""
+    import trimesh
+
+    try:
+        scene = trimesh.load_scene(path, process=False)
+    except Exception:
+        free = _free_off(path)
+        if free is None:
+            raise
+        return trimesh.Scene(free)
+    for name, piece in scene.geometry.items():
+        if not len(getattr(piece, "faces", ())):
+            faces = odd_forms.strips(piece.metadata.get("_ply_raw", {}))
+            found = trimesh.Trimesh(piece.vertices, faces, process=False) if len(faces) else _free_off(path)
+            scene.geometry[name] = piece if found is None else found
+    return scene
+
+
+def _free_off(path: Path) -> Any:
+    """The mesh of an OFF file whose numbers ignore lines, or None."""
+    from trimesh import Trimesh
+
+    suffix = formats.suffix_of(path)
+    found = odd_forms.free_off(path.read_text("ascii", "replace")) if suffix == ".off" else None
+    if found is None:
+        return None
+    mesh = Mesh(str(path), *found)
+    return Trimesh(found[0], mesh.corners[triangulated(checked(mesh))], process=False)
 
 
 def _placed(scene, name: str, piece) -> Real:

@@ -104,7 +104,8 @@ def run(
     for each, image in zip(wanted, read):
         check_kind(each.kind, image.pixels.shape[2], each.path)
         image_files.check(each.output, image, height, width)
-    meshes = [Charted.of(mesh_files.read(name).mesh) for name in (old, new)]
+    sources = [mesh_files.read(name) for name in (old, new)]
+    meshes = [Charted.of(source.mesh) for source in sources]
     for mesh in meshes:
         if (mesh.uv_faces < 0).any():
             raise InputError(f"{mesh.name}: some faces have no texture coordinates; give all of them some")
@@ -115,7 +116,9 @@ def run(
             made = carry(origin, sampler, limit * meshes[1].diagonal, padding=padding, threads=threads)
             path = stack.enter_context(files.writing(each.output, force=force))
             image_files.write(path, image.with_pixels(made, image.alpha))
-        figures = _figures(origin, limit, [old, new, *(each.path for each in wanted)])
+        notes = [f"{name}: {note}" for name, source in zip((old, new), sources) for note in source.notes]
+        notes += [f"{each.path}: {note}" for each, image in zip(wanted, read) for note in image.notes]
+        figures = _figures(origin, limit, [old, new, *(each.path for each in wanted)]) | {"notes": notes}
         if report_to:
             report.write(figures, report_to, stack, force=force)
     return figures
@@ -157,7 +160,7 @@ def _figures(origin: Origin, limit: float, inputs: Sequence[str]) -> dict[str, A
 
 
 def remarks(figures: dict[str, Any]) -> list[str]:
-    """What a person should know, a sentence each; the first says how triangles were found."""
+    """What a person may want to know, a sentence each; the first says how triangles were found."""
     same, count = figures["same_triangles"], figures["triangles"]
     found = [f"{same} of {count} triangles are those of the old mesh"]
     nearest, overlaps = figures["nearest_texels"], figures["layout"]["overlapping_texels"]

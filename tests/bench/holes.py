@@ -1,6 +1,6 @@
 """Holes onto holes, by the command line: letters of two fonts with as many counters, a list of pairs, random drawings.
 
-python -m tests.bench.holes [--letters 20] [--unequal 10] [--seed 15] [--sheet FILE.png]
+python -m tests.bench.holes [--letters 20] [--unequal 10] [--drawings 30] [--read 200] [--seed 15] [--sheet FILE.png]
 
 The fonts are fetched by npm and read by fontTools; their glyphs become SVG files, and every pair goes through
 `iccm map` with a picture and a report. Figures are over the target's area; `gap` is the largest of all loops, of the
@@ -9,9 +9,11 @@ target's diagonal.
 
 import argparse
 import json
+import os
 import random
 import string
 import time
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -20,7 +22,7 @@ from fontTools.pens.boundsPen import BoundsPen
 from fontTools.pens.svgPathPen import SVGPathPen
 from fontTools.ttLib import TTFont
 
-from iccm import cli
+from iccm import InputError, cli
 from iccm.io.shapes import shape as files
 
 from . import shapes
@@ -77,7 +79,9 @@ def glyphs(font: str) -> dict[str, Path]:
 
 
 def drawing(name: str) -> Path:
-    """A glyph (`font/glyph`) or drawing (`drawn/name`) as a file."""
+    """A glyph (`font/glyph`) or drawing (`drawn/name`) as a file; others are files already."""
+    if os.path.isabs(name):
+        return Path(name)
     kind, _, own = name.partition("/")
     if kind != "drawn":
         return glyphs(kind)[own]
@@ -116,13 +120,31 @@ def mapped(source: Path, target: Path, picture: Path) -> tuple[int, dict, float]
     return code, report, time.process_time() - start
 
 
+def short(name: str) -> str:
+    """A name for the table."""
+    return "/".join(Path(name).relative_to(shapes.CACHE).parts[::3]) if os.path.isabs(name) else name
+
+
+def refusals(count: int, seed: int) -> None:
+    """Reads random drawings of two packages of emoji, and prints why some are refused."""
+    choice = random.Random(seed)
+    why: Counter[str] = Counter()
+    for k in range(count):
+        spec = choice.choice(shapes.drawings(("openmoji", "twemoji")[k % 2]))
+        try:
+            why[f"read, {len(files.read(spec).holes)} holes"] += 1
+        except InputError as error:
+            why[f"refused: {str(error).removeprefix(spec)}"] += 1
+    print(f"{count} random drawings of openmoji and twemoji:", dict(why.most_common()), flush=True)
+
+
 def rows(kind: str, chosen: list[tuple[str, str]]) -> Iterator[Path]:
     """Maps every pair and prints a line each; the pictures."""
     held = 0
     for source, target in chosen:
-        picture = shapes.CACHE / "glyphs" / f"{source}-{target}.png".replace("/", "-")
+        name = " → ".join(map(short, (source, target)))
+        picture = shapes.CACHE / "glyphs" / f"{name}.png".replace("/", "-")
         code, report, seconds = mapped(drawing(source), drawing(target), picture)
-        name = f"{source} → {target}"
         if "boundary" not in report:
             print(f"{name:42} exit code {code}", flush=True)
             continue
@@ -159,6 +181,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--letters", type=int, default=20)
     parser.add_argument("--unequal", type=int, default=10)
+    parser.add_argument("--drawings", type=int, default=30)
+    parser.add_argument("--read", type=int, default=200)
     parser.add_argument("--seed", type=int, default=15)
     parser.add_argument("--sheet", type=Path)
     given = parser.parse_args()
@@ -166,6 +190,9 @@ def main() -> None:
     found = [*rows("listed", list(LISTED))]
     found += rows("as many counters", pairs(given.letters, given.seed))
     found += rows("not as many", pairs(given.unequal, given.seed, equal=False))
+    refusals(given.read, given.seed)
+    drawn = shapes.drawn_pairs(given.drawings, given.seed, [])
+    found += rows("drawings", [(a.spec, b.spec) for a, b in drawn])
     if given.sheet:
         sheet(found, given.sheet)
 

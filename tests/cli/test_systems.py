@@ -2,8 +2,12 @@
 
 import json
 import os
+import shutil
+import signal
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import pytest
 
@@ -65,6 +69,48 @@ def test_names_of_files_are_completed(shapes, typed):
     command = [sys.executable, "-c", "from iccm.cli import main; main()"]
     done = subprocess.run(command, capture_output=True, text=True, env=os.environ | asked)
     assert done.stdout == "file,sq\n"
+
+
+def typed_in_bash(line, wanted):
+    """What an interactive bash shows, with iccm's completion, after a line is typed that ends with a tab."""
+    import pty
+    import select
+
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    process, screen = pty.fork()
+    if not process:
+        os.execvpe("bash", ["bash", "--norc", "--noprofile", "-i"], os.environ | {"PATH": path, "PS1": "$ "})
+    seen, end = b"", time.monotonic() + 60
+    begin = 'eval "$(_ICCM_COMPLETE=bash_source iccm)"; bind "set bell-style none"; echo rea"dy"\n'
+    try:
+        for text, until in ((begin, b"ready"), (line, wanted.encode())):
+            os.write(screen, text.encode())
+            seen = b""
+            while until not in seen and time.monotonic() < end:
+                if select.select([screen], [], [], 0.2)[0]:
+                    seen += os.read(screen, 4096)
+    finally:
+        os.kill(process, signal.SIGKILL)
+        os.waitpid(process, 0)
+        os.close(screen)
+    return seen.decode(errors="replace")
+
+
+@pytest.mark.skipif(sys.platform == "win32" or not shutil.which("bash"), reason="a shell in a terminal")
+@pytest.mark.parametrize(
+    ("typed", "wanted"),
+    [
+        ("iccm map --texture astro\t", "--texture astronaut.png"),
+        ("iccm batch jo\t", "batch jobs.toml"),
+        ("iccm map a.svg b.svg -o fol\t", "-o folder/"),
+        ("iccm map --max-fa\t", "--max-faces"),
+    ],
+)
+def test_bash_completes(shapes, typed, wanted):
+    for name in ("astronaut.png", "jobs.toml"):
+        (shapes / name).touch()
+    (shapes / "folder").mkdir()
+    assert wanted in typed_in_bash(typed, wanted)
 
 
 def test_a_batch_ends_as_a_pipe_does(shapes, shell):

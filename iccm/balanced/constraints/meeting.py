@@ -21,6 +21,7 @@ from ..levels import (
 )
 from ..meshing import sizing
 from ..meshing.mesh import Sizes
+from ..minimise.untangle import STEPS
 from ..pairs import Match
 from ..solution import Journal
 from . import strokes
@@ -32,6 +33,7 @@ FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
 MOVING_STEPS = 40
 BROUGHT = 6  # starts, best without pins, that are tried harder where none met its pins
 LED = 2  # of these, whose pins are led around each other where none met them still
+HELD_STEPS = 10  # of unfolding around held pins; where it works, it mostly does in so many
 RELAXING_STEPS = 20  # of Newton without pins, where a map with them folds on another mesh
 REMESHES = 2  # on the way from one place to the next
 KEPT = 3  # starts, best with pins met, that are settled
@@ -108,7 +110,7 @@ def stepped(level: Level, state: DiscreteMap, aims: Complex, theta: float) -> Di
         rested = held_where_they_are(tried).forward(theta, 1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
         try:
             sizes = sizing.graded(rested.z, rested.u, rested.faces, 0.5 * level.size**2)
-            state = refined(level, rested, sizes, quick=True)
+            state = refined(level, rested, sizes, only=HELD_STEPS)
         except Stuck:
             break
     return tried
@@ -181,18 +183,18 @@ def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None 
     if not (state.bound and state.inside.z.size):
         return refined(level, state, sizes)
     try:
-        return refined(level, state, sizes, quick=True)
+        return refined(level, state, sizes, only=HELD_STEPS)
     except Stuck:
-        let_go = replace(state, bound=False)
-    for relaxed in (let_go, let_go.forward(theta, 1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)):
-        try:
-            new = refined(level, relaxed, sizes)
-        except Stuck:
-            continue
-        new = brought(replace(new, inside=with_goals_of(state, new)), theta)
-        if new.miss == 0:
-            return new
-    return refined(level, state, sizes)
+        state = replace(state, bound=False)
+    try:
+        new = refined(level, state, sizes, only=STEPS)
+    except Stuck:
+        relaxed = state.forward(theta, 1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)
+        new = refined(level, relaxed, sizes)
+    new = brought(replace(new, inside=with_goals_of(state, new)), theta)
+    if new.miss > 0:
+        raise Stuck("the constraints are not met on a new mesh")
+    return new
 
 
 def again(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:

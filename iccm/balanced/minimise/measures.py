@@ -29,3 +29,15 @@ def stretches(z: Complex, u: Complex, faces: Index) -> tuple[Real, Real, Real]:
     large, small = np.abs(a) + np.abs(b), np.abs(a) - np.abs(b)
     small = np.maximum(small, 1e-300)
     return large / small, np.maximum(large, 1 / small), large * small
+
+
+def within(factor: float, z: Complex, u: Complex, faces: Index) -> float:
+    """The share of the area, half the source's and half the target's, whose linear scale is within a factor of 1.
+
+    Both areas are taken as one.
+    """
+    a, b, areas = derivatives(z, u, faces)
+    determinant = np.abs(a) ** 2 - np.abs(b) ** 2
+    weight = areas * (1 + determinant)
+    near = (determinant <= factor**2) & (determinant >= factor**-2)
+    return float(weight @ near / weight.sum())

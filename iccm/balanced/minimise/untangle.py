@@ -86,9 +86,11 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
         restrict(system, kinds, still, matrix)
         if factorise(system, matrix, factor, pivots):
             move(u, downhill(system, factor, pivots, gradient), 1.0, u)
-    epsilon, shrink = -1.0, 1.0
+    epsilon, shrink, kept, best = -1.0, 1.0, u.copy(), 0.0
     for _ in range(steps):
         least = least_determinant(system.corners, gradients, u)
+        if least > best:  # the smoothed energy lets thin triangles fold again
+            best, kept = least, u.copy()
         if least > ENOUGH:
             if polish == 0 or least > POLISHED:
                 return least
@@ -116,4 +118,9 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
             break
         move(u, step, t, u)
         shrink = SHRINK if new_energy > (1 - SLOW) * energy else 1.0
-    return least_determinant(system.corners, gradients, u)
+    least = least_determinant(system.corners, gradients, u)
+    if least >= best:
+        return least
+    for v in range(n):
+        u[v] = kept[v]
+    return best

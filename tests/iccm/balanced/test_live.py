@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import iccm
-from iccm.balanced.live import Live
+from iccm.balanced.constraints.live import Live
 from iccm.balanced.solution import Settings
 from iccm.curve import Curve
 from iccm.errors import InputError

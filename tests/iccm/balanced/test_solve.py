@@ -6,13 +6,17 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from iccm.balanced import NoMapError, Settings, solve, stages
+import iccm
+from iccm.balanced import NoMapError, Settings, discs, drawn, solve, stages
+from iccm.balanced.discrete import folds
 from iccm.balanced.failure import Stuck
+from iccm.balanced.levels import Level, Problem
 from iccm.balanced.meshing.transfer import interpolate
 from iccm.balanced.minimise.energy import energy_of
 from iccm.balanced.orientation import is_simple, positive
 from iccm.curve import Curve
-from iccm.result import hausdorff
+from iccm.maps import distortion
+from iccm.result import Status, hausdorff
 
 SMALL = Settings(triangles=1200)
 ANGLES = 2 * np.pi * np.arange(60) / 60
@@ -146,6 +150,64 @@ def test_bounds_are_met_or_it_is_said_how_nearly():
     tight = solve(STAR, SHIELD, replace(SMALL, max_dilatation=1.05))
     assert loose.reached and loose.limits["dilatation"] <= 20
     assert not tight.reached and 1.05 < tight.limits["dilatation"] <= loose.limits["dilatation"] + 1e-9
+
+
+def test_bounds_hold_for_what_is_drawn():
+    for options in ({"max_dilatation": 6.0}, {"max_stretch": 4.0}):
+        fit = iccm.fit(BLOB, FLAG, **options)
+        report = fit.report()
+        assert fit.status is Status.REACHED
+        assert report["dilatation"]["max"] <= options.get("max_dilatation", np.inf) * (1 + 1e-9)
+        assert report["stretch"]["max"] <= options.get("max_stretch", np.inf) * (1 + 1e-9)
+
+
+def test_patches_over_a_bound_are_left_straight():
+    free = iccm.fit(BLOB, FLAG).map
+    bent = distortion.of_triangles(free).dilatations.max()
+    straight = distortion.of_triangles(replace(free, bulge=0 * free.bulges)).dilatations.max()
+    assert straight < bent
+    settings = Settings(max_dilatation=0.5 * (straight + bent))
+    held = drawn.held(free, settings)
+    assert drawn.bounded(held, settings) and not drawn.bounded(free, settings)
+    assert 0.9 < np.mean(held.bulges == free.bulges) < 1
+
+
+def test_strong_stretch_gets_a_note_and_little_none():
+    bar = Curve.domain(np.array([0, 40, 40 + 1j, 1j]))
+    assert any("stretched strongly" in note for note in iccm.fit(bar, SHIELD).notes)
+    assert not iccm.fit(BLOB, FLAG).notes
+
+
+def test_a_map_that_has_not_settled_says_so(monkeypatch):
+    monkeypatch.setattr(stages, "LAST_STEPS", 2)
+    monkeypatch.setattr(stages, "LAST_ROUNDS", 1)
+    assert stages.UNSETTLED in solve(BLOB, FLAG, SMALL).notes
+
+
+def test_the_way_back_is_the_inverse():
+    there, back = solve(BLOB, FLAG, SMALL), solve(FLAG, BLOB, SMALL)
+    assert back.energy == pytest.approx(there.energy, rel=1e-9)
+    assert back.turn == pytest.approx(-there.turn, abs=1e-6)
+    returned = interpolate(back.source, back.faces, back.image, there.image)
+    assert np.abs(returned - there.source).max() < 1e-6
+
+
+def spiral(laps):
+    t = np.linspace(0, 2 * np.pi * laps, 60 * laps)
+    inner, outer = ((start + t / (2 * np.pi)) * np.exp(1j * t) for start in (0.5, 0.85))
+    return Curve.domain(np.concatenate([outer, inner[::-1]]))
+
+
+def test_a_spiral_onto_a_star_by_way_of_a_disc():
+    curves = (Curve(c.z / np.sqrt(c.area)) for c in (spiral(3), STAR))
+    problem = Problem(*curves, 1.0, 0.0)
+    level = Level.of(problem, 0.06, *stages.COARSE_EXACTNESS, stages.STEEPEST)
+    found = discs.through_disc(level, 1.0)
+    assert len(found) >= 6 and not any(folds(state.faces, state.u) for state in found)
+
+
+def test_a_spiral_onto_a_square():
+    check(solve(spiral(3), SQUARE, SMALL), spiral(3), SQUARE, 1e-3)
 
 
 def test_more_balance_evens_the_areas():

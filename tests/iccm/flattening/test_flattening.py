@@ -5,6 +5,7 @@ import pytest
 import shapely
 
 from iccm.cli.flatten import METHODS as TYPED
+from iccm.errors import InputError
 from iccm.flattening import METHODS, flatten
 from iccm.flattening.free import surface
 from iccm.flattening.scaffold import FRAME, apart, frame, outside
@@ -157,3 +158,13 @@ def test_a_scaffold_holds_what_free_newton_would_let_overlap():
 
 def test_the_methods_that_can_be_typed_are_those_there_are():
     assert set(TYPED) == set(METHODS)
+
+
+def test_faces_without_area_are_laid_out_by_newton_and_refused_by_least_squares():
+    points = [[0, 0, 0], [1, 0, 0], [1, 1, 0.1], [0, 1, 0], [0.5, 0, 0]]
+    patch = disk_patch(Mesh.triangles("seam", points, [[0, 4, 1], [0, 1, 2], [0, 2, 3]]))
+    found = flatten(patch)
+    assert found.method == "conformal"
+    assert overlap(found) is None
+    with pytest.raises(InputError, match="seam: LSCM has no solution"):
+        flatten(patch, method="lscm")

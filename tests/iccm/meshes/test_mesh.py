@@ -309,3 +309,26 @@ def test_a_polygon_of_many_corners_that_crosses_itself_is_refused():
     points[[3, 700]] = points[[700, 3]]
     with pytest.raises(InputError, match="face 0: has 1000 corners and crosses or touches itself"):
         triangulated(Mesh("gear", points, np.arange(1000), np.array([0, 1000])))
+
+
+ODD = {
+    "lines end with a return": ("a.obj", TWO.replace("\n", "\r")),
+    "numbers on any line": ("a.off", "OFF 4 2 0 0 0 0 1 0 0\n1 1 0 0 1 0 # four\n3 0 1 2 3\n0 2 3"),
+    "a polygon, numbers on any line": ("a.off", "OFF\n4 1\n0 0 0 0 1 0 0 1 1\n0 0 1 0 4 0 1 2 3"),
+    "triangle strips": (
+        "a.ply",
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+        "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+        "0 0 0\n1 0 0\n0 1 0\n1 1 0\n4 0 1 2 3\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", ODD)
+def test_an_odd_form_of_a_format_is_read(case, tmp_path):
+    name, text = ODD[case]
+    (tmp_path / name).write_bytes(text.encode())
+    shape = mesh_shape.read(str(tmp_path / name))
+    assert shape.curve.area == pytest.approx(1)
+    assert len(shape.flattening.patch.faces) == 2
+    assert not [note for note in shape.notes if "turned" in note]

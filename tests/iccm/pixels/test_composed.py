@@ -8,6 +8,8 @@ from iccm.pixels import preimages
 from iccm.pixels.canvas import Canvas
 from iccm.pixels.composed import Holed, Several
 from iccm.pixels.stmap import stmap
+from iccm.pixels.texture import Texture
+from iccm.pixels.warp import warp
 from tests.triangulations import irregular, map_of
 
 SQUARE = np.array([0, 1, 1 + 1j, 1j])
@@ -50,6 +52,20 @@ def test_parts_that_share_an_edge_leave_no_seam():
     assert np.abs(cover[18:] - 1).max() < 1e-5
     rows = np.concatenate(list(stmap(several(left, right), (0, 11 + 1j), canvas)))
     assert rows.shape == (33, 33, 4) and rows[25, 3, 0] < 0.1 < 0.9 < rows[25, 30, 0]
+
+
+def test_edges_over_other_parts_are_mixed_by_the_area_that_each_covers():
+    below, above = square(8, 1 + 1j, 0), square(3, 4.25 + 4.25j, 14)
+    canvas = Canvas(10, 10, (0, 10 + 10j))
+    pixels = np.zeros((10, 20, 3), np.uint8)
+    pixels[:, :10], pixels[:, 10:] = (255, 0, 0), (0, 0, 255)
+    texture = Texture(pixels, (0, 20 + 10j), transfer="linear")
+    picture = warp(several(above, below), texture, canvas).pixels
+    assert (picture[4, 2] == [255, 0, 0, 255]).all() and (picture[4, 5] == [0, 0, 255, 255]).all()
+    left, right = picture[4, 4].astype(int), picture[4, 7].astype(int)  # three quarters and one quarter of it
+    assert np.abs(left - [64, 0, 191, 255]).max() <= 1 and np.abs(right - [191, 0, 64, 255]).max() <= 1
+    sharp = warp(several(above, below), texture, canvas, filter="nearest").pixels
+    assert set(map(tuple, sharp[4, 1:9])) == {(255, 0, 0, 255), (0, 0, 255, 255)}
 
 
 @pytest.mark.parametrize("way", [1, -1])

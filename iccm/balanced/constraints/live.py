@@ -10,23 +10,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Complex
-from ..curve import Curve
-from ..maps.triangulated.map import TriangulatedMap
-from ..maps.triangulated.patches import bulges
-from ..result import Fit
-from .constraints.given import Pins, checked, with_points
-from .constraints.meeting import brought
-from .discrete import DiscreteMap
-from .failure import NoMapError, Stuck
-from .frames import Frame, frames_of
-from .holes.filled import cut_out
-from .holes.given import Holes, named
-from .levels import Level, Problem, Sketch, refined
-from .method import sketched
-from .outline import manageable
-from .solution import Settings
-from .stages import FINE_CORNERS, FINE_FINENESS, STEEPEST, with_holes
+from ...arrays import Complex
+from ...curve import Curve
+from ...maps.triangulated.map import TriangulatedMap
+from ...maps.triangulated.patches import bulges
+from ...result import Fit
+from ..discrete import DiscreteMap
+from ..failure import NoMapError, Stuck
+from ..frames import Frame, frames_of
+from ..holes.filled import cut_out
+from ..holes.given import Holes, named
+from ..levels import Level, Problem, Sketch, refined
+from ..method import sketched
+from ..outline import manageable
+from ..solution import Settings
+from ..stages import FINE_EXACTNESS, STEEPEST, with_holes
+from .given import Pins, checked, with_points
+from .meeting import brought
 
 SIZE = (
     0.06  # mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh
@@ -68,7 +68,7 @@ class _Pair:
         if isinstance(state, DiscreteMap):  # its constraints are others, of other vertices
             state = Sketch(state.z, state.u, state.faces, state.border, loops=state.loops)
         try:
-            level = Level.of(problem, SIZE, FINE_FINENESS, FINE_CORNERS, STEEPEST)
+            level = Level.of(problem, SIZE, *FINE_EXACTNESS, STEEPEST)
             return _settled(brought(refined(level, state), settings.theta), settings.theta)
         except Stuck as error:
             raise NoMapError(f"the map cannot follow: {error}") from error

@@ -1,0 +1,135 @@
+"""Conformal flattenings of public meshes beside libigl's LSCM: folds, overlaps, dilatation, areas, seconds.
+
+python -m tests.bench.flattening [NAME …]     all of them by default; fetched once, by pip, into build/meshes
+
+Every mesh is cut open where it is closed. LSCM is libigl's on the cut that opens the surface, without a longer seam.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tarfile
+import time
+import zipfile
+from pathlib import Path
+from typing import NamedTuple
+
+from iccm.errors import InputError
+from iccm.flattening import flatten
+from iccm.io.meshes import mesh_files
+from iccm.meshes.disk_patch import disk_patch
+from iccm.meshes.flatten import Flattening, overlap
+
+CACHE = Path(__file__).parents[2] / "build" / "meshes"
+GOOD = 1.3  # p95 of the dilatation
+
+
+class Source(NamedTuple):
+    """A package that holds meshes: its name and version, whether pip takes sources or wheels, and the folder inside."""
+
+    package: str
+    kind: str
+    folder: str
+
+
+SOURCES = {
+    "potpourri3d": Source(
+        "potpourri3d==1.4.0", "--no-binary=potpourri3d", "deps/geometry-central/test/assets"
+    ),
+    "pyvista": Source("pyvista==0.49.1", "--only-binary=:all:", "pyvista/examples"),
+    "compas": Source("compas==2.15.1", "--only-binary=:all:", "compas/data/samples"),
+    "pymeshlab": Source("pymeshlab==2025.7.post1", "--only-binary=:all:", "pymeshlab/tests/sample_meshes"),
+    "pybullet": Source("pybullet==3.2.7", "--only-binary=:all:", "pybullet_data"),
+}
+MESHES = {
+    "potpourri3d": "spot.ply bob_small.ply sphere_small.ply fox.ply lego.ply",
+    "pyvista": "sphere.ply nut.ply airplane.ply",
+    "compas": "tubemesh.obj mesh.obj hypar.obj",
+    "pymeshlab": "bone.ply cow.obj bunny10k_textured.obj bunny.obj airplane.obj",
+    "pybullet": "duck.obj soccerball.obj sphere_smooth.obj husky/meshes/wheel.stl kuka_iiwa/meshes/link_1.obj "
+    "kuka_iiwa/meshes/link_3.obj franka_panda/meshes/visual/link1.obj racecar/meshes/left_rear_wheel.obj "
+    "laikago/lower_leg3.obj laikago/upper_leg_left.obj a1/meshes/calf.obj a1/meshes/hip.obj",
+}
+COARSE = "few triangles where it bends"
+HARD = {
+    "bob_small.ply": COARSE,
+    "fox.ply": COARSE,
+    "airplane.ply": COARSE,
+    "cow.obj": COARSE,
+    "kuka_iiwa/meshes/link_3.obj": COARSE,
+    "franka_panda/meshes/visual/link1.obj": COARSE,
+    "racecar/meshes/left_rear_wheel.obj": COARSE,
+    "laikago/lower_leg3.obj": COARSE,
+    "laikago/upper_leg_left.obj": COARSE,
+    "a1/meshes/calf.obj": COARSE,
+    "a1/meshes/hip.obj": COARSE,
+}  # not within GOOD
+
+
+def fetched(name: str) -> Path:
+    """The folder of a package's meshes, fetched by pip and unpacked where that has not been done."""
+    source, home = SOURCES[name], CACHE / name
+    if not home.exists():
+        words = ["download", "--quiet", "--no-deps", source.kind, "--dest", str(CACHE), source.package]
+        subprocess.run([sys.executable, "-m", "pip", *words], check=True)
+        archive = next(path for path in CACHE.glob(f"{name}-*") if path.is_file())
+        unpack = zipfile.ZipFile if archive.suffix == ".whl" else tarfile.open
+        with unpack(archive) as content:
+            content.extractall(home)
+    return next(path for path in home.rglob("*") if str(path).endswith(source.folder))
+
+
+def line(found: Flattening, seconds: float) -> str:
+    """Figures of a layout."""
+    report = found.report()
+    area = report["log10_area"]["p95"] - report["log10_area"]["p05"]
+    fault = (
+        "one-to-one"
+        if overlap(found) is None
+        else f"{report['turned']} turned"
+        if report["turned"]
+        else "overlaps"
+    )
+    return f"{fault:12} K95 {report['dilatation']['p95']:5.3f}  area {area:5.2f}  {seconds:6.2f} s"
+
+
+def measured(package: str, name: str) -> bool:
+    """Prints a mesh's line; whether its layout is as it should be."""
+    mesh = mesh_files.read(str(fetched(package) / name)).mesh
+    patch = disk_patch(mesh, cut=True)
+    lines, found = [], None
+    for method in ("lscm", "conformal"):
+        start = time.process_time()
+        found = flatten(patch, grow=method == "conformal", method=method)
+        lines.append(line(found, time.process_time() - start))
+    assert found is not None
+    good = overlap(found) is None and (found.report()["dilatation"]["p95"] <= GOOD or name in HARD)
+    said = f"   {HARD[name]}" if name in HARD else "" if good else "   NOT GOOD"
+    print(
+        f"{package + '/' + name:47}{len(patch.faces):7}   LSCM {lines[0]}   conformal {lines[1]}{said}",
+        flush=True,
+    )
+    return good
+
+
+def main() -> int:
+    """All meshes, or those named; 1 where one folds, overlaps, or keeps angles badly without a reason."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", help="of meshes, such as spot.ply")
+    chosen = parser.parse_args().names
+    good = True
+    for package, names in MESHES.items():
+        for name in names.split():
+            if not chosen or name in chosen:
+                try:
+                    good &= measured(package, name)
+                except InputError as error:
+                    print(f"{package}/{name}: {error}")
+                    good = False
+    return int(not good)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
