@@ -1,4 +1,6 @@
-"""The two ways a call can fail because of what it was given."""
+"""The ways a call can fail because of what it was given."""
+
+from collections.abc import Iterable
 
 
 class IccmError(Exception):
@@ -7,3 +9,17 @@ class IccmError(Exception):
 
 class InputError(IccmError, ValueError):
     """The user's input is wrong. The message is one line: file, place, what is wrong, what to do."""
+
+
+class ConstraintError(InputError):
+    """Pins or strokes are wrong; the message counts them from 1.
+
+    Args:
+        message: as of `InputError`.
+        pins: those it speaks of, counted from 0.
+        strokes: likewise.
+    """
+
+    def __init__(self, message: str, pins: Iterable[int] = (), strokes: Iterable[int] = ()):
+        super().__init__(message)
+        self.pins, self.strokes = tuple(int(k) for k in pins), tuple(int(k) for k in strokes)

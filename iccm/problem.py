@@ -33,7 +33,6 @@ OTHERS = dict.fromkeys(
     "conformal or paper",
 )
 """Options that the balanced method does not have, and whose they are."""
-MOST_VERTICES = 4000  # of a map's polygon: its equations are a dense matrix
 
 
 @dataclass(frozen=True)

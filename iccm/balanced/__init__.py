@@ -9,6 +9,8 @@ discrete       a map in the making: mesh, image, steps   untangle   a first map 
 newton         projected Newton with a sliding outline   sliding    directions and energy of the outline's vertices
 energy         the density, its derivatives, assembly    ldl        block LDLᵀ of Newton's matrices
 mesh, delaunay quality triangulations                    sizing     smaller triangles where the map magnifies
+constraints    pins and strokes: given, inside (vertices), meeting them, routes around, continuation of an earlier map
+deform         shapes moved by pins and strokes alone, their outlines free
 discs          starts by way of a disc                  drawn       bounds on the patches that are drawn, notes
 frames, outline, symmetry, similar, transfer, measures, orientation: what their names say
 """

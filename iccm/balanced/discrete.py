@@ -288,8 +288,8 @@ class DiscreteMap:
             inside = inside._replace(
                 s=s[self.border : self.constrained], z=z[self.border : self.constrained].copy()
             )
-        elif not self.bound and inside.z.size:
-            raise AssertionError("a map whose constraints are not met has no inverse to descend on")
+        elif not self.bound and inside.z.size:  # they are vertices like any others
+            inside = inside._replace(z=z[self.border : self.border + inside.z.size].copy())
         pairs = self.pairs._replace(s=s[: self.border])
         return replace(self, z=z, pairs=pairs, energy=energy, inside=inside, settled=settled)
 

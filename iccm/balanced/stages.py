@@ -9,8 +9,8 @@ from . import starts
 from .constraints import continuation, meeting
 from .constraints.given import Pins, with_points
 from .discrete import DiscreteMap
-from .discs import through_disc
 from .failure import NoMapError, Stuck
+from .holes.discs import through_disc
 from .holes.given import Holes
 from .holes.outlines import manageable_holes
 from .holes.partners import Partners
@@ -359,7 +359,7 @@ def last_level(problem: Problem, settings: Settings, share: float = 1.0) -> Leve
 
 def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: Journal) -> DiscreteMap:
     """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
-    tried = []
+    tried, theta = [], leaning(state, problem.theta)
     for q in progress.counted("last map, worst stretch lowered", POWERS):
         state = descended(state, theta, q, journal)
         tried.append(state)

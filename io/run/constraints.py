@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...errors import InputError
+from ...errors import ConstraintError, InputError
 from .job import Job
 
 if TYPE_CHECKING:
@@ -15,13 +16,16 @@ if TYPE_CHECKING:
     from ..shapes.shape import Shape
 
 
-def constrained(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
-    """The pins (k, 2) and pairs of strokes of a job; None where there are none.
+Names = tuple[list[str], list[str]]  # of pins and of strokes, empty for those that have none
+
+
+def constrained(job: Job, source: Shape, target: Shape) -> tuple[Any, Any, Names]:
+    """The pins (k, 2) and pairs of strokes of a job, None where there are none, and their names.
 
     Raises:
         InputError: a name without its partner, a place that a file does not have, a point outside the source.
     """
-    pins, strokes = _drawn(job, source, target)
+    pins, strokes, called = _drawn(job, source, target)
     typed = [[source.at(here), target.at(there)] for here, there in job.pin]
     pins = np.concatenate([np.reshape(pins, (-1, 2)), np.reshape(np.array(typed, dtype=complex), (-1, 2))])
     inside(source, "pin", list(pins[:, 0]))
@@ -29,7 +33,24 @@ def constrained(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
     if job.target and exact(job):
         inside(target, "pin", list(pins[:, 1]))
         inside(target, "vertex of a stroke", [z for stroke in strokes for z in stroke[1].z])
-    return (pins if len(pins) else None), (strokes or None)
+    return (pins if len(pins) else None), (strokes or None), called
+
+
+@contextmanager
+def calling(called: Names) -> Iterator[None]:
+    """Add the names of pins and strokes to what is told of them by number."""
+    try:
+        yield
+    except ConstraintError as error:
+        pairs = zip(("pin", "stroke"), (error.pins, error.strokes), called)
+        found = [
+            f"{kind} {k + 1}: {names[k]}" for kind, which, names in pairs for k in which if _named(names, k)
+        ]
+        raise InputError(f"{error} ({', '.join(found)})" if found else str(error)) from None
+
+
+def _named(names: list[str], k: int) -> bool:
+    return k < len(names) and bool(names[k])
 
 
 def exact(job: Job) -> bool:
@@ -58,13 +79,13 @@ def solved(job: Job, source: Shape, target: Shape, given: dict[str, Any], tell: 
     return iccm.fit(source.curve, target.curve, **given)
 
 
-def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any]:
+def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any, Names]:
     if not (job.constraints or any(shape.pins or shape.strokes for shape in (source, target))):
-        return [], []
+        return [], [], ([], [])
     from ..shapes import constraints
 
     listed = constraints.read(job.constraints) if job.constraints else None
-    return constraints.pair(source, target, listed)
+    return *constraints.pair(source, target, listed), constraints.names(source, target, listed)
 
 
 def inside(shape: Shape, what: str, points: list[complex]) -> None:

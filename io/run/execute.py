@@ -17,7 +17,7 @@ from .. import files
 from ..memory import Bounded
 from ..spec import Spec
 from . import outputs, parts, report
-from .constraints import constrained, holed, solved
+from .constraints import calling, constrained, holed, solved
 from .inputs import Inputs
 from .job import WRITTEN, Job
 from .outputs.output import Output
@@ -139,7 +139,7 @@ def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, phases: Pha
     for note in notes:
         state.note(note)
     if job.parts == "largest":
-        state.pins, state.strokes = constrained(job, state.source, state.target)
+        state.pins, state.strokes, state.called = constrained(job, state.source, state.target)
     return state
 
 
@@ -167,7 +167,8 @@ def _solve(state: Run) -> None:
     count, constraints = len(state.pairs), {"pins": state.pins, "strokes": state.strokes}
     with state.phases.timed("solve"):
         for k, (source, target) in enumerate(state.pairs):
-            with progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}"):
+            within = progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}")
+            with within, calling(state.called):
                 fit = solved(job, source, target, constraints | job.solver, state.note)
                 state.fits.append(fit)
     for (source, _), fit in zip(state.pairs, state.fits):

@@ -45,6 +45,7 @@ class Run:
         figures: what making the outputs adds to the report.
         fits: the map of each pair, once it is there.
         pins, strokes: what must meet.
+        called: their names.
     """
 
     job: Job
@@ -58,6 +59,7 @@ class Run:
     figures: dict[str, Any] = field(default_factory=dict)
     pins: Any = None
     strokes: Any = None
+    called: tuple[list[str], list[str]] = field(default_factory=lambda: ([], []))
     fits: list[Fit] = field(default_factory=list)
     _begun: dict[str, Future] = field(default_factory=dict)
 

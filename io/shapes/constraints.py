@@ -178,6 +178,15 @@ def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Const
     )
 
 
+def names(source: Shape, target: Shape, listed: Listed | None = None) -> tuple[list[str], list[str]]:
+    """The names of all pins, and of all strokes, in the order of `collect`; those that have none are empty."""
+    listed = listed or Listed()
+    pins = [*_paired(source, target, "pins"), *(pin.name for pin in listed.pins)]
+    for stroke in listed.strokes:
+        pins += 2 * [stroke.name] if stroke.ends == "stick" else []
+    return pins, [*_paired(source, target, "strokes"), *(stroke.name for stroke in listed.strokes)]
+
+
 def pair(
     source: Shape, target: Shape, listed: Listed | None = None
 ) -> tuple[Complex, list[tuple[Curve, Curve]]]:

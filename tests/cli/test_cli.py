@@ -218,6 +218,48 @@ def test_deform_moves_pins_and_keeps_the_rest_near(shapes, iccm):
     assert image_files.read("d.png").pixels[..., 3].any()
 
 
+def test_what_overlaps_is_told_and_refused_where_that_is_asked_for(shapes, iccm):
+    """The square's ends are rolled into each other: status `overlap`, exit code 1 with --require-injective alone."""
+    (shapes / "bar.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 40"><path d="M5 15H85V25H5Z"/></svg>'
+    )
+    pins = ("--pin", "7,20:55,20", "--pin", "45,20:45,35", "--pin", "83,20:35,20", "--pin", "65,20:60,30")
+    typed = iccm("deform", "bar.svg", *pins, "--report", "r.json")
+    report = json.loads((shapes / "r.json").read_text())
+    assert typed.code == 0 and report["status"] == "overlap" and "overlaps itself" in typed.err
+    assert not report["injective"]["certified"] and max(pin["error"] for pin in report["pins"]) < 1e-9
+    assert iccm("deform", "bar.svg", *pins, "--report", "s.json", "--require-injective").code == 1
+
+
+@pytest.mark.parametrize(
+    ("listed", "said"),
+    [
+        (
+            {"pins": [("nose", [30, 50], [50, 50]), ("", [30, 50], [40, 50])]},
+            "pins 1 and 2: .* (pin 1: nose)",
+        ),
+        (
+            {
+                "strokes": [
+                    ("arm", [[30, 30], [60, 60]], [[40, 40], [60, 60]]),
+                    ("leg", [[60, 30], [30, 60]], [[45, 40], [65, 60]]),
+                ]
+            },
+            "strokes 1 and 2: .* source (stroke 1: arm, stroke 2: leg)",
+        ),
+    ],
+)
+def test_constraints_that_no_map_meets_are_named(shapes, iccm, listed, said):
+    entries = {
+        kind: [{"name": name, "source": a, "target": b} for name, a, b in each]
+        for kind, each in listed.items()
+    }
+    (shapes / "c.json").write_text(json.dumps(entries))
+    typed = iccm("map", "square.svg", "disk.svg", "--constraints", "c.json", "-o", "o.png")
+    assert typed.code == 2 and len(typed.lines) == 1
+    assert re.search(said.replace("(", r"\(").replace(")", r"\)"), typed.err)
+
+
 @pytest.mark.parametrize(
     ("arguments", "parts"),
     [

@@ -1,1 +1,6 @@
-"""Pins and strokes that are met exactly: what they are, how they are checked, and how vertices are brought there."""
+"""Pins and strokes that a map meets exactly.
+
+given          as the user gave them, checked        inside         as vertices of a mesh
+strokes        as chains of them                     ways, routes   how they go to their goals, straight or around
+meeting        among the starts, from mesh to mesh   continuation   from an earlier map on
+"""

@@ -8,7 +8,7 @@ import shapely
 
 from ...arrays import Complex, Flags, Index, Real
 from ...curve import Curve
-from ...errors import InputError
+from ...errors import ConstraintError
 from ..frames import GRID, Frame
 from .strokes import FINENESS, Stroke, simplified
 
@@ -80,9 +80,10 @@ def checked(
     outer = distances < ON_OUTLINE
     for k in np.flatnonzero(outer[:, 0] != outer[:, 1]):
         there, here = ("source", "target") if outer[k, 0] else ("target", "source")
-        raise InputError(
+        raise ConstraintError(
             f"pin {numbers[k] + 1}: its {there} is on the outline and its {here} is not; "
-            "a one-to-one map takes outline to outline"
+            "a one-to-one map takes outline to outline",
+            [numbers[k]],
         )
     outer = outer[:, 0]
     near = np.flatnonzero(~outer & (distances.min(axis=1) < NEAR_OUTLINE))
@@ -146,19 +147,24 @@ def checked_strokes(
         ring = _line(np.append(curve.z, curve.z[0]))
         for k, line in enumerate(lines):
             if not line.is_simple:
-                raise InputError(f"stroke {k + 1}: its {name} crosses or touches itself")
+                raise ConstraintError(f"stroke {k + 1}: its {name} crosses or touches itself", strokes=[k])
             outside = not curve.contains(strokes[k][side].z).all()
             if outside or line.distance(ring) < ON_OUTLINE * unit:
-                raise InputError(
-                    f"stroke {k + 1}: its {name} leaves the shape or touches its outline; keep it inside"
+                raise ConstraintError(
+                    f"stroke {k + 1}: its {name} leaves the shape or touches its outline; keep it inside",
+                    strokes=[k],
                 )
             for j in range(k):
                 if line.distance(lines[j]) < ON_OUTLINE * unit:
-                    raise InputError(f"strokes {j + 1} and {k + 1}: they cross or touch in the {name}")
+                    raise ConstraintError(
+                        f"strokes {j + 1} and {k + 1}: they cross or touch in the {name}", strokes=[j, k]
+                    )
             for z, number in zip(pins[:, side], numbers):
                 if line.distance(shapely.Point(z.real, z.imag)) < ON_OUTLINE * unit:
-                    raise InputError(
-                        f"pin {number + 1} and stroke {k + 1}: they touch in the {name}; drop one"
+                    raise ConstraintError(
+                        f"pin {number + 1} and stroke {k + 1}: they touch in the {name}; drop one",
+                        [number],
+                        [k],
                     )
     units = [domains[0].diagonal, domains[-1].diagonal]
     curves = [[simplified(c, FINENESS * unit) for c, unit in zip(pair, units)] for pair in strokes]
@@ -179,12 +185,14 @@ def _without_repeats(pins: Complex, unit: float, image_unit: float | None) -> tu
         if any(j in same_goal for j in same):
             continue
         if same:
-            raise InputError(
-                f"pins {same[0] + 1} and {k + 1}: the same point of the source is to go to two places"
+            raise ConstraintError(
+                f"pins {same[0] + 1} and {k + 1}: the same point of the source is to go to two places",
+                [same[0], k],
             )
         if same_goal and image_unit is not None:
-            raise InputError(
-                f"pins {same_goal[0] + 1} and {k + 1}: two points of the source are to go to one place"
+            raise ConstraintError(
+                f"pins {same_goal[0] + 1} and {k + 1}: two points of the source are to go to one place",
+                [same_goal[0], k],
             )
         keep.append(k)
     return pins[keep], np.array(keep, np.int64)
@@ -198,9 +206,10 @@ def _inside(curve: Curve, z: Complex, numbers: Index, side: int) -> Real:
     outside = np.flatnonzero(~curve.contains(z) & (distances > ON_OUTLINE * curve.diagonal))
     if outside.size:
         k, name = outside[0], ("source", "target")[side]
-        raise InputError(
+        raise ConstraintError(
             f"pin {numbers[k] + 1}: ({z[k].real:g}, {z[k].imag:g}) is outside the {name} shape by "
-            f"{distances[k]:.3g}; move it inside"
+            f"{distances[k]:.3g}; move it inside",
+            [numbers[k]],
         )
     return distances / curve.diagonal
 
@@ -213,9 +222,11 @@ def _in_order(source: Curve, target: Curve, pins: Complex, numbers: Index) -> Co
     order = np.argsort(s, kind="stable")
     gaps = np.mod(np.diff(tau[order], append=tau[order[0]]), target.length)
     if len(pins) > 1 and abs(gaps.sum() - target.length) > 0.5 * target.length:
-        names = ", ".join(str(numbers[k] + 1) for k in _misplaced(tau[order], target.length, order))
-        raise InputError(
-            f"pins on the outline out of order: {names}; a one-to-one map keeps the order around the outline"
+        wrong = [numbers[k] for k in _misplaced(tau[order], target.length, order)]
+        told = ", ".join(str(k + 1) for k in wrong)
+        raise ConstraintError(
+            f"pins on the outline out of order: {told}; a one-to-one map keeps the order around the outline",
+            wrong,
         )
     return np.column_stack([source.at(s), target.at(tau)])[order]
 
