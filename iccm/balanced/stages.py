@@ -359,7 +359,7 @@ def last_level(problem: Problem, settings: Settings, share: float = 1.0) -> Leve
 
 def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: Journal) -> DiscreteMap:
     """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
-    tried, theta = [], leaning(state, problem.theta)
+    tried: list[DiscreteMap] = []
     for q in progress.counted("last map, worst stretch lowered", POWERS):
         state = descended(state, theta, q, journal)
         tried.append(state)

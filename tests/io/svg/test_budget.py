@@ -71,7 +71,7 @@ def test_the_silhouette_of_what_overlaps_too_often_is_refused(tmp_path):
                 'width="99" height=".1"', 'width=".1" height="99"'
             )
         )
-    )  # noqa: E501
+    )
     with pytest.raises(InputError, match="cross each other too often"):
         shape.read(f"{tmp_path}/a.svg#silhouette")
 
