@@ -216,14 +216,12 @@ def finished(
 
 def inverted(state: Meshed) -> Sketch:
     """The inverse map."""
-    loops, filled, weights = state.loops, state.filled, state.weights
-    exchanged = tuple(
+    loops, filled = (
         tuple(loop._replace(source=loop.target, target=loop.source) for loop in each)
-        for each in (loops, filled)
+        for each in (state.loops, state.filled)
     )
-    return Sketch(
-        state.u, state.z, state.faces, state.border, state.first_pin, state.lines, *exchanged, weights
-    )
+    given = state.u, state.z, state.faces, state.border, state.first_pin, state.lines
+    return Sketch(*given, loops, filled, state.weights)
 
 
 def by_halves(
@@ -317,11 +315,9 @@ def with_partners(level: Level, matches: list[Match], problem: Problem) -> list[
 
 def with_holes(problem: Problem, holes: Holes, settings: Settings) -> Problem:
     """The problem with its holes."""
-    simple = tuple(
-        tuple(manageable_holes(outer, inner, settings.tolerance))
-        for outer, inner in zip((problem.source, problem.target), (holes.source, holes.target))
-    )
-    return problem._replace(holes=simple, partners=holes.partners)
+    source = tuple(manageable_holes(problem.source, holes.source, settings.tolerance))
+    target = tuple(manageable_holes(problem.target, holes.target, settings.tolerance))
+    return problem._replace(holes=(source, target), partners=holes.partners)
 
 
 def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) -> DiscreteMap:
@@ -360,7 +356,7 @@ def last_level(problem: Problem, settings: Settings, share: float = 1.0) -> Leve
 
 def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: Journal) -> DiscreteMap:
     """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
-    tried = []
+    tried: list[DiscreteMap] = []
     for q in progress.counted("last map, worst stretch lowered", POWERS):
         state = descended(state, theta, q, journal)
         tried.append(state)
