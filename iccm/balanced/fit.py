@@ -95,7 +95,7 @@ def _strain(map: TriangulatedMap) -> list[str]:
     if stretch <= STRETCHED and dilatation <= DILATED:
         return []
     return [
-        "The shapes differ so much that the picture is stretched strongly, as any one-to-one map between them must: "
+        "The shapes differ so much that the picture is stretched strongly: "
         f"on 5 % of the target lengths change by more than {stretch:.1f} times, "
         f"and by {dilatation:.0f} times as much one way as the other."
     ]
