@@ -87,7 +87,7 @@ def test_partners_by_the_names_of_what_is_drawn_in_them(holed, iccm):
     assert {found[0].hole_names[i] == found[1].hole_names[j] for i, j in named} == {True} and len(named) == 2
     _, report = mapped(iccm, "a.svg", "b.svg")
     _, same = mapped(iccm, "eyes.svg", "eyes.svg")
-    assert [h["target"] for h in report["holes"]] == [h["target"] for h in same["holes"]][::-1]
+    assert [h["source"] for h in report["holes"]] == [h["source"] for h in same["holes"]][::-1]
 
 
 def test_pins_in_holes_say_that_they_go_together(holed, iccm):

@@ -15,7 +15,8 @@ class Cut(NamedTuple):
     Attributes:
         vertices: (n,) those of the map that stay.
         faces: (m, 3) triangles, of these.
-        loops: boundary vertices, the outer loop first, counter-clockwise, then those of holes, clockwise.
+        loops: boundary vertices, the outer loop first, counter-clockwise, then those of holes, clockwise, in the order
+            of the target's.
         partners: for each hole's loop, which hole of the source and of the target it is; -1 for a slit.
         lines: (l, 2) vertices of the edges of strokes.
     """
@@ -35,7 +36,7 @@ def cut_out(state: DiscreteMap | Sketch) -> Cut:
     used = np.unique(faces)
     place = np.full(state.z.size, -1)
     place[used] = np.arange(used.size)
-    holes = (*state.loops, *opened)
+    holes = sorted((*state.loops, *opened), key=lambda loop: loop.target)
     outer = slice(0, state.loops[0].first if state.loops else state.border)
     loops = tuple(place[vertices] for vertices in (outer, *(hole.vertices for hole in holes)))
     partners = tuple((hole.source, hole.target) for hole in holes)
