@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from ..progress import Listener, heard, tell
 from . import logs
@@ -46,7 +47,8 @@ class Line:
 
     def __init__(self) -> None:
         self._start, self._said = time.monotonic(), ("start", 0, 0)
-        self._over, self._bar = threading.Event(), None
+        self._over = threading.Event()
+        self._bar: Any = None  # tqdm's
 
     def __call__(self, what: str, done: int, of: int) -> None:
         """As `iccm.progress.Listener`; nothing under way takes the line away, at once."""

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from .arrays import Complex
 from .parallel import thread_count
 
 SQUARE = np.array([-0.5 - 0.5j, 0.5 - 0.5j, 0.5 + 0.5j, -0.5 + 0.5j])
@@ -51,9 +52,10 @@ def _pixels() -> None:
     from .maps.triangulated.map import TriangulatedMap
     from .pixels.warp import Canvas, Texture, warp
 
-    z = np.append(SQUARE, 0)
+    z: Complex = np.append(SQUARE, 0)
     box = complex(SQUARE[0]), complex(SQUARE[2])
-    map = TriangulatedMap(z, 1.1 * z, FAN, (np.arange(4),))
+    image: Complex = 1.1 * z
+    map = TriangulatedMap(z, image, FAN, (np.arange(4),))
     map(z)
     picture = np.full((SMALL, SMALL, 3), 99, np.uint8)
     for size in (2 * SMALL, SMALL // 4):  # enlarged, and shrunk

@@ -5,8 +5,11 @@ Together these entries were a sixth of the time. They are part of what calls the
 costs every start a look at the disk. A test proves that nothing else calls `inner` kernels, which would crash.
 """
 
+from typing import Any
+
 from numba import njit
 
 # numpy's error model: a division by zero gives inf, which line searches reject, instead of a branch at each one
-kernel = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
+COMMON: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+kernel = njit(cache=True, **COMMON)
+inner = njit(**COMMON | {"no_cpython_wrapper": True})

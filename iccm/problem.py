@@ -33,7 +33,6 @@ OTHERS = dict.fromkeys(
     "conformal or paper",
 )
 """Options that the balanced method does not have, and whose they are."""
-MOST_VERTICES = 4000  # of a map's polygon: its equations are a dense matrix
 
 
 @dataclass(frozen=True)
@@ -195,8 +194,9 @@ class Problem:
             _inside(source, a.z, "source stroke vertex")
         unit_pins = np.column_stack([s.unit(pins[:, 0]), t.unit(pins[:, 1])])
         unit_strokes = [(s.curve(a), t.curve(b)) for a, b in pairs]
-        unit = s.curve(source), target and t.curve(target)
-        return cls(*unit, unit_pins, unit_strokes, s, t, *inner, _partners(partners, inner))
+        unit, goal = s.curve(source), target and t.curve(target)
+        known = _partners(partners, inner)
+        return cls(unit, goal, unit_pins, unit_strokes, s, t, inner[0], inner[1], known)
 
     def mirrored(self) -> "Problem":
         """The same problem seen in a mirror."""
@@ -205,7 +205,7 @@ class Problem:
             Frame(f.centre.conjugate(), f.radius.conjugate()) for f in (self.source_frame, self.target_frame)
         ]
         target = self.target and _mirror(self.target)
-        return Problem(_mirror(self.source), target, self.pins.conj(), strokes, *frames)
+        return Problem(_mirror(self.source), target, self.pins.conj(), strokes, frames[0], frames[1])
 
     @property
     def given_source(self) -> Curve:

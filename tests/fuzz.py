@@ -3,7 +3,8 @@
     python -m tests.fuzz --count 10000            all kinds, in processes that may die
     python -m tests.fuzz --kind svg --seed 12345  one input again, with its traceback
 
-Each input follows from its kind and seed alone.
+Each input follows from its kind and seed alone. Runs of 20,000 so far began at the seeds 7,000,000, 8,000,000 and
+11,000,000 (`--count 20000 --first 11000000`); take others for the next. CI and the tests run a slice from 0.
 """
 
 import argparse
@@ -357,7 +358,7 @@ def carry(path: Path) -> None:
     for element in ElementTree.fromstring(text).iter():
         style = element.text or "" if element.tag.endswith("}style") else ""
         for name, value in [*element.attrib.items(), ("style", style)]:
-            link = name.endswith("href")
+            link = name.rpartition("}")[2] == "href"
             away = OUT_OF_IT.search(value) or (link and not value.strip().startswith(("#", "data:")))
             if away or name.startswith("on") or (not link and name not in WORDED and NO_NUMBER.search(value)):
                 raise AssertionError(f"{name}={value!r} was written")

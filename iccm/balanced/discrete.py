@@ -109,10 +109,10 @@ class DiscreteMap:
         """A mesh for boundary pairs; the image is given on the outline and zero inside. `filled` are the polygons of
         holes that are covered."""
         rims = rims_of(source, target, holes, pairs.s.size)
-        z = [rim.source.curve.at(pairs.s[rim.vertices]) for rim in rims]
+        outer, *inner = (rim.source.curve.at(pairs.s[rim.vertices]) for rim in rims)
         soft = closed_links([rim.size for rim in filled])
         links = np.append(inside.links, inside.z.size + soft)
-        z, faces = triangulate(z[0], sizes, np.concatenate([inside.z, *filled]), links, z[1:])
+        z, faces = triangulate(outer, sizes, np.concatenate([inside.z, *filled]), links, inner)
         given = np.arange(inside.z.size + soft.size)
         ends = np.where((links >= 0) & (given < inside.z.size), links, given)
         following = np.append(_following(rims), pairs.s.size + ends)
@@ -121,9 +121,9 @@ class DiscreteMap:
             u[rim.vertices] = rim.target.curve.at(pairs.tau[rim.vertices])
         anchored = np.zeros(pairs.s.size, bool)
         if anchors is not None:
-            outer = rims[0].vertices
-            gap = np.mod(pairs.s[outer, None] - anchors.s + 0.5 * source.length, source.length)
-            anchored[outer] = np.any(np.abs(gap - 0.5 * source.length) < 1e-9 * source.length, axis=1)
+            first = rims[0].vertices
+            gap = np.mod(pairs.s[first, None] - anchors.s + 0.5 * source.length, source.length)
+            anchored[first] = np.any(np.abs(gap - 0.5 * source.length) < 1e-9 * source.length, axis=1)
         system = system_of(faces, following, z.size)
         weights = weights_of(z, faces, filled) if filled else None
         return cls(
@@ -288,8 +288,8 @@ class DiscreteMap:
             inside = inside._replace(
                 s=s[self.border : self.constrained], z=z[self.border : self.constrained].copy()
             )
-        elif not self.bound and inside.z.size:
-            raise AssertionError("a map whose constraints are not met has no inverse to descend on")
+        elif not self.bound and inside.z.size:  # they are vertices like any others
+            inside = inside._replace(z=z[self.border : self.border + inside.z.size].copy())
         pairs = self.pairs._replace(s=s[: self.border])
         return replace(self, z=z, pairs=pairs, energy=energy, inside=inside, settled=settled)
 

@@ -5,15 +5,17 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Index
+from ..maps import bounds, distortion
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
-from . import drawn
 from .constraints.given import checked_free
 from .holes.given import Holes, named
 from .method import solve as solved
 from .solution import Settings, Solution
+
+STRETCHED, DILATED = 5.0, 10.0  # over 5 % of the target: from here pictures look like combed stripes
 
 
 def solve(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
@@ -30,9 +32,9 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     settings = _settings(options)
     found = solved(source, target, settings, pins, strokes, holes, numbers, start)
     map = _straight(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
-    map = drawn.held(map, settings)
+    map = bounds.held(map, settings.max_dilatation, settings.max_stretch)
     status = _status(found, map, settings)
-    notes = found.notes + ([] if len(pins) or len(strokes) else drawn.notes(map))
+    notes = found.notes + ([] if len(pins) or len(strokes) else _strain(map))
     energies = [{"total": float(level["energy"])} for level in found.energies]
     return Fit(
         *(map, status, energies, source, target, pins, strokes, notes),
@@ -82,4 +84,18 @@ def _status(found: Solution, map: TriangulatedMap, settings: Settings) -> Status
         return Status.PINS
     if found.gap > settings.tolerance:
         return Status.GAP
-    return Status.REACHED if found.reached and drawn.bounded(map, settings) else Status.BOUNDS
+    drawn = bounds.bounded(map, settings.max_dilatation, settings.max_stretch)
+    return Status.REACHED if found.reached and drawn else Status.BOUNDS
+
+
+def _strain(map: TriangulatedMap) -> list[str]:
+    """A sentence where the stretch cannot be small: a ring, a bar or a spiral onto a block, or the other way round."""
+    found = distortion.of_triangles(map)
+    stretch, dilatation = (found.quantile(each, 0.95) for each in (found.stretches, found.dilatations))
+    if stretch <= STRETCHED and dilatation <= DILATED:
+        return []
+    return [
+        "The shapes differ so much that the picture is stretched strongly: "
+        f"on 5 % of the target lengths change by more than {stretch:.1f} times, "
+        f"and by {dilatation:.0f} times as much one way as the other."
+    ]

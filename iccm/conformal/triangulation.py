@@ -11,6 +11,10 @@ from ..balanced.meshing.mesh import recover
 from ..curve import Curve
 from ..errors import InputError
 
+FLAT = (
+    1e-12  # twice the area, by the square of the longest edge: rounding leaves less between nodes on a line
+)
+
 
 class TooThinError(InputError):
     """Rounding decides what is inside of an outline."""
@@ -65,8 +69,11 @@ def constrained(nodes: Complex, mesh: Mesh, lacking: Flags) -> Mesh:
 
 
 def inside(curve: Curve, nodes: Complex, mesh: Mesh) -> Index:
-    """(m, 3) the triangles inside a closed curve."""
-    return mesh.faces[curve.contains(nodes[mesh.faces].mean(axis=1))]
+    """(m, 3) the triangles inside a closed curve, without those of three nodes on one of its edges, which are none."""
+    a, b, c = nodes[mesh.faces].T
+    longest = np.maximum.reduce([np.abs(b - a), np.abs(c - b), np.abs(a - c)])
+    faces = mesh.faces[((b - a).conj() * (c - a)).imag > FLAT * longest**2]
+    return faces[curve.contains(nodes[faces].mean(axis=1))]
 
 
 def keys(a: Index, b: Index, nodes: int) -> Index:

@@ -84,7 +84,9 @@ class Charted:
 def _gathered(group: Index, values: Real) -> Real:
     """(m, 3, 3) sums of values (m, 3, 3) over corners of the same group (m, 3)."""
     flat = values.reshape(-1, 3)
-    sums = np.stack([np.bincount(group.ravel(), flat[:, k]) for k in range(3)], axis=-1)
+    sums = np.stack([np.bincount(group.ravel(), flat[:, k]) for k in range(3)], axis=-1).astype(
+        float, copy=False
+    )
     return sums[group]
 
 

@@ -50,7 +50,7 @@ def of(map: AnyMap, canvas: Canvas, tolerance: float, slopes: bool = True) -> Ba
     if isinstance(map, Inverse):
         return Preimages(map, canvas, tolerance, slopes)
     if isinstance(map, TriangulatedMap):
-        return TriangulatedPreimages(map, canvas)
+        return TriangulatedPreimages(map, canvas, slopes)
     return map.preimages(canvas, tolerance, slopes)
 
 

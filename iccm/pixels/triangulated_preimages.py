@@ -18,7 +18,7 @@ from ..maps.triangulated.map import TriangulatedMap
 from ..parallel import in_order
 from . import inverse_tiles
 from .canvas import Band, Canvas, Diagnostics
-from .coverage import coverage
+from .coverage import covered
 
 EMPTY, FILLED, TOUCHED = 0, 1, 2  # states of a pixel; the last: only the outline comes near its centre
 BYTES = 33  # of a pixel: 16 for z, 8 for right and for down, and its state
@@ -31,10 +31,12 @@ class TriangulatedPreimages:
     Attributes:
         map: source to target.
         canvas: the pixels, in the target's plane.
+        slopes: whether the bands' `right` and `down` are wanted; else they are NaN.
     """
 
     map: TriangulatedMap
     canvas: Canvas
+    slopes: bool = True
 
     def __post_init__(self) -> None:
         # Everything that bands share is made before threads ask for it.
@@ -52,12 +54,16 @@ class TriangulatedPreimages:
     def band(self, row: int) -> Band:
         """The band that starts at the given row."""
         rows, width = min(inverse_tiles.TILE, self.canvas.height - row), self.canvas.width
-        covered, _ = coverage(self.loop, row, rows, width)
+        area = covered(self.loop, row, rows, width)
         z, right, down, state = self.blocks.arrays(rows, width)
         chosen = np.flatnonzero((self.bottom >= row) & (self.top < row + rows))
-        inside = _fill(self.corners, self.powers, chosen, row, z, right, down, state)
-        _clear(state, covered, z, right, down)
-        band = Band(row, covered, z, right, down, Diagnostics(inside=inside))
+        reach = np.stack([self.top[chosen], self.bottom[chosen]], axis=1)
+        if not self.slopes:
+            right = down = np.empty((0, 0), np.complex64)
+        inside = _fill(self.corners, self.powers, chosen, reach, row, area, z, right, down, state)
+        if not self.slopes:
+            right = down = np.broadcast_to(np.complex64(complex(np.nan, np.nan)), z.shape)
+        band = Band(row, area, z, right, down, Diagnostics(inside=inside))
         self._touch(band, np.flatnonzero(state == TOUCHED))
         return band
 
@@ -72,9 +78,11 @@ class TriangulatedPreimages:
         edge, part, _ = self.map.image_rim.closest(w)
         z, z_w, z_wbar = self.map.jet_at(*self.map.image_rim.places(edge, part))
         band.z.ravel()[at] = z
+        band.diagnostics.edge += at.size
+        if not self.slopes:
+            return
         band.right.ravel()[at] = (z_w + z_wbar) * dx
         band.down.ravel()[at] = -1j * (z_w - z_wbar) * dy
-        band.diagnostics.edge += at.size
 
 
 class Blocks:
@@ -92,7 +100,7 @@ class Blocks:
         self.free: list[ctypes.Array] = []
 
     def arrays(self, rows: int, width: int) -> tuple[Complex, NDArray, NDArray, NDArray[np.uint8]]:
-        """z, right and down, to be written, and zeros for the states, (rows, width) each."""
+        """z, right, down, and the states, all to be written, (rows, width) each."""
         try:
             memory = self.free.pop()
         except IndexError:
@@ -102,7 +110,6 @@ class Blocks:
         block: NDArray[np.uint8] = np.frombuffer(memory, np.uint8, BYTES * count)  # type: ignore[call-overload]
         weakref.finalize(block, self.free.append, memory).atexit = False
         z, right, down, state = np.split(block, [16 * count, 24 * count, 32 * count])
-        state[:] = EMPTY
         across, below = (part.view(np.complex64).reshape(shape) for part in (right, down))
         return z.view(np.complex128).reshape(shape), across, below, state.reshape(shape)
 
@@ -138,37 +145,64 @@ def powers(corners: Complex, patches: Complex) -> Complex:
 
 
 @kernel
-def _fill(corners, powers, chosen, row, z, right, down, state):
-    """Writes the pixels whose centres lie in the chosen triangles, corners with pixel centres at whole numbers.
+def _fill(corners, powers, chosen, reach, row, covered, z, right, down, state):
+    """Writes the pixels whose centres lie in the chosen triangles, corners with pixel centres at whole numbers; NaN
+    elsewhere. Row by row, since what is written is more than the processor's cache holds of a band.
 
-    Returns how many there are; their state becomes FILLED.
+    Args:
+        corners: (m, 3) of all triangles.
+        powers: (m, 6) see there.
+        chosen: (t,) the triangles that may touch the band.
+        reach: (t, 2) their least and greatest y.
+        row: where the band begins.
+        covered: (rows, width) area of each pixel.
+        z, right, down: (rows, width), written; the last two may have no rows.
+        state: (rows, width), written: FILLED, TOUCHED where a pixel without a centre is covered in part, or EMPTY.
+
+    Returns:
+        How many are FILLED.
     """
     rows, width = z.shape
+    slopes = right.shape[0] > 0
+    nothing = complex(np.nan, np.nan)
     count = 0
-    for t in chosen:
-        c = corners[t]
-        low, high = min(c[0].imag, c[1].imag, c[2].imag), max(c[0].imag, c[1].imag, c[2].imag)
-        k = powers[t]
-        for i in range(max(int(np.ceil(low)) - row, 0), min(int(np.ceil(high)) - row, rows)):
-            first, last = _span(c, float(i + row), width)
+    for i in range(rows):
+        line = float(i + row)
+        state[i, :] = EMPTY
+        for n in range(chosen.size):
+            if not reach[n, 0] <= line < reach[n, 1]:
+                continue
+            c, k = corners[chosen[n]], powers[chosen[n]]
+            first, last = _span(c, line, width)
             if first >= last:
                 continue
-            y = i + row - c[0].imag
+            y = line - c[0].imag
             x0 = first - c[0].real
             start = k[0] + y * (k[2] + y * k[5])
             slope = k[1] + y * k[4]
             fall = k[2] + 2 * y * k[5]
-            a, b, e = z[i], right[i], down[i]
+            a, s = z[i, first:last], state[i, first:last]
             sr, si, pr, pi, qr, qi = start.real, start.imag, slope.real, slope.imag, k[3].real, k[3].imag
             fr, fi, gr, gi = fall.real, fall.imag, k[4].real, k[4].imag
-            for j in range(first, last):
-                x = x0 + (j - first)
+            for j in range(last - first):
+                x = x0 + j
                 a[j] = complex(sr + x * (pr + x * qr), si + x * (pi + x * qi))
-                b[j] = complex(pr + 2 * x * qr, pi + 2 * x * qi)
-                e[j] = complex(fr + x * gr, fi + x * gi)
-            for j in range(first, last):
-                count += state[i, j] == EMPTY
-                state[i, j] = FILLED
+                s[j] = FILLED
+            if slopes:
+                b, e = right[i, first:last], down[i, first:last]
+                for j in range(last - first):
+                    x = x0 + j
+                    b[j] = complex(pr + 2 * x * qr, pi + 2 * x * qi)
+                    e[j] = complex(fr + x * gr, fi + x * gi)
+        for j in range(width):
+            if state[i, j] == FILLED:
+                count += 1
+                continue
+            z[i, j] = nothing
+            if slopes:
+                right[i, j] = down[i, j] = nothing
+            if covered[i, j] > 0:
+                state[i, j] = TOUCHED
     return count
 
 
@@ -186,17 +220,3 @@ def _span(c, y, width):
     if not low <= high:
         return 0, 0
     return int(np.ceil(max(low, 0.0))), int(np.ceil(min(high, float(width))))
-
-
-@kernel
-def _clear(state, covered, z, right, down):
-    """NaN where no triangle is; marks those of these pixels that are covered in part."""
-    nothing = complex(np.nan, np.nan)
-    for i in range(z.shape[0]):
-        for j in range(z.shape[1]):
-            if state[i, j] == EMPTY:
-                z[i, j] = nothing
-                right[i, j] = nothing
-                down[i, j] = nothing
-                if covered[i, j] > 0:
-                    state[i, j] = TOUCHED

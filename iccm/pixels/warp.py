@@ -181,14 +181,15 @@ class Warp:
     def _values(self, band: Band, at: NDArray[np.intp]) -> NDArray:
         """Filtered values of the band's pixels numbered `at`; two places that are seen in one are mixed, if colours
         may be."""
-        values = self.sampler.values(self._places(*(a.ravel()[at] for a in (band.z, band.right, band.down))))
+        z, right, down = band.z.ravel()[at], band.right.ravel()[at], band.down.ravel()[at]
+        values = self.sampler.values(self._places(z, right, down))
         if band.mixed is None or not (self.sampler.mixes and self.antialias):
             return values
         _, here, there = np.intersect1d(at, band.mixed.at, assume_unique=True, return_indices=True)
         if here.size:
-            _, share, *places = (a[there] for a in band.mixed)
-            other = self.sampler.values(self._places(*places))
-            values[here] += share[:, None] * (other - values[here])
+            also = band.mixed
+            other = self.sampler.values(self._places(also.z[there], also.right[there], also.down[there]))
+            values[here] += also.share[there, None] * (other - values[here])
         return values
 
     def _places(self, z: Complex, right: NDArray[np.complex64], down: NDArray[np.complex64]) -> Places:

@@ -126,7 +126,7 @@ class Session:
         return plain({"source": sides[0], "target": sides[1], "notes": self.notes, **scenes, **how})
 
     def solve(self, scene: Scene) -> Shown:
-        """The map at rest: what `iccm map` makes of the same pins and strokes."""
+        """The map at rest: what `iccm map` makes of the same pins and strokes, if it meets them."""
         self.scene = scene
         try:
             with one_thread():
@@ -135,14 +135,17 @@ class Session:
                 given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
                 said: list[str] = []
                 fit = solved(self.job, self.source, self.target, given, said.append)
-                report = fit.report()
-                report["notes"] += said
-                if self.scene is scene:  # else something is being dragged again, from the map as it was then
-                    self._fit, self._map, self._live = fit, fit.map, None  # type: ignore[assignment]
-                return Shown("full", fit.status.ok, fit.status.value, _figures(report), _missed(report, scene),
-                             patches(fit.map, *self.views))  # type: ignore[arg-type]  # fmt: skip
+            report = fit.report()
+            report["notes"] += said
         except InputError as error:
             return _refused(error)
+        wrong = _missed(report, scene)
+        if any(wrong.values()) and self._map is not None:
+            return Shown("error", False, fit.status.value, {}, wrong)
+        if self.scene is scene:  # else something is being dragged again, from the map as it was then
+            self._fit, self._map, self._live = fit, fit.map, None  # type: ignore[assignment]
+        drawn = patches(fit.map, *self.views)  # type: ignore[arg-type]
+        return Shown("full", fit.status.ok, fit.status.value, _figures(report), wrong, drawn)
 
     def follow(self, scene: Scene) -> Shown:
         """The coarse map, continued from the last one."""

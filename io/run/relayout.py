@@ -105,15 +105,15 @@ def run(
         check_kind(each.kind, image.pixels.shape[2], each.path)
         image_files.check(each.output, image, height, width)
     sources = [mesh_files.read(name) for name in (old, new)]
-    meshes = [Charted.of(source.mesh) for source in sources]
-    for mesh in meshes:
+    before, after = (Charted.of(source.mesh) for source in sources)
+    for mesh in (before, after):
         if (mesh.uv_faces < 0).any():
             raise InputError(f"{mesh.name}: some faces have no texture coordinates; give all of them some")
     with one_thread(), ExitStack() as stack:
-        origin = Origin.of(*meshes, width, height)
+        origin = Origin.of(before, after, width, height)
         for each, image in zip(wanted, read):
             sampler = Sampler(image.texture((0j, 1 + 1j), each.kind), filter, each.kind, threads=threads)
-            made = carry(origin, sampler, limit * meshes[1].diagonal, padding=padding, threads=threads)
+            made = carry(origin, sampler, limit * after.diagonal, padding=padding, threads=threads)
             path = stack.enter_context(files.writing(each.output, force=force))
             image_files.write(path, image.with_pixels(made, image.alpha))
         notes = [f"{name}: {note}" for name, source in zip((old, new), sources) for note in source.notes]

@@ -61,7 +61,9 @@ def silhouette(shapes: Iterable[tuple[Drawn, list[Subpath]]], name: str) -> list
     Raises:
         InputError: a malformed width, or lines that cross too often.
     """
-    areas = []
+    areas, shapes = [], list(shapes)
+    filled = [run.z for drawn, runs in shapes if drawn.filled for run in runs if run.z.size]
+    crossings.check([np.append(z, z[:1]) for z in filled])  # at once, and not after each of them is painted
     for drawn, runs in shapes:
         if drawn.filled:
             rings = [run.z for run in runs if run.z.size > 2]

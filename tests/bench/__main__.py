@@ -5,8 +5,10 @@ import sys
 import time
 from pathlib import Path
 
+from .goals import MARK
+
 HERE = Path(__file__).parent
-ORDER = ("balanced", "holes", "solver", "orders", "comparison", "resampling", "meshes", "batch")
+ORDER = ("speed", "balanced", "holes", "solver", "orders", "comparison", "resampling", "meshes", "batch")
 
 
 def main(names: list[str]) -> int:
@@ -16,18 +18,25 @@ def main(names: list[str]) -> int:
     if unknown:
         print(f"no bench {unknown[0]!r}; there is {', '.join(there)}", file=sys.stderr)
         return 2
-    ended = []
+    ended, goals = [], []
     for name in names or there:
         print(f"\n{'=' * 20} {name}", flush=True)
         start = time.perf_counter()
         # a process of its own: what one measures does not depend on what another has compiled or allocated
-        code = subprocess.run(
-            [sys.executable, "-m", f"tests.bench.{name}"], cwd=HERE.parents[1], check=False
-        ).returncode
+        line = [sys.executable, "-u", "-m", f"tests.bench.{name}"]
+        process = subprocess.Popen(line, cwd=HERE.parents[1], stdout=subprocess.PIPE, text=True)
+        assert process.stdout is not None
+        for said in process.stdout:
+            print(said, end="", flush=True)
+            if said.startswith(MARK):
+                goals.append(said)
+        code = process.wait()
         ended.append((name, code, time.perf_counter() - start))
     print(f"\n{'=' * 20} summary")
     for name, code, seconds in ended:
         print(f"{name:12} {'done' if code == 0 else f'failed, exit code {code}':22} {seconds:7.1f} s")
+    print(f"\n{'=' * 20} goals")
+    print(*goals, sep="", end="")
     return int(any(code for _, code, _ in ended))
 
 

@@ -16,6 +16,7 @@ from iccm import Curve, InputError
 from iccm.io.shapes.shape import Shape
 
 from . import pictures, shapes
+from .goals import goal
 
 SHOWN = 30  # pairs of the contact sheet
 TIGHT = 1e-4
@@ -131,6 +132,8 @@ def summary(rows: dict[str, list[Row]], count: int) -> None:
             mine, other = (quantile(rows[m], "seconds", q) for m in ("balanced", "conformal"))
             mark = "holds" if mine <= factor * other else "FAILS"
             print(f"  {mark}  CPU-seconds, {q:.0%} quantile: {mine:.2f} at most {factor:g} x {other:.2f}")
+    for q, most in ((0.5, 0.5), (0.9, 1.0)):
+        goal(f"balanced solve, {q:.0%} quantile", quantile(rows["balanced"], "seconds", q), most, "CPU-s")
 
 
 def quantile(rows: list[Row], name: str, q: float) -> float:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -16,6 +17,8 @@ import time
 from pathlib import Path
 
 import numpy as np
+
+from .goals import goal
 
 ICCM = str(Path(sys.executable).parent / "iccm")
 OPTIONS = {"method": "paper", "vertices": 60, "max_iterations": 20}
@@ -42,10 +45,11 @@ def jobs(folder: Path, count: int, **more: object) -> Path:
     return folder / "jobs.jsonl"
 
 
-def batch(manifest: Path, workers: int, *options: str) -> tuple[float, list[dict], list[int]]:
-    """Seconds, results, and the memory in KiB of parent and workers over time."""
-    root = manifest.parent / f"out{workers}"
-    command = [ICCM, "batch", str(manifest), "--root", str(root), "-j", str(workers), "-q", *options]
+def batch(manifest: Path, workers: int | str) -> tuple[float, list[dict], list[int]]:
+    """Seconds, results, and the memory in KiB of parent and workers over time; on so many workers, or on a cluster."""
+    root = manifest.parent / f"out{workers}".replace(":", "-").replace("/", "-")
+    where = ["--dask", workers] if isinstance(workers, str) else ["-j", str(workers)]
+    command = [ICCM, "batch", str(manifest), "--root", str(root), *where, "-q"]
     start = time.perf_counter()
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     memory: list[int] = []
@@ -87,12 +91,22 @@ def resident(pid: int) -> int:
     return int(rollup.partition("\nPss:")[2].split()[0])
 
 
+def on_dask(manifest: Path) -> float:
+    """Seconds on a local Dask cluster of two workers, without its start."""
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+        batch(manifest, cluster.scheduler_address)  # workers import and read the kernels
+        shutil.rmtree(manifest.parent / f"out{cluster.scheduler_address}".replace(":", "-").replace("/", "-"))
+        return batch(manifest, cluster.scheduler_address)[0]
+
+
 def alone(manifest: Path, count: int) -> float:
     """Seconds for the same work in one process without a batch, its imports done before."""
     code = (
         "import sys, time, pathlib, os\n"
         "os.environ.update(OPENBLAS_NUM_THREADS='1', NUMBA_NUM_THREADS='1', OMP_NUM_THREADS='1')\n"
-        "from iccm.io import manifest, run\n"
+        "from iccm.io import run\nfrom iccm.io.batch import manifest\n"
         "name, root = sys.argv[1], pathlib.Path(sys.argv[2])\n"
         "root.mkdir()\n"
         "tasks = manifest.read(manifest.load(name), name, root=root)\n"
@@ -116,12 +130,15 @@ def main() -> None:
         one, results, _ = batch(manifest, 1)
         two, _, _ = batch(manifest, 2)
         base = alone(manifest, given.jobs)
+        cluster = on_dask(manifest)
     inside = sum(result["seconds"] for result in results)
     print(f"{given.jobs} jobs: {one:.1f} s on one worker, {two:.1f} s on two: {one / two:.2f} x as fast")
     print(
         f"one process without a batch {base:.1f} s; overhead a job {1000 * (one - base) / given.jobs:.1f} ms,"
     )
     print(f"of which outside the job itself {1000 * (one - inside) / given.jobs:.1f} ms (start-up included)")
+    print(f"on a Dask cluster of two workers that runs already: {cluster:.1f} s")
+    goal("time on Dask's two workers by that of -j 2", cluster / two, 1 / 0.9)
     if given.many:
         with tempfile.TemporaryDirectory() as name:
             manifest = jobs(Path(name), given.many, size=32, vertices=20, max_iterations=2)

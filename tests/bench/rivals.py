@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 import scipy.sparse.csgraph as graphs
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, diags_array
+from scipy.sparse.linalg import splu
 from scipy.spatial import Delaunay
 from skimage.transform import ThinPlateSplineTransform
 
@@ -21,7 +22,8 @@ from iccm.paper.least_squares import System
 
 SHIFTS = 120
 FLAT = 1e-12  # area of a triangle that is none, relative to the shape's
-ROUNDS = 60  # of local and global steps, as rigid as possible
+ROUNDS = 200  # of local and global steps, as rigid as possible
+PENALTY = 1e4  # of the boundary's distance; from 10 to 1e5 whale → fish's gap goes from 0.2 to 0.015, folds to 1.1 %
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,15 +101,30 @@ def harmonic(mesh: Mesh, images: np.ndarray) -> np.ndarray:
 
 
 def rigid(mesh: Mesh, images: np.ndarray) -> np.ndarray:
-    """[ESA07] As rigid as possible with the boundary held, from the shape brought to the target's place and size.
+    """[ESA07] As rigid as possible, the boundary sliding: its distance to the target's closest points is penalised.
 
-    M. Eitz, O. Sorkine, M. Alexa, *Sketch based image deformation*, 2007.
+    M. Eitz, O. Sorkine, M. Alexa, *Sketch based image deformation*, 2007: from the shape brought to the target's place
+    and size, rotations and closest points for the positions, and positions for those, in turn.
     """
-    nodes = aligned(mesh, images, mesh.nodes)
-    data = igl.ARAPData()
-    data.max_iter = ROUNDS
-    igl.arap_precomputation(_xy(nodes), mesh.triangles, 2, mesh.rim.astype(np.int32), data)
-    return _complex(igl.arap_solve(_xy(images), data, _xy(harmonic(mesh, images))))
+    z, target = aligned(mesh, images, mesh.nodes), Curve(images)
+    laplacian = -igl.cotmatrix(_xy(z), mesh.triangles).tocoo()
+    apart = laplacian.row != laplacian.col
+    i, j, weight = laplacian.row[apart], laplacian.col[apart], -laplacian.data[apart]
+    edge, share = z[i] - z[j], np.zeros(z.size)
+    rim = Curve(z[mesh.rim])
+    share[mesh.rim] = 0.5 * (rim.lengths + np.roll(rim.lengths, 1)) * PENALTY / rim.length
+    solve = splu((laplacian + diags_array(share)).tocsc()).solve
+    w, pull = harmonic(mesh, images), np.zeros(z.size, complex)
+    for _ in range(ROUNDS):
+        turn = np.zeros(z.size, complex)
+        np.add.at(turn, i, weight * edge.conj() * (w[i] - w[j]))
+        turn /= np.maximum(np.abs(turn), 1e-300)
+        right = np.zeros(z.size, complex)
+        np.add.at(right, i, 0.5 * weight * (turn[i] + turn[j]) * edge)
+        pull[mesh.rim] = target.at(target.closest(w[mesh.rim]))
+        right += share * pull
+        w = solve(right.real) + 1j * solve(right.imag)
+    return w
 
 
 def szego(mesh: Mesh, images: np.ndarray) -> np.ndarray:

@@ -59,8 +59,8 @@ class Partners:
         key = int(i), int(j), round(turn / STEP)
         if key not in self._matches:
             source, target = self.holes[0][i], self.holes[1][j]
-            sides = (Curve(Frame.of(curve).unit(curve.z)) for curve in (source, target))
-            best = next(starts.elastic_matches(*sides, key[2] * STEP))
+            here, there = (Curve(Frame.of(curve).unit(curve.z)) for curve in (source, target))
+            best = next(starts.elastic_matches(here, there, key[2] * STEP))
             self._matches[key] = _scaled(best, source.length, target.length)
         return self._matches[key]
 

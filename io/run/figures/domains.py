@@ -156,8 +156,8 @@ def _distortion(run: Run, figure: Any, left: Any, right: Any) -> None:
     low, high = run.fit.source.box
     step = max((high - low).real, (high - low).imag) / PIXELS
     x, y = np.arange(low.real + step / 2, high.real, step), np.arange(low.imag + step / 2, high.imag, step)
-    inside = {"margin": 1e-3 * run.fit.source.diagonal, "holes": run.fit.openings[0]}
-    z = _inside(x[None, :] + 1j * y[:, None], run.fit.map.polygon, **inside)
+    margin, holes = 1e-3 * run.fit.source.diagonal, run.fit.openings[0]
+    z = _inside(x[None, :] + 1j * y[:, None], run.fit.map.polygon, margin, holes)
     area, shear = np.full(z.shape, np.nan), np.full(z.shape, np.nan)
     known = np.isfinite(z)
     f_z, f_zbar = run.fit.fast.derivatives(z[known])

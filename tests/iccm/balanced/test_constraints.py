@@ -8,6 +8,7 @@ from iccm import Curve, InputError, Status
 from iccm.balanced.constraints.given import checked
 from iccm.balanced.constraints.routes import route
 from iccm.balanced.meshing.mesh import Sizes, triangulate
+from tests import shapes
 
 SQUARE = np.array([0, 1, 1 + 1j, 1j])
 ELL = np.array([0, 2, 2 + 1j, 1 + 1j, 1 + 2j, 2j])
@@ -240,3 +241,11 @@ def test_weights_are_for_the_methods_that_weigh():
     pins = [(0.3 + 0.3j, 0.32 + 0.3j)]
     with pytest.raises(InputError, match="pin_weight"):
         iccm.fit(SQUARE, SQUARE, pins=pins, method="balanced", pin_weight=2)
+
+
+def test_a_stroke_that_would_have_to_pass_pins_is_told_as_not_met():
+    square = shapes.square(8)
+    pins = [(p, p) for p in (-0.5 + 0.1j, 0.1j, 0.5 + 0.1j, -0.1j)]
+    fit = iccm.fit(square, square, pins=pins, strokes=[([-0.6, 0.6], [-0.6 - 0.2j, 0.6 - 0.2j])])
+    assert fit.status is Status.PINS and fit.certificate.certified
+    assert fit.report()["strokes"][0]["error"] > 1e-3

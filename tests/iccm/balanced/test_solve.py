@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 
 import iccm
-from iccm.balanced import NoMapError, Settings, discs, drawn, solve, stages
+from iccm.balanced import NoMapError, Settings, solve, stages
 from iccm.balanced.discrete import folds
 from iccm.balanced.failure import Stuck
+from iccm.balanced.holes import discs
 from iccm.balanced.levels import Level, Problem
 from iccm.balanced.meshing.transfer import interpolate
 from iccm.balanced.minimise.energy import energy_of
 from iccm.balanced.orientation import is_simple, positive
 from iccm.curve import Curve
-from iccm.maps import distortion
+from iccm.maps import bounds, distortion
 from iccm.result import Status, hausdorff
 
 SMALL = Settings(triangles=1200)
@@ -166,9 +167,9 @@ def test_patches_over_a_bound_are_left_straight():
     bent = distortion.of_triangles(free).dilatations.max()
     straight = distortion.of_triangles(replace(free, bulge=0 * free.bulges)).dilatations.max()
     assert straight < bent
-    settings = Settings(max_dilatation=0.5 * (straight + bent))
-    held = drawn.held(free, settings)
-    assert drawn.bounded(held, settings) and not drawn.bounded(free, settings)
+    most = 0.5 * (straight + bent)
+    held = bounds.held(free, most, None)
+    assert bounds.bounded(held, most, None) and not bounds.bounded(free, most, None)
     assert 0.9 < np.mean(held.bulges == free.bulges) < 1
 
 

@@ -149,3 +149,13 @@ def test_a_country_of_ten_thousand_vertices_takes_no_more_than_four_gigabytes(na
     )
     assert done.returncode == 0, done.stderr
     assert float(done.stdout) < (1e-3 if name == "balanced" else 2e-2)
+
+
+def test_nodes_on_an_edge_make_no_triangle():
+    """An upright edge, whose nodes rounding leaves in a triangle of no area, made the stiffness matrix singular."""
+    circle = np.exp(2j * np.pi * (np.arange(120) + 0.5) / 120)
+    curve = Curve(circle / abs(circle[0]))
+    measure = HarmonicMeasure(curve, panels.graded(curve, 0.05, np.empty(0)))
+    ends = np.linspace(0, curve.length, 720, endpoint=False)
+    for divided in (measure, HarmonicMeasure(curve, ends)):
+        assert np.isfinite(divided.masses(np.array([0.2 + 0.1j]))).all()

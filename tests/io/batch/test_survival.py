@@ -83,7 +83,7 @@ def alive(pid):
     return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
 
 
-def until(condition, seconds=30):
+def until(condition, seconds=80):
     """Wait for something that must come."""
     end = time.monotonic() + seconds
     while not (found := condition()):

@@ -111,6 +111,17 @@ def test_what_cannot_be_is_told_and_the_map_stays(shapes, how, pins, wrong, said
     assert edited.follow(scene(PIN)).ok
 
 
+def test_what_is_not_met_is_told_and_the_map_stays(shapes):
+    edited = session(target="square.svg")
+    edited.solve(scene())
+    before = edited._map
+    pins = [{"source": [x, y], "target": [x, y]} for x, y in ((30, 46), (50, 46), (70, 46), (50, 54))]
+    stroke = {"source": [[26, 50], [74, 50]], "target": [[26, 58], [74, 58]]}
+    found = edited.solve(scene(*pins, strokes=[stroke]))
+    assert (found.kind, found.ok, found.patches) == ("error", False, None) and edited._map is before
+    assert found.wrong["strokes"] == [0] and "could be met" in found.message
+
+
 def test_saved_constraints_repeat_the_map(shapes, shell):
     edited = session(balance=1.5)
     wanted = scene(PIN, OTHER, strokes=[STROKE], balance=2.0, turn=10.0)

@@ -62,6 +62,20 @@ def test_what_asks_for_too_much_is_refused_at_once(tmp_path, name):
     refused(tmp_path, *BOMBS[name])
 
 
+def test_the_silhouette_of_what_overlaps_too_often_is_refused(tmp_path):
+    rows = "".join(f'<rect x="0" y="{k / 5}" width="99" height=".1"/>' for k in range(300))
+    (tmp_path / "a.svg").write_text(
+        SVG.format(
+            rows
+            + rows.replace(' x="0" y=', ' y="0" x=').replace(
+                'width="99" height=".1"', 'width=".1" height="99"'
+            )
+        )
+    )
+    with pytest.raises(InputError, match="cross each other too often"):
+        shape.read(f"{tmp_path}/a.svg#silhouette")
+
+
 def test_the_limit_on_segments_can_be_set(tmp_path):
     refused(tmp_path, f'<path d="M{points(circle(2000))}Z"/>', "more than 1000 lines", max_segments=1000)
 

@@ -8,13 +8,13 @@ from there.
 
 import numpy as np
 
-from ..curve import Curve
-from . import starts
-from .discrete import DiscreteMap
-from .failure import Stuck
-from .levels import GOOD_ENOUGH, Level, Problem
-from .meshing.transfer import interpolate
-from .pairs import Match
+from ...curve import Curve
+from .. import starts
+from ..discrete import DiscreteMap
+from ..failure import Stuck
+from ..levels import GOOD_ENOUGH, Level, Problem
+from ..meshing.transfer import interpolate
+from ..pairs import Match
 
 CORNERS = 96  # of the disc
 TURNS = 8  # of the disc that are tried

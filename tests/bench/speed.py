@@ -1,0 +1,199 @@
+"""How long things take: python -m tests.bench.speed [first imports growth pixels whole]
+
+Times on a shared machine mean little by themselves: the load stands beside them, and ratios are taken within one run.
+"""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+import iccm
+from iccm import Curve
+from iccm.balanced.discrete import DiscreteMap
+from iccm.balanced.meshing.mesh import Sizes
+from iccm.balanced.outline import Outline
+from iccm.balanced.pairs import Match, boundary_pairs
+from iccm.io.pictures import image_files
+from iccm.pixels import preimages
+from iccm.pixels.warp import Canvas, Sampler, Texture, Warp
+
+from .goals import goal
+
+ROSE = Path(__file__).parents[2] / "samples" / "rose-leaf"
+ICCM = str(Path(sys.executable).parent / "iccm")
+
+
+def load() -> str:
+    """How many processes want to run, as a remark."""
+    return f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores" if hasattr(os, "getloadavg") else ""
+
+
+def took(line: list[str], **more: str) -> tuple[float, float]:
+    """Wall clock and CPU seconds of a command and its children."""
+    before, start = os.times(), time.perf_counter()
+    subprocess.run(line, env={**os.environ, **more}, check=True, capture_output=True)
+    after = os.times()
+    cpu = after.children_user + after.children_system - before.children_user - before.children_system
+    return time.perf_counter() - start, cpu
+
+
+def first() -> None:
+    """The README's first command on a machine that has compiled nothing, and again."""
+    print("## The first run: rose → leaf, 1024²")
+    with tempfile.TemporaryDirectory() as folder:
+        job = [
+            ICCM,
+            "map",
+            str(ROSE / "rose.svg"),
+            str(ROSE / "leaf.svg"),
+            "-q",
+            "-o",
+            f"{folder}/out.png",
+            "--force",
+        ]
+        cold = took(job, NUMBA_CACHE_DIR=f"{folder}/cache")
+        warm = min(took(job, NUMBA_CACHE_DIR=f"{folder}/cache") for _ in range(3))
+    print(f"cold {cold[0]:.1f} s, {cold[1]:.1f} CPU-s; warm {warm[0]:.1f} s, {warm[1]:.1f} CPU-s; {load()}")
+    goal("the first run, wall clock", cold[0], 8, "s")
+
+
+def imported(line: list[str]) -> float:
+    """Seconds that a command spends in imports."""
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", *line], capture_output=True, text=True, check=True
+    )
+    return sum(int(own) for own in re.findall(r"^import time:\s+(\d+) \|", done.stderr, re.M)) * 1e-6
+
+
+def imports() -> None:
+    """Imports of the common path beyond those of NumPy and Numba."""
+    print("## Start-up")
+    with tempfile.TemporaryDirectory() as folder:
+        job = [ICCM, "map", str(ROSE / "rose.svg"), str(ROSE / "leaf.svg"), "-q", "--size", "64"]
+        job += ["--texture", str(ROSE / "petals.jpg"), "-o", f"{folder}/out.png", "--force"]
+        rounds = [(imported(["-c", "import numpy, numba"]), imported(job)) for _ in range(5)]
+    base, all_of_it = (min(times) for times in zip(*rounds))
+    print(f"numpy and numba {base:.2f} s, iccm map {all_of_it:.2f} s, {all_of_it / base:.2f} ×; {load()}")
+    goal("imports beyond numpy and numba", all_of_it - base, 0.35, "s")
+
+
+def star(count: int, spikes: int = 5, depth: float = 0.3) -> np.ndarray:
+    """(count,) a rounded star."""
+    s = 2 * np.pi * np.arange(count) / count
+    return (1 + depth * np.cos(spikes * s)) * np.exp(1j * s)
+
+
+def cpu(work) -> float:
+    """CPU-seconds of a piece of work in this process."""
+    start = time.process_time()
+    work()
+    return time.process_time() - start
+
+
+def growth() -> None:
+    """Time against the size of the outline, and against the triangles of a mesh."""
+    print(f"## Growth, CPU-seconds; {load()}\noutline vertices   fit   exponent")
+    iccm.fit(star(50), star(50, 3))
+    table([(n, cpu(lambda n=n: iccm.fit(star(n), star(n, 3)))) for n in (100, 1000, 10_000, 100_000)])
+    print("triangles   mesh, unfold and three steps of Newton   exponent")
+    outlines = [Outline.of(Curve(z / np.sqrt(Curve(z).area)), 0.0, 0.02) for z in (star(400), star(400, 3))]
+    rows = []
+    for wanted in (2000, 20_000, 200_000):
+        start, size = time.process_time(), np.sqrt(2.0 / wanted)
+        match = Match(*(np.array([0.0, outline.length]) for outline in outlines))
+        pairs = boundary_pairs(*outlines, match, size)
+        state = DiscreteMap.on(*outlines, pairs, Sizes.even(0.5 * size**2), None)
+        state.unfolded().forward(1.0, 1.0, 3, 0.0, corners=True)
+        rows.append((len(state.faces), time.process_time() - start))
+    table(rows)
+
+
+def table(rows: list[tuple[int, float]]) -> None:
+    """Sizes, seconds, and the exponent from one row to the next."""
+    for k, (size, seconds) in enumerate(rows):
+        grown = np.log(seconds / rows[k - 1][1]) / np.log(size / rows[k - 1][0]) if k else np.nan
+        print(f"{size:10} {seconds:10.2f} {grown:10.2f}", flush=True)
+
+
+def scene(size: int, share: float):
+    """A balanced map, and a canvas that shows so much of the target's box."""
+    fit = iccm.fit(star(300), star(300) + 0.2 * star(300) ** 2, method="balanced")
+    image = fit.map.image
+    low, high = complex(image.real.min(), image.imag.min()), complex(image.real.max(), image.imag.max())
+    middle, half = (low + high) / 2, share * (high - low) / 2
+    return fit.map, Canvas(size, size, (middle - half, middle + half))
+
+
+def pixels(size: int = 4096) -> None:
+    """Source points of every pixel against cv2.remap, on one thread, in CPU-seconds."""
+    print(f"## Coordinates of {size}² pixels of a triangulated map, one thread; {load()}")
+    cv2.setNumThreads(1)
+    picture = np.random.default_rng(0).random((size, size, 4), dtype=np.float32)
+    x, y = np.meshgrid(*[np.arange(size, dtype=np.float32) + np.float32(0.3)] * 2)
+    for name, share in (("all inside", 0.35), ("with the border", 1.1)):
+        map, canvas = scene(size, share)
+
+        def ours(slopes: bool, map=map, canvas=canvas) -> None:
+            source = preimages.of(map, canvas, 1e-9, slopes)
+            for row in range(0, size, 128):
+                source.band(row)
+
+        rounds = [
+            (
+                cpu(lambda: cv2.remap(picture, x, y, cv2.INTER_CUBIC)),
+                cpu(lambda: ours(False)),
+                cpu(lambda: ours(True)),
+            )
+            for _ in range(5)
+        ]
+        remap, plain, sloped = (min(times) for times in zip(*rounds))
+        print(
+            f"{name:16} remap {remap:.2f} s; coordinates {plain / remap:.2f} ×, with slopes {sloped / remap:.2f} ×"
+        )
+        goal(f"coordinates, {name}, by cv2.remap cubic", plain / remap, 0.3)
+
+
+def whole(size: int = 4096) -> None:
+    """The warp of an 8-bit RGBA picture into a PNG, against cv2.remap and its encoder, wall clock on all cores."""
+    print(f"## Warp of {size}² RGBA, 8 bit, into a PNG; {load()}")
+    map, canvas = scene(size, 1.02)
+    y, x = np.indices((size, size))
+    rgba = [(x // 64 + y // 64) % 2 * 200 + 20, x % 256, y % 256, np.full_like(x, 255)]
+    texture = np.stack(rgba, axis=2).astype(np.uint8)
+    low, high = (complex(f(map.source.real), f(map.source.imag)) for f in (np.min, np.max))
+    at = [v.astype(np.float32) for v in (x, y)]
+    with tempfile.TemporaryDirectory() as folder:
+
+        def ours() -> None:
+            blocks = Warp(map, Sampler(Texture(texture, (low, high), 3)), canvas).blocks()
+            image_files.write_bands(f"{folder}/a.png", image_files.Image(texture, 3), size, size, blocks)
+
+        def theirs() -> None:
+            cv2.imwrite(f"{folder}/b.png", cv2.remap(texture, *at, cv2.INTER_CUBIC))
+
+        seconds = []
+        for work in (ours, theirs, ours, theirs):
+            start = time.perf_counter()
+            work()
+            seconds.append(time.perf_counter() - start)
+    mine, other = min(seconds[::2]), min(seconds[1::2])
+    print(f"ours {mine:.2f} s, cv2.remap and encode {other:.2f} s")
+    goal("whole warp by cv2.remap and encode", mine / other, 2)
+
+
+def main(asked: list[str]) -> None:
+    """Run the parts that are named, or all."""
+    parts = {"first": first, "imports": imports, "growth": growth, "pixels": pixels, "whole": whole}
+    for name in asked or parts:
+        parts[name]()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
