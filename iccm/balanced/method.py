@@ -62,7 +62,7 @@ def solve(
     if len(pins) or len(strokes) or start is not None:
         given = checked(source, target, pins, strokes, numbers)
         journal.notes += given.notes
-        before = sketched(start, frames) if start else None
+        before = None if start is None else sketched(start, frames)
         state, met = stages.constrained(*curves, given.unit(frames), settings, journal, before)
         found = _solution(state, frames, domains, settings, journal, False, given)
         return replace(found, met=met)

@@ -91,7 +91,7 @@ def checked(
     notes = tuple(
         f"Pin {numbers[k] + 1} is very close to the outline: what lies between is stretched." for k in near
     )
-    drawn = checked_strokes((source, target), strokes, pins, numbers, np.any(ends, axis=2))
+    drawn = checked_strokes((source, target), strokes, pins, numbers, _stuck(ends))
     return Pins(pins[~outer], _in_order(source, target, pins[outer], numbers[outer]), drawn, notes)
 
 
@@ -108,9 +108,14 @@ def checked_free(source: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Cu
     pins, numbers = pins[extra], numbers[extra]
     distances = _inside(source, pins[:, 0], numbers, 0)
     outer = distances < AT_OUTLINE
-    drawn = checked_strokes((source,), strokes, pins, numbers, np.any(ends, axis=2))
+    drawn = checked_strokes((source,), strokes, pins, numbers, _stuck(ends))
     on = pins[outer][np.argsort(source.closest(pins[outer, 0]))] if outer.any() else pins[outer]
     return Pins(pins[~outer], on, drawn)
+
+
+def _stuck(ends: Flags) -> Flags:
+    """(s, 2) whether a pin says of an end that it sticks."""
+    return np.asarray(ends.any(axis=2), bool)
 
 
 def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float, image_unit: float) -> Flags:

@@ -53,7 +53,8 @@ def _beside(outline: Curve, spacing: float, points: Complex) -> list[tuple[float
     found = []
     for s, point in zip(outline.closest(points), points):
         away = float(abs(outline.at(s) - point))
-        doublings = np.ceil(np.log2(max(spacing / away, 1.0))) if away else 0
-        steps = away * 2.0 ** np.arange(doublings)
+        if not away:
+            continue
+        steps = away * 2.0 ** np.arange(np.ceil(np.log2(max(spacing / away, 1.0))))
         found += [(float(s + side * step), float(step)) for step in steps for side in (-1, 0, 1)]
     return found
