@@ -268,7 +268,6 @@ def test_constraints_that_no_map_meets_are_named(shapes, iccm, listed, said):
         (("map", "square.svg", "disk.svg#leaf"), ["disk.svg#leaf", "rim"]),
         (("map", "empty.svg", "blob.svg"), ["empty.svg"]),
         (("map", "nothing.svg", "blob.svg"), ["nothing.svg"]),
-        (("map", "crossed.svg", "blob.svg"), ["crossed.svg"]),
         (("map", "notes.txt", "blob.svg"), ["notes.txt: no shape is read from '.txt'"]),
         (("map", "notes", "blob.svg"), ["notes: no shape is read from a file without suffix"]),
         (("map", "", "blob.svg"), ["SOURCE: "]),
@@ -287,9 +286,6 @@ def test_constraints_that_no_map_meets_are_named(shapes, iccm, listed, said):
 def test_bad_input_is_one_line_and_leaves_nothing(shapes, iccm, arguments, parts):
     (shapes / "empty.svg").write_text("")
     (shapes / "nothing.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"/>')
-    (shapes / "crossed.svg").write_text(
-        '<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0 9 9H0L9 0Z"/></svg>'
-    )
     for name in ("notes.txt", "notes.png"):
         (shapes / name).write_text("hello")
     before = names(shapes)

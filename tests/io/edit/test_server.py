@@ -205,7 +205,9 @@ def test_a_mistake_of_ours_does_not_end_the_page(client, monkeypatch):
 
 
 def started(shapes, *options):
-    command = [sys.executable, "-c", "from iccm.cli import main; main()"]
+    # a shell's background job ignores SIGINT, and so would what is started here
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    command = [sys.executable, "-c", f"{heard}; from iccm.cli import main; main()"]
     return subprocess.Popen([*command, "edit", "square.svg", "blob.svg", "--no-browser", *options],
                             cwd=shapes, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # fmt: skip
 
