@@ -5,11 +5,33 @@ Together these entries were a sixth of the time. They are part of what calls the
 costs every start a look at the disk. A test proves that nothing else calls `inner` kernels, which would crash.
 """
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from numba import njit
 
 # numpy's error model: a division by zero gives inf, which line searches reject, instead of a branch at each one
 COMMON: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
-kernel = njit(cache=True, **COMMON)
 inner = njit(**COMMON | {"no_cpython_wrapper": True})
+
+
+def _stamp() -> tuple[tuple[int, int], ...]:
+    """When the files that hold kernels were written, and their sizes."""
+    files = sorted(path for path in Path(__file__).parent.rglob("*.py") if b"jit import" in path.read_bytes())
+    return tuple((path.stat().st_mtime_ns, path.stat().st_size) for path in files)
+
+
+STAMP = _stamp()
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """A kernel that Python calls, kept in numba's cache until a file with kernels changes.
+
+    Numba itself looks at the kernel's own file alone, and would go on with old code of kernels that this one calls.
+    """
+    found = njit(cache=True, **COMMON)(function)
+    kept = getattr(getattr(found, "_cache", None), "_cache_file", None)
+    if hasattr(kept, "_source_stamp"):
+        kept._source_stamp = STAMP
+    return found

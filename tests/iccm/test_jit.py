@@ -1,6 +1,9 @@
 """Kernels without an entry for Python are called by other kernels alone: from Python that ends the process."""
 
 import ast
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -53,3 +56,23 @@ def test_the_scan_sees_a_call_from_python():
     assert misused({"a": kernels + "\ndef h(x):\n    return f(x)\n"}) == {"f"}
     assert misused({"a": kernels, "b": "from a import f\nf(1)\n"}) == {"f"}
     assert misused({"a": kernels, "b": "import a\na.f(1)\n"}) == {"f"}
+
+
+def test_a_kernel_follows_the_kernels_that_it_calls(tmp_path):
+    """Numba's own stamp is that of one file: what another file changes would not be seen."""
+    (tmp_path / "caller.py").write_text(
+        "from jit import kernel\nimport called\nf = called.f\n@kernel\ndef g(x):\n    return f(x)\n"
+    )
+    (tmp_path / "jit.py").write_text((ROOT / "iccm" / "jit.py").read_text(encoding="utf-8"))
+    said = []
+    for number in (1, 2):
+        (tmp_path / "called.py").write_text(
+            f"from jit import inner\n@inner\ndef f(x):\n    return x + {number}\n"
+        )
+        os.utime(tmp_path / "called.py", (10**9 + number, 10**9 + number))
+        done = subprocess.run(
+            [sys.executable, "-c", "import caller; print(caller.g(0))"],
+            cwd=tmp_path, env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        said.append(done.stdout.strip())
+    assert said == ["1", "2"]
