@@ -31,7 +31,7 @@ def kernel(function: Callable[..., Any]) -> Any:
     Numba itself looks at the kernel's own file alone, and would go on with old code of kernels that this one calls.
     """
     found = njit(cache=True, **COMMON)(function)
-    kept = getattr(getattr(found, "_cache", None), "_cache_file", None)
+    kept: Any = getattr(getattr(found, "_cache", None), "_cache_file", None)
     if hasattr(kept, "_source_stamp"):
         kept._source_stamp = STAMP
     return found
