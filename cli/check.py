@@ -8,7 +8,8 @@ from typing import Any
 
 import click
 
-from . import logs
+from ..progress import tell
+from . import logs, status
 from .paths import FILE
 
 SHOWN = 5
@@ -61,7 +62,9 @@ def _check(run: Path, baselines: Path, given: dict[str, Any]) -> int:
     settings = Path(given["tolerances"]) if given["tolerances"] else usual if usual.is_file() else None
     if given["junit"]:
         files.check_output(given["junit"], force=True)
-    verdicts = regression.check(run, baselines, compare.tolerances(settings))
+    with status.shown():
+        tell(f"compare {run} with {baselines}")
+        verdicts = regression.check(run, baselines, compare.tolerances(settings))
     for verdict in verdicts:
         _tell(verdict)
         if given["diff"] and not verdict.ok:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from . import logs
+from ..progress import tell
+from . import logs, status
 from .paths import FILE
 
 
@@ -23,6 +24,8 @@ def command(file: tuple[str, ...], as_json: bool, max_faces: int) -> int:
     from ..io.run.report import plain
 
     for name in file:
-        facts = describe(Path(name), max_faces=max_faces)
+        with status.shown():
+            tell(f"read {name}")
+            facts = describe(Path(name), max_faces=max_faces)
         click.echo(json.dumps(plain(facts), ensure_ascii=False) if as_json else "\n".join(lines(facts)))
     return 0

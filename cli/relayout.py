@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from . import logs, options
+from . import logs, options, status
 from .paths import FILE
 
 KINDS = {"texture": "colour", "normal": "normal", "normal-down": "normal-down", "data": "data"}
@@ -95,7 +95,8 @@ def command(old: str, new: str, output: tuple[str, ...], max_faces: int, **given
     wanted = relayout.pictures(kinds, output, (old, new), force)
     for mesh in (old, new):
         size_limits.faces(Spec.of(mesh).path, max_faces)
-    found = relayout.run(old, new, wanted, report_to=report, **given)
+    with status.watched("carry textures"):
+        found = relayout.run(old, new, wanted, report_to=report, **given)
     for note in found["notes"]:
         logs.log.warning(note)
     for remark in relayout.remarks(found):

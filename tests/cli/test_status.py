@@ -5,11 +5,14 @@ import os
 import re
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+from iccm.cli import status
 from iccm.io.run.phases import COMPILES
+from iccm.progress import heard
 
 pty = pytest.importorskip("pty")
 WHEEL = Path(__file__).parents[1] / "wheel"
@@ -102,3 +105,22 @@ def test_the_first_run_says_that_it_compiles_and_reports_it_apart(tmp_path):
     assert cold["compile"] > cold["solve"] + cold["resample"]
     assert COMPILES not in second
     assert warm["compile"] == 0
+
+
+def test_commands_that_may_take_long_have_a_line(monkeypatch, tmp_path, iccm):
+    shown, told = [], []
+
+    @contextmanager
+    def recorded():
+        shown.append(True)
+        with heard(lambda what, done, of: told.append(what)):
+            yield None
+
+    monkeypatch.setattr(status, "shown", recorded)
+    for folder in ("run", "baselines"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "a.txt").write_text("the same")
+    assert iccm("info", str(WHEEL / "square.svg")).code == 0
+    assert iccm("check", str(tmp_path / "run"), str(tmp_path / "baselines")).code == 0
+    assert len(shown) == 2
+    assert [what.split()[0] for what in told if what] == ["read", "compare"]
