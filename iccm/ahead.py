@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from . import jit
 from .arrays import Complex
 from .parallel import thread_count
 
@@ -86,7 +87,8 @@ def _cached(kernel: Any) -> bool:
         return True  # NUMBA_DISABLE_JIT: nothing is compiled at all
     source = Path(kernel.py_func.__code__.co_filename)
     indices = Path(kernel.stats.cache_path).glob(f"{source.stem}.{kernel.__name__}-*.nbi")
-    return any(index.stat().st_mtime >= source.stat().st_mtime for index in indices)
+    newest = max(written for written, _ in jit.STAMP)
+    return any(index.stat().st_mtime_ns >= newest for index in indices)
 
 
 def compile_ahead(threads: int | None = None) -> None:

@@ -71,7 +71,7 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
         wanted = check(job, inputs)
         state = _read(job, inputs, threads, tell, phases)
         _check_read(state, wanted)
-    if job.method in (None, "balanced"):
+    if job.method in (None, "balanced") and ahead.missing():
         with phases.timed("compile"):
             ahead.compile_ahead(threads)
     if any(output.samples for output in wanted):
