@@ -11,9 +11,9 @@ from typing import Any
 
 from numba import njit
 
-# numpy's error model: a division by zero gives inf, which line searches reject, instead of a branch at each one
-COMMON: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
-inner = njit(**COMMON | {"no_cpython_wrapper": True})
+COMMON: dict[str, Any] = {"nogil": True, "no_cfunc_wrapper": True}
+# a division by zero gives inf, which line searches reject, instead of a branch at each one
+NUMPY: dict[str, Any] = {"error_model": "numpy"}
 
 
 def _stamp() -> tuple[tuple[int, int], ...]:
@@ -25,13 +25,21 @@ def _stamp() -> tuple[tuple[int, int], ...]:
 STAMP = _stamp()
 
 
-def kernel(function: Callable[..., Any]) -> Any:
-    """A kernel that Python calls, kept in numba's cache until a file with kernels changes.
+def kept(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """A decorator for kernels that Python calls, kept in numba's cache until a file with kernels changes.
 
     Numba itself looks at the kernel's own file alone, and would go on with old code of kernels that this one calls.
     """
-    found = njit(cache=True, **COMMON)(function)
-    kept: Any = getattr(getattr(found, "_cache", None), "_cache_file", None)
-    if hasattr(kept, "_source_stamp"):
-        kept._source_stamp = STAMP
-    return found
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        found = njit(**COMMON | options | {"cache": True})(function)
+        file: Any = getattr(getattr(found, "_cache", None), "_cache_file", None)
+        if hasattr(file, "_source_stamp"):
+            file._source_stamp = file._source_stamp, STAMP
+        return found
+
+    return compiled
+
+
+kernel = kept(**NUMPY)
+inner = njit(**COMMON | NUMPY | {"no_cpython_wrapper": True})

@@ -15,9 +15,9 @@ import cmath
 import math
 
 import numpy as np
-from numba import njit
 
 from ..arrays import Complex
+from ..jit import kept, kernel
 from ..parallel import over_slices
 
 TAU_I = 2j * np.pi
@@ -31,7 +31,7 @@ ROUNDING = (
 MOST_SLACK = 0.5  # radians, that the two may amount to
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def edge_log(a, b, edge):
     """log(b / a), accurate when the edge b - a is short against a."""
     a2 = max(a.real * a.real + a.imag * a.imag, 1e-300)
@@ -47,7 +47,7 @@ def edge_log(a, b, edge):
     )
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _edge_logs(polygon, z, out):
     """L_e = log(B_{e+1} / B_e) of one point, the limit from inside, on edges and vertices too.
 
@@ -75,7 +75,7 @@ def _edge_logs(polygon, z, out):
         out[at] = pair if pair.imag > 0 else pair + 2j * math.pi
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _edge_weights(polygon, z, out):
     """L_e / (2πi A_e) of one point: what both the coordinates and their derivatives are made of."""
     _edge_logs(polygon, z, out)
@@ -83,7 +83,7 @@ def _edge_weights(polygon, z, out):
         out[e] /= 2j * math.pi * (polygon[(e + 1) % polygon.size] - polygon[e])
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _coordinates(polygon, z, out):
     weights = np.empty(polygon.size, dtype=np.complex128)
     for p in range(z.size):
@@ -95,7 +95,7 @@ def _coordinates(polygon, z, out):
             out[p, f] -= (polygon[e] - z[p]) * weights[e]
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _derivatives(polygon, z, out):
     weights = np.empty(polygon.size, dtype=np.complex128)
     for p in range(z.size):

@@ -19,9 +19,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 import shapely
-from numba import njit
 
 from ..arrays import Complex, Index, Real
+from ..jit import kernel
 from ..parallel import over_slices
 from .evaluate import Evaluator
 
@@ -200,7 +200,7 @@ def _halved(start: Complex, middle: Complex, which: np.ndarray) -> Complex:
     return np.insert(start, np.flatnonzero(which) + 1, middle[which])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _bounds(polygon, edge, rise, middle, half, at, out):
     """For each piece: |Φ″| + |Ψ″| in its middle, R of both, what is added up in f_z and f_z̄, and whether a vertex lies
     on it; `at` (m, p) are the derivatives of the densities' maps there."""

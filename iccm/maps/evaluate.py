@@ -10,9 +10,9 @@ import math
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
 from ..arrays import Complex
+from ..jit import kernel
 from ..parallel import over_slices
 from .cauchy_green import edge_log
 from .harmonic import HarmonicMap
@@ -66,7 +66,7 @@ class Evaluator:
         return out[0].reshape(z.shape), out[1].reshape(z.shape), out[2].reshape(z.shape)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def jet_in(t, k, z, on):
     """f, f_z, f_z̄ at z in leaf k; `on` is an edge that z lies on (the limit from inside is taken), or -1."""
     terms = t.far.shape[2]
@@ -126,7 +126,7 @@ def jet_in(t, k, z, on):
     return scale * p + (scale * q).conjugate(), scale * dp, (scale * dq).conjugate()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _jets(t, z, tiny, out):
     for i in range(z.size):
         out[:, i] = complex(np.nan, np.nan)
@@ -138,7 +138,7 @@ def _jets(t, z, tiny, out):
             out[0, i], out[1, i], out[2, i] = jet_in(t, k, z[i], on)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def edge_jets(t, z, on, out):
     """Jets (3, p) at points z (p,) on the edges numbered on (p,), off the vertices: limits from inside."""
     for i in range(z.size):

@@ -5,10 +5,10 @@ from threading import Lock
 from typing import Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ..arrays import Complex, Real
+from ..jit import kept
 from ..parallel import over_slices
 from .evaluate import Evaluator
 from .harmonic import HarmonicMap
@@ -80,7 +80,7 @@ def bends(faces: NDArray, w: Complex, z_w: Complex, z_wbar: Complex, threads: in
     return out
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _bends(faces, w, z_w, z_wbar, out):
     for t in range(faces.shape[0]):
         worst = 0.0

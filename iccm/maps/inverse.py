@@ -13,11 +13,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ..arrays import Complex, Real
 from ..curve import Curve
+from ..jit import kernel
 from ..parallel import over_slices, thread_count
 from .boundary_image import BoundaryImage, boundary_image
 from .evaluate import Evaluator, jet_in
@@ -156,7 +156,7 @@ def inverse_derivatives(f_z: Complex, f_zbar: Complex) -> tuple[Complex, Complex
         return f_z.conj() / jacobian, -f_zbar / jacobian
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def newton(t, w, z, tol, accept):
     """Solves f(z) = w from z: the solution, |f - w| before the final step or inf for failure, f_z and f_z̄ there.
 
@@ -192,7 +192,7 @@ def newton(t, w, z, tol, accept):
     return z, np.inf, a, b
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _from_seeds(t, w, near, seeds, tol, accept, out):
     for i in range(w.size):
         out[i] = complex(np.nan, np.nan)
@@ -203,7 +203,7 @@ def _from_seeds(t, w, near, seeds, tol, accept, out):
                 break
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def clearance(t, k, z):
     """A lower bound of the distance from z, a point of leaf k, to the boundary, sharp when the boundary is near."""
     best = RHO * np.sqrt(2.0) * t.half[k] - abs(z - t.centre[k])
@@ -213,7 +213,7 @@ def clearance(t, k, z):
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def whitney(t, resolution, limit):
     """Centres of squares that fill the inside, each at most as wide as its distance to the boundary or with an image
     smaller than the resolution, and the images of the centres."""

@@ -4,10 +4,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ..arrays import Complex
+from ..jit import kernel
 from .cauchy_green import edge_log
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
@@ -66,7 +66,7 @@ def build(polygon: Complex, dens: Complex, degree: int) -> Tree:
     return Tree(polygon, edge, dens, rise, slope, *parts)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def distance(z, a, edge):
     """Distance of z to the segment from a along edge."""
     w = (z - a) / edge
@@ -74,7 +74,7 @@ def distance(z, a, edge):
     return abs(z - a - t * edge)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def crosses(p, q, a, b):
     """Whether segments pq and ab cross, half-open so that a path through a shared vertex counts once."""
     d = q - p
@@ -88,7 +88,7 @@ def crosses(p, q, a, b):
     return sp != sq
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _expand(out, c, r, a, edge, dens, rise, slope, e, n, gap, nodes, weights):
     """Adds the integral over the far edge e, as a polynomial in (z - c) / r, to out (m, degree + 1)."""
     m, terms = out.shape
@@ -120,7 +120,7 @@ def _expand(out, c, r, a, edge, dens, rise, slope, e, n, gap, nodes, weights):
         before = now
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _grow(za, edge, dens, rise, slope, root, half0, degree, nodes, weights):
     n, m, terms = za.size, dens.shape[0], degree + 1
     centre, half = [root], [half0]
@@ -205,7 +205,7 @@ def _grow(za, edge, dens, rise, slope, root, half0, degree, nodes, weights):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _run_ends(start, stop, near, n):
     """Where a leaf's runs of consecutive near edges begin and end: only there do the vertex terms of f' not cancel."""
     ends = np.zeros(near.size, dtype=np.int64)
@@ -220,7 +220,7 @@ def _run_ends(start, stop, near, n):
     return ends
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _shifted(poly, s):
     """p((s + t / 2)·…): the coefficients of p(u) with u = s·(1/√2)… for a child square.
 
@@ -238,7 +238,7 @@ def _shifted(poly, s):
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def leaf_of(t, z):
     """The leaf that holds z, -1 outside the root square."""
     d = z - t.centre[0]
@@ -251,7 +251,7 @@ def leaf_of(t, z):
     return k
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def is_inside(t, k, z):
     """Whether z, a point of leaf k, lies in the polygon."""
     inside = t.inside[k]
@@ -263,7 +263,7 @@ def is_inside(t, k, z):
     return inside
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def edge_under(t, k, z, tiny):
     """The edge of leaf k on which z lies to within tiny, or -1."""
     best, on = tiny, -1

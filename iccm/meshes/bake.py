@@ -7,10 +7,10 @@ from the corners; elsewhere it is solved at each texel.
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ..arrays import Complex, Index
+from ..jit import kept
 from ..maps.extended_inverse import ExtendedInverse, bends
 from ..parallel import over_slices
 from ..pixels.padding import pad
@@ -130,7 +130,7 @@ class _Source:
         return z, zx, zy
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _evaluate(coefficients, corners, owner, at, first, shape, z, zx, zy):
     """An affine function a triangle at the texels they own, a texel that came in from the other side put back there."""
     height, width = shape
@@ -144,7 +144,7 @@ def _evaluate(coefficients, corners, owner, at, first, shape, z, zx, zy):
         z[i] = coefficients[t, 0] + zx[i] * x + zy[i] * y
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _beside(a, b, c, x, size):
     """The place x, moved by multiples of `size` unless it lies among three others or half a texel beside them."""
     low, high = min(a, b, c) - 0.5, max(a, b, c) + 0.5

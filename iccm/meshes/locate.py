@@ -1,10 +1,10 @@
 """Which triangle of a flattened patch a point of the plane lies in."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ..arrays import Complex, Index, Real
+from ..jit import kept
 from ..parallel import over_slices
 from .flatten import Flattening
 from .rasterise import rasterise
@@ -57,12 +57,12 @@ class Locator:
         return triangle, weights
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _cross(o, a, b):
     return (a.real - o.real) * (b.imag - o.imag) - (a.imag - o.imag) * (b.real - o.real)
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _walk(flat, faces, twin, z, start, triangle, weights):
     """Cross the edge that the point lies farthest beyond until it lies beyond none, or a border stops the walk."""
     for i in range(z.size):
@@ -83,7 +83,7 @@ def _walk(flat, faces, twin, z, start, triangle, weights):
         _clamped(a, b, c, z[i], w, weights[i])
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _clamped(a, b, c, z, w, out):
     """Barycentric coordinates of the triangle's point nearest to z, given z's own."""
     out[0], out[1], out[2] = w

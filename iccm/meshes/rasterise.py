@@ -9,10 +9,10 @@ finds colours there.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ..arrays import Index, Real
+from ..jit import kept
 from ..parallel import over_slices
 
 NONE = -1
@@ -74,7 +74,7 @@ def affine(corners: Real, values: NDArray, threads: int | None = None) -> NDArra
     return out
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _affine(corners, values, out):
     for t in range(corners.shape[0]):
         ax, ay = corners[t, 1, 0] - corners[t, 0, 0], corners[t, 1, 1] - corners[t, 0, 1]
@@ -87,7 +87,7 @@ def _affine(corners, values, out):
         out[t, 0] = values[t, 0] - out[t, 1] * corners[t, 0, 0] - out[t, 2] * corners[t, 0, 1]
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _edges(tri, sign, a, b, c):
     """Coefficients of the three edge functions a x + b y + c of a triangle in `sign` turn: positive inside."""
     for k in range(3):
@@ -101,7 +101,7 @@ def _edges(tri, sign, a, b, c):
         c[k] = -(a[k] * tri[u, 0] + b[k] * tri[u, 1])
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _span(tri, axis, start, stop, grow, wrap):
     """The texels first .. last - 1 whose centres can lie in the triangle along one axis, grown by `grow`."""
     low, high = min(tri[0, axis], tri[1, axis], tri[2, axis]), max(tri[0, axis], tri[1, axis], tri[2, axis])
@@ -111,20 +111,20 @@ def _span(tri, axis, start, stop, grow, wrap):
     return first, last
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _turn(tri):
     return (tri[1, 0] - tri[0, 0]) * (tri[2, 1] - tri[0, 1]) - (tri[1, 1] - tri[0, 1]) * (
         tri[2, 0] - tri[0, 0]
     )
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _inside(e, a, b):
     """Whether a point with edge function e is in: on an edge, only if that is a left or a top one."""
     return e > 0 or (e == 0 and (a > 0 or (a == 0 and b > 0)))
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _set_up(tri, width, top, bottom, grow, wrap, a, b, c):
     """Edge functions of a triangle into a, b, c, and the columns x0 .. x1 - 1 and rows y0 .. y1 - 1 to look at.
 
@@ -139,7 +139,7 @@ def _set_up(tri, width, top, bottom, grow, wrap, a, b, c):
     return x0, x1, y0, y1
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _fill(corners, owner, top, bottom, wrap):
     """Give the texels of rows top .. bottom - 1 to triangles; how many times one lies in a further triangle."""
     height, width = owner.shape
@@ -166,7 +166,7 @@ def _fill(corners, owner, top, bottom, wrap):
     return overlaps
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _touch(corners, chosen, owner, centre, nearest, wrap):
     """Give texels without a centre in any triangle to the triangle of `chosen` that enters their square the most."""
     height, width = owner.shape

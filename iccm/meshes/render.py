@@ -1,10 +1,10 @@
 """A textured surface as a picture: parallel projection, depth buffer, soft light. No display and no driver needed."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ..arrays import Index, Real
+from ..jit import kept
 from ..pixels.sampler import Sampler
 from ..pixels.texture import Places
 from .rasterise import affine
@@ -116,7 +116,7 @@ def _texels(corners: Real, uv: Real, own: NDArray, at: Index, width: int, sample
     return values[:, :3] if values.shape[1] >= 3 else np.repeat(values[:, :1], 3, axis=1)
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _nearest(corners, slopes, owner, depth):
     """Each sample's triangle nearest to the viewer."""
     height, width = owner.shape

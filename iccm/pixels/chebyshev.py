@@ -3,12 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from ..arrays import Complex
-from ..jit import inner, kernel
+from ..jit import NUMPY, inner, kept, kernel
 from ..maps.evaluate import jet_in
 from ..maps.inverse import newton
 from ..maps.quadtree import is_inside, leaf_of
@@ -152,7 +151,7 @@ def _checked(t, grid, r, c, r1, c1, mono, tol):
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kept(**NUMPY, fastmath={"contract"})
 def _rows(r, c, r1, c1, mono, out, where):
     """Evaluates the tile's polynomial, row by row: one contraction along y, then Horner's rule for all columns."""
     n, m = mono.shape[0], c1 - c
@@ -185,7 +184,7 @@ def _rows(r, c, r1, c1, mono, out, where):
                 out.right[i, c + j] = complex(re[j], im[j]) * scale_x
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kept(**NUMPY, fastmath={"contract"})
 def _horner(coefficient, n, x, re, im):
     a, b = coefficient[n - 1].real, coefficient[n - 1].imag
     for j in range(x.size):

@@ -3,8 +3,9 @@
 from functools import cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ..jit import kept
 
 Float = NDArray[np.float32]
 HALF = np.finfo(np.float16).max
@@ -89,7 +90,7 @@ def _byte_edges() -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
     return np.append(edges, np.inf), start.astype(np.uint8)
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _encode_bytes(values, alpha, edges, start, out):
     """Linear values (p, c) as sRGB bytes, by looking up instead of raising to powers."""
     for i in range(values.shape[0]):

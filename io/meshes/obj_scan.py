@@ -6,7 +6,8 @@ the others are left to the C library and only listed.
 """
 
 import numpy as np
-from numba import njit
+
+from ...jit import kept
 
 LF, CR, TAB, SPACE, HASH, PLUS, MINUS, DOT, SLASH, BACKSLASH = 10, 13, 9, 32, 35, 43, 45, 46, 47, 92
 OTHER, VERTEX, TEXTURE, NORMAL, FACE, STATEMENT = range(6)
@@ -16,7 +17,7 @@ OUTSIDE = -2  # an index that reaches before the first vertex
 POWERS = 10.0 ** np.arange(23)
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _skip_blanks(data, k):
     """The next byte that is no blank; a continued line's end is a blank."""
     n = data.size
@@ -33,14 +34,14 @@ def _skip_blanks(data, k):
     return k
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _token_end(data, k):
     while k < data.size and data[k] > SPACE and data[k] != BACKSLASH:
         k += 1
     return k
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _next_line(data, k):
     """The byte after the logical line that byte k lies on."""
     n = data.size
@@ -55,12 +56,12 @@ def _next_line(data, k):
     return n
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _at_end(data, k):
     return k >= data.size or data[k] == LF or data[k] == CR or data[k] == HASH
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _kind(data, k, end):
     """What the line whose keyword is data[k:end] is."""
     size = end - k
@@ -82,7 +83,7 @@ def _kind(data, k, end):
     return OTHER
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def count(data):
     """Numbers of v, vt, vn, f lines, of statements (o, g, usemtl, mtllib) and of face corners."""
     lines = np.zeros(6, np.int64)
@@ -102,7 +103,7 @@ def count(data):
     return lines, corners
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _number(data, k, end):
     """(value, exact) of the decimal number in data[k:end]; not exact means: leave it to the C library."""
     negative = data[k] == MINUS
@@ -138,7 +139,7 @@ def _number(data, k, end):
     return (-value if negative else value), True
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _integer(data, k, end):
     """(value, good) of the whole number in data[k:end]."""
     sign = 1
@@ -157,7 +158,7 @@ def _integer(data, k, end):
     return sign * value, True
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _numbers(data, k, row, least, slow, base, found):
     """Fill `row` from the line at k. Returns the count of numbers read and of those listed in `slow` (place, byte)."""
     read = 0
@@ -173,7 +174,7 @@ def _numbers(data, k, row, least, slow, base, found):
     return (read >= least), found
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _resolve(data, k, end, seen):
     """Zero-based index written in data[k:end] when `seen` elements stand before it. ABSENT when empty."""
     if k == end:
@@ -186,14 +187,14 @@ def _resolve(data, k, end, seen):
     return (seen + index if seen + index >= 0 else OUTSIDE), True
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def _slash(data, k, end):
     while k < end and data[k] != SLASH:
         k += 1
     return k
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def fill(data, v, vt, vt_at, face_at, starts, corner_at, corners, relative, statement_at, slow_v, slow_vt):
     """Fill the arrays of one OBJ file (see `obj.Obj`).
 
@@ -243,7 +244,7 @@ def fill(data, v, vt, vt_at, face_at, starts, corner_at, corners, relative, stat
     return 0, 0, found_v, found_vt
 
 
-@njit(cache=True, nogil=True)
+@kept()
 def rewrite(data, start, stop, corner_at, new_vt, out):
     """Copy data[start:stop] to `out` with the texture index of the corners at bytes `corner_at` replaced.
 

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-DECORATORS = ("inner", "kernel", "compiled", "njit")
+DECORATORS = ("inner", "kernel", "kept", "compiled", "njit")
 
 
 def decorator(node: ast.AST) -> str:
@@ -76,3 +76,9 @@ def test_a_kernel_follows_the_kernels_that_it_calls(tmp_path):
         )  # fmt: skip
         said.append(done.stdout.strip())
     assert said == ["1", "2"]
+
+
+def test_all_kernels_are_compiled_here():
+    """What another decorator keeps would go on with old code of what it calls."""
+    files = [path for part in ("iccm", "io") for path in (ROOT / part).rglob("*.py")]
+    assert [path.name for path in files if "njit" in path.read_text(encoding="utf-8")] == ["jit.py"]

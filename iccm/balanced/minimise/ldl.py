@@ -10,11 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse
-from numba import njit
 from scipy.sparse.linalg import splu
 
 from ...arrays import Index
-from ...jit import inner, kernel
+from ...jit import NUMPY, inner, kept, kernel
 
 
 class System(NamedTuple):
@@ -148,7 +147,7 @@ def factor_pattern(starts, rows):
     return factor_starts, factor_rows, reach_starts, reach
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+@kept(**NUMPY, fastmath={"contract", "reassoc"})
 def factorise(system, matrix, factor, pivots):
     """Fills in the factor of a matrix; False where the matrix is not positive definite.
 
