@@ -254,8 +254,7 @@ def distances(w: Complex, curve: Curve) -> np.ndarray:
 def gaps(image: Curve, target: Curve) -> tuple[np.ndarray, np.ndarray]:
     """Distances of an image's vertices to its target, and of samples of the target to the image."""
     goal = boundary_samples(target.z)
-    there = np.abs(target.at(target.closest(image.z)) - image.z)
-    return there, np.abs(image.at(image.closest(goal)) - goal)
+    return distances(image.z, target), distances(goal, image)
 
 
 def hausdorff(a: Curve, b: Curve) -> float:

@@ -10,6 +10,7 @@ import scipy.sparse
 from ..arrays import Complex, Flags, Index, Real
 from ..curve import Curve
 from ..jit import kernel
+from ..maps.triangulated.patches import NO_LINES
 from .constraints.inside import Inside
 from .failure import Stuck
 from .kernels import twice_area
@@ -18,12 +19,10 @@ from .minimise import newton
 from .minimise.energy import BOTH_AREAS, geometry
 from .minimise.ldl import System, system_of
 from .minimise.measures import turn_of
-from .minimise.sliding import HELD, SLIDING, Border, Rail, Rails
+from .minimise.sliding import BETA, HELD, SLIDING, Border, Rail, Rails
 from .minimise.untangle import LEAST_WEIGHT, STEPS, untangle
 from .outline import Outline
 from .pairs import HoleMatch, Loop, Match, Pairs
-
-BETA = 0.02  # weight of the outline's term; without it outline edges cut across the tips of limbs
 
 SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
 
@@ -48,8 +47,8 @@ class Holes(NamedTuple):
 
     def inverse(self) -> "Holes":
         """Those of the inverse map."""
-        loops = (loop._replace(source=loop.target, target=loop.source) for loop in self.loops)
-        return Holes(tuple((b, a) for a, b in self.outlines), tuple(loops))
+        outlines = tuple((b, a) for a, b in self.outlines)
+        return Holes(outlines, tuple(loop.inverse() for loop in self.loops))
 
 
 NO_HOLES = Holes()
@@ -144,6 +143,11 @@ class DiscreteMap:
         return rims_of(self.source, self.target, self.holes, self.border)
 
     @property
+    def outer(self) -> slice:
+        """The vertices of the outer loop."""
+        return self.rims[0].vertices
+
+    @property
     def loops(self) -> tuple[Loop, ...]:
         """The outlines of holes."""
         return self.holes.loops
@@ -171,8 +175,7 @@ class DiscreteMap:
     @property
     def lines(self) -> Index:
         """(l, 2) vertices of the edges of strokes that are met."""
-        first = np.flatnonzero(self.inside.links >= 0) if self.bound else np.empty(0, np.int64)
-        return self.border + np.column_stack([first, self.inside.links[first]])
+        return self.border + self.inside.lines if self.bound else NO_LINES
 
     @property
     def miss(self) -> float:
@@ -273,8 +276,7 @@ class DiscreteMap:
         u, tau, energy, settled = self._descended(True, held, stay, theta, q, steps, tolerance)
         pairs = self.pairs._replace(tau=tau[: self.border], at_target=self.pairs.at_target & held)
         if self.bound and inside.strokes and self.miss == 0:
-            goals = np.where(stay, inside.goals, u[self.border : self.constrained])
-            inside = inside._replace(tau=tau[self.border :], goals=goals, at_target=inside.at_target & stay)
+            inside = inside.slid(u[self.border : self.constrained], tau[self.border :], stay)
         return replace(self, u=u, pairs=pairs, energy=energy, inside=inside, settled=settled)
 
     def backward(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
@@ -348,16 +350,12 @@ class DiscreteMap:
         on_axis = np.mod(self.pairs.s, self.source.length) > self.axis - 1e-9 * self.source.length
         border = Border(_following(self.rims), spans, np.where(on_axis, 0.0, BETA), laps)
         if self.bound:
-            tau, gaps = self.inside.chains(forward)
-            linked = self.inside.links >= 0
-            ends = self.border + np.where(linked, self.inside.links, np.arange(linked.size))
-            chains = Border(ends, gaps, np.where(linked, BETA, 0.0), np.where(linked, 0.0, 1.0))
-            moving, border = np.append(moving, tau), _extended(border, chains)
+            tau, chains = self.inside.chains(forward, self.border)
+            moving, border = np.append(moving, tau), border.then(chains)
         if forward or not self.holes.filled:
             return moving.copy(), border
         soft = self.constrained + np.arange(sum(loop.after - loop.first for loop in self.holes.filled))
-        still = Border(soft, np.ones(soft.size), np.zeros(soft.size), np.ones(soft.size))
-        return np.append(moving, np.zeros(soft.size)), _extended(border, still)
+        return np.append(moving, np.zeros(soft.size)), border.then(Border.still(soft))
 
 
 class Rim(NamedTuple):
@@ -404,10 +402,6 @@ def _shrunk(gradients: Complex, areas: Real, weights: Real, forward: bool) -> tu
 
 def _following(rims: Sequence[Rim]) -> Index:
     return closed_links([rim.vertices.stop - rim.vertices.start for rim in rims])
-
-
-def _extended(border: Border, more: Border) -> Border:
-    return Border(*(np.append(a, b) for a, b in zip(border, more)))
 
 
 @kernel

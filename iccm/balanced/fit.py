@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Index
-from ..maps import bounds, distortion
+from ..maps import bounds
+from ..maps.distortion import Distortion
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
@@ -34,14 +35,16 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     map = _straight(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
     map = bounds.held(map, settings.max_dilatation, settings.max_stretch)
     status = _status(found, map, settings)
-    notes = found.notes + ([] if len(pins) or len(strokes) else _strain(map))
     energies = [{"total": float(level["energy"])} for level in found.energies]
-    return Fit(
-        *(map, status, energies, source, target, pins, strokes, notes),
+    fit = Fit(
+        *(map, status, energies, source, target, pins, strokes, list(found.notes)),
         source_holes=holes.source,
         target_holes=holes.target,
         hole_partners=found.partners,
     )
+    if not (len(pins) or len(strokes)):
+        fit.notes.extend(_strain(fit.distortion))
+    return fit
 
 
 def deform(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
@@ -88,9 +91,8 @@ def _status(found: Solution, map: TriangulatedMap, settings: Settings) -> Status
     return Status.REACHED if found.reached and drawn else Status.BOUNDS
 
 
-def _strain(map: TriangulatedMap) -> list[str]:
+def _strain(found: Distortion) -> list[str]:
     """A sentence where the stretch cannot be small: a ring, a bar or a spiral onto a block, or the other way round."""
-    found = distortion.of_triangles(map)
     stretch, dilatation = (found.quantile(each, 0.95) for each in (found.stretches, found.dilatations))
     if stretch <= STRETCHED and dilatation <= DILATED:
         return []

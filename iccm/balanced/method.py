@@ -99,15 +99,13 @@ def _solution(
     mirror = frames[0].mirrored
     if pins is not None:
         place(pins, z, u, state.border, state.first_pin)
-    cut = cut_out(state)
-    z, u = z[cut.vertices], u[cut.vertices]
-    faces = np.ascontiguousarray(cut.faces[:, ::-1]) if mirror else cut.faces
-    loops = tuple(loop[::-1].copy() for loop in cut.loops) if mirror else cut.loops
+    cut = cut_out(state, mirrored=mirror)
+    z, u, loops = z[cut.vertices], u[cut.vertices], cut.loops
     for name, w in (("source", z), ("image", u)):
-        orientation.refuse_folds(name, w, faces)
+        orientation.refuse_folds(name, w, cut.faces)
         orientation.refuse_touching(name, *(w[loop] for loop in loops))
     source_gap, gap = (
-        max(hausdorff(Curve(w[loop]), c) / curves[0].diagonal for loop, c in _goals(cut, loops, curves, side))
+        max(hausdorff(Curve(w[loop]), c) / curves[0].diagonal for loop, c in _goals(cut, curves, side))
         for side, (w, curves) in enumerate(zip((z, u), given))
     )
     dilatation, stretch, _ = stretches(state.z, state.u, state.material)
@@ -117,7 +115,7 @@ def _solution(
     return Solution(
         z,
         u,
-        faces,
+        cut.faces,
         loops,
         energy_of(state.z, state.u, state.material, settings.theta),
         journal.energies,
@@ -134,11 +132,9 @@ def _solution(
     )
 
 
-def _goals(
-    cut: Cut, loops: Sequence[Index], curves: Sequence[Curve], side: int
-) -> Iterator[tuple[Index, Curve]]:
+def _goals(cut: Cut, curves: Sequence[Curve], side: int) -> Iterator[tuple[Index, Curve]]:
     """The loops of a map and the outlines they belong on, of the source (0) or the target (1)."""
-    yield loops[0], curves[0]
-    for loop, partners in zip(loops[1:], cut.partners):
+    yield cut.loops[0], curves[0]
+    for loop, partners in zip(cut.loops[1:], cut.partners):
         if partners[side] >= 0:
             yield loop, curves[1 + partners[side]]

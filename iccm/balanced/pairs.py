@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Flags, Real
+from ..arrays import Flags, Index, Real
 from .failure import Stuck
 from .outline import Outline
 
@@ -74,6 +74,10 @@ class Loop(NamedTuple):
     def vertices(self) -> slice:
         """Its vertices."""
         return slice(self.first, self.after)
+
+    def inverse(self) -> "Loop":
+        """The same in the inverse map."""
+        return self._replace(source=self.target, target=self.source)
 
 
 def loops_of(sizes: Sequence[tuple[int, int, int]], first: int) -> tuple[Loop, ...]:
@@ -154,10 +158,7 @@ def boundary_pairs(
     ds, dt = _gaps(s, source.length), _gaps(tau, target.length)
     if min(ds.min() / source.length, dt.min() / target.length) < 1e-10:
         raise Stuck("two corners of the outlines fall on the same place")
-    parts = np.maximum(1, np.ceil(np.maximum(ds, dt) / spacing - 1e-6)).astype(np.int64)
-    first = np.cumsum(parts) - parts
-    own = np.repeat(np.arange(s.size), parts)
-    share = (np.arange(parts.sum()) - first[own]) / parts[own]
+    own, share = parted(np.maximum(ds, dt), spacing)
     is_corner = share == 0
     return Pairs(
         s[own] + share * ds[own],
@@ -165,6 +166,14 @@ def boundary_pairs(
         is_corner & (kind[own] & SOURCE > 0),
         is_corner & (kind[own] & TARGET > 0),
     )
+
+
+def parted(gaps: Real, spacing: float) -> tuple[Index, Real]:
+    """Gaps divided into equal parts no longer than the spacing: (k,) the gap of each part, and the share of the gap at
+    which the part begins."""
+    parts = np.maximum(1, np.ceil(gaps / spacing - 1e-6)).astype(np.int64)
+    own = np.repeat(np.arange(parts.size), parts)
+    return own, (np.arange(parts.sum()) - (np.cumsum(parts) - parts)[own]) / parts[own]
 
 
 def _corner_pairs(source: Outline, target: Outline, match: Match, anchors: Match | None):

@@ -74,16 +74,23 @@ def constrained(
         NoMapError: none without folds was found.
     """
     upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else UPRIGHT
-    anchors = tuple(tuple(side.tolist()) for side in pins.outer.T)
-    curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
-    curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
-    problem = Problem(curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]))
-    problem = with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
+    problem = with_constraints(source, target, holes, pins, settings, upright)
     if start is not None:
         return further(problem, start, settings, journal)
     used, found = solved(problem, journal)
     state = finished(used, found, settings, journal)
     return (state if used is problem else inverted(state)), meets(used, found)
+
+
+def with_constraints(
+    source: Curve, target: Curve, holes: Holes, pins: Pins, settings: Settings, upright: float
+) -> Problem:
+    """The problem in unit coordinates, with vertices at the pins of its outlines."""
+    anchors = tuple(tuple(side.tolist()) for side in pins.outer.T)
+    curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
+    curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
+    problem = Problem(curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]))
+    return with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
 
 
 def further(
@@ -216,10 +223,7 @@ def finished(
 
 def inverted(state: Meshed) -> Sketch:
     """The inverse map."""
-    loops, filled = (
-        tuple(loop._replace(source=loop.target, target=loop.source) for loop in each)
-        for each in (state.loops, state.filled)
-    )
+    loops, filled = (tuple(loop.inverse() for loop in each) for each in (state.loops, state.filled))
     given = state.u, state.z, state.faces, state.border, state.first_pin, state.lines
     return Sketch(*given, loops, filled, state.weights)
 

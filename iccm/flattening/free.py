@@ -13,7 +13,7 @@ from ..arrays import Complex, Index, Real
 from ..balanced.minimise import newton
 from ..balanced.minimise.energy import geometry, total
 from ..balanced.minimise.ldl import System, system_of
-from ..balanced.minimise.sliding import HELD, Border, Rail, Rails
+from ..balanced.minimise.sliding import HELD, NO_RAIL, Border, Rails
 from ..meshes.stretch import laid_flat
 
 FEW, LARGE = 8, 20_000  # steps at a time, and vertices from which there are two: one takes seconds then
@@ -67,8 +67,7 @@ class Elastic:
         self, u: Complex, theta: float, steps: int, tolerance: float
     ) -> tuple[Complex, float, int]:
         """Positions, energy and number of steps."""
-        u, still, ones = u.copy(), np.arange(self.held), np.ones(self.held)
-        rails = Rails.of([Rail(np.array([0.0, 1.0]), np.zeros(1, complex), np.zeros(0))], 0 * still)
+        u, still = u.copy(), np.arange(self.held)
         energy, made = newton.descend(
             self.system,
             self.faces,
@@ -76,8 +75,8 @@ class Elastic:
             self.weights,
             u,
             np.zeros(self.held),
-            rails,
-            Border(still, ones, 0 * ones, ones),
+            Rails.of([NO_RAIL], 0 * still),
+            Border.still(still),
             np.full(self.held, HELD),
             u[: self.held].copy(),
             float(theta),

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Flags, Index, Real
-from ..minimise.sliding import Rail
+from ..minimise.sliding import BETA, Border, Rail
 from ..pairs import Match
 
 
@@ -59,10 +59,26 @@ class Inside(NamedTuple):
         chains = [self.own == stroke for stroke in range(len(self.strokes))]
         return [Match(self.s[chain], self.tau[chain]) for chain in chains]
 
-    def chains(self, forward: bool) -> tuple[Real, Real]:
-        """(k,) arclengths on the side that moves, and those of the edges on the side that is kept.
+    @property
+    def following(self) -> Index:
+        """(k,) the next vertex of the same stroke, or the vertex itself."""
+        return np.where(self.links >= 0, self.links, np.arange(self.links.size))
 
-        The latter are scaled to the moving side's lengths, and 1 where there is no edge.
+    @property
+    def lines(self) -> Index:
+        """(l, 2) vertices of the edges of strokes."""
+        first = np.flatnonzero(self.links >= 0)
+        return np.column_stack([first, self.links[first]])
+
+    def slid(self, u: Complex, tau: Real, stay: Flags) -> "Inside":
+        """With goals and arclengths (k,) where vertices on strokes have come to be, but for those that stay."""
+        goals = np.where(stay, self.goals, u)
+        return self._replace(tau=tau, goals=goals, at_target=self.at_target & stay)
+
+    def chains(self, forward: bool, first: int) -> tuple[Real, Border]:
+        """(k,) arclengths on the side that moves, and the strokes as chains of vertices, the first of which is `first`.
+
+        Arclengths of the edges on the side that is kept are scaled to the moving side's, and 1 where there is no edge.
         """
         moving, kept = (self.tau, self.s) if forward else (self.s, self.tau)
         spans = np.ones(self.z.size)
@@ -72,4 +88,6 @@ class Inside(NamedTuple):
             after = self.links[those]
             scale = (moving[after] - moving[those]).sum() / (kept[after] - kept[those]).sum()
             spans[those] = scale * (kept[after] - kept[those])
-        return moving, spans
+        linked = self.links >= 0
+        stiffness, laps = np.where(linked, BETA, 0.0), np.where(linked, 0.0, 1.0)
+        return moving, Border(first + self.following, spans, stiffness, laps)

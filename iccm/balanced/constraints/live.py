@@ -20,12 +20,11 @@ from ..failure import NoMapError, Stuck
 from ..frames import Frame, frames_of
 from ..holes.filled import cut_out
 from ..holes.given import Holes, named
-from ..levels import Level, Problem, Sketch, refined
+from ..levels import Level, Sketch, refined
 from ..method import sketched
-from ..outline import manageable
 from ..solution import Settings
-from ..stages import FINE_EXACTNESS, STEEPEST, with_holes
-from .given import Pins, checked, with_points
+from ..stages import FINE_EXACTNESS, STEEPEST, with_constraints
+from .given import Pins, checked
 from .meeting import brought
 
 SIZE = (
@@ -58,13 +57,8 @@ class _Pair:
         Raises:
             NoMapError: it folds there.
         """
-        anchors = tuple(tuple(side.tolist()) for side in given.outer.T)
-        sides = zip(self.frames, (self.source, self.target), given.outer.T)
-        curves = [with_points(frame.curve(curve), side) for frame, curve, side in sides]
-        curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
-        problem = Problem(curves[0], curves[1], settings.theta, 0.0, (anchors[0], anchors[1]))
-        problem = problem._replace(pins=given.inner, strokes=given.strokes)
-        problem = with_holes(problem, self.holes.unit(self.frames), settings)
+        source, target = self.frames[0].curve(self.source), self.frames[1].curve(self.target)
+        problem = with_constraints(source, target, self.holes.unit(self.frames), given, settings, 0.0)
         if isinstance(state, DiscreteMap):  # its constraints are others, of other vertices
             state = Sketch(state.z, state.u, state.faces, state.border, loops=state.loops)
         try:
@@ -160,14 +154,11 @@ class Live:
     @property
     def map(self) -> TriangulatedMap:
         """The map in the given coordinates."""
-        frames, cut = self.pair.frames, cut_out(self.state)
+        frames = self.pair.frames
+        cut = cut_out(self.state, mirrored=frames[0].mirrored)
         z, u = (f.world(w[cut.vertices]) for f, w in zip(frames, (self.state.z, self.state.u)))
-        mirrored = frames[0].mirrored
-        faces = np.ascontiguousarray(cut.faces[:, ::-1]) if mirrored else cut.faces
-        map = TriangulatedMap(
-            z, u, faces, tuple(loop[::-1].copy() if mirrored else loop for loop in cut.loops)
-        )
-        return replace(map, bulge=bulges(faces, u, z, map.edges, cut.lines))
+        map = TriangulatedMap(z, u, cut.faces, cut.loops)
+        return replace(map, bulge=bulges(cut.faces, u, z, map.edges, cut.lines))
 
 
 def _settled(state: DiscreteMap, theta: float) -> DiscreteMap:

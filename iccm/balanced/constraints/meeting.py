@@ -27,7 +27,7 @@ from ..solution import Journal
 from . import strokes
 from .inside import Inside
 from .routes import route
-from .ways import FIRST_SHARE, LEAST_SHARE, MOVING_DECREASE, STAGE_STEPS, way_to
+from .ways import MOVING_DECREASE, STAGE_STEPS, in_stages, way_to
 
 FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
 MOVING_STEPS = 40
@@ -64,15 +64,12 @@ def turned_to_goals(state: DiscreteMap, theta: float) -> DiscreteMap:
     """The map with pins moved to their goals in stages."""
     goals = state.inside.goals
     way = way_to(state.u[state.border : state.border + goals.size], goals)
-    share, step = 0.0, FIRST_SHARE
-    while share < 1 and step > LEAST_SHARE:
-        new = min(1.0, share + step)
-        tried = replace(state, inside=state.inside._replace(goals=way(new)), bound=True)
-        tried = tried.forward(theta, 1.0, STAGE_STEPS, MOVING_DECREASE, corners=True)
-        if tried.miss > 0:
-            step *= 0.5
-            continue
-        state, share, step = tried, new, 1.5 * step
+
+    def to(state: DiscreteMap, aims: Complex) -> DiscreteMap:
+        aimed = replace(state, inside=state.inside._replace(goals=aims), bound=True)
+        return aimed.forward(theta, 1.0, STAGE_STEPS, MOVING_DECREASE, corners=True)
+
+    state = in_stages(state, way, to)
     return replace(state, inside=state.inside._replace(goals=goals))
 
 

@@ -7,6 +7,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from ...arrays import Complex
 from ...curve import Curve
+from ...result import distances
 
 CELLS = 160  # of the grid along the longer side
 NARROW = 0.04  # of the diagonal: a cell with this clearance costs twice as much as one in the open
@@ -28,7 +29,7 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
     x, y = (np.arange(int(size / cell) + 2) * cell for size in ((high - low).real, (high - low).imag))
     w = (low + x[None, :] + 1j * y[:, None]).ravel()
     inside = domain.contains(w)
-    clearance = np.abs(domain.at(domain.closest(w)) - w)
+    clearance = distances(w, domain)
     clearance = np.min([clearance, *(np.abs(w - other) for other in others)], axis=0)
     cost = 1 + (NARROW * domain.diagonal / np.maximum(clearance, LEAST_CLEARANCE * cell)) ** 2
     graph = _graph(cost.reshape(y.size, x.size), inside.reshape(y.size, x.size))

@@ -10,7 +10,7 @@ from ...arrays import Complex
 from ...curve import Curve
 from ..minimise.sliding import Rail
 from ..outline import SHARP
-from ..pairs import MERGED, Match
+from ..pairs import MERGED, Match, parted
 from .inside import Inside
 
 FINENESS = 1e-4  # of the diagonal: how closely the strokes that are solved for follow those given
@@ -123,10 +123,7 @@ def _chain(stroke: Stroke, match: Match, spacing: float) -> tuple[Any, ...]:
         np.array([p[1] for p in places]),
         np.array([p[2] for p in places]),
     )
-    parts = np.maximum(1, np.ceil(np.maximum(np.diff(s), np.diff(tau)) / spacing - 1e-6)).astype(np.int64)
-    first = np.cumsum(parts) - parts
-    own = np.repeat(np.arange(parts.size), parts)
-    share = (np.arange(parts.sum()) - first[own]) / parts[own]
+    own, share = parted(np.maximum(np.diff(s), np.diff(tau)), spacing)
     corner = np.append(share == 0, True)
     kinds = np.append(kind[own], kind[-1])
     held, goal, stuck = corner & (kinds & 1 > 0), corner & (kinds & 2 > 0), np.zeros(kinds.size, bool)

@@ -1,6 +1,7 @@
 """How constrained points go to their goals where they cannot go straight."""
 
 from collections.abc import Callable
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -29,3 +30,36 @@ def way_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
         return middle + share * (end - middle) + turned + share * rest
 
     return at
+
+
+class Aimed(Protocol):
+    """A map in the making, and how far it is from its goals."""
+
+    @property
+    def miss(self) -> float:
+        """0 where they are met."""
+        ...
+
+
+State = TypeVar("State", bound=Aimed)
+
+
+def in_stages(
+    state: State, way: Callable[[float], Complex], moved: Callable[[State, Complex], State]
+) -> State:
+    """The map moved along a way in stages, smaller where it gets stuck; or as far as that goes.
+
+    Args:
+        state: at the beginning of the way.
+        way: as `way_to` makes it.
+        moved: takes a map to goals (k,), or as close to them as it gets.
+    """
+    share, step = 0.0, FIRST_SHARE
+    while share < 1 and step > LEAST_SHARE:
+        new = min(1.0, share + step)
+        tried = moved(state, way(new))
+        if tried.miss > 0:
+            step *= 0.5
+            continue
+        state, share, step = tried, new, 1.5 * step
+    return state

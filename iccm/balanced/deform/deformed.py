@@ -6,19 +6,18 @@ import numpy as np
 
 from ...arrays import Complex, Flags, Index, Real
 from ..constraints.inside import Inside
-from ..discrete import BETA, ROUNDING, folds
+from ..discrete import ROUNDING, folds
 from ..failure import Stuck
 from ..minimise import newton
 from ..minimise.energy import geometry
 from ..minimise.ldl import System, system_of
-from ..minimise.sliding import FREE, HELD, SLIDING, Border, Rail, Rails
+from ..minimise.sliding import FREE, HELD, NO_RAIL, SLIDING, Border, Rails
 from ..minimise.untangle import STEPS, untangle
 
 SHARE_FORWARD, SHARE_BACKWARD = (
     0.0,
     1.0,
 )  # the source's area alone counts: else a bar shrinks to 74 % as it bends
-NO_RAIL = Rail(np.array([0.0, 1.0]), np.zeros(1, np.complex128), np.empty(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +51,8 @@ class Deformed:
         cls, z: Complex, faces: Index, border: int, pinned: Index, goals: Complex, inside: Inside
     ) -> "Deformed":
         """The mesh with every vertex where it is in the shape."""
-        own = np.arange(inside.z.size)
-        ends = border + np.where(inside.links >= 0, inside.links, own)
-        system = system_of(faces, np.append(np.arange(border), ends), z.size)
+        following = np.append(np.arange(border), border + inside.following)
+        system = system_of(faces, following, z.size)
         return cls(faces, system, z, z.copy(), border, pinned, goals, inside)
 
     @property
@@ -81,8 +79,7 @@ class Deformed:
     @property
     def lines(self) -> Index:
         """(l, 2) vertices of the edges of strokes."""
-        first = np.flatnonzero(self.inside.links >= 0)
-        return self.border + np.column_stack([first, self.inside.links[first]])
+        return self.border + self.inside.lines
 
     def aimed(self, aims: Complex) -> "Deformed":
         """The same map with other goals."""
@@ -123,8 +120,7 @@ class Deformed:
             True, pinned, np.append(goals, inside.goals), stay, theta, q, steps, tolerance
         )
         if inside.strokes and self.miss == 0:
-            goals = np.where(stay, inside.goals, u[self.inner])
-            inside = inside._replace(tau=tau, goals=goals, at_target=inside.at_target & stay)
+            inside = inside.slid(u[self.inner], tau, stay)
         return replace(self, u=u, energy=energy, inside=inside)
 
     def backward(self, theta: float, q: float, steps: int, tolerance: float) -> "Deformed":
@@ -146,18 +142,11 @@ class Deformed:
     ) -> tuple[Complex, Real, float]:  # fmt: skip
         """Newton on the map, or on its inverse: positions, arclengths of the vertices inside, and the energy."""
         kept, moving = (self.z, self.u) if forward else (self.u, self.z)
-        inside, outline = self.inside, np.arange(self.border)
+        inside = self.inside
         kinds = np.append(np.where(pinned, HELD, FREE), np.where(stay, HELD, SLIDING))
         rails = [NO_RAIL, *(stroke[1 if forward else 0] for stroke in inside.strokes)]
-        tau, gaps = inside.chains(forward)
-        linked = inside.links >= 0
-        ends = self.border + np.where(linked, inside.links, np.arange(linked.size))
-        border = Border(
-            np.append(outline, ends),
-            np.append(np.ones(self.border), gaps),
-            np.append(np.zeros(self.border), np.where(linked, BETA, 0.0)),
-            np.append(np.ones(self.border), np.where(linked, 0.0, 1.0)),
-        )
+        tau, chains = inside.chains(forward, self.border)
+        border = Border.still(np.arange(self.border)).then(chains)
         gradients, areas = geometry(kept, self.system.corners)
         u, tau = moving.copy(), np.append(np.zeros(self.border), tau)
         energy, _ = newton.descend(

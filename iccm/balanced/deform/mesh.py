@@ -7,7 +7,7 @@ from ...curve import Curve
 from ..constraints.given import Pins
 from ..constraints.strokes import inside
 from ..meshing.mesh import Sizes, triangulate
-from ..pairs import Match
+from ..pairs import Match, parted
 from .deformed import Deformed
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
@@ -42,10 +42,8 @@ def spaced(outline: Curve, spacing: float, points: Complex) -> Complex:
             s = np.append(s, np.mod(place, length))
     s = np.sort(s)
     gaps = np.diff(s, append=length)
-    parts = np.maximum(1, np.ceil(gaps / spacing - 1e-6)).astype(np.int64)
-    first = np.cumsum(parts) - parts
-    own = np.repeat(np.arange(parts.size), parts)
-    return outline.at(s[own] + (np.arange(parts.sum()) - first[own]) / parts[own] * gaps[own])
+    own, share = parted(gaps, spacing)
+    return outline.at(s[own] + share * gaps[own])
 
 
 def _beside(outline: Curve, spacing: float, points: Complex) -> list[tuple[float, float]]:

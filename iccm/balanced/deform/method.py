@@ -16,7 +16,7 @@ from .. import orientation, stages
 from ..constraints.given import Pins, place, with_points
 from ..constraints.meeting import BESIDE
 from ..constraints.strokes import aimed
-from ..constraints.ways import FIRST_SHARE, LEAST_SHARE, MOVING_DECREASE, STAGE_STEPS, way_to
+from ..constraints.ways import MOVING_DECREASE, STAGE_STEPS, in_stages, way_to
 from ..failure import NoMapError, Stuck
 from ..frames import Frame
 from ..levels import EVENED
@@ -156,22 +156,18 @@ def brought(state: Deformed, theta: float) -> Deformed:
     straight = state.forward(theta, 1.0, MOVING_STEPS, SETTLED)
     if straight.miss == 0:
         return straight
-    return min(in_stages(state, theta), straight, key=lambda each: each.miss)
+    return min(by_stages(state, theta), straight, key=lambda each: each.miss)
 
 
-def in_stages(state: Deformed, theta: float) -> Deformed:
+def by_stages(state: Deformed, theta: float) -> Deformed:
     """The map with what is constrained brought to its goals in stages, all of it turning and growing evenly."""
     aims = state.aims
     way = way_to(state.u[state.constrained], aims)
-    share, step = 0.0, FIRST_SHARE
-    while share < 1 and step > LEAST_SHARE:
-        new = min(1.0, share + step)
-        tried = state.aimed(way(new)).forward(theta, 1.0, STAGE_STEPS, MOVING_DECREASE)
-        if tried.miss > 0:
-            step *= 0.5
-            continue
-        state, share, step = tried, new, 1.5 * step
-    return state.aimed(aims)
+
+    def to(state: Deformed, aims: Complex) -> Deformed:
+        return state.aimed(aims).forward(theta, 1.0, STAGE_STEPS, MOVING_DECREASE)
+
+    return in_stages(state, way, to).aimed(aims)
 
 
 def settled(state: Deformed, theta: float, q: float) -> Deformed:

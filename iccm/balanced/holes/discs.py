@@ -14,12 +14,7 @@ from ..discrete import DiscreteMap
 from ..failure import Stuck
 from ..levels import GOOD_ENOUGH, Level, Problem
 from ..meshing.transfer import interpolate
-from ..pairs import Match
-
-CORNERS = 96  # of the disc
-TURNS = 8  # of the disc that are tried
-CORNER_FINENESS = 6e-3  # of the diagonal, as for other coarse meshes
-STEPS = 40  # of Newton on the way to it
+from .rings import CORNER_FINENESS, CORNERS, STEPS, TURNS, through
 
 
 def disc() -> Curve:
@@ -58,8 +53,7 @@ def through_disc(level: Level, theta: float) -> list[DiscreteMap]:
 
 def _composed(level: Level, there: DiscreteMap, back: DiscreteMap, lap: float) -> DiscreteMap:
     """There, on by a share of a lap, and back."""
-    way = there.match.tau + lap * there.target.length
-    new = level.mapped(Match(there.match.s, back.match.inverse().at(way)))
+    new = level.mapped(through(there.match, back.match, lap))
     middle = interpolate(there.z, there.faces, there.u, new.z) * np.exp(2j * np.pi * lap)
     u = interpolate(back.u, back.faces, back.z, middle)
     return new.moved_to_border(u).unfolded(harmonic=False)

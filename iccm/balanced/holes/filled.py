@@ -28,16 +28,18 @@ class Cut(NamedTuple):
     lines: Index
 
 
-def cut_out(state: DiscreteMap | Sketch) -> Cut:
+def cut_out(state: DiscreteMap | Sketch, *, mirrored: bool) -> Cut:
     """The map without the triangles that fill holes of the target; those that fill holes of the source stay, so that
-    the picture has no crack."""
+    the picture has no crack. Triangles and loops turn as in a mirror if the unit coordinates are `mirrored`."""
     opened = [loop for loop in state.filled if loop.source < 0]
     faces = state.material if opened else state.faces
     used = np.unique(faces)
     place = np.full(state.z.size, -1)
     place[used] = np.arange(used.size)
     holes = sorted((*state.loops, *opened), key=lambda loop: loop.target)
-    outer = slice(0, state.loops[0].first if state.loops else state.border)
-    loops = tuple(place[vertices] for vertices in (outer, *(hole.vertices for hole in holes)))
+    loops = tuple(place[vertices] for vertices in (state.outer, *(hole.vertices for hole in holes)))
+    faces = place[faces]
+    if mirrored:
+        faces, loops = np.ascontiguousarray(faces[:, ::-1]), tuple(loop[::-1].copy() for loop in loops)
     partners = tuple((hole.source, hole.target) for hole in holes)
-    return Cut(used, place[faces], loops, partners, place[state.lines])
+    return Cut(used, faces, loops, partners, place[state.lines])

@@ -8,6 +8,7 @@ import shapely
 from ...arrays import Complex
 from ...curve import Curve
 from ..outline import FINENESS, Outline, simplified
+from ..pairs import parted
 
 COARSEST = 0.08  # of a hole's own diagonal: of a disc at least seven corners stay
 FEWEST = 8  # vertices of a rim
@@ -70,7 +71,5 @@ def spaced(outline: Outline, spacing: float) -> Complex:
     """The corners of an outline and points between, no farther apart than asked."""
     corners = outline.corners
     gaps = np.diff(corners, append=corners[0] + outline.length)
-    parts = np.maximum(1, np.ceil(gaps / min(spacing, outline.length / FEWEST) - 1e-6)).astype(np.int64)
-    own = np.repeat(np.arange(corners.size), parts)
-    first = np.cumsum(parts) - parts
-    return outline.curve.at(corners[own] + gaps[own] * (np.arange(parts.sum()) - first[own]) / parts[own])
+    own, share = parted(gaps, min(spacing, outline.length / FEWEST))
+    return outline.curve.at(corners[own] + share * gaps[own])

@@ -56,11 +56,12 @@ def ring_matches(level: Level, theta: float) -> list[Match]:
 
 def _composed(there: Match, back: Match, lap: float) -> Match:
     """To the ring, on by a share of a lap, and back."""
-    outer = _through(there, back, lap)
-    hole = _through(there.holes[0].match, back.holes[0].match, -lap)  # it runs clockwise
+    outer = through(there, back, lap)
+    hole = through(there.holes[0].match, back.holes[0].match, -lap)  # it runs clockwise
     return outer._replace(holes=(HoleMatch(0, 0, hole),))
 
 
-def _through(there: Match, back: Match, lap: float) -> Match:
+def through(there: Match, back: Match, lap: float) -> Match:
+    """To a curve that turns, on by a share of a lap, and back."""
     way = there.tau + lap * (there.tau[-1] - there.tau[0])
     return Match(there.s, back.inverse().at(way))

@@ -15,6 +15,7 @@ from ...jit import inner, kernel
 from ..kernels import dot, located
 
 HELD, SLIDING, FREE = 0, 1, 2  # kinds of constrained vertices
+BETA = 0.02  # weight of the outline's term; without it outline edges cut across the tips of limbs
 SAME_PLACE = 1e-8  # of the length: a vertex this close to a corner is on it
 
 
@@ -30,6 +31,10 @@ class Rail(NamedTuple):
     knots: Real
     vertices: Complex
     corners: Real
+
+
+NO_RAIL = Rail(np.array([0.0, 1.0]), np.zeros(1, np.complex128), np.empty(0))
+"""For vertices that are on none."""
 
 
 class Rails(NamedTuple):
@@ -75,6 +80,16 @@ class Border(NamedTuple):
     spans: Real
     stiffness: Real
     laps: Real
+
+    @classmethod
+    def still(cls, vertices: Index) -> "Border":
+        """Vertices that no edge joins to others."""
+        ones = np.ones(vertices.size)
+        return cls(vertices, ones, 0 * ones, ones)
+
+    def then(self, more: "Border") -> "Border":
+        """These chains and others, of the vertices that follow."""
+        return Border(*(np.append(a, b) for a, b in zip(self, more)))
 
 
 @kernel
