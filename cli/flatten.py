@@ -94,12 +94,12 @@ def command(
         shape = mesh_shape.read(mesh, cut=cut, method=method)
         for note in shape.notes:
             logs.log.warning(f"{mesh}: {note}")
-        flatten.write_all(shape, output, uv, plot, report, stack, force=force)
-    for line in flatten.summary(shape):
+        found = flatten.write_all(shape, output, uv, plot, report, stack, force=force)
+    for line in flatten.summary(found):
         logs.log.info(line)
     for name in outputs:
         logs.log.info(f"wrote {name}")
-    doubt = flatten.doubt(shape, uv)
+    doubt = flatten.doubt(found)
     if doubt:
         logs.log.error(f"{mesh}: {doubt}")
     return int(doubt is not None)

@@ -41,7 +41,7 @@ def _click(name: str, hint: Any, option: Option) -> Decorator:
     elif option.default == ():
         settings |= {"multiple": True, "metavar": option.metavar, "type": _text(option)}
     elif option.parse:
-        settings |= {"metavar": option.metavar, "callback": _parsed(option.parse)}
+        settings |= {"metavar": option.metavar, "callback": parsed(option.parse)}
         settings |= {"is_flag": False, "flag_value": option.flag} if option.flag else {}
     else:
         shown = option.default is not None
@@ -67,14 +67,16 @@ def _text(option: Option) -> Any:
     return FILE if (option.metavar or "").startswith(("FILE", "IMAGE")) else str
 
 
-def _parsed(parse: Callable[[Any], Any]) -> Callable:
-    def parsed(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
+def parsed(parse: Callable[[Any], Any]) -> Callable:
+    """A click callback that parses a value, and says what is wrong with it."""
+
+    def of_click(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
         try:
             return None if value is None else parse(value)
         except ValueError as error:
             raise click.BadParameter(str(error)) from None
 
-    return parsed
+    return of_click
 
 
 def values(options: dict[str, object]) -> dict[str, object]:

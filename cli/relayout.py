@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from ..io.run.options import size
 from . import logs, options, status
 from .paths import FILE
 
@@ -26,15 +27,6 @@ def _pictures(function):
     return function
 
 
-def _size(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
-    from ..io.run.options import size
-
-    try:
-        return None if value is None else size(value)
-    except ValueError as error:
-        raise click.BadParameter(str(error)) from None
-
-
 @click.command()
 @click.argument("old", type=FILE)
 @click.argument("new", type=FILE)
@@ -49,14 +41,10 @@ def _size(ctx: click.Context, parameter: click.Parameter, value: str | None) -> 
     help="The picture to write, one for each given; or one name with {stem} in it, the picture's own.",
 )
 @click.option(
-    "--size", metavar="WxH|N", callback=_size, help="Of the pictures made.  [default: the largest one given]"
-)
-@click.option(
-    "--filter",
-    type=click.Choice(["auto", "nearest", "linear", "cubic", "lanczos", "spline"]),
-    default="auto",
-    show_default=True,
-    help="Sampling; nearest for label maps.",
+    "--size",
+    metavar="WxH|N",
+    callback=options.parsed(size),
+    help="Of the pictures made.  [default: the largest one given]",
 )
 @click.option(
     "--limit",
@@ -68,11 +56,10 @@ def _size(ctx: click.Context, parameter: click.Parameter, value: str | None) -> 
 @click.option(
     "--padding", type=click.IntRange(-1), help="Texels to spread past the charts.  [default: size / 32]"
 )
-@click.option("--max-pixels", type=int, default=1 << 28, show_default=True, help="Refuse larger pictures.")
 @click.option("--max-faces", type=int, default=5_000_000, show_default=True, help="Refuse larger meshes.")
 @click.option("--report", type=FILE, metavar="FILE.json", help="What was found, as JSON; - for stdout.")
 @click.option("--force", is_flag=True, help="Replace files that exist.")
-@options.THREADS
+@options.of("relayout")
 @logs.options
 def command(old: str, new: str, output: tuple[str, ...], max_faces: int, **given: Any) -> int:
     """Carry the textures of OLD to NEW, the same surface with another UV layout.

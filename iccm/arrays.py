@@ -29,3 +29,8 @@ def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
         wanted = f"(n, {columns})" if columns else "(n,)"
         raise InputError(f"{name}: an array of shape {z.shape}; {wanted} complex numbers x + iy are needed")
     return z
+
+
+def xy_of(z: Complex) -> Real:
+    """(..., 2) real and imaginary parts of complex numbers."""
+    return np.stack([z.real, z.imag], axis=-1)

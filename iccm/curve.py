@@ -8,7 +8,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from shapely.validation import explain_validity
 
-from .arrays import Complex, Real, as_complex
+from .arrays import Complex, Real, as_complex, xy_of
 from .errors import InputError
 
 
@@ -37,7 +37,7 @@ class Curve:
             raise InputError(f"{name}: {curve.z.size} distinct vertices; a domain needs at least 3")
         if abs(curve.area) <= 1e-14 * curve.diagonal**2:
             raise InputError(f"{name}: the outline encloses no area")
-        polygon = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag]))
+        polygon = shapely.Polygon(xy_of(curve.z))
         if not polygon.is_valid:
             raise InputError(
                 f"{name}: the outline is not simple: {explain_validity(polygon)}; remove the crossing"
@@ -96,7 +96,7 @@ class Curve:
     def diameter(self) -> float:
         """Largest distance of two vertices; unlike the diagonal, the same however the curve is turned, and
         never more."""
-        points = shapely.MultiPoint(np.column_stack([self.z.real, self.z.imag]))
+        points = shapely.MultiPoint(xy_of(self.z))
         return _widest(shapely.get_coordinates(points.convex_hull) @ np.array([1, 1j]))
 
     @cached_property
@@ -110,7 +110,7 @@ class Curve:
 
     def contains(self, w: Complex) -> NDArray[np.bool_]:
         """(p,) whether points lie inside a closed curve."""
-        polygon = shapely.Polygon(np.column_stack([self.z.real, self.z.imag]))
+        polygon = shapely.Polygon(xy_of(self.z))
         shapely.prepare(polygon)
         return shapely.contains_xy(polygon, w.real, w.imag)
 
@@ -136,8 +136,8 @@ class Curve:
         """Arclength of the closest point of the curve to each of the points w (p,)."""
         import igl
 
-        points = np.column_stack([w.real, w.imag])
-        vertices = np.column_stack([self.z.real, self.z.imag])
+        points = xy_of(w)
+        vertices = xy_of(self.z)
         index = np.arange(self.edges.size)
         segments = np.column_stack([index, (index + 1) % self.z.size])
         _, edge, foot = igl.point_mesh_squared_distance(points, vertices, segments)

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from .arrays import Complex, Real, as_complex
+from .arrays import Complex, Real, as_complex, xy_of
 from .curve import Curve, boundary_samples
 from .errors import InputError
 from .maps.harmonic import HarmonicMap
@@ -287,10 +287,10 @@ def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
         InputError: one is no simple polygon, or not inside and apart from the outline and the others.
     """
     found: list[Curve] = []
-    rings = [shapely.Polygon(_xy(outer.z))] if outer else []
+    rings = [shapely.Polygon(xy_of(outer.z))] if outer else []
     for k, hole in enumerate(holes):
         curve = from_known(as_domain(hole, f"{name} hole {k + 1}"))
-        ring = shapely.Polygon(_xy(curve.z))
+        ring = shapely.Polygon(xy_of(curve.z))
         if not rings[0].contains_properly(ring):
             raise InputError(f"{name} hole {k + 1}: crosses or touches the outline, or lies outside of it")
         touched = [j for j, other in enumerate(rings[1:]) if ring.intersects(other)]
@@ -299,10 +299,6 @@ def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
         rings.append(ring)
         found.append(curve.reversed())
     return tuple(found)
-
-
-def _xy(z: Complex) -> Real:
-    return np.column_stack([z.real, z.imag])
 
 
 def _partners(partners, holes: Sequence[tuple[Curve, ...]]) -> tuple[tuple[int, int], ...]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from .arrays import Complex
+from .arrays import Complex, xy_of
 from .blas import on_one_thread
 from .curve import Curve, boundary_samples
 from .maps import distortion, harmonic
@@ -270,7 +270,7 @@ def interior_grid(curve: Curve, count: int, holes: Sequence[Complex] = ()) -> Co
     x = np.arange(lo.real + step / 2, hi.real, step)
     y = np.arange(lo.imag + step / 2, hi.imag, step)
     z = (x[None, :] + 1j * y[:, None]).ravel()
-    domain = shapely.Polygon(_xy(curve.z), [_xy(hole) for hole in holes])
+    domain = shapely.Polygon(xy_of(curve.z), [xy_of(hole) for hole in holes])
     ring = domain.buffer(-0.01 * step)
     shapely.prepare(ring)
     inside = z[shapely.contains_xy(ring, z.real, z.imag)]
@@ -278,10 +278,6 @@ def interior_grid(curve: Curve, count: int, holes: Sequence[Complex] = ()) -> Co
         return inside
     point = domain.representative_point()
     return np.array([complex(point.x, point.y)])
-
-
-def _xy(z: Complex) -> np.ndarray:
-    return np.column_stack([z.real, z.imag])
 
 
 def _quantile(values: np.ndarray, q: float) -> float:

@@ -12,13 +12,12 @@ from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
 from .pixels import warp as warping
-from .pixels.canvas import Canvas, Diagnostics
+from .pixels.canvas import LONGER_SIDE, Canvas, Diagnostics, proportional
 from .pixels.sampler import Sampler
 from .pixels.texture import Texture
 from .problem import as_domain
 from .result import Fit
 
-LONGER_SIDE = 1024
 TYPES = (np.uint8, np.uint16, np.float16, np.float32)
 
 
@@ -156,10 +155,8 @@ def _canvas(size: int | tuple[int, int], box: Box) -> Canvas:
     sides = np.atleast_1d(size)
     if sides.dtype.kind not in "iu" or sides.shape not in ((1,), (2,)) or sides.min() < 1:
         raise InputError(f"size: {size!r} is neither a number of pixels nor width and height")
-    if sides.size == 1:
-        extent = np.array([(high - low).real, (high - low).imag])
-        sides = np.maximum(1, np.round(extent * (sides / extent.max())))
-    return Canvas.about(int(sides[0]), int(sides[1]), box)
+    width, height = sides.tolist() if sides.size == 2 else proportional(int(sides[0]), high - low)
+    return Canvas.about(width, height, box)
 
 
 def _box(box: Box, name: str) -> Box:

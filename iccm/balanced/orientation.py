@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Flags, Index
+from ..arrays import Complex, Flags, Index, xy_of
 from ..maps.triangulated.simple import fault
 from .failure import NoMapError
 
@@ -36,7 +36,7 @@ def _exactly_positive(a: complex, b: complex, c: complex) -> bool:
 def is_simple(loop: Complex) -> bool:
     """Whether a closed polyline neither crosses nor touches itself."""
     ring = np.append(loop, loop[0])
-    return bool(shapely.LinearRing(np.column_stack([ring.real, ring.imag])).is_simple)
+    return bool(shapely.LinearRing(xy_of(ring)).is_simple)
 
 
 def refuse_folds(name: str, w: Complex, faces: Index) -> None:

@@ -15,7 +15,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
-from ..arrays import Complex, Real
+from ..arrays import Complex, Real, xy_of
 from ..curve import Curve
 from . import triangulation
 from .panels import CORNER
@@ -70,7 +70,7 @@ class HarmonicMeasure:
         unknown[boundary] = False
         free = np.flatnonzero(unknown)
         self._corner = np.flatnonzero(free < nodes.size)
-        self._tree = cKDTree(_xy(nodes[free[self._corner]]))
+        self._tree = cKDTree(xy_of(nodes[free[self._corner]]))
         options = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
         self._factors = splu(stiffness[free][:, free].tocsc(), permc_spec="MMD_AT_PLUS_A", options=options)
         self._outflow = -stiffness[boundary][:, free]
@@ -78,7 +78,7 @@ class HarmonicMeasure:
     def masses(self, centres: Complex) -> Real:
         """(c, p) positive masses of the panels, seen from the nodes closest to the centres; each row sums to one."""
         source = np.zeros((self._factors.shape[0], centres.size))
-        source[self._corner[self._tree.query(_xy(centres))[1]], np.arange(centres.size)] = 1.0
+        source[self._corner[self._tree.query(xy_of(centres))[1]], np.arange(centres.size)] = 1.0
         flux = (self._outflow @ self._factors.solve(source)).T
         ends, middles = flux[:, : self.ends.size], np.maximum(flux[:, self.ends.size :], 1e-300)
         before = np.roll(middles, 1, axis=1)
@@ -162,7 +162,7 @@ def inner_points(curve: Curve, ends: Real) -> Complex:
     panel = np.abs(np.roll(z, -1) - z)
     places = np.concatenate([z, 0.5 * (z + np.roll(z, -1))])
     sizes = np.concatenate([np.minimum(panel, np.roll(panel, 1)), panel])
-    tree = cKDTree(_xy(places))
+    tree = cKDTree(xy_of(places))
     lo, hi = curve.box
     side = max((hi - lo).real, (hi - lo).imag) / 8
     x = np.arange(lo.real + side / 2, hi.real + side / 2, side)
@@ -170,7 +170,7 @@ def inner_points(curve: Curve, ends: Real) -> Complex:
     cells, leaves = (x[:, None] + 1j * y[None, :]).ravel(), []
     shake = np.random.default_rng(0)  # no four points on a circle, whose triangulation rounding would decide
     while cells.size:
-        distance, k = tree.query(_xy(cells), k=4)
+        distance, k = tree.query(xy_of(cells), k=4)
         split = side > (sizes[k] + GROW * distance).min(axis=1)
         shift = SHAKE * side * (shake.uniform(-1, 1, cells.size) + 1j * shake.uniform(-1, 1, cells.size))
         leaves.append((cells + shift)[~split & (distance[:, 0] > 0.55 * side)])
@@ -225,7 +225,3 @@ def _edge_numbers(triangles: np.ndarray, panels: int, nodes: int) -> tuple[np.nd
     listed = np.concatenate([first, np.setdiff1d(np.unique(keys), first)])
     order = np.argsort(listed)
     return nodes + order[np.searchsorted(listed[order], keys)], listed.size
-
-
-def _xy(z: Complex) -> Real:
-    return np.column_stack([z.real, z.imag])

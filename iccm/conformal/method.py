@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 
 from .. import progress
-from ..arrays import Complex, Real
+from ..arrays import Complex, Real, xy_of
 from ..curve import Curve, boundary_samples
 from ..maps.harmonic import HarmonicMap
 from ..paper.algorithm1 import assemble, discretised, finish, iterate
@@ -132,7 +132,7 @@ def simplified(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[s
     for share in (
         SIMPLIFY * tolerance * 2.0 ** np.arange(24)
     ):  # to the end: more would take hours and all memory
-        ring = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag])).simplify(share * curve.diameter)
+        ring = shapely.Polygon(xy_of(curve.z)).simplify(share * curve.diameter)
         z = shapely.get_coordinates(ring.exterior)[:-1] @ np.array([1, 1j])
         if z.size <= MOST_VERTICES // 2:
             break
@@ -149,7 +149,7 @@ def without_hairs(curve: Curve, name: str) -> tuple[Curve, list[str]]:
         TooThinError: more would be lost than hairs.
     """
     width, sharp = HAIR * curve.diagonal, {"join_style": "mitre"}
-    shape = shapely.Polygon(np.column_stack([curve.z.real, curve.z.imag]))
+    shape = shapely.Polygon(xy_of(curve.z))
     parts = shapely.get_parts(shape.buffer(width, **sharp).buffer(-2 * width, **sharp).buffer(width, **sharp))
     whole = max(parts, key=shapely.area, default=shapely.Polygon())
     if abs(whole.area - shape.area) > HAIRS_AREA * shape.area:

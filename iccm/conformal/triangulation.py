@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import Delaunay
 
-from ..arrays import Complex, Flags, Index
+from ..arrays import Complex, Flags, Index, xy_of
 from ..balanced.meshing.delaunay import legalise
 from ..balanced.meshing.mesh import recover
 from ..curve import Curve
@@ -32,7 +32,7 @@ class Mesh(NamedTuple):
 
 def delaunay(nodes: Complex) -> Mesh:
     """The Delaunay triangulation of the nodes' convex hull."""
-    found = Delaunay(np.column_stack([nodes.real, nodes.imag]))
+    found = Delaunay(xy_of(nodes))
     return Mesh(found.simplices.astype(np.int64), found.neighbors.astype(np.int64))
 
 

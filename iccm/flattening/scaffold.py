@@ -8,7 +8,7 @@ one, and no triangle of either kind may fold.
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Index
+from ..arrays import Complex, Index, xy_of
 from .free import Elastic
 
 FRAME = 24  # corners of the frame, whose radius is FAR times that of the layout
@@ -67,8 +67,8 @@ def outside(u: Complex, around: Complex, loops: list[Index]) -> Index:
     rings = [np.arange(around.size), *(loop + around.size for loop in loops)]
     number = {complex(at[v]): v for ring in rings for v in ring.tolist()}
     polygons = [
-        shapely.Polygon(_pairs(around), [_pairs(u[loops[0]])]),
-        *(shapely.Polygon(_pairs(u[loop])) for loop in loops[1:]),
+        shapely.Polygon(xy_of(around), [xy_of(u[loops[0]])]),
+        *(shapely.Polygon(xy_of(u[loop])) for loop in loops[1:]),
     ]
     parts = np.concatenate([_triangles(polygon) for polygon in polygons])
     xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
@@ -85,7 +85,3 @@ def _triangles(polygon: shapely.Polygon) -> np.ndarray:
         return shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
     except shapely.errors.GEOSException:
         return np.empty(0, object)
-
-
-def _pairs(z: Complex):
-    return np.column_stack([z.real, z.imag])

@@ -20,7 +20,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Index, Real
+from ..arrays import Complex, Index, Real, xy_of
 from ..jit import kernel
 from ..parallel import over_slices
 from .evaluate import Evaluator
@@ -94,7 +94,7 @@ class Encloser:
         from scipy.spatial import cKDTree
 
         self.f = f
-        self.vertices = cKDTree(np.column_stack([f.polygon.real, f.polygon.imag]))
+        self.vertices = cKDTree(xy_of(f.polygon))
         image = f(f.polygon)
         self.rounding = ROUNDING * float(np.abs(image - image[0]).max())
 
@@ -103,7 +103,7 @@ class Encloser:
         start, ring = np.concatenate(rings), np.repeat(np.arange(len(rings)), [z.size for z in rings])
         for _ in range(ROUNDS):
             middle, half = _middles(start, ring)
-            distance = self.vertices.query(np.column_stack([middle.real, middle.imag]))[0]
+            distance = self.vertices.query(xy_of(middle))[0]
             far = half > NEAR * distance
             if not far.any() or start.size > MOST:
                 break

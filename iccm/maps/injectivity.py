@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Real
+from ..arrays import Complex, Real, xy_of
 from ..curve import Curve
 from .enclosure import MOST, ROUNDS, Encloser, Pieces, too_close
 from .evaluate import Evaluator
@@ -108,7 +108,7 @@ class Inside:
     def of(cls, f: HarmonicMap | Evaluator) -> "Inside":
         """A map made ready."""
         f = f if isinstance(f, Evaluator) else Evaluator(f)
-        outline = shapely.Polygon(np.column_stack([f.polygon.real, f.polygon.imag]))
+        outline = shapely.Polygon(xy_of(f.polygon))
         radius = shapely.maximum_inscribed_circle(outline, tolerance=1e-3 * np.sqrt(outline.area)).length
         return cls(Encloser(f), outline, float(radius))
 
@@ -185,7 +185,7 @@ def _failed(depth: float, what: str, pieces: Pieces | None = None, zeros: int = 
 
 def _apart(images: list[Complex]) -> bool:
     """Whether the rings are simple, one after the other, and do not meet or nest."""
-    polygons = [shapely.Polygon(np.column_stack([w.real, w.imag])) for w in images]
+    polygons = [shapely.Polygon(xy_of(w)) for w in images]
     if not all(p.is_valid for p in polygons):
         return False
     tree = shapely.STRtree(polygons)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Complex, Real
+from ..arrays import Complex, Real, xy_of
 from ..curve import Curve
 from ..jit import kernel
 from ..parallel import over_slices, thread_count
@@ -74,7 +74,7 @@ class Inverse:
         from scipy.spatial import cKDTree
 
         w = self.seeds[1]
-        return cKDTree(np.column_stack([w.real, w.imag]))
+        return cKDTree(xy_of(w))
 
     def __call__(self, w: Complex, threads: int | None = None) -> Complex:
         """The z inside the source with f(z) = w, any shape; NaN where none was found. Each z has been verified."""
@@ -120,7 +120,7 @@ class Inverse:
     def seed_numbers(self, w: Complex, count: int, threads: int | None = 1) -> NDArray[np.int64]:
         """(p, count) numbers of the seeds whose images are nearest to w (p,), nearest first."""
         count = min(count, self.seeds[0].size)
-        places = np.column_stack([w.real, w.imag])
+        places = xy_of(w)
         found = self.nearest.query(places, k=count, workers=thread_count(threads))[1]
         return np.ascontiguousarray(found.reshape(w.size, count))
 

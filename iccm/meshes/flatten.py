@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Index, Real
+from ..arrays import Complex, Index, Real, xy_of
 from ..curve import Curve
 from .mesh import face_areas
 from .patch import Patch
@@ -92,7 +92,7 @@ def overlap(result: Flattening) -> str | None:
         return "no finite positions"
     if result.turned.size:
         return f"{result.turned.size} turned triangles"
-    xy = np.column_stack([result.flat.real, result.flat.imag])
+    xy = xy_of(result.flat)
     holes = [xy[loop] for loop in result.patch.loops if not np.array_equal(loop, result.loop)]
     region = shapely.Polygon(xy[result.loop], holes)
     return None if region.is_valid and region.exterior.is_ccw else "an outline that crosses itself"

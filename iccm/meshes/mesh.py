@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from ..arrays import Index, Real
+from ..arrays import Index, Real, xy_of
 from ..errors import InputError
 
 MOST_EARS = 100  # corners of a polygon that is cut into ears, which takes their number to the third power
@@ -203,7 +203,7 @@ def _delaunay(z: NDArray[np.complex128]) -> Index:
         ValueError: it is not simple.
     """
     number = {point: k for k, point in enumerate(map(complex, z))}
-    polygon = shapely.Polygon(np.column_stack([z.real, z.imag]))
+    polygon = shapely.Polygon(xy_of(z))
     if len(number) < z.size or not polygon.is_valid:
         raise ValueError(
             f"has {z.size} corners and crosses or touches itself; triangulate it in a modelling program"

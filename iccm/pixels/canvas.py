@@ -8,6 +8,14 @@ from numpy.typing import NDArray
 
 from ..arrays import Box, Complex
 
+LONGER_SIDE = 1024  # of a picture, in pixels, unless told otherwise
+
+
+def proportional(longer: int, extent: complex) -> tuple[int, int]:
+    """Width and height in pixels of what has the extent's proportions, from its longer side."""
+    scale = longer / max(extent.real, extent.imag)
+    return max(1, round(extent.real * scale)), max(1, round(extent.imag * scale))
+
 
 @dataclass(frozen=True)
 class Canvas:

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Complex
+from ..arrays import Complex, xy_of
 from ..maps.evaluate import Evaluator
 from ..maps.harmonic import HarmonicMap
 from ..maps.inverse import Inverse, inverse_derivatives
@@ -148,7 +148,7 @@ class Preimages:
         if not at.size:
             return
         w = self._places(band, at)
-        near = self.rim_tree.query(np.column_stack([w.real, w.imag]))[1]
+        near = self.rim_tree.query(xy_of(w))[1]
         self._put(band, at, self.rim[0][near])
         lost = int(inside.ravel()[at].sum())
         band.diagnostics.fallback += lost

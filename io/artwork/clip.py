@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from ...arrays import Complex
+from ...arrays import Complex, xy_of
 from ...conformal.panels import corners
 from ...curve import Curve
 from ..svg.curves import Bezier, Piece
@@ -90,11 +90,11 @@ class _Ring:
 
     def __init__(self, *loops: Complex):
         self.a, self.b = np.concatenate(loops), np.concatenate([np.roll(z, -1) for z in loops])
-        self.tree = shapely.STRtree(shapely.linestrings(_xy(np.column_stack([self.a, self.b]))))
+        self.tree = shapely.STRtree(shapely.linestrings(xy_of(np.column_stack([self.a, self.b]))))
 
     def crossings(self, place: NDArray[np.float64], z: Complex) -> NDArray[np.float64]:
         """Where a polyline with known places crosses it, in order."""
-        lines = shapely.linestrings(_xy(np.column_stack([z[:-1], z[1:]])))
+        lines = shapely.linestrings(xy_of(np.column_stack([z[:-1], z[1:]])))
         segment, wall = self.tree.query(lines)
         p, d, e = z[segment], z[segment + 1] - z[segment], self.b[wall] - self.a[wall]
         area = _cross(d, e)
@@ -116,9 +116,9 @@ class Domain:
     def __init__(self, rim: Curve, near: float, holes: Sequence[Curve] = ()):
         self.rim, self.near = rim, near
         self.holes = [(hole, _point_in(hole)) for hole in holes]
-        self.polygon = shapely.Polygon(_xy(rim.z), [_xy(hole.z) for hole in holes])
-        deep = [_shrunk(shapely.Polygon(_xy(hole.z)), near) for hole in holes]
-        outer = shapely.Polygon(shapely.Polygon(_xy(rim.z)).buffer(near).exterior)
+        self.polygon = shapely.Polygon(xy_of(rim.z), [xy_of(hole.z) for hole in holes])
+        deep = [_shrunk(shapely.Polygon(xy_of(hole.z)), near) for hole in holes]
+        outer = shapely.Polygon(shapely.Polygon(xy_of(rim.z)).buffer(near).exterior)
         self.reach = shapely.Polygon(outer.exterior, [each.exterior for each in deep])
         shapely.prepare([self.polygon, self.reach])
         self.shore = _Ring(
@@ -246,7 +246,7 @@ def _closed(run: Run) -> Sequence[Piece]:
 
 def _point_in(hole: Curve) -> complex:
     """A point deep in a hole, but not the middle, through which drawings pass."""
-    circle = shapely.get_coordinates(shapely.maximum_inscribed_circle(shapely.Polygon(_xy(hole.z))))
+    circle = shapely.get_coordinates(shapely.maximum_inscribed_circle(shapely.Polygon(xy_of(hole.z))))
     middle, touched = circle @ np.array([1, 1j])
     return complex(middle + OFF_MIDDLE * (touched - middle))
 
@@ -301,7 +301,3 @@ def _angle(z: Complex) -> float:
 
 def _cross(a: Complex, b: Complex) -> NDArray[np.float64]:
     return (a.conj() * b).imag
-
-
-def _xy(z: Complex) -> NDArray[np.float64]:
-    return np.stack([z.real, z.imag], axis=-1)

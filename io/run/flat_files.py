@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...arrays import Index, Real
+from ...arrays import Index, Real, xy_of
 from ...errors import InputError
 from .. import formats
 from ..meshes import mesh_files
@@ -66,7 +66,7 @@ def unit_uvs(shape: MeshShape) -> Real:
     """(p, 2) flat positions scaled alike in both directions into 0..1."""
     low, high = shape.box
     at = (shape.flattening.flat - low) / max((high - low).real, (high - low).imag)
-    return np.column_stack([at.real, at.imag])
+    return xy_of(at)
 
 
 def write_uvs(shape: MeshShape, out: Path, name: Path) -> None:

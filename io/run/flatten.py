@@ -42,20 +42,18 @@ def figures(shape: MeshShape, uv: str | None) -> dict[str, Any]:
     """
     low, high = shape.box
     turned, fault = turned_over(shape, uv), overlap(shape.flattening)
-    return report.plain(
-        {
-            "schema": SCHEMA,
-            "version": __version__,
-            "status": "flipped" if any(turned.values()) else "overlaps" if fault else "done",
-            "overlap": fault,
-            **shape.flattening.report(),
-            "uv": turned,
-            "box": [low, high],
-            "boundary_loops": [len(loop) for loop in shape.flattening.patch.loops],
-            "notes": list(shape.notes),
-            "inputs": [{"path": str(shape.path), "sha256": files.sha256(shape.path)}],
-        }
-    )
+    return {
+        "schema": SCHEMA,
+        "version": __version__,
+        "status": "flipped" if any(turned.values()) else "overlaps" if fault else "done",
+        "overlap": fault,
+        **shape.flattening.report(),
+        "uv": turned,
+        "box": [low, high],
+        "boundary_loops": [len(loop) for loop in shape.flattening.patch.loops],
+        "notes": list(shape.notes),
+        "inputs": [{"path": str(shape.path), "sha256": files.sha256(shape.path)}],
+    }
 
 
 def turned_over(shape: MeshShape, uv: str | None) -> dict[str, int]:
@@ -66,12 +64,12 @@ def turned_over(shape: MeshShape, uv: str | None) -> dict[str, int]:
     return layout.turned_over(corners)
 
 
-def doubt(shape: MeshShape, uv: str | None) -> str | None:
-    """What keeps the coordinates that are written from being one-to-one, or None."""
-    turned = turned_over(shape, uv)
+def doubt(found: dict[str, Any]) -> str | None:
+    """What keeps the coordinates that are written from being one-to-one, by their figures, or None."""
+    turned = found["uv"]
     if any(turned.values()):
         return f"{turned['flipped']} triangles are turned over, {turned['degenerate']} without area"
-    return overlap(shape.flattening)
+    return found["overlap"]
 
 
 def write_all(
@@ -83,8 +81,9 @@ def write_all(
     stack: ExitStack,
     *,
     force: bool,
-) -> None:
-    """Write every output; the files appear when the stack is left."""
+) -> dict[str, Any]:
+    """Write every output; the files appear when the stack is left. What is returned are the figures."""
+    found = figures(shape, uv)
     for name in output:
         flat_files.write(shape, stack.enter_context(files.replacing(name, force=force)))
     if uv:
@@ -94,12 +93,12 @@ def write_all(
 
         surfaces.draw(shape, stack.enter_context(files.replacing(plot, force=force)))
     if to:
-        report.write(figures(shape, uv), to, stack, force=force)
+        report.write(found, to, stack, force=force)
+    return found
 
 
-def summary(shape: MeshShape) -> list[str]:
+def summary(found: dict[str, Any]) -> list[str]:
     """The figures that a person wants to see, a line each."""
-    found = shape.flattening.report()
     spread = found["log10_area"]["p95"] - found["log10_area"]["p05"]
     error = ", ".join(f"{name} {value:.4g}" for name, value in found["dilatation"].items())
     return [

@@ -259,7 +259,7 @@ class JobOptions:
     filter: Literal["auto", "nearest", "linear", "cubic", "lanczos", "spline"] = _option(
         "Sampling of the texture; nearest for label maps and masks.",
         default="auto",
-        commands=(*EVERY, "edit"),
+        commands=(*EVERY, "edit", "relayout"),
     )
     kind: Literal["colour", "normal", "normal-down", "data"] = _option(
         "What the texture's channels are; normals (y up or down) turn with the map.",
@@ -275,7 +275,9 @@ class JobOptions:
     padding: int | None = _option("Pixels to spill past the outline; -1: all.", "N", least=-1)
     fill: Literal["push-pull", "nearest"] = _option("How padding is filled.", default="push-pull")
     max_pixel_error: float = _option("Error that fast evaluation may make, in texels.", default=0.05, above=0)
-    max_pixels: int = _option("Refuse larger pictures.", default=1 << 28, least=1, commands=(*EVERY, "edit"))
+    max_pixels: int = _option(
+        "Refuse larger pictures.", default=1 << 28, least=1, commands=(*EVERY, "edit", "relayout")
+    )
     memory: int | None = _option(
         "Bound on the process, such as 2G: pictures that do not fit go through a scratch file.", "SIZE",
         least=1, most=MOST_MEMORY, parse=memory, commands=EVERY,

@@ -19,6 +19,7 @@ from ..meshes import mesh_files
 from ..pictures import image_files
 from ..spec import Spec
 from . import report
+from .raster_size import bounded
 
 SCHEMA = "iccm.relayout/1"
 STEM = "{stem}"  # in an output's name: that of the texture
@@ -128,11 +129,7 @@ def _size(size: tuple[int, ...] | None, shapes: Sequence[tuple[int, ...]], most:
     height, width, _ = max(shapes, key=lambda shape: shape[0] * shape[1])
     if size is None:
         return width, height
-    scale = size[0] / max(width, height)
-    wide, high = size if len(size) == 2 else (max(1, round(width * scale)), max(1, round(height * scale)))
-    if wide * high > most:
-        raise InputError(f"--size: {wide}x{high} is more than {most} pixels; raise --max-pixels")
-    return wide, high
+    return bounded(size, complex(width, height), most)
 
 
 def _figures(origin: Origin, limit: float, inputs: Sequence[str]) -> dict[str, Any]:

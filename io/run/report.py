@@ -102,8 +102,8 @@ def plain(value: Any) -> Any:
 
 
 def text(report: dict[str, Any]) -> str:
-    """The report as it is written: one key a line, ending in a newline."""
-    return json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    """The report, made `plain`, as it is written: one key a line, ending in a newline."""
+    return json.dumps(plain(report), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def write(report: dict[str, Any], name: str, stack: ExitStack, *, force: bool) -> None:

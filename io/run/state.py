@@ -14,7 +14,6 @@ from . import framing, parts, raster_size, texture
 from .job import Job
 from .parts import Pairs
 from .phases import Phases
-from .raster_size import LONGER_SIDE
 
 if TYPE_CHECKING:
     from ...memory import Memory
@@ -150,10 +149,11 @@ class Run:
         Raises:
             InputError: more pixels than --max-pixels.
         """
-        from ...pixels.warp import Canvas
+        from ...pixels.canvas import LONGER_SIDE, Canvas
 
         low, high = self._extent()
-        width, height = raster_size.size_of(self.job, self.job.size or (LONGER_SIDE,), high - low)
+        size, most = self.job.size or (LONGER_SIDE,), self.job.max_pixels
+        width, height = raster_size.bounded(size, high - low, most)
         return Canvas.about(width, height, (low, high))
 
     def _extent(self) -> Box:

@@ -8,7 +8,7 @@ import shapely
 
 import iccm
 
-from ...arrays import Complex
+from ...arrays import Complex, xy_of
 from ...balanced import NoMapError
 from ...curve import Curve
 from ...solve import Fit
@@ -28,9 +28,9 @@ CLOSE = (
 
 def mappable(shape: Shape) -> list[int]:
     """The numbers of the holes that are large enough and apart from the outline and from each other."""
-    rings = [shapely.Polygon(_xy(hole)) for hole in shape.holes]
+    rings = [shapely.Polygon(xy_of(hole)) for hole in shape.holes]
     sizes = shapely.area(rings)
-    domain = shapely.Polygon(_xy(shape.curve.z))
+    domain = shapely.Polygon(xy_of(shape.curve.z))
     outline = domain.exterior
     near = CLOSE * shape.curve.diagonal
     kept: list[int] = []
@@ -108,7 +108,3 @@ def about(pairs: Sequence[tuple[Shape, Shape]], *, keep: bool, mapped: bool) -> 
 def _corner(z: Complex) -> complex:
     """The leftmost vertex, and of several the lowest: that of a hole in whichever way it is run through."""
     return complex(z.min())
-
-
-def _xy(z: Complex) -> np.ndarray:
-    return np.column_stack([z.real, z.imag])

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from ...arrays import Complex, Real
+from ...arrays import Complex, Real, xy_of
 from .shape import Shape
 
 # Costs of a pair: the square of the distance in half diagonals of the drawing is 1 each, the square of the natural
@@ -39,7 +39,7 @@ def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) 
 def _placed(shapes: Sequence[Shape]) -> tuple[Complex, Real]:
     """Centroids about the middle of the drawing in half diagonals, and areas relative to their sum."""
     low, high = shapes[0].bounds
-    polygons = [shapely.Polygon(np.column_stack([s.curve.z.real, s.curve.z.imag])) for s in shapes]
+    polygons = [shapely.Polygon(xy_of(s.curve.z)) for s in shapes]
     centres = shapely.get_coordinates(shapely.centroid(polygons)) @ np.array([1, 1j])
     areas = shapely.area(polygons)
     return (centres - (low + high) / 2) / (abs(high - low) / 2), areas / areas.sum()

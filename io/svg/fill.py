@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ...arrays import Complex
+from ...arrays import Complex, xy_of
 from ...errors import InputError
 from . import crossings
 from .budget import MAX_WINDING
@@ -72,8 +72,8 @@ def outlines(
                 (twisted, InputError(f"{name}: the outline crosses itself {place}; remove the crossing"))
             )
     polygons = (
-        [shapely.Polygon(ring_xy(ring)) for ring in simple]
-        if len(simple) == 1 and shapely.Polygon(ring_xy(simple[0])).is_valid
+        [shapely.Polygon(xy_of(ring)) for ring in simple]
+        if len(simple) == 1 and shapely.Polygon(xy_of(simple[0])).is_valid
         else painted(simple, rule)
     )
     found = outlines_of(shapely.MultiPolygon(polygons), name, notes)
@@ -123,7 +123,7 @@ def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
     """
     if _flat(ring):
         return [], 0.0, ""
-    polygon = shapely.Polygon(ring_xy(ring))
+    polygon = shapely.Polygon(xy_of(ring))
     if polygon.is_valid:
         return [ring], 0.0, ""
     faces, winding = _faces([ring])
@@ -143,7 +143,7 @@ def _faces(rings: Sequence[Complex]) -> tuple[np.ndarray, np.ndarray]:
         InputError: the rings cross too often.
     """
     crossings.check([np.append(ring, ring[:1]) for ring in rings])
-    closed = [shapely.LinearRing(ring_xy(ring)) for ring in rings]
+    closed = [shapely.LinearRing(xy_of(ring)) for ring in rings]
     faces = np.array(shapely.get_parts(shapely.polygonize([shapely.unary_union(closed)])))
     points = shapely.point_on_surface(faces)
     winding = np.zeros(len(faces), dtype=int)
@@ -188,11 +188,6 @@ def _place(polygon: shapely.Polygon) -> str:
     return (
         f"at ({', '.join(reason.split('[')[1].rstrip(']').split()[:2])})" if "[" in reason else f"({reason})"
     )
-
-
-def ring_xy(z: Complex) -> np.ndarray:
-    """(n, 2) coordinates of (n,) points."""
-    return np.column_stack([z.real, z.imag])
 
 
 def _z(ring: shapely.LinearRing) -> Complex:

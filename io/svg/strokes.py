@@ -6,11 +6,11 @@ import numpy as np
 import shapely
 from shapely.affinity import affine_transform
 
-from ...arrays import Complex
+from ...arrays import Complex, xy_of
 from ...errors import InputError
 from . import crossings
 from .affine import Affine
-from .fill import Outline, outlines_of, painted, ring_xy
+from .fill import Outline, outlines_of, painted
 from .path_data import LARGEST, Subpath
 from .tree import Drawn
 
@@ -83,7 +83,7 @@ def _rings(part: shapely.Geometry) -> list[Complex]:
 def _line(z: np.ndarray, closed: bool) -> shapely.Geometry:
     if np.abs(z - z[0]).max() == 0:
         return shapely.Point(z[0].real, z[0].imag)
-    return shapely.LinearRing(ring_xy(z)) if closed and z.size > 2 else shapely.LineString(ring_xy(z))
+    return shapely.LinearRing(xy_of(z)) if closed and z.size > 2 else shapely.LineString(xy_of(z))
 
 
 def _matrix(affine: Affine) -> list[float]:

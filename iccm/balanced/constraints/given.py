@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ...arrays import Complex, Flags, Index, Real
+from ...arrays import Complex, Flags, Index, Real, xy_of
 from ...curve import Curve
 from ...errors import ConstraintError
 from ..frames import GRID, Frame
@@ -178,7 +178,7 @@ def checked_strokes(
 
 
 def _line(z: Complex) -> shapely.LineString:
-    return shapely.LineString(np.column_stack([z.real, z.imag]))
+    return shapely.LineString(xy_of(z))
 
 
 def _without_repeats(pins: Complex, unit: float, image_unit: float | None) -> tuple[Complex, Index]:

@@ -5,7 +5,7 @@ import scipy.sparse
 import shapely
 from scipy.sparse.csgraph import dijkstra
 
-from ...arrays import Complex
+from ...arrays import Complex, xy_of
 from ...curve import Curve
 from ...result import distances
 
@@ -39,7 +39,7 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
     while cells[-1] != end and before[cells[-1]] >= 0:
         cells.append(before[cells[-1]])
     way = np.concatenate([[here], w[cells[1:-1]], [there]])
-    line = shapely.LineString(np.column_stack([way.real, way.imag])).simplify(cell)
+    line = shapely.LineString(xy_of(way)).simplify(cell)
     return (shapely.get_coordinates(line) @ np.array([1, 1j]))[1:]
 
 

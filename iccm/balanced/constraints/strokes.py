@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from ...arrays import Complex
+from ...arrays import Complex, xy_of
 from ...curve import Curve
 from ..minimise.sliding import Rail
 from ..outline import SHARP
@@ -49,7 +49,7 @@ class Stroke:
 
 def simplified(curve: Curve, fineness: float) -> Curve:
     """A stroke with fewer vertices, within `fineness` of it."""
-    line = shapely.LineString(np.column_stack([curve.z.real, curve.z.imag])).simplify(fineness)
+    line = shapely.LineString(xy_of(curve.z)).simplify(fineness)
     return Curve(shapely.get_coordinates(line) @ np.array([1, 1j]), closed=False)
 
 

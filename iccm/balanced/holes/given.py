@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from ...arrays import Complex, Index, Real
+from ...arrays import Complex, Index, xy_of
 from ...curve import Curve
 from ...errors import InputError
 from ..frames import Frame
@@ -87,17 +87,13 @@ def _refuse_touching(
     """Raises InputError where one of the pins z[rest], or a stroke, touches a hole."""
     near = ON_RIM * outer.diagonal
     for hole in holes:
-        ring = shapely.Polygon(_xy(hole.z))
+        ring = shapely.Polygon(xy_of(hole.z))
         for k in rest:
             if ring.distance(shapely.Point(z[k].real, z[k].imag)) < near:
                 raise InputError(f"pin {k + 1}: its {name} is on the outline of a hole; move it off")
         for k, stroke in enumerate(strokes):
-            if ring.distance(shapely.LineString(_xy(stroke.z))) < near:
+            if ring.distance(shapely.LineString(xy_of(stroke.z))) < near:
                 raise InputError(f"stroke {k + 1}: its {name} touches or crosses a hole; lead it around")
-
-
-def _xy(z: Complex) -> Real:
-    return np.column_stack([z.real, z.imag])
 
 
 def unequal(holes: Holes) -> list[str]:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from ...arrays import Complex
+from ...arrays import Complex, xy_of
 from ...curve import Curve
 from ..outline import FINENESS, Outline, simplified
 from ..pairs import parted
@@ -57,7 +57,7 @@ def manageable_holes(outer: Curve, holes: Sequence[Curve], tolerance: float) -> 
 
 def apart(loops: Sequence[Complex]) -> bool:
     """Whether polygons, the outer one first, neither cross nor touch, and the outer one holds the others."""
-    outer, *holes = (np.column_stack([z.real, z.imag]) for z in loops)
+    outer, *holes = (xy_of(z) for z in loops)
     domain = shapely.Polygon(outer, holes)
     return bool(domain.is_valid) and shapely.get_num_interior_rings(domain.normalize()) == len(holes)
 

@@ -3,7 +3,7 @@
 import igl
 import numpy as np
 
-from ...arrays import Complex, Index
+from ...arrays import Complex, Index, xy_of
 
 
 def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> Complex:
@@ -15,16 +15,12 @@ def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> C
         values: (n,) complex.
         points: (p,) complex.
     """
-    _, nearest, _ = igl.point_mesh_squared_distance(_columns(points), _columns(z), faces)
+    _, nearest, _ = igl.point_mesh_squared_distance(xy_of(points), xy_of(z), faces)
     a, b, c = z[faces[nearest]].T
     area = _cross(b - a, c - a)
     second, third = _cross(points - a, c - a) / area, _cross(b - a, points - a) / area
     first, *others = values[faces[nearest]].T
     return first + second * (others[0] - first) + third * (others[1] - first)
-
-
-def _columns(z: Complex) -> np.ndarray:
-    return np.column_stack([z.real, z.imag])
 
 
 def _cross(a: Complex, b: Complex) -> np.ndarray:

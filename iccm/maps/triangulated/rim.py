@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...arrays import Complex, Real
+from ...arrays import Complex, Real, xy_of
 from .adjacency import Edges, Index
 
 
@@ -16,14 +16,14 @@ class Rim:
 
     def __init__(self, points: Complex, edges: Edges):
         self.beside, self.opposite = edges.beside, edges.opposite
-        self.points, self.ends = np.column_stack([points.real, points.imag]), edges.ends[edges.rim]
+        self.points, self.ends = xy_of(points), edges.ends[edges.rim]
         self.start, self.along = points[self.ends[:, 0]], np.diff(points[self.ends], axis=1)[:, 0]
 
     def closest(self, w: Complex) -> tuple[Index, Real, Real]:
         """For points (p,), the nearest edge of the rim, the fraction of it in [0, 1], and the distance; all (p,)."""
         import igl
 
-        where = np.column_stack([w.real, w.imag])
+        where = xy_of(w)
         squared, edge, foot = igl.point_mesh_squared_distance(where, self.points, self.ends)
         away = foot[:, 0] + 1j * foot[:, 1] - self.start[edge]
         part = np.abs(away) / np.maximum(np.abs(self.along[edge]), 1e-300)

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter
 
+from ....arrays import xy_of
 from ....maps.harmonic import area_scale, dilatation
 from ..report import summary
 
@@ -66,7 +67,7 @@ def grid(
 def _inside(
     z: np.ndarray, outline: np.ndarray, margin: float = 0.0, holes: Sequence[np.ndarray] = ()
 ) -> np.ndarray:
-    rings = [np.column_stack([ring.real, ring.imag]) for ring in (outline, *holes)]
+    rings = [xy_of(ring) for ring in (outline, *holes)]
     region = shapely.Polygon(rings[0], rings[1:]).buffer(-margin)
     shapely.prepare(region)
     return np.where(shapely.contains_xy(region, z.real, z.imag), z, complex(np.nan, np.nan))

@@ -92,4 +92,4 @@ def bake(
 def _size(run: Run) -> tuple[int, int]:
     """Width and height of a baked picture: by default the texture's."""
     height, width = run.image.pixels.shape[:2]
-    return raster_size.size_of(run.job, run.job.size or (width, height), complex(width, height))
+    return raster_size.bounded(run.job.size or (width, height), complex(width, height), run.job.max_pixels)
