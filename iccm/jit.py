@@ -34,8 +34,9 @@ def kept(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     def compiled(function: Callable[..., Any]) -> Any:
         found = njit(**COMMON | options | {"cache": True})(function)
         file: Any = getattr(getattr(found, "_cache", None), "_cache_file", None)
-        if hasattr(file, "_source_stamp"):
-            file._source_stamp = file._source_stamp, STAMP
+        if hasattr(file, "_version"):
+            # beside the version, which is read before types are unpickled, whose classes may be gone
+            file._version = file._version, STAMP
         return found
 
     return compiled

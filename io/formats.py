@@ -10,7 +10,7 @@ from ..errors import InputError
 
 
 @dataclass(frozen=True)
-class Picture:
+class PictureFormat:
     """How a format holds pixels.
 
     Attributes:
@@ -48,7 +48,7 @@ class Format:
         constraints: pins and strokes.
     """
 
-    picture: Picture | None = None
+    picture: PictureFormat | None = None
     drawing: bool = False
     mesh: bool = False
     uv: bool = False
@@ -59,22 +59,22 @@ class Format:
     constraints: bool = False
 
 
-_JPEG = Format(Picture("display", (8,), alpha=False, hidden=False, encoder="jpeg:95"))
-_TIFF = Format(Picture(), stmap=True)
+_JPEG = Format(PictureFormat("display", (8,), alpha=False, hidden=False, encoder="jpeg:95"))
+_TIFF = Format(PictureFormat(), stmap=True)
 # Every picture format here gives back what it is said to hold; OpenImageIO knows more, which lose something unsaid.
 FORMATS = {
-    ".png": Format(Picture("display", named=True), plot=True),
+    ".png": Format(PictureFormat("display", named=True), plot=True),
     ".jpg": _JPEG,
     ".jpeg": _JPEG,
     ".tif": _TIFF,
     ".tiff": _TIFF,
-    ".exr": Format(Picture("linear", (), hidden=False, named=True), stmap=True),
-    ".webp": Format(Picture("display", (8,), grey=False, hidden=False, encoder="lossless")),
-    ".hdr": Format(Picture("linear", (), grey=False, alpha=False, hidden=False)),
-    ".bmp": Format(Picture("display", (8,), grey=False)),
-    ".tga": Format(Picture("display", (8,))),
-    ".jxl": Format(Picture(grey=False, named=True, encoder="jpegxl:100")),
-    ".dpx": Format(Picture(named=True)),
+    ".exr": Format(PictureFormat("linear", (), hidden=False, named=True), stmap=True),
+    ".webp": Format(PictureFormat("display", (8,), grey=False, hidden=False, encoder="lossless")),
+    ".hdr": Format(PictureFormat("linear", (), grey=False, alpha=False, hidden=False)),
+    ".bmp": Format(PictureFormat("display", (8,), grey=False)),
+    ".tga": Format(PictureFormat("display", (8,))),
+    ".jxl": Format(PictureFormat(grey=False, named=True, encoder="jpegxl:100")),
+    ".dpx": Format(PictureFormat(named=True)),
     ".svg": Format(drawing=True, flat=True, plot=True),
     ".svgz": Format(drawing=True),
     ".pdf": Format(plot=True),
@@ -101,9 +101,9 @@ def of(name: str | PathLike) -> Format:
     return FORMATS.get(suffix_of(name), Format())
 
 
-def picture(name: str | PathLike) -> Picture:
+def picture(name: str | PathLike) -> PictureFormat:
     """How a file holds pixels by its suffix; of a suffix that is not in the table anything is expected."""
-    return of(name).picture or Picture()
+    return of(name).picture or PictureFormat()
 
 
 def holding(what: str) -> tuple[str, ...]:

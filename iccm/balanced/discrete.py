@@ -11,13 +11,13 @@ from ..arrays import Complex, Flags, Index, Real
 from ..curve import Curve
 from ..jit import kernel
 from ..maps.triangulated.patches import NO_LINES
-from .constraints.inside import Inside
+from .constraints.inside import InnerConstraints
 from .failure import Stuck
 from .kernels import twice_area
 from .meshing.mesh import Sizes, closed_links, triangulate
 from .minimise import newton
 from .minimise.energy import BOTH_AREAS, geometry
-from .minimise.ldl import System, system_of
+from .minimise.ldl import BlockPattern, system_of
 from .minimise.measures import turn_of
 from .minimise.sliding import BETA, HELD, SLIDING, Border, Rail, Rails
 from .minimise.untangle import LEAST_WEIGHT, STEPS, untangle
@@ -29,10 +29,10 @@ SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a 
 
 FILLED, SHRUNK = 2e-2, 0.1  # weight of triangles in a hole without a partner, and the size at which they rest
 ROUNDING = 1e-9  # of the root of the area: vertices this close to their goals are there
-NONE_INSIDE = Inside.of_pins(np.empty((0, 2), np.complex128))
+NONE_INSIDE = InnerConstraints.of_pins(np.empty((0, 2), np.complex128))
 
 
-class Holes(NamedTuple):
+class MeshHoles(NamedTuple):
     """The holes of a map in the making.
 
     Attributes:
@@ -45,13 +45,13 @@ class Holes(NamedTuple):
     loops: tuple[Loop, ...] = ()
     filled: tuple[Loop, ...] = ()
 
-    def inverse(self) -> "Holes":
+    def inverse(self) -> "MeshHoles":
         """Those of the inverse map."""
         outlines = tuple((b, a) for a, b in self.outlines)
-        return Holes(outlines, tuple(loop.inverse() for loop in self.loops))
+        return MeshHoles(outlines, tuple(loop.inverse() for loop in self.loops))
 
 
-NO_HOLES = Holes()
+NO_HOLES = MeshHoles()
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,16 +79,16 @@ class DiscreteMap:
     source: Outline
     target: Outline
     faces: Index
-    system: System
+    system: BlockPattern
     z: Complex
     u: Complex
     pairs: Pairs
     anchored: Flags
     axis: float = np.inf
     energy: float = np.inf
-    inside: Inside = NONE_INSIDE
+    inside: InnerConstraints = NONE_INSIDE
     bound: bool = False
-    holes: Holes = NO_HOLES
+    holes: MeshHoles = NO_HOLES
     weights: Real | None = None
     settled: bool = True
 
@@ -100,9 +100,9 @@ class DiscreteMap:
         pairs: Pairs,
         sizes: Sizes,
         anchors: Match | None,
-        inside: Inside = NONE_INSIDE,
+        inside: InnerConstraints = NONE_INSIDE,
         axis: float = np.inf,
-        holes: Holes = NO_HOLES,
+        holes: MeshHoles = NO_HOLES,
         filled: Sequence[Complex] = (),
     ) -> "DiscreteMap":
         """A mesh for boundary pairs; the image is given on the outline and zero inside. `filled` are the polygons of
@@ -138,7 +138,7 @@ class DiscreteMap:
         return self.pairs.s.size
 
     @property
-    def rims(self) -> list["Rim"]:
+    def rims(self) -> list["MatchedLoop"]:
         """The loops of the outline."""
         return rims_of(self.source, self.target, self.holes, self.border)
 
@@ -196,7 +196,7 @@ class DiscreteMap:
         numbers = ((loop.source, loop.target) for loop in self.holes.loops)
         return outer._replace(holes=tuple(HoleMatch(i, j, hole) for (i, j), hole in zip(numbers, holes)))
 
-    def _match(self, rim: "Rim") -> Match:
+    def _match(self, rim: "MatchedLoop") -> Match:
         s, tau = self.pairs.s[rim.vertices], self.pairs.tau[rim.vertices]
         return Match(np.append(s, s[0] + rim.source.length), np.append(tau, tau[0] + rim.target.length))
 
@@ -358,7 +358,7 @@ class DiscreteMap:
         return np.append(moving, np.zeros(soft.size)), border.then(Border.still(soft))
 
 
-class Rim(NamedTuple):
+class MatchedLoop(NamedTuple):
     """A loop of a map's outline.
 
     Attributes:
@@ -377,10 +377,10 @@ class Rim(NamedTuple):
         return self.source.length, self.target.length
 
 
-def rims_of(source: Outline, target: Outline, holes: Holes, border: int) -> list[Rim]:
+def rims_of(source: Outline, target: Outline, holes: MeshHoles, border: int) -> list[MatchedLoop]:
     """The loops of an outline of `border` vertices, the outer one first."""
-    outer = Rim(source, target, slice(0, holes.loops[0].first if holes.loops else border))
-    return [outer, *(Rim(*pair, loop.vertices) for pair, loop in zip(holes.outlines, holes.loops))]
+    outer = MatchedLoop(source, target, slice(0, holes.loops[0].first if holes.loops else border))
+    return [outer, *(MatchedLoop(*pair, loop.vertices) for pair, loop in zip(holes.outlines, holes.loops))]
 
 
 def weights_of(z: Complex, faces: Index, filled: Sequence[Complex]) -> Real:
@@ -400,7 +400,7 @@ def _shrunk(gradients: Complex, areas: Real, weights: Real, forward: bool) -> tu
     return gradients * size[:, None], areas * weights
 
 
-def _following(rims: Sequence[Rim]) -> Index:
+def _following(rims: Sequence[MatchedLoop]) -> Index:
     return closed_links([rim.vertices.stop - rim.vertices.start for rim in rims])
 
 

@@ -19,7 +19,7 @@ UNDECIDED = 1e-6  # below this a shape's handedness is rounding
 
 
 @dataclass(frozen=True)
-class Frame:
+class UnitFrame:
     """The similarity, with a mirror if `mirrored`, from the given plane to unit coordinates.
 
     Attributes:
@@ -33,14 +33,14 @@ class Frame:
     mirrored: bool = False
 
     @classmethod
-    def of(cls, curve: Curve, holes: Sequence[Curve] = ()) -> "Frame":
+    def of(cls, curve: Curve, holes: Sequence[Curve] = ()) -> "UnitFrame":
         """Centroid to 0, area to 1, not turned; of the domain without its holes, whose outlines run clockwise."""
         first = curve.z[0]
         moment = sum(_moment(each.z - first) for each in (curve, *holes))
         area = sum(each.area for each in (curve, *holes))
         return cls(first + complex(moment / (6 * area)), complex(1 / np.sqrt(abs(area))))
 
-    def turned(self, angle: float) -> "Frame":
+    def turned(self, angle: float) -> "UnitFrame":
         """The frame turned counter-clockwise by radians."""
         return replace(self, factor=self.factor * complex(np.exp(1j * angle)))
 
@@ -65,10 +65,10 @@ class Frame:
 
 def frames_of(
     source: Curve, target: Curve, turn: float | None, holes: Holes = ((), ())
-) -> tuple[Frame, Frame]:
+) -> tuple[UnitFrame, UnitFrame]:
     """The frames in which a map without turn is the upright one, or with `turn` None in which both shapes lie in a
     way of their own; `holes` are those of both."""
-    frames = [Frame.of(curve, inner) for curve, inner in zip((source, target), holes)]
+    frames = [UnitFrame.of(curve, inner) for curve, inner in zip((source, target), holes)]
     if turn is None:
         frames = [f.turned(-_farthest_angle(f, c)) for f, c in zip(frames, (source, target))]
     else:
@@ -95,7 +95,7 @@ def _upside_down(*loops: Complex) -> bool:
     return heavy.imag < 0 if abs(heavy.imag) > UNDECIDED else heavy.real < 0
 
 
-def _farthest_angle(frame: Frame, curve: Curve) -> float:
+def _farthest_angle(frame: UnitFrame, curve: Curve) -> float:
     w = frame.unit(curve.z)
     distance = np.round(np.abs(w), 9)
     return float(np.angle(w[np.argmax(distance)]))

@@ -15,8 +15,8 @@ from .. import progress
 from ..arrays import Complex, Index, Real
 from ..curve import Curve
 from ..maps.triangulated.patches import NO_LINES
-from .constraints.strokes import Stroke, inside
-from .discrete import DiscreteMap, Holes
+from .constraints.strokes import StrokePair, inside
+from .discrete import DiscreteMap, MeshHoles
 from .failure import Stuck
 from .holes.outlines import outlines_of, rim_spacing, spaced
 from .meshing.mesh import Sizes
@@ -45,7 +45,7 @@ STROKE_SAMPLES = 8
 NO_PINS = np.empty((0, 2), np.complex128)
 
 
-class Problem(NamedTuple):
+class UnitProblem(NamedTuple):
     """What is solved, in unit coordinates.
 
     Attributes:
@@ -68,7 +68,7 @@ class Problem(NamedTuple):
     anchors: tuple[tuple[complex, ...], tuple[complex, ...]] = ((), ())
     halved: bool = False
     pins: Complex = NO_PINS
-    strokes: tuple[Stroke, ...] = ()
+    strokes: tuple[StrokePair, ...] = ()
     holes: tuple[tuple[Curve, ...], tuple[Curve, ...]] = ((), ())
     partners: tuple[tuple[int, int], ...] = ()
 
@@ -97,7 +97,7 @@ class Problem(NamedTuple):
         ]
         return np.concatenate([self.pins, np.array(self.anchors, np.complex128).T.reshape(-1, 2), *drawn])
 
-    def inverse(self) -> "Problem":
+    def inverse(self) -> "UnitProblem":
         """The problem of the inverse map; it has the same energy."""
         pins = np.ascontiguousarray(self.pins[:, ::-1])
         strokes = tuple(stroke.inverse() for stroke in self.strokes)
@@ -148,13 +148,13 @@ class Level:
     anchors: Match | None
     steepest: float
     pins: Complex
-    strokes: tuple[Stroke, ...]
+    strokes: tuple[StrokePair, ...]
     halved: bool = False
     holes: tuple[tuple[Outline, ...], tuple[Outline, ...]] = ((), ())
 
     @classmethod
     def of(
-        cls, problem: Problem, size: float, fineness: float, corner_fineness: float, steepest: float
+        cls, problem: UnitProblem, size: float, fineness: float, corner_fineness: float, steepest: float
     ) -> "Level":
         """The level of mesh size h; fineness of outlines and corners as shares of their diagonals."""
         (source, *rims), (target, *goals) = (
@@ -192,7 +192,7 @@ class Level:
         holes = holes._replace(filled=loops_of(sizes_of_filled, pairs.s.size + kept.z.size))
         return DiscreteMap.on(self.source, self.target, pairs, sizes, self.anchors, kept, axis, holes, filled)
 
-    def _with_holes(self, outer: Pairs, matches: Sequence[HoleMatch]) -> tuple[Pairs, Holes]:
+    def _with_holes(self, outer: Pairs, matches: Sequence[HoleMatch]) -> tuple[Pairs, MeshHoles]:
         """The boundary with holes that have partners."""
         outlines = tuple((self.holes[0][hole.source], self.holes[1][hole.target]) for hole in matches)
         pairs = [
@@ -200,7 +200,7 @@ class Level:
             for hole, pair in zip(matches, outlines)
         ]
         sizes = [(hole.source, hole.target, each.s.size) for hole, each in zip(matches, pairs)]
-        return Pairs.joined([outer, *pairs]), Holes(outlines, loops_of(sizes, outer.s.size))
+        return Pairs.joined([outer, *pairs]), MeshHoles(outlines, loops_of(sizes, outer.s.size))
 
     def outlines(self, loops: Sequence[Loop]) -> tuple[list[Outline], list[Outline]]:
         """The outer outlines, and those of holes, in the source and in the target."""
@@ -253,7 +253,7 @@ def started(level: Level, matches: list[Match]) -> list[DiscreteMap]:
     return states
 
 
-def screened(states: list[DiscreteMap], problem: Problem) -> list[DiscreteMap]:
+def screened(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMap]:
     """The best maps after a few steps, best first."""
     for steps, keep in SCREENING:
         tried = progress.counted(f"coarse maps, {steps} steps", states)
@@ -274,7 +274,7 @@ def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward
     return state
 
 
-def released(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
+def released(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
     """The best map of a few rounds: corners pinned on a new mesh, settled, released."""
     best, best_score = None, np.inf
     for attempt in range(1 + RELEASES):

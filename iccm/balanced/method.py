@@ -15,14 +15,14 @@ from ..maps.triangulated.map import TriangulatedMap
 from ..result import hausdorff
 from . import orientation, stages
 from .constraints.given import Pins, checked, place
-from .frames import Frame, frames_of
+from .frames import UnitFrame, frames_of
 from .holes.filled import Cut, cut_out
 from .holes.given import NONE, Holes, unequal
 from .levels import Sketch
 from .minimise.energy import energy_of
 from .minimise.measures import stretches, turn_of
 from .pairs import loops_of
-from .solution import Journal, Settings, Solution
+from .solution import Settings, Solution, SolveLog
 
 NO_PINS = np.empty((0, 2), np.complex128)
 
@@ -56,7 +56,7 @@ def solve(
     """
     settings = settings or Settings()
     frames = frames_of(source, target, settings.turn, holes.sides)
-    journal = Journal(notes=unequal(holes))
+    journal = SolveLog(notes=unequal(holes))
     curves = frames[0].curve(source), frames[1].curve(target), holes.unit(frames)
     domains = (source, *holes.source), (target, *holes.target)
     if len(pins) or len(strokes) or start is not None:
@@ -71,7 +71,7 @@ def solve(
 
 
 def sketched(
-    map: TriangulatedMap, frames: tuple[Frame, Frame], holes: Sequence[tuple[int, int, int]] = ()
+    map: TriangulatedMap, frames: tuple[UnitFrame, UnitFrame], holes: Sequence[tuple[int, int, int]] = ()
 ) -> Sketch:
     """A map in unit coordinates, vertices of the outlines first; `holes` are (its loop, the hole of the source, that of
     the target) for those that stay holes."""
@@ -87,10 +87,10 @@ def sketched(
 
 def _solution(
     state: stages.Meshed,
-    frames: tuple[Frame, Frame],
+    frames: tuple[UnitFrame, UnitFrame],
     given: tuple[Sequence[Curve], Sequence[Curve]],
     settings: Settings,
-    journal: Journal,
+    journal: SolveLog,
     symmetric: bool,
     pins: Pins | None = None,
 ) -> Solution:

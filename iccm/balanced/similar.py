@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..curve import Curve
-from .levels import Problem
+from .levels import UnitProblem
 from .pairs import HoleMatch, Match
 
 SAME = 1e-9  # of the root of the area: outlines this close are the same
@@ -39,7 +39,7 @@ def _far_vertices(curve: Curve, radius: float) -> np.ndarray:
     return curve.knots[:-1][np.abs(np.abs(curve.z) - radius) < FARTHEST][:MOST_STARTS]
 
 
-def similar_with_holes(problem: Problem, match: Match) -> Match | None:
+def similar_with_holes(problem: UnitProblem, match: Match) -> Match | None:
     """The match of similar outlines with those of holes; None unless these are similar in the same way, and the
     partners those that are wished."""
     if len(problem.holes[0]) != len(problem.holes[1]):

@@ -72,7 +72,7 @@ class Solution:
 
 
 @dataclass
-class Journal:
+class SolveLog:
     """What happened on the way."""
 
     energies: list[dict[str, float | str]] = field(default_factory=list)

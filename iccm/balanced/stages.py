@@ -15,14 +15,14 @@ from .holes.given import Holes
 from .holes.outlines import manageable_holes
 from .holes.partners import Partners
 from .holes.rings import ring_matches
-from .levels import Level, Problem, Sketch, alternated, eased, refined, released, score, screened, started
+from .levels import Level, Sketch, UnitProblem, alternated, eased, refined, released, score, screened, started
 from .meshing import sizing
 from .meshing.mesh import Sizes
 from .minimise.measures import stretches, within
 from .outline import manageable
 from .pairs import Match
 from .similar import similar_with_holes, similarity
-from .solution import Journal, Settings
+from .solution import Settings, SolveLog
 from .symmetry import Half, half_of, mirrored
 
 COARSE, FINE = 0.1, 0.04  # mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of these
@@ -65,7 +65,7 @@ def constrained(
     holes: Holes,
     pins: Pins,
     settings: Settings,
-    journal: Journal,
+    journal: SolveLog,
     start: Sketch | None = None,
 ) -> tuple[Meshed, bool]:
     """The map in unit coordinates that meets pins, and whether it does; gone on to from an earlier one if given.
@@ -84,17 +84,17 @@ def constrained(
 
 def with_constraints(
     source: Curve, target: Curve, holes: Holes, pins: Pins, settings: Settings, upright: float
-) -> Problem:
+) -> UnitProblem:
     """The problem in unit coordinates, with vertices at the pins of its outlines."""
     anchors = tuple(tuple(side.tolist()) for side in pins.outer.T)
     curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
     curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
-    problem = Problem(curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]))
+    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]))
     return with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
 
 
 def further(
-    problem: Problem, start: Sketch, settings: Settings, journal: Journal
+    problem: UnitProblem, start: Sketch, settings: Settings, journal: SolveLog
 ) -> tuple[DiscreteMap, bool]:
     """The map that goes on from an earlier one, and whether it meets all constraints.
 
@@ -111,14 +111,14 @@ def further(
     )
 
 
-def meets(problem: Problem, state: DiscreteMap) -> bool:
+def meets(problem: UnitProblem, state: DiscreteMap) -> bool:
     """Whether a map meets all constraints."""
     goals = state.inside.goals[state.inside.own < 0]
     return (state.bound or not state.inside.z.size) and bool(np.all(goals == problem.pins[:, 1]))
 
 
 def mapped(
-    source: Curve, target: Curve, holes: Holes, settings: Settings, journal: Journal
+    source: Curve, target: Curve, holes: Holes, settings: Settings, journal: SolveLog
 ) -> tuple[Meshed, bool]:
     """The map in unit coordinates, and whether it is the mirror image of itself.
 
@@ -127,7 +127,7 @@ def mapped(
     """
     upright = 0.0 if settings.turn is None else UPRIGHT
     simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
-    problem = with_holes(Problem(simple, goal, settings.theta, upright), holes, settings)
+    problem = with_holes(UnitProblem(simple, goal, settings.theta, upright), holes, settings)
     same = similarity(source, target, turns=settings.turn is None)
     same = same and similar_with_holes(problem, same)
     if same is not None:
@@ -143,14 +143,14 @@ def mapped(
     return whole(problem, settings, journal), False
 
 
-def whole(problem: Problem, settings: Settings, journal: Journal) -> Meshed:
+def whole(problem: UnitProblem, settings: Settings, journal: SolveLog) -> Meshed:
     """All stages."""
     used, fine_map = solved(problem, journal)
     state = finished(used, fine_map, settings, journal)
     return state if used is problem else inverted(state)
 
 
-def solved(problem: Problem, journal: Journal, share: float = 1.0) -> tuple[Problem, DiscreteMap]:
+def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple[UnitProblem, DiscreteMap]:
     """All stages but the last, of the problem or of its inverse; and which of the two.
 
     Maps that no finer mesh takes over (spirals onto stars) are left on a coarse one with all corners.
@@ -188,13 +188,13 @@ def solved(problem: Problem, journal: Journal, share: float = 1.0) -> tuple[Prob
     )
 
 
-def coarse_size(problem: Problem) -> float:
+def coarse_size(problem: UnitProblem) -> float:
     """The coarse mesh size: smaller where an outline is long for its area."""
     length = max(problem.source.length, problem.target.length)
     return COARSE * float(np.clip(LIMBS / (COARSE * length), 0.6, 1.0))
 
 
-def ways(problem: Problem) -> tuple[Problem, ...]:
+def ways(problem: UnitProblem) -> tuple[UnitProblem, ...]:
     """The problem and its inverse in the order in which they are tried; one of them where it has more holes to fill.
 
     Without constraints and holes the one with the longer outline is meshed first: triangles that fit its limbs can be
@@ -209,7 +209,7 @@ def ways(problem: Problem) -> tuple[Problem, ...]:
 
 
 def finished(
-    problem: Problem, state: Meshed, settings: Settings, journal: Journal, share: float = 1.0
+    problem: UnitProblem, state: Meshed, settings: Settings, journal: SolveLog, share: float = 1.0
 ) -> Meshed:
     """The map on the last mesh, or as it is where that folds."""
     try:
@@ -229,14 +229,14 @@ def inverted(state: Meshed) -> Sketch:
 
 
 def by_halves(
-    problem: Problem, source: Half, target: Half, settings: Settings, journal: Journal
+    problem: UnitProblem, source: Half, target: Half, settings: Settings, journal: SolveLog
 ) -> tuple[Meshed, bool]:
     """The map of the right halves, mirrored; carried to the outlines given where those are not quite symmetric."""
     roots = np.sqrt([source.curve.area, target.curve.area])
     curves = [Curve(half.curve.z / root) for half, root in zip((source, target), roots)]
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target))]
     simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
-    half_problem = Problem(simple, goal, problem.theta, 0.0, (anchors[0], anchors[1]), halved=True)
+    half_problem = UnitProblem(simple, goal, problem.theta, 0.0, (anchors[0], anchors[1]), halved=True)
     used, half = solved(half_problem, journal, share=0.5)
     exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:
@@ -249,7 +249,7 @@ def by_halves(
 
 
 def coarse(
-    problem: Problem, size: float, journal: Journal, exactness: tuple[float, float] = COARSE_EXACTNESS
+    problem: UnitProblem, size: float, journal: SolveLog, exactness: tuple[float, float] = COARSE_EXACTNESS
 ) -> DiscreteMap:
     """The best map of all starts on coarse meshes, for outlines and corners of a certain fineness."""
     level = Level.of(problem, size, *exactness, STEEPEST)
@@ -277,7 +277,7 @@ def coarse(
     return best
 
 
-def straightened(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
+def straightened(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
     """The map with its turn taken out where a shape is round, so that any turn costs the same."""
     for _ in range(STRAIGHTENINGS):
         laps = state.turn / (2 * np.pi)
@@ -310,21 +310,21 @@ def candidates(level: Level, turns: tuple[tuple[float, int], ...]) -> list[Match
     return found.matches + starts.arclength_matches(source, target)
 
 
-def with_partners(level: Level, matches: list[Match], problem: Problem) -> list[Match]:
+def with_partners(level: Level, matches: list[Match], problem: UnitProblem) -> list[Match]:
     """The matches with those of holes, and those by way of a ring where there is one hole."""
     partners = Partners(*level.domains, problem.partners)
     rings = ring_matches(level, problem.theta) if [len(side) for side in level.holes] == [1, 1] else []
     return [partners.of(match) for match in matches] + rings
 
 
-def with_holes(problem: Problem, holes: Holes, settings: Settings) -> Problem:
+def with_holes(problem: UnitProblem, holes: Holes, settings: Settings) -> UnitProblem:
     """The problem with its holes."""
     source = tuple(manageable_holes(problem.source, holes.source, settings.tolerance))
     target = tuple(manageable_holes(problem.target, holes.target, settings.tolerance))
     return problem._replace(holes=(source, target), partners=holes.partners)
 
 
-def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) -> DiscreteMap:
+def fine(problem: UnitProblem, state: DiscreteMap, size: float, journal: SolveLog) -> DiscreteMap:
     """The map on a finer mesh, its worst stretch lowered."""
     progress.tell("fine map")
     level = Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE)
@@ -336,14 +336,14 @@ def fine(problem: Problem, state: DiscreteMap, size: float, journal: Journal) ->
     return state
 
 
-def on_finer(level: Level, state: Meshed, problem: Problem) -> DiscreteMap:
+def on_finer(level: Level, state: Meshed, problem: UnitProblem) -> DiscreteMap:
     """The map on the mesh of a finer level, smaller triangles where it magnifies."""
     sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
     return eased(carried(level, state, problem, sizes), problem.theta)
 
 
 def last(
-    problem: Problem, state: Meshed, settings: Settings, journal: Journal, share: float = 1.0
+    problem: UnitProblem, state: Meshed, settings: Settings, journal: SolveLog, share: float = 1.0
 ) -> DiscreteMap:
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
     progress.tell("last map")
@@ -352,13 +352,13 @@ def last(
     return lowered(state, theta, settings, journal)
 
 
-def last_level(problem: Problem, settings: Settings, share: float = 1.0) -> Level:
+def last_level(problem: UnitProblem, settings: Settings, share: float = 1.0) -> Level:
     """The outlines with all their vertices, and the size of the last mesh."""
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
     return Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
 
 
-def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: Journal) -> DiscreteMap:
+def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: SolveLog) -> DiscreteMap:
     """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
     tried: list[DiscreteMap] = []
     for q in progress.counted("last map, worst stretch lowered", POWERS):
@@ -369,13 +369,13 @@ def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: Journ
     return min(tried, key=lambda state: excess(state.z, state.u, state.material, settings))
 
 
-def leaning(state: Meshed, problem: Problem) -> float:
+def leaning(state: Meshed, problem: UnitProblem) -> float:
     """θ for the last mesh: smaller where sizes are even, to keep angles better; holes that shrink need all of it."""
     even = not problem.holed and within(2.0, state.z, state.u, state.material) >= EVEN
     return LEANING * problem.theta if problem.theta <= 1 and even else problem.theta
 
 
-def descended(state: DiscreteMap, theta: float, q: float, journal: Journal) -> DiscreteMap:
+def descended(state: DiscreteMap, theta: float, q: float, journal: SolveLog) -> DiscreteMap:
     """The map on the last mesh after Newton's steps; a note where they do not settle."""
     for _ in range(LAST_ROUNDS):
         state = state.forward(theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
@@ -387,7 +387,7 @@ def descended(state: DiscreteMap, theta: float, q: float, journal: Journal) -> D
     return state
 
 
-def carried(level: Level, state: Meshed, problem: Problem, sizes: Sizes) -> DiscreteMap:
+def carried(level: Level, state: Meshed, problem: UnitProblem, sizes: Sizes) -> DiscreteMap:
     """The map on a finer mesh, pins as they were."""
     if isinstance(state, DiscreteMap):
         return meeting.carried(level, state, problem.theta, sizes)
@@ -401,7 +401,7 @@ def excess(z: Complex, u: Complex, faces: Index, settings: Settings) -> float:
     return float(max(dilatation.max() / bounds[0], stretch.max() / bounds[1]))
 
 
-def onto_itself(problem: Problem, match: Match, settings: Settings) -> Meshed:
+def onto_itself(problem: UnitProblem, match: Match, settings: Settings) -> Meshed:
     """The similarity on a mesh."""
     size = np.sqrt(TRIANGLES_PER_AREA / settings.triangles)
     state = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE).mapped(match)

@@ -23,27 +23,27 @@ class TooThinError(InputError):
         super().__init__("an outline has parts too thin to be triangulated; simplify it, or make it wider")
 
 
-class Mesh(NamedTuple):
+class PlaneMesh(NamedTuple):
     """Counter-clockwise triangles (t, 3), and those beyond the edges opposite to their vertices (t, 3), -1 for none."""
 
     faces: Index
     across: Index
 
 
-def delaunay(nodes: Complex) -> Mesh:
+def delaunay(nodes: Complex) -> PlaneMesh:
     """The Delaunay triangulation of the nodes' convex hull."""
     found = Delaunay(xy_of(nodes))
-    return Mesh(found.simplices.astype(np.int64), found.neighbors.astype(np.int64))
+    return PlaneMesh(found.simplices.astype(np.int64), found.neighbors.astype(np.int64))
 
 
-def missing(mesh: Mesh, panels: int, nodes: int) -> Flags:
+def missing(mesh: PlaneMesh, panels: int, nodes: int) -> Flags:
     """(panels,) whether a panel, from each of the first nodes to the next, is no edge."""
     present = [keys(mesh.faces[:, k], mesh.faces[:, (k + 1) % 3], nodes) for k in range(3)]
     start = np.arange(panels)
     return ~np.isin(keys(start, (start + 1) % panels, nodes), np.concatenate(present))
 
 
-def constrained(nodes: Complex, mesh: Mesh, lacking: Flags) -> Mesh:
+def constrained(nodes: Complex, mesh: PlaneMesh, lacking: Flags) -> PlaneMesh:
     """The triangulation with all panels as edges, and all others Delaunay but for them (Sloan 1993).
 
     Args:
@@ -62,13 +62,13 @@ def constrained(nodes: Complex, mesh: Mesh, lacking: Flags) -> Mesh:
     stack = np.zeros(8 * len(faces), np.int64)
     stack[0], stack[1 : 1 + len(faces)] = len(faces), np.arange(len(faces))
     legalise(nodes, faces, across, stack, 0, following)
-    made = Mesh(faces, across)
+    made = PlaneMesh(faces, across)
     if missing(made, lacking.size, nodes.size).any():
         raise TooThinError
     return made
 
 
-def inside(curve: Curve, nodes: Complex, mesh: Mesh) -> Index:
+def inside(curve: Curve, nodes: Complex, mesh: PlaneMesh) -> Index:
     """(m, 3) the triangles inside a closed curve, without those of three nodes on one of its edges, which are none."""
     a, b, c = nodes[mesh.faces].T
     longest = np.maximum.reduce([np.abs(b - a), np.abs(c - b), np.abs(a - c)])

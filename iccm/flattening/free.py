@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Complex, Index, Real
 from ..balanced.minimise import newton
 from ..balanced.minimise.energy import geometry, total
-from ..balanced.minimise.ldl import System, system_of
+from ..balanced.minimise.ldl import BlockPattern, system_of
 from ..balanced.minimise.sliding import HELD, NO_RAIL, Border, Rails
 from ..meshes.stretch import laid_flat
 
@@ -35,7 +35,7 @@ class Elastic:
 
     faces: Index
     rest: Complex
-    system: System
+    system: BlockPattern
     gradients: Complex
     weights: Real
     held: int = 0

@@ -62,7 +62,7 @@ def certify(f: HarmonicMap | Evaluator, depths: Real = DEPTHS) -> Certificate:
     because f_z̄ / f_z is holomorphic there; if it also takes the boundary to a simple curve, it is injective (degree
     theory; for holomorphic f, Darboux-Picard). All three are proven between samples too (`enclosure`).
     """
-    source, found = Inside.of(f), None
+    source, found = InsetDomain.of(f), None
     failed = source.at_depth(float(depths[0]))
     if failed.certified:
         return failed
@@ -87,11 +87,11 @@ def certify(f: HarmonicMap | Evaluator, depths: Real = DEPTHS) -> Certificate:
 
 def at_depth(f: HarmonicMap | Evaluator, depth: float) -> Certificate:
     """What holds on the source moved inwards by `depth` times its inradius."""
-    return Inside.of(f).at_depth(depth)
+    return InsetDomain.of(f).at_depth(depth)
 
 
 @dataclass(frozen=True, eq=False)
-class Inside:
+class InsetDomain:
     """A map on the inside of its polygon.
 
     Attributes:
@@ -105,7 +105,7 @@ class Inside:
     inradius: float
 
     @classmethod
-    def of(cls, f: HarmonicMap | Evaluator) -> "Inside":
+    def of(cls, f: HarmonicMap | Evaluator) -> "InsetDomain":
         """A map made ready."""
         f = f if isinstance(f, Evaluator) else Evaluator(f)
         outline = shapely.Polygon(xy_of(f.polygon))

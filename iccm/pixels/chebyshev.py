@@ -31,7 +31,7 @@ CHECKS = 0.99 * np.array(
 )
 
 
-class Grid(NamedTuple):
+class PixelGrid(NamedTuple):
     """Where pixels are: the centre of pixel (row, column) of the band is origin + column·dx - i·row·dy."""
 
     origin: complex

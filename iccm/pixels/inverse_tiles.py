@@ -16,9 +16,9 @@ import numpy as np
 from ..jit import inner, kernel
 from ..maps.inverse import newton
 from ..maps.quadtree import is_inside, leaf_of
-from .chebyshev import DEGREE, Grid, Solved, expand, slopes, solve_nodes
+from .chebyshev import DEGREE, PixelGrid, Solved, expand, slopes, solve_nodes
 
-__all__ = ["COARSE", "SMALLEST", "TILE", "Grid", "Solved", "fill", "flood"]
+__all__ = ["COARSE", "SMALLEST", "TILE", "PixelGrid", "Solved", "fill", "flood"]
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 TILE = 128  # pixels, the largest tile; bands are as high

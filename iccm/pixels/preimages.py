@@ -15,7 +15,7 @@ from ..maps.triangulated.map import TriangulatedMap
 from ..parallel import in_order
 from .canvas import Band, Canvas, Diagnostics
 from .coverage import coverage
-from .inverse_tiles import COARSE, SMALLEST, TILE, Grid, Solved, fill, flood
+from .inverse_tiles import COARSE, SMALLEST, TILE, PixelGrid, Solved, fill, flood
 from .triangulated_preimages import TriangulatedPreimages
 
 
@@ -90,10 +90,10 @@ class Preimages:
             seeds[i, j] = self.inverse.seeds[0][numbers]
         return flood(self.inverse.forward.tree, self._grid(0, COARSE), inside, seeds, self.tolerance)
 
-    def _grid(self, row: int, size: int = 1) -> Grid:
+    def _grid(self, row: int, size: int = 1) -> PixelGrid:
         """The blocks of size × size pixels from a row of them on."""
         dx, dy = self.canvas.step
-        return Grid(self.canvas.centre(row, 0, size), size * dx, size * dy)
+        return PixelGrid(self.canvas.centre(row, 0, size), size * dx, size * dy)
 
     def bands(self, threads: int | None = None) -> Iterator[Band]:
         """All bands from top to bottom, a few being worked on at a time."""

@@ -19,7 +19,7 @@ from ...arrays import Complex, xy_of
 from ...conformal.panels import corners
 from ...curve import Curve
 from ..svg.curves import Bezier, Piece
-from ..svg.path_data import Run
+from ..svg.path_data import PenPath
 
 CORNER = 0.2  # radians: where the boundary turns by more, an arc of it is cut in two
 MOST = 4096  # vertices of a piece
@@ -139,7 +139,7 @@ class Domain:
         middle = z[z.size // 2 : z.size // 2 + 1] if z.size > 2 else z.mean(keepdims=True)
         return next((k for k, (hole, _) in enumerate(self.holes) if hole.contains(middle)[0]), None)
 
-    def clip(self, runs: Sequence[Run], *, seams: bool = False) -> Clipped:
+    def clip(self, runs: Sequence[PenPath], *, seams: bool = False) -> Clipped:
         """Cuts the runs of one shape; each of them has at least one piece. Lines do not go over a seam with `seams`."""
         found = [self._stretches(run.pieces, run.closed and not seams) for run in runs]
         away = any(stretch.away for stretches in found for stretch in stretches)
@@ -167,7 +167,7 @@ class Domain:
             out.fill.extend([self._arcs(hole, 0.0, turns * hole.length)] if turns else [])
         return out
 
-    def _laps(self, run: Run) -> bool:
+    def _laps(self, run: PenPath) -> bool:
         """Whether a run winds around a hole."""
         place, z = _polyline(_closed(run), self.near / 10)
         return any(self._turns([_Stretch(place, z, False)]))
@@ -239,7 +239,7 @@ class Domain:
         return [Span(rim, float(a), float(b)) for a, b in pairwise(cuts if start <= stop else cuts[::-1])]
 
 
-def _closed(run: Run) -> Sequence[Piece]:
+def _closed(run: PenPath) -> Sequence[Piece]:
     """The pieces of a run as a fill closes it."""
     return run.pieces if run.closed else [*run.pieces, Bezier((run.pieces[-1].last(), run.start))]
 

@@ -17,7 +17,7 @@ from ..svg import affine, reader, tree
 from ..svg.affine import Affine
 from ..svg.document import length, local, root
 from ..svg.drawing import Rectangle
-from ..svg.tree import Drawn, State
+from ..svg.tree import Drawn, Inherited
 from . import attributes
 from .budget import Load
 from .element import SVG, MappedElement, box_of, restyle, runs_of
@@ -110,11 +110,11 @@ class MappedDocument:
             self.out.insert(0, self.definitions.out)
         self.notes["reference to another file, left out"] += confine(self.out)
 
-    def _children(self, element: Element, state: State, parent: Element) -> None:
+    def _children(self, element: Element, state: Inherited, parent: Element) -> None:
         for child in element:
             self.add(child, state, parent)
 
-    def add(self, element: Element, outer: State, parent: Element) -> None:
+    def add(self, element: Element, outer: Inherited, parent: Element) -> None:
         """Adds an element, and what is in it, to the parent in the new document."""
         tag = local(element)
         if tag in _COPIED:
@@ -141,7 +141,7 @@ class MappedDocument:
         elif tag and tag not in _SILENT:
             self.notes[(_TEXT if tag in ("text", "flowRoot") else "<{}>, left out").format(tag)] += 1
 
-    def _group(self, tag: str, element: Element, state: State, parent: Element) -> None:
+    def _group(self, tag: str, element: Element, state: Inherited, parent: Element) -> None:
         first = len(self.shapes)
         group = self._nested(parent, self._styled(element, "g", state))
         if tag == "use":  # x and y are part of its transform, for what applies to it, too
@@ -159,7 +159,7 @@ class MappedDocument:
         if group is not parent:
             self._applied(element, state, group, self.shapes[first:])
 
-    def _use(self, element: Element, state: State, group: Element) -> None:
+    def _use(self, element: Element, state: Inherited, group: Element) -> None:
         used = tree.linked(self.walk.ids, element)
         if used is None:
             return
@@ -179,7 +179,7 @@ class MappedDocument:
         if view is not group:
             self._applied(used, inner, view, self.shapes[first:])
 
-    def _view(self, element: Element, state: State, said: Mapping[str, str], group: Element) -> None:
+    def _view(self, element: Element, state: Inherited, said: Mapping[str, str], group: Element) -> None:
         """The inside of a nested svg or a symbol, clipped to its rectangle where it reaches out of that."""
         first = len(self.shapes)
         inner = tree.inside_viewport(state, said)
@@ -194,7 +194,7 @@ class MappedDocument:
         if place and not _holds(place, box):
             restyle(inside, {"clip-path": self._clip_to(place, state)[0]})
 
-    def _shape(self, tag: str, element: Element, state: State, outer: State, parent: Element) -> None:
+    def _shape(self, tag: str, element: Element, state: Inherited, outer: Inherited, parent: Element) -> None:
         names = state.groups[len(outer.groups) :]
         if any(name.startswith((reader.PIN, reader.STROKE)) for name in names):
             return
@@ -232,7 +232,7 @@ class MappedDocument:
         if shape.lined and said.get("vector-effect") != "non-scaling-stroke":
             self.effects.append(Effect([shape], lined(shape, element, said, space)))
 
-    def _picture(self, element: Element, state: State, parent: Element) -> None:
+    def _picture(self, element: Element, state: Inherited, parent: Element) -> None:
         """A picture in parts: each is cut out as the map has it, and shows the picture under the affine part there."""
         said = state.properties
         link = next((k for k in tree.LINKS if element.get(k, "").strip().startswith("data:")), None)
@@ -274,7 +274,7 @@ class MappedDocument:
                 restyle(shape.out, {name: made[0]})
                 self.effects.append(Effect([shape], made[1]))
 
-    def _applied(self, element: Element, state: State, out: Element, shapes: list[MappedElement]) -> None:
+    def _applied(self, element: Element, state: Inherited, out: Element, shapes: list[MappedElement]) -> None:
         """Gives `out` the clip path, mask and filter that its element has, each one of its own to be mapped."""
         own = self.walk.own(element)
         space = Space(state.affine, state.size, shapes)
@@ -295,7 +295,7 @@ class MappedDocument:
                 self.notes[f"{name} without its element in the file or without area, left out"] += 1
             restyle(out, {name: made or "none"})
 
-    def _clip(self, found: Element, state: State, space: Space) -> str | None:
+    def _clip(self, found: Element, state: Inherited, space: Space) -> str | None:
         inner = self._entered(found, state, space, "clipPathUnits")
         if inner is None:
             return None
@@ -305,7 +305,7 @@ class MappedDocument:
             self._applied(found, inner, mapped, self.shapes)
         return f"url(#{mapped.get('id')})"
 
-    def _mask(self, found: Element, state: State, space: Space) -> str | None:
+    def _mask(self, found: Element, state: Inherited, space: Space) -> str | None:
         inner = self._entered(found, state, space, "maskContentUnits")
         place = space.rectangle(self.walk.own(found), "maskUnits", MARGIN)
         if inner is None or place is None:
@@ -320,14 +320,14 @@ class MappedDocument:
             self._applied(found, inner, mapped, self.shapes)
         return f"url(#{mapped.get('id')})"
 
-    def _filter(self, found: Element, state: State, space: Space) -> str | None:
+    def _filter(self, found: Element, state: Inherited, space: Space) -> str | None:
         made = filtered(self.definitions, found, space)
         if made is None:
             return None
         self.effects.append(Effect(space.shapes, made[1]))
         return made[0]
 
-    def _entered(self, found: Element, state: State, space: Space, units: str) -> State | None:
+    def _entered(self, found: Element, state: Inherited, space: Space, units: str) -> Inherited | None:
         """The state inside a clip path or mask, which inherits from where it is written, not from where it is used."""
         if len(state.used) > MOST_USED:
             raise InputError(f"clip paths, masks and <use> refer to each other more than {MOST_USED} deep")
@@ -347,7 +347,7 @@ class MappedDocument:
             depth=state.depth + 1,
         )
 
-    def _clip_to(self, place: Rectangle, state: State) -> tuple[str, list[MappedElement]]:
+    def _clip_to(self, place: Rectangle, state: Inherited) -> tuple[str, list[MappedElement]]:
         """A clip path of a rectangle in the state's user space, and its shape."""
         mapped = self.definitions.new("clipPath")
         with self._elsewhere():
@@ -365,7 +365,7 @@ class MappedDocument:
         finally:
             self.shapes, self.aside = shapes, aside
 
-    def _styled(self, element: Element, tag: str, state: State | None = None) -> dict[str, str]:
+    def _styled(self, element: Element, tag: str, state: Inherited | None = None) -> dict[str, str]:
         """What an element keeps of its attributes; no id where it may be there twice."""
         once = (state is None or not state.used) and tag not in ("clipPath", "mask")
         return attributes.kept(self.walk.sheet, element, tag, named=once)

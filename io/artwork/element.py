@@ -14,7 +14,7 @@ from ..svg import css, path_data, reader
 from ..svg.affine import Affine
 from ..svg.curves import Bezier, Piece
 from ..svg.drawing import Rectangle
-from ..svg.path_data import LARGEST, Run
+from ..svg.path_data import LARGEST, PenPath
 from ..svg.tree import Drawn
 from .clip import Clipped
 
@@ -45,7 +45,7 @@ class MappedElement:
 
     out: Element
     parent: Element
-    runs: list[Run]
+    runs: list[PenPath]
     own: dict[str, str] = field(default_factory=dict)
     filled: bool = True
     lined: bool = False
@@ -101,7 +101,7 @@ class MappedElement:
         restyle(self.out, whole)
 
 
-def runs_of(drawn: Drawn) -> list[Run]:
+def runs_of(drawn: Drawn) -> list[PenPath]:
     """The shape's runs in the root's user units, y down; closed ones end where they begin.
 
     Raises:
@@ -111,7 +111,7 @@ def runs_of(drawn: Drawn) -> list[Run]:
         found = []
         for line in reader._polyline(replace(drawn, affine=Affine())):
             sides: list[Piece] = [Bezier((complex(a), complex(b))) for a, b in pairwise(line.z)]
-            found.append(Run(complex(line.z[0]), sides, line.closed))
+            found.append(PenPath(complex(line.z[0]), sides, line.closed))
     else:
         found = path_data.runs(reader._PATH[drawn.tag](drawn))
     out = []
@@ -121,7 +121,7 @@ def runs_of(drawn: Drawn) -> list[Run]:
             pieces.append(Bezier((pieces[-1].last(), run.start)))
         if pieces:
             pieces = [piece.under(drawn.affine) for piece in pieces]
-            out.append(Run(drawn.affine(run.start), pieces, run.closed))
+            out.append(PenPath(drawn.affine(run.start), pieces, run.closed))
     rough = [point for run in out for piece in run.pieces for point in (run.start, *piece.rough())]
     if not all(abs(point) <= LARGEST for point in rough):  # NaN included
         raise InputError("its coordinates are too large")
@@ -140,7 +140,7 @@ def box_of(shapes: Sequence[MappedElement], affine: Affine) -> Rectangle | None:
     return float(x), float(y), float(width), float(height)
 
 
-def length_of(runs: Sequence[Run]) -> float:
+def length_of(runs: Sequence[PenPath]) -> float:
     """The length of all runs together, in the root's units, to about a thousandth."""
     z = [piece.at(np.linspace(0, 1, 33)) for run in runs for piece in run.pieces]
     return float(sum(np.abs(np.diff(points)).sum() for points in z))

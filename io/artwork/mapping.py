@@ -16,7 +16,7 @@ from ...maps.bezier_fit import refit
 from ...maps.kinds import AnyMap, Evaluated, evaluated, rims
 from ..shapes.shape import Shape
 from ..svg.affine import Affine
-from ..svg.path_data import Run
+from ..svg.path_data import PenPath
 from .affine_part import AffinePart, Samples, affine_part
 from .clip import Clipped, Domain, Part
 from .element import MappedElement
@@ -92,7 +92,7 @@ class Regions:
             if not any(reach.contains(region.domain.polygon) for reach in reaches[k + 1 :])
         ]
 
-    def of(self, runs: Sequence[Run]) -> list[Region]:
+    def of(self, runs: Sequence[PenPath]) -> list[Region]:
         """The smallest that holds all of the runs; where none does, those that are in no other."""
         if len(self.all) == 1:
             return self.all
@@ -233,8 +233,8 @@ def _samples(pieces: list[Part], owners: Sequence[Region]) -> Samples:
     return Samples(z.conj(), w.conj(), alpha.conj(), beta.conj(), length, length > 0, w)
 
 
-def _core(run: Run) -> Run:
-    return Run(_CONJUGATE(run.start), [piece.under(_CONJUGATE) for piece in run.pieces], run.closed)
+def _core(run: PenPath) -> PenPath:
+    return PenPath(_CONJUGATE(run.start), [piece.under(_CONJUGATE) for piece in run.pieces], run.closed)
 
 
 def _points(pieces: Sequence[Part], which: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:

@@ -27,7 +27,7 @@ MOST_TEXELS = 4096  # of a side: what every WebGL 2 takes
 
 
 @dataclass(frozen=True)
-class View:
+class PageHalf:
     """The coordinates of one half of the page.
 
     Attributes:
@@ -39,7 +39,7 @@ class View:
     scale: float
 
     @classmethod
-    def of(cls, *boxes: Box) -> View:
+    def of(cls, *boxes: Box) -> PageHalf:
         """The view whose unit holds all boxes."""
         low = complex(min(b[0].real for b in boxes), min(b[0].imag for b in boxes))
         high = complex(max(b[1].real for b in boxes), max(b[1].imag for b in boxes))
@@ -52,7 +52,7 @@ class View:
 
     def vectors(self, d: Complex) -> NDArray[np.float32]:
         """The same for differences of points."""
-        return View(0j, self.scale)(d)
+        return PageHalf(0j, self.scale)(d)
 
     def box(self, box: Box) -> list[float]:
         """Left, top, right and bottom."""
@@ -78,7 +78,7 @@ def _rounded(points: NDArray) -> list:
     return np.round(points.astype(float), 6).tolist()
 
 
-def patches(map: TriangulatedMap, source: View, target: View) -> NDArray[np.float32]:
+def patches(map: TriangulatedMap, source: PageHalf, target: PageHalf) -> NDArray[np.float32]:
     """(m, 18) of each triangle the corners in the image, then the corners and bulges of its patch in the source."""
     sides = [target(map.corners), source(map.patches[:, :3]), source.vectors(map.patches[:, 3:])]
     return np.concatenate([side.reshape(len(map.faces), 6) for side in sides], axis=1)

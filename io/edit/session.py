@@ -31,7 +31,7 @@ from ..shapes import constraints
 from ..shapes.constraints import Listed, Pin, Stroke
 from ..shapes.shape import Shape
 from .messages import Scene, scene_of
-from .scene import View, patches, png
+from .scene import PageHalf, patches, png
 
 MISSED = 1e-6  # of the target's diagonal; pins that are met are met to 1e-9
 MISSED_STROKE = 1e-3
@@ -96,10 +96,10 @@ class Session:
         self._live: Live | None = None
 
     @cached_property
-    def views(self) -> tuple[View, View]:
+    def views(self) -> tuple[PageHalf, PageHalf]:
         """The coordinates of both halves of the page."""
         source, target = self._boxes
-        return View.of(source, self.source.curve.box), View.of(target, self.target.curve.box)
+        return PageHalf.of(source, self.source.curve.box), PageHalf.of(target, self.target.curve.box)
 
     @property
     def _boxes(self) -> tuple[Box, Box]:

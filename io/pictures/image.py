@@ -14,7 +14,7 @@ from ...memory import Memory
 from ...pixels import colour
 from ...pixels.pyramid import strip_rows
 from ...pixels.texture import Texture
-from ..formats import Picture
+from ..formats import PictureFormat
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ def transfer_of(colorspace: str) -> str | None:
     return None
 
 
-def prepared(image: Image, format: Picture) -> Image:
+def prepared(image: Image, format: PictureFormat) -> Image:
     """The picture as a format can hold it: encoding, association of alpha, channels and depth."""
     before, encoded = image.colorspace, transfer_of(image.colorspace)
     unsaid = not format.named and encoded != "srgb" and image.colorspace != "data"

@@ -26,7 +26,7 @@ STEM = "{stem}"  # in an output's name: that of the texture
 
 
 @dataclass(frozen=True)
-class Picture:
+class CarriedPicture:
     """A texture to carry over.
 
     Attributes:
@@ -63,13 +63,13 @@ def pictures(given: dict[str, Sequence[str]], outputs: Sequence[str], meshes: Se
         if real in taken:
             raise InputError(f"{name}: is an input, or named for two outputs; name another file")
         taken.add(real)
-    return [Picture(path, kind, name) for (path, kind), name in zip(all_of, names)]
+    return [CarriedPicture(path, kind, name) for (path, kind), name in zip(all_of, names)]
 
 
 def run(
     old: str,
     new: str,
-    wanted: Sequence[Picture],
+    wanted: Sequence[CarriedPicture],
     *,
     size: tuple[int, ...] | None,
     filter: str,

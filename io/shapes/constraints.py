@@ -71,7 +71,7 @@ class Stroke(_Entry):
     ends: Literal["free", "stick"] = "free"
 
 
-class Sheet(BaseModel):
+class ConstrainedFile(BaseModel):
     """A shape that places belong to: the file's name, and width and height of its canvas."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -79,19 +79,19 @@ class Sheet(BaseModel):
     size: tuple[Size, Size]
 
 
-class Sheets(BaseModel):
+class ConstrainedFiles(BaseModel):
     """The shapes that constraints belong to."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    source: Sheet | None = None
-    target: Sheet | None = None
+    source: ConstrainedFile | None = None
+    target: ConstrainedFile | None = None
 
 
 class Listed(BaseModel):
     """What a constraints file holds."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    files: Sheets = Sheets()
+    files: ConstrainedFiles = ConstrainedFiles()
     pins: list[Pin] = []
     strokes: list[Stroke] = []
 

@@ -18,7 +18,7 @@ from ..places import Place, written
 from ..spec import Spec
 from ..svg import reader as svg
 from ..svg.drawing import Drawing
-from ..svg.fill import Outline
+from ..svg.fill import FilledOutline
 from . import planar_obj, silhouette
 
 if TYPE_CHECKING:
@@ -240,7 +240,7 @@ def drawn(
     return reader(path, spec.part, **limits)
 
 
-def _choose(drawing: Drawing, text: str, spec: Spec) -> tuple[Outline, list[str]]:
+def _choose(drawing: Drawing, text: str, spec: Spec) -> tuple[FilledOutline, list[str]]:
     """The outline that is meant, and the notes about all the others."""
     found, number = drawing.outlines, spec.number
     if spec.part is not None and spec.part not in drawing.ids:
@@ -258,7 +258,7 @@ def _choose(drawing: Drawing, text: str, spec: Spec) -> tuple[Outline, list[str]
     return outline, [*drawing.notes, *outline.notes, *_left_out(drawing, outline)]
 
 
-def _left_out(drawing: Drawing, outline: Outline) -> list[str]:
+def _left_out(drawing: Drawing, outline: FilledOutline) -> list[str]:
     notes = []
     others = [o for o in drawing.outlines if o is not outline]
     if others:
@@ -271,7 +271,7 @@ def _left_out(drawing: Drawing, outline: Outline) -> list[str]:
     return notes
 
 
-def _holes(drawing: Drawing, outline: Outline) -> dict[str, Any]:
+def _holes(drawing: Drawing, outline: FilledOutline) -> dict[str, Any]:
     """The outlines of holes and the names of what is drawn in them; a hole has no name of its own."""
     return {
         "holes": tuple(_core(hole, drawing.flip) for hole in outline.holes),
@@ -279,7 +279,7 @@ def _holes(drawing: Drawing, outline: Outline) -> dict[str, Any]:
     }
 
 
-def _names_in(hole: Complex, outline: Outline, others: Sequence[Outline]) -> tuple[str, ...]:
+def _names_in(hole: Complex, outline: FilledOutline, others: Sequence[FilledOutline]) -> tuple[str, ...]:
     """The names of what is drawn in a hole, but for those of all that the shape itself is in."""
     inside = [other for other in others if other.names and _may_hold(hole, other.z)]
     inside = [other for other in inside if other is not outline and Curve(hole).contains(other.z).all()]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from .. import files
 from ..svg.drawing import Drawing
-from ..svg.fill import Outline
+from ..svg.fill import FilledOutline
 
 MAX_BYTES = 1 << 30
 MAX_PIXELS = 1 << 27
@@ -96,7 +96,7 @@ def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
     return np.clip(distance / usual, 0, 1)
 
 
-def trace(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[Outline], int]:
+def trace(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[FilledOutline], int]:
     """The outlines of the pieces of a picture of coverages, the largest first, and the number of pieces not traced.
 
     Raises:
@@ -116,7 +116,9 @@ def trace(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[Outl
     return sorted(found, key=lambda o: -o.area), count - 1 - len(order)
 
 
-def _piece(field: NDArray, labels: NDArray, box: NDArray, label: int, flatness: float) -> Outline | None:
+def _piece(
+    field: NDArray, labels: NDArray, box: NDArray, label: int, flatness: float
+) -> FilledOutline | None:
     """The outline of one connected piece, the pixels of all others taken for background."""
     from skimage.measure import find_contours
 
@@ -138,7 +140,7 @@ def _piece(field: NDArray, labels: NDArray, box: NDArray, label: int, flatness: 
     z = shapely.get_coordinates(smooth.exterior)[:-1] @ np.array([1, 1j]) + shift
     holes = [_straightened(c, tolerance) for c in contours if c is not whole and c.area >= SPECK]
     inner = tuple(shapely.get_coordinates(h.exterior)[:-1] @ np.array([1, 1j]) + shift for h in holes)
-    return Outline(f"piece at ({left}, {top})", z, smooth.area, inner)
+    return FilledOutline(f"piece at ({left}, {top})", z, smooth.area, inner)
 
 
 def _straightened(polygon: shapely.Polygon, tolerance: float) -> shapely.Polygon:

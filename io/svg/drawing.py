@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from ...arrays import Complex
-from .fill import Outline, Refused
+from .fill import FilledOutline, Refused
 
 Rectangle = tuple[float, float, float, float]  # x, y, width, height
 
@@ -23,7 +23,7 @@ class Drawing:
         ids: the names that select something.
     """
 
-    outlines: list[Outline]
+    outlines: list[FilledOutline]
     rectangle: Rectangle | None
     flip: bool
     pins: dict[str, complex] = field(default_factory=dict)

@@ -19,7 +19,7 @@ Refused = tuple[float, InputError]
 
 
 @dataclass(frozen=True, eq=False)
-class Outline:
+class FilledOutline:
     """One painted region, in the file's units and directions (x + iy as written).
 
     Attributes:
@@ -41,7 +41,7 @@ class Outline:
 
 def outlines(
     rings: Sequence[Complex], rule: str, name: str, notes: tuple[str, ...] = (), *, crossed: bool = True
-) -> tuple[list[Outline], list[Refused]]:
+) -> tuple[list[FilledOutline], list[Refused]]:
     """The regions that filling the rings together by `rule` (nonzero or evenodd) paints, the largest first.
 
     Rings are closed implicitly, and may overlap, nest and touch each other: what counts is what the fill shows. Where
@@ -82,10 +82,10 @@ def outlines(
     return found, refused
 
 
-def outlines_of(region: shapely.Geometry, name: str, notes: tuple[str, ...] = ()) -> list[Outline]:
+def outlines_of(region: shapely.Geometry, name: str, notes: tuple[str, ...] = ()) -> list[FilledOutline]:
     """The outlines of the parts of a region, the largest first."""
     found = [
-        Outline(
+        FilledOutline(
             name,
             _z(part.exterior),
             shapely.Polygon(part.exterior).area,

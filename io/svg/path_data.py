@@ -116,7 +116,7 @@ def numbers(text: str) -> list[float]:
 
 
 @dataclass(eq=False)
-class Run:
+class PenPath:
     """Where the pen was put down, what it drew, and whether Z closed it."""
 
     start: complex
@@ -130,7 +130,7 @@ def least(d: str) -> int:
     return max(letters, sum(1 for _ in _BARE.finditer(d)) // 7) if len(d) > LONG else letters
 
 
-def runs(d: str, budget: Budget | None = None, *, joined: bool = False) -> list[Run]:
+def runs(d: str, budget: Budget | None = None, *, joined: bool = False) -> list[PenPath]:
     """The runs of path data in its own coordinates; a run begins at every M, and after every Z.
 
     Args:
@@ -143,7 +143,7 @@ def runs(d: str, budget: Budget | None = None, *, joined: bool = False) -> list[
     """
     budget = budget or Budget()
     budget.check(least(d))
-    found: list[Run] = []
+    found: list[PenPath] = []
     pen = _Pen()
     for command, values in commands(d):
         kind, count = command.upper(), _COUNTS[command.upper()]
@@ -155,7 +155,7 @@ def runs(d: str, budget: Budget | None = None, *, joined: bool = False) -> list[
         if joined and kind == "L" and len(values) > STRETCH:
             if not pen.down:
                 pen.down = True
-                found.append(Run(pen.at))
+                found.append(PenPath(pen.at))
             found[-1].pieces.append(pen.stretch(command.islower(), values))
             continue
         for k in range(0, len(values), count or 1):
@@ -166,7 +166,7 @@ def runs(d: str, budget: Budget | None = None, *, joined: bool = False) -> list[
                 continue
             if not pen.down:
                 pen.down = True
-                found.append(Run(pen.at))
+                found.append(PenPath(pen.at))
             found[-1].pieces.append(pen.draw("L" if kind == "M" else kind, command.islower(), group))
     return found
 
@@ -222,7 +222,7 @@ def subpaths(d: str, affine: Affine, flatness: float, budget: Budget | None = No
     return [_flatten(run, affine, flatness, budget) for run in runs(d, budget, joined=True)]
 
 
-def _flatten(run: Run, affine: Affine, flatness: float, budget: Budget) -> Subpath:
+def _flatten(run: PenPath, affine: Affine, flatness: float, budget: Budget) -> Subpath:
     if len(run.pieces) > BATCH and not any(isinstance(piece, Lines) for piece in run.pieces):
         return _flatten_many(run, affine, flatness, budget)
     pieces = [piece.under(affine) for piece in run.pieces]
@@ -232,7 +232,7 @@ def _flatten(run: Run, affine: Affine, flatness: float, budget: Budget) -> Subpa
     return Subpath(np.concatenate([[start], *(piece.points(tolerance) for piece in pieces)]), run.closed)
 
 
-def _flatten_many(run: Run, affine: Affine, flatness: float, budget: Budget) -> Subpath:
+def _flatten_many(run: PenPath, affine: Affine, flatness: float, budget: Budget) -> Subpath:
     """As `_flatten`, all pieces at once."""
     groups = batches(run.pieces, affine)
     start = affine(run.start)

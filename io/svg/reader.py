@@ -14,7 +14,7 @@ from . import tree
 from .budget import MAX_BYTES, MAX_SEGMENTS, Budget
 from .crossings import TooMuch
 from .drawing import Drawing
-from .fill import Outline, distinct, outlines
+from .fill import FilledOutline, distinct, outlines
 from .path_data import LARGEST, Subpath, least, numbers, subpaths
 from .source import drawing_bytes
 from .strokes import silhouette, width_of
@@ -108,7 +108,7 @@ def _special(
         drawing.ids.append(chosen)
         x, y, width, height = drawing.rectangle
         corners = complex(x, y) + np.array([0, width, width + 1j * height, 1j * height])
-        drawing.outlines.append(Outline("the canvas", corners, width * height))
+        drawing.outlines.append(FilledOutline("the canvas", corners, width * height))
     elif (chosen == SILHOUETTE and chosen not in drawing.ids) or not (
         chosen or drawing.outlines or drawing.refused
     ):

@@ -10,7 +10,7 @@ from ...arrays import Complex, xy_of
 from ...errors import InputError
 from . import crossings
 from .affine import Affine
-from .fill import Outline, outlines_of, painted
+from .fill import FilledOutline, outlines_of, painted
 from .path_data import LARGEST, Subpath
 from .tree import Drawn
 
@@ -55,7 +55,7 @@ def painted_by_stroke(drawn: Drawn, runs: Iterable[Subpath]) -> shapely.Geometry
     return affine_transform(shapely.union_all(areas), _matrix(affine))
 
 
-def silhouette(shapes: Iterable[tuple[Drawn, list[Subpath]]], name: str) -> list[Outline]:
+def silhouette(shapes: Iterable[tuple[Drawn, list[Subpath]]], name: str) -> list[FilledOutline]:
     """The outlines of the union of all that fills and strokes paint, the largest first.
 
     Raises:

@@ -99,7 +99,7 @@ def parse(data: bytes) -> Document:
     return Document(box, shapes, {n: local(e) for e in top.iter() for n in (e.get("id"), e.get(_LABEL)) if n})
 
 
-def begin(top: Element) -> tuple[Rectangle | None, "Walk", "State | None"]:
+def begin(top: Element) -> tuple[Rectangle | None, "Walk", "Inherited | None"]:
     """A document's canvas, what walks over its elements, and the state inside its root, None when it is not displayed.
 
     Raises:
@@ -108,7 +108,7 @@ def begin(top: Element) -> tuple[Rectangle | None, "Walk", "State | None"]:
     box = canvas(top)
     sheet = css.sheet("\n".join("".join(e.itertext()) for e in top.iter() if local(e) == "style"))
     walk = Walk({e.get("id", ""): e for e in reversed(list(top.iter()))}, sheet)
-    state = State(Affine(), box[2:] if box else None, box[:2] if box else (0.0, 0.0))
+    state = Inherited(Affine(), box[2:] if box else None, box[:2] if box else (0.0, 0.0))
     return box, walk, walk.enter(top, state, root=True)
 
 
@@ -119,7 +119,7 @@ def linked(ids: Mapping[str, Element], element: Element) -> Element | None:
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class Inherited:
     """What children inherit."""
 
     affine: Affine
@@ -137,7 +137,7 @@ class Walk:
     def __init__(self, ids: Mapping[str, Element], sheet: css.Sheet):
         self.ids, self.sheet, self.copies = ids, sheet, Copies()
 
-    def count(self, element: Element, outer: State) -> None:
+    def count(self, element: Element, outer: Inherited) -> None:
         """Count an element that is about to be drawn.
 
         Raises:
@@ -153,7 +153,7 @@ class Walk:
         own = {k.rpartition("}")[2]: v for k, v in element.attrib.items() if not k.startswith("{")}
         return own | self.sheet.style(local(element), own) | css.declarations(own.get("style", ""))
 
-    def enter(self, element: Element, state: State, *, root: bool = False) -> State | None:
+    def enter(self, element: Element, state: Inherited, *, root: bool = False) -> Inherited | None:
         """The state inside an element, or None when it is not displayed."""
         own = self.own(element)
         if own.get("display") == "none" or own.get("opacity", "").strip() in ("0", "0%", "0.0"):
@@ -170,13 +170,13 @@ class Walk:
             depth=state.depth + 1,
         )
 
-    def children(self, element: Element, state: State | None) -> Iterator[Drawn]:
+    def children(self, element: Element, state: Inherited | None) -> Iterator[Drawn]:
         """What the children of an element draw."""
         if state is not None:
             for child in element:
                 yield from self.element(child, state)
 
-    def element(self, element: Element, outer: State) -> Iterator[Drawn]:
+    def element(self, element: Element, outer: Inherited) -> Iterator[Drawn]:
         """What an element draws."""
         tag = local(element)
         if tag not in SHAPES and tag not in GROUPS and tag not in ("svg", "use"):
@@ -195,7 +195,7 @@ class Walk:
             names = state.groups[len(outer.groups) :]
             yield Drawn(tag, state.properties, state.affine, state.size, names, outer.groups)
 
-    def use(self, element: Element, state: State) -> Iterator[Drawn]:
+    def use(self, element: Element, state: Inherited) -> Iterator[Drawn]:
         """What a `use` draws."""
         target = linked(self.ids, element)
         if target is None:  # elsewhere, or nowhere: SVG draws nothing, and no other file is read
@@ -215,7 +215,7 @@ class Walk:
             yield from self.children(target, inside_viewport(inner, dict(inner.properties) | size))
 
 
-def _transform(properties: Mapping[str, str], state: State) -> Affine:
+def _transform(properties: Mapping[str, str], state: Inherited) -> Affine:
     own = affine.parse(properties.get("transform", ""))
     if "transform-origin" not in properties:
         return own
@@ -228,7 +228,7 @@ def _transform(properties: Mapping[str, str], state: State) -> Affine:
     return affine.translation(*at) @ own @ affine.translation(-at[0], -at[1])
 
 
-def inside_viewport(state: State, attributes: Mapping[str, str]) -> State:
+def inside_viewport(state: Inherited, attributes: Mapping[str, str]) -> Inherited:
     """The state inside a nested svg or a symbol, whose rectangle and viewBox `attributes` give."""
     x, y = (length(attributes.get(k) or "0", state.size, k, k) for k in "xy")
     whole = "100%" if state.size else None

@@ -7,17 +7,17 @@ import numpy as np
 from ...arrays import Complex, Index, Real
 from ...curve import Curve
 from ..discrete import DiscreteMap
-from ..levels import EVENED, Level, Problem, Sketch, refined
+from ..levels import EVENED, Level, Sketch, UnitProblem, refined
 from ..meshing import sizing
 from ..minimise.ldl import system_of
 from ..pairs import Pairs
-from .inside import Inside
+from .inside import InnerConstraints
 from .meeting import aimed, brought, held_where_they_are, led
 
 SAME = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
 
 
-def continued(level: Level, start: Sketch, problem: Problem) -> DiscreteMap:
+def continued(level: Level, start: Sketch, problem: UnitProblem) -> DiscreteMap:
     """The earlier map with the problem's constraints met, or as close as they got.
 
     Raises:
@@ -63,7 +63,7 @@ def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
     following = np.append((border + 1) % border.size, border.size + np.arange(len(level.pins)))
     return DiscreteMap(
         level.source, level.target, faces, system_of(faces, following, order.size), start.z[order],
-        start.u[order], Pairs(s, tau, at_source, at_target), anchored, inside=Inside.of_pins(level.pins),
+        start.u[order], Pairs(s, tau, at_source, at_target), anchored, inside=InnerConstraints.of_pins(level.pins),
     )  # fmt: skip
 
 

@@ -9,8 +9,8 @@ import shapely
 from ...arrays import Complex, Flags, Index, Real, xy_of
 from ...curve import Curve
 from ...errors import ConstraintError
-from ..frames import GRID, Frame
-from .strokes import FINENESS, Stroke, simplified
+from ..frames import GRID, UnitFrame
+from .strokes import FINENESS, StrokePair, simplified
 
 ON_OUTLINE = 1e-3  # of the diagonal: a pin this close to the outline is on it
 NEAR_OUTLINE = 0.02  # of the diagonal: a pin inside but closer than this stretches what lies between
@@ -33,7 +33,7 @@ class Pins:
 
     inner: Complex
     outer: Complex
-    strokes: tuple[Stroke, ...] = ()
+    strokes: tuple[StrokePair, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -41,14 +41,14 @@ class Pins:
         """How many there are."""
         return len(self.inner) + len(self.outer)
 
-    def unit(self, frames: tuple[Frame, Frame]) -> "Pins":
+    def unit(self, frames: tuple[UnitFrame, UnitFrame]) -> "Pins":
         """The pins in unit coordinates, on their grid."""
         inner, outer = (
             np.column_stack([np.round(f.unit(side) / GRID) * GRID for f, side in zip(frames, pins.T)])
             for pins in (self.inner, self.outer)
         )
         strokes = tuple(
-            Stroke(
+            StrokePair(
                 Curve(frames[0].unit(stroke.source.z), closed=False),
                 Curve(frames[1].unit(stroke.target.z), closed=False),
                 stroke.sticks,
@@ -134,7 +134,7 @@ def checked_strokes(
     pins: Complex,
     numbers: Index,
     sticks: Flags,
-) -> tuple[Stroke, ...]:
+) -> tuple[StrokePair, ...]:
     """The strokes, simplified, after a look at the sides that have a domain: the source's, and the target's if any.
 
     Args:
@@ -174,7 +174,7 @@ def checked_strokes(
                     )
     units = [domains[0].diagonal, domains[-1].diagonal]
     curves = [[simplified(c, FINENESS * unit) for c, unit in zip(pair, units)] for pair in strokes]
-    return tuple(Stroke(a, b, (bool(x), bool(y))) for (a, b), (x, y) in zip(curves, sticks))
+    return tuple(StrokePair(a, b, (bool(x), bool(y))) for (a, b), (x, y) in zip(curves, sticks))
 
 
 def _line(z: Complex) -> shapely.LineString:

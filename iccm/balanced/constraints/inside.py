@@ -9,7 +9,7 @@ from ..minimise.sliding import BETA, Border, Rail
 from ..pairs import Match
 
 
-class Inside(NamedTuple):
+class InnerConstraints(NamedTuple):
     """Constrained vertices inside a mesh, with their places on the strokes.
 
     Attributes:
@@ -37,7 +37,7 @@ class Inside(NamedTuple):
     strokes: tuple[tuple[Rail, Rail], ...] = ()
 
     @classmethod
-    def of_pins(cls, pins: Complex) -> "Inside":
+    def of_pins(cls, pins: Complex) -> "InnerConstraints":
         """Pins (k, 2), in the source and in the image."""
         k = len(pins)
         none, held = np.full(k, -1), np.ones(k, bool)
@@ -70,7 +70,7 @@ class Inside(NamedTuple):
         first = np.flatnonzero(self.links >= 0)
         return np.column_stack([first, self.links[first]])
 
-    def slid(self, u: Complex, tau: Real, stay: Flags) -> "Inside":
+    def slid(self, u: Complex, tau: Real, stay: Flags) -> "InnerConstraints":
         """With goals and arclengths (k,) where vertices on strokes have come to be, but for those that stay."""
         goals = np.where(stay, self.goals, u)
         return self._replace(tau=tau, goals=goals, at_target=self.at_target & stay)

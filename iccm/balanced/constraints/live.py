@@ -17,7 +17,7 @@ from ...maps.triangulated.patches import bulges
 from ...result import Fit
 from ..discrete import DiscreteMap
 from ..failure import NoMapError, Stuck
-from ..frames import Frame, frames_of
+from ..frames import UnitFrame, frames_of
 from ..holes.filled import cut_out
 from ..holes.given import Holes, named
 from ..levels import Level, Sketch, refined
@@ -40,7 +40,7 @@ class _Pair:
     source: Curve
     target: Curve
     holes: Holes
-    frames: tuple[Frame, Frame]
+    frames: tuple[UnitFrame, UnitFrame]
 
     def checked(self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]]) -> Pins:
         """Pins and strokes in unit coordinates; pins in holes only say which go together.

@@ -14,7 +14,7 @@ from ..levels import (
     GOOD_ENOUGH,
     RELEASED_STEPS,
     Level,
-    Problem,
+    UnitProblem,
     alternated,
     refined,
     score,
@@ -23,9 +23,9 @@ from ..meshing import sizing
 from ..meshing.mesh import Sizes
 from ..minimise.untangle import STEPS
 from ..pairs import Match
-from ..solution import Journal
+from ..solution import SolveLog
 from . import strokes
-from .inside import Inside
+from .inside import InnerConstraints
 from .routes import route
 from .ways import MOVING_DECREASE, STAGE_STEPS, in_stages, way_to
 
@@ -131,7 +131,9 @@ def rank(state: DiscreteMap, upright: float) -> tuple[float, float]:
     return state.miss, score(state, upright)
 
 
-def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list[DiscreteMap], float, int]:
+def screened(
+    level: Level, matches: list[Match], problem: UnitProblem
+) -> tuple[list[DiscreteMap], float, int]:
     """The best maps with pins moved, best first; the least energy without pins; and how many matches failed."""
     states, failed = [], 0
     for match in progress.counted("starts", matches):
@@ -156,7 +158,7 @@ def screened(level: Level, matches: list[Match], problem: Problem) -> tuple[list
     return ends[:KEPT], free, failed
 
 
-def settled(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
+def settled(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
     """The best of a few rounds with pins held: corners released, a new mesh, settled."""
     best = state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
     for _ in range(RELEASES):
@@ -194,7 +196,7 @@ def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None 
     return new
 
 
-def again(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
+def again(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
     """The map with pins met that coarser meshes left on their way; as it is where they are not met on this one."""
     if problem.strokes:
         return state
@@ -204,14 +206,14 @@ def again(level: Level, state: DiscreteMap, problem: Problem) -> DiscreteMap:
     return new if new.miss == 0 else state
 
 
-def with_goals_of(state: DiscreteMap, new: DiscreteMap) -> Inside:
+def with_goals_of(state: DiscreteMap, new: DiscreteMap) -> InnerConstraints:
     """What is constrained in a new map, pins with the goals that they have in the old one."""
     goals = new.inside.goals.copy()
     goals[new.inside.own < 0] = state.inside.goals[state.inside.own < 0]
     return new.inside._replace(goals=goals)
 
 
-def coarse(level: Level, matches: list[Match], problem: Problem, journal: Journal) -> DiscreteMap:
+def coarse(level: Level, matches: list[Match], problem: UnitProblem, journal: SolveLog) -> DiscreteMap:
     """The best map of all starts on coarse meshes, pins met or as close as they got.
 
     Raises:

@@ -11,13 +11,13 @@ from ...curve import Curve
 from ..minimise.sliding import Rail
 from ..outline import SHARP
 from ..pairs import MERGED, Match, parted
-from .inside import Inside
+from .inside import InnerConstraints
 
 FINENESS = 1e-4  # of the diagonal: how closely the strokes that are solved for follow those given
 
 
 @dataclass(frozen=True, eq=False)
-class Stroke:
+class StrokePair:
     """Open polylines in the source and in the target, on which the source's is to lie.
 
     Attributes:
@@ -32,9 +32,9 @@ class Stroke:
     sticks: tuple[bool, bool] = (False, False)
     covered: tuple[bool, bool] = (True, True)
 
-    def inverse(self) -> "Stroke":
+    def inverse(self) -> "StrokePair":
         """The stroke of the inverse map."""
-        return Stroke(self.target, self.source, self.covered, self.sticks)
+        return StrokePair(self.target, self.source, self.covered, self.sticks)
 
     @property
     def even(self) -> Match:
@@ -62,14 +62,16 @@ def rail_of(curve: Curve) -> Rail:
     return Rail(loop.knots, loop.z, loop.knots[:-1][sharp])
 
 
-def inside(strokes: tuple[Stroke, ...], matches: list[Match], spacing: float, pins: Complex) -> Inside:
+def inside(
+    strokes: tuple[StrokePair, ...], matches: list[Match], spacing: float, pins: Complex
+) -> InnerConstraints:
     """The vertices of strokes, at most `spacing` apart on either side, and of pins (k, 2)."""
-    last = Inside.of_pins(pins)
+    last = InnerConstraints.of_pins(pins)
     parts = [_chain(stroke, match, spacing) for stroke, match in zip(strokes, matches)]
     sizes = [part[0].size for part in parts]
     links = [np.append(start + 1 + np.arange(n - 1), -1) for start, n in zip(np.cumsum([0, *sizes]), sizes)]
     s, tau, at_source, at_target, stuck = ([part[k] for part in parts] for k in range(5))
-    return Inside(
+    return InnerConstraints(
         np.concatenate([*(stroke.source.at(x) for stroke, x in zip(strokes, s)), last.z]),
         np.concatenate([*(stroke.target.at(x) for stroke, x in zip(strokes, tau)), last.goals]),
         np.concatenate([*s, last.s]),
@@ -83,7 +85,9 @@ def inside(strokes: tuple[Stroke, ...], matches: list[Match], spacing: float, pi
     )
 
 
-def aimed(kept: Inside, strokes: tuple[Stroke, ...], u: Complex, even: float) -> Inside:
+def aimed(
+    kept: InnerConstraints, strokes: tuple[StrokePair, ...], u: Complex, even: float
+) -> InnerConstraints:
     """What is constrained, vertices of strokes whose ends slide with goals beside where the map has them.
 
     Args:
@@ -108,7 +112,7 @@ def aimed(kept: Inside, strokes: tuple[Stroke, ...], u: Complex, even: float) ->
     return kept._replace(goals=goals, tau=tau, at_target=at_target)
 
 
-def _chain(stroke: Stroke, match: Match, spacing: float) -> tuple[Any, ...]:
+def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
     """(s, τ, whether a source corner, whether a target corner, whether stuck) of the vertices of a stroke, in order."""
     s0, t0 = stroke.source.knots, stroke.target.knots
     ends, goals = match.s[[0, -1]], match.tau[[0, -1]]

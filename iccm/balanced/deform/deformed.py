@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...arrays import Complex, Flags, Index, Real
-from ..constraints.inside import Inside
+from ..constraints.inside import InnerConstraints
 from ..discrete import ROUNDING, folds
 from ..failure import Stuck
 from ..minimise import newton
 from ..minimise.energy import geometry
-from ..minimise.ldl import System, system_of
+from ..minimise.ldl import BlockPattern, system_of
 from ..minimise.sliding import FREE, HELD, NO_RAIL, SLIDING, Border, Rails
 from ..minimise.untangle import STEPS, untangle
 
@@ -37,18 +37,18 @@ class Deformed:
     """
 
     faces: Index
-    system: System
+    system: BlockPattern
     z: Complex
     u: Complex
     border: int
     pinned: Index
     goals: Complex
-    inside: Inside
+    inside: InnerConstraints
     energy: float = np.inf
 
     @classmethod
     def on(
-        cls, z: Complex, faces: Index, border: int, pinned: Index, goals: Complex, inside: Inside
+        cls, z: Complex, faces: Index, border: int, pinned: Index, goals: Complex, inside: InnerConstraints
     ) -> "Deformed":
         """The mesh with every vertex where it is in the shape."""
         following = np.append(np.arange(border), border + inside.following)

@@ -18,7 +18,7 @@ from ..constraints.meeting import BESIDE
 from ..constraints.strokes import aimed
 from ..constraints.ways import MOVING_DECREASE, STAGE_STEPS, in_stages, way_to
 from ..failure import NoMapError, Stuck
-from ..frames import Frame
+from ..frames import UnitFrame
 from ..levels import EVENED
 from ..meshing.transfer import interpolate
 from ..outline import manageable
@@ -79,7 +79,7 @@ def solve(source: Curve, pins: Pins, settings: Settings, start: TriangulatedMap 
     Raises:
         NoMapError: the shape cannot be meshed.
     """
-    frame = Frame.of(source)
+    frame = UnitFrame.of(source)
     given = pins.unit((frame, frame))
     outer = tuple(given.outer[:, 0].tolist())
     outline = manageable(with_points(frame.curve(source), given.outer[:, 0]), settings.tolerance, outer)
@@ -193,11 +193,11 @@ def carried(state: Deformed, z: Complex, u: Complex, faces: Index) -> Deformed:
     return replace(state, u=u.copy() if same else interpolate(z, faces, u, state.z)).unfolded()
 
 
-def _in(frame: Frame, start: TriangulatedMap) -> Start:
+def _in(frame: UnitFrame, start: TriangulatedMap) -> Start:
     return frame.unit(start.source), frame.unit(start.image), start.faces
 
 
-def _deformation(levels: list[Deformed], frame: Frame, pins: Pins) -> Deformation:
+def _deformation(levels: list[Deformed], frame: UnitFrame, pins: Pins) -> Deformation:
     """The map in the given coordinates, checked there."""
     state = levels[-1]
     z, u = frame.world(state.z), frame.world(state.u)

@@ -12,7 +12,7 @@ from ...curve import Curve
 from .. import starts
 from ..discrete import DiscreteMap
 from ..failure import Stuck
-from ..levels import GOOD_ENOUGH, Level, Problem
+from ..levels import GOOD_ENOUGH, Level, UnitProblem
 from ..meshing.transfer import interpolate
 from .rings import CORNER_FINENESS, CORNERS, STEPS, TURNS, through
 
@@ -29,7 +29,7 @@ def onto_disc(curve: Curve, level: Level, theta: float) -> DiscreteMap:
     Raises:
         Stuck: its triangles are too thin for double precision.
     """
-    own = Level.of(Problem(curve, disc(), theta, 0.0), level.size, 0.0, CORNER_FINENESS, level.steepest)
+    own = Level.of(UnitProblem(curve, disc(), theta, 0.0), level.size, 0.0, CORNER_FINENESS, level.steepest)
     match = starts.arclength_matches(own.source.curve, own.target.curve)[0]
     return own.started(match).forward(theta, 1.0, STEPS, GOOD_ENOUGH, corners=False)
 

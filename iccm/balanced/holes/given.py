@@ -9,7 +9,7 @@ import shapely
 from ...arrays import Complex, Index, xy_of
 from ...curve import Curve
 from ...errors import InputError
-from ..frames import Frame
+from ..frames import UnitFrame
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Holes:
         """Those of both domains."""
         return self.source, self.target
 
-    def unit(self, frames: tuple[Frame, Frame]) -> "Holes":
+    def unit(self, frames: tuple[UnitFrame, UnitFrame]) -> "Holes":
         """The holes in unit coordinates."""
         source, target = (
             tuple(frame.curve(hole) for hole in side) for frame, side in zip(frames, self.sides)

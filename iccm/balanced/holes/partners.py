@@ -7,7 +7,7 @@ import numpy as np
 from ...arrays import Complex, Index, Real
 from ...curve import Curve
 from .. import starts
-from ..frames import Frame
+from ..frames import UnitFrame
 from ..outline import Outline
 from ..pairs import HoleMatch, Match
 
@@ -59,7 +59,7 @@ class Partners:
         key = int(i), int(j), round(turn / STEP)
         if key not in self._matches:
             source, target = self.holes[0][i], self.holes[1][j]
-            here, there = (Curve(Frame.of(curve).unit(curve.z)) for curve in (source, target))
+            here, there = (Curve(UnitFrame.of(curve).unit(curve.z)) for curve in (source, target))
             best = next(starts.elastic_matches(here, there, key[2] * STEP))
             self._matches[key] = _scaled(best, source.length, target.length)
         return self._matches[key]
@@ -73,7 +73,7 @@ def _scaled(match: Match, length: float, goal: float) -> Match:
 
 def middle_of(curve: Curve) -> complex:
     """The centroid of what a closed curve surrounds."""
-    return Frame.of(curve).centre
+    return UnitFrame.of(curve).centre
 
 
 def gyration(curve: Curve) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from ...curve import Curve
 from .. import starts
 from ..failure import Stuck
-from ..levels import GOOD_ENOUGH, Level, Problem
+from ..levels import GOOD_ENOUGH, Level, UnitProblem
 from ..pairs import HoleMatch, Match
 from .partners import Partners
 
@@ -31,7 +31,7 @@ def ring() -> tuple[Curve, Curve]:
 def onto_ring(outer: Curve, hole: Curve, level: Level, theta: float) -> Match | None:
     """How the outlines of a shape with a hole correspond to those of a ring; None where every start folds."""
     goal = ring()
-    problem = Problem(outer, goal[0], theta, 0.0, holes=((hole,), goal[1:]))
+    problem = UnitProblem(outer, goal[0], theta, 0.0, holes=((hole,), goal[1:]))
     own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
     matches = [next(starts.elastic_matches(own.source.curve, own.target.curve, 0.0))]
     matches += starts.arclength_matches(own.source.curve, own.target.curve)[:1]

@@ -16,7 +16,7 @@ from ...arrays import Index
 from ...jit import NUMPY, inner, kept, kernel
 
 
-class System(NamedTuple):
+class BlockPattern(NamedTuple):
     """The pattern of the matrices of one mesh.
 
     Attributes:
@@ -46,7 +46,7 @@ class System(NamedTuple):
     reach: Index
 
 
-def system_of(faces: Index, following: Index, count: int) -> System:
+def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
     """The pattern for triangles (m, 3) of `count` vertices.
 
     Args:
@@ -69,7 +69,7 @@ def system_of(faces: Index, following: Index, count: int) -> System:
     ahead = np.searchsorted(keys, ends.max(axis=0) * count + ends.min(axis=0))
     starts = np.searchsorted(keys, np.arange(count + 1) * count)
     rows = keys % count
-    return System(
+    return BlockPattern(
         position,
         starts,
         rows,
@@ -115,7 +115,7 @@ def _elimination_tree(starts, rows):
 
 @kernel
 def factor_pattern(starts, rows):
-    """The last four fields of `System`: the factor by columns, and by rows in topological order."""
+    """The last four fields of `BlockPattern`: the factor by columns, and by rows in topological order."""
     n = starts.size - 1
     parent, entries = _elimination_tree(starts, rows)
     factor_starts = np.zeros(n + 1, np.int64)

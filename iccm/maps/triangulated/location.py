@@ -25,7 +25,7 @@ BESIDE = (
 ROUNDING = 1e-12  # of the diagonal: this little outside a patch counts as on it
 
 
-class Grid(NamedTuple):
+class BucketGrid(NamedTuple):
     """Square buckets over a plane, and the patches that each touches.
 
     Attributes:
@@ -44,7 +44,7 @@ class Grid(NamedTuple):
     patches: Index
 
 
-class Locator:
+class PatchLocator:
     """The patches of a plane, ready for many questions.
 
     Args:
@@ -71,7 +71,7 @@ class Locator:
         return ROUNDING * float(np.hypot(np.ptp(corners.real), np.ptp(corners.imag)))
 
     @cached_property
-    def grid(self) -> Grid:
+    def grid(self) -> BucketGrid:
         """The buckets."""
         low, high = self.boxes[:, :2].min(axis=0), self.boxes[:, 2:].max(axis=0)
         count = len(self.control)
@@ -83,7 +83,7 @@ class Locator:
                 break
             size *= 2
         columns, rows = (int(n) for n in np.floor((high - low) / size).astype(np.int64) + 1)
-        return Grid(complex(*low), size, columns, rows, *_buckets(first, across, columns, rows))
+        return BucketGrid(complex(*low), size, columns, rows, *_buckets(first, across, columns, rows))
 
     def __call__(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
         """(p,) patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its parameter."""

@@ -10,7 +10,7 @@ from ..boundary_image import BoundaryImage
 from .adjacency import Edges, Index, edges_of
 from .evaluation import evaluate
 from .injectivity import Certificate, certify
-from .location import Locator
+from .location import PatchLocator
 from .patches import bulges, slides
 from .rim import Rim, slid, unslid
 
@@ -212,12 +212,12 @@ class TriangulatedMap:
         return slides(self.bulges, self.source, self.edges)
 
     @cached_property
-    def _source_locator(self) -> Locator:
-        return Locator(self.patches[:, :3], self.patches[:, 3:])
+    def _source_locator(self) -> PatchLocator:
+        return PatchLocator(self.patches[:, :3], self.patches[:, 3:])
 
     @cached_property
-    def _image_locator(self) -> Locator:
-        return Locator(self.corners, np.zeros_like(self.corners))
+    def _image_locator(self) -> PatchLocator:
+        return PatchLocator(self.corners, np.zeros_like(self.corners))
 
     def _jets(self, triangle: Index, place: Real, threads: int | None) -> tuple[Complex, ...]:
         return evaluate(self.patches, self.corners, triangle, place, threads)

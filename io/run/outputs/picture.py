@@ -39,7 +39,7 @@ class Picture(Output):
             )
 
     @property
-    def _format(self) -> formats.Picture:
+    def _format(self) -> formats.PictureFormat:
         return formats.picture("stdout.png" if self.name == "-" else self.name)
 
     def check(self, run: Run) -> None:

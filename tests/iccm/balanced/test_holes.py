@@ -11,7 +11,7 @@ from iccm.balanced.failure import Stuck
 from iccm.balanced.holes.given import Holes
 from iccm.balanced.holes.partners import Partners
 from iccm.balanced.holes.rings import onto_ring, ring
-from iccm.balanced.levels import Level, Problem
+from iccm.balanced.levels import Level, UnitProblem
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise.energy import energy_of, geometry
 from iccm.balanced.orientation import positive
@@ -158,7 +158,7 @@ def test_a_shape_with_a_hole_finds_its_way_around_a_ring():
     outer, (hole,) = OFF
     root = np.sqrt(outer.area + hole.area)
     unit = Curve(outer.z / root), Curve(hole.z / root)
-    level = Level.of(Problem(unit[0], unit[0], 1.0, 0.0), 0.1, 0.0, 6e-3, 8.0)
+    level = Level.of(UnitProblem(unit[0], unit[0], 1.0, 0.0), 0.1, 0.0, 6e-3, 8.0)
     match = onto_ring(*unit, level, 1.0)
     assert match is not None and len(match.holes) == 1
     for curve, goal, found in ((unit[0], ring()[0], match), (unit[1], ring()[1], match.holes[0].match)):

@@ -11,7 +11,7 @@ from iccm.balanced import NoMapError, Settings, solve, stages
 from iccm.balanced.discrete import folds
 from iccm.balanced.failure import Stuck
 from iccm.balanced.holes import discs
-from iccm.balanced.levels import Level, Problem
+from iccm.balanced.levels import Level, UnitProblem
 from iccm.balanced.meshing.transfer import interpolate
 from iccm.balanced.minimise.energy import energy_of
 from iccm.balanced.orientation import is_simple, positive
@@ -201,7 +201,7 @@ def spiral(laps):
 
 def test_a_spiral_onto_a_star_by_way_of_a_disc():
     curves = (Curve(c.z / np.sqrt(c.area)) for c in (spiral(3), STAR))
-    problem = Problem(*curves, 1.0, 0.0)
+    problem = UnitProblem(*curves, 1.0, 0.0)
     level = Level.of(problem, 0.06, *stages.COARSE_EXACTNESS, stages.STEEPEST)
     found = discs.through_disc(level, 1.0)
     assert len(found) >= 6 and not any(folds(state.faces, state.u) for state in found)

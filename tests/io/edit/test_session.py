@@ -9,7 +9,7 @@ import pytest
 from iccm.errors import InputError
 from iccm.io.edit import saving
 from iccm.io.edit.messages import Scene, read
-from iccm.io.edit.scene import View
+from iccm.io.edit.scene import PageHalf
 from iccm.io.edit.session import Session
 from iccm.io.pictures import image_files
 from iccm.io.run.job import make
@@ -54,7 +54,7 @@ def _core(points, view):
 
 
 def test_a_view_is_about_one_large_and_upside_down():
-    view = View.of((100 + 50j, 300 + 100j), (120 + 0j, 180 + 60j))
+    view = PageHalf.of((100 + 50j, 300 + 100j), (120 + 0j, 180 + 60j))
     assert view.box((100 + 0j, 300 + 100j)) == [-0.5, -0.25, 0.5, 0.25]
     assert view.vectors(np.array([20 + 10j])).tolist() == [[pytest.approx(0.1), pytest.approx(-0.05)]]
 
