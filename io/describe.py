@@ -127,16 +127,17 @@ def _charts(mesh: Any) -> int:
 
 def _surface(mesh: Any) -> dict[str, Any]:
     """Pieces with the names that `#` takes; boundary loops and genus of the largest, or why it is no patch."""
-    from ..meshes.disk_patch import disk_patch, pieces
+    from ..meshes.disk_patch import Joined, disk_patch
 
     try:
-        sizes = pieces(mesh)
+        joined = Joined.of(mesh)
+        sizes = joined.sizes
         named = [{"name": f"piece-{k}", "triangles": size} for k, size in enumerate(sizes[:MOST], 1)]
         found = {"pieces_in_all": len(sizes), "pieces": named if len(sizes) > 1 else []}
     except InputError as error:
         return {"patch": str(error)}
     try:
-        whole = disk_patch(mesh)
+        whole = disk_patch(joined)
     except InputError as error:
         return found | {"patch": str(error)}
     return found | {"boundary_loops": [int(loop.size) for loop in whole.loops], "genus": int(whole.genus)}

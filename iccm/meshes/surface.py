@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Complex, Real
-from ..pixels.texture import Places
+from ..pixels.texture import Places, repeated
 from .layout import turns
 from .locate import Locator
-
-ROUNDED = 1e-6  # texels beyond the texture's edge that are still on it (by hand: above round-off)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +36,7 @@ class Surface:
         """As `Placing.places`."""
         triangle, weights = self.locator(z, 1)
         place = np.einsum("pk,pkc->pc", weights, self.corners[triangle])
-        beyond = (place < -ROUNDED) | (place > np.add(self.size, ROUNDED))
-        place = np.where(beyond, np.mod(place, self.size), place)
+        place = repeated(place, self.size)
         at = self.locator.flat[self.locator.faces[triangle]]
         e1, e2 = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
         area = (e1.conj() * e2).imag

@@ -133,7 +133,7 @@ def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, phases: Pha
         pairs, notes = parts.read(job, inputs)
     else:
         source = inputs.shape(job.source)
-        pairs, notes = [(source, inputs.shape(job.target) if job.target else source)], []
+        pairs, notes = [(source, inputs.shape(job.target, target=True) if job.target else source)], []
     room = Bounded(job.memory, _scratch(job)) if job.memory else Memory()
     state = Run(job, inputs, pairs, room, tell, phases, threads)
     for note in notes:

@@ -18,14 +18,14 @@ def shown(job: Job, target: Shape) -> Box:
     """What pictures show of the target's plane: what --target-box names.
 
     By default that is the canvas, unless the shape takes little of it, as a country of a world map does, or lies beside
-    it: then it is the shape's bounding box.
+    it: then it is the shape's bounding box. A chart's picture is of use on all of its layout only.
     """
     return target.bounds if job.target_box == "bbox" or _astray(job, target) else target.box
 
 
 def _astray(job: Job, target: Shape) -> str:
     """Why the default is not the canvas; empty where it is, or where it is said what is to be shown."""
-    if job.target_box:
+    if job.target_box or target.is_layout:
         return ""
     if _reach(target, target.box) >= 1:
         return "lies outside its canvas"
@@ -58,7 +58,7 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
     if (out := _reach(source, source.box)) > OFF:
         text = f"{out:.0%} of its extent lies outside its canvas, where the texture ends"
         said.append(f"{source.spec}: {text}; {cure}")
-    elif job.texture and not job.texture_box and (share := _share(source)) <= SMALL:
+    elif job.texture and not job.texture_box and not source.is_layout and (share := _share(source)) <= SMALL:
         text = f"takes {share:.0%} of its canvas' sides, and shows no more of the texture"
         said.append(f"{source.spec}: {text}; {cure} with all of it")
     return said

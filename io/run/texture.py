@@ -15,14 +15,18 @@ if TYPE_CHECKING:
 
 
 def on_mesh(job: Job, source: Shape) -> bool:
-    """Whether the texture lies on a mesh that is the source."""
-    return source.is_mesh and bool(job.texture or source.pictures)
+    """Whether the texture lies on a mesh that is the source, and not in the plane of its coordinates."""
+    return source.is_mesh and not source.is_layout and textured(job, source)
+
+
+def textured(job: Job, source: Shape) -> bool:
+    """Whether there is a texture, other than the checkerboard."""
+    return bool(job.texture or source.pictures)
 
 
 def box_of(job: Job, source: Shape) -> Box:
     """What of the source's plane the texture covers; the checkerboard is a square."""
-    textured = job.texture or on_mesh(job, source)
-    return framing.covered(job, source) if textured else framing.chequered(job, source)
+    return framing.covered(job, source) if textured(job, source) else framing.chequered(job, source)
 
 
 def image_of(job: Job, source: Shape, room: Memory) -> Image:
@@ -36,7 +40,7 @@ def image_of(job: Job, source: Shape, room: Memory) -> Image:
     limits: dict[str, Any] = {"max_pixels": job.max_pixels, "colorspace": job.colorspace, "room": room}
     if job.texture:
         return image_files.read(job.texture, **limits)
-    if on_mesh(job, source):
+    if source.pictures:
         from ..shapes import mesh_texture
 
         return mesh_texture.read(source, **limits)

@@ -59,7 +59,7 @@ def _made(kind: str, name: str) -> Output:
 
 def suffix_for(job: Job, inputs: Inputs) -> str:
     """Of the output that is written when none is named: a mesh for a mesh, else a picture."""
-    if job.target is None or job.bake or not inputs.is_mesh(job.target):
+    if job.target is None or job.bake or not inputs.is_mesh(job.target) or inputs.is_layout(job.target):
         return ".png"
     path = Spec.of(job.target).path
     return formats.suffix_of(path) if formats.of(path).uv else ".obj"

@@ -6,13 +6,14 @@ from ....pixels.texture import MENDING, check_kind, strip_bytes
 from ...shapes.shape import Shape
 from .. import framing, raster_size
 from ..state import Run
+from ..texture import textured
 
 
 def source(run: Run) -> None:
     """Note which of a mesh source's textures is carried, if any."""
     if not run.source.is_mesh:
         return
-    if not run.on_mesh:
+    if not textured(run.job, run.source):
         run.note(f"{run.source.spec}: names no texture; give one with --texture")
     elif not run.job.texture and (count := len(run.source.pictures)) > 1:
         first = run.source.pictures[0]

@@ -86,8 +86,7 @@ class Picture(Output):
 
 
 def _warp(run: Run) -> Warp:
-    placing = run.source.placing(run.sampler.texture) if run.on_mesh else None
-    return Warp(run.mapping, run.sampler, run.canvas, placing=placing, max_error=run.job.max_pixel_error)
+    return Warp(run.mapping, run.sampler, run.canvas, placing=run.placing, max_error=run.job.max_pixel_error)
 
 
 def _padded(run: Run) -> Image:
