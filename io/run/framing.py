@@ -51,14 +51,17 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
         said.append(f"{target.spec}: {why}, so {text}")
     if job.target and (out := _reach(target, shown(job, target))) > OFF:
         text = f"{out:.0%} of its extent lies outside its canvas, where pictures end"
-        said.append(f"{target.spec}: {text}; --target-box bbox shows all of it")
+        cure = "names with <UDIM> give each tile a picture" if target.is_layout else "--target-box bbox shows all of it"
+        said.append(f"{target.spec}: {text}; {cure}")
     if job.texture_box == "bbox" or not (job.texture or job.texture_box):
         return said
     cure = "--texture-box bbox covers it"
+    if source.is_layout:  # where the texture repeats, or goes on
+        return said
     if (out := _reach(source, source.box)) > OFF:
         text = f"{out:.0%} of its extent lies outside its canvas, where the texture ends"
         said.append(f"{source.spec}: {text}; {cure}")
-    elif job.texture and not job.texture_box and not source.is_layout and (share := _share(source)) <= SMALL:
+    elif job.texture and not job.texture_box and (share := _share(source)) <= SMALL:
         text = f"takes {share:.0%} of its canvas' sides, and shows no more of the texture"
         said.append(f"{source.spec}: {text}; {cure} with all of it")
     return said

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -112,9 +112,9 @@ class Inputs:
     @cached_property
     def named(self) -> tuple[str, ...]:
         """Every file that the job reads, those that its meshes name included; only those that exist."""
-        found = list(self.job.inputs)
+        found = tiled(self.job.inputs)
         for name in self.job.inputs:
-            found += [path for path in self._named(Path(name)) if os.path.isfile(path)]
+            found += [path for path in tiled(self._named(Path(name))) if os.path.isfile(path)]
         return tuple(dict.fromkeys(found))
 
     def sha256(self, name: str) -> str:
@@ -136,7 +136,15 @@ class Inputs:
 def _first_proportions(pictures: Sequence[Path | bytes]) -> float | None:
     from ..pictures.image_files import proportions
 
-    return proportions(pictures[0]) if pictures else None
+    first = next(iter(tiled(pictures[:1])), None)
+    return proportions(first) if first else None
+
+
+def tiled(names: Iterable[Path | bytes | str]) -> list[Any]:
+    """Names of pictures, those of the tiles that there are in the place of one that stands for all of them."""
+    from ..pictures.tiles import files_of, is_pattern
+
+    return [each for name in names for each in (files_of(str(name)) if is_pattern(name) else [name])]
 
 
 def _pictures(library: Path) -> list[str]:

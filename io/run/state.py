@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ...pixels.warp import Canvas, Sampler
     from ...solve import Fit
     from ..pictures.image_files import Image
+    from ..pictures.tiles import TiledImage
     from ..shapes.shape import Shape
     from .inputs import Inputs
 
@@ -117,14 +118,24 @@ class Run:
         return [passed_over(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
 
     @cached_property
+    def tiled(self) -> TiledImage | None:
+        """The pictures of the tiles (UDIM) that the source lies on, where the texture is called so."""
+        return texture.tiles_of(self.job, [source for source, _ in self.pairs], self.room)
+
+    @property
+    def tiles(self) -> Box | None:
+        """What of the source's layout they cover."""
+        return self.tiled.box if self.tiled else None
+
+    @cached_property
     def image(self) -> Image:
         """The texture."""
-        return texture.image_of(self.job, self.source, self.room)
+        return self.tiled.image if self.tiled else texture.image_of(self.job, self.source, self.room)
 
     @cached_property
     def box(self) -> Box:
         """Its place in the source's plane."""
-        return texture.box_of(self.job, self.source)
+        return texture.box_of(self.job, self.source, self.tiles)
 
     @cached_property
     def on_mesh(self) -> bool:
@@ -136,8 +147,9 @@ class Run:
         """Where points of the source, as `mapping` gives them, lie in the texture, if it does not just lie there."""
         placed = self.sampler.texture
         if self.on_mesh:
-            return self.whole(0).placing(placed)
-        return Repeated(placed) if self.source.is_layout and texture.textured(self.job, self.source) else None
+            return self.whole(0).placing(placed, self.tiles)
+        repeats = self.source.is_layout and not self.tiled and texture.textured(self.job, self.source)
+        return Repeated(placed) if repeats else None
 
     def whole(self, side: int) -> Shape:
         """All parts of the source (0), or of the target (1), as one shape, where it is a mesh."""
@@ -190,6 +202,14 @@ class Run:
         size, most = self.job.size or (LONGER_SIDE,), self.job.max_pixels
         width, height = raster_size.bounded(size, high - low, most)
         return Canvas.about(width, height, (low, high))
+
+    def canvas_of(self, tile: complex | None) -> Canvas:
+        """The raster of a tile of the target's layout, by its lower left corner; None: the usual one."""
+        if tile is None:
+            return self.canvas
+        aspect = self.target.aspect
+        low = complex(tile.real * aspect, tile.imag)
+        return replace(self.canvas, box=(low, low + complex(aspect, 1)))
 
     def _extent(self) -> Box:
         """What pictures show of the target; a deformed shape may leave that of the source, which grows."""

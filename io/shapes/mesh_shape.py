@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...arrays import Complex, Index, Real
+from ...arrays import Box, Complex, Index, Real
 from ...curve import Curve
 from ...errors import InputError
 from ...flattening import flatten
@@ -36,14 +36,12 @@ class MeshShape(Shape):
         file: the mesh as its file holds it.
         flattening: its place in the plane.
         chart: where it lies in the mesh's own texture coordinates, if its plane is theirs.
-        aspect: width by height of the pictures that lie there.
     """
 
     is_mesh = True
     file: mesh_files.MeshFile
     flattening: Flattening
     chart: LaidOut | None = None
-    aspect: float = 1.0
 
     @property
     def is_layout(self) -> bool:
@@ -140,7 +138,7 @@ class MeshShape(Shape):
         """The textures that an OBJ's materials name, or the content of the one that another format holds."""
         return (self.file.picture,) if self.file.picture else tuple(mesh_files.textures_of(self.file))
 
-    def placing(self, texture: Texture) -> Placing:
+    def placing(self, texture: Texture, tiles: Box | None = None) -> Placing:
         """Where points of the flattening lie in a texture: by the mesh's own texture coordinates.
 
         Raises:
@@ -148,7 +146,17 @@ class MeshShape(Shape):
         """
         faces = self.uv_faces
         height, width = texture.pixels.shape[:2]
-        return Surface.of(self.locator, self.uv[faces], (width, height))
+        return Surface.of(self.locator, self.uv[faces], (width, height), tiles)
+
+    @property
+    def tiles(self) -> set[complex]:
+        """Lower left corners of the unit squares of the layout that the middles of its triangles are in.
+
+        Raises:
+            InputError: as for `uv_faces`.
+        """
+        middle = np.floor(self.uv[self.uv_faces].mean(axis=1))
+        return {complex(u, v) for u, v in np.unique(middle, axis=0)}
 
     @property
     def corners(self) -> tuple[Index, Index]:
@@ -332,13 +340,16 @@ def _of_patch(file: mesh_files.MeshFile, patch: Patch) -> tuple[mesh_files.MeshF
 def _holes(file: mesh_files.MeshFile, flat: Flattening) -> dict[str, Any]:
     """The outlines of holes in the plane, and the objects, groups and materials around each."""
     loops = [loop for loop in flat.patch.loops if not np.array_equal(loop, flat.loop)]
-    names = [_around(file, flat, loop) for loop in loops]
+    names = [names_around(file, flat.patch, loop) for loop in loops]
     return {"holes": tuple(flat.flat[loop] for loop in loops), "hole_names": tuple(names)}
 
 
-def _around(file: mesh_files.MeshFile, flat: Flattening, loop: Index) -> tuple[str, ...]:
+def names_around(file: mesh_files.MeshFile, patch: Patch, loop: Index) -> tuple[str, ...]:
+    """The objects, groups and materials of the faces of an OBJ that touch a boundary loop of a patch of it."""
     if file.obj is None:
         return ()
-    touching = np.isin(flat.patch.faces, loop).any(axis=1)
-    face = np.searchsorted(file.mesh.starts, flat.patch.corner[touching, 0], side="right") - 1
+    beside = np.zeros(len(patch.points), bool)
+    beside[loop] = True
+    touching = beside[patch.faces].any(axis=1)
+    face = np.searchsorted(file.mesh.starts, patch.corner[touching, 0], side="right") - 1
     return tuple(sorted(file.obj.names_at(np.flatnonzero(file.faces)[np.unique(face)])))

@@ -44,6 +44,7 @@ class Shape:
         extent: the bounding box of all that were read, where it is one of several.
         holes: the boundaries of its holes, core plane.
         hole_names: ids and labels of what is drawn in each of them.
+        aspect: of a layout, width by height of the pictures that lie there.
     """
 
     spec: str
@@ -59,6 +60,7 @@ class Shape:
     extent: Box | None = None
     holes: tuple[Complex, ...] = ()
     hole_names: tuple[tuple[str, ...], ...] = ()
+    aspect: float = 1.0
 
     @property
     def bounds(self) -> Box:
@@ -97,8 +99,13 @@ class Shape:
         """The textures that the file names or holds: those of a mesh."""
         return ()
 
-    def placing(self, texture: Texture) -> Placing:
-        """Where points of the shape's plane lie in a texture, which has a place of its own in it."""
+    def placing(self, texture: Texture, tiles: Box | None = None) -> Placing:
+        """Where points of the shape's plane lie in a texture, which has a place of its own in it.
+
+        Args:
+            texture: the texture.
+            tiles: of a mesh, what of its texture coordinates the texture covers, if not 0..1 again and again.
+        """
         return texture
 
     def to_core(self, xy: ArrayLike) -> Complex:

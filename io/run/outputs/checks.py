@@ -40,17 +40,24 @@ def coordinates(run: Run, *shapes: Shape) -> None:
     """
     from ...shapes import mesh_texture
 
-    for note in [note for shape in shapes for note in mesh_texture.beyond_unit(shape)]:
-        run.note(note)
+    sources = [source for source, _ in run.pairs] if run.tiles else []
+    for shape in shapes:
+        for note in mesh_texture.beyond_unit(shape):
+            if not any(shape is source for source in sources):
+                run.note(note)
 
 
-def canvas(run: Run) -> tuple[int, int]:
+def canvas(run: Run, tile: complex | None = None) -> tuple[int, int]:
     """Width and height of the target's raster, before the map is known; tells what it shows of the target.
+
+    Args:
+        run: the job.
+        tile: which of several is shown, if each is.
 
     Raises:
         InputError: more pixels than --max-pixels.
     """
-    for note in framing.remarks(run.job, run.source, run.target):
+    for note in framing.remarks(run.job, run.source, run.target) if tile is None else ():
         run.note(note)
     return raster_size.canvas_size(run.job, run.target)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ....arrays import Box
 from ....meshes import bake as baking
 from ....pixels.stmap import flat
 from ....pixels.texture import Placing, Repeated
@@ -18,6 +19,8 @@ from .output import Output
 class STMap(Output):
     """A map as a picture of floats, of the target's canvas or with --bake of its texture coordinates."""
 
+    tiles = True
+
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """A suffix whose format holds floats."""
         stmap_files.check(self.name)
@@ -25,13 +28,13 @@ class STMap(Output):
     def check(self, run: Run) -> None:
         """Texture coordinates on the way, and room for the rows."""
         if run.job.bake:
-            baked.check_layouts(run)
+            baked.check_layouts(run, self.tile)
             width, height = baked.size(run)
             run.room.check(baking.whole_bytes(height, width, 4, 4), baked.BAKED)
             return
         if run.source.has_uv:
             checks.coordinates(run, *(source for source, _ in run.pairs))
-        width, _ = checks.canvas(run)
+        width, _ = checks.canvas(run, self.tile)
         run.room.check(stmap_files.band_bytes(width), f"rows of {width} pixels")
 
     def write(self, run: Run, path: Path) -> None:
@@ -41,20 +44,31 @@ class STMap(Output):
             if not job.bake:
                 place, room = _placing(run), run.room
                 stmap_files.write(
-                    path, run.laid, box, run.canvas, placing=place, room=room, threads=run.threads
+                    path,
+                    run.laid,
+                    box,
+                    run.canvas_of(self.tile),
+                    placing=place,
+                    room=room,
+                    threads=run.threads,
                 )
                 return
             parts = baked.parts_of(run)
-            grid = baked.layout_of([target for target, _, _ in parts], *baked.size(run))
-            placed = baked.baked_parts(parts, flat(box), run.threads)
+            grid = baked.layout_of([target for target, _, _ in parts], *baked.size(run), self.tile)
+            placed = baked.baked_parts(parts, flat(box), run.threads, _unit(run))
             st, figures = baking.bake_stmap(placed, grid, padding=job.padding, threads=run.threads)
             stmap_files.write_whole(path, st)
-        baked.told(run, figures)
+        baked.told(run, figures, self.tile)
 
 
 def _placing(run: Run) -> Placing | None:
     """Where points of a mesh lie in a texture of one texel; None for what lies flat in the plane."""
     lying = flat(framing.covered(run.job, run.source))
     if run.source.is_layout:
-        return Repeated(lying)
-    return run.whole(0).placing(lying) if run.source.has_uv else None
+        return flat((0j, complex(run.source.aspect, 1))) if run.tiles else Repeated(lying)
+    return run.whole(0).placing(lying, _unit(run)) if run.source.has_uv else None
+
+
+def _unit(run: Run) -> Box | None:
+    """The tile that s and t are relative to, where those of the texture are told apart; they go on beyond 0..1 then."""
+    return (0j, 1 + 1j) if run.tiles else None
