@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Flags, Index, Real
+from ..arrays import Box, Flags, Index, Real
 from ..parallel import over_slices
 from ..pixels.padding import pad
 from ..pixels.sampler import Sampler, put
 from ..pixels.texture import Places
 from .charted import Charted
 from .layout import Layout, layout
+from .surface import texels
 
 SAME = 1e-6  # of the diagonal: corners this close are the same
 ROWS = 64  # of the layout that are filtered at a time (by hand)
@@ -33,6 +34,7 @@ class Origin:
         nearest: (k,) triangle of the old mesh nearest to each of these texels.
         weights: (k, 3) barycentric coordinates of the nearest point.
         distance: (k,) to it.
+        wraps: whether what lies beyond the grid came in on its other side.
     """
 
     old: Charted
@@ -44,15 +46,16 @@ class Origin:
     nearest: Index
     weights: Real
     distance: Real
+    wraps: bool = True
 
     @classmethod
-    def of(cls, old: Charted, new: Charted, width: int, height: int) -> "Origin":
-        """For a new picture of this size.
+    def of(cls, old: Charted, new: Charted, width: int, height: int, tile: complex | None = None) -> "Origin":
+        """For a new picture of this size, of one tile of the new layout (see `layout.layout`) or of all in one.
 
         Raises:
             InputError: a layout that cannot be rasterised.
         """
-        grid = layout(new.name, new.uv, new.uv_faces, new.twin, width, height)
+        grid = layout(new.name, new.uv, new.uv_faces, new.twin, width, height, tile)
         partner, order = partners(old, new)
         owner = grid.owners.owner
         lonely = (owner >= 0) & (partner[owner] < 0)
@@ -60,10 +63,9 @@ class Origin:
         slots[lonely] = np.arange(lonely.sum())
         rows, columns = np.nonzero(lonely)
         own = owner[rows, columns]
-        weights = _barycentric(grid.corners[own], columns, rows, grid.shape)
-        return cls(
-            old, new, grid, partner, order, slots, *_nearest(old, _at(new.points[new.faces[own]], weights))
-        )
+        weights = _barycentric(grid.corners[own], columns, rows, grid.shape, tile is None)
+        near = _nearest(old, _at(new.points[new.faces[own]], weights))
+        return cls(old, new, grid, partner, order, slots, *near, wraps=tile is None)
 
     def far(self, limit: float) -> Flags:
         """(h, w) texels that lie farther from the old mesh than a distance."""
@@ -71,17 +73,20 @@ class Origin:
         found[self.slots >= 0] = self.distance > limit
         return found
 
-    def places(self, rows: NDArray, columns: NDArray, size: tuple[int, int]) -> Places:
-        """Where texels (p,) of the new layout lie in a texture of the old one, of this width and height."""
+    def places(
+        self, rows: NDArray, columns: NDArray, size: tuple[int, int], tiles: Box | None = None
+    ) -> Places:
+        """Where texels (p,) of the new layout lie in a texture of the old one, of this width and height.
+
+        `tiles` is what of the old layout it covers; None: 0..1, again and again.
+        """
         own, slot = self.grid.owners.owner[rows, columns], self.slots[rows, columns]
-        weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape)
+        weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape, self.wraps)
         lonely = slot >= 0
         triangle = np.where(lonely, self.nearest[slot] if self.nearest.size else 0, self.partner[own])
         there = np.take_along_axis(weights, self.order[own], axis=1)
         there[lonely] = self.weights[slot[lonely]]
-        uv = self.old.uv[self.old.uv_faces[triangle]]
-        corners = np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1)
-        corners = (corners - np.floor(corners.mean(axis=1, keepdims=True))) * size
+        corners = texels(self.old.uv[self.old.uv_faces[triangle]], size, tiles)
         steps = self._steps(own)
         turn = np.empty((own.size, 4))
         edges = self.old.points[self.old.faces[triangle]]
@@ -117,7 +122,13 @@ def _frame(mesh: Charted, triangle: Index, weights: Real) -> tuple[Real, Real, R
 
 
 def carry(
-    origin: Origin, sampler: Sampler, limit: float, *, padding: int | None = None, threads: int | None = None
+    origin: Origin,
+    sampler: Sampler,
+    limit: float,
+    *,
+    tiles: Box | None = None,
+    padding: int | None = None,
+    threads: int | None = None,
 ) -> NDArray:
     """(h, w, c) pixels of the new layout from a texture of the old one; 0 beyond the limit, where nothing reaches.
 
@@ -125,6 +136,7 @@ def carry(
         origin: where its texels lie.
         sampler: the texture.
         limit: the largest distance from the old mesh.
+        tiles: what of the old layout the texture covers; None: 0..1, again and again.
         padding: texels to spread colours past the charts; a thirty-second of the picture by default, -1 for all.
         threads: as many as there are processors by default.
     """
@@ -135,7 +147,9 @@ def carry(
     def fill(part: slice) -> None:
         rows, columns = np.nonzero(reached[part])
         pixels = sampler(
-            lambda some: origin.places(rows[some] + part.start, columns[some], (width, height)), rows.size, 1
+            lambda some: origin.places(rows[some] + part.start, columns[some], (width, height), tiles),
+            rows.size,
+            1,
         )
         put(out[part].reshape(-1, sampler.channels), rows * out.shape[1] + columns, pixels)
 
@@ -200,15 +214,13 @@ def _along(edges: Real, way: Real) -> Real:
     return np.column_stack([s, t])
 
 
-def _barycentric(corners: Real, columns: NDArray, rows: NDArray, shape: tuple[int, int]) -> Real:
+def _barycentric(corners: Real, columns: NDArray, rows: NDArray, shape: tuple[int, int], wraps: bool) -> Real:
     """(p, 3) of texel centres in triangles (p, 3, 2), moved into them where a chart's border only touches the texel."""
     height, width = shape
     middle = corners.mean(axis=1)
     at = np.column_stack([columns + 0.5, rows + 0.5])
-    at += np.round((middle - at) / (width, height)) * (
-        width,
-        height,
-    )  # texels that came in from the other side
+    if wraps:  # texels that came in from the other side
+        at += np.round((middle - at) / (width, height)) * (width, height)
     (ax, ay), (bx, by) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
     px, py = (at - corners[:, 0]).T
     area = ax * by - ay * bx
