@@ -14,7 +14,7 @@ from .meshes import size_limits
 from .shapes import shape as shapes
 from .spec import Spec
 
-MOST = 20
+MOST = 20  # of each kind that are listed (by hand)
 MAX_FACES = 5_000_000
 
 

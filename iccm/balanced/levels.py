@@ -29,7 +29,7 @@ from .pairs import HoleMatch, Loop, Match, Pairs, boundary_pairs, limited, loops
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
 SCREENING = ((3, 9), (5, 5))  # Newton steps, then how many maps go on; within 1 % of keeping all
 RELEASES = 3  # rounds of released corners
-RELEASED_STEPS = 8
+RELEASED_STEPS = 8  # of Newton after each release (by hand)
 FORWARD, BACKWARD = 8, 3  # Newton steps on the map and on its inverse, in turn
 SETTLED = 1e-3  # relative decrease of a round that ends it
 POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
@@ -41,7 +41,7 @@ EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decre
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
 
 
-STROKE_SAMPLES = 8
+STROKE_SAMPLES = 8  # of each stroke, which starts are compared by (by hand)
 NO_PINS = np.empty((0, 2), np.complex128)
 
 

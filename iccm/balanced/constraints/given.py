@@ -14,9 +14,8 @@ from .strokes import FINENESS, StrokePair, simplified
 
 ON_OUTLINE = 1e-3  # of the diagonal: a pin this close to the outline is on it
 NEAR_OUTLINE = 0.02  # of the diagonal: a pin inside but closer than this stretches what lies between
-AT_OUTLINE = (
-    1e-6  # of the diagonal: the same where the outline is free, and nothing is lost by pins close to it
-)
+AT_OUTLINE = 1e-6
+"""Of the diagonal: the same where the outline is free, and nothing is lost by pins close to it."""
 SAME_POINT = 1e-9  # of the diagonal
 
 
