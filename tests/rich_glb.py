@@ -30,12 +30,14 @@ class Builder:
         self.data += data
         return len(self.file.bufferViews) - 1
 
-    def accessor(self, values, kind, normalized=False):
+    def accessor(self, values, kind, normalized=False, plain=False):
         values = np.ascontiguousarray(values)
         code = next(code for code, dtype in DTYPES.items() if dtype == values.dtype)
-        bounds = {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()} if kind == "VEC3" else {}
+        bounds = (
+            {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()} if kind == "VEC3" else {}
+        )
         row = values.dtype.itemsize * WIDTH[kind]
-        stride = {"byteStride": row} if kind.startswith("VEC") else {}
+        stride = {"byteStride": row, "target": 34962} if kind.startswith("VEC") and not plain else {}
         self.file.accessors.append(
             gl.Accessor(
                 bufferView=self.view(values.tobytes(), **stride),
@@ -69,33 +71,37 @@ def sheet(n=6):
     normal = np.column_stack([0.6 * np.sin(2 * x), 0 * x, 1 + 0 * x])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     uv = np.column_stack([0.1 + 0.8 * y, 0.1 + 0.8 * x])  # turned by a quarter
-    return np.column_stack([x, y, z]), normal, uv, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    return (
+        np.column_stack([x, y, z]),
+        normal,
+        uv,
+        np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]),
+    )
 
 
 def attributes_of(make, points, normal, uv, rng):
     """Accessors of all that a vertex may have."""
     n = len(points)
-    tangent = np.column_stack([0 * normal[:, 0], 1 + 0 * normal[:, 0], 0 * normal[:, 0], 1 + 0 * normal[:, 0]])
-    weights = rng.dirichlet(np.ones(4), n)
+    tangent, share = np.tile([0.0, 1, 0, 1], (n, 1)), rng.uniform(0.1, 0.9, n)
+    joints, weights = np.tile([0, 1, 0, 0], (n, 1)), np.column_stack([share, 1 - share, 0 * share, 0 * share])
     return gl.Attributes(
         POSITION=make.accessor(points.astype(np.float32), "VEC3"),
         NORMAL=make.accessor(normal.astype(np.float32), "VEC3"),
         TANGENT=make.accessor(tangent.astype(np.float32), "VEC4"),
         TEXCOORD_0=make.accessor(uv.astype(np.float32), "VEC2"),
         COLOR_0=make.accessor(rng.integers(0, 255, (n, 4)).astype(np.uint8), "VEC4", True),
-        JOINTS_0=make.accessor(rng.integers(0, 2, (n, 4)).astype(np.uint8), "VEC4"),
+        JOINTS_0=make.accessor(joints.astype(np.uint8), "VEC4"),
         WEIGHTS_0=make.accessor(weights.astype(np.float32), "VEC4"),
     )
 
 
-def rich(points, normal, uv, faces):
-    """The bytes of a file whose first mesh, `body`, is this surface."""
+def rich(points, normal, uv, faces, bump=None):
+    """The bytes of a file whose first mesh, `body`, is this surface; `bump` is its normal map."""
     make, rng = Builder(), np.random.default_rng(3)
     file = make.file
     file.samplers.append(gl.Sampler(magFilter=9728, minFilter=9984, wrapS=33071, wrapT=33648))
-    colour, bump, rough = (
-        make.texture(png(c), sampler=0) for c in ((200, 90, 40), (128, 128, 255), (0, 180, 20))
-    )
+    held = (png((200, 90, 40)), bump or png((128, 128, 255)), png((0, 180, 20)))
+    colour, bump, rough = (make.texture(content, sampler=0) for content in held)
     look = gl.PbrMetallicRoughness(
         baseColorFactor=[0.9, 0.8, 0.7, 1.0],
         baseColorTexture=gl.TextureInfo(index=colour),
@@ -124,7 +130,7 @@ def rich(points, normal, uv, faces):
     file.skins.append(gl.Skin(joints=[2, 3], inverseBindMatrices=poses))
     times = make.accessor(np.array([[0], [1]], np.float32), "SCALAR")
     file.accessors[times].min, file.accessors[times].max = [0.0], [1.0]
-    turns = make.accessor(np.array([[0, 0, 0, 1], [0, 0, 1, 0]], np.float32), "VEC4")
+    turns = make.accessor(np.array([[0, 0, 0, 1], [0, 0, 1, 0]], np.float32), "VEC4", plain=True)
     file.animations.append(
         gl.Animation(
             name="wave",
@@ -135,13 +141,13 @@ def rich(points, normal, uv, faces):
         )
     )
     file.nodes += [
-        gl.Node(name="world", children=[1, 2, 4]),
+        gl.Node(name="world", children=[2, 4]),
         gl.Node(name="person", mesh=0, skin=0),
         gl.Node(name="hip", children=[3], translation=[0, 1, 0]),
         gl.Node(name="hand", extras={"grip": 3}),
         gl.Node(name="on top", mesh=1, rotation=[0, 0.6, 0, 0.8], scale=[2, 2, 2]),
     ]
-    file.scenes.append(gl.Scene(nodes=[0]))
+    file.scenes.append(gl.Scene(nodes=[0, 1]))
     file.scene = 0
     return make.bytes()
 
