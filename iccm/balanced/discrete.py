@@ -16,6 +16,7 @@ from .failure import Stuck
 from .kernels import twice_area
 from .meshing.mesh import Sizes, closed_links, triangulate
 from .minimise import newton
+from .metric import PLANES, Metrics, rest_geometry
 from .minimise.energy import BOTH_AREAS, geometry
 from .minimise.ldl import BlockPattern, system_of
 from .minimise.measures import turn_of
@@ -74,6 +75,7 @@ class DiscreteMap:
         holes: the holes; vertices of filled ones come last of those that are given to the mesh.
         weights: (m,) 1, and FILLED for triangles in filled holes; None where there are none.
         settled: whether the last descent ended before its steps did.
+        metrics: of surfaces that the planes of source and target stand for.
     """
 
     source: Outline
@@ -91,6 +93,7 @@ class DiscreteMap:
     holes: MeshHoles = NO_HOLES
     weights: Real | None = None
     settled: bool = True
+    metrics: Metrics = PLANES
 
     @classmethod
     def on(
@@ -104,6 +107,7 @@ class DiscreteMap:
         axis: float = np.inf,
         holes: MeshHoles = NO_HOLES,
         filled: Sequence[Complex] = (),
+        metrics: Metrics = PLANES,
     ) -> "DiscreteMap":
         """A mesh for boundary pairs; the image is given on the outline and zero inside. `filled` are the polygons of
         holes that are covered."""
@@ -130,6 +134,7 @@ class DiscreteMap:
             inside=inside,
             holes=holes,
             weights=weights,
+            metrics=metrics,
         )
 
     @property
@@ -187,7 +192,7 @@ class DiscreteMap:
     @property
     def turn(self) -> float:
         """Radians by which the picture is turned."""
-        return turn_of(self.z, self.u, self.material)
+        return turn_of(self.z, self.u, self.material, self.metrics)
 
     @property
     def match(self) -> Match:
@@ -211,6 +216,7 @@ class DiscreteMap:
             u=self.z,
             pairs=Pairs(tau, s, at_target, at_source),
             holes=self.holes.inverse(),
+            metrics=self.metrics[::-1],
         )
 
     def moved_to_border(self, u: Complex) -> "DiscreteMap":
@@ -251,7 +257,7 @@ class DiscreteMap:
         Raises:
             Stuck: folds remain.
         """
-        gradients, areas = geometry(self.z, self.system.corners)
+        gradients, areas = rest_geometry(self.z, self.u, self.system.corners, (self.metrics[0], None))
         u = self.u.copy()
         u[self.border : self.constrained] = (
             self.inside.goals if self.bound else u[self.border : self.constrained]
@@ -316,7 +322,8 @@ class DiscreteMap:
             kinds = np.append(kinds, np.full(tau.size - kinds.size, HELD))
             goals = np.append(goals, moving[goals.size : tau.size])
             own = np.append(own, np.zeros(tau.size - own.size, np.int64))
-        gradients, areas = geometry(kept, self.system.corners)
+        metrics = self.metrics if forward else self.metrics[::-1]
+        gradients, areas = rest_geometry(kept, moving, self.system.corners, metrics)
         if self.weights is not None:
             gradients, areas = _shrunk(gradients, areas, self.weights, forward)
         u = moving.copy()

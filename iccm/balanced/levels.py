@@ -21,6 +21,7 @@ from .failure import Stuck
 from .holes.outlines import outlines_of, rim_spacing, spaced
 from .meshing.mesh import Sizes
 from .meshing.transfer import interpolate
+from .metric import PLANES, Metrics
 from .minimise.measures import stretches
 from .minimise.untangle import STEPS
 from .outline import Outline
@@ -59,6 +60,7 @@ class UnitProblem(NamedTuple):
         strokes: polylines inside that must.
         holes: outlines of holes of the source and of the target, clockwise.
         partners: (i, j) that hole i of the source is to go to hole j of the target.
+        metrics: of the surfaces that the two planes stand for.
     """
 
     source: Curve
@@ -71,6 +73,7 @@ class UnitProblem(NamedTuple):
     strokes: tuple[StrokePair, ...] = ()
     holes: tuple[tuple[Curve, ...], tuple[Curve, ...]] = ((), ())
     partners: tuple[tuple[int, int], ...] = ()
+    metrics: Metrics = PLANES
 
     @property
     def holed(self) -> bool:
@@ -109,6 +112,7 @@ class UnitProblem(NamedTuple):
             strokes=strokes,
             holes=self.holes[::-1],
             partners=tuple((j, i) for i, j in self.partners),
+            metrics=self.metrics[::-1],
         )
 
 
@@ -126,6 +130,7 @@ class Sketch:
     loops: tuple[Loop, ...] = ()
     filled: tuple[Loop, ...] = ()
     weights: Real | None = None
+    metrics: Metrics = PLANES
 
     @property
     def material(self) -> Index:
@@ -151,6 +156,7 @@ class Level:
     strokes: tuple[StrokePair, ...]
     halved: bool = False
     holes: tuple[tuple[Outline, ...], tuple[Outline, ...]] = ((), ())
+    metrics: Metrics = PLANES
 
     @classmethod
     def of(
@@ -170,6 +176,7 @@ class Level:
         return cls(
             *(source, target, size, anchors, steepest, problem.pins, problem.strokes, problem.halved),
             holes=(tuple(rims), tuple(goals)),
+            metrics=problem.metrics,
         )
 
     def mapped(
@@ -190,7 +197,8 @@ class Level:
         filled = [spaced(self.holes[0][k], spacing) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         holes = holes._replace(filled=loops_of(sizes_of_filled, pairs.s.size + kept.z.size))
-        return DiscreteMap.on(self.source, self.target, pairs, sizes, self.anchors, kept, axis, holes, filled)
+        given = self.source, self.target, pairs, sizes, self.anchors, kept, axis, holes, filled
+        return DiscreteMap.on(*given, self.metrics)
 
     def _with_holes(self, outer: Pairs, matches: Sequence[HoleMatch]) -> tuple[Pairs, MeshHoles]:
         """The boundary with holes that have partners."""
@@ -210,7 +218,10 @@ class Level:
     def inverse(self) -> "Level":
         """That of the inverse map."""
         anchors = self.anchors and self.anchors.inverse()
-        return replace(self, source=self.target, target=self.source, anchors=anchors, holes=self.holes[::-1])
+        holes, metrics = self.holes[::-1], self.metrics[::-1]
+        return replace(
+            self, source=self.target, target=self.source, anchors=anchors, holes=holes, metrics=metrics
+        )
 
     def started(self, match: Match) -> DiscreteMap:
         """A map without folds for a match. With holes the harmonic one folds more often than not, and its inverse
@@ -373,7 +384,7 @@ def refined(
 
 def eased(state: DiscreteMap, theta: float) -> DiscreteMap:
     """A few steps at q = 1 where a triangle is badly stretched: Newton at q widens it slowly."""
-    _, stretch, _ = stretches(state.z, state.u, state.material)
+    _, stretch, _ = stretches(state.z, state.u, state.material, state.metrics)
     if stretch.max() < BADLY_STRETCHED:
         return state
     return state.forward(theta, 1.0, EASING_STEPS, EASED, corners=True)
