@@ -23,7 +23,6 @@ from ..levels import (
 )
 from ..meshing import sizing
 from ..meshing.mesh import Sizes
-from ..minimise.untangle import STEPS
 from ..pairs import Match
 from ..solution import SolveLog
 from . import strokes
