@@ -15,8 +15,8 @@ from .constraints.inside import InnerConstraints
 from .failure import Stuck
 from .kernels import twice_area
 from .meshing.mesh import Sizes, closed_links, triangulate
-from .minimise import newton
 from .metric import PLANES, Metrics, rest_geometry
+from .minimise import newton
 from .minimise.energy import BOTH_AREAS, geometry
 from .minimise.ldl import BlockPattern, system_of
 from .minimise.measures import turn_of
@@ -115,7 +115,9 @@ class DiscreteMap:
         outer, *inner = (rim.source.curve.at(pairs.s[rim.vertices]) for rim in rims)
         soft = closed_links([rim.size for rim in filled])
         links = np.append(inside.links, inside.z.size + soft)
-        z, faces = triangulate(outer, sizes, np.concatenate([inside.z, *filled]), links, inner)
+        z, faces = triangulate(
+            outer, sizes, np.concatenate([inside.z, *filled]), links, inner, inside.rays(outer)
+        )
         given = np.arange(inside.z.size + soft.size)
         ends = np.where((links >= 0) & (given < inside.z.size), links, given)
         following = np.append(_following(rims), pairs.s.size + ends)
@@ -180,7 +182,9 @@ class DiscreteMap:
     @property
     def lines(self) -> Index:
         """(l, 2) vertices of the edges of strokes that are met."""
-        return self.border + self.inside.lines if self.bound else NO_LINES
+        if not self.bound:
+            return NO_LINES
+        return self.inside.lines_with(self.z[: self.border])
 
     @property
     def miss(self) -> float:

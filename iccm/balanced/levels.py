@@ -367,19 +367,24 @@ def refined(
     Raises:
         Stuck: folds remain.
     """
+    fine = laid(level, state, sizes)
+    try:
+        return fine.unfolded(harmonic=False, polish=POLISHING, steps=only or STEPS)
+    except Stuck:
+        if only:
+            raise
+        return fine.unfolded(polish=POLISHING)
+
+
+def laid(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
+    """The map interpolated on the mesh of another level; it may fold."""
     drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
     fine = level.mapped(match_on(level, state), sizes, drawn)
     if isinstance(state, DiscreteMap) and state.bound:
         goals = fine.inside.goals.copy()
         goals[fine.inside.own < 0] = state.inside.goals[state.inside.own < 0]  # pins that were not met stay
         fine = replace(fine, bound=True, inside=fine.inside._replace(goals=goals))
-    carried = fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
-    try:
-        return carried.unfolded(harmonic=False, polish=POLISHING, steps=only or STEPS)
-    except Stuck:
-        if only:
-            raise
-        return fine.unfolded(polish=POLISHING)
+    return fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
 
 
 def eased(state: DiscreteMap, theta: float) -> DiscreteMap:

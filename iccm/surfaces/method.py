@@ -13,7 +13,7 @@ from ..arrays import Complex
 from ..balanced import fit, method, stages
 from ..balanced.constraints.given import Pins, checked
 from ..balanced.discrete import DiscreteMap
-from ..balanced.failure import NoMapError, Stuck
+from ..balanced.failure import Stuck
 from ..balanced.frames import UnitFrame, frames_of
 from ..balanced.holes.given import Holes, named, unequal
 from ..balanced.levels import Sketch, UnitProblem
@@ -65,7 +65,11 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit:
     ready = _prepared(sides, holes, checked_pins, settings)
     found, exact = _solved(ready, checked_pins, settings, journal)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
-    map = replace(map, bulge=np.zeros(len(map.edges.ends), complex)) if exact else fit.straight(map, found.lines)
+    map = (
+        replace(map, bulge=np.zeros(len(map.edges.ends), complex))
+        if exact
+        else fit.straight(map, found.lines)
+    )
     result = replace(fit.fitted(problem, found, map, (holes, pins), settings, drawn=True), layouts=layouts)
     if not (len(pins) or len(strokes)):
         result.notes.extend(fit.strain(result.distortion))
@@ -98,15 +102,15 @@ def _inward(pins: Pins, sides: tuple[Side, Side]) -> Pins:
         for each in (pins.inner, pins.outer)
     )
     strokes = tuple(
-        replace(stroke, source=sides[0].curve_inward(stroke.source), target=sides[1].curve_inward(stroke.target))
+        replace(
+            stroke, source=sides[0].curve_inward(stroke.source), target=sides[1].curve_inward(stroke.target)
+        )
         for stroke in pins.strokes
     )
     return replace(pins, inner=inner, outer=outer, strokes=strokes)
 
 
-def _solved(
-    ready: _Prepared, pins: Pins, settings: Settings, journal: SolveLog
-) -> tuple[Solution, bool]:
+def _solved(ready: _Prepared, pins: Pins, settings: Settings, journal: SolveLog) -> tuple[Solution, bool]:
     """The map in the user's planes, and whether it is on a surface's own triangles."""
     used, state = stages.solved(ready.unit, journal)
     met = stages.meets(used, state)
@@ -119,7 +123,8 @@ def _solved(
         last = stages.finished(used, state, settings, journal)
         last = last if forward else stages.inverted(last)
         z, u = (
-            side.outward(frame.world(w)) for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
+            side.outward(frame.world(w))
+            for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
         )
     else:
         last, z, u = own
@@ -137,7 +142,7 @@ def _on_own(
     Raises:
         Stuck: there is none.
     """
-    if state.inside.strokes or state.holes.filled or not state.bound and state.inside.z.size:
+    if state.inside.strokes or state.holes.filled or (not state.bound and state.inside.z.size):
         return None
     onto = ready.sides[1].layout is not None
     problem = ready.unit.inverse() if onto else ready.unit
@@ -154,4 +159,6 @@ def _on_own(
 def _lowered(own: OwnMap, problem: UnitProblem, settings: Settings, journal: SolveLog) -> OwnMap:
     """The map at rest, its worst stretch lowered."""
     theta = stages.leaning(own.state, problem)
-    return replace(own, state=stages.lowered(stages.eased(own.state, problem.theta), theta, settings, journal))
+    return replace(
+        own, state=stages.lowered(stages.eased(own.state, problem.theta), theta, settings, journal)
+    )

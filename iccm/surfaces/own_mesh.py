@@ -12,7 +12,7 @@ from ..balanced.frames import UnitFrame
 from ..balanced.levels import SPACING, SPREAD, Level, UnitProblem, match_on
 from ..balanced.meshing.mesh import closed_links
 from ..balanced.meshing.transfer import interpolate
-from ..balanced.metric import Linear, Metric, linear
+from ..balanced.metric import Linear, linear
 from ..balanced.minimise.ldl import system_of
 from ..balanced.outline import Outline
 from ..balanced.pairs import Pairs, boundary_pairs, limited, loops_of, through
@@ -62,7 +62,12 @@ class OwnMap:
 
 
 def on_own_mesh(
-    side: Side, frame: UnitFrame, level: Level, state: DiscreteMap, problem: UnitProblem, outlines: list[Curve]
+    side: Side,
+    frame: UnitFrame,
+    level: Level,
+    state: DiscreteMap,
+    problem: UnitProblem,
+    outlines: list[Curve],
 ) -> OwnMap:
     """A map without folds on the surface's own triangles, from one on any mesh.
 
@@ -227,9 +232,7 @@ def _with_boundary(
     return mesh.with_points_on(*(np.concatenate(each) for each in (tails, heads, shares))), rim
 
 
-def _to_surface(
-    mesh: RefinedSurface, side: Side, material: Flags, z: Complex, *, mirrored: bool
-) -> Linear:
+def _to_surface(mesh: RefinedSurface, side: Side, material: Flags, z: Complex, *, mirrored: bool) -> Linear:
     """From triangles z (m, 3) to the surface; those in holes rest as the user's plane shows them."""
     space, flat = mesh.carried(side.layout.patch.points), mesh.carried(side.layout.flat)
     rest = flat[mesh.faces]

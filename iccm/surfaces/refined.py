@@ -8,7 +8,9 @@ import numpy as np
 from ..arrays import Flags, Index, Real
 from ..meshes.topology import Triangles
 
-ON_EDGE = 1e-6  # barycentric coordinate under which a place is on the edge opposite, by hand: far above rounding
+ON_EDGE = (
+    1e-6  # barycentric coordinate under which a place is on the edge opposite, by hand: far above rounding
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +89,9 @@ class RefinedSurface:
     def without_chords(self, still: Flags) -> "RefinedSurface":
         """With a vertex in the middle of every inner edge that joins two vertices marked in `still` (n,)."""
         shape = Triangles(self.faces, self.count)
-        chords = np.flatnonzero((shape.twin > np.arange(shape.twin.size)) & still[shape.tail] & still[shape.head])
+        chords = np.flatnonzero(
+            (shape.twin > np.arange(shape.twin.size)) & still[shape.tail] & still[shape.head]
+        )
         middle = np.full(shape.twin.size, -1)
         middle[chords] = middle[shape.twin[chords]] = self.count + np.arange(chords.size)
         middle = middle.reshape(-1, 3)

@@ -51,7 +51,11 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
         said.append(f"{target.spec}: {why}, so {text}")
     if job.target and (out := _reach(target, shown(job, target))) > OFF:
         text = f"{out:.0%} of its extent lies outside its canvas, where pictures end"
-        cure = "names with <UDIM> give each tile a picture" if target.is_layout else "--target-box bbox shows all of it"
+        cure = (
+            "names with <UDIM> give each tile a picture"
+            if target.is_layout
+            else "--target-box bbox shows all of it"
+        )
         said.append(f"{target.spec}: {text}; {cure}")
     if job.texture_box == "bbox" or not (job.texture or job.texture_box):
         return said

@@ -77,7 +77,7 @@ class Deformed:
     @property
     def lines(self) -> Index:
         """(l, 2) vertices of the edges of strokes."""
-        return self.border + self.inside.lines
+        return self.inside.lines_with(self.z[: self.border])
 
     def aimed(self, aims: Complex) -> "Deformed":
         """The same map with other goals."""
