@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse
 
 from ..arrays import Complex, Flags, Index, Real
 from ..curve import Curve
@@ -232,15 +231,15 @@ class DiscreteMap:
         a, b = np.roll(gradients, -1, axis=1), np.roll(gradients, -2, axis=1)
         weights = np.maximum(-4 * areas[:, None] * (a * b.conj()).real, LEAST_WEIGHT).ravel()
         tails, heads = np.roll(self.faces, -1, axis=1).ravel(), np.roll(self.faces, -2, axis=1).ravel()
-        ends = np.concatenate([tails, heads]), np.concatenate([heads, tails])
-        graph = scipy.sparse.csr_array((np.tile(weights, 2), ends), (u.size, u.size))
+        tails, heads, weights = np.append(tails, heads), np.append(heads, tails), np.tile(weights, 2)
         near = np.zeros(u.size, bool)
         near[: self.constrained] = True
         for _ in range(SMOOTHED_RINGS):
-            near[graph[near].indices] = True
+            near[heads[near[tails]]] = True
         near[: self.constrained] = False
-        rows = graph[near]
-        rows = scipy.sparse.diags_array(1 / np.asarray(rows.sum(axis=1)).ravel()) @ rows
+        smoothed = near[tails]
+        tails, heads, weights = tails[smoothed], heads[smoothed], weights[smoothed]
+        weights = weights / np.bincount(tails, weights, u.size)[tails]
         displacement = np.zeros(u.size, np.complex128)
         displacement[: self.border] = self.u[: self.border] - u[: self.border]
         if self.bound:
@@ -248,7 +247,9 @@ class DiscreteMap:
                 self.inside.goals - u[self.border : self.constrained]
             )
         for _ in range(SMOOTHINGS):
-            displacement[near] = rows @ displacement
+            carried, mean = weights * displacement[heads], np.empty_like(displacement)
+            mean.real, mean.imag = (np.bincount(tails, part, u.size) for part in (carried.real, carried.imag))
+            displacement[near] = mean[near]
         u = u + displacement
         u[: self.border] = self.u[: self.border]
         if self.bound:
