@@ -104,10 +104,11 @@ def test_holes_without_a_partner_all_but_vanish():
     shares = [
         area(w, solution.faces[inside]) / area(w, solution.faces) for w in (solution.source, solution.image)
     ]
-    assert shares[0] == pytest.approx(0.115, abs=2e-3) and shares[1] < 0.3 * shares[0]
+    assert shares[0] == pytest.approx(0.115, abs=2e-3)
+    assert 0.08 < shares[1] / shares[0] < 0.12  # .096 here, .095, .093 and .092 with 2, 5 and 13 times the triangles
     slit = solved(DISC, OFF)
     (loop,) = slit.loops[1:]
-    assert slit.partners == ((-1, 0),) and 0 < -Curve(slit.source[loop]).area < 0.03 * DISC[0].area
+    assert slit.partners == ((-1, 0),) and 0 < -Curve(slit.source[loop]).area < 0.013 * DISC[0].area
 
 
 def test_similar_domains_have_the_similarity():
