@@ -19,6 +19,7 @@ from .constraints.strokes import StrokePair, inside
 from .discrete import DiscreteMap, MeshHoles
 from .failure import Stuck
 from .holes.outlines import outlines_of, rim_spacing, spaced
+from .meshing import sizing
 from .meshing.mesh import Sizes
 from .meshing.transfer import interpolate
 from .metric import PLANES, Metrics
@@ -40,8 +41,7 @@ MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh siz
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
 EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
-
-
+PATIENT = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes that 40 leave folded
 STROKE_SAMPLES = 8  # of each stroke, which starts are compared by (by hand)
 NO_PINS = np.empty((0, 2), np.complex128)
 
@@ -294,7 +294,8 @@ def released(level: Level, state: DiscreteMap, problem: UnitProblem) -> Discrete
         try:
             state = restarted(level, state)
         except Stuck:
-            break
+            if attempt:
+                break  # on the mesh that it has, it may still get somewhere
         state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
         new_score = score(state, problem.upright)
         improved = new_score < best_score
@@ -308,11 +309,16 @@ def released(level: Level, state: DiscreteMap, problem: UnitProblem) -> Discrete
 
 
 def restarted(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """A map on a new mesh for the same match: a new one, or where that folds the same one."""
+    """A map on a new mesh for the same match: a new one, or where that folds the same one, at last on triangles that
+    are smaller where it magnifies."""
     try:
         return level.started(state.match)
     except Stuck:
+        pass
+    try:
         return refined(level, state)
+    except Stuck:
+        return refined(level, state, sizing.graded(state.z, state.u, state.faces, 0.5 * level.size**2))
 
 
 def projected(curve: Curve, points: Complex) -> Real:
@@ -373,7 +379,10 @@ def refined(
     except Stuck:
         if only:
             raise
+    try:
         return fine.unfolded(polish=POLISHING)
+    except Stuck:
+        return fine.unfolded(harmonic=False, polish=POLISHING, steps=PATIENT)
 
 
 def laid(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:

@@ -10,6 +10,7 @@ from .constraints import continuation, meeting
 from .constraints.given import Pins, with_points
 from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
+from .holes.circles import circle_starts
 from .holes.discs import through_disc
 from .holes.given import Holes
 from .holes.outlines import manageable_holes
@@ -258,6 +259,9 @@ def coarse(
     states = started(level, matches)
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += len(matches) - len(states)
+    most = max(len(match.holes) for match in matches)
+    if most > 1 or (most and not states):
+        states += circle_starts(level, matches, problem.theta)
     states = screened(states or through_disc(level, problem.theta), problem)
     settled = []
     for state in progress.counted("coarse maps, corners released", states):

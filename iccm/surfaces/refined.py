@@ -2,15 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from ..arrays import Flags, Index, Real
 from ..meshes.topology import Triangles
 
-ON_EDGE = (
-    1e-6  # barycentric coordinate under which a place is on the edge opposite, by hand: far above rounding
-)
+ON_EDGE = 1e-6
+"""Barycentric coordinate under which a place is on the edge opposite, by hand: far above rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +63,8 @@ class RefinedSurface:
         return self._with(hit, parts, [t for _, t in swapped], corners, weights), self.count
 
     def with_points_on(self, tails: Index, heads: Index, shares: Real) -> "RefinedSurface":
-        """With vertices (k,) on edges of the boundary, each at a share of the way from its tail to its head. No triangle
-        may have two such edges."""
+        """With vertices (k,) on edges of the boundary, each at a share of the way from its tail to its head. No
+        triangle may have two such edges."""
         low, high = np.minimum(tails, heads), np.maximum(tails, heads)
         along = np.where(tails == low, shares, 1 - shares)
         keys = low * self.count + high
@@ -80,7 +80,7 @@ class RefinedSurface:
             tail, head, apex = np.roll(self.faces[t], -side)
             chain = chains[int(sides[t, side])]
             chain = [tail, *(chain if tail < head else chain[::-1]), head]
-            parts += [(a, b, apex) for a, b in zip(chain, chain[1:])]
+            parts += [(a, b, apex) for a, b in pairwise(chain)]
             own += [t] * (len(chain) - 1)
         parents = np.column_stack([tails, heads, heads])
         weights = np.column_stack([1 - shares, shares, 0 * shares])

@@ -143,7 +143,7 @@ def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float,
 def checked_strokes(
     domains: tuple[Curve, ...], strokes: Sequence[DrawnStroke], pins: Complex, numbers: Index
 ) -> tuple[StrokePair, ...]:
-    """The strokes inside, simplified, after a look at the sides that have a domain: the source's, and the target's if any.
+    """The strokes inside, simplified, after a look at the sides that have a domain, or the source alone.
 
     Args:
         domains: source and target, or the source alone.
