@@ -14,7 +14,7 @@ from .meshes import size_limits
 from .shapes import shape as shapes
 from .spec import Spec
 
-MOST = 20
+MOST = 20  # of each kind that are listed (by hand)
 MAX_FACES = 5_000_000
 MAX_FACES_KEPT = 1 << 40  # whoever asks for more of them has raised the limit
 

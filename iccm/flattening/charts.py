@@ -21,9 +21,8 @@ FOLD = 1e-5  # of a chart's area: what is folded back by no more is a slip, and 
 SLIPS, ROUNDS = 1000, 100  # triangles that are turned at most, and passes over them (by hand)
 THIN = 1e-5  # of the layout's diagonal: height that these get
 MOVED = 1e-3  # of that: vertices are moved no farther for it, a texel of a picture of 1024 (by hand)
-APART = (
-    1e-5  # of a chart's diagonal, by which vertices that its outline passes twice are drawn into it (by hand)
-)
+APART = 1e-5
+"""Of a chart's diagonal, by which vertices that its outline passes twice are drawn into it (by hand)."""
 
 
 @dataclass(frozen=True, eq=False)

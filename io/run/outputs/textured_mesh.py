@@ -12,10 +12,11 @@ from ....errors import InputError
 from ....maps.extended_inverse import ExtendedInverse
 from ....meshes import layout
 from ... import formats
-from ...meshes import mesh_files
+from ...meshes import gltf_materials, mesh_files
 from ...shapes.mesh_parts import joined
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
+from .. import carried_maps
 from ..framing import covered
 from ..job import Job
 from ..state import Run
@@ -42,6 +43,8 @@ class TexturedMesh(Output):
             if source.is_mesh:
                 _ = as_mesh(source).uv_faces
         mesh_files.check_texture(Path(self.name), _shown(run))
+        if run.job.carry_maps:
+            carried_maps.check(as_mesh(run.target).file, self.name)
 
     def beside(self, run: Run) -> list[str]:
         """Material library and picture."""
@@ -51,6 +54,7 @@ class TexturedMesh(Output):
         """The mesh, and what stands beside it."""
         box, name = covered(run.job, run.source), Path(self.name)
         options: dict[str, Any] = {"texture": _shown(run), "force": run.job.force, "threads": run.threads}
+        options["carry_maps"] = run.job.carry_maps
         with run.phases.timed("write"):
             figures = new_uvs(parts_of(run), box, path, name=name, **options)
         for note in figures.pop("material_notes"):
@@ -73,6 +77,7 @@ def new_uvs(
     texture: Path | bytes | None = None,
     force: bool = False,
     threads: int | None = None,
+    carry_maps: bool = False,
 ) -> dict[str, Any]:
     """Write the target with texture coordinates that show the source's texture.
 
@@ -85,6 +90,7 @@ def new_uvs(
         texture: picture file to bind to the mesh, or its content; None writes coordinates only.
         force: whether the files beside it may be replaced (see `mesh_files.written_beside`).
         threads: as many as there are processors by default.
+        carry_maps: whether the other maps of its material are carried to the new coordinates.
 
     Returns:
         Figures for the report.
@@ -101,14 +107,19 @@ def new_uvs(
     ]
     uv = np.concatenate([coordinates for coordinates, _ in found])
     figures: dict[str, Any] = {}
+    corners, triangles = target.corners
+    pictures = None
+    if carry_maps:
+        shown = (gltf_materials.BASE, gltf_materials.DIFFUSE) if texture is not None else ()
+        pictures = carried_maps.carried(target.file, uv, corners, but=shown, threads=threads)
     written, missing = mesh_files.write(
-        target.file, uv, *target.corners, out, name=name, texture=texture, force=force
+        target.file, uv, corners, triangles, out, name=name, texture=texture, pictures=pictures, force=force
     )
     if parts[0][2].is_mesh:
         figures["torn_triangles"] = sum(torn for _, torn in found)
     else:  # a mesh's own layout may have mirrored charts
-        corners = mesh_files.as_written(uv, name)[target.flattening.patch.faces]
-        figures["uv"] = layout.turned_over(corners)
+        rounded = mesh_files.as_written(uv, name)[target.flattening.patch.faces]
+        figures["uv"] = layout.turned_over(rounded)
     return figures | {
         "flattening": parts[0][0].flattening.report(),
         "outside_points": sum(pull.outside for pull in pulls),

@@ -393,7 +393,7 @@ def test_a_mesh_that_holds_its_texture_passes_it_on(tmp_path, monkeypatch, embed
     assert embedded in (tmp_path / "o.glb").read_bytes()
     assert (tmp_path / "o-texture.jpg").read_bytes().rstrip(b"\0") == embedded
     assert "map_Kd o-texture.jpg" in (tmp_path / "o.mtl").read_text()
-    assert "o.ply: PLY names no texture" in done.err
+    assert "o.ply: PLY holds no texture" in done.err
     shown = mesh_texture.read(mesh_shape.read("o.obj"))
     assert np.abs(shown.pixels.astype(int) - image_files.read("c.jpg").pixels).max() <= 2  # two JPEG decoders
 
