@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..arrays import Index
+from ..arrays import Index, distinct_rows
 from ..errors import InputError
 from .cut import opened
 from .mesh import Mesh, checked, face_areas, proper, triangulated
@@ -67,8 +67,8 @@ def _joined(mesh: Mesh, notes: list[str]) -> tuple[Triangles, Index, Index]:
     pieces = shape.components().max(initial=0)
     if not pieces:
         return shape, corner, vertex
-    _, first, joined = np.unique(mesh.points[vertex], axis=0, return_index=True, return_inverse=True)
-    faces = joined.ravel()[shape.faces]
+    first, joined = distinct_rows(mesh.points[vertex])
+    faces = joined[shape.faces]
     kept = proper(faces)
     welded = Triangles(faces[kept], first.size)
     if not kept.any() or welded.components().max() >= pieces:
