@@ -38,7 +38,7 @@ ORDER = (
     "meshes",
     "pixels",
     "maps",
-    "curve",
+    "curve dissection",
     "arrays jit",
     "parallel memory blas compilation progress",
     "errors",

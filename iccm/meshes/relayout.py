@@ -8,16 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Box, Flags, Index, Real
+from ..arrays import Box, Flags, Index, Real, distinct_rows
 from ..parallel import over_slices
 from ..pixels.padding import pad
 from ..pixels.sampler import Sampler, put
 from ..pixels.texture import Places
+from ..progress import counted
 from .charted import Charted
 from .layout import Layout, layout
 from .surface import texels
 
 SAME = 1e-6  # of the diagonal: corners this close are the same
+SEARCHED = 5_000  # points that are looked for at a time: half a second at most (measured)
 ROWS = 64  # of the layout that are filtered at a time (by hand)
 
 
@@ -168,15 +170,17 @@ def partners(old: Charted, new: Charted) -> tuple[Index, Index]:
     """(m,) the old triangle with the same corners as each new one, -1 without, and (m, 3) in which order they are."""
     from scipy.spatial import cKDTree
 
-    places, at = np.unique(old.points, axis=0, return_inverse=True)
-    away, near = cKDTree(places).query(new.points, distance_upper_bound=SAME * max(old.diagonal, 1e-300))
-    theirs, ours = at.ravel()[old.faces], np.where(np.isfinite(away), near, -1)[new.faces]
+    first, at = distinct_rows(old.points)
+    away, near = cKDTree(old.points[first]).query(
+        new.points, distance_upper_bound=SAME * max(old.diagonal, 1e-300)
+    )
+    theirs, ours = at[old.faces], np.where(np.isfinite(away), near, -1)[new.faces]
     rank_old, rank = np.argsort(theirs, axis=1), np.argsort(ours, axis=1)
     keys, key = (np.take_along_axis(v, r, axis=1) for v, r in ((theirs, rank_old), (ours, rank)))
-    both, label = np.unique(np.concatenate([keys, key]), axis=0, return_inverse=True)
-    first = np.full(len(both), -1)
-    first[label.ravel()[: len(keys)][::-1]] = np.arange(len(keys))[::-1]
-    partner = np.where((key >= 0).all(axis=1), first[label.ravel()[len(keys) :]], -1)
+    first, label = distinct_rows(np.concatenate([keys, key]))
+    partner = np.where(
+        (key >= 0).all(axis=1) & (first < len(keys))[label[len(keys) :]], first[label[len(keys) :]], -1
+    )
     if len(theirs) == len(ours):  # the same file's faces: those that lie on each other keep to their numbers
         partner = np.where((keys == key).all(axis=1), np.arange(len(ours)), partner)
     order = np.empty_like(rank)
@@ -190,9 +194,13 @@ def _nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:
         return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
     import igl
 
-    squared, triangle, closest = igl.point_mesh_squared_distance(
-        np.ascontiguousarray(points), old.points, np.ascontiguousarray(old.faces)
-    )
+    tree, mesh = igl.AABB(), (old.points, np.ascontiguousarray(old.faces))
+    tree.init(*mesh)
+    parts = [  # no thread runs while one of them is made, and no signal is heard
+        tree.squared_distance(*mesh, np.ascontiguousarray(points[k : k + SEARCHED]))
+        for k in counted("nearest points", range(0, len(points), SEARCHED))
+    ]
+    squared, triangle, closest = (np.concatenate(found) for found in zip(*parts))
     at = old.points[old.faces[triangle]]
     inner = _along(at[:, 1:] - at[:, :1], closest - at[:, 0])
     weights = np.clip(np.column_stack([1 - inner.sum(axis=1), inner]), 0, 1)
