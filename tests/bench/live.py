@@ -76,8 +76,8 @@ def dragged(session: Session, pins: np.ndarray, side: int, updates: int) -> tupl
         moved[0, side] += step.real, step.imag
         cpu, wall = time.process_time(), time.perf_counter()
         shown = session.follow(scene(moved))
-        if shown.patches is not None:
-            framed(shown.head(0), shown.patches)
+        if shown.drawn is not None:
+            framed(shown.head(0), shown.drawn)
         if shown.kind != "error":  # the way has left the shape
             seconds.append((time.process_time() - cpu, time.perf_counter() - wall))
             missed += not shown.ok
