@@ -49,7 +49,7 @@ class Follow(_Message):
 
 
 class Solve(_Message):
-    """It was let go of: the whole map, which `iccm map` makes of what is saved; `way` says which, where two are known."""
+    """It was let go of: the whole map, as `iccm map` makes it of what is saved; `way`: which of two that are known."""
 
     type: Literal["solve"]
     seq: int

@@ -170,8 +170,10 @@ class Session:
         return self._rested(scene, fit, report, chosen)
 
     def compared(self, scene: Scene) -> Shown | None:
-        """What there is to be said when the map that was gone on to is compared with that from scratch; the latter takes
-        its place where no difference is seen, and then nothing but pins and strokes has to be saved."""
+        """What there is to be said once the map that was gone on to is compared with that from scratch.
+
+        Where no difference is seen the latter takes its place: then nothing but pins and strokes has to be saved.
+        """
         chosen, before = self._ways.get(scene.key, Way()), self._fit
         if chosen.begins is None or chosen.other or before is None or self.scene is not scene:
             return None

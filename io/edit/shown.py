@@ -47,6 +47,7 @@ class Shown:
 
 
 def figures(report: dict[str, Any]) -> dict[str, Any]:
+    """What the page shows of a report."""
     names = ("status", "boundary", "stretch", "dilatation", "scale", "turn", "injective", "notes")
     return {name: report[name] for name in names}
 

@@ -1,9 +1,8 @@
-"""A mesh as the page shows it: its triangles in space, and the texture that lies on it laid out in its flattening's plane."""
+"""A mesh as the page shows it: its triangles in space, and its own texture laid out in the flattening's plane."""
 
 from __future__ import annotations
 
 import struct
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from ...arrays import Box, Complex
 from ...meshes.render import view
 from ...pixels.sampler import Sampler
 from ..pictures.image import Image
-from ..places import Place, vertex_of
 from ..run.job import Job
 from ..shapes.mesh_shape import MeshShape
 
