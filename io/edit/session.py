@@ -40,9 +40,8 @@ from .shown import MISSED, Shown, figures, missed, refused
 from .surface_view import SurfaceView, laid_out
 from .ways import Way, same
 
-ON_OUTLINE = (
-    2e-3  # of the diagonal: what is so close to an outline goes onto the other; twice what a pin's is
-)
+ON_OUTLINE = 2e-3
+"""Of the diagonal: what is so close to an outline goes onto the other; twice what a pin's is."""
 DIGITS = 7  # to which places are rounded, of the shape's size: the page and the files say the same
 
 
