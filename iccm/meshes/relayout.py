@@ -16,6 +16,7 @@ from ..pixels.texture import Places
 from ..progress import counted
 from .charted import Charted
 from .layout import Layout, layout
+from .locate import along, barycentric
 from .surface import texels
 
 SAME = 1e-6  # of the diagonal: corners this close are the same
@@ -94,7 +95,7 @@ class Origin:
         edges = self.old.points[self.old.faces[triangle]]
         d = corners[:, 1:] - corners[:, :1]
         for k, step in enumerate(steps):
-            turn[:, k::2] = np.einsum("pk,pkc->pc", _along(edges[:, 1:] - edges[:, :1], step), d)
+            turn[:, k::2] = np.einsum("pk,pkc->pc", along(edges[:, 1:] - edges[:, :1], step), d)
         return Places(_at(corners, there), turn, *self._directions(own, weights, triangle, there))
 
     def _steps(self, own: Index) -> tuple[Real, Real]:
@@ -201,25 +202,12 @@ def _nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:
         for k in counted("nearest points", range(0, len(points), SEARCHED))
     ]
     squared, triangle, closest = (np.concatenate(found) for found in zip(*parts))
-    at = old.points[old.faces[triangle]]
-    inner = _along(at[:, 1:] - at[:, :1], closest - at[:, 0])
-    weights = np.clip(np.column_stack([1 - inner.sum(axis=1), inner]), 0, 1)
-    return triangle, weights / weights.sum(axis=1, keepdims=True), np.sqrt(squared)
+    return triangle, barycentric(old.points[old.faces[triangle]], closest), np.sqrt(squared)
 
 
 def _at(corners: Real, weights: Real) -> Real:
     """(p, c) points of triangles (p, 3, c)."""
     return np.einsum("pk,pkc->pc", weights, corners)
-
-
-def _along(edges: Real, way: Real) -> Real:
-    """(p, 2) coordinates of ways (p, 3) along two edges (p, 2, 3), what is square to them left out."""
-    gram, right = np.einsum("pki,pli->pkl", edges, edges), np.einsum("pki,pi->pk", edges, way)
-    det = gram[:, 0, 0] * gram[:, 1, 1] - gram[:, 0, 1] ** 2
-    det = np.where(det > 0, det, 1.0)
-    s = (right[:, 0] * gram[:, 1, 1] - right[:, 1] * gram[:, 0, 1]) / det
-    t = (right[:, 1] * gram[:, 0, 0] - right[:, 0] * gram[:, 0, 1]) / det
-    return np.column_stack([s, t])
 
 
 def _barycentric(corners: Real, columns: NDArray, rows: NDArray, shape: tuple[int, int], wraps: bool) -> Real:

@@ -46,8 +46,8 @@ class Run:
         notes: remarks on the inputs and on the solving.
         figures: what making the outputs adds to the report.
         fits: the map of each pair, once it is there.
-        pins, strokes: what must meet.
-        called: their names.
+        constraints: pins and strokes that must meet, and an earlier map to go on from, as `iccm.fit` takes them.
+        called: the names of pins and strokes.
     """
 
     job: Job
@@ -59,8 +59,7 @@ class Run:
     threads: int | None = None
     notes: list[str] = field(default_factory=list)
     figures: dict[str, Any] = field(default_factory=dict)
-    pins: Any = None
-    strokes: Any = None
+    constraints: dict[str, Any] = field(default_factory=dict)
     called: tuple[list[str], list[str]] = field(default_factory=lambda: ([], []))
     fits: list[Fit] = field(default_factory=list)
     _begun: dict[str, Future] = field(default_factory=dict)
