@@ -29,6 +29,7 @@ ORDER = (
     "io.files",
     "texture_transfer ahead",
     "solve",
+    "surfaces",
     "flattening",
     "conformal",
     "balanced",

@@ -14,12 +14,10 @@ from ...jit import inner, kernel
 from ...parallel import over_slices
 from .adjacency import Index
 
-STEPS = (
-    12  # of Newton's method; 3 to 5 are usual, 6 was the most in millions of points of the most bent patches
-)
-BESIDE = (
-    0.05  # barycentric: how far outside a step of it may start, so that rounding does not keep points out
-)
+STEPS = 12
+"""Of Newton's method; 3 to 5 are usual, 6 was the most in millions of points of the most bent patches."""
+BESIDE = 0.05
+"""Barycentric: how far outside a step of it may start, so that rounding does not keep points out."""
 ROUNDING = 1e-12  # of the diagonal: this little outside a patch counts as on it
 
 
