@@ -66,8 +66,6 @@ def fit(
     if (before := _map_of(start)) is not None:
         if not is_balanced(settings):
             raise InputError("start: an option of --method balanced")
-        if any(holes) or len(before.loops) > 1:
-            raise InputError("start: there is no going on from maps of shapes with holes")
         from .balanced import fit as balanced
 
         return balanced.solve(problem, settings, before)
@@ -103,6 +101,7 @@ def deform(
     *,
     pins: ArrayLike | None = None,
     strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
+    source_holes: Sequence[ArrayLike | Curve] = (),
     start: Fit | TriangulatedMap | None = None,
     **options: Any,
 ) -> Fit:
@@ -116,6 +115,8 @@ def deform(
         source: as for `fit`.
         pins: (k, 2) complex, a point inside the source, or on its outline, and the point it should go to, anywhere.
         strokes: as for `fit`; they may go anywhere.
+        source_holes: outlines of holes, (p,) complex; they move freely with the shape. One that holds a pin or a stroke
+            is moved as if it were filled. Of the balanced method.
         start: an earlier deformation of the same shape, to go on from: motions larger than half a turn come out right
             in steps. With pins at the same points of the source it keeps its mesh, and takes hundredths of a second.
             Of the balanced method.
@@ -125,7 +126,7 @@ def deform(
         InputError: as `fit`; no pins and no strokes.
     """
     settings = Options(**options)
-    problem = Problem.of(source, None, pins, strokes)
+    problem = Problem.of(source, None, pins, strokes, holes=(source_holes, ()))
     if not problem.pins.size and not problem.strokes:
         raise InputError("deform: no pins and no strokes; give at least one")
     if is_balanced(settings):
@@ -136,6 +137,8 @@ def deform(
         return balanced.deform(problem, settings, _map_of(start))
     if start is not None:
         raise InputError("start: an option of --method balanced")
+    if source_holes:
+        raise InputError("source_holes: the balanced method alone knows of holes")
     from .paper import algorithm1
 
     return algorithm1.deform(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -20,6 +21,7 @@ from ..svg import reader as svg
 from ..svg.drawing import Drawing
 from ..svg.fill import FilledOutline
 from . import planar_obj, silhouette
+from .room import mappable
 
 if TYPE_CHECKING:
     from ...pixels.texture import Placing, Texture
@@ -63,6 +65,11 @@ class Shape:
     def bounds(self) -> Box:
         """The bounding box of the outline, or of all that were read with it."""
         return self.extent or self.curve.box
+
+    @cached_property
+    def mappable_holes(self) -> list[int]:
+        """The numbers of the holes that leave room for a map."""
+        return mappable(self.curve, self.holes)
 
     is_mesh: ClassVar[bool] = False
 
