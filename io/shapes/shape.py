@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -298,7 +298,8 @@ def _may_hold(hole: Complex, z: Complex) -> bool:
     return bool(low.real <= z[0].real <= high.real and low.imag <= z[0].imag <= high.imag)
 
 
-def _listed(ids: list[str], most: int = 12) -> str:
+def _listed(names: Iterable[str], most: int = 12) -> str:
+    ids = list(names)
     if not ids:
         return "no names"
     more = f" and {len(ids) - most} more" if len(ids) > most else ""
