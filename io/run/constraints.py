@@ -63,18 +63,18 @@ def exact(job: Job) -> bool:
 
 
 def holed(job: Job) -> bool:
-    """Whether the map of a job takes holes onto holes: the balanced method's does, unless they are to be filled."""
-    return job.holes == "keep" and job.target is not None and exact(job)
+    """Whether the map of a job knows of holes: the balanced method's does, unless they are to be filled."""
+    return job.holes == "keep" and exact(job)
 
 
 def solved(job: Job, source: Shape, target: Shape, given: dict[str, Any], tell: Callable[[str], None]) -> Fit:
     """The map of two shapes as a job wants it, or the deformation; `tell` hears of holes that had to be left out."""
     import iccm
 
-    from ..shapes.holes import fitted
+    from ..shapes.holes import deformed, fitted
 
     if not job.target:
-        return iccm.deform(source.curve, **given)
+        return deformed(source, **given) if holed(job) else iccm.deform(source.curve, **given)
     if holed(job):
         return fitted(source, target, tell, **given)
     return iccm.fit(source.curve, target.curve, **given)
