@@ -9,9 +9,7 @@ from functools import cached_property
 
 import numpy as np
 import shapely
-from scipy.sparse import csr_matrix
 
-from .. import dissection
 from ..arrays import Complex, Index, Real, xy_of
 from ..curve import Curve
 from .mesh import face_areas
@@ -127,6 +125,10 @@ def lscm(patch: Patch, outline: Index) -> Complex:
 
 def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
     """As `lscm`, by the Hermitian form |Σ Wⱼ uⱼ|² / 2A of each triangle (Lévy et al., §2.3); None if it is singular."""
+    from scipy.sparse import csr_matrix
+
+    from .. import dissection
+
     flat = laid_flat(patch.points[patch.faces])
     edges = np.roll(flat, -2, axis=1) - np.roll(flat, -1, axis=1)
     area = ((flat[:, 1] - flat[:, 0]).conj() * (flat[:, 2] - flat[:, 0])).imag
