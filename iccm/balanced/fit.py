@@ -12,7 +12,7 @@ from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
 from .constraints.given import checked_free
-from .holes.given import Holes, named
+from .holes.given import Holes, named, open_holes
 from .method import solve as solved
 from .solution import Settings, Solution
 
@@ -81,12 +81,14 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     from .deform import method as deforming
 
     source, pins, strokes = problem.given_source, problem.given_pins, problem.given_strokes
-    given = checked_free(source, pins, strokes)
-    found = deforming.solve(source, given, settings_of(options), start)
-    map = straight(TriangulatedMap(found.source, found.image, found.faces, (found.loop,)), found.lines)
+    holes, notes = open_holes(problem.source_holes, source, pins[:, 0], [here for here, _ in strokes])
+    given = checked_free(source, pins, strokes, holes)
+    found = deforming.solve(source, given, settings_of(options), start, holes)
+    map = straight(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
     ended = Status.BOUNDS if not found.bounded else Status.MET if found.simple else Status.OVERLAP
     status = ended if found.met else Status.PINS
-    return Fit(map, status, found.energies, source, None, pins, strokes, list(given.notes))
+    said = [*notes, *given.notes]
+    return Fit(map, status, found.energies, source, None, pins, strokes, said, source_holes=holes)
 
 
 def settings_of(options: Options) -> Settings:

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Index, Real
+from ..arrays import Index, Real, distinct_rows
 from ..errors import InputError
 from .mesh import Mesh, checked, triangulated
 from .topology import Triangles
@@ -104,7 +104,7 @@ class Charted:
 
 def _same(rows: np.ndarray) -> Index:
     """(n,) a number for each row, the same for equal ones."""
-    return np.unique(rows, axis=0, return_inverse=True)[1].ravel()
+    return distinct_rows(rows)[1]
 
 
 def _square(vectors: Real, normal: Real) -> Real:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import Index, Real
+from ...arrays import Index, Real, distinct_rows
 from ...errors import InputError
 from ...meshes.mesh import Mesh
 from .. import files, formats
@@ -371,7 +371,9 @@ def _glb(
     keys = [mesh.corners[triangles].ravel()]
     if mesh.normals is not None and mesh.normal_corners is not None:
         keys.append(mesh.normal_corners[triangles].ravel())
-    rows, faces = np.unique(np.stack(keys, axis=1), axis=0, return_inverse=True)
+    rows = np.stack(keys, axis=1)
+    first, faces = distinct_rows(rows)
+    rows = rows[first]
     normals = None if len(keys) == 1 or mesh.normals is None else mesh.normals[rows[:, 1]]
     part = gltf_write.plain(mesh.points[rows[:, 0]], normals, faces.reshape(-1, 3), file.path.stem)
     every = np.ones(len(triangles), bool)
