@@ -17,11 +17,11 @@ from .maps.distortion import Distortion
 from .maps.injectivity import Certificate
 from .maps.kinds import AnyMap, Evaluated, Inverted, certified, evaluated, inverted
 from .maps.triangulated.map import TriangulatedMap
+from .meshes.flatten import Flattening
 
-INTERIOR_POINTS = 2000
-CERTAIN = (
-    0.99  # of the source's area: of a map that is certain to be one-to-one on less, the inverse is looked at
-)
+INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
+CERTAIN = 0.99
+"""Of the source's area: of a map that is certain to be one-to-one on less, the inverse is looked at."""
 MOST_LOST = 0.01  # of the source's area
 TOLD = 2e-3  # of the source's area
 BACK = 1e-6  # of the source's diagonal: an inverse that errs by more is another point
@@ -68,6 +68,7 @@ class Fit:
         target_holes: those of the target's.
         hole_partners: for each boundary of the map but the outer one, which hole of the source and of the target it
             is; -1 where it is none, but a slit.
+        layouts: of the surfaces that source and target stand for; None for domains of the plane.
     """
 
     map: AnyMap
@@ -81,6 +82,7 @@ class Fit:
     source_holes: Sequence[Curve] = ()
     target_holes: Sequence[Curve] = ()
     hole_partners: Sequence[tuple[int, int]] = ()
+    layouts: tuple[Flattening | None, Flattening | None] = (None, None)
 
     @cached_property
     def status(self) -> Status:
