@@ -28,9 +28,10 @@ class Linear(NamedTuple):
     a: Complex
     b: Complex
 
-    def __call__(self, z: Complex) -> Complex:
-        """Of (m, k) points, k for each map."""
-        return self.a[:, None] * z + self.b[:, None] * z.conj()
+    def __matmul__(self, first: "Linear") -> "Linear":
+        """The maps after others."""
+        a, b = first
+        return Linear(self.a * a + self.b * b.conj(), self.a * b + self.b * a.conj())
 
     @property
     def determinant(self) -> Real:
@@ -40,6 +41,9 @@ class Linear(NamedTuple):
     def inverse(self) -> "Linear":
         """Back again."""
         return Linear(self.a.conj() / self.determinant, -self.b / self.determinant)
+
+
+IDENTITY = Linear(np.ones(1, np.complex128), np.zeros(1, np.complex128))
 
 
 class Metric(Protocol):
@@ -123,20 +127,16 @@ def linear(z: Complex, w: Complex) -> Linear:
 def rest_geometry(z: Complex, u: Complex, corners: Index, metrics: Metrics) -> tuple[Complex, Real]:
     """(m, 3) gradients of the hat functions on the rest shapes of the triangles of the map z -> u, and (m,) their
     areas on the source: with metrics, in coordinates in which the map has the Jacobian between the surfaces."""
+    gradients, areas = geometry(z, corners)
     if metrics == PLANES:
-        return geometry(z, corners)
+        return gradients, areas
     kept, moving = metrics
-    rest, image = z[corners], u[corners]
+    back = IDENTITY
     if kept is not None:
-        to_surface = kept.over(rest)
-        rest = to_surface(rest)
-    gradients, areas = _geometry(rest)
+        to_surface = kept.over(z[corners])
+        back, areas = to_surface.inverse(), areas * to_surface.determinant
     if moving is not None:
-        jacobian = linear(z[corners], image)
-        small = jacobian.inverse()(moving.over(image).inverse()(image))
-        gradients, _ = _geometry(small if kept is None else to_surface(small))
-    return gradients, areas
-
-
-def _geometry(rest: Complex) -> tuple[Complex, Real]:
-    return geometry(np.ascontiguousarray(rest).ravel(), np.arange(rest.size).reshape(-1, 3))
+        jacobian = linear(z[corners], u[corners])
+        back = jacobian.inverse() @ moving.over(u[corners]) @ jacobian @ back
+    a, b = (each[:, None] for each in back)
+    return gradients * a + (gradients * b).conj(), areas

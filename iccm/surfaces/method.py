@@ -61,9 +61,12 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit:
     journal = SolveLog(notes=unequal(holes))
     checked_pins = checked(source, target, pins, strokes, numbers)
     journal.notes += checked_pins.notes
-    sides = (Side((source, *holes.source), layouts[0]), Side((target, *holes.target), layouts[1]))
-    ready = _prepared(sides, holes, checked_pins, settings)
-    found, exact = _solved(ready, checked_pins, settings, journal)
+    sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
+    try:
+        found, exact = _solved(_prepared(sides, holes, checked_pins, settings), checked_pins, settings, journal)
+    except NoMapError:  # found in even layouts, it folds in the user's, or none was found
+        ready = _prepared((sides[0].as_given, sides[1].as_given), holes, checked_pins, settings)
+        found, exact = _solved(ready, checked_pins, settings, journal)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
     map = replace(map, bulge=np.zeros(len(map.edges.ends), complex)) if exact else fit.straight(map, found.lines)
     result = replace(fit.fitted(problem, found, map, (holes, pins), settings, drawn=True), layouts=layouts)
@@ -132,20 +135,21 @@ def _on_own(
     ready: _Prepared, state: DiscreteMap, settings: Settings, journal: SolveLog, *, forward: bool
 ) -> tuple[DiscreteMap | Sketch, Complex, Complex] | None:
     """The map on the own triangles of one side, and its vertices in both of the user's planes; None where it is to be
-    on others: with strokes, and where holes are to shrink.
+    on others: with strokes, and where holes of the other side are to shrink.
 
     Raises:
         Stuck: there is none.
     """
-    if state.inside.strokes or state.holes.filled or not state.bound and state.inside.z.size:
-        return None
     onto = ready.sides[1].layout is not None
+    if state.inside.strokes or not state.bound and state.inside.z.size:
+        return None
+    if state.filled and forward == onto:
+        return None
     problem = ready.unit.inverse() if onto else ready.unit
     state = state if forward != onto else state.inverse()
     side, frame = ready.sides[onto], ready.frames[onto]
     other, other_frame = ready.sides[not onto], ready.frames[not onto]
-    outlines = [problem.source, *(problem.holes[0][loop.source] for loop in state.loops)]
-    own = on_own_mesh(side, frame, stages.last_level(problem, settings), state, problem, outlines)
+    own = on_own_mesh(side, frame, stages.last_level(problem, settings), state, problem)
     own = _lowered(own, problem, settings, journal)
     here, there = own.of_layout(side.layout.flat), other.outward(other_frame.world(own.state.u))
     return (stages.inverted(own.state), there, here) if onto else (own.state, here, there)

@@ -1,6 +1,6 @@
 """A domain of the plane, or a surface laid out there, as it is solved for: surfaces in a layout that is even."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,15 +20,27 @@ class Side:
     Attributes:
         outlines: the boundaries in the user's plane, the outer one first.
         layout: of the surface in that plane; None for a domain of the plane.
+        even: the layout in which it is solved for: an even one, where outlines are about as long as on the surface, or
+            the same.
     """
 
     outlines: tuple[Curve, ...]
     layout: Flattening | None = None
+    even: Flattening | None = None
 
-    @cached_property
-    def even(self) -> Flattening | None:
-        """The surface's even layout, in which it is solved for: outlines are about as long there as on the surface."""
-        return self.layout and even(self.layout)
+    @classmethod
+    def of(cls, outlines: tuple[Curve, ...], layout: Flattening | None) -> "Side":
+        """To be solved for in an even layout.
+
+        Raises:
+            InputError: every such layout overlaps itself.
+        """
+        return cls(outlines, layout, layout and even(layout))
+
+    @property
+    def as_given(self) -> "Side":
+        """To be solved for in the user's plane."""
+        return replace(self, even=self.layout)
 
     @cached_property
     def loops(self) -> list[Index]:
