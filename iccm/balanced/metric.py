@@ -7,7 +7,7 @@ similarity; steps of Newton's method begin with it made anew.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -15,32 +15,11 @@ from ..arrays import Complex, Index, Real
 from ..meshes.flatten import Flattening
 from ..meshes.locate import Locator
 from ..meshes.mesh import face_areas
-from ..meshes.stretch import laid_flat
+from ..meshes.stretch import Linear, laid_flat, linear
 from .frames import UnitFrame
 from .minimise.energy import geometry
 
 PARTS = 3  # of a triangle's sides: the metric is averaged over PARTS² points; 5 changed p95 of the stretch by < 1 %
-
-
-class Linear(NamedTuple):
-    """Linear maps of the plane, z -> a z + b z̄, each (m,) complex."""
-
-    a: Complex
-    b: Complex
-
-    def __matmul__(self, first: "Linear") -> "Linear":
-        """The maps after others."""
-        a, b = first
-        return Linear(self.a * a + self.b * b.conj(), self.a * b + self.b * a.conj())
-
-    @property
-    def determinant(self) -> Real:
-        """(m,) the areas' ratio."""
-        return np.abs(self.a) ** 2 - np.abs(self.b) ** 2
-
-    def inverse(self) -> "Linear":
-        """Back again."""
-        return Linear(self.a.conj() / self.determinant, -self.b / self.determinant)
 
 
 IDENTITY = Linear(np.ones(1, np.complex128), np.zeros(1, np.complex128))
@@ -115,13 +94,6 @@ def _places(parts: int) -> Real:
 
 
 _PLACES = _places(PARTS)
-
-
-def linear(z: Complex, w: Complex) -> Linear:
-    """The linear parts of the affine maps of triangles z (m, 3) to w (m, 3)."""
-    e, f, p, q = z[:, 1] - z[:, 0], z[:, 2] - z[:, 0], w[:, 1] - w[:, 0], w[:, 2] - w[:, 0]
-    across = e * f.conj() - f * e.conj()
-    return Linear((p * f.conj() - q * e.conj()) / across, (q * e - p * f) / across)
 
 
 def rest_geometry(z: Complex, u: Complex, corners: Index, metrics: Metrics) -> tuple[Complex, Real]:

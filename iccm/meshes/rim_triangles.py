@@ -5,17 +5,18 @@ import numpy as np
 from ..arrays import Complex, Index
 
 ROUNDS = 20  # of lifting; one does unless such triangles lie behind one another
+RIM = 1e-3  # of the outline's diagonal, the default tolerance: how far a vertex may be moved out of it
 HEIGHT = 1e-4  # of a triangle that is lifted, of its base: far above what files round to
 
 
-def lifted(flat: Complex, faces: Index, loop: Index, most: float) -> Complex:
+def lifted(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
     """Positions (n,) in which the corners of such triangles stand out of the outline by as little as lets them face up.
 
     Args:
         flat: positions, those of the loop on an outline.
         faces: (m, 3) triangles.
         loop: vertices of the outline, counter-clockwise.
-        most: how far a vertex may be moved; triangles that need more stay as they are.
+        diagonal: of the outline; triangles that need more than RIM of it stay as they are.
     """
     place = np.full(flat.size, -1)
     place[loop] = np.arange(loop.size)
@@ -32,7 +33,7 @@ def lifted(flat: Complex, faces: Index, loop: Index, most: float) -> Complex:
         if not low.size:
             break
         moved[tips[low]] += 1j * (base / np.abs(base))[low] * (1.01 * short[low])
-    far = np.abs(moved - flat) > most
+    far = np.abs(moved - flat) > RIM * diagonal
     return np.where(far, flat, moved)
 
 

@@ -12,7 +12,6 @@ from ..balanced.frames import UnitFrame
 from ..balanced.levels import SPACING, SPREAD, Level, UnitProblem, match_on
 from ..balanced.meshing.mesh import closed_links
 from ..balanced.meshing.transfer import interpolate
-from ..balanced.metric import Linear, Metric, linear
 from ..balanced.minimise.ldl import system_of
 from ..balanced.outline import Outline
 from ..balanced.pairs import Pairs, boundary_pairs, limited, loops_of, through
@@ -20,7 +19,7 @@ from ..balanced.stages import STEEPEST_FINE
 from ..curve import Curve
 from ..flattening.scaffold import filling
 from ..meshes.mesh import face_areas
-from ..meshes.stretch import laid_flat
+from ..meshes.stretch import Linear, laid_flat, linear
 from .refined import RefinedSurface
 from .side import Side
 

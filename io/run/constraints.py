@@ -76,7 +76,7 @@ def solved(job: Job, source: Shape, target: Shape, given: dict[str, Any], tell: 
         return iccm.deform(source.curve, **given)
     if holed(job):
         return fitted(source, target, tell, **given)
-    return iccm.fit(source.curve, target.curve, **given)
+    return iccm.fit(source.domain, target.domain, **given)
 
 
 def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any, Names]:

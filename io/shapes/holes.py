@@ -70,7 +70,7 @@ def passed_over(shape: Shape, mapped: Sequence[Curve]) -> tuple[Complex, ...]:
 
 def fitted(source: Shape, target: Shape, tell: Callable[[str], None], **given: Any) -> Fit:
     """`iccm.fit` of two shapes with their holes; without them, and a remark, where no such map was found."""
-    curves = source.curve, target.curve
+    curves = source.domain, target.domain
     chosen = mappable(source), mappable(target)
     inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), chosen)]
     partners = named_partners(source, target, chosen)

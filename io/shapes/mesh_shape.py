@@ -39,6 +39,11 @@ class MeshShape(Shape):
     file: mesh_files.MeshFile
     flattening: Flattening
 
+    @property
+    def domain(self) -> Flattening:
+        """The mesh as it is laid out."""
+        return self.flattening
+
     def to_core(self, xy: ArrayLike) -> Complex:
         """Flat positions of (..., 3) points in space, by the nearest vertex; (..., 2) points are flat already."""
         given = np.asarray(xy, dtype=float)

@@ -22,6 +22,7 @@ from ..svg.fill import FilledOutline
 from . import planar_obj, silhouette
 
 if TYPE_CHECKING:
+    from ...meshes.flatten import Flattening
     from ...pixels.texture import Placing, Texture
 
 
@@ -65,6 +66,11 @@ class Shape:
         return self.extent or self.curve.box
 
     is_mesh: ClassVar[bool] = False
+
+    @property
+    def domain(self) -> Curve | Flattening:
+        """What is mapped: the domain's boundary, or a mesh as it is laid out."""
+        return self.curve
 
     @property
     def has_uv(self) -> bool:

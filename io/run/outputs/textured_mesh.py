@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 
 from ....arrays import Box, Complex, Real
+from ....curve import Curve
 from ....errors import InputError
 from ....maps.extended_inverse import ExtendedInverse
 from ....maps.kinds import AnyMap
+from ....maps.triangulated.map import TriangulatedMap
 from ....meshes import layout
+from ....meshes.rim_triangles import lifted
 from ... import formats
 from ...meshes import mesh_files
 from ...shapes.mesh_shape import MeshShape, as_mesh
@@ -95,7 +98,10 @@ def new_uvs(
     """
     mesh_files.check_output(str(name))
     pull = ExtendedInverse(map, threads)
-    z = pull(target.flattening.flat)
+    flat = target.flattening
+    z = pull(flat.flat)
+    if isinstance(map, TriangulatedMap):
+        z = lifted(z, flat.patch.faces, flat.loop, Curve(map.polygon).diagonal)
     uv, figures = _uv_of(source, box, z, target, threads)
     written, missing = mesh_files.write(
         target.file, uv, *target.corners, out, name=name, texture=texture, force=force
