@@ -26,6 +26,7 @@ from ..result import Fit
 from .own_mesh import OwnMap, on_own_mesh
 from .side import Side
 
+ROUNDED = 0.2  # of the tolerance: for outlines between two surfaces, by hand
 Layouts = tuple[Flattening | None, Flattening | None]
 
 
@@ -61,6 +62,9 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit:
     journal = SolveLog(notes=unequal(holes))
     checked_pins = checked(source, target, pins, strokes, numbers)
     journal.notes += checked_pins.notes
+    asked = settings
+    if all(layouts):  # what one plane rounds off another may magnify
+        settings = replace(settings, tolerance=ROUNDED * settings.tolerance)
     sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
     try:
         found, exact = _solved(_prepared(sides, holes, checked_pins, settings), checked_pins, settings, journal)
@@ -69,7 +73,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit:
         found, exact = _solved(ready, checked_pins, settings, journal)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
     map = replace(map, bulge=np.zeros(len(map.edges.ends), complex)) if exact else fit.straight(map, found.lines)
-    result = replace(fit.fitted(problem, found, map, (holes, pins), settings, drawn=True), layouts=layouts)
+    result = replace(fit.fitted(problem, found, map, (holes, pins), asked, drawn=True), layouts=layouts)
     if not (len(pins) or len(strokes)):
         result.notes.extend(fit.strain(result.distortion))
     return result

@@ -133,13 +133,14 @@ def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, phases: Pha
         pairs, notes = parts.read(job, inputs)
     else:
         source = inputs.shape(job.source)
-        pairs, notes = [(source, inputs.shape(job.target) if job.target else source)], []
+        target = inputs.shape(job.target, side=1) if job.target else source
+        pairs, notes = [(source, target)], []
     room = Bounded(job.memory, _scratch(job)) if job.memory else Memory()
     state = Run(job, inputs, pairs, room, tell, phases, threads)
     for note in notes:
         state.note(note)
     if job.parts == "largest":
-        state.pins, state.strokes, state.called = constrained(job, state.source, state.target)
+        state.pins, state.strokes, state.called = constrained(job, state.source, state.target, inputs.listed)
     return state
 
 

@@ -7,14 +7,19 @@ import os
 import re
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .. import files, formats
 from ..meshes import size_limits
 from ..meshes.obj_source import ObjSource
+from ..places import Place, vertex_of
 from ..shapes import shape
 from ..shapes.shape import Shape
 from ..spec import Spec
 from .job import Job
+
+if TYPE_CHECKING:
+    from ..shapes.constraints import Listed
 
 MAX_BYTES = 1 << 26
 _MAP = re.compile(rb"^[ \t]*(?:map_\w+|bump|norm|disp|decal)[ \t]+([^\r\n]+)", re.MULTILINE | re.IGNORECASE)
@@ -43,8 +48,29 @@ class Inputs:
         path = Spec.of(text).path
         return self._obj(path).faces > 1 if formats.suffix_of(path) == ".obj" else formats.of(path).mesh
 
-    def shape(self, text: str) -> Shape:
-        """A shape from a drawing, a picture or a mesh.
+    @cached_property
+    def listed(self) -> Listed | None:
+        """What the constraints file holds, if there is one.
+
+        Raises:
+            InputError: it is wrong.
+        """
+        from ..shapes import constraints
+
+        return constraints.read(self.job.constraints) if self.job.constraints else None
+
+    def _seam(self, side: int) -> list[Place]:
+        """The pins through which closed meshes on both sides are cut; none unless there are two, all on the meshes."""
+        job = self.job
+        if not (job.cut and job.target and self.is_mesh(job.source) and self.is_mesh(job.target)):
+            return []
+        more = [(pin.source, pin.target) for pin in self.listed.all_pins] if self.listed else []
+        pins = [*job.pin, *more]
+        flat = any(vertex_of(place) is None and len(place) == 2 for pair in pins for place in pair)
+        return [] if flat or len(pins) < 2 else [pair[side] for pair in pins]
+
+    def shape(self, text: str, *, side: int = 0) -> Shape:
+        """A shape from a drawing, a picture or a mesh; the source (0), or the target (1).
 
         Raises:
             InputError: it cannot be read, is no domain, or is larger than --max-faces or --max-pixels allow.
@@ -56,9 +82,10 @@ class Inputs:
         path = Spec.of(text).path
         if formats.suffix_of(path) != ".obj":
             size_limits.faces(path, self.job.max_faces)
-            return mesh_shape.read(text, cut=self.job.cut)
+            return mesh_shape.read(text, cut=self.job.cut, pins=self._seam(side))
         size_limits.refuse(path, self._obj(path).faces, self.job.max_faces)
-        return mesh_shape.read(text, cut=self.job.cut, whole=self._obj(path).obj)
+        whole = self._obj(path).obj
+        return mesh_shape.read(text, cut=self.job.cut, whole=whole, pins=self._seam(side))
 
     @cached_property
     def named(self) -> tuple[str, ...]:

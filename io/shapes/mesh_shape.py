@@ -33,11 +33,13 @@ class MeshShape(Shape):
     Attributes:
         file: the mesh as its file holds it.
         flattening: its place in the plane.
+        start: the vertex of the flattening at which the seam through pins begins; -1 where it runs elsewhere.
     """
 
     is_mesh = True
     file: mesh_files.MeshFile
     flattening: Flattening
+    start: int = -1
 
     @property
     def domain(self) -> Flattening:
@@ -76,6 +78,22 @@ class MeshShape(Shape):
         """
         number = vertex_of(place)
         return complex(self.to_core(place)) if number is None else self.vertex(number)
+
+    def all_at(self, place: Place) -> list[complex]:
+        """As `at`; each copy of a vertex on the seam that runs through pins, in the order around the outline from the
+        first pin on.
+
+        Raises:
+            InputError: there is no such vertex on the patch.
+        """
+        number = vertex_of(place)
+        if self.start < 0 or (number is None and len(place) == 2):
+            return [self.at(place)]
+        patch, loop = self.flattening.patch, self.flattening.loop
+        flat = int(np.flatnonzero(self.flattening.flat == self.at(place))[0])
+        around = np.roll(loop, -int(np.flatnonzero(loop == self.start)[0]))
+        copies = around[patch.vertex[around] == patch.vertex[flat]]
+        return self.flattening.flat[copies if copies.size else [flat]].tolist()
 
     def along(self, places: Sequence[Place], name: str) -> Curve:
         """The stroke through places; vertices alone are joined along the mesh's edges.
@@ -178,7 +196,14 @@ def as_mesh(shape: Shape) -> MeshShape:
     return shape
 
 
-def read(spec: str, *, cut: bool = False, whole: Obj | None = None, method: str = "conformal") -> MeshShape:
+def read(
+    spec: str,
+    *,
+    cut: bool = False,
+    whole: Obj | None = None,
+    method: str = "conformal",
+    pins: Sequence[Place] = (),
+) -> MeshShape:
     """The flattened mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
     Args:
@@ -186,13 +211,17 @@ def read(spec: str, *, cut: bool = False, whole: Obj | None = None, method: str 
         cut: whether a closed surface, or one with handles, may be cut open.
         whole: the content of the file, if it is an OBJ that was read.
         method: of flattening; see `flattening.flatten`.
+        pins: vertices and points in space through which a closed surface is to be cut, in this order; none, or at
+            least two.
 
     Raises:
         InputError: in one line, naming the first element at fault.
     """
     file = mesh_files.read(spec, whole)
-    file, piece = _of_piece(file, cut)
-    flat = flatten(piece, loop=file.loop, grow=cut, method=method)
+    through = np.array([_point(file, spec, place) for place in pins]) if pins else None
+    file, piece = _of_piece(file, cut, through)
+    start = _start_of(piece, through)
+    flat = flatten(piece, loop=file.loop, grow=cut and start < 0, method=method)
     curve = (
         Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
     )  # may cross itself, as it comes
@@ -213,13 +242,41 @@ def read(spec: str, *, cut: bool = False, whole: Obj | None = None, method: str 
         notes=tuple(notes),
         file=file,
         flattening=flat,
+        start=start,
         **_holes(file, flat),
     )
 
 
-def _of_piece(file: mesh_files.MeshFile, cut: bool) -> tuple[mesh_files.MeshFile, Patch]:
+def _point(file: mesh_files.MeshFile, spec: str, place: Place) -> Real:
+    """A vertex, or a point in space.
+
+    Raises:
+        InputError: there is no such vertex.
+    """
+    number, mesh = vertex_of(place), file.mesh
+    if number is None:
+        return np.array(place)
+    if not 0 <= number - mesh.base < len(mesh.points):
+        raise InputError(f"{spec}: no vertex {number}; it has {len(mesh.points)}, the first is {mesh.base}")
+    return mesh.points[number - mesh.base]
+
+
+def _start_of(piece: Patch, through: Real | None) -> int:
+    """The vertex of a patch at the end of the seam through points (k, 3); -1 where there is no such seam."""
+    if through is None or not len(piece.seam):
+        return -1
+    outline = piece.loops[0]
+    first = outline[np.argmin(((piece.points[outline] - through[0]) ** 2).sum(axis=1))]
+    alone = np.count_nonzero(piece.vertex == piece.vertex[first]) == 1
+    near = np.argmin(((piece.points - through[0]) ** 2).sum(axis=1))
+    return int(first) if alone and piece.vertex[near] == piece.vertex[first] else -1
+
+
+def _of_piece(
+    file: mesh_files.MeshFile, cut: bool, through: Real | None
+) -> tuple[mesh_files.MeshFile, Patch]:
     """The patch, and the file with no other faces than its own: those of other pieces stay as they are."""
-    mesh, patch = file.mesh, disk_patch(file.mesh, cut=cut, piece=file.piece)
+    mesh, patch = file.mesh, disk_patch(file.mesh, cut=cut, piece=file.piece, through=through)
     own = np.zeros(mesh.sizes.size, bool)
     own[np.searchsorted(mesh.starts, patch.corner[:, 0], side="right") - 1] = True
     if own.all():

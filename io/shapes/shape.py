@@ -67,6 +67,14 @@ class Shape:
 
     is_mesh: ClassVar[bool] = False
 
+    def all_at(self, place: Place) -> list[complex]:
+        """Where a place that the user named is in the plane: of a vertex on a seam each of its copies.
+
+        Raises:
+            InputError: it is not on the shape.
+        """
+        return [self.at(place)]
+
     @property
     def domain(self) -> Curve | Flattening:
         """What is mapped: the domain's boundary, or a mesh as it is laid out."""
