@@ -62,9 +62,6 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit:
     journal = SolveLog(notes=unequal(holes))
     checked_pins = checked(source, target, pins, strokes, numbers)
     journal.notes += checked_pins.notes
-    asked = settings
-    if all(layouts):  # what one plane rounds off another may magnify
-        settings = replace(settings, tolerance=ROUNDED * settings.tolerance)
     sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
     try:
         found, exact = _solved(_prepared(sides, holes, checked_pins, settings), checked_pins, settings, journal)
@@ -73,7 +70,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit:
         found, exact = _solved(ready, checked_pins, settings, journal)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
     map = replace(map, bulge=np.zeros(len(map.edges.ends), complex)) if exact else fit.straight(map, found.lines)
-    result = replace(fit.fitted(problem, found, map, (holes, pins), asked, drawn=True), layouts=layouts)
+    result = replace(fit.fitted(problem, found, map, (holes, pins), settings, drawn=True), layouts=layouts)
     if not (len(pins) or len(strokes)):
         result.notes.extend(fit.strain(result.distortion))
     return result
@@ -87,6 +84,8 @@ def _prepared(sides: tuple[Side, Side], holes: Holes, pins: Pins, settings: Sett
     moved = _inward(pins, sides)
     upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else stages.UPRIGHT
     outlines = frames[0].curve(curves[0][0]), frames[1].curve(curves[1][0])
+    if all(side.layout for side in sides):  # what one plane rounds off another may magnify
+        settings = replace(settings, tolerance=ROUNDED * settings.tolerance)
     unit = stages.with_constraints(*outlines, inner.unit(frames), moved.unit(frames), settings, upright)
     return _Prepared(sides, frames, unit._replace(metrics=_metrics(sides, frames)), moved)
 

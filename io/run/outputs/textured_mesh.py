@@ -14,7 +14,7 @@ from ....maps.extended_inverse import ExtendedInverse
 from ....maps.kinds import AnyMap
 from ....maps.triangulated.map import TriangulatedMap
 from ....meshes import layout
-from ....meshes.rim_triangles import lifted
+from ....surfaces.rim_triangles import lifted
 from ... import formats
 from ...meshes import mesh_files
 from ...shapes.mesh_shape import MeshShape, as_mesh
