@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Complex
+from ..arrays import Complex, Flags
 from ..maps.distortion import Distortion
 from .flatten import Flattening
 from .locate import Locator
 from .stretch import Linear, laid_flat, linear
+
+NEAR = 1e-3  # as far as outlines may be apart, the default tolerance
 
 
 def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening | None]) -> Distortion:
@@ -16,8 +18,13 @@ def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening |
 
     Args:
         flat: in the planes, with the samples' places.
-        layouts: of source and target; None for one that is a plane.
+        layouts: of source and target; None for one that is a plane. Samples in their holes are left out.
     """
+    on = np.ones(flat.z.size, bool)
+    for layout, w in zip(layouts, (flat.z, flat.w)):
+        if layout is not None:
+            on &= _on_surface(layout, w)
+    flat = replace(flat, area=flat.area[on], f_z=flat.f_z[on], f_zbar=flat.f_zbar[on], z=flat.z[on], w=flat.w[on])
     jacobian, area = Linear(flat.f_z, flat.f_zbar), flat.area
     before = area / np.maximum(np.abs(jacobian.determinant), 1e-300)
     here, there = (None if each is None else _to_surface(each, w) for each, w in zip(layouts, (flat.z, flat.w)))
@@ -28,6 +35,13 @@ def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening |
     painted = np.abs(flat.f_z) + np.abs(flat.f_zbar) > 0
     scale = float(np.sqrt(area[painted].sum() / before[painted].sum()))
     return replace(flat, area=area, f_z=jacobian.a, f_zbar=jacobian.b, scale=scale)
+
+
+def _on_surface(layout: Flattening, z: Complex) -> Flags:
+    """(p,) which points are on the surface, and not in its holes, but for NEAR of its diagonal."""
+    face, place = Locator(layout)(z, 1)
+    found = np.einsum("pk,pk->p", place, layout.flat[layout.patch.faces[face]])
+    return np.abs(found - z) <= NEAR * np.hypot(np.ptp(layout.flat.real), np.ptp(layout.flat.imag))
 
 
 def _to_surface(layout: Flattening, z: Complex) -> Linear:

@@ -125,7 +125,7 @@ def _solved(
         last = stages.finished(used, state, settings, journal)
         last = last if forward else stages.inverted(last)
         z, u = (
-            side.outward(frame.world(w)) for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
+            side.outward(frame.world(w), last.outer) for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
         )
     else:
         last, z, u = own
@@ -154,11 +154,13 @@ def _on_own(
     other, other_frame = ready.sides[not onto], ready.frames[not onto]
     own = on_own_mesh(side, frame, stages.last_level(problem, settings), state, problem)
     own = _lowered(own, problem, settings, journal)
-    here, there = own.of_layout(side.layout.flat), other.outward(other_frame.world(own.state.u))
+    here, there = own.of_layout(side.layout.flat), other.outward(other_frame.world(own.state.u), own.state.outer)
     return (stages.inverted(own.state), there, here) if onto else (own.state, here, there)
 
 
 def _lowered(own: OwnMap, problem: UnitProblem, settings: Settings, journal: SolveLog) -> OwnMap:
     """The map at rest, its worst stretch lowered."""
+    if own.state.filled:  # slits stretch without bound: raising the worst would leave the rest to itself
+        return replace(own, state=stages.descended(own.state, problem.theta, 1.0, journal))
     theta = stages.leaning(own.state, problem)
     return replace(own, state=stages.lowered(stages.eased(own.state, problem.theta), theta, settings, journal))

@@ -23,7 +23,7 @@ from ..meshes.stretch import Linear, laid_flat, linear
 from .refined import RefinedSurface
 from .side import Side
 
-UNFOLDING = 200  # steps: a bunny with holes onto a heart takes over 40
+UNFOLDING, POLISHING = 200, 30  # steps: a bunny with holes onto a heart takes over 40, and thin triangles stay thin after
 SAME = 1e-9  # of the length: arclengths this close are one place
 
 
@@ -181,9 +181,14 @@ def _meshed(side, frame, level, state, problem, loops, pairs, holes, sizes) -> O
         metrics=(OwnMetric(maps, material), problem.metrics[1]),
     )
     try:
-        return OwnMap(found.moved_to_border(u).unfolded(harmonic=False, steps=UNFOLDING), mesh, order)
+        found = found.moved_to_border(u).unfolded(harmonic=False, steps=UNFOLDING, polish=POLISHING)
     except Stuck:
-        return OwnMap(found.unfolded(steps=UNFOLDING), mesh, order)
+        found = found.unfolded(steps=UNFOLDING, polish=POLISHING)
+    if not material.all():  # slivers as they are: those in holes are content from here on
+        content = linear(z[faces], found.u[faces])
+        maps = Linear(*(np.where(material, own, new) for own, new in zip(maps, content)))
+        found = replace(found, metrics=(OwnMetric(maps, material), problem.metrics[1]))
+    return OwnMap(found, mesh, order)
 
 
 def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[RefinedSurface, Index]:
