@@ -37,6 +37,11 @@ METHODS = ("conformal", "lscm", "balanced")
     help="Keep angles, one-to-one; least squares (LSCM) as it comes; even: angles and areas; or onto the outline of a "
     "drawing or picture (outline.svg, sheet.svg#id), as evenly on the surface as it allows.",
 )
+@click.option(
+    "--carry-maps",
+    is_flag=True,
+    help="With --uv of a GLB: carry the maps of its material to the new coordinates.",
+)
 @click.option("--cut", is_flag=True, help="Cut a closed surface, or one with handles, open.")
 @click.option(
     "--report", type=FILE, metavar="FILE.json", help="Figures of the flattening as JSON; - for stdout."
@@ -55,6 +60,7 @@ def command(
     output: tuple[str, ...],
     uv: str | None,
     method: str,
+    carry_maps: bool,
     cut: bool,
     report: str | None,
     plot: str | None,
@@ -93,10 +99,10 @@ def command(
     size_limits.faces(Spec.of(mesh).path, max_faces)
     with ExitStack() as stack:
         stack.enter_context(status.watched("flatten"))
-        laid = flatten.laid_out(
-            mesh, method, cut=cut, tell=lambda note: logs.log.warning(f"{mesh}: {note}")
-        )
-        found = flatten.write_all(laid, output, uv, plot, report, stack, force=force)
+        laid = flatten.laid_out(mesh, method, cut=cut, tell=lambda note: logs.log.warning(f"{mesh}: {note}"))
+        found = flatten.write_all(laid, output, uv, plot, report, stack, force=force, carry_maps=carry_maps)
+        for note in found["notes"][len(laid.shape.notes) :]:
+            logs.log.warning(note)
     for line in flatten.summary(found):
         logs.log.info(line)
     for name in outputs:

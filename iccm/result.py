@@ -20,10 +20,9 @@ from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces
 
-INTERIOR_POINTS = 2000
-CERTAIN = (
-    0.99  # of the source's area: of a map that is certain to be one-to-one on less, the inverse is looked at
-)
+INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
+CERTAIN = 0.99
+"""Of the source's area: of a map that is certain to be one-to-one on less, the inverse is looked at."""
 MOST_LOST = 0.01  # of the source's area
 TOLD = 2e-3  # of the source's area
 BACK = 1e-6  # of the source's diagonal: an inverse that errs by more is another point

@@ -11,7 +11,7 @@ from .curve import Curve
 from .errors import InputError
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
-from .problem import OTHERS, Options, Problem
+from .problem import NEAR, ON_OUTLINE, OTHERS, Options, Problem
 from .result import Fit, Status
 
 __all__ = ["Fit", "Status", "deform", "fit"]
@@ -64,6 +64,7 @@ def fit(
         first=settings.method == "paper",
         holes=holes,
         partners=hole_partners,
+        reach=ON_OUTLINE if is_balanced(settings) else NEAR,
     )
     if any(holes) and not is_balanced(settings):
         raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
@@ -143,7 +144,8 @@ def deform(
         InputError: as `fit`; no pins and no strokes.
     """
     settings = Options(**options)
-    problem = Problem.of(source, None, pins, strokes)
+    reach = ON_OUTLINE if is_balanced(settings) else NEAR
+    problem = Problem.of(source, None, pins, strokes, reach=reach)
     if not problem.pins.size and not problem.strokes:
         raise InputError("deform: no pins and no strokes; give at least one")
     if is_balanced(settings):

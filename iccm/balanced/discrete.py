@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse
 
 from ..arrays import Complex, Flags, Index, Real
 from ..curve import Curve
@@ -15,8 +14,8 @@ from .constraints.inside import InnerConstraints
 from .failure import Stuck
 from .kernels import twice_area
 from .meshing.mesh import Sizes, closed_links, triangulate
-from .minimise import newton
 from .metric import PLANES, Metrics, rest_geometry
+from .minimise import newton
 from .minimise.energy import BOTH_AREAS, geometry
 from .minimise.ldl import BlockPattern, system_of
 from .minimise.measures import turn_of
@@ -116,7 +115,9 @@ class DiscreteMap:
         outer, *inner = (rim.source.curve.at(pairs.s[rim.vertices]) for rim in rims)
         soft = closed_links([rim.size for rim in filled])
         links = np.append(inside.links, inside.z.size + soft)
-        z, faces = triangulate(outer, sizes, np.concatenate([inside.z, *filled]), links, inner)
+        z, faces = triangulate(
+            outer, sizes, np.concatenate([inside.z, *filled]), links, inner, inside.rays(outer)
+        )
         given = np.arange(inside.z.size + soft.size)
         ends = np.where((links >= 0) & (given < inside.z.size), links, given)
         following = np.append(_following(rims), pairs.s.size + ends)
@@ -181,7 +182,9 @@ class DiscreteMap:
     @property
     def lines(self) -> Index:
         """(l, 2) vertices of the edges of strokes that are met."""
-        return self.border + self.inside.lines if self.bound else NO_LINES
+        if not self.bound:
+            return NO_LINES
+        return self.inside.lines_with(self.z[: self.border])
 
     @property
     def miss(self) -> float:
@@ -229,15 +232,15 @@ class DiscreteMap:
         a, b = np.roll(gradients, -1, axis=1), np.roll(gradients, -2, axis=1)
         weights = np.maximum(-4 * areas[:, None] * (a * b.conj()).real, LEAST_WEIGHT).ravel()
         tails, heads = np.roll(self.faces, -1, axis=1).ravel(), np.roll(self.faces, -2, axis=1).ravel()
-        ends = np.concatenate([tails, heads]), np.concatenate([heads, tails])
-        graph = scipy.sparse.csr_array((np.tile(weights, 2), ends), (u.size, u.size))
+        tails, heads, weights = np.append(tails, heads), np.append(heads, tails), np.tile(weights, 2)
         near = np.zeros(u.size, bool)
         near[: self.constrained] = True
         for _ in range(SMOOTHED_RINGS):
-            near[graph[near].indices] = True
+            near[heads[near[tails]]] = True
         near[: self.constrained] = False
-        rows = graph[near]
-        rows = scipy.sparse.diags_array(1 / np.asarray(rows.sum(axis=1)).ravel()) @ rows
+        smoothed = near[tails]
+        tails, heads, weights = tails[smoothed], heads[smoothed], weights[smoothed]
+        weights = weights / np.bincount(tails, weights, u.size)[tails]
         displacement = np.zeros(u.size, np.complex128)
         displacement[: self.border] = self.u[: self.border] - u[: self.border]
         if self.bound:
@@ -245,7 +248,9 @@ class DiscreteMap:
                 self.inside.goals - u[self.border : self.constrained]
             )
         for _ in range(SMOOTHINGS):
-            displacement[near] = rows @ displacement
+            carried, mean = weights * displacement[heads], np.empty_like(displacement)
+            mean.real, mean.imag = (np.bincount(tails, part, u.size) for part in (carried.real, carried.imag))
+            displacement[near] = mean[near]
         u = u + displacement
         u[: self.border] = self.u[: self.border]
         if self.bound:

@@ -19,6 +19,7 @@ from .constraints.strokes import StrokePair, inside
 from .discrete import DiscreteMap, MeshHoles
 from .failure import Stuck
 from .holes.outlines import outlines_of, rim_spacing, spaced
+from .meshing import sizing
 from .meshing.mesh import Sizes
 from .meshing.transfer import interpolate
 from .metric import PLANES, Metrics
@@ -30,7 +31,7 @@ from .pairs import HoleMatch, Loop, Match, Pairs, boundary_pairs, limited, loops
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
 SCREENING = ((3, 9), (5, 5))  # Newton steps, then how many maps go on; within 1 % of keeping all
 RELEASES = 3  # rounds of released corners
-RELEASED_STEPS = 8
+RELEASED_STEPS = 8  # of Newton after each release (by hand)
 FORWARD, BACKWARD = 8, 3  # Newton steps on the map and on its inverse, in turn
 SETTLED = 1e-3  # relative decrease of a round that ends it
 POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
@@ -40,9 +41,8 @@ MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh siz
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
 EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
-
-
-STROKE_SAMPLES = 8
+PATIENT = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes that 40 leave folded
+STROKE_SAMPLES = 8  # of each stroke, which starts are compared by (by hand)
 NO_PINS = np.empty((0, 2), np.complex128)
 
 
@@ -294,7 +294,8 @@ def released(level: Level, state: DiscreteMap, problem: UnitProblem) -> Discrete
         try:
             state = restarted(level, state)
         except Stuck:
-            break
+            if attempt:
+                break  # on the mesh that it has, it may still get somewhere
         state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
         new_score = score(state, problem.upright)
         improved = new_score < best_score
@@ -308,11 +309,16 @@ def released(level: Level, state: DiscreteMap, problem: UnitProblem) -> Discrete
 
 
 def restarted(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """A map on a new mesh for the same match: a new one, or where that folds the same one."""
+    """A map on a new mesh for the same match: a new one, or where that folds the same one, at last on triangles that
+    are smaller where it magnifies."""
     try:
         return level.started(state.match)
     except Stuck:
+        pass
+    try:
         return refined(level, state)
+    except Stuck:
+        return refined(level, state, sizing.graded(state.z, state.u, state.faces, 0.5 * level.size**2))
 
 
 def projected(curve: Curve, points: Complex) -> Real:
@@ -367,19 +373,27 @@ def refined(
     Raises:
         Stuck: folds remain.
     """
+    fine = laid(level, state, sizes)
+    try:
+        return fine.unfolded(harmonic=False, polish=POLISHING, steps=only or STEPS)
+    except Stuck:
+        if only:
+            raise
+    try:
+        return fine.unfolded(polish=POLISHING)
+    except Stuck:
+        return fine.unfolded(harmonic=False, polish=POLISHING, steps=PATIENT)
+
+
+def laid(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
+    """The map interpolated on the mesh of another level; it may fold."""
     drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
     fine = level.mapped(match_on(level, state), sizes, drawn)
     if isinstance(state, DiscreteMap) and state.bound:
         goals = fine.inside.goals.copy()
         goals[fine.inside.own < 0] = state.inside.goals[state.inside.own < 0]  # pins that were not met stay
         fine = replace(fine, bound=True, inside=fine.inside._replace(goals=goals))
-    carried = fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
-    try:
-        return carried.unfolded(harmonic=False, polish=POLISHING, steps=only or STEPS)
-    except Stuck:
-        if only:
-            raise
-        return fine.unfolded(polish=POLISHING)
+    return fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
 
 
 def eased(state: DiscreteMap, theta: float) -> DiscreteMap:

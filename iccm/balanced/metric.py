@@ -19,7 +19,10 @@ from ..meshes.stretch import Linear, laid_flat, linear
 from .frames import UnitFrame
 from .minimise.energy import geometry
 
-MOST_ECCENTRIC, SMALLEST = 0.98, 1e-4  # of |f_z̄|/|f_z| and of areas' ratios: beyond, rounding would be magnified
+MOST_ECCENTRIC, SMALLEST = (
+    0.98,
+    1e-4,
+)  # of |f_z̄|/|f_z| and of areas' ratios: beyond, rounding would be magnified
 PARTS = 3  # of a triangle's sides: the metric is averaged over PARTS² points; 5 changed p95 of the stretch by < 1 %
 
 
@@ -100,7 +103,9 @@ _PLACES = _places(PARTS)
 def _through(jacobian: Linear, metric: Linear) -> Linear:
     """J⁻¹ B J; where J is nearly singular (slits), the similarity of B's area."""
     size = np.abs(jacobian.determinant)
-    sound = (np.abs(jacobian.b) < MOST_ECCENTRIC * np.abs(jacobian.a)) & (size > SMALLEST) & (size < 1 / SMALLEST)
+    sound = (
+        (np.abs(jacobian.b) < MOST_ECCENTRIC * np.abs(jacobian.a)) & (size > SMALLEST) & (size < 1 / SMALLEST)
+    )
     with np.errstate(divide="ignore", invalid="ignore"):
         exact = jacobian.inverse() @ metric @ jacobian
     mean = np.sqrt(np.abs(metric.determinant))

@@ -10,6 +10,7 @@ from .constraints import continuation, meeting
 from .constraints.given import Pins, with_points
 from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
+from .holes.circles import circle_starts
 from .holes.discs import through_disc
 from .holes.given import Holes
 from .holes.outlines import manageable_holes
@@ -27,9 +28,8 @@ from .solution import Settings, SolveLog
 from .symmetry import Half, half_of, mirrored
 
 COARSE, FINE = 0.1, 0.04  # mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of these
-LIMBS = (
-    0.55  # over the outline's length, of area one: the coarse h of shapes with limbs, at least 0.6 of COARSE
-)
+LIMBS = 0.55
+"""Over the outline's length, of area one: the coarse h of shapes with limbs, at least 0.6 of COARSE."""
 SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
 COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, of the diagonal
 FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
@@ -42,12 +42,8 @@ POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others wh
 EVEN, LEANING = 0.95, 0.75
 UPRIGHT = 3.0  # weight of the turn among starts: 82 % of 40 pairs turn by less than 20°, with 2 75 %, for 1 % of energy
 TURNS = ((0.0, 5), (0.6, 2), (-0.6, 2))  # of elastic starts, and how many of each
-ANY_TURN = (
-    (0.0, 4),
-    (0.5 * np.pi, 2),
-    (np.pi, 2),
-    (-0.5 * np.pi, 2),
-)  # the same where the turn is left to the shapes
+ANY_TURN = (0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2)
+"""The same where the turn is left to the shapes."""
 STRAIGHTENINGS, STRAIGHT = 3, 0.5  # rounds, and degrees that may be left
 ROUND = 0.95  # 4π · area / length², 1 for a disc and .91 for a hexagon
 FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
@@ -263,6 +259,9 @@ def coarse(
     states = started(level, matches)
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += len(matches) - len(states)
+    most = max(len(match.holes) for match in matches)
+    if most > 1 or (most and not states):
+        states += circle_starts(level, matches, problem.theta)
     states = screened(states or through_disc(level, problem.theta), problem)
     settled = []
     for state in progress.counted("coarse maps, corners released", states):

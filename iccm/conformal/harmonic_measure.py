@@ -16,17 +16,19 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
 from ..arrays import Complex, Real, xy_of
+from ..blas import joined
 from ..curve import Curve
 from . import triangulation
 from .panels import CORNER
+
+joined()
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 GROW = 0.35  # growth of the element size with the distance from the boundary
 SHAKE = 0.1  # of the points, relative to their cell
 SUBDIVISIONS = 6  # of a panel, for interpolation
-REPAIRS = (
-    3  # rounds of splitting panels that are no edges of the Delaunay triangulation; each adds at most as many
-)
+REPAIRS = 3
+"""Rounds of splitting panels that are no edges of the Delaunay triangulation; each adds at most as many."""
 
 
 class HarmonicMeasure:

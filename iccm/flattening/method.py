@@ -20,17 +20,14 @@ METHODS = ("conformal", "lscm", "balanced")
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 ROUNDS = 12  # of lengthening the seam of a surface that had to be cut
 EVEN = 2.0  # spread of log10 area (p05 to p95) at which a seam is long enough for least squares
-STRETCHED = (
-    1.5  # p95 of the stretch of an even layout from which the seam is too short: 1.6 left some less even
-)
+STRETCHED = 1.5
+"""P95 of the stretch of an even layout from which the seam is too short: 1.6 left some less even."""
 STEPS = 150  # of Newton's method; 7 to 69 were needed on 15 meshes
 FEW = 30  # of them where only the place of the stretch is wanted
 APART = 300  # with a scaffold
 TOLERANCE, ROUGH = 1e-5, 1e-4  # relative decrease that counts as none; while the seam grows
-SOFTER = (
-    0.1,
-    0.01,
-)  # θ on the way from even to conformal: Newton's method does not find the way from 0 alone
+SOFTER = 0.1, 0.01
+"""Θ on the way from even to conformal: Newton's method does not find the way from 0 alone."""
 
 
 def flatten(patch: Patch, *, loop: int = 1, grow: bool = False, method: str = "conformal") -> Flattening:

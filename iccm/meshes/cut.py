@@ -12,7 +12,6 @@ from ..errors import InputError
 from .patch import Patch
 from .topology import walk
 
-
 MOST_GEODESIC = 100_000  # triangles: exact geodesics take about ten seconds then, by hand
 
 
@@ -75,7 +74,9 @@ def _beside_geodesic(whole: Patch, start: int, end: int) -> Real | None:
     here, there = (
         igl.exact_geodesic(whole.points, faces, np.array([v]), none, every, none) for v in (start, end)
     )
-    edge = np.linalg.norm(whole.points[whole.triangles.tail] - whole.points[whole.triangles.head], axis=1).mean()
+    edge = np.linalg.norm(
+        whole.points[whole.triangles.tail] - whole.points[whole.triangles.head], axis=1
+    ).mean()
     return 1 + np.maximum(here + there - here[end], 0) * here[end] / edge**2
 
 

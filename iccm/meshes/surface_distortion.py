@@ -24,10 +24,14 @@ def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening |
     for layout, w in zip(layouts, (flat.z, flat.w)):
         if layout is not None:
             on &= _on_surface(layout, w)
-    flat = replace(flat, area=flat.area[on], f_z=flat.f_z[on], f_zbar=flat.f_zbar[on], z=flat.z[on], w=flat.w[on])
+    flat = replace(
+        flat, area=flat.area[on], f_z=flat.f_z[on], f_zbar=flat.f_zbar[on], z=flat.z[on], w=flat.w[on]
+    )
     jacobian, area = Linear(flat.f_z, flat.f_zbar), flat.area
     before = area / np.maximum(np.abs(jacobian.determinant), 1e-300)
-    here, there = (None if each is None else _to_surface(each, w) for each, w in zip(layouts, (flat.z, flat.w)))
+    here, there = (
+        None if each is None else _to_surface(each, w) for each, w in zip(layouts, (flat.z, flat.w))
+    )
     if here is not None:
         jacobian, before = jacobian @ here.inverse(), before * here.determinant
     if there is not None:

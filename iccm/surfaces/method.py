@@ -64,12 +64,18 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit:
     journal.notes += checked_pins.notes
     sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
     try:
-        found, exact = _solved(_prepared(sides, holes, checked_pins, settings), checked_pins, settings, journal)
+        found, exact = _solved(
+            _prepared(sides, holes, checked_pins, settings), checked_pins, settings, journal
+        )
     except NoMapError:  # found in even layouts, it folds in the user's, or none was found
         ready = _prepared((sides[0].as_given, sides[1].as_given), holes, checked_pins, settings)
         found, exact = _solved(ready, checked_pins, settings, journal)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
-    map = replace(map, bulge=np.zeros(len(map.edges.ends), complex)) if exact else fit.straight(map, found.lines)
+    map = (
+        replace(map, bulge=np.zeros(len(map.edges.ends), complex))
+        if exact
+        else fit.straight(map, found.lines)
+    )
     result = replace(fit.fitted(problem, found, map, (holes, pins), settings, drawn=True), layouts=layouts)
     if not (len(pins) or len(strokes)):
         result.notes.extend(fit.strain(result.distortion))
@@ -104,15 +110,15 @@ def _inward(pins: Pins, sides: tuple[Side, Side]) -> Pins:
         for each in (pins.inner, pins.outer)
     )
     strokes = tuple(
-        replace(stroke, source=sides[0].curve_inward(stroke.source), target=sides[1].curve_inward(stroke.target))
+        replace(
+            stroke, source=sides[0].curve_inward(stroke.source), target=sides[1].curve_inward(stroke.target)
+        )
         for stroke in pins.strokes
     )
     return replace(pins, inner=inner, outer=outer, strokes=strokes)
 
 
-def _solved(
-    ready: _Prepared, pins: Pins, settings: Settings, journal: SolveLog
-) -> tuple[Solution, bool]:
+def _solved(ready: _Prepared, pins: Pins, settings: Settings, journal: SolveLog) -> tuple[Solution, bool]:
     """The map in the user's planes, and whether it is on a surface's own triangles."""
     used, state = stages.solved(ready.unit, journal)
     met = stages.meets(used, state)
@@ -125,7 +131,8 @@ def _solved(
         last = stages.finished(used, state, settings, journal)
         last = last if forward else stages.inverted(last)
         z, u = (
-            side.outward(frame.world(w), last.outer) for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
+            side.outward(frame.world(w), last.outer)
+            for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
         )
     else:
         last, z, u = own
@@ -144,7 +151,7 @@ def _on_own(
         Stuck: there is none.
     """
     onto = ready.sides[1].layout is not None
-    if state.inside.strokes or not state.bound and state.inside.z.size:
+    if state.inside.strokes or (not state.bound and state.inside.z.size):
         return None
     if state.filled and forward == onto:
         return None
@@ -154,7 +161,10 @@ def _on_own(
     other, other_frame = ready.sides[not onto], ready.frames[not onto]
     own = on_own_mesh(side, frame, stages.last_level(problem, settings), state, problem)
     own = _lowered(own, problem, settings, journal)
-    here, there = own.of_layout(side.layout.flat), other.outward(other_frame.world(own.state.u), own.state.outer)
+    here, there = (
+        own.of_layout(side.layout.flat),
+        other.outward(other_frame.world(own.state.u), own.state.outer),
+    )
     return (stages.inverted(own.state), there, here) if onto else (own.state, here, there)
 
 
@@ -163,4 +173,6 @@ def _lowered(own: OwnMap, problem: UnitProblem, settings: Settings, journal: Sol
     if own.state.filled:  # slits stretch without bound: raising the worst would leave the rest to itself
         return replace(own, state=stages.descended(own.state, problem.theta, 1.0, journal))
     theta = stages.leaning(own.state, problem)
-    return replace(own, state=stages.lowered(stages.eased(own.state, problem.theta), theta, settings, journal))
+    return replace(
+        own, state=stages.lowered(stages.eased(own.state, problem.theta), theta, settings, journal)
+    )

@@ -23,7 +23,10 @@ from ..meshes.stretch import Linear, laid_flat, linear
 from .refined import RefinedSurface
 from .side import Side
 
-UNFOLDING, POLISHING = 200, 30  # steps: a bunny with holes onto a heart takes over 40, and thin triangles stay thin after
+UNFOLDING, POLISHING = (
+    200,
+    30,
+)  # steps: a bunny with holes takes over 40
 SAME = 1e-9  # of the length: arclengths this close are one place
 
 
@@ -41,7 +44,11 @@ class OwnMetric:
 
     def over(self, z: Complex) -> Linear:
         """Those of all triangles, or of those that are not in holes; they keep their places in the plane."""
-        return self.maps if len(z) == self.material.size else Linear(*(each[self.material] for each in self.maps))
+        return (
+            self.maps
+            if len(z) == self.material.size
+            else Linear(*(each[self.material] for each in self.maps))
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +88,9 @@ def on_own_mesh(
     assert side.even is not None
     flat = frame.unit(side.even.flat)
     met = [loop.source for loop in state.loops]
-    loops = [loop[::-1] if frame.mirrored else loop for loop in (side.loops[k] for k in (0, *(1 + k for k in met)))]
+    loops = [
+        loop[::-1] if frame.mirrored else loop for loop in (side.loops[k] for k in (0, *(1 + k for k in met)))
+    ]
     outlines = [problem.source, *(problem.holes[0][k] for k in met)]
     rims = [_outline_of(flat[loop], curve) for loop, curve in zip(loops, outlines)]
     loops = [np.roll(loop, -rim.first) for loop, rim in zip(loops, rims)]
@@ -243,9 +252,7 @@ def _with_boundary(
     return mesh.with_points_on(*(np.concatenate(each) for each in (tails, heads, shares))), rim
 
 
-def _to_surface(
-    mesh: RefinedSurface, side: Side, material: Flags, z: Complex, *, mirrored: bool
-) -> Linear:
+def _to_surface(mesh: RefinedSurface, side: Side, material: Flags, z: Complex, *, mirrored: bool) -> Linear:
     """From triangles z (m, 3) to the surface; those in holes rest as the user's plane shows them."""
     space, flat = mesh.carried(side.layout.patch.points), mesh.carried(side.layout.flat)
     rest = flat[mesh.faces]

@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from ..arrays import Flags, Index, Real
 from ..meshes.topology import Triangles
 
-ON_EDGE = 1e-6  # barycentric coordinate under which a place is on the edge opposite, by hand: far above rounding
+ON_EDGE = 1e-6
+"""Barycentric coordinate under which a place is on the edge opposite, by hand: far above rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +63,8 @@ class RefinedSurface:
         return self._with(hit, parts, [t for _, t in swapped], corners, weights), self.count
 
     def with_points_on(self, tails: Index, heads: Index, shares: Real) -> "RefinedSurface":
-        """With vertices (k,) on edges of the boundary, each at a share of the way from its tail to its head. No triangle
-        may have two such edges."""
+        """With vertices (k,) on edges of the boundary, each at a share of the way from its tail to its head. No
+        triangle may have two such edges."""
         low, high = np.minimum(tails, heads), np.maximum(tails, heads)
         along = np.where(tails == low, shares, 1 - shares)
         keys = low * self.count + high
@@ -78,7 +80,7 @@ class RefinedSurface:
             tail, head, apex = np.roll(self.faces[t], -side)
             chain = chains[int(sides[t, side])]
             chain = [tail, *(chain if tail < head else chain[::-1]), head]
-            parts += [(a, b, apex) for a, b in zip(chain, chain[1:])]
+            parts += [(a, b, apex) for a, b in pairwise(chain)]
             own += [t] * (len(chain) - 1)
         parents = np.column_stack([tails, heads, heads])
         weights = np.column_stack([1 - shares, shares, 0 * shares])
@@ -87,7 +89,9 @@ class RefinedSurface:
     def without_chords(self, still: Flags) -> "RefinedSurface":
         """With a vertex in the middle of every inner edge that joins two vertices marked in `still` (n,)."""
         shape = Triangles(self.faces, self.count)
-        chords = np.flatnonzero((shape.twin > np.arange(shape.twin.size)) & still[shape.tail] & still[shape.head])
+        chords = np.flatnonzero(
+            (shape.twin > np.arange(shape.twin.size)) & still[shape.tail] & still[shape.head]
+        )
         middle = np.full(shape.twin.size, -1)
         middle[chords] = middle[shape.twin[chords]] = self.count + np.arange(chords.size)
         middle = middle.reshape(-1, 3)

@@ -34,10 +34,9 @@ from .messages import Scene, scene_of
 from .scene import PageHalf, patches, png
 
 MISSED = 1e-6  # of the target's diagonal; pins that are met are met to 1e-9
-MISSED_STROKE = 1e-3
-ON_OUTLINE = (
-    2e-3  # of the diagonal: what is so close to an outline goes onto the other; twice what a pin's is
-)
+MISSED_STROKE = 1e-3  # likewise, of strokes, which lie on theirs to 2e-4
+ON_OUTLINE = 2e-3
+"""Of the diagonal: what is so close to an outline goes onto the other; twice what a pin's is."""
 DIGITS = 7  # to which places are rounded, of the shape's size: the page and the files say the same
 
 

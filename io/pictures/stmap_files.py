@@ -12,6 +12,7 @@ from ...pixels import stmap
 from ...pixels.canvas import Canvas
 from ...pixels.inverse_tiles import TILE
 from ...pixels.sampler import Sampler
+from ...pixels.texture import Placing
 from ...pixels.warp import PIXEL, Warp
 from .. import formats
 from . import image_files
@@ -20,7 +21,14 @@ _SAID = "STMap: R = s from the left, G = t from the bottom, 0..1; A = coverage"
 
 
 def write(
-    path: str | Path, map, box: Box, canvas: Canvas, *, room: Memory | None = None, threads: int | None = None
+    path: str | Path,
+    map,
+    box: Box,
+    canvas: Canvas,
+    *,
+    placing: Placing | None = None,
+    room: Memory | None = None,
+    threads: int | None = None,
 ) -> None:
     """Writes a map as a float STMap (.exr or .tif), as it is computed.
 
@@ -29,6 +37,7 @@ def write(
         map: source → target.
         box: what of the source's plane textures will cover.
         canvas: the raster, in the target's plane.
+        placing: as for `stmap.stmap`.
         room: says how many threads there may be.
         threads: for the pixels.
 
@@ -36,13 +45,22 @@ def write(
         InputError: a suffix whose format does not hold floats, or the file cannot be written.
     """
     check(path)
-    like = image_files.Image(
-        np.zeros((1, 1, 4), np.float32), 3, True, "data", {"ImageDescription": ("string", _SAID)}
-    )
     each, what = band_bytes(canvas.width), f"rows of {canvas.width} pixels"
     threads = (room or Memory()).threads(threads, each, what)
-    rows = stmap.stmap(map, box, canvas, threads=threads)
-    image_files.write_bands(path, like, canvas.height, canvas.width, rows)
+    rows = stmap.stmap(map, box, canvas, placing=placing, threads=threads)
+    image_files.write_bands(path, _like(), canvas.height, canvas.width, rows)
+
+
+def write_whole(path: str | Path, st: NDArray[np.float32]) -> None:
+    """Writes (h, w, 4) s, t, 0 and coverage; errors as for `write`."""
+    check(path)
+    height, width = st.shape[:2]
+    image_files.write_bands(path, _like(), height, width, [st])
+
+
+def _like() -> image_files.Image:
+    said = {"ImageDescription": ("string", _SAID)}
+    return image_files.Image(np.zeros((1, 1, 4), np.float32), 3, True, "data", said)
 
 
 def band_bytes(width: int) -> int:

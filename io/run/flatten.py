@@ -16,7 +16,7 @@ from ..shapes import mesh_shape, onto_outline
 from ..shapes import shape as planar
 from ..shapes.mesh_shape import MeshShape
 from ..spec import Spec
-from . import flat_files, report
+from . import carried_maps, flat_files, report
 
 SCHEMA = "iccm.flatten/1"
 
@@ -70,7 +70,9 @@ def laid_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None]) 
         if not path.is_file():
             raise InputError(f"--method {method}: is none of {', '.join(METHODS)}, and no file")
         if formats.of(path).mesh:
-            raise InputError(f"--method {method}: is a mesh; name a drawing or a picture that shows an outline")
+            raise InputError(
+                f"--method {method}: is a mesh; name a drawing or a picture that shows an outline"
+            )
         outline = planar.read(method)
         before = mesh_shape.read(mesh, cut=cut)
         found = LaidOut(*onto_outline.laid_onto(before, outline, tell), path)
@@ -129,13 +131,18 @@ def write_all(
     stack: ExitStack,
     *,
     force: bool,
+    carry_maps: bool = False,
 ) -> dict[str, Any]:
     """Write every output; the files appear when the stack is left. What is returned are the figures."""
-    shape, found = laid.shape, figures(laid, uv)
+    shape = laid.shape
+    if carry_maps:
+        carried_maps.check(shape.file, uv or "--uv")
+    found = figures(laid, uv)
     for name in output:
         flat_files.write(shape, stack.enter_context(files.replacing(name, force=force)))
     if uv:
-        flat_files.write_uvs(shape, stack.enter_context(files.replacing(uv, force=force)), Path(uv))
+        path = stack.enter_context(files.replacing(uv, force=force))
+        found["notes"] += flat_files.write_uvs(shape, path, Path(uv), carry_maps)
     if plot:
         from .figures import surfaces
 

@@ -21,9 +21,8 @@ UNMAPPED = (
 )
 MOST = 64  # the largest: each costs a chain of vertices on every mesh
 SPECK = 1e-5  # of the area inside the outline: a smaller hole would need triangles as small
-CLOSE = (
-    2e-4  # of the diagonal: a hole as close as that to the outline, or to another, leaves no room for a map
-)
+CLOSE = 2e-4
+"""Of the diagonal: a hole as close as that to the outline, or to another, leaves no room for a map."""
 
 
 def mappable(shape: Shape) -> list[int]:

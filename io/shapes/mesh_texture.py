@@ -56,5 +56,5 @@ def beyond_unit(shape: Shape) -> list[str]:
         return []
     return [
         f"{shape.spec}: {outside} triangles have texture coordinates outside 0..1, where the texture repeats; "
-        "tiles (UDIM) are not told apart"
+        "names with <UDIM> tell tiles apart"
     ]

@@ -10,6 +10,7 @@ from .holes import fitted
 from .mesh_shape import MeshShape
 from .shape import Shape
 
+
 def laid_onto(
     mesh: MeshShape, outline: Shape, tell: Callable[[str], None]
 ) -> tuple[MeshShape, dict[str, Any]]:

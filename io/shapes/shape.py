@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from ...arrays import Box, Complex
+from ...arrays import Box, Complex, Real, xy_of
 from ...curve import Curve
 from ...errors import InputError
 from .. import formats
@@ -44,6 +45,7 @@ class Shape:
         extent: the bounding box of all that were read, where it is one of several.
         holes: the boundaries of its holes, core plane.
         hole_names: ids and labels of what is drawn in each of them.
+        aspect: of a layout, width by height of the pictures that lie there.
     """
 
     spec: str
@@ -59,6 +61,7 @@ class Shape:
     extent: Box | None = None
     holes: tuple[Complex, ...] = ()
     hole_names: tuple[tuple[str, ...], ...] = ()
+    aspect: float = 1.0
 
     @property
     def bounds(self) -> Box:
@@ -81,6 +84,26 @@ class Shape:
         return self.curve
 
     @property
+    def is_layout(self) -> bool:
+        """Whether the plane is that of a mesh's texture coordinates, and the canvas a tile of it."""
+        return False
+
+    @property
+    def mirror(self) -> float | None:
+        """The abscissa of the line about which the plane is mirrored against the file's; None where it is not."""
+        return None
+
+    def spread(self, spatial: bool) -> tuple[Real, Real, Real]:
+        """(3,) centroid, least and greatest coordinates of the shape, or of all that were read with it, by which parts
+        are paired: those in the plane; of a mesh also those in space."""
+        centre = shapely.Polygon(xy_of(self.curve.z)).centroid
+        low, high = self.bounds
+        middle, least, greatest = (
+            np.array([*xy, 0.0]) for xy in ((centre.x, centre.y), *xy_of(np.array([low, high])))
+        )
+        return middle, least, greatest
+
+    @property
     def has_uv(self) -> bool:
         """Whether the file has texture coordinates: those of a mesh."""
         return False
@@ -90,8 +113,13 @@ class Shape:
         """The textures that the file names or holds: those of a mesh."""
         return ()
 
-    def placing(self, texture: Texture) -> Placing:
-        """Where points of the shape's plane lie in a texture, which has a place of its own in it."""
+    def placing(self, texture: Texture, tiles: Box | None = None) -> Placing:
+        """Where points of the shape's plane lie in a texture, which has a place of its own in it.
+
+        Args:
+            texture: the texture.
+            tiles: of a mesh, what of its texture coordinates the texture covers, if not 0..1 again and again.
+        """
         return texture
 
     def to_core(self, xy: ArrayLike) -> Complex:
@@ -199,7 +227,7 @@ def read_all(text: str, *, flatness: float = 1e-4) -> list[Shape]:
             notes += outline.notes
     if not curves:
         raise InputError(f"{text}: none of its outlines is a domain; {notes[-1]}")
-    extent = _around([curve.box for curve in curves.values()])
+    extent = around([curve.box for curve in curves.values()])
     box, said = _box(drawing, extent), tuple(dict.fromkeys(notes))
     return [
         Shape(
@@ -213,7 +241,7 @@ def read_all(text: str, *, flatness: float = 1e-4) -> list[Shape]:
     ]
 
 
-def _around(boxes: Sequence[Box]) -> Box:
+def around(boxes: Sequence[Box]) -> Box:
     """The smallest box that holds all boxes."""
     low, high = np.array(boxes).T
     return complex(low.real.min(), low.imag.min()), complex(high.real.max(), high.imag.max())

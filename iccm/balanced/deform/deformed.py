@@ -14,10 +14,8 @@ from ..minimise.ldl import BlockPattern, system_of
 from ..minimise.sliding import FREE, HELD, NO_RAIL, SLIDING, Border, Rails
 from ..minimise.untangle import STEPS, untangle
 
-SHARE_FORWARD, SHARE_BACKWARD = (
-    0.0,
-    1.0,
-)  # the source's area alone counts: else a bar shrinks to 74 % as it bends
+SHARE_FORWARD, SHARE_BACKWARD = 0.0, 1.0
+"""The source's area alone counts: else a bar shrinks to 74 % as it bends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +77,7 @@ class Deformed:
     @property
     def lines(self) -> Index:
         """(l, 2) vertices of the edges of strokes."""
-        return self.border + self.inside.lines
+        return self.inside.lines_with(self.z[: self.border])
 
     def aimed(self, aims: Complex) -> "Deformed":
         """The same map with other goals."""

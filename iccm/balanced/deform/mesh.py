@@ -28,7 +28,7 @@ def meshed(outline: Curve, pins: Pins, size: float, drawn: list[Match] | None = 
     drawn = drawn or [stroke.even for stroke in pins.strokes]
     kept = inside(pins.strokes, drawn, SPACING * size, pins.inner)
     border = spaced(outline, SPACING * size, kept.z)
-    z, faces = triangulate(border, Sizes.even(0.5 * size**2), kept.z, kept.links)
+    z, faces = triangulate(border, Sizes.even(0.5 * size**2), kept.z, kept.links, rays=kept.rays(border))
     pinned = np.abs(pins.outer[:, :1] - border).argmin(axis=1) if len(pins.outer) else np.empty(0, np.int64)
     return Deformed.on(z, faces, border.size, pinned, pins.outer[:, 1], kept)
 

@@ -29,17 +29,12 @@ from .mesh import meshed
 COARSE = 0.08  # mesh size h, of a domain of area one
 TRIANGLES_PER_AREA = 4.0  # number of triangles times h²
 MOVING_STEPS, SETTLING_STEPS, SETTLED = 60, 40, 1e-7
-POWERS = (
-    stages.POWERS
-)  # q: at 1 a pin pulls out a spike; largest K of a square, its centre moved, 7.4, at 3 3.4
+POWERS = stages.POWERS
+"""Of q: at 1 a pin pulls out a spike; largest K of a square, its centre moved, 7.4, at 3 3.4."""
 UNTURNED = 1e-3  # of the constraints' spread: a best turn that turns less is none, as of points in a mirror
 SAME = 1e-9  # of the root of the area
-ROUNDS, FORWARD, BACKWARD, ROUND_DECREASE = (
-    4,
-    8,
-    3,
-    1e-4,
-)  # of steps on the map and its inverse, where strokes slide
+ROUNDS, FORWARD, BACKWARD, ROUND_DECREASE = 4, 8, 3, 1e-4
+"""Of steps on the map and its inverse, where strokes slide."""
 RELEASES = 3  # meshes on which ends of strokes find their places
 
 

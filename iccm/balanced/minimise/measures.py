@@ -26,9 +26,7 @@ def turn_of(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> 
     return float(np.angle(np.sum(weight * a / np.maximum(np.abs(a), 1e-300))))
 
 
-def stretches(
-    z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES
-) -> tuple[Real, Real, Real]:
+def stretches(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> tuple[Real, Real, Real]:
     """(m,) dilatation K = s1/s2, stretch max(s1, 1/s2) and determinant, both domains' areas taken as one."""
     a, b, _ = derivatives(z, u, faces, metrics)
     large, small = np.abs(a) + np.abs(b), np.abs(a) - np.abs(b)

@@ -16,12 +16,10 @@ from .adjacency import Index
 
 CELLS = 2  # buckets for a patch: a point then looks at about six patches' boxes and solves on two
 ENTRIES = 32  # of the buckets for a patch at most: long slanting patches would fill the memory
-STEPS = (
-    12  # of Newton's method; 3 to 5 are usual, 6 was the most in millions of points of the most bent patches
-)
-BESIDE = (
-    0.05  # barycentric: how far outside a step of it may start, so that rounding does not keep points out
-)
+STEPS = 12
+"""Of Newton's method; 3 to 5 are usual, 6 was the most in millions of points of the most bent patches."""
+BESIDE = 0.05
+"""Barycentric: how far outside a step of it may start, so that rounding does not keep points out."""
 ROUNDING = 1e-12  # of the diagonal: this little outside a patch counts as on it
 
 

@@ -1,5 +1,6 @@
 """Maps of surfaces: known ones, the same by other ways, and what the layout must not change."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -49,7 +50,7 @@ def cap(angle, rings=14, spokes=48):
     points = [np.column_stack([np.sin(t) * ring, np.full(spokes, np.cos(t))]) for t in theta]
     k = 1 + np.arange(rings * spokes).reshape(rings, spokes)
     faces = [np.column_stack([np.zeros(spokes, int), k[0], np.roll(k[0], -1)])]
-    for near, far in zip(k, k[1:]):
+    for near, far in itertools.pairwise(k):
         a, b, c, d = near, far, np.roll(far, -1), np.roll(near, -1)
         faces += [np.column_stack([a, b, c]), np.column_stack([a, c, d])]
     return Mesh.triangles("cap", np.concatenate([[[0, 0, 1.0]], *points]), np.concatenate(faces))
@@ -267,7 +268,9 @@ def test_remeshed_copies_go_onto_each_other():
     fit = iccm.fit(one, other, pins=np.column_stack([one.flat[here], other.flat[near]]))
     face, weight = Locator(one)(fit.inverse(other.flat), 1)
     found = np.einsum("pk,pkc->pc", weight, one.patch.points[one.patch.faces[face]])
-    away = np.linalg.norm(found - other.patch.points, axis=1) / np.linalg.norm(np.ptp(other.patch.points, axis=0))
+    away = np.linalg.norm(found - other.patch.points, axis=1) / np.linalg.norm(
+        np.ptp(other.patch.points, axis=0)
+    )
     assert fit.status.ok
     assert np.median(away) < 0.015  # the pins themselves are off by up to half an edge, 0.02
     assert away.max() < 0.06
@@ -344,9 +347,7 @@ def test_a_closed_surface_is_cut_through_points_along_geodesics():
 
 def test_a_seam_that_would_cross_itself_is_refused():
     x = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, -1.0]])
-    faces = np.array(
-        [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [5, 2, 1], [5, 3, 2], [5, 4, 3], [5, 1, 4]]
-    )
+    faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [5, 2, 1], [5, 3, 2], [5, 4, 3], [5, 1, 4]])
     whole = disk_patch(Mesh.triangles("octahedron", x, faces), cut=True).mesh
     from iccm.meshes.patch import Patch
     from iccm.meshes.topology import Triangles
