@@ -27,8 +27,8 @@ class Pins:
 
     Attributes:
         inner: (k, 2) pins inside.
-        outer: (l, 2) pins on the outlines, ends of strokes there included, moved onto them, in the order of the source's
-            outline.
+        outer: (l, 2) pins on the outlines, ends of strokes there included, moved onto them, in the order of the
+            source's outline.
         strokes: pairs of polylines inside, simplified.
         notes: sentences on pins that are close to an outline.
     """
@@ -71,10 +71,10 @@ def checked(
     """The pins (k, 2) and strokes of two domains, sorted; messages name pins by their (k,) numbers, from 0 on.
 
     Raises:
-        InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin or an end of a
-            stroke on one outline only, pins on the outlines that come in another order on one than on the other; a stroke
-            that leaves its shape, touches its outline between its ends, itself, another stroke or a pin; what lies on
-            another side of a stroke that parts the shape.
+        InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin or an end of
+            a stroke on one outline only, pins on the outlines that come in another order on one than on the other; a
+            stroke that leaves its shape, touches its outline between its ends, itself, another stroke or a pin; what
+            lies on another side of a stroke that parts the shape.
     """
     domains = source, target
     pins, numbers, ends = _apart_from_ends(pins, strokes, source.diagonal, target.diagonal, numbers)
@@ -144,7 +144,7 @@ def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float,
 def checked_strokes(
     domains: tuple[Curve, ...], strokes: Sequence[DrawnStroke], pins: Complex, numbers: Index
 ) -> tuple[StrokePair, ...]:
-    """The strokes inside, simplified, after a look at the sides that have a domain: the source's, and the target's if any.
+    """The strokes inside, simplified, after a look at the sides that have a domain: the source's, and the target's.
 
     Args:
         domains: source and target, or the source alone.

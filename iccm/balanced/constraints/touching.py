@@ -116,7 +116,9 @@ def _ended(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
     An end of the target alone that is there is cut off, unless the source's is to go there.
     """
     k, curves = drawn.number, list(drawn.curves)
-    at_ends = np.array([distances(s.z[[0, -1]], c) <= ON_OUTLINE * c.diagonal for c, s in zip(domains, curves)])
+    at_ends = np.array(
+        [distances(s.z[[0, -1]], c) <= ON_OUTLINE * c.diagonal for c, s in zip(domains, curves)]
+    )
     for end in (0, 1):
         here, there = at_ends[0, end], at_ends[-1, end]
         if here and not there:

@@ -138,6 +138,23 @@ def test_ends_of_strokes_slide_unless_they_have_pins():
     assert np.abs(again.map(MIDDLE) - fit.map(MIDDLE) - 0.3j).max() < 0.1
 
 
+def test_strokes_may_end_on_the_outline():
+    """From end to end of the bar, and across it."""
+    strokes = [
+        (np.array([0.5j, 2.9 + 0.5j]), np.array([0.5j, 2 + 1j])),
+        (np.array([4, 4 + 1j]), np.array([3 + 2j, 3 + 3j])),
+    ]
+    fit = iccm.deform(BAR, strokes=strokes)
+    assert fit.status is Status.MET and fit.report()["injective"]["certified"]
+    for a, b in strokes:
+        line, goal = Curve(a, closed=False), Curve(b, closed=False)
+        image = fit.map(line.at(np.linspace(0, line.length, 100)))
+        assert np.abs(goal.at(goal.closest(image)) - image).max() < 2e-4 * fit.diagonal
+    assert np.abs(fit.map(strokes[1][0]) - strokes[1][1]).max() < 1e-9
+    with pytest.raises(InputError, match="stroke 1: it runs along the outline"):
+        iccm.deform(BAR, strokes=[([1, 2], [1, 3])])
+
+
 def test_two_points_may_come_to_one_place():
     pins = [(0.1 + 0.5j, 0.5j), (5.9 + 0.5j, 0.5j), (3 + 0.5j, 3 + 2j)]
     fit = iccm.deform(BAR, pins=pins)
