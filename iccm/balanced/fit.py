@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Index
+from ..arrays import Complex, Index
 from ..maps import bounds
 from ..maps.distortion import Distortion
 from ..maps.triangulated.map import TriangulatedMap
@@ -16,6 +16,7 @@ from .holes.given import Holes, named
 from .method import solve as solved
 from .solution import Settings, Solution
 
+LAYERED = "Where the shape overlaps itself pictures show what is farther from the {}."
 STRETCHED, DILATED = 5.0, 10.0  # over 5 % of the target: from here pictures look like combed stripes
 
 
@@ -58,11 +59,26 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
 
     source, pins, strokes = problem.given_source, problem.given_pins, problem.given_strokes
     given = checked_free(source, pins, strokes)
-    found = deforming.solve(source, given, _settings(options), start)
-    map = _straight(TriangulatedMap(found.source, found.image, found.faces, (found.loop,)), found.lines)
-    ended = Status.BOUNDS if not found.bounded else Status.MET if found.simple else Status.OVERLAP
+    settings, notes = _settings(options), list(given.notes)
+    found = deforming.solve(source, given, settings, start)
+    faces = found.faces
+    if not found.simple:
+        faces = faces[
+            layered(found.source[faces].mean(axis=1), pins[0, 0] if len(pins) else strokes[0][0].z[0])
+        ]
+        notes.append(LAYERED.format("first pin" if len(pins) else "beginning of the first stroke"))
+    map = _straight(TriangulatedMap(found.source, found.image, faces, (found.loop,)), found.lines)
+    map = bounds.held(map, settings.max_dilatation, settings.max_stretch)
+    bounded = found.bounded and bounds.bounded(map, settings.max_dilatation, settings.max_stretch)
+    ended = Status.BOUNDS if not bounded else Status.MET if found.simple else Status.OVERLAP
     status = ended if found.met else Status.PINS
-    return Fit(map, status, found.energies, source, None, pins, strokes, list(given.notes))
+    return Fit(map, status, found.energies, source, None, pins, strokes, notes)
+
+
+def layered(middles: Complex, bottom: complex) -> Index:
+    """(m,) an order of triangles, of which pictures show the later ones where several overlap, by the distance of their
+    middles in the source from what lies lowest."""
+    return np.argsort(np.abs(middles - bottom), kind="stable")
 
 
 def _settings(options: Options) -> Settings:

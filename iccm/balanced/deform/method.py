@@ -189,7 +189,8 @@ def carried(state: Deformed, z: Complex, u: Complex, faces: Index) -> Deformed:
     Raises:
         Stuck: folds remain.
     """
-    same = z.size == state.z.size and np.array_equal(faces, state.faces) and np.abs(z - state.z).max() < SAME
+    same = z.size == state.z.size and len(faces) == len(state.faces) and np.abs(z - state.z).max() < SAME
+    same = same and np.array_equal(*(each[np.lexsort(each.T)] for each in (faces, state.faces)))
     return replace(state, u=u.copy() if same else interpolate(z, faces, u, state.z)).unfolded()
 
 

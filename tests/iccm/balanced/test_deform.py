@@ -161,6 +161,33 @@ def test_two_points_may_come_to_one_place():
     assert fit.status is Status.OVERLAP and error(fit) < 1e-9
 
 
+def test_where_it_overlaps_what_is_farther_from_the_first_pin_is_shown():
+    """The bar's ends one over the other: of two triangles that cover the same point the later one is seen."""
+    pins = np.array([(0.1 + 0.5j, 0.5j), (5.9 + 0.5j, 0.2 + 0.5j), (3 + 0.5j, 3 + 2j)])
+    for order in ([0, 1, 2], [1, 0, 2]):
+        fit = iccm.deform(BAR, pins=pins[order])
+        seen = fit.map.faces[_last_holding(fit.map.image[fit.map.faces], 0.15 + 0.5j)]
+        nearest = np.argmin(np.abs(fit.map.source[seen].mean() - pins[order[:2], 0]))
+        assert nearest == 1 and any("farther from the first pin" in note for note in fit.notes)
+        again = iccm.deform(BAR, pins=pins[order], start=fit)
+        assert np.array_equal(fit.map.source, again.map.source)
+
+
+def _last_holding(corners, point):
+    a, b, c = (corners - point).T
+    inside = [(p.conj() * q).imag >= 0 for p, q in ((a, b), (b, c), (c, a))]
+    holders = np.flatnonzero(np.all(inside, axis=0))
+    assert holders.size > 1
+    return holders[-1]
+
+
+def test_bounds_hold_for_what_is_drawn():
+    pins = np.column_stack([np.append(CORNERS, 1 + 1j), np.append(CORNERS, 1.25 + 1.1j)])
+    fit = iccm.deform(SQUARE, pins=pins, max_dilatation=3)
+    assert fit.status is Status.MET and fit.report()["dilatation"]["max"] <= 3 + 1e-6
+    assert iccm.deform(SQUARE, pins=pins, max_dilatation=1.01).status is Status.BOUNDS
+
+
 def test_what_cannot_be_met_is_told_with_its_distance():
     pins = [*zip(CORNERS, CORNERS), (0.9 + 1j, 1 + 1j), (1.1 + 1j, 1 + 1j)]
     fit = iccm.deform(SQUARE, pins=pins)
