@@ -35,6 +35,11 @@ METHODS = ("conformal", "lscm", "balanced")
     show_default=True,
     help="Keep angles, one-to-one; least squares (LSCM) as it comes; or even: angles and areas.",
 )
+@click.option(
+    "--carry-maps",
+    is_flag=True,
+    help="With --uv of a GLB: carry the maps of its material to the new coordinates.",
+)
 @click.option("--cut", is_flag=True, help="Cut a closed surface, or one with handles, open.")
 @click.option(
     "--report", type=FILE, metavar="FILE.json", help="Figures of the flattening as JSON; - for stdout."
@@ -53,6 +58,7 @@ def command(
     output: tuple[str, ...],
     uv: str | None,
     method: str,
+    carry_maps: bool,
     cut: bool,
     report: str | None,
     plot: str | None,
@@ -94,7 +100,9 @@ def command(
         shape = mesh_shape.read(mesh, cut=cut, method=method)
         for note in shape.notes:
             logs.log.warning(f"{mesh}: {note}")
-        found = flatten.write_all(shape, output, uv, plot, report, stack, force=force)
+        found = flatten.write_all(shape, output, uv, plot, report, stack, force=force, carry_maps=carry_maps)
+        for note in found["notes"][len(shape.notes) :]:
+            logs.log.warning(note)
     for line in flatten.summary(found):
         logs.log.info(line)
     for name in outputs:

@@ -8,9 +8,8 @@ import os
 import sys
 from contextlib import suppress
 
-LEAST = (
-    5 << 28
-)  # bytes of addresses without which libraries end the process: as they are loaded, or write a picture
+LEAST = 5 << 28
+"""Bytes of addresses without which libraries end the process: as they are loaded, or write a picture."""
 STREAMS = ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w"))
 
 

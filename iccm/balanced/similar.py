@@ -9,7 +9,7 @@ from .pairs import HoleMatch, Match
 SAME = 1e-9  # of the root of the area: outlines this close are the same
 SAMPLES = 256  # of each outline, compared one by one
 FARTHEST = 1e-7  # vertices this close to the farthest from the centroid may be it
-MOST_STARTS = 64
+MOST_STARTS = 64  # tried; a regular polygon has as many as vertices (by hand)
 
 
 def similarity(source: Curve, target: Curve, *, turns: bool) -> Match | None:

@@ -10,6 +10,7 @@ from .constraints import continuation, meeting
 from .constraints.given import Pins, with_points
 from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
+from .holes.circles import circle_starts
 from .holes.discs import through_disc
 from .holes.given import Holes
 from .holes.outlines import manageable_holes
@@ -18,6 +19,7 @@ from .holes.rings import ring_matches
 from .levels import Level, Sketch, UnitProblem, alternated, eased, refined, released, score, screened, started
 from .meshing import sizing
 from .meshing.mesh import Sizes
+from .metric import PLANES, Metrics
 from .minimise.measures import stretches, within
 from .outline import manageable
 from .pairs import Match
@@ -26,9 +28,8 @@ from .solution import Settings, SolveLog
 from .symmetry import Half, half_of, mirrored
 
 COARSE, FINE = 0.1, 0.04  # mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of these
-LIMBS = (
-    0.55  # over the outline's length, of area one: the coarse h of shapes with limbs, at least 0.6 of COARSE
-)
+LIMBS = 0.55
+"""Over the outline's length, of area one: the coarse h of shapes with limbs, at least 0.6 of COARSE."""
 SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
 COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, of the diagonal
 FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
@@ -41,12 +42,8 @@ POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others wh
 EVEN, LEANING = 0.95, 0.75
 UPRIGHT = 3.0  # weight of the turn among starts: 82 % of 40 pairs turn by less than 20°, with 2 75 %, for 1 % of energy
 TURNS = ((0.0, 5), (0.6, 2), (-0.6, 2))  # of elastic starts, and how many of each
-ANY_TURN = (
-    (0.0, 4),
-    (0.5 * np.pi, 2),
-    (np.pi, 2),
-    (-0.5 * np.pi, 2),
-)  # the same where the turn is left to the shapes
+ANY_TURN = (0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2)
+"""The same where the turn is left to the shapes."""
 STRAIGHTENINGS, STRAIGHT = 3, 0.5  # rounds, and degrees that may be left
 ROUND = 0.95  # 4π · area / length², 1 for a disc and .91 for a hexagon
 FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
@@ -75,6 +72,9 @@ def constrained(
     """
     upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else UPRIGHT
     problem = with_constraints(source, target, holes, pins, settings, upright)
+    if start is not None and len(problem.holes[0]) < len(problem.holes[1]):  # it is they that are filled
+        state, met = further(problem.inverse(), inverted(start), settings, journal)
+        return inverted(state), met
     if start is not None:
         return further(problem, start, settings, journal)
     used, found = solved(problem, journal)
@@ -225,7 +225,7 @@ def inverted(state: Meshed) -> Sketch:
     """The inverse map."""
     loops, filled = (tuple(loop.inverse() for loop in each) for each in (state.loops, state.filled))
     given = state.u, state.z, state.faces, state.border, state.first_pin, state.lines
-    return Sketch(*given, loops, filled, state.weights)
+    return Sketch(*given, loops, filled, state.weights, state.metrics[::-1])
 
 
 def by_halves(
@@ -262,6 +262,9 @@ def coarse(
     states = started(level, matches)
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += len(matches) - len(states)
+    most = max(len(match.holes) for match in matches)
+    if most > 1 or (most and not states):
+        states += circle_starts(level, matches, problem.theta)
     states = screened(states or through_disc(level, problem.theta), problem)
     settled = []
     for state in progress.counted("coarse maps, corners released", states):
@@ -364,14 +367,14 @@ def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: Solve
     for q in progress.counted("last map, worst stretch lowered", POWERS):
         state = descended(state, theta, q, journal)
         tried.append(state)
-        if excess(state.z, state.u, state.material, settings) <= 1:
+        if _excess(state, settings) <= 1:
             return state
-    return min(tried, key=lambda state: excess(state.z, state.u, state.material, settings))
+    return min(tried, key=lambda state: _excess(state, settings))
 
 
 def leaning(state: Meshed, problem: UnitProblem) -> float:
     """θ for the last mesh: smaller where sizes are even, to keep angles better; holes that shrink need all of it."""
-    even = not problem.holed and within(2.0, state.z, state.u, state.material) >= EVEN
+    even = not problem.holed and within(2.0, state.z, state.u, state.material, state.metrics) >= EVEN
     return LEANING * problem.theta if problem.theta <= 1 and even else problem.theta
 
 
@@ -394,9 +397,13 @@ def carried(level: Level, state: Meshed, problem: UnitProblem, sizes: Sizes) -> 
     return refined(level, state, sizes)
 
 
-def excess(z: Complex, u: Complex, faces: Index, settings: Settings) -> float:
+def _excess(state: DiscreteMap, settings: Settings) -> float:
+    return excess(state.z, state.u, state.material, settings, state.metrics)
+
+
+def excess(z: Complex, u: Complex, faces: Index, settings: Settings, metrics: Metrics = PLANES) -> float:
     """How many times the bounds asked for the largest dilatation and stretch are: at most 1 where they are met."""
-    dilatation, stretch, _ = stretches(z, u, faces)
+    dilatation, stretch, _ = stretches(z, u, faces, metrics)
     bounds = (settings.max_dilatation or np.inf, settings.max_stretch or np.inf)
     return float(max(dilatation.max() / bounds[0], stretch.max() / bounds[1]))
 

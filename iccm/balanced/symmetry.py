@@ -8,9 +8,8 @@ import shapely
 from ..arrays import Complex, Index
 from ..curve import Curve
 
-SYMMETRIC = (
-    5e-3  # of the diagonal: how far a mirrored outline may lie from the outline; 115 of 250 icons are closer
-)
+SYMMETRIC = 5e-3
+"""Of the diagonal: how far a mirrored outline may lie from the outline; 115 of 250 icons are closer."""
 SAMPLES = 1000  # of an outline, at which that is measured
 
 

@@ -24,9 +24,8 @@ from .panels import CORNER
 GROW = 0.35  # growth of the element size with the distance from the boundary
 SHAKE = 0.1  # of the points, relative to their cell
 SUBDIVISIONS = 6  # of a panel, for interpolation
-REPAIRS = (
-    3  # rounds of splitting panels that are no edges of the Delaunay triangulation; each adds at most as many
-)
+REPAIRS = 3
+"""Rounds of splitting panels that are no edges of the Delaunay triangulation; each adds at most as many."""
 
 
 class HarmonicMeasure:

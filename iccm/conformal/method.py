@@ -39,30 +39,24 @@ from .vertices import Allowance, around_corners, clean, radius_along
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 PANEL = 0.05  # longest panel of the harmonic measure, in radii, at COARSEST
 AT_CORNERS = 1e-3  # panel length at corners, in radii, at COARSEST
-COARSEST, FINEST = (
-    1e-3,
-    1e-6,
-)  # tolerances: between them panels shrink with the fourth root, at corners with the power 2/3
+COARSEST, FINEST = 1e-3, 1e-6
+"""Tolerances: between them panels shrink with the fourth root, at corners with the power 2/3."""
 LEAST_AT_CORNERS = 1e-6
 LARGEST_IMAGE = 0.01  # of a panel at a corner, relative to the diagonal of the other shape
 DEEPENINGS = 3
 MANY = 1000  # vertices of an outline before it is simplified
-HAIR, HAIRS_AREA = (
-    1e-7,
-    1e-4,
-)  # half the width of a hair, by the diagonal; what leaving hairs out may change, of the area
+HAIR, HAIRS_AREA = 1e-7, 1e-4
+"""Half the width of a hair, by the diagonal; what leaving hairs out may change, of the area."""
 SIMPLIFY = 0.2  # by this share of the tolerance
-FIRST_ERROR = (
-    0.6  # of the interpolation between vertices, as a share of the tolerance; halved from round to round
-)
+FIRST_ERROR = 0.6
+"""Of the interpolation between vertices, as a share of the tolerance; halved from round to round."""
 LEAST_ERROR = 1e-7  # relative to the diagonal
 ROUNDS = 4
 RELAXATIONS = 8  # steps of a round
 SLIDES = 3
 GAIN = 0.8  # a round that leaves more than this share of the gap is the last
-FOLDS = (
-    0.25  # a residual above the error allowed hints at folds: such maps count as worse, by this power of it
-)
+FOLDS = 0.25
+"""A residual above the error allowed hints at folds: such maps count as worse, by this power of it."""
 MOST_VERTICES = 1500  # of the polygon
 MOST_PANELS = 20_000  # of a boundary: 1.5 GB and half a minute, where usual are hundreds
 CONSISTENCY = 1e-3

@@ -22,9 +22,8 @@ from .vertices import Allowance, place
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 ENOUGH = 0.6  # residual, relative to the error allowed
-ROUGH_SLOPE = (
-    0.5  # relative change of dw/dturn from vertex to vertex, from which on a vertex loses its weight
-)
+ROUGH_SLOPE = 0.5
+"""Relative change of dw/dturn from vertex to vertex, from which on a vertex loses its weight."""
 FADE = 4  # power by which it does
 QUOTIENT_STEP = 0.05  # step of the difference quotients along the target, relative to the vertices' spacing
 MOST_STRAIN = 1.0  # of one step

@@ -11,9 +11,8 @@ from ..balanced.meshing.mesh import recover
 from ..curve import Curve
 from ..errors import InputError
 
-FLAT = (
-    1e-12  # twice the area, by the square of the longest edge: rounding leaves less between nodes on a line
-)
+FLAT = 1e-12
+"""Twice the area, by the square of the longest edge: rounding leaves less between nodes on a line."""
 
 
 class TooThinError(InputError):

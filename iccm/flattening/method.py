@@ -20,17 +20,14 @@ METHODS = ("conformal", "lscm", "balanced")
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 ROUNDS = 12  # of lengthening the seam of a surface that had to be cut
 EVEN = 2.0  # spread of log10 area (p05 to p95) at which a seam is long enough for least squares
-STRETCHED = (
-    1.5  # p95 of the stretch of an even layout from which the seam is too short: 1.6 left some less even
-)
+STRETCHED = 1.5
+"""P95 of the stretch of an even layout from which the seam is too short: 1.6 left some less even."""
 STEPS = 150  # of Newton's method; 7 to 69 were needed on 15 meshes
 FEW = 30  # of them where only the place of the stretch is wanted
 APART = 300  # with a scaffold
 TOLERANCE, ROUGH = 1e-5, 1e-4  # relative decrease that counts as none; while the seam grows
-SOFTER = (
-    0.1,
-    0.01,
-)  # θ on the way from even to conformal: Newton's method does not find the way from 0 alone
+SOFTER = 0.1, 0.01
+"""Θ on the way from even to conformal: Newton's method does not find the way from 0 alone."""
 
 
 def flatten(patch: Patch, *, loop: int = 1, grow: bool = False, method: str = "conformal") -> Flattening:
@@ -69,6 +66,18 @@ def flatten(patch: Patch, *, loop: int = 1, grow: bool = False, method: str = "c
         return plain
     found = _checked(_conformal(*_even(patch, loop, growing)))
     return replace(found, notes=() if fault is None else (f"LSCM gave {fault}: laid out without",))
+
+
+def even(layout: Flattening) -> Flattening:
+    """The layout of least symmetric Dirichlet energy, from one of the same patch without folds or overlaps.
+
+    Raises:
+        InputError: none without overlap was found.
+    """
+    if layout.method == "balanced":
+        return layout
+    sheet = surface(layout.patch.points, layout.patch.faces)
+    return replace(_checked(_relaxed(layout, layout, sheet, 1.0)), method="balanced")
 
 
 def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:

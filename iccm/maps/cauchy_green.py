@@ -25,9 +25,8 @@ TAU_I = 2j * np.pi
 BLOCK_ENTRIES = 1 << 21  # entries of one complex block: 32 MB, a handful of which are alive at a time
 SLICE = 64  # points a thread takes at a time
 ON_EDGE = 1e-9  # radians: an edge seen under an angle this close to -π is one the point lies on
-ROUNDING = (
-    4e-16  # relative error of a coordinate, which turns the angle by itself over the distance to an end
-)
+ROUNDING = 4e-16
+"""Relative error of a coordinate, which turns the angle by itself over the distance to an end."""
 MOST_SLACK = 0.5  # radians, that the two may amount to
 
 

@@ -29,8 +29,8 @@ NEAR = 0.5  # half of a piece, relative to its distance to the nearest vertex, a
 SPREAD = 0.5  # radius of the disc that holds the tangents of a piece's image, relative to its centre, at most
 ROUNDING = 1e-13  # of what is added up in a value of the map or its derivatives
 MOST = 30_000  # pieces; a map that takes more is not proven
-ROUNDS = 50
-SLICE = 256
+ROUNDS = 50  # of halving pieces (by hand)
+SLICE = 256  # pieces that a thread takes at a time (by hand)
 
 
 @dataclass(frozen=True, eq=False)

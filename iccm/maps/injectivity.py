@@ -13,7 +13,7 @@ from .harmonic import HarmonicMap
 
 DEPTHS = np.concatenate([10 ** np.arange(-4.0, -1.0, 0.25), 10 ** np.arange(-1.0, -0.04, 0.05)])
 """Relative to the inradius of the source."""
-BISECTIONS = 3
+BISECTIONS = 3  # between two depths (by hand)
 TINIEST = 8  # image of a piece, in units of rounding
 CLOSER = 12  # rounds of halving pieces whose images come close
 SHORTEST = 1e-12  # edge of a ring moved inwards, relative to its length

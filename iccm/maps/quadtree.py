@@ -14,9 +14,8 @@ from .cauchy_green import edge_log
 RHO = 3.0  # edges nearer than this many circumradii keep their logarithm
 MOST_NEAR = 7  # a square with no more near edges than this is a leaf
 DEPTH = 60  # at most: 2 ** -60 of the square is below round-off
-ASIDE = (
-    0.0031415 - 0.0027183j
-)  # half sides from the middle: no side of an edge is that of a square centred on it
+ASIDE = 0.0031415 - 0.0027183j
+"""Half sides from the middle: no side of an edge is that of a square centred on it."""
 GAUSS = 8  # nodes for an edge seen from far: (1/8)^16 of it is round-off
 
 

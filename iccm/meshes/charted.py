@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Index, Real
+from ..arrays import Index, Real, distinct_rows
 from ..errors import InputError
 from .mesh import Mesh, checked, triangulated
 from .topology import Triangles
@@ -21,6 +21,8 @@ class Charted:
         faces: (m, 3) vertices of the triangles.
         uv: (t, 2) texture coordinates, v up.
         uv_faces: (m, 3) coordinates of their corners.
+        normals: (k, 3) unit normals that the file states, or None.
+        normal_faces: (m, 3) normals of the corners, or None.
     """
 
     name: str
@@ -28,6 +30,8 @@ class Charted:
     faces: Index
     uv: Real
     uv_faces: Index
+    normals: Real | None = None
+    normal_faces: Index | None = None
 
     @classmethod
     def of(cls, mesh: Mesh) -> "Charted":
@@ -64,21 +68,48 @@ class Charted:
         """(m, 3, 3) unit normals and tangents of the triangles' corners.
 
         As MikkTSpace (Mikkelsen, *Simulation of Wrinkled Surfaces Revisited*, 2008) has it: directions of growing u,
-        made square to the normal, averaged by angle over the triangles that share a vertex, its coordinate and their
-        handedness. Normals are averaged by angle over all that share a position.
+        made square to the normal, averaged by the angle seen along it over the triangles around a vertex that have its
+        place, normal and coordinate, and that edges of the same handedness join. Normals are those that the mesh
+        states, else averages by angle over all that share a position.
         """
         at, uv = self.points[self.faces], self.uv[self.uv_faces]
         e1, e2 = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
         d1, d2 = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-        across = _unit(np.cross(e1, e2))
         along = _unit((e1 * d2[:, 1:] - e2 * d1[:, 1:]) * self.mirrored[:, None])
-        angle = _angles(at)[..., None]
-        place = np.unique(self.points, axis=0, return_inverse=True)[1].ravel()[self.faces]
-        normal = _unit(_gathered(place, angle * across[:, None]))
-        side = along[:, None] - normal * np.einsum("mi,mki->mk", along, normal)[..., None]
-        key = np.stack([place, self.uv_faces, np.broadcast_to(self.mirrored[:, None], place.shape)], axis=-1)
-        group = np.unique(key.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(place.shape)
-        return normal, _unit(_gathered(group, angle * _unit(side)))
+        normal, group = self._normals, self._groups
+        sums = _gathered(group, _angles(at, normal)[..., None] * _unit(_square(along[:, None], normal)))
+        return normal, _unit(_square(sums, normal))
+
+    @cached_property
+    def _normals(self) -> Real:
+        """(m, 3, 3) unit normals of the corners."""
+        if self.normals is not None and self.normal_faces is not None:
+            return _unit(self.normals[self.normal_faces])
+        at = self.points[self.faces]
+        across = _unit(np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]))
+        return _unit(_gathered(_same(self.points)[self.faces], _angles(at)[..., None] * across[:, None]))
+
+    @cached_property
+    def _groups(self) -> Index:
+        """(m, 3) which corners have one tangent."""
+        places, shown = _same(self.points)[self.faces], _same(self.uv)[self.uv_faces]
+        turned = places
+        if self.normals is not None and self.normal_faces is not None:
+            turned = _same(self.normals)[self.normal_faces]
+        corners = _same(np.stack([places, turned, shown], axis=-1).reshape(-1, 3))
+        shape = Triangles(corners.reshape(-1, 3), int(corners.max(initial=-1)) + 1)
+        hand = np.repeat(self.mirrored, 3)
+        return shape.fans(hand != hand[shape.twin]).reshape(-1, 3)
+
+
+def _same(rows: np.ndarray) -> Index:
+    """(n,) a number for each row, the same for equal ones."""
+    return distinct_rows(rows)[1]
+
+
+def _square(vectors: Real, normal: Real) -> Real:
+    """What of vectors is square to normals."""
+    return vectors - normal * np.sum(vectors * normal, axis=-1, keepdims=True)
 
 
 def _gathered(group: Index, values: Real) -> Real:
@@ -94,7 +125,9 @@ def _unit(vectors: Real) -> Real:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
 
-def _angles(at: Real) -> Real:
-    """(m, 3) angles at the corners of triangles (m, 3, 3)."""
-    a, b = _unit(np.roll(at, -1, axis=1) - at), _unit(np.roll(at, 1, axis=1) - at)
-    return np.arccos(np.clip(np.einsum("mki,mki->mk", a, b), -1, 1))
+def _angles(at: Real, normal: Real | None = None) -> Real:
+    """(m, 3) angles at the corners of triangles (m, 3, 3), as they are seen along normals of the corners."""
+    a, b = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
+    if normal is not None:
+        a, b = _square(a, normal), _square(b, normal)
+    return np.arccos(np.clip(np.einsum("mki,mki->mk", _unit(a), _unit(b)), -1, 1))

@@ -29,6 +29,8 @@ class Mesh:
         base: number the file format gives the first vertex and face: 1 in OBJ, 0 elsewhere.
         lines: (f,) line of the file each face stands on, or None.
         whole: whether it is all of the file's mesh, so that a vertex that no face uses is worth a note.
+        normals: (k, 3) unit normals that the file states, or None.
+        normal_corners: (c,) normal of each corner, or None.
     """
 
     name: str
@@ -40,6 +42,8 @@ class Mesh:
     base: int = 0
     lines: Index | None = None
     whole: bool = True
+    normals: Real | None = None
+    normal_corners: Index | None = None
 
     @classmethod
     def triangles(cls, name: str, points: Real, faces: Index, **more) -> "Mesh":
@@ -70,6 +74,7 @@ class Mesh:
             corners=self.corners[keep],
             starts=np.concatenate([[0], np.cumsum(self.sizes[faces])]),
             uv_corners=None if self.uv_corners is None else self.uv_corners[keep],
+            normal_corners=None if self.normal_corners is None else self.normal_corners[keep],
             lines=None if self.lines is None else self.lines[faces],
             whole=False,
         )

@@ -4,9 +4,8 @@ import numpy as np
 
 from ..arrays import Complex, Real
 
-SLIVER = (
-    1e-4  # of the longest side: triangles lower than this count as so high, those without area too (by hand)
-)
+SLIVER = 1e-4
+"""Of the longest side: triangles lower than this count as so high, those without area too (by hand)."""
 
 
 def laid_flat(space: Real) -> Complex:

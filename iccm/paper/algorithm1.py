@@ -15,9 +15,9 @@ from . import initial
 from .energies import Basis, Target, Term, closeness, consistency, points, quasiconformal, smoothness, stroke
 from .least_squares import System
 
-PAPER_VERTICES = 200
-DECREASE = 1e-4
-STROKE_SAMPLES = 50
+PAPER_VERTICES = 200  # evenly spaced (by hand)
+DECREASE = 1e-4  # relative, of an iteration that ends the run (by hand)
+STROKE_SAMPLES = 50  # of each stroke (by hand)
 UNITS = {
     "quasiconformal": -2,
     "smoothness": -4,

@@ -12,9 +12,8 @@ from .energies import Basis, Target, Term, fixed, points, smoothness
 from .least_squares import System
 
 PARALLEL = 0.05  # a fitted similarity that shrinks the shape below this share of its size says nothing
-PIN_RANK = (
-    1e-6  # singular values of the pins' coordinates below this share of the largest: as good as one place
-)
+PIN_RANK = 1e-6
+"""Singular values of the pins' coordinates below this share of the largest: as good as one place."""
 
 
 def arclength(problem: Problem, per_edge: int, s: Real) -> Complex:

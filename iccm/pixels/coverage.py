@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 from ..arrays import Complex
 from ..jit import inner, kernel
 
-NOTHING = (
-    1e-6  # area of a pixel that round-off may leave or take, by hand: far above round-off, far below a byte
-)
+NOTHING = 1e-6
+"""Area of a pixel that round-off may leave or take, by hand: far above round-off, far below a byte."""
 
 
 def coverage(loop: Complex, row: int, rows: int, width: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:

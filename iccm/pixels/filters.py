@@ -21,9 +21,8 @@ from .pyramid import CLAMP, CLEAR, FRAME, Pyramid
 NEAREST, LINEAR, CUBIC, LANCZOS, SPLINE = 0, 1, 2, 3, 4
 FILTERS = {"nearest": NEAREST, "linear": LINEAR, "cubic": CUBIC, "lanczos": LANCZOS, "spline": SPLINE}
 RADIUS = (0.5, 1.0, 2.0, 3.0, 3.0)  # of the kernels, in texels
-LONGEST = (
-    8.0  # longest over shortest axis of a kernel: beyond, the short one is widened (by hand: bounds the work)
-)
+LONGEST = 8.0
+"""Longest over shortest axis of a kernel: beyond, the short one is widened (by hand: bounds the work)."""
 BLEND = 1.5  # a spline gives way to the cubic between a footprint of one texel and this (by hand)
 
 

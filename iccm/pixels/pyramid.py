@@ -13,10 +13,8 @@ from .colour import Float
 
 FRAME = 12  # texels around a spline's coefficients: the spline's pole to this power is 0.43 ** 12 = 4e-5
 CLAMP, CLEAR = 0, 1
-STRIP, LEAST_ROWS = (
-    1 << 20,
-    64,
-)  # numbers of a picture, and rows of a wide one, that are worked on at a time (by hand)
+STRIP, LEAST_ROWS = 1 << 20, 64
+"""Numbers of a picture, and rows of a wide one, that are worked on at a time (by hand)."""
 HALO = 20  # rows around them that two reductions by two reach: 6 + 2 · 6, in whole fours
 
 

@@ -13,9 +13,8 @@ from .colour import Float
 from .normals import turned
 from .texture import Places, Texture, check_kind, mend, strip_bytes
 
-LARGE = (
-    1 << 27
-)  # numbers in a texture from which it is not turned into floats: half a gigabyte of them (by hand)
+LARGE = 1 << 27
+"""Numbers in a texture from which it is not turned into floats: half a gigabyte of them (by hand)."""
 SLICE = 1 << 15  # points that are filtered at a time (by hand)
 KINDS = ("colour", "data", "normal", "normal-down")
 

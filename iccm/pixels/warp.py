@@ -19,10 +19,8 @@ from .texture import Places, Placing, Texture
 __all__ = ["Box", "Canvas", "Sampler", "Texture", "Warp", "Warped", "padded", "warp", "whole"]
 
 ACROSS = SLICE // inverse_tiles.TILE  # columns of a band that are filtered at a time
-PIXEL, SAMPLE = (
-    96,
-    1024,
-)  # bytes that each pixel of a band, and of those filtered at a time, takes: arrays counted
+PIXEL, SAMPLE = 96, 1024
+"""Bytes that each pixel of a band, and of those filtered at a time, takes: arrays counted."""
 
 
 def band_bytes(width: int) -> int:

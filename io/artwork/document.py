@@ -26,9 +26,8 @@ from .mapping import OUTSIDE, Effect
 from .paint_server import SIDES, Definitions, Space, lined, scale, shown
 from .references import confine
 
-CELL = (
-    1 / 24
-)  # of the source's diagonal: size of the parts of a picture that follow the map each by its affine part
+CELL = 1 / 24
+"""Of the source's diagonal: size of the parts of a picture that follow the map each by its affine part."""
 OVERLAP = 0.02  # of a part: so much it reaches under the next, which leaves no seam
 _TEXT = "<{}>, left out (turn it into paths: Inkscape, Path > Object to Path; Illustrator, Type > Create Outlines)"
 _UNREAD = "style rule that is not read but kept: its selector is more than a tag, classes and an id"
@@ -39,7 +38,7 @@ _SILENT |= {"filter", "style", "view", "solidColor", "color-profile", "cursor", 
 _PAINTED = ("linearGradient", "radialGradient", "pattern")
 _MARKERS = ("marker-start", "marker-mid", "marker-end")
 _MARKED = ("path", "line", "polyline", "polygon")
-MOST_USED = 40
+MOST_USED = 40  # deep: no drawing made by people comes near (by hand)
 
 
 @dataclass(eq=False)

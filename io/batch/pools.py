@@ -13,8 +13,8 @@ from typing import Any, Protocol
 from ...errors import InputError
 from . import worker
 
-GRACE = 3.0
-PATIENCE = "10s"
+GRACE = 3.0  # seconds in which a worker ends by itself (by hand)
+PATIENCE = "10s"  # for a cluster to answer (by hand)
 
 
 class Pool(Protocol):

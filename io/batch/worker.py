@@ -19,8 +19,8 @@ THREADS = (
     "NUMBA_NUM_THREADS",
     "OPENCV_FOR_THREADS_NUM",
 )
-GRACE = 5.0
-NOTES = 5
+GRACE = 5.0  # seconds in which a worker that has lost its parent tidies up (by hand)
+NOTES = 5  # of a job that its line in the journal keeps (by hand)
 
 
 class Stopped(BaseException):

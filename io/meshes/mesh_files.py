@@ -1,29 +1,31 @@
 """Meshes from files of every format, and back with new texture coordinates.
 
-OBJ keeps its bytes (`obj`, `objwrite`, `mtl`); GLB, PLY, OFF and STL go through trimesh on the same noun.
+OBJ (`obj`, `obj_write`, `material_library`), glTF (`gltf`, `gltf_write`, `gltf_materials`) and PLY (`ply`, `ply_write`)
+are kept as they are but for what changes; OFF and STL, which hold no coordinates, are read by trimesh.
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import Index, Real
+from ...arrays import Index, Real, distinct_rows
 from ...errors import InputError
-from ...meshes.mesh import Mesh, checked, triangulated
+from ...meshes.mesh import Mesh
 from .. import files, formats
 from ..spec import Spec
-from . import material_library, obj, obj_write, odd_forms
+from . import gltf, gltf_materials, gltf_write, material_library, obj, obj_write, odd_forms, ply, ply_write
+from .gltf import Primitive
 from .obj import Obj
 from .obj_source import ObjSource
+from .ply import Ply
 
 MAX_BYTES = 4 << 30
-PIECE = re.compile(r"piece[ -]?(\d{1,9})")
+VIEW = re.compile(r"(?:piece[ -]?(?P<piece>\d{1,9})|uv(?:[ -]?(?P<chart>\d{1,9}))?)")
 NEW = "iccm"  # a material of ours
 PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"  # how such files begin
 
@@ -37,9 +39,14 @@ class MeshFile:
         mesh: its polygons, or those of the part picked.
         faces: (f,) which faces of the whole file that part is.
         obj: the file itself when it is an OBJ.
+        primitive: what of the file it is when that is a GLB or glTF.
+        ply: the file itself when it is a PLY.
         picture: the texture inside the file, as the PNG or JPEG file that it is there, when it has one.
         loop: number of the boundary loop picked, 1 being the longest.
-        piece: number of the piece picked among those that no edge connects, 1 being the largest.
+        piece: number of the piece picked among those that no edge connects, 1 being the largest; 0: none was named.
+        chart: number of the chart picked in its own texture coordinates, 1 being the largest; 0: none was named.
+        part: the part picked, without piece, chart and loop.
+        numbered: whether a piece, a chart or a loop was named by its number.
         names: of the parts that `#` picks.
         notes: what was left out.
     """
@@ -48,9 +55,14 @@ class MeshFile:
     mesh: Mesh
     faces: NDArray[np.bool_]
     obj: Obj | None = None
+    primitive: Primitive | None = None
+    ply: Ply | None = None
     picture: bytes | None = None
     loop: int = 1
-    piece: int = 1
+    piece: int = 0
+    chart: int = 0
+    part: str | None = None
+    numbered: bool = False
     names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -66,8 +78,9 @@ def is_mesh(spec: str) -> bool:
 def read(text: str, whole: Obj | None = None) -> MeshFile:
     """The mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
-    A part is an OBJ object, group or material, a GLB geometry, or `piece 2`, the second largest of the pieces that
-    nothing connects; a loop is a number, 1 for the longest boundary.
+    A part is an OBJ object, group or material, a GLB geometry, `piece-2`, the second largest of the pieces that
+    nothing connects, or `uv-2`, the second largest chart of the texture coordinates (`uv`: the largest); a loop is a
+    number, 1 for the longest boundary.
     `whole` is the content of the file, if it is an OBJ that was read.
 
     Raises:
@@ -80,15 +93,27 @@ def read(text: str, whole: Obj | None = None) -> MeshFile:
         raise InputError(f"{path}: no mesh is read from {suffix!r}; use one of {known}")
     picked, names = _of_obj(whole or obj.read(path)) if suffix == ".obj" else _read_other(path)
     spec = spec.among(names)
-    part, piece = _piece_of(spec.part, names)
-    return replace(picked(part, 1 if spec.number is None else spec.number), piece=piece, names=tuple(names))
+    rest, _, last = (spec.part or "").rpartition("#")
+    view = None if spec.part in names else VIEW.fullmatch(last)
+    part = spec.part if view is None else rest or None
+    found = picked(part, 1 if spec.number is None else spec.number)
+    piece, chart = _viewed(view)
+    numbered = spec.number is not None or bool(view and view.lastgroup)
+    return replace(found, piece=piece, chart=chart, part=part, numbered=numbered, names=tuple(names))
 
 
-def _piece_of(part: str | None, names: list[str]) -> tuple[str | None, int]:
-    """A part and the number of a piece of it: `part#piece-2`, or `piece-2` unless a part is called so."""
-    rest, _, last = (part or "").rpartition("#")
-    found = PIECE.fullmatch(last)
-    return (rest or None, int(found[1])) if found and part not in names else (part, 1)
+def _viewed(view: re.Match | None) -> tuple[int, int]:
+    """Numbers of the piece and of the chart that `piece-2`, `uv` or `uv-2` names, 0 where it names none."""
+    if view is None:
+        return 0, 0
+    return (int(view["piece"]), 0) if view["piece"] else (0, int(view["chart"] or 1))
+
+
+def names_layout(text: str) -> bool:
+    """Whether a spec names a chart by its form, whatever the file's parts are called."""
+    part = Spec.of(text).part
+    found = VIEW.fullmatch((part or "").rpartition("#")[2])
+    return found is not None and found["piece"] is None
 
 
 Reader = tuple[Callable[[str | None, int], MeshFile], list[str]]
@@ -103,13 +128,12 @@ def _of_obj(whole: Obj) -> Reader:
 
 
 def _read_other(path: Path) -> Reader:
-    import trimesh
-
-    data = files.open_input(path, max_bytes=MAX_BYTES)
+    files.open_input(path, max_bytes=MAX_BYTES)
+    kind = {".glb": _of_gltf, ".gltf": _of_gltf, ".ply": _of_ply}.get(formats.suffix_of(path), _of_scene)
     try:
-        scene = _scene(data)
-        pieces = {name: piece for name, piece in scene.geometry.items() if isinstance(piece, trimesh.Trimesh)}
-        placed = {name: _placed(scene, name, piece) for name, piece in pieces.items()}
+        pieces = kind(path)
+    except InputError:
+        raise
     except Exception as error:  # whatever a parser stumbles over: the file is at fault
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputError(f"{path}: is no readable {path.suffix[1:].upper()} file: {reason}") from error
@@ -122,22 +146,39 @@ def _read_other(path: Path) -> Reader:
         chosen = part or next(iter(pieces), None)
         if chosen is None:
             raise InputError(f"{path}: no faces; a point cloud has no surface to map")
-        name = str(path) + (f"#{part}" if part else "")
-        points, piece = placed[chosen], pieces[chosen]
-        uv = getattr(piece.visual, "uv", None)
-        uv = None if uv is None or not len(uv) else np.asarray(uv, float)
-        mesh = Mesh.triangles(name, points, piece.faces, uv=uv)
-        if uv is not None:
-            mesh = Mesh.triangles(name, points, piece.faces, uv=uv, uv_corners=mesh.corners)
+        found = pieces[chosen]
+        mesh = replace(found.mesh, name=str(path) + (f"#{part}" if part else ""))
         left = len(pieces) - 1
         others = f"left out {left} other geometr{'ies' if left > 1 else 'y'}"
         notes = (others + ("" if part else f"; {path}#name picks one"),) if left else ()
-        return MeshFile(path, mesh, np.ones(len(piece.faces), bool), None, _picture(piece), loop, notes=notes)
+        return replace(found, mesh=mesh, loop=loop, notes=notes)
 
     return picked, list(pieces)
 
 
-def _scene(path: Path) -> Any:
+def _of_gltf(path: Path) -> dict[str, MeshFile]:
+    document = gltf.read(path)
+    return {name: _of_primitive(part) for name, part in gltf.primitives(document).items()}
+
+
+def _of_primitive(part: Primitive) -> MeshFile:
+    mesh = part.triangles()
+    return MeshFile(
+        part.document.path, mesh, np.ones(mesh.sizes.size, bool), primitive=part, picture=part.picture
+    )
+
+
+def _of_ply(path: Path) -> dict[str, MeshFile]:
+    whole = ply.read(path)
+    texture = whole.texture
+    picture = None if texture is None else files.read_bytes(texture, max_bytes=MAX_BYTES)
+    mesh = whole.mesh
+    if not mesh.sizes.size:
+        return {}
+    return {path.name: MeshFile(path, mesh, np.ones(mesh.sizes.size, bool), ply=whole, picture=picture)}
+
+
+def _of_scene(path: Path) -> dict[str, MeshFile]:
     """What trimesh reads, and the faces that it leaves out."""
     import trimesh
 
@@ -147,49 +188,24 @@ def _scene(path: Path) -> Any:
         free = _free_off(path)
         if free is None:
             raise
-        return trimesh.Scene(free)
+        return {path.name: free}
+    pieces = dict[str, MeshFile]()
     for name, piece in scene.geometry.items():
-        if not len(getattr(piece, "faces", ())):
-            faces = odd_forms.strips(piece.metadata.get("_ply_raw", {}))
-            found = trimesh.Trimesh(piece.vertices, faces, process=False) if len(faces) else _free_off(path)
-            scene.geometry[name] = piece if found is None else found
-    return scene
+        if isinstance(piece, trimesh.Trimesh) and len(piece.faces):
+            mesh = Mesh.triangles(str(path), piece.vertices, piece.faces)
+            pieces[name] = MeshFile(path, mesh, np.ones(len(piece.faces), bool))
+        elif found := _free_off(path):
+            pieces[name] = found
+    return pieces
 
 
-def _free_off(path: Path) -> Any:
+def _free_off(path: Path) -> MeshFile | None:
     """The mesh of an OFF file whose numbers ignore lines, or None."""
-    from trimesh import Trimesh
-
     suffix = formats.suffix_of(path)
     found = odd_forms.free_off(path.read_text("ascii", "replace")) if suffix == ".off" else None
-    if found is None:
-        return None
-    mesh = Mesh(str(path), *found)
-    return Trimesh(found[0], mesh.corners[triangulated(checked(mesh))], process=False)
-
-
-def _placed(scene, name: str, piece) -> Real:
-    """The points of a geometry where its first node puts it."""
-    for node in scene.graph.nodes_geometry:
-        transform, geometry = scene.graph[node]
-        if geometry == name:
-            return np.asarray(piece.vertices, float) @ transform[:3, :3].T + transform[:3, 3]
-    return np.asarray(piece.vertices, float)
-
-
-def _picture(piece) -> bytes | None:
-    """The texture of a geometry: its bytes as they are embedded, or as PNG where Pillow has them no more."""
-    material = getattr(piece.visual, "material", None)
-    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-    if (
-        image is None or getattr(image, "format", None) is None
-    ):  # none, or trimesh's stand-in, which no file holds
-        return None
-    if isinstance(getattr(image, "fp", None), BytesIO):
-        return image.fp.getvalue()
-    made = BytesIO()
-    image.save(made, "PNG")
-    return made.getvalue()
+    return (
+        None if found is None else MeshFile(path, Mesh(str(path), *found), np.ones(len(found[2]) - 1, bool))
+    )
 
 
 def textures_of(file: MeshFile) -> list[Path]:
@@ -240,6 +256,7 @@ def write(
     *,
     name: Path,
     texture: Path | bytes | None = None,
+    pictures: Mapping[str, bytes] | None = None,
     force: bool = False,
 ) -> tuple[list[str], list[str]]:
     """Write the mesh with new texture coordinates.
@@ -252,6 +269,7 @@ def write(
         out: where to write now, a temporary file beside `name`.
         name: what it will be called.
         texture: the picture to show, or its content; None to leave materials alone.
+        pictures: further ones for the new coordinates, PNG or JPEG files by the slots of a glTF material.
         force: whether what is `written_beside` it may be replaced.
 
     Returns:
@@ -259,9 +277,13 @@ def write(
     """
     check_output(str(name))
     if name.suffix.lower() != ".obj":
-        _write_other(file.mesh, uv, uv_corners, triangles, out, name.suffix.lower(), texture)
-        lost = texture is not None and name.suffix.lower() == ".ply"
-        return [], [f"{name}: PLY names no texture; its coordinates are for the one given"] if lost else []
+        if name.suffix.lower() == ".ply":
+            content, said = _ply(file, uv, uv_corners, name, texture)
+        else:
+            shown = {} if texture is None else {gltf_materials.BASE: _embeddable(texture)}
+            content, said = _glb(file, uv, uv_corners, triangles, shown | dict(pictures or {}))
+        out.write_bytes(content)
+        return [], [f"{name}: {remark}" for remark in said]
     whole = file.obj or obj.parse(_as_obj(file.mesh), name)
     faces = file.faces if file.obj else np.ones(len(whole.face_at), bool)
     if texture is None:
@@ -289,7 +311,10 @@ def as_written(uv: Real, name: str | Path) -> Real:
     suffix = formats.suffix_of(Path(name))
     if suffix == ".obj":
         return np.array(obj_write.vt_text(uv, "\n").replace("vt", "").split(), float).reshape(-1, 2)
-    return uv.astype(np.float32).astype(float) if suffix == ".glb" else uv
+    single = np.column_stack([uv[:, 0], 1 - uv[:, 1] if suffix == ".glb" else uv[:, 1]]).astype(np.float32)
+    return np.column_stack(
+        [single[:, 0], 1.0 - single[:, 1].astype(float) if suffix == ".glb" else single[:, 1]]
+    )
 
 
 def written_beside(name: Path, texture: Path | bytes | None) -> list[str]:
@@ -332,38 +357,41 @@ def _renamed(whole: Obj, faces: NDArray[np.bool_]) -> tuple[dict[str | None, str
 def _as_obj(mesh: Mesh) -> bytes:
     """An OBJ file of a mesh from another format."""
     points = ("v %.10g %.10g %.10g\n" * len(mesh.points)) % tuple(mesh.points.ravel().tolist())
-    faces = ("f %d %d %d\n" * mesh.sizes.size) % tuple((mesh.corners + 1).tolist())
+    lines = {int(size): "f" + " %d" * size + "\n" for size in np.unique(mesh.sizes)}
+    faces = "".join([lines[size] for size in mesh.sizes.tolist()]) % tuple((mesh.corners + 1).tolist())
     return (points + faces).encode()
 
 
-def _write_other(
-    mesh: Mesh, uv, uv_corners, triangles, out: Path, suffix: str, texture: Path | bytes | None
-) -> None:
-    """GLB or PLY: a vertex for every pair of position and texture coordinate."""
-    import trimesh
-    from PIL import Image
-    from trimesh.exchange.gltf import export_glb
+def _glb(
+    file: MeshFile, uv: Real, uv_corners: Index, triangles: Index, pictures: Mapping[str, bytes]
+) -> tuple[bytes, list[str]]:
+    if file.primitive is not None:
+        return gltf_write.with_coordinates(file.primitive, file.faces, uv, uv_corners, pictures)
+    mesh = file.mesh
+    keys = [mesh.corners[triangles].ravel()]
+    if mesh.normals is not None and mesh.normal_corners is not None:
+        keys.append(mesh.normal_corners[triangles].ravel())
+    rows = np.stack(keys, axis=1)
+    first, faces = distinct_rows(rows)
+    rows = rows[first]
+    normals = None if len(keys) == 1 or mesh.normals is None else mesh.normals[rows[:, 1]]
+    part = gltf_write.plain(mesh.points[rows[:, 0]], normals, faces.reshape(-1, 3), file.path.stem)
+    every = np.ones(len(triangles), bool)
+    return gltf_write.with_coordinates(part, every, uv, uv_corners[triangles].ravel(), pictures)
 
-    pairs = np.column_stack([mesh.corners[triangles].ravel(), uv_corners[triangles].ravel()])
-    pairs, index = np.unique(pairs, axis=0, return_inverse=True)
-    piece = trimesh.Trimesh(mesh.points[pairs[:, 0]], index.reshape(-1, 3), process=False)
-    uv = uv[pairs[:, 1]]
-    if suffix == ".ply":
-        piece.visual = trimesh.visual.TextureVisuals(uv=uv)
-        out.write_bytes(trimesh.exchange.ply.export_ply(piece))
-        return
-    content = _embeddable(texture) if texture is not None else b""
-    material = trimesh.visual.material.PBRMaterial(metallicFactor=0.0)
-    if content:
-        material.baseColorTexture = Image.new("RGB", (1, 1))
 
-    def embed(buffers, tree) -> None:  # the file itself in place of what trimesh would encode again
-        for image in tree["images"]:
-            buffers[list(buffers)[image["bufferView"]]] = content + bytes(-len(content) % 4)
-            image["mimeType"] = "image/jpeg" if content.startswith(JPEG) else "image/png"
-
-    piece.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
-    out.write_bytes(export_glb(piece.scene(), buffer_postprocessor=embed))
+def _ply(
+    file: MeshFile, uv: Real, uv_corners: Index, name: Path, texture: Path | bytes | None
+) -> tuple[bytes, list[str]]:
+    whole = file.ply or ply_write.plain(file.mesh, name)
+    faces = file.faces if file.ply else np.ones(file.mesh.sizes.size, bool)
+    shown = material_library.relative(texture, name.parent) if isinstance(texture, Path) else None
+    found, notes = ply_write.with_coordinates(whole, faces, uv, uv_corners, shown)
+    if isinstance(texture, bytes):
+        notes.append("PLY holds no texture; its coordinates are for the one given")
+    elif texture is None and whole.texture is not None:
+        notes.append(f"{whole.texture.name}, which it names, is for the old coordinates")
+    return found, notes
 
 
 def _embeddable(texture: Path | bytes) -> bytes:

@@ -1,28 +1,19 @@
-"""Faces that trimesh leaves out: triangle strips of PLY files, and OFF files whose numbers ignore lines."""
-
-from typing import Any
+"""Faces as some files have them: triangle strips, and OFF files whose numbers ignore lines."""
 
 import numpy as np
 
 from ...arrays import Index, Real
 
 
-def strips(raw: dict[str, Any]) -> Index:
-    """(m, 3) triangles of the `tristrips` of a PLY file, where -1 begins another strip; every second one is turned.
-
-    Args:
-        raw: the file's elements as trimesh keeps them.
-    """
-    lists = raw.get("tristrips", {}).get("data", {})
+def strip(vertices: Index) -> Index:
+    """(m, 3) triangles of strips (k,), where -1 begins another; every second triangle is turned."""
     found = [np.zeros((0, 3), np.int64)]
-    for row in next(iter(lists.values()), ()) if isinstance(lists, dict) else ():
-        row = np.asarray(row, np.int64).ravel()
-        for strip in np.split(row, np.flatnonzero(row < 0)):
-            strip = strip[strip >= 0]
-            if strip.size > 2:
-                faces = np.stack([strip[:-2], strip[1:-1], strip[2:]], axis=1)
-                faces[1::2] = faces[1::2, ::-1]
-                found.append(faces)
+    for part in np.split(vertices, np.flatnonzero(vertices < 0)):
+        part = part[part >= 0]
+        if part.size > 2:
+            faces = np.stack([part[:-2], part[1:-1], part[2:]], axis=1)
+            faces[1::2] = faces[1::2, ::-1]
+            found.append(faces)
     return np.concatenate(found)
 
 

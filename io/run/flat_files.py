@@ -9,6 +9,7 @@ from ...errors import InputError
 from .. import formats
 from ..meshes import mesh_files
 from ..shapes.mesh_shape import MeshShape
+from . import carried_maps
 
 PER_LINE = 8
 
@@ -69,13 +70,15 @@ def unit_uvs(shape: MeshShape) -> Real:
     return xy_of(at)
 
 
-def write_uvs(shape: MeshShape, out: Path, name: Path) -> None:
-    """Write the mesh with its flattening as texture coordinates.
+def write_uvs(shape: MeshShape, out: Path, name: Path, carry_maps: bool = False) -> list[str]:
+    """Write the mesh with its flattening as texture coordinates; notes on what else shows them.
 
     Raises:
         InputError: the format holds none.
     """
-    mesh_files.write(shape.file, unit_uvs(shape), *shape.corners, out, name=name)
+    uv, (corners, triangles) = unit_uvs(shape), shape.corners
+    pictures = carried_maps.carried(shape.file, uv, corners) if carry_maps else None
+    return mesh_files.write(shape.file, uv, corners, triangles, out, name=name, pictures=pictures)[1]
 
 
 def _path(z) -> str:

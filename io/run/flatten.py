@@ -12,7 +12,7 @@ from .. import files
 from ..meshes import mesh_files
 from ..shapes.mesh_shape import MeshShape
 from ..spec import Spec
-from . import flat_files, report
+from . import carried_maps, flat_files, report
 
 SCHEMA = "iccm.flatten/1"
 
@@ -81,13 +81,17 @@ def write_all(
     stack: ExitStack,
     *,
     force: bool,
+    carry_maps: bool = False,
 ) -> dict[str, Any]:
     """Write every output; the files appear when the stack is left. What is returned are the figures."""
+    if carry_maps:
+        carried_maps.check(shape.file, uv or "--uv")
     found = figures(shape, uv)
     for name in output:
         flat_files.write(shape, stack.enter_context(files.replacing(name, force=force)))
     if uv:
-        flat_files.write_uvs(shape, stack.enter_context(files.replacing(uv, force=force)), Path(uv))
+        path = stack.enter_context(files.replacing(uv, force=force))
+        found["notes"] += flat_files.write_uvs(shape, path, Path(uv), carry_maps)
     if plot:
         from .figures import surfaces
 

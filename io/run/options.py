@@ -167,6 +167,10 @@ class JobOptions:
         "What is mapped of files that draw several outlines: the largest, or each onto its partner.",
         default="largest", commands=("map",),
     )  # fmt: skip
+    plane: Literal["flat", "uv"] = _option(
+        "The plane that meshes lie in: their flattening, or their own texture coordinates, as #uv does.",
+        default="flat",
+    )
     holes: Literal["keep", "fill"] = _option(
         "Whether holes go onto holes and stay transparent in pictures, or are taken for inside and painted over.",
         default="keep", commands=EDITED,
@@ -289,6 +293,10 @@ class JobOptions:
     bake: bool = _option(
         "Fill the texture layout that the target mesh has, not a new one.", default=False, commands=("map",)
     )
+    carry_maps: bool = _option(
+        "Carry the other maps of a glTF material (normals, roughness, …) to the new coordinates, too.",
+        default=False, commands=("map",),
+    )  # fmt: skip
     cut: bool = _option("Cut a closed mesh, or one with handles, open.", default=False)
     max_faces: int = _option("Refuse larger meshes.", default=5_000_000, least=1)
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 ALIKE = 0.01  # of white, or of the largest value: colours that differ by less look the same
-OPAQUE = 0.99
+OPAQUE = 0.99  # of alpha: what covers more counts as covered (by hand)
 
 
 class Colours:

@@ -174,7 +174,7 @@ def displacement(rng, low: float, high: float) -> complex:
 
 
 def ray(rng, curve: Curve, across: int) -> np.ndarray | None:
-    """(40,) points from a random one of the outline inwards, all the way `across` or half of it; None if it is short."""
+    """(40,) points from a random one of the outline inwards, all the way `across` or half of it; None if short."""
     s = rng.uniform(0, curve.length)
     foot, ahead = curve.at(np.array([s, s + 1e-6 * curve.length]))
     way = 1j * (ahead - foot) / abs(ahead - foot) * np.exp(1j * rng.uniform(-0.6, 0.6))

@@ -15,9 +15,8 @@ from .strokes import FINENESS, StrokePair, simplified
 from .touching import NAMES, DrawnStroke, refuse_other_sides, sorted_out
 
 NEAR_OUTLINE = 0.02  # of the diagonal: a pin inside but closer than this stretches what lies between
-AT_OUTLINE = (
-    1e-6  # of the diagonal: the same where the outline is free, and nothing is lost by pins close to it
-)
+AT_OUTLINE = 1e-6
+"""Of the diagonal: the same where the outline is free, and nothing is lost by pins close to it."""
 SAME_POINT = 1e-9  # of the diagonal
 
 
@@ -71,8 +70,8 @@ def checked(
     """The pins (k, 2) and strokes of two domains, sorted; messages name pins by their (k,) numbers, from 0 on.
 
     Raises:
-        InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin or an end of
-            a stroke on one outline only, pins on the outlines that come in another order on one than on the other; a
+        InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin or an end of a
+            stroke on one outline only, pins on the outlines that come in another order on one than on the other; a
             stroke that leaves its shape, touches its outline between its ends, itself, another stroke or a pin; what
             lies on another side of a stroke that parts the shape.
     """
@@ -99,8 +98,13 @@ def checked(
     return Pins(pins[~outer], rim.in_order(source, target), drawn, notes)
 
 
-def checked_free(source: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = ()) -> Pins:
-    """The pins (k, 2) and strokes of a domain whose outline is free, sorted; where they go may be anywhere.
+def checked_free(
+    source: Curve,
+    pins: Complex,
+    strokes: Sequence[tuple[Curve, Curve]] = (),
+    holes: Sequence[Curve] = (),
+) -> Pins:
+    """The pins (k, 2) and strokes of a domain whose outlines are free, sorted; where they go may be anywhere.
 
     Raises:
         InputError: a pin outside its shape, one point pinned to two places; a source stroke that leaves its shape,
@@ -108,6 +112,9 @@ def checked_free(source: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Cu
     """
     pins, numbers, ends = _apart_from_ends(pins, strokes, source.diagonal, None)
     distances = _inside(source, pins[:, 0], numbers, 0)
+    for hole in holes:
+        away = np.abs(hole.at(hole.closest(pins[:, 0])) - pins[:, 0]) / source.diagonal
+        distances = np.minimum(distances, away)
     outer = distances < AT_OUTLINE
     inner, _ = sorted_out((source,), strokes, ends)
     drawn = checked_strokes((source,), inner, pins, numbers)
@@ -144,7 +151,7 @@ def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float,
 def checked_strokes(
     domains: tuple[Curve, ...], strokes: Sequence[DrawnStroke], pins: Complex, numbers: Index
 ) -> tuple[StrokePair, ...]:
-    """The strokes inside, simplified, after a look at the sides that have a domain: the source's, and the target's.
+    """The strokes inside, simplified, after a look at the sides that have a domain, or the source alone.
 
     Args:
         domains: source and target, or the source alone.

@@ -27,9 +27,8 @@ from ..stages import FINE_EXACTNESS, STEEPEST, with_constraints
 from .given import Pins, checked
 from .meeting import brought
 
-SIZE = (
-    0.06  # mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh
-)
+SIZE = 0.06
+"""Mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh."""
 FORWARD, BACKWARD, DECREASE = 8, 3, 1e-3  # Newton steps on the map, then on its inverse
 
 

@@ -31,7 +31,7 @@ from .routes import route
 from .ways import MOVING_DECREASE, STAGE_STEPS, in_stages, way_to
 
 FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
-MOVING_STEPS = 40
+MOVING_STEPS = 40  # of Newton while pins move (by hand)
 BROUGHT = 6  # starts, best without pins, that are tried harder where none met its pins
 LED = 2  # of these, whose pins are led around each other where none met them still
 HELD_STEPS = 10  # of unfolding around held pins; where it works, it mostly does in so many

@@ -8,7 +8,7 @@ import numpy as np
 from ...arrays import Complex
 
 FIRST_SHARE, LEAST_SHARE, STAGE_STEPS = 0.25, 0.02, 15  # of the way in stages; Newton steps in each
-MOVING_DECREASE = 1e-3
+MOVING_DECREASE = 1e-3  # relative, of a step that ends a stage (by hand)
 LEAST_FACTOR = 1e-3  # by which constraints shrink: below, they are taken as moved only
 
 

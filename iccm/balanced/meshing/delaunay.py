@@ -10,9 +10,8 @@ from ...jit import inner, kernel
 from ..kernels import cross, dot, set_row, twice_area
 
 FLAT = 1e-13  # of the squared edges: an ear with less area is three points on a line but for rounding
-ROUNDING = (
-    1e-13  # relative: the in-circle determinant's error bound is 1e-15 (Shewchuk 1997), with room to spare
-)
+ROUNDING = 1e-13
+"""Relative: the in-circle determinant's error bound is 1e-15 (Shewchuk 1997), with room to spare."""
 THIN = 1e-14  # twice the area, of a domain of area one, that a flip may leave
 MOST_FLIPS = 2_000_000  # a bound that no mesh comes near
 

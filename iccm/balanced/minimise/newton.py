@@ -34,7 +34,7 @@ from .sliding import (
 SHARE_OF_FLIP = 0.95  # of the largest step without a fold
 SHARE_OF_GAP = 0.9  # by which two neighbours of the outline may approach in one step
 ARMIJO = 1e-5  # share of the slope that a step must gain
-SHORTEST_STEP = 1e-8
+SHORTEST_STEP = 1e-8  # below, rounding decides (by hand)
 LONGEST = 0.5  # of the energy: a step is lengthened to at most 1 / (1 - LONGEST) of Newton's
 SHARE_WHILE_MOVING = 0.9  # of the largest step without a fold: more leaves triangles too thin to go on
 GROWTH = 1.5  # of the energy in one step while vertices move

@@ -15,14 +15,13 @@ from .sliding import restrict
 
 LEAST_WEIGHT = 0.08  # of an edge: cotangents of obtuse angles are negative and would fold
 ENOUGH = 1e-3  # determinant from which a triangle counts as unfolded
-POLISHED = (
-    0.2  # ε once nothing is folded: steps on a smooth energy widen thin triangles faster than on a barrier
-)
+POLISHED = 0.2
+"""Ε once nothing is folded: steps on a smooth energy widen thin triangles faster than on a barrier."""
 DEEP = 0.16  # ε² = 1e-6 + DEEP · min(d, 0)²: with 0.04 fish onto hippo stays folded, found by trial
 SLOW = 3e-3  # relative decrease below which ε shrinks
 SHRINK = 0.6  # of ε where the energy hardly falls: without it a few folds lock up
-LEAST_EPSILON = 1e-5
-STEPS = 40
+LEAST_EPSILON = 1e-5  # below, what is folded stays so (by hand)
+STEPS = 40  # at most (by hand)
 
 
 @kernel

@@ -1,0 +1,335 @@
+"""glTF files as they are: the tree, the bytes under its buffer views, what accessors hold; and back as GLB.
+
+Khronos, *glTF 2.0 Specification*, 2021: §3.6 is on accessors, §4.4 on GLB. trimesh reads such files, too, but knows
+neither sparse nor normalised accessors, and what it has no use for could not be written back.
+"""
+
+import base64
+import json
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Index, Real
+from ...errors import InputError
+from ...meshes.mesh import Mesh
+from .. import files
+from .gltf_materials import base, set_of
+from .odd_forms import strip
+from .size_limits import ITEMS
+
+MAX_BYTES = 4 << 30
+DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+LINES, TRIANGLES, STRIP, FAN = 1, 4, 5, 6
+COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
+ALIGNED = 8  # bytes that views begin at a multiple of: what the most exacting extension asks for
+
+
+@dataclass(frozen=True, eq=False)
+class Gltf:
+    """A glTF file.
+
+    Attributes:
+        path: the file.
+        tree: its JSON.
+        views: the bytes of each buffer view.
+    """
+
+    path: Path
+    tree: dict[str, Any]
+    views: list[bytes]
+
+    def values(self, accessor: int) -> NDArray:
+        """(n, k) the items of an accessor, as they are stored."""
+        said = self.tree["accessors"][accessor]
+        dtype, width, count = np.dtype(DTYPES[said["componentType"]]), ITEMS[said["type"]], said["count"]
+        if "bufferView" in said:
+            at, offset = said["bufferView"], said.get("byteOffset", 0)
+            stride = self.tree["bufferViews"][at].get("byteStride", width * dtype.itemsize)
+            found = np.ndarray((count, width), dtype, self.views[at], offset, (stride, dtype.itemsize))
+        else:
+            found = np.zeros((count, width), dtype)
+        return self._with_sparse(found, said["sparse"]) if "sparse" in said else found
+
+    def _with_sparse(self, values: NDArray, sparse: dict) -> NDArray:
+        count, at, new = sparse["count"], sparse["indices"], sparse["values"]
+        values = values.copy()
+        rows = np.frombuffer(
+            self.views[at["bufferView"]], DTYPES[at["componentType"]], count, at.get("byteOffset", 0)
+        )
+        data = self.views[new["bufferView"]]
+        values[rows] = np.ndarray(
+            (count, values.shape[1]), values.dtype, data, new.get("byteOffset", 0), order="C"
+        )
+        return values
+
+    def floats(self, accessor: int) -> Real:
+        """(n, k) the items of an accessor as numbers; integers that stand for 0 … 1 or -1 … 1 as these."""
+        values = self.values(accessor)
+        if not self.tree["accessors"][accessor].get("normalized") or values.dtype.kind == "f":
+            return values.astype(float)
+        return np.maximum(values / np.iinfo(values.dtype).max, -1.0)
+
+    def source_of(self, texture: int) -> int | None:
+        """The number of a texture's image, of that of an extension where it has no other; None without."""
+        said = self.tree["textures"][texture]
+        return said.get("source", next(_sources(said), None))
+
+    def image(self, number: int) -> bytes | None:
+        """The picture file that an image is; None where it names none.
+
+        Raises:
+            InputError: it names a file that is missing or in another place.
+        """
+        said = self.tree["images"][number]
+        if "bufferView" in said:
+            return bytes(self.views[said["bufferView"]])
+        return _content(self.path, said["uri"]) if "uri" in said else None
+
+    def placed(self, mesh: int) -> Real:
+        """(4, 4) where the first node that shows a mesh puts it; as it is, if none does."""
+        nodes, scenes = self.tree.get("nodes", []), self.tree.get("scenes", [])
+        roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
+        waiting = [(node, np.eye(4)) for node in reversed(roots)]
+        seen: set[int] = set()
+        while waiting:
+            number, above = waiting.pop()
+            if number in seen:
+                continue
+            seen.add(number)
+            node = nodes[number]
+            here = above @ _matrix(node)
+            if node.get("mesh") == mesh:
+                return here
+            waiting += [(child, here) for child in reversed(node.get("children", []))]
+        return np.eye(4)
+
+
+@dataclass(frozen=True, eq=False)
+class Primitive:
+    """One primitive of a mesh in a glTF file.
+
+    Attributes:
+        document: the file.
+        mesh: number of the mesh.
+        number: of the primitive in it.
+    """
+
+    document: Gltf
+    mesh: int
+    number: int
+
+    @property
+    def tree(self) -> dict[str, Any]:
+        """Its JSON."""
+        return self.document.tree["meshes"][self.mesh]["primitives"][self.number]
+
+    @property
+    def attributes(self) -> dict[str, int]:
+        """The accessor of each attribute."""
+        return self.tree["attributes"]
+
+    @property
+    def material(self) -> dict[str, Any]:
+        """The JSON of its material; empty without one."""
+        number = self.tree.get("material")
+        return {} if number is None else self.document.tree["materials"][number]
+
+    @property
+    def faces(self) -> Index:
+        """(m, 3) vertices of its triangles."""
+        if "indices" in self.tree:
+            flat = self.document.values(self.tree["indices"]).ravel().astype(np.int64)
+        else:
+            flat = np.arange(self.document.tree["accessors"][self.attributes["POSITION"]]["count"])
+        mode = self.tree.get("mode", TRIANGLES)
+        if mode == STRIP:
+            return strip(flat)
+        if mode == FAN:
+            return np.column_stack([np.full(max(flat.size - 2, 0), flat[0]), flat[1:-1], flat[2:]])
+        return flat.reshape(-1, 3)
+
+    @property
+    def points(self) -> Real:
+        """(n, 3) its vertices where the first node that shows it puts them."""
+        placed = self.document.placed(self.mesh)
+        return self.document.floats(self.attributes["POSITION"]) @ placed[:3, :3].T + placed[:3, 3]
+
+    @property
+    def normals(self) -> Real | None:
+        """(n, 3) unit normals of its vertices, turned as the first node turns it, or None."""
+        if "NORMAL" not in self.attributes:
+            return None
+        placed = self.document.placed(self.mesh)[:3, :3]
+        turned = self.document.floats(self.attributes["NORMAL"]) @ _cofactors(placed).T
+        return turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-300)
+
+    def uv(self, info: dict[str, Any]) -> Real | None:
+        """(n, 2) texture coordinates, v up, of what a `textureInfo` shows, its transform made; or None."""
+        name = f"TEXCOORD_{set_of(info)}"
+        if name not in self.attributes:
+            return None
+        uv = self.document.floats(self.attributes[name])[:, :2]
+        said = info.get("extensions", {}).get("KHR_texture_transform", {})
+        (a, b), turn = said.get("scale", (1, 1)), said.get("rotation", 0.0)
+        c, s = np.cos(turn), np.sin(turn)
+        uv = (uv * (a, b)) @ np.array([[c, -s], [s, c]]) + said.get("offset", (0, 0))
+        return np.column_stack([uv[:, 0], 1 - uv[:, 1]])
+
+    @property
+    def picture(self) -> bytes | None:
+        """The picture file of its material's colours."""
+        shown = base(self.material)
+        source = self.document.source_of(shown["index"]) if shown else None
+        return None if source is None else self.document.image(source)
+
+    def triangles(self) -> Mesh:
+        """Its triangles, with the coordinates that its material's colours are shown by.
+
+        Raises:
+            InputError: they are compressed.
+        """
+        path, faces = self.document.path, self.faces.ravel()
+        if "KHR_draco_mesh_compression" in self.tree.get("extensions", {}):
+            raise InputError(
+                f"{path}: is compressed (KHR_draco_mesh_compression); save it without compression"
+            )
+        uv, normals = self.uv(base(self.material)), self.normals
+        return Mesh(
+            str(path),
+            self.points,
+            faces,
+            3 * np.arange(faces.size // 3 + 1),
+            uv,
+            None if uv is None else faces,
+            normals=normals,
+            normal_corners=None if normals is None else faces,
+        )
+
+
+def read(path: Path) -> Gltf:
+    """A .glb or .gltf file, and the buffers that it names beside it.
+
+    Raises:
+        InputError: a buffer that is missing or in another place, or compressed data.
+        ValueError, LookupError, TypeError, struct.error: it is no such file.
+    """
+    data = files.read_bytes(path, max_bytes=MAX_BYTES)
+    text, held = _chunks(data) if data[:4] == b"glTF" else (data, b"")
+    tree = json.loads(text)
+    for name in COMPRESSED:
+        if name in tree.get("extensionsRequired", []):
+            raise InputError(f"{path}: is compressed ({name}); save it without compression")
+    buffers = [
+        _content(path, buffer["uri"]) if "uri" in buffer else held for buffer in tree.get("buffers", [])
+    ]
+    return Gltf(path, tree, [_view(buffers, view) for view in tree.get("bufferViews", [])])
+
+
+def primitives(document: Gltf) -> dict[str, Primitive]:
+    """The primitives that have triangles by the names of their meshes; further ones are `name_1`, …"""
+    found: dict[str, Primitive | None] = {}
+    for k, mesh in enumerate(document.tree.get("meshes", [])):
+        for number, primitive in enumerate(mesh["primitives"]):
+            mode = primitive.get("mode", TRIANGLES)
+            if mode not in (0, LINES, TRIANGLES, STRIP, FAN):
+                continue
+            shown = mode >= TRIANGLES
+            name = _unique(mesh.get("name") or "GLTF", found)
+            found[name] = Primitive(document, k, number) if shown else None
+    return {name: primitive for name, primitive in found.items() if primitive is not None}
+
+
+def glb(tree: dict[str, Any], views: list[bytes]) -> bytes:
+    """A GLB file of a tree and the bytes of its buffer views, which get one buffer."""
+    tree, offset, held = dict(tree), 0, list[bytes]()
+    places = []
+    for view, data in zip(tree.get("bufferViews", []), views):
+        places.append({**view, "buffer": 0, "byteOffset": offset, "byteLength": len(data)})
+        held += [data, bytes(-len(data) % ALIGNED)]
+        offset += len(data) + -len(data) % ALIGNED
+    if places:
+        first = {key: value for key, value in (tree.get("buffers") or [{}])[0].items() if key != "uri"}
+        tree |= {"bufferViews": places, "buffers": [{**first, "byteLength": offset}]}
+    text = json.dumps(tree, ensure_ascii=False, separators=(",", ":")).encode()
+    chunks = [(b"JSON", text + b" " * (-len(text) % 4))] + ([(b"BIN\0", b"".join(held))] if places else [])
+    size = 12 + sum(8 + len(data) for _, data in chunks)
+    parts = [struct.pack("<4sII", b"glTF", 2, size)]
+    for kind, data in chunks:
+        parts += [struct.pack("<I4s", len(data), kind), data]
+    return b"".join(parts)
+
+
+def _unique(name: str, taken: dict) -> str:
+    """The name, or `name_1`, `name_2`, … (as trimesh has it)."""
+    number, wanted = 0, name
+    while wanted in taken:
+        number += 1
+        wanted = f"{name}_{number}"
+    return wanted
+
+
+def _chunks(data: bytes) -> tuple[bytes, bytes]:
+    """The JSON and the binary chunk of a GLB file."""
+    version, size = struct.unpack_from("<II", data, 4)
+    if version != 2 or size > len(data):
+        raise ValueError(f"version {version}, {len(data)} bytes of {size}; was it cut short?")
+    found, at = dict[bytes, bytes](), 12
+    while at + 8 <= size:
+        length, kind = struct.unpack_from("<I4s", data, at)
+        found.setdefault(kind, data[at + 8 : at + 8 + length])
+        at += 8 + length
+    return found[b"JSON"], found.get(b"BIN\0", b"")
+
+
+def _view(buffers: list[bytes], view: dict) -> bytes:
+    start, length = view.get("byteOffset", 0), view["byteLength"]
+    found = buffers[view["buffer"]][start : start + length]
+    if len(found) != length or start < 0:
+        raise ValueError("a buffer is shorter than its views; was it cut short?")
+    return found
+
+
+def _content(path: Path, uri: str) -> bytes:
+    """What a URI stands for: data in it, or a file in the folder of the glTF file or below."""
+    if uri.startswith("data:"):
+        return base64.b64decode(uri.partition(",")[2])
+    name = Path(unquote(uri))
+    if "://" in uri or name.is_absolute() or ".." in name.parts:
+        raise InputError(f"{path}: names {uri!r}, which is not in its folder; put it beside the file")
+    return files.read_bytes(path.parent / name, max_bytes=MAX_BYTES)
+
+
+def _sources(texture: dict) -> Iterator[int]:
+    """Pictures that extensions name."""
+    return (said["source"] for said in texture.get("extensions", {}).values() if "source" in said)
+
+
+def _matrix(node: dict) -> Real:
+    if "matrix" in node:
+        return np.array(node["matrix"], float).reshape(4, 4).T
+    x, y, z, w = node.get("rotation", (0, 0, 0, 1))
+    turn = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    made = np.eye(4)
+    made[:3, :3] = turn * np.array(node.get("scale", (1, 1, 1)), float)
+    made[:3, 3] = node.get("translation", (0, 0, 0))
+    return made
+
+
+def _cofactors(matrix: Real) -> Real:
+    """What normals are multiplied by: the inverse transposed, up to a positive factor."""
+    a, b, c = matrix.T
+    made = np.column_stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])
+    return made * np.sign(np.linalg.det(matrix) or 1.0)

@@ -1,0 +1,69 @@
+"""The textures of a glTF material: where they stand in its tree, and which coordinates and pictures they take."""
+
+from collections.abc import Iterator
+from typing import Any
+
+BASE = "pbrMetallicRoughness/baseColorTexture"
+DIFFUSE = "extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture"  # what programs show that know it
+NEW = {"name": "iccm", "pbrMetallicRoughness": {"metallicFactor": 0.0}}
+COLOURS = ("basecolor", "diffuse", "emissive", "sheencolor", "specularcolor")
+
+
+def slots(tree: dict[str, Any], above: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
+    """The path, `normalTexture` or `pbrMetallicRoughness/baseColorTexture`, and the `textureInfo` of each texture."""
+    for key, value in tree.items():
+        if not isinstance(value, dict) or key == "extras":
+            continue
+        if key.endswith("Texture") and "index" in value:
+            yield above + key, value
+        else:
+            yield from slots(value, f"{above}{key}/")
+
+
+def base(material: dict[str, Any]) -> dict[str, Any]:
+    """The `textureInfo` of a material's colours; empty without one."""
+    found = dict(slots(material))
+    return found.get(BASE, found.get(DIFFUSE, {}))
+
+
+def kind_of(slot: str) -> str:
+    """What the channels of a slot's picture are (see `pixels.sampler.KINDS`)."""
+    name = slot.rpartition("/")[2].removesuffix("Texture").lower()
+    if name.endswith("normal"):
+        return "normal"
+    return "colour" if name in COLOURS else "data"
+
+
+def named(slots: list[str]) -> str:
+    """Slots for messages."""
+    return ", ".join(dict.fromkeys(slot.rpartition("/")[2] for slot in slots))
+
+
+def set_of(info: dict[str, Any]) -> int:
+    """Which set of texture coordinates a `textureInfo` reads."""
+    transform = info.get("extensions", {}).get("KHR_texture_transform", {})
+    return transform.get("texCoord", info.get("texCoord", 0))
+
+
+def moved(material: dict[str, Any], to: int, but: set[str]) -> None:
+    """Have all that reads the first set of coordinates read another one, but for some slots."""
+    for slot, info in slots(material):
+        if slot not in but and set_of(info) == 0:
+            info["texCoord"] = to
+            transform = info.get("extensions", {}).get("KHR_texture_transform", {})
+            if "texCoord" in transform:
+                transform["texCoord"] = to
+
+
+def shown(material: dict[str, Any], slot: str, texture: int) -> None:
+    """Have a slot show a texture by the first set of coordinates; scale and strength stay."""
+    *above, key = slot.split("/")
+    for word in above:
+        material = material.setdefault(word, {})
+    info = material.setdefault(key, {})
+    info["index"] = texture
+    info.pop("texCoord", None)
+    extensions = info.get("extensions", {})
+    extensions.pop("KHR_texture_transform", None)
+    if not extensions:
+        info.pop("extensions", None)

@@ -1,0 +1,306 @@
+"""New texture coordinates, and pictures, for a glTF file that stays as it is everywhere else.
+
+The tree and the bytes are edited, not made anew: nodes, skins, animations, other meshes, extensions and extras are not
+even looked at. Numbers of accessors, views, textures and materials never change; new ones come last.
+"""
+
+from collections.abc import Iterator, Mapping
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Flags, Index, Real
+from ...meshes.charted import Charted
+from . import gltf_materials
+from .gltf import TRIANGLES, Gltf, Primitive, glb
+from .gltf_materials import set_of
+from .splitting import Split
+
+ATTRIBUTE, INDEX = 34962, 34963  # what a buffer view is for
+COORDINATES = {"componentType": 5126, "type": "VEC2"}
+TANGENTS = {"componentType": 5126, "type": "VEC4"}
+PLACED = ("values", "arrayOffsets", "stringOffsets")  # keys of EXT_structural_metadata that name views
+JPEG = b"\xff\xd8\xff"  # how such a file begins
+
+
+class Draft:
+    """A copy of a file that is being changed; views that nothing names any more are used again."""
+
+    def __init__(self, source: Gltf) -> None:
+        self.source, self.tree, self.views = source, deepcopy(source.tree), list(source.views)
+        self._made: dict[tuple[bytes, int | None], int] = {}
+
+    def view(self, data: bytes, **said: Any) -> int:
+        """The number of a buffer view with these bytes."""
+        views = self.tree.setdefault("bufferViews", [])
+        free = set(range(len(views))) - set(_named(self.tree, "bufferView", *PLACED))
+        number = min(free, default=len(views))
+        views[number : number + 1] = [{"buffer": 0, "byteLength": len(data), **said}]
+        self.views[number : number + 1] = [data]
+        return number
+
+    def accessor(self, values: NDArray, said: dict, target: int, instead: int | None = None) -> int:
+        """The number of an accessor of values (n, k): `instead`, if only one thing names that, or a new one."""
+        accessors = self.tree.setdefault("accessors", [])
+        if instead is None or list(_accessors_named(self.tree)).count(instead) > 1:
+            instead = len(accessors)
+        kept = {key: said[key] for key in said if key not in ("bufferView", "byteOffset", "sparse")}
+        accessors[instead : instead + 1] = [kept | {"count": len(values)}]
+        row = values.shape[1] * values.itemsize
+        wide = row + -row % 4 if target == ATTRIBUTE else row
+        data = np.zeros((len(values), wide), np.uint8)
+        data[:, :row] = np.ascontiguousarray(values).view(np.uint8).reshape(len(values), row)
+        stride = {"byteStride": wide} if wide != row else {}
+        accessors[instead]["bufferView"] = self.view(data.tobytes(), target=target, **stride)
+        return instead
+
+    def texture(self, content: bytes, like: int | None) -> int:
+        """The number of a texture that shows a PNG or JPEG file with the sampler of another, whose place it takes."""
+        made = self._made.get((content, like))
+        if made is not None:
+            return made
+        textures, images = (self.tree.setdefault(key, []) for key in ("textures", "images"))
+        old = {} if like is None else textures[like]
+        alone = like is not None and list(_textures_named(self.tree)).count(like) == 1
+        number = like if like is not None and alone else len(textures)
+        before = self.source.source_of(like) if like is not None and alone else None
+        textures[number : number + 1] = [{k: old[k] for k in ("name", "sampler", "extras") if k in old}]
+        sources = list(_named(textures, "source"))
+        place = before if before is not None and before not in sources else len(images)
+        name = {"name": images[place]["name"]} if place < len(images) and "name" in images[place] else {}
+        images[place : place + 1] = [{**name, "mimeType": _type_of(content)}]
+        images[place]["bufferView"] = self.view(content)
+        textures[number]["source"] = place
+        self._made[content, like] = number
+        return number
+
+    def bytes(self) -> bytes:
+        """The file, as GLB; pictures beside a .gltf go into it.
+
+        Raises:
+            InputError: one of these is missing.
+        """
+        for number, image in enumerate(self.tree.get("images", [])):
+            if "uri" in image and not image["uri"].startswith("data:"):
+                content = self.source.image(number)
+                assert content is not None
+                del image["uri"]
+                image |= {"mimeType": image.get("mimeType", _type_of(content))}
+                image["bufferView"] = self.view(content)
+        return glb(self.tree, self.views)
+
+
+def with_coordinates(
+    part: Primitive,
+    faces: Flags,
+    uv: Real,
+    uv_corners: Index,
+    pictures: Mapping[str, bytes],
+) -> tuple[bytes, list[str]]:
+    """The file with new first texture coordinates for some triangles of a primitive.
+
+    What reads the old ones goes on doing so: they are kept as another set then. Where new ones part, vertices are split
+    with all that they have. Where only some triangles change, these become a primitive of their own.
+
+    Args:
+        part: the primitive.
+        faces: (m,) the triangles that change.
+        uv: (t, 2) coordinates, v up.
+        uv_corners: (c,) coordinate of each of their corners.
+        pictures: PNG or JPEG files for the new coordinates, by the slots of the material (see `gltf_materials.slots`).
+
+    Returns:
+        The bytes of a GLB file, and notes on textures that stay on the old coordinates.
+    """
+    draft = Draft(part.document)
+    primitive = _alone(draft, part, faces)
+    attributes, before = primitive["attributes"], dict(part.attributes)
+    count = draft.tree["accessors"][attributes["POSITION"]]["count"]
+    split = Split.of(part.faces[faces].ravel(), uv_corners, count)
+    staying = _staying(draft, primitive, set(pictures)) if "TEXCOORD_0" in before else []
+    kept = next(k for k in range(len(before) + 2) if f"TEXCOORD_{k}" not in before) if staying else None
+    if kept is not None:
+        attributes[f"TEXCOORD_{kept}"] = attributes.pop("TEXCOORD_0")
+    _copied(draft, primitive, split, {"TEXCOORD_0"})
+    first = part.document.floats(before["TEXCOORD_0"]) if "TEXCOORD_0" in before else np.zeros((count, 2))
+    values = split.values(np.column_stack([uv[:, 0], 1 - uv[:, 1]]), first).astype("<f4")
+    attributes["TEXCOORD_0"] = draft.accessor(values, COORDINATES, ATTRIBUTE, attributes.get("TEXCOORD_0"))
+    if split.copies.size or not faces.all() or primitive.get("mode", TRIANGLES) != TRIANGLES:
+        _indexed(draft, primitive, split.number, primitive.get("indices"), split.order.size)
+    _rebound(draft, primitive, pictures, kept)
+    if "TANGENT" in attributes and "normalTexture" in pictures:
+        _with_tangents(draft, primitive, part, split, uv, uv_corners, faces)
+    return draft.bytes(), _notes(staying, kept)
+
+
+def plain(points: Real, normals: Real | None, faces: Index, name: str) -> Primitive:
+    """A file with one mesh of triangles (m, 3) over points (n, 3), with normals (n, 3), to be given coordinates."""
+    empty = {"asset": {"version": "2.0", "generator": "iccm"}, "scene": 0, "scenes": [{"nodes": [0]}]}
+    primitive: dict[str, Any] = {"attributes": {}, "mode": TRIANGLES}
+    tree = empty | {
+        "nodes": [{"mesh": 0, "name": name}],
+        "meshes": [{"name": name, "primitives": [primitive]}],
+    }
+    draft = Draft(Gltf(None, tree, []))  # type: ignore[arg-type]
+    attributes = draft.tree["meshes"][0]["primitives"][0]["attributes"]
+    at = points.astype("<f4")
+    bounds = {"min": at.min(axis=0).tolist(), "max": at.max(axis=0).tolist()}
+    said = {"componentType": 5126, "type": "VEC3"}
+    attributes["POSITION"] = draft.accessor(at, said | bounds, ATTRIBUTE)
+    if normals is not None:
+        attributes["NORMAL"] = draft.accessor(normals.astype("<f4"), said, ATTRIBUTE)
+    _indexed(draft, draft.tree["meshes"][0]["primitives"][0], faces.ravel(), None, len(points))
+    return Primitive(Gltf(None, draft.tree, draft.views), 0, 0)  # type: ignore[arg-type]
+
+
+def _alone(draft: Draft, part: Primitive, faces: Flags) -> dict[str, Any]:
+    """The primitive of the triangles that change; others stay in the one that there was."""
+    inside = draft.tree["meshes"][part.mesh]["primitives"]
+    old = inside[part.number]
+    if faces.all():
+        return old
+    new = deepcopy(old)
+    count = draft.tree["accessors"][old["attributes"]["POSITION"]]["count"]
+    _indexed(draft, old, part.faces[~faces].ravel(), old.get("indices"), count)
+    if "indices" in new:
+        new.pop("indices")
+    inside.append(new)
+    return new
+
+
+def _indexed(draft: Draft, primitive: dict, vertices: Index, instead: int | None, count: int) -> None:
+    """Give a primitive triangles."""
+    kind = next(k for k, most in ((5121, 255), (5123, 65535), (5125, 2**32 - 1)) if count <= most)
+    kind = max(kind, draft.tree["accessors"][instead]["componentType"] if instead is not None else 5123)
+    values = vertices.astype({5121: "<u1", 5123: "<u2", 5125: "<u4"}[kind])[:, None]
+    said = {"componentType": kind, "type": "SCALAR"}
+    primitive["indices"] = draft.accessor(values, said, INDEX, instead)
+    if primitive.get("mode", TRIANGLES) != TRIANGLES:
+        primitive["mode"] = TRIANGLES
+
+
+def _copied(draft: Draft, primitive: dict, split: Split, but: set[str]) -> None:
+    """Every attribute of the vertices that are split, morph targets' too."""
+    if not split.copies.size:
+        return
+    for held in (primitive["attributes"], *primitive.get("targets", [])):
+        for name in held:
+            if name not in but or held is not primitive["attributes"]:
+                values = draft.source.values(held[name])[split.order]
+                said = draft.source.tree["accessors"][held[name]]
+                held[name] = draft.accessor(values, said, ATTRIBUTE, held[name])
+
+
+def _staying(draft: Draft, primitive: dict, pictures: set[str]) -> list[str]:
+    """The slots that go on reading the old coordinates, of the material and of its variants."""
+    own = primitive.get("material")
+    found = list[str]()
+    for number in [own, *(mapping["material"] for mapping in _variants(primitive))]:
+        material = {} if number is None else draft.tree["materials"][number]
+        shown = _shown(material, pictures) if number == own else set()
+        found += [
+            slot for slot, info in gltf_materials.slots(material) if set_of(info) == 0 and slot not in shown
+        ]
+    return found
+
+
+def _shown(material: dict, pictures: set[str]) -> set[str]:
+    """The slots that new pictures go into: that of colours may be there twice."""
+    twice = gltf_materials.BASE in pictures and gltf_materials.DIFFUSE in dict(gltf_materials.slots(material))
+    return pictures | ({gltf_materials.DIFFUSE} if twice else set())
+
+
+def _variants(primitive: dict) -> list[dict]:
+    return primitive.get("extensions", {}).get("KHR_materials_variants", {}).get("mappings", [])
+
+
+def _rebound(draft: Draft, primitive: dict, pictures: Mapping[str, bytes], kept: int | None) -> None:
+    """Materials of its own for the primitive, if they change: new pictures, others on the coordinates that are kept."""
+    if not pictures and kept is None:
+        return
+    own = primitive.get("material")
+    for holder in [primitive, *_variants(primitive)]:
+        holder["material"] = _own_material(draft, holder.get("material"))
+        material = draft.tree["materials"][holder["material"]]
+        new = pictures if holder is primitive else {}
+        slots = _shown(material, set(new))
+        for slot in sorted(slots):
+            old = dict(gltf_materials.slots(material)).get(slot, {}).get("index")
+            texture = draft.texture(new.get(slot, new.get(gltf_materials.BASE, b"")), old)
+            gltf_materials.shown(material, slot, texture)
+        if kept is not None and (holder is primitive or own is not None):
+            gltf_materials.moved(material, kept, slots)
+
+
+def _own_material(draft: Draft, number: int | None) -> int:
+    """The number of a material that only one thing names."""
+    materials = draft.tree.setdefault("materials", [])
+    if number is not None and list(_named(draft.tree["meshes"], "material")).count(number) == 1:
+        return number
+    materials.append(deepcopy(gltf_materials.NEW if number is None else materials[number]))
+    return len(materials) - 1
+
+
+def _with_tangents(
+    draft, primitive: dict, part: Primitive, split: Split, uv, uv_corners, faces: Flags
+) -> None:
+    """Tangents for the new coordinates."""
+    document, attributes = part.document, primitive["attributes"]
+    corners = part.faces[faces]
+    points = document.floats(part.attributes["POSITION"])
+    normals = document.floats(part.attributes["NORMAL"]) if "NORMAL" in part.attributes else None
+    sheet = Charted(
+        "", points, corners, uv, uv_corners.reshape(-1, 3), normals, None if normals is None else corners
+    )
+    values = draft.source.floats(part.attributes["TANGENT"])[split.order]
+    tangents = np.concatenate(
+        [sheet.frames[1], np.broadcast_to(sheet.mirrored[:, None, None], (len(corners), 3, 1))], axis=2
+    )
+    values[split.number] = tangents.reshape(-1, 4)
+    attributes["TANGENT"] = draft.accessor(values.astype("<f4"), TANGENTS, ATTRIBUTE, attributes["TANGENT"])
+
+
+def _notes(staying: list[str], kept: int | None) -> list[str]:
+    if kept is None:
+        return []
+    names = gltf_materials.named(staying)
+    return [
+        f"{names} stay on the old coordinates, which are TEXCOORD_{kept} now; --carry-maps carries them over"
+    ]
+
+
+def _type_of(content: bytes) -> str:
+    if content[8:12] == b"WEBP":
+        return "image/webp"
+    return "image/jpeg" if content.startswith(JPEG) else "image/png"
+
+
+def _named(tree: Any, *keys: str) -> Iterator[int]:
+    """The numbers that stand under some keys, anywhere."""
+    if isinstance(tree, list):
+        for value in tree:
+            yield from _named(value, *keys)
+    elif isinstance(tree, dict):
+        for key, value in tree.items():
+            if key in keys and isinstance(value, int):
+                yield value
+            elif key != "extras":
+                yield from _named(value, *keys)
+
+
+def _textures_named(tree: dict) -> Iterator[int]:
+    for material in tree.get("materials", []):
+        yield from (info["index"] for _, info in gltf_materials.slots(material))
+
+
+def _accessors_named(tree: dict) -> Iterator[int]:
+    yield from _named(tree, "indices", "inverseBindMatrices", "input", "output")
+    for mesh in tree.get("meshes", []):
+        for primitive in mesh["primitives"]:
+            for held in (primitive["attributes"], *primitive.get("targets", [])):
+                yield from held.values()
+    for node in tree.get("nodes", []):
+        for extension in node.get("extensions", {}).values():
+            yield from extension.get("attributes", {}).values()

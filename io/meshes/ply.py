@@ -1,0 +1,280 @@
+"""PLY files that keep what they hold: every property of every element, comments, their order, ASCII or binary.
+
+Turk, *The PLY Polygon File Format*, 1994. (trimesh takes no binary file whose faces have different numbers of
+corners, cuts polygons into triangles, and could write nothing back.)
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Index, Real, distinct_rows
+from ...meshes.mesh import Mesh
+from .. import files
+from .odd_forms import strip
+
+MAX_BYTES = 4 << 30
+TYPES = {
+    **{"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2"},
+    **{"ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4"},
+    **{"float": "f4", "float32": "f4", "double": "f8", "float64": "f8"},
+}
+FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+INDICES = ("vertex_indices", "vertex_index")
+COORDINATES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # as programs call them
+CORNERWISE = "texcoord"  # coordinates of a face's corners, in a list
+TEXTURE = "texturefile"  # in a comment, before the name of a picture
+
+
+@dataclass(frozen=True)
+class Property:
+    """A property: its name, type, and for a list the type of its count, as numpy has them."""
+
+    name: str
+    dtype: str
+    count: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """The rows of an element in cells: bytes, or the numbers of an ASCII file as text.
+
+    Attributes:
+        name: of the element.
+        properties: in order.
+        cells: (k,) all of its rows.
+        starts: (n, p + 1) the first cell of each property of each row, and the end of the row.
+    """
+
+    name: str
+    properties: tuple[Property, ...]
+    cells: NDArray
+    starts: Index
+
+    def __contains__(self, name: str) -> bool:
+        return any(p.name == name for p in self.properties)
+
+    @property
+    def text(self) -> bool:
+        """Whether cells are text."""
+        return self.cells.dtype.kind == "S"
+
+    def column(self, name: str) -> NDArray:
+        """(n,) a property of one value."""
+        k, said = self._place(name)
+        return _values(self.cells, self.starts[:-1, k], said.dtype)
+
+    def lists(self, name: str) -> tuple[NDArray, Index, Index]:
+        """Values (c,) of a list property, where they are in the cells (c,), and where each row's begin (n + 1,)."""
+        k, said = self._place(name)
+        at = self.starts[:-1, k]
+        size = _values(self.cells, at, said.count).astype(np.int64)
+        begins = np.concatenate([[0], np.cumsum(size)])
+        wide = 1 if self.text else np.dtype(said.dtype).itemsize
+        first = at + (1 if self.text else np.dtype(said.count).itemsize)
+        places = np.repeat(first - wide * begins[:-1], size) + wide * np.arange(begins[-1])
+        return _values(self.cells, places, said.dtype), places, begins
+
+    def _place(self, name: str) -> tuple[int, Property]:
+        return next((k, p) for k, p in enumerate(self.properties) if p.name == name)
+
+
+@dataclass(frozen=True, eq=False)
+class Ply:
+    """A PLY file.
+
+    Attributes:
+        path: the file.
+        header: its lines up to `end_header`.
+        newline: how they end.
+        tables: its elements, in order.
+    """
+
+    path: Path
+    header: tuple[str, ...]
+    newline: str
+    tables: dict[str, Table]
+
+    @cached_property
+    def polygons(self) -> tuple[Index, Index]:
+        """(c,) vertices of all faces' corners and (f + 1,) where each begins; strips as triangles."""
+        for name in ("face", "faces"):
+            if name in self.tables and len(self.tables[name].starts) > 1:
+                said = next(p for p in INDICES if p in self.tables[name])
+                corners, _, starts = self.tables[name].lists(said)
+                return corners.astype(np.int64), starts
+        if "tristrips" not in self.tables:
+            return np.zeros(0, np.int64), np.zeros(1, np.int64)
+        table = self.tables["tristrips"]
+        corners, _, starts = table.lists(table.properties[0].name)
+        parts = [strip(row) for row in np.split(corners.astype(np.int64), starts[1:-1])]
+        faces = np.concatenate([np.zeros((0, 3), np.int64), *parts])
+        return faces.ravel(), 3 * np.arange(len(faces) + 1)
+
+    @property
+    def faces(self) -> Table | None:
+        """The table of faces; None for strips."""
+        return self.tables.get("face", self.tables.get("faces"))
+
+    def named(self, *sets: tuple[str, ...]) -> tuple[str, ...] | None:
+        """The first of some sets of properties that vertices have."""
+        table = self.tables["vertex"]
+        return next((names for names in sets if all(name in table for name in names)), None)
+
+    def vertices(self, names: tuple[str, ...]) -> Real:
+        """(n, k) properties of the vertices."""
+        return np.column_stack([self.tables["vertex"].column(name).astype(float) for name in names])
+
+    @property
+    def mesh(self) -> Mesh:
+        """Its polygons."""
+        corners, starts = self.polygons
+        normals = self.named(("nx", "ny", "nz"))
+        uv, uv_corners = self._coordinates(corners, starts)
+        return Mesh(
+            str(self.path),
+            self.vertices(("x", "y", "z")),
+            corners,
+            starts,
+            uv,
+            uv_corners,
+            normals=None if normals is None else self.vertices(normals),
+            normal_corners=None if normals is None else corners,
+        )
+
+    def _coordinates(self, corners: Index, starts: Index) -> tuple[Real | None, Index | None]:
+        if self.faces is not None and CORNERWISE in self.faces:
+            values, _, begins = self.faces.lists(CORNERWISE)
+            if (begins == 2 * starts).all():
+                rows = np.column_stack([corners, values.reshape(-1, 2).astype(float)])
+                first, index = distinct_rows(rows)
+                return rows[first, 1:], index
+        names = self.named(*COORDINATES)
+        return (None, None) if names is None else (self.vertices(names), corners)
+
+    @property
+    def texture(self) -> Path | None:
+        """The picture that a comment names, if it is there."""
+        for line in self.header:
+            _, found, name = line.lower().partition(TEXTURE)
+            path = self.path.parent / line[len(line) - len(name) :].strip()
+            if found and name.strip() and path.is_file():
+                return path
+        return None
+
+
+def read(path: Path) -> Ply:
+    """A .ply file.
+
+    Raises:
+        ValueError, IndexError, KeyError: it is none.
+    """
+    return parse(files.read_bytes(path, max_bytes=MAX_BYTES), path)
+
+
+def parse(data: bytes, path: Path) -> Ply:
+    """What the bytes of a PLY file say.
+
+    Raises:
+        ValueError, IndexError, KeyError: they are none.
+    """
+    end = data.index(b"end_header")
+    newline = "\r\n" if b"\r\n" in data[:end] else "\n" if b"\n" in data[:end] else "\r"
+    lines = data[:end].decode("utf-8", "surrogateescape").split(newline)[:-1]
+    words = [line.split() for line in lines]
+    if words[0][:1] != ["ply"]:
+        raise ValueError("it does not begin with 'ply'")
+    order = FORMATS[next(line for line in words if line[:1] == ["format"])[1]]
+    body = data[end + len("end_header") :]
+    body = body[len(newline) :] if body.startswith(newline.encode()) else body.lstrip(b" ")[1:]
+    cells = np.frombuffer(body, np.uint8) if order else np.array(body.split() or [b""])
+    tables, at = dict[str, Table](), 0
+    for name, count, properties in _elements(words, order):
+        starts = _rows(cells[at:], count, properties)
+        end = int(starts[-1, 0])
+        tables[name] = Table(name, properties, cells[at : at + end], starts)
+        at += end
+    _ = tables["vertex"]
+    return Ply(path, tuple(lines), newline, tables)
+
+
+def _elements(words: list[list[str]], order: str) -> list[tuple[str, int, tuple[Property, ...]]]:
+    found: list[tuple[str, int, tuple[Property, ...]]] = []
+    for line in words:
+        if line[:1] == ["element"]:
+            found.append((line[1], int(line[2]), ()))
+        elif line[:1] == ["property"]:
+            name, count, before = found.pop()
+            types = [order + TYPES[word] for word in (line[2:4] if line[1] == "list" else line[1:2])]
+            found.append((name, count, (*before, Property(line[-1], types[-1], "".join(types[:-1])))))
+    return found
+
+
+def _rows(cells: NDArray, count: int, properties: tuple[Property, ...]) -> Index:
+    """(n + 1, p + 1) the first cell of each property of each row; the last row is where the next would begin.
+
+    Raises:
+        ValueError: there are fewer cells than that takes.
+    """
+    text = cells.dtype.kind == "S"
+    sizes = [0 if p.count else 1 if text else np.dtype(p.dtype).itemsize for p in properties]
+    heads = [0 if not p.count else 1 if text else np.dtype(p.count).itemsize for p in properties]
+    least = max(1, sum(sizes) + sum(heads))
+    if not 0 <= count * least <= cells.size:
+        raise ValueError(f"{count} rows do not fit into what there is; was it cut short?")
+    counted = [k for k, p in enumerate(properties) if p.count]
+    row = _walked(cells, 1, properties, sizes, heads)[0] if count and counted else np.cumsum([0, *sizes])
+    starts = row[-1] * np.arange(count + 1)[:, None] + row
+    if starts[-1, 0] <= cells.size and all(_alike(cells, starts[:-1, k], properties[k]) for k in counted):
+        return starts
+    return _walked(cells, count, properties, sizes, heads)
+
+
+def _alike(cells: NDArray, at: Index, said: Property) -> bool:
+    """Whether all lists are as long as the first."""
+    counts = _values(cells, at, said.count)
+    return bool((counts == counts[:1]).all())
+
+
+def _walked(cells: NDArray, count: int, properties, sizes: list[int], heads: list[int]) -> Index:
+    """As `_rows`, row by row, where lists have different lengths."""
+    wide = [1 if cells.dtype.kind == "S" else np.dtype(p.dtype).itemsize for p in properties]
+    counted = [_counter(cells, p) if p.count else None for p in properties]
+    starts, at = np.empty((count + 1, len(properties) + 1), np.int64), 0
+    for row in range(count):
+        places = [at]
+        for k, counts in enumerate(counted):
+            at += sizes[k] if counts is None else heads[k] + wide[k] * counts(at)
+            places.append(at)
+        starts[row] = places
+        if at > cells.size:
+            raise ValueError(f"row {row} is not whole; was it cut short?")
+    starts[count] = at
+    return starts
+
+
+def _counter(cells: NDArray, said: Property) -> Callable[[int], int]:
+    """The count of the list that begins at a cell."""
+
+    def counts(at: int) -> int:
+        found = int(_values(cells, np.array([at]), said.count)[0])
+        if found < 0:
+            raise ValueError("a list of fewer than no values")
+        return found
+
+    if cells.dtype.kind == "S" or said.count[1:] != "u1":
+        return counts
+    return lambda at: int(cells[at])
+
+
+def _values(cells: NDArray, at: Index, dtype: str) -> NDArray:
+    """(n,) values that begin at cells (n,); whole numbers of ASCII files, too, are floats."""
+    if cells.dtype.kind == "S":
+        return cells[at].astype(float)
+    if not at.size:
+        return np.zeros(0, dtype)
+    return np.ascontiguousarray(cells[at[:, None] + np.arange(np.dtype(dtype).itemsize)]).view(dtype).ravel()

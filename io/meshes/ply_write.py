@@ -1,0 +1,178 @@
+"""New texture coordinates for a PLY file that stays as it is everywhere else."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Flags, Index, Real
+from ...errors import InputError
+from ...meshes.mesh import Mesh
+from .ply import COORDINATES, CORNERWISE, INDICES, TEXTURE, Ply, Table, parse
+from .splitting import Split
+
+NUMBER = "%.9g"  # single precision, as text
+
+
+@dataclass(eq=False)
+class Changes:
+    """What becomes of a file: lines of its header, and bytes of its elements."""
+
+    header: list[str]
+    bodies: dict[str, bytes]
+
+
+def with_coordinates(
+    ply: Ply, faces: Flags, uv: Real, uv_corners: Index, texture: str | None
+) -> tuple[bytes, list[str]]:
+    """The file with new texture coordinates for some faces.
+
+    They go where it has them, to the corners of faces (`texcoord`) or to vertices (`s` and `t`, `u` and `v`, …), else
+    to vertices as `s` and `t`. Vertices whose corners have several are split, copies of them come last.
+
+    Args:
+        ply: the file.
+        faces: (f,) the faces that change.
+        uv: (t, 2) coordinates, v up.
+        uv_corners: (c,) coordinate of each of their corners.
+        texture: name of the picture to show, from the folder that the file will be in.
+
+    Returns:
+        Its bytes, and notes.
+
+    Raises:
+        InputError: vertices with lists, of which there is no other way to write them.
+    """
+    corners, starts = ply.polygons
+    changed = np.repeat(faces, np.diff(starts))
+    made = Changes(
+        list(ply.header), {name: _bytes(table.cells, table.starts) for name, table in ply.tables.items()}
+    )
+    table, notes = ply.faces, list[str]()
+    if table is not None and CORNERWISE in table:
+        values, places, begins = table.lists(CORNERWISE)
+        if (begins == 2 * starts).all():
+            _cornerwise(made, table, places.reshape(-1, 2)[changed], uv[uv_corners])
+            return _whole(ply, made, texture), notes
+        notes.append("its lists of coordinates of corners are not for all corners, and stay")
+    names = ply.named(*COORDINATES)
+    old = np.zeros((len(ply.tables["vertex"].starts) - 1, 2)) if names is None else ply.vertices(names)
+    index = len(uv) + corners  # what faces that stay show: the old coordinates
+    index[changed] = uv_corners
+    split = Split.of(corners, index, len(old))
+    values = split.values(np.concatenate([uv, old]), old)
+    _vertices(ply, made, names, split.order, values)
+    if split.copies.size:
+        _corners(ply, made, split.number)
+    return _whole(ply, made, texture), notes
+
+
+def plain(mesh: Mesh, name: Path) -> Ply:
+    """A binary file of a mesh from another format, to be given coordinates."""
+    used, corners = np.unique(mesh.corners, return_inverse=True)
+    properties = "".join(f"property float {axis}\n" for axis in "xyz")
+    size = "uchar" if mesh.sizes.max(initial=0) < 256 else "int"
+    head = (
+        f"ply\nformat binary_little_endian 1.0\ncomment iccm\nelement vertex {used.size}\n{properties}"
+        f"element face {mesh.sizes.size}\nproperty list {size} int vertex_indices\nend_header\n"
+    )
+    count, wide = ("u1", 1) if size == "uchar" else ("<i4", 4)
+    sizes = mesh.sizes
+    begins = np.concatenate([[0], np.cumsum(wide + 4 * sizes)])
+    body = np.zeros(begins[-1], np.uint8)
+    _put(body, begins[:-1], sizes, count)
+    at = np.repeat(begins[:-1] + wide - 4 * mesh.starts[:-1], sizes) + 4 * np.arange(corners.size)
+    _put(body, at, corners.ravel(), "<i4")
+    return parse(head.encode() + mesh.points[used].astype("<f4").tobytes() + body.tobytes(), name)
+
+
+def _put(cells: NDArray, at: Index, values: NDArray, dtype: str) -> None:
+    """Write values (n,) to where they begin in cells."""
+    if cells.dtype.kind == "S":
+        whole = np.dtype(dtype).kind in "iu"
+        cells[at] = [b"%d" % v if whole else (NUMBER % v).encode() for v in values.tolist()]
+        return
+    raw = np.ascontiguousarray(values.astype(dtype)).view(np.uint8).reshape(len(values), -1)
+    cells[at[:, None] + np.arange(raw.shape[1])] = raw
+
+
+def _room(cells: NDArray) -> NDArray:
+    """A copy; text with room for any number."""
+    return cells.astype(f"S{max(cells.itemsize, 24)}") if cells.dtype.kind == "S" else cells.copy()
+
+
+def _bytes(cells: NDArray, starts: Index) -> bytes:
+    if cells.dtype.kind != "S":
+        return cells.tobytes()
+    words = cells.tolist()
+    ends = starts[:, 0].tolist()
+    return b"".join(b" ".join(words[a:b]) + b"\n" for a, b in pairwise(ends))
+
+
+def _cornerwise(made: Changes, table: Table, places: Index, values: Real) -> None:
+    """Coordinates (c, 2) of corners, in place."""
+    cells = _room(table.cells)
+    said = next(p for p in table.properties if p.name == CORNERWISE)
+    _put(cells, places.ravel(), values.ravel(), said.dtype)
+    made.bodies[table.name] = _bytes(cells, table.starts)
+
+
+def _vertices(ply: Ply, made: Changes, names: tuple[str, ...] | None, order: Index, values: Real) -> None:
+    """The vertices in a new order, with coordinates (n, 2)."""
+    table = ply.tables["vertex"]
+    if any(p.count for p in table.properties):
+        raise InputError(f"{ply.path}: vertices with lists cannot be given coordinates; write an OBJ or GLB")
+    wide = int(table.starts[0, -1]) if len(table.starts) > 1 else 0
+    rows = _room(table.cells).reshape(-1, wide)[order]
+    head = next(k for k, line in enumerate(made.header) if line.split()[:2] == ["element", "vertex"])
+    made.header[head] = f"element vertex {len(order)}"
+    if names is not None:
+        for name, column in zip(names, values.T):
+            k, said = next((k, p) for k, p in enumerate(table.properties) if p.name == name)
+            flat = rows.reshape(-1)
+            _put(flat, wide * np.arange(len(order)) + table.starts[0, k], column, said.dtype)
+    else:
+        dtype = "f4" if table.text else table.properties[0].dtype[0] + "f4"
+        added = np.zeros((len(order), 2 if table.text else 8), rows.dtype)
+        _put(added.reshape(-1), np.arange(2 * len(order)) * (1 if table.text else 4), values.ravel(), dtype)
+        rows = np.concatenate([rows, added], axis=1)
+        rest = made.header[head + 1 :]
+        end = next((k for k, line in enumerate(rest) if line.split()[:1] == ["element"]), len(rest))
+        made.header[head + 1 + end : head + 1 + end] = ["property float s", "property float t"]
+    made.bodies["vertex"] = _bytes(rows.reshape(-1), rows.shape[1] * np.arange(len(order) + 1)[:, None])
+
+
+def _corners(ply: Ply, made: Changes, vertices: Index) -> None:
+    """Other vertices (c,) for the faces' corners; strips become faces."""
+    table = ply.faces
+    if table is not None:
+        name = next(p for p in INDICES if p in table)
+        cells, said = _room(table.cells), next(p for p in table.properties if p.name == name)
+        _put(cells, table.lists(name)[1], vertices, said.dtype)
+        made.bodies[table.name] = _bytes(cells, table.starts)
+        return
+    strips = ply.tables["tristrips"]
+    faces = vertices.reshape(-1, 3)
+    if strips.text:
+        made.bodies["tristrips"] = b"".join(b"3 %d %d %d\n" % tuple(face) for face in faces.tolist())
+    else:
+        order = strips.properties[0].dtype[0]
+        rows = np.zeros(len(faces), [("n", "u1"), ("v", order + "i4", 3)])
+        rows["n"], rows["v"] = 3, faces
+        made.bodies["tristrips"] = rows.tobytes()
+    at = next(k for k, line in enumerate(made.header) if line.split()[:2] == ["element", "tristrips"])
+    made.header[at : at + 2] = [f"element face {len(faces)}", "property list uchar int vertex_indices"]
+
+
+def _whole(ply: Ply, made: Changes, texture: str | None) -> bytes:
+    header = made.header
+    if texture is not None:
+        header = [line for line in header if TEXTURE not in line.lower()]
+        header.insert(2, f"comment TextureFile {texture}")
+    text = ply.newline.join([*header, "end_header", ""])
+    bodies = b"".join(made.bodies[name] for name in ply.tables)
+    ascii_of = next(iter(ply.tables.values())).text
+    bodies = bodies.replace(b"\n", ply.newline.encode()) if ascii_of and ply.newline != "\n" else bodies
+    return text.encode("utf-8", "surrogateescape") + bodies

@@ -1,0 +1,299 @@
+"""Nothing is lost in GLB files, as pygltflib sees it."""
+
+import dataclasses
+import io
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from iccm.io.meshes import gltf
+from iccm.io.shapes import mesh_shape
+from tests import rich_glb
+
+SAME = ("asset", "scene", "scenes", "nodes", "skins", "animations", "samplers", "cameras", "extensionsUsed")
+
+
+@pytest.fixture
+def rich(shapes):
+    """A folder with rich.glb, a sheet with all that a vertex may have, and square.svg."""
+    (shapes / "rich.glb").write_bytes(rich_glb.rich(*rich_glb.sheet()))
+    return shapes
+
+
+@pytest.fixture
+def ball(shapes):
+    """A folder with ball.glb, a closed one of the kind."""
+    import trimesh
+
+    made = trimesh.creation.icosphere(1)
+    points, faces = np.asarray(made.vertices), np.asarray(made.faces)
+    (shapes / "ball.glb").write_bytes(rich_glb.rich(points, points, 0.5 + 0.4 * points[:, :2], faces))
+    return shapes
+
+
+def body(file):
+    return file.meshes[0].primitives[0]
+
+
+def corners(file, primitive):
+    """All attributes of the corners, by name."""
+    vertex = rich_glb.values(file, primitive.indices).ravel().astype(int)
+    held = {k: v for k, v in vars(primitive.attributes).items() if v is not None}
+    held |= {
+        f"target {k}": v for target in primitive.targets for k, v in dict(target).items() if v is not None
+    }
+    return {name: rich_glb.values(file, number)[vertex] for name, number in held.items()}
+
+
+def whole(one, two):
+    """What is not the mesh's is there as it was."""
+    for key in SAME:
+        assert getattr(one, key) == getattr(two, key), key
+    assert one.meshes[0].extras == two.meshes[0].extras and one.meshes[0].weights == two.meshes[0].weights
+    assert repr(one.meshes[1:]) == repr(two.meshes[1:])
+    named = [accessor for skin in one.skins for accessor in [skin.inverseBindMatrices]]
+    named += [number for a in one.animations for s in a.samplers for number in (s.input, s.output)]
+    named += [one.meshes[1].primitives[0].indices, one.meshes[1].primitives[0].attributes.POSITION]
+    for number in named:
+        assert (rich_glb.values(one, number) == rich_glb.values(two, number)).all()
+        a, b = (dataclasses.replace(f.accessors[number], bufferView=0, byteOffset=0) for f in (one, two))
+        assert a == b
+
+
+def test_a_flattening_changes_coordinates_alone(rich, iccm):
+    done = iccm("flatten", "rich.glb#body", "--uv", "out.glb")
+    assert done.code == 0, done.err
+    old, new = rich_glb.read("rich.glb"), rich_glb.read("out.glb")
+    whole(old, new)
+    before, after = corners(old, body(old)), corners(new, body(new))
+    assert set(after) == {*before, "TEXCOORD_1"}
+    assert (after.pop("TEXCOORD_1") == before.pop("TEXCOORD_0")).all()
+    flat = after.pop("TEXCOORD_0")
+    for name, values in before.items():
+        assert (values == after[name]).all(), name
+    shape = mesh_shape.read("rich.glb#body")
+    own = shape.flattening.flat[shape.flattening.patch.faces].ravel()
+    ratio = np.ptp(own.real) / np.ptp(flat[:, 0]), np.ptp(own.imag) / np.ptp(flat[:, 1])
+    assert ratio[0] == pytest.approx(ratio[1], rel=1e-5)
+    # every texture is where it was: it reads the old coordinates
+    look, was = new.materials[0], old.materials[0]
+    assert look.normalTexture.texCoord == look.pbrMetallicRoughness.baseColorTexture.texCoord == 1
+    assert look.normalTexture.scale == 0.7 and look.name == was.name
+    assert new.materials[1] == old.materials[1]
+    for k in range(3):
+        assert rich_glb.picture(new, k) == rich_glb.picture(old, k)
+    assert "metallicRoughnessTexture, normalTexture stay on the old coordinates" in done.err
+
+
+def test_vertices_are_split_with_all_that_they_have(ball, iccm):
+    done = iccm("flatten", "ball.glb#body", "--cut", "--uv", "out.glb")
+    assert done.code == 0, done.err
+    old, new = rich_glb.read("ball.glb"), rich_glb.read("out.glb")
+    whole(old, new)
+    before, after = corners(old, body(old)), corners(new, body(new))
+    count = new.accessors[body(new).attributes.POSITION].count
+    assert count > old.accessors[body(old).attributes.POSITION].count
+    for number in [*vars(body(new).attributes).values(), body(new).targets[0]["POSITION"]]:
+        assert number is None or new.accessors[number].count == count
+    assert (after.pop("TEXCOORD_1") == before.pop("TEXCOORD_0")).all()
+    after.pop("TEXCOORD_0")
+    assert set(before) == set(after)
+    for name, values in before.items():
+        assert (values == after[name]).all(), name
+    again = mesh_shape.read("out.glb#body", cut=True)
+    assert again.has_uv
+
+
+def test_a_texture_takes_the_place_of_the_old_one(rich, iccm):
+    Image.new("RGB", (8, 8), (10, 200, 30)).save("new.png")
+    done = iccm("map", "square.svg", "rich.glb#body", "--texture", "new.png", "-o", "out.glb")
+    assert done.code == 0, done.err
+    old, new = rich_glb.read("rich.glb"), rich_glb.read("out.glb")
+    whole(old, new)
+    look = new.materials[body(new).material].pbrMetallicRoughness
+    assert rich_glb.picture(new, look.baseColorTexture.index) == (rich / "new.png").read_bytes()
+    assert new.textures[look.baseColorTexture.index].sampler == 0
+    assert look.baseColorFactor == [0.9, 0.8, 0.7, 1.0]
+    assert not look.baseColorTexture.texCoord and look.metallicRoughnessTexture.texCoord == 1
+    assert rich_glb.picture(new, look.metallicRoughnessTexture.index) == rich_glb.picture(old, 2)
+    assert rich_glb.picture(old, 0) not in (rich / "out.glb").read_bytes()
+    assert "metallicRoughnessTexture, normalTexture stay on the old coordinates" in done.err
+
+
+def test_a_material_that_others_show_too_is_copied(rich, iccm):
+    file = rich_glb.read("rich.glb")
+    file.meshes[1].primitives[0].material = 0
+    file.save_binary("rich.glb")
+    Image.new("RGB", (8, 8), (10, 200, 30)).save("new.png")
+    assert iccm("map", "square.svg", "rich.glb#body", "--texture", "new.png", "-o", "out.glb").code == 0
+    old, new = rich_glb.read("rich.glb"), rich_glb.read("out.glb")
+    assert new.materials[:2] == old.materials
+    assert body(new).material == 2 and new.meshes[1].primitives[0].material == 0
+    assert rich_glb.picture(new, 0) == rich_glb.picture(old, 0)
+
+
+def test_other_pieces_of_a_primitive_stay_a_primitive_of_their_own(shapes, iccm):
+    points, normal, uv, faces = rich_glb.sheet()
+    two = np.concatenate([points, 0.5 * points + 3])
+    content = rich_glb.rich(
+        two, np.tile(normal, (2, 1)), np.tile(uv, (2, 1)), np.concatenate([faces, faces + len(points)])
+    )
+    (shapes / "two.glb").write_bytes(content)
+    done = iccm("flatten", "two.glb#body#piece-2", "--uv", "out.glb")
+    assert done.code == 0, done.err
+    old, new = rich_glb.read("two.glb"), rich_glb.read("out.glb")
+    whole(old, new)
+    large, small = new.meshes[0].primitives
+    before = corners(old, body(old))
+    for primitive, part in ((large, slice(0, faces.size)), (small, slice(faces.size, None))):
+        after = corners(new, primitive)
+        for name in set(before) - {"TEXCOORD_0"}:
+            assert (after[name] == before[name][part]).all()
+    assert (corners(new, large)["TEXCOORD_0"] == before["TEXCOORD_0"][: faces.size]).all()
+    assert new.materials[large.material] == old.materials[0]
+
+
+def test_gltf_with_files_beside_it_becomes_one_glb(rich, iccm):
+    from pygltflib import BufferFormat, ImageFormat
+
+    file = rich_glb.read("rich.glb")
+    file.convert_images(ImageFormat.FILE)
+    file.convert_buffers(BufferFormat.BINFILE)
+    file.save_json("parted.gltf")
+    assert len(list(rich.glob("*.png"))) == 3 and list(rich.glob("*.bin"))
+    assert iccm("flatten", "parted.gltf#body", "--uv", "out.glb").code == 0
+    old, new = rich_glb.read("rich.glb"), rich_glb.read("out.glb")
+    assert {rich_glb.picture(new, k) for k in range(3)} == {rich_glb.picture(old, k) for k in range(3)}
+    assert not [image.uri for image in new.images if image.uri]
+
+
+def bumps(size=256):
+    """A normal map, y up."""
+    x, y = np.meshgrid(np.linspace(0, 9, size), np.linspace(0, 7, size))
+    n = np.stack([0.5 * np.sin(x), 0.4 * np.cos(y), 1 + 0 * x], -1)
+    n /= np.linalg.norm(n, axis=-1, keepdims=True)
+    made = io.BytesIO()
+    Image.fromarray((128 + 127 * n).round().astype(np.uint8)).save(made, "PNG")
+    return made.getvalue()
+
+
+def lit(file, weights):
+    """(m, 3) normals in space at points of the triangles, by the formula of glTF's §3.7.2.1 and §3.9.3."""
+    primitive = body(file)
+    at = {
+        name: np.einsum("k,mkc->mc", weights, v.reshape(-1, 3, v.shape[1]))
+        for name, v in corners(file, primitive).items()
+    }
+    info = file.materials[primitive.material].normalTexture
+    uv = at[f"TEXCOORD_{info.texCoord or 0}"]
+    pixels = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, info.index))).convert("RGB")).astype(
+        float
+    )
+    place = np.clip((uv * pixels.shape[1::-1]).astype(int), 0, pixels.shape[0] - 1)
+    n = (pixels[place[:, 1], place[:, 0]] - 128) / 127
+    normal, tangent, hand = at["NORMAL"], at["TANGENT"][:, :3], at["TANGENT"][:, 3:]
+    made = n[:, :1] * tangent + n[:, 1:2] * hand * np.cross(normal, tangent) + n[:, 2:] * normal
+    return made / np.linalg.norm(made, axis=1, keepdims=True)
+
+
+def test_carried_maps_look_the_same_in_space(rich, iccm):
+    content = rich_glb.rich(*rich_glb.sheet(16), bump=bumps())
+    (rich / "bumpy.glb").write_bytes(content)
+    done = iccm("flatten", "bumpy.glb#body", "--uv", "out.glb", "--carry-maps")
+    assert done.code == 0, done.err
+    old, new = rich_glb.read("bumpy.glb"), rich_glb.read("out.glb")
+    whole(old, new)
+    assert "old coordinates" not in done.err and body(new).attributes.TEXCOORD_1 is None
+    look = new.materials[0]
+    assert not look.normalTexture.texCoord and look.normalTexture.scale == 0.7
+    turned = np.abs(corners(new, body(new))["TANGENT"] - corners(old, body(old))["TANGENT"]).max()
+    assert turned > 0.5  # the new layout lies otherwise
+    for weights in ([0.6, 0.3, 0.1], [1 / 3, 1 / 3, 1 / 3]):
+        same = np.einsum("mi,mi->m", lit(old, weights), lit(new, weights))
+        angle = np.degrees(np.arccos(np.clip(same, -1, 1)))
+        assert np.median(angle) < 1.5 and np.quantile(angle, 0.95) < 4
+    assert rich_glb.picture(new, look.pbrMetallicRoughness.baseColorTexture.index) != rich_glb.picture(old, 0)
+
+
+def test_maps_are_carried_beside_a_new_texture(rich, iccm):
+    Image.new("RGB", (8, 8), (10, 200, 30)).save("new.png")
+    words = ("map", "square.svg", "rich.glb#body", "--texture", "new.png", "-o")
+    done = iccm(*words, "out.glb", "--carry-maps")
+    assert done.code == 0, done.err
+    new = rich_glb.read("out.glb")
+    look = new.materials[0]
+    assert (
+        rich_glb.picture(new, look.pbrMetallicRoughness.baseColorTexture.index)
+        == (rich / "new.png").read_bytes()
+    )
+    rough = rich_glb.picture(new, look.pbrMetallicRoughness.metallicRoughnessTexture.index)
+    pixels = np.asarray(Image.open(io.BytesIO(rough)))
+    assert (pixels[4:12, 4:12] == (0, 180, 20)).all()
+    refused = iccm(*words, "out.obj", "--carry-maps")
+    assert refused.code == 2 and "out.obj: --carry-maps puts pictures into a file; use .glb" in refused.err
+
+
+def quantized(tmp_path, **said):
+    """A file whose coordinates are normalised 16-bit integers, of which some are given sparsely."""
+    make = rich_glb.Builder()
+    points, _, uv, faces = rich_glb.sheet(2)
+    import pygltflib as gl
+
+    attributes = gl.Attributes(
+        POSITION=make.accessor(points.astype(np.float32), "VEC3"),
+        TEXCOORD_0=make.accessor((65535 * uv).round().astype(np.uint16), "VEC2", True),
+    )
+    indices = make.accessor(faces.astype(np.uint16).reshape(-1, 1), "SCALAR")
+    rows = make.view(np.array([4], np.uint8).tobytes())
+    moved = make.view(np.array([[0.5, 0.5, 9.0]], np.float32).tobytes())
+    make.file.accessors[0].sparse = gl.Sparse(
+        count=1,
+        indices=gl.AccessorSparseIndices(bufferView=rows, componentType=5121),
+        values=gl.AccessorSparseValues(bufferView=moved),
+    )
+    transform = {
+        "KHR_texture_transform": {"offset": [0.25, 0.5], "scale": [0.5, 0.25], "rotation": np.pi / 2}
+    }
+    texture = make.texture(rich_glb.png((1, 2, 3)))
+    info = gl.TextureInfo(index=texture, extensions=transform if said.get("transform") else {})
+    make.file.materials.append(
+        gl.Material(pbrMetallicRoughness=gl.PbrMetallicRoughness(baseColorTexture=info))
+    )
+    primitive = gl.Primitive(attributes=attributes, indices=indices, material=0)
+    make.file.meshes.append(gl.Mesh(primitives=[primitive]))
+    make.file.nodes.append(gl.Node(mesh=0, translation=[1, 2, 3]))
+    make.file.scenes.append(gl.Scene(nodes=[0]))
+    (tmp_path / "q.glb").write_bytes(make.bytes())
+    return points, uv
+
+
+def test_sparse_and_normalised_accessors_and_placed_textures(tmp_path):
+    points, uv = quantized(tmp_path, transform=True)
+    part = gltf.primitives(gltf.read(tmp_path / "q.glb"))["GLTF"]
+    expected = points + np.array([1, 2, 3])
+    expected[4] = [1.5, 2.5, 12]
+    assert part.points == pytest.approx(expected, abs=1e-6)
+    # by hand: shrunk, turned counter-clockwise as v points down, moved
+    found = part.triangles().uv
+    u, v = 0.5 * uv[:, 0], 0.25 * uv[:, 1]
+    assert found[:, 0] == pytest.approx(v + 0.25, abs=1e-4)
+    assert 1 - found[:, 1] == pytest.approx(-u + 0.5, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"extensionsRequired": ["EXT_meshopt_compression"]}, "is compressed (EXT_meshopt_compression)"),
+        ({"buffers": [{"uri": "../secret.bin", "byteLength": 4}]}, "which is not in its folder"),
+        ({"buffers": [{"uri": "https://x.org/a.bin", "byteLength": 4}]}, "which is not in its folder"),
+        ({"buffers": [{"uri": "gone.bin", "byteLength": 4}]}, "gone.bin: no such file"),
+        ({"meshes": [{"primitives": [{"attributes": {"POSITION": 9}}]}]}, "is no readable GLTF file"),
+    ],
+)
+def test_what_cannot_be_read_is_told_in_a_line(shapes, iccm, change, message):
+    tree = {"asset": {"version": "2.0"}, **change}
+    (shapes / "a.gltf").write_text(json.dumps(tree))
+    done = iccm("flatten", "a.gltf")
+    assert done.code == 2 and len(done.lines) == 1 and message in done.err
