@@ -210,8 +210,12 @@ def carried(state: Deformed, z: Complex, u: Complex, faces: Index) -> Deformed:
         Stuck: folds remain.
     """
     same = z.size == state.z.size and len(faces) == len(state.faces) and np.abs(z - state.z).max() < SAME
-    same = same and np.array_equal(*(each[np.lexsort(each.T)] for each in (faces, state.faces)))
+    same = same and np.array_equal(_sorted(faces), _sorted(state.faces))
     return replace(state, u=u.copy() if same else interpolate(z, faces, u, state.z)).unfolded()
+
+
+def _sorted(faces: Index) -> Index:
+    return faces[np.lexsort(faces.T)]
 
 
 def _in(frame: UnitFrame, start: TriangulatedMap) -> Start:
