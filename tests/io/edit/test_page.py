@@ -251,7 +251,9 @@ def test_a_mesh_is_turned_pinned_on_its_surface_and_written_as_it_is_shown(
     seen = np.array(axes)
     seen[1] *= -1  # up
     sampler = Sampler(image.texture((0j, complex(width, height))))
-    want = render.render(patch.points, patch.faces, texels, sampler, 602, seen)[1:-1, 1:-1]  # without its margin
+    want = render.render(patch.points, patch.faces, texels, sampler, 602, seen)[
+        1:-1, 1:-1
+    ]  # without its margin
     shown = edited.picture(want.shape[1], want.shape[0])
     likeness = structural_similarity(over_white(shown), over_white(want[..., [2, 1, 0, 3]]), data_range=255)
     assert likeness >= 0.96, likeness
