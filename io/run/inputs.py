@@ -91,7 +91,7 @@ class Inputs:
             return shape.read(text, max_segments=self.job.max_segments)
         from ..shapes import mesh_shape
 
-        return mesh_shape.read(text, whole=self._whole(text), **self._lying(target))
+        return mesh_shape.read(text, whole=self._whole(text), pins=self._seam(target), **self._lying(target))
 
     def shapes(self, text: str, most: int, *, target: bool = False) -> tuple[Sequence[Shape], list[str]]:
         """All shapes of a file for --parts all, the `most` largest first, and what is to be said of the others.
@@ -132,7 +132,7 @@ class Inputs:
             aspect = _first_proportions
         else:
             aspect = _first_proportions([Path(job.texture)])
-        return {"cut": job.cut, "layout": job.plane == "uv", "aspect": aspect, "pins": self._seam(target)}
+        return {"cut": job.cut, "layout": job.plane == "uv", "aspect": aspect}
 
     @cached_property
     def named(self) -> tuple[str, ...]:
