@@ -259,11 +259,11 @@ def write(
     check_output(str(name))
     if name.suffix.lower() != ".obj":
         if name.suffix.lower() == ".ply":
-            content, said = _ply(file, uv, uv_corners, name, texture)
+            made, said = _ply(file, uv, uv_corners, name, texture)
         else:
-            shown = {} if texture is None else {gltf_materials.BASE: _embeddable(texture)}
-            content, said = _glb(file, uv, uv_corners, triangles, shown | dict(pictures or {}))
-        out.write_bytes(content)
+            held = {} if texture is None else {gltf_materials.BASE: _embeddable(texture)}
+            made, said = _glb(file, uv, uv_corners, triangles, held | dict(pictures or {}))
+        out.write_bytes(made)
         return [], [f"{name}: {remark}" for remark in said]
     whole = file.obj or obj.parse(_as_obj(file.mesh), name)
     faces = file.faces if file.obj else np.ones(len(whole.face_at), bool)

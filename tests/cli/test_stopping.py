@@ -24,7 +24,9 @@ cli.main(["map"])
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
-@pytest.mark.parametrize(("name", "message"), [("SIGTERM", "stopped by signal 15"), ("SIGINT", "interrupted")])
+@pytest.mark.parametrize(
+    ("name", "message"), [("SIGTERM", "stopped by signal 15"), ("SIGINT", "interrupted")]
+)
 def test_a_signal_ends_compiled_code(tmp_path, name, message):
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen([sys.executable, "-c", LONG], cwd=tmp_path, **pipes) as process:

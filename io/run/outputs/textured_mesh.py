@@ -112,8 +112,8 @@ def new_uvs(
         target.file, uv, corners, triangles, out, name=name, texture=texture, pictures=pictures, force=force
     )
     if not source.is_mesh:  # whose own layout may have mirrored charts
-        corners = mesh_files.as_written(uv, name)[target.flattening.patch.faces]
-        figures["uv"] = layout.turned_over(corners)
+        written_uv = mesh_files.as_written(uv, name)[target.flattening.patch.faces]
+        figures["uv"] = layout.turned_over(written_uv)
     return figures | {
         "flattening": target.flattening.report(),
         "outside_points": pull.outside,
