@@ -269,7 +269,7 @@ def write(
     faces = file.faces if file.obj else np.ones(len(whole.face_at), bool)
     if texture is None:
         out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners))
-        return [], []
+        return [], _staying(whole, faces, name, ())
     library, *beside = (Path(other) for other in written_beside(name, texture))
     materials, notes = _library(whole)
     rename, plain = _renamed(whole, faces)
@@ -284,7 +284,7 @@ def write(
     for path, data in zip((library, *beside), content):
         with files.replacing(path, force=force) as temporary:
             temporary.write_bytes(data)
-    return [str(library), *map(str, beside)], notes
+    return [str(library), *map(str, beside)], [*notes, *_staying(whole, faces, name, ("map_kd",))]
 
 
 def as_written(uv: Real, name: str | Path) -> Real:
@@ -307,6 +307,22 @@ def written_beside(name: Path, texture: Path | bytes | None) -> list[str]:
         return [library]
     suffix = ".jpg" if texture.startswith(JPEG) else ".png"
     return [library, str(name.with_name(f"{name.stem}-texture{suffix}"))]
+
+
+def _staying(whole: Obj, faces: NDArray[np.bool_], name: Path, but: tuple[str, ...]) -> list[str]:
+    """A note on the pictures of materials that are shown by new coordinates, but were made for the old ones."""
+    which, uses = whole.current("usemtl")
+    library = _library(whole)[0]
+    used = [uses[k].text for k in np.unique(which[faces]) if k >= 0]
+    maps = dict.fromkeys(
+        word for material in used for word in library.maps(material) if word.lower() not in but
+    )
+    said = ", ".join(maps)
+    return (
+        [f"{name}: {said} of its materials are for the old coordinates; iccm relayout carries them"]
+        if said
+        else []
+    )
 
 
 def _library(whole: Obj) -> tuple[material_library.Library, list[str]]:
