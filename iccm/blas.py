@@ -7,7 +7,7 @@ from threading import Lock
 from typing import Any, TypeVar
 
 import numpy as np
-import scipy.linalg  # brings a BLAS of its own
+import scipy.linalg  # brings a BLAS of its own, and is imported by Numba with its first kernel anyway
 from threadpoolctl import ThreadpoolController
 
 Function = TypeVar("Function", bound=Callable[..., Any])

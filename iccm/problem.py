@@ -16,6 +16,8 @@ from .maps.harmonic import HarmonicMap
 
 MOST_VERTICES = 4000  # of a map's polygon: its equations are a dense matrix
 METHODS = ("balanced", "conformal", "paper")
+NEAR = 1e-6  # of the diagonal: rounding
+ON_OUTLINE = 1e-3  # of the diagonal: what is this close to the outline is on it, where constraints are met
 OTHERS = dict.fromkeys(
     (
         *(
@@ -175,10 +177,11 @@ class Problem:
 
     @classmethod
     def of(
-        cls, source, target, pins=None, strokes=None, *, first: bool = True, holes=((), ()), partners=()
-    ) -> "Problem":
+        cls, source, target, pins=None, strokes=None, *, first: bool = True, holes=((), ()), partners=(),
+        reach: float = NEAR
+    ) -> "Problem":  # fmt: skip
         """Check and normalise what the user gave (see `iccm.fit`); `first` says whether it matters which vertices are
-        the first, as for a start by arclength."""
+        the first, as for a start by arclength, `reach` how far outside constraints may be, of the diagonal."""
         source = as_domain(source, "source")
         target = None if target is None else as_domain(target, "target")
         inner = [
@@ -188,10 +191,10 @@ class Problem:
             source, target = from_known(source), target and from_known(target)
         s, t = Frame.of(source), Frame.of(target or source)
         pins = _pins(pins)
-        _inside(source, pins[:, 0], "pin")
+        _inside(source, pins[:, 0], "pin", reach)
         pairs = [_strokes(k, pair) for k, pair in enumerate(strokes or [])]
         for a, _ in pairs:
-            _inside(source, a.z, "source stroke vertex")
+            _inside(source, a.z, "source stroke vertex", reach)
         unit_pins = np.column_stack([s.unit(pins[:, 0]), t.unit(pins[:, 1])])
         unit_strokes = [(s.curve(a), t.curve(b)) for a, b in pairs]
         unit, goal = s.curve(source), target and t.curve(target)
@@ -332,12 +335,12 @@ def _pins(pins: ArrayLike | Sequence | None) -> Complex:
     return array
 
 
-def _inside(source: Curve, z: Complex, what: str) -> None:
+def _inside(source: Curve, z: Complex, what: str, reach: float) -> None:
     """Raise unless every point is inside the source or on its boundary."""
     if not z.size:
         return
     gap = np.abs(source.at(source.closest(z)) - z)
-    outside = np.flatnonzero(~source.contains(z) & (gap > 1e-6 * source.diagonal))
+    outside = np.flatnonzero(~source.contains(z) & (gap > reach * source.diagonal))
     if outside.size:
         k = outside[0]
         raise InputError(

@@ -17,6 +17,7 @@ from .maps.distortion import Distortion
 from .maps.injectivity import Certificate
 from .maps.kinds import AnyMap, Evaluated, Inverted, certified, evaluated, inverted
 from .maps.triangulated.map import TriangulatedMap
+from .meshes.flatten import Flattening
 
 INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
 CERTAIN = 0.99
@@ -67,6 +68,7 @@ class Fit:
         target_holes: those of the target's.
         hole_partners: for each boundary of the map but the outer one, which hole of the source and of the target it
             is; -1 where it is none, but a slit.
+        layouts: of the surfaces that source and target stand for; None for domains of the plane.
     """
 
     map: AnyMap
@@ -80,6 +82,7 @@ class Fit:
     source_holes: Sequence[Curve] = ()
     target_holes: Sequence[Curve] = ()
     hole_partners: Sequence[tuple[int, int]] = ()
+    layouts: tuple[Flattening | None, Flattening | None] = (None, None)
 
     @cached_property
     def status(self) -> Status:
@@ -173,6 +176,11 @@ class Fit:
             yield Curve(self.map.image[loop]), self.target_holes[j], i, j
 
     @property
+    def _has_pairs(self) -> bool:
+        """Whether there are holes that go onto holes."""
+        return self.target is not None and bool(self.source_holes or self.target_holes)
+
+    @property
     def _holes_report(self) -> list[dict[str, Any]]:
         """Holes of the source and of the target, counted from 1, with the gap of their outlines."""
         met = [
@@ -214,7 +222,7 @@ class Fit:
             "energies": self.energies,
             "vertices": int(self.map.polygon.size),
             "boundary": self.boundary if self.target is not None else None,
-            **({"holes": self._holes_report} if self.source_holes or self.target_holes else {}),
+            **({"holes": self._holes_report} if self._has_pairs else {}),
             **self.distortion.report(),
             "log10_area": {
                 name: _quantile(area, q) for name, q in (("p05", 0.05), ("median", 0.5), ("p95", 0.95))

@@ -1,6 +1,7 @@
 """The entry points: `fit` and `deform`, the roof over the methods."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -9,7 +10,8 @@ from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
 from .maps.triangulated.map import TriangulatedMap
-from .problem import OTHERS, Options, Problem
+from .meshes.flatten import Flattening
+from .problem import NEAR, ON_OUTLINE, OTHERS, Options, Problem
 from .result import Fit, Status
 
 __all__ = ["Fit", "Status", "deform", "fit"]
@@ -17,8 +19,8 @@ __all__ = ["Fit", "Status", "deform", "fit"]
 
 @on_one_thread
 def fit(
-    source: ArrayLike | Curve,
-    target: ArrayLike | Curve,
+    source: ArrayLike | Curve | Flattening,
+    target: ArrayLike | Curve | Flattening,
     *,
     pins: ArrayLike | None = None,
     strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
@@ -31,8 +33,9 @@ def fit(
     """A map of the source domain onto the target domain: balanced, conformal, or as the paper has it.
 
     Args:
-        source: (n,) complex vertices of the source's boundary, x + iy, y up, either way round.
-        target: (m,) complex vertices of the target's boundary.
+        source: (n,) complex vertices of the source's boundary, x + iy, y up, either way round; or a surface laid out in
+            the plane: the balanced method is then even on the surface, and figures are the surface's.
+        target: (m,) complex vertices of the target's boundary, or a surface.
         pins: (k, 2) complex, a point inside the source and the point it should go to; on the outlines both must be.
         strokes: pairs of open polylines, (p,) inside the source and (q,) the one it should lie on. Its ends slide along
             that, unless a pin takes one to an end of it. The balanced method meets pins and strokes; the others weigh
@@ -55,23 +58,37 @@ def fit(
     """
     settings = Options(**options)
     holes = source_holes, target_holes
+    layouts = _layout(source), _layout(target)
     problem = Problem.of(
-        *(source, target, pins, strokes),
+        *(_outline(source), _outline(target), pins, strokes),
         first=settings.method == "paper",
         holes=holes,
         partners=hole_partners,
+        reach=ON_OUTLINE if is_balanced(settings) else NEAR,
     )
     if any(holes) and not is_balanced(settings):
         raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
     if (before := _map_of(start)) is not None:
         if not is_balanced(settings):
             raise InputError("start: an option of --method balanced")
-        if any(holes) or len(before.loops) > 1:
-            raise InputError("start: there is no going on from maps of shapes with holes")
         from .balanced import fit as balanced
 
         return balanced.solve(problem, settings, before)
-    return solver(problem, settings)(problem, settings)
+    if not any(layouts):
+        return solver(problem, settings)(problem, settings)
+    if not is_balanced(settings):
+        return replace(solver(problem, settings)(problem, settings), layouts=layouts)
+    from .surfaces import method as surfaces
+
+    return surfaces.solve(problem, settings, layouts)
+
+
+def _layout(shape: ArrayLike | Curve | Flattening) -> Flattening | None:
+    return shape if isinstance(shape, Flattening) else None
+
+
+def _outline(shape: ArrayLike | Curve | Flattening) -> ArrayLike | Curve:
+    return shape.boundary if isinstance(shape, Flattening) else shape
 
 
 def solver(problem: Problem, settings: Options) -> Callable[[Problem, Options], Fit]:
@@ -103,6 +120,7 @@ def deform(
     *,
     pins: ArrayLike | None = None,
     strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
+    source_holes: Sequence[ArrayLike | Curve] = (),
     start: Fit | TriangulatedMap | None = None,
     **options: Any,
 ) -> Fit:
@@ -116,6 +134,8 @@ def deform(
         source: as for `fit`.
         pins: (k, 2) complex, a point inside the source, or on its outline, and the point it should go to, anywhere.
         strokes: as for `fit`; they may go anywhere.
+        source_holes: outlines of holes, (p,) complex; they move freely with the shape. One that holds a pin or a stroke
+            is moved as if it were filled. Of the balanced method.
         start: an earlier deformation of the same shape, to go on from: motions larger than half a turn come out right
             in steps. With pins at the same points of the source it keeps its mesh, and takes hundredths of a second.
             Of the balanced method.
@@ -125,7 +145,8 @@ def deform(
         InputError: as `fit`; no pins and no strokes.
     """
     settings = Options(**options)
-    problem = Problem.of(source, None, pins, strokes)
+    reach = ON_OUTLINE if is_balanced(settings) else NEAR
+    problem = Problem.of(source, None, pins, strokes, holes=(source_holes, ()), reach=reach)
     if not problem.pins.size and not problem.strokes:
         raise InputError("deform: no pins and no strokes; give at least one")
     if is_balanced(settings):
@@ -136,6 +157,8 @@ def deform(
         return balanced.deform(problem, settings, _map_of(start))
     if start is not None:
         raise InputError("start: an option of --method balanced")
+    if source_holes:
+        raise InputError("source_holes: the balanced method alone knows of holes")
     from .paper import algorithm1
 
     return algorithm1.deform(

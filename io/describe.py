@@ -16,6 +16,7 @@ from .spec import Spec
 
 MOST = 20  # of each kind that are listed (by hand)
 MAX_FACES = 5_000_000
+MAX_FACES_KEPT = 1 << 40  # whoever asks for more of them has raised the limit
 
 
 def describe(path: Path, *, max_faces: int = MAX_FACES) -> dict[str, Any]:
@@ -47,7 +48,7 @@ def _shape(path: Path) -> dict[str, Any]:
         "canvas": None if drawing.rectangle is None else [float(value) for value in drawing.rectangle],
         "outlines": [_outline(number, outline) for number, outline in enumerate(drawing.outlines[:MOST], 1)],
         "outlines_in_all": len(drawing.outlines),
-        "ids": drawing.ids[:MOST],
+        "ids": list(drawing.ids)[:MOST],
         "pins": {name: [z.real, z.imag] for name, z in drawing.pins.items()},
         "strokes": {name: int(z.size) for name, z in drawing.strokes.items()},
         "refused": [str(error) for _, error in drawing.refused[:MOST]],
@@ -94,10 +95,12 @@ def _picture(path: Path) -> dict[str, Any]:
 
 def _mesh(path: Path) -> dict[str, Any]:
     from .meshes import mesh_files
+    from .meshes.obj_source import ObjSource
 
-    if not mesh_files.is_mesh(str(path)):
+    source = ObjSource(path, MAX_FACES_KEPT) if formats.suffix_of(path) == ".obj" else None
+    if source and source.faces <= 1:
         return _shape(path)
-    file = mesh_files.read(str(path))
+    file = mesh_files.read(str(path), source.obj if source else None)
     mesh = file.mesh
     sizes, counts = np.unique(mesh.sizes, return_counts=True)
     return {
@@ -106,40 +109,65 @@ def _mesh(path: Path) -> dict[str, Any]:
         "faces": len(mesh.sizes),
         "sides": {str(size): int(count) for size, count in zip(sizes, counts)},
         "parts": list(file.names)[:MOST],
-        "uv_charts": 0 if mesh.uv_corners is None else _charts(mesh),
+        "parts_in_all": len(file.names),
         "textures": ["in the file"]
         if file.picture is not None
         else list(map(str, mesh_files.textures_of(file))),
-        **_surface(mesh),
+        **_charts(mesh),
+        **_surface(file),
         "notes": list(file.notes)[:MOST],
     }
 
 
-def _charts(mesh: Any) -> int:
-    """Connected pieces of the texture layout; corners without coordinates don't count."""
-    from ..meshes.layout import charts
+def _charts(mesh: Any) -> dict[str, Any]:
+    """The charts of its texture coordinates with the names that `#` takes, the largest first."""
+    from ..flattening.charts import Atlas
+    from .pictures.tiles import number_of
 
-    if (mesh.uv_corners >= len(mesh.uv)).any():  # which the patch is refused for
-        return 0
-    found = charts(mesh.uv_corners, len(mesh.uv), mesh.starts)
-    return np.unique(found[found >= 0]).size
+    if mesh.uv is None:
+        return {"uv_charts": 0}
+    try:
+        atlas = Atlas.of(mesh)
+    except InputError as error:
+        return {"uv_charts": 0, "uv": str(error)}
+    found = [
+        {
+            "name": f"uv-{k}",
+            "triangles": len(atlas.triangles(k)),
+            "area": float(atlas.areas[k - 1]),
+            "tile": number_of(atlas.tile(k)),
+            "mirrored": atlas.mirrored(k),
+        }
+        for k in range(1, min(atlas.count, MOST) + 1)
+    ]
+    return {"uv_charts": atlas.count, "charts": found, "uv": "; ".join(atlas.notes) or None}
 
 
-def _surface(mesh: Any) -> dict[str, Any]:
-    """Pieces with the names that `#` takes; boundary loops and genus of the largest, or why it is no patch."""
-    from ..meshes.disk_patch import disk_patch, pieces
+def _surface(file: Any) -> dict[str, Any]:
+    """Pieces, and boundary loops of the largest, with the names that `#` takes; its genus, or why it is no patch."""
+    from ..meshes.disk_patch import Joined, disk_patch
 
     try:
-        sizes = pieces(mesh)
-        named = [{"name": f"piece-{k}", "triangles": size} for k, size in enumerate(sizes[:MOST], 1)]
-        found = {"pieces_in_all": len(sizes), "pieces": named if len(sizes) > 1 else []}
+        joined = Joined.of(file.mesh)
     except InputError as error:
         return {"patch": str(error)}
+    sizes = joined.sizes
+    named = [{"name": f"piece-{k}", "triangles": size} for k, size in enumerate(sizes[:MOST], 1)]
+    found = {"pieces_in_all": len(sizes), "pieces": named if len(sizes) > 1 else []}
     try:
-        whole = disk_patch(mesh)
+        whole = disk_patch(joined)
     except InputError as error:
         return found | {"patch": str(error)}
-    return found | {"boundary_loops": [int(loop.size) for loop in whole.loops], "genus": int(whole.genus)}
+    loops = [_loop(file, whole, number) for number in range(1, min(len(whole.loops), MOST) + 1)]
+    return found | {"loops_in_all": len(whole.loops), "loops": loops, "genus": int(whole.genus)}
+
+
+def _loop(file: Any, patch: Any, number: int) -> dict[str, Any]:
+    from .shapes.mesh_shape import names_around
+
+    loop = patch.loops[number - 1]
+    around = " ".join(names_around(file, patch, loop))
+    return {"name": str(number), "vertices": int(loop.size)} | ({"around": around} if around else {})
 
 
 def _constraints(path: Path) -> dict[str, Any]:

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse
 
 from ..arrays import Complex, Flags, Index, Real
 from ..curve import Curve
@@ -15,6 +14,7 @@ from .constraints.inside import InnerConstraints
 from .failure import Stuck
 from .kernels import twice_area
 from .meshing.mesh import Sizes, closed_links, triangulate
+from .metric import PLANES, Metrics, rest_geometry
 from .minimise import newton
 from .minimise.energy import BOTH_AREAS, geometry
 from .minimise.ldl import BlockPattern, system_of
@@ -74,6 +74,7 @@ class DiscreteMap:
         holes: the holes; vertices of filled ones come last of those that are given to the mesh.
         weights: (m,) 1, and FILLED for triangles in filled holes; None where there are none.
         settled: whether the last descent ended before its steps did.
+        metrics: of surfaces that the planes of source and target stand for.
     """
 
     source: Outline
@@ -91,6 +92,7 @@ class DiscreteMap:
     holes: MeshHoles = NO_HOLES
     weights: Real | None = None
     settled: bool = True
+    metrics: Metrics = PLANES
 
     @classmethod
     def on(
@@ -104,6 +106,7 @@ class DiscreteMap:
         axis: float = np.inf,
         holes: MeshHoles = NO_HOLES,
         filled: Sequence[Complex] = (),
+        metrics: Metrics = PLANES,
     ) -> "DiscreteMap":
         """A mesh for boundary pairs; the image is given on the outline and zero inside. `filled` are the polygons of
         holes that are covered."""
@@ -111,7 +114,9 @@ class DiscreteMap:
         outer, *inner = (rim.source.curve.at(pairs.s[rim.vertices]) for rim in rims)
         soft = closed_links([rim.size for rim in filled])
         links = np.append(inside.links, inside.z.size + soft)
-        z, faces = triangulate(outer, sizes, np.concatenate([inside.z, *filled]), links, inner)
+        z, faces = triangulate(
+            outer, sizes, np.concatenate([inside.z, *filled]), links, inner, inside.rays(outer)
+        )
         given = np.arange(inside.z.size + soft.size)
         ends = np.where((links >= 0) & (given < inside.z.size), links, given)
         following = np.append(_following(rims), pairs.s.size + ends)
@@ -130,6 +135,7 @@ class DiscreteMap:
             inside=inside,
             holes=holes,
             weights=weights,
+            metrics=metrics,
         )
 
     @property
@@ -175,7 +181,9 @@ class DiscreteMap:
     @property
     def lines(self) -> Index:
         """(l, 2) vertices of the edges of strokes that are met."""
-        return self.border + self.inside.lines if self.bound else NO_LINES
+        if not self.bound:
+            return NO_LINES
+        return self.inside.lines_with(self.z[: self.border])
 
     @property
     def miss(self) -> float:
@@ -187,7 +195,7 @@ class DiscreteMap:
     @property
     def turn(self) -> float:
         """Radians by which the picture is turned."""
-        return turn_of(self.z, self.u, self.material)
+        return turn_of(self.z, self.u, self.material, self.metrics)
 
     @property
     def match(self) -> Match:
@@ -211,6 +219,7 @@ class DiscreteMap:
             u=self.z,
             pairs=Pairs(tau, s, at_target, at_source),
             holes=self.holes.inverse(),
+            metrics=self.metrics[::-1],
         )
 
     def moved_to_border(self, u: Complex) -> "DiscreteMap":
@@ -222,15 +231,15 @@ class DiscreteMap:
         a, b = np.roll(gradients, -1, axis=1), np.roll(gradients, -2, axis=1)
         weights = np.maximum(-4 * areas[:, None] * (a * b.conj()).real, LEAST_WEIGHT).ravel()
         tails, heads = np.roll(self.faces, -1, axis=1).ravel(), np.roll(self.faces, -2, axis=1).ravel()
-        ends = np.concatenate([tails, heads]), np.concatenate([heads, tails])
-        graph = scipy.sparse.csr_array((np.tile(weights, 2), ends), (u.size, u.size))
+        tails, heads, weights = np.append(tails, heads), np.append(heads, tails), np.tile(weights, 2)
         near = np.zeros(u.size, bool)
         near[: self.constrained] = True
         for _ in range(SMOOTHED_RINGS):
-            near[graph[near].indices] = True
+            near[heads[near[tails]]] = True
         near[: self.constrained] = False
-        rows = graph[near]
-        rows = scipy.sparse.diags_array(1 / np.asarray(rows.sum(axis=1)).ravel()) @ rows
+        smoothed = near[tails]
+        tails, heads, weights = tails[smoothed], heads[smoothed], weights[smoothed]
+        weights = weights / np.bincount(tails, weights, u.size)[tails]
         displacement = np.zeros(u.size, np.complex128)
         displacement[: self.border] = self.u[: self.border] - u[: self.border]
         if self.bound:
@@ -238,7 +247,9 @@ class DiscreteMap:
                 self.inside.goals - u[self.border : self.constrained]
             )
         for _ in range(SMOOTHINGS):
-            displacement[near] = rows @ displacement
+            carried, mean = weights * displacement[heads], np.empty_like(displacement)
+            mean.real, mean.imag = (np.bincount(tails, part, u.size) for part in (carried.real, carried.imag))
+            displacement[near] = mean[near]
         u = u + displacement
         u[: self.border] = self.u[: self.border]
         if self.bound:
@@ -251,7 +262,7 @@ class DiscreteMap:
         Raises:
             Stuck: folds remain.
         """
-        gradients, areas = geometry(self.z, self.system.corners)
+        gradients, areas = rest_geometry(self.z, self.u, self.system.corners, (self.metrics[0], None))
         u = self.u.copy()
         u[self.border : self.constrained] = (
             self.inside.goals if self.bound else u[self.border : self.constrained]
@@ -316,7 +327,8 @@ class DiscreteMap:
             kinds = np.append(kinds, np.full(tau.size - kinds.size, HELD))
             goals = np.append(goals, moving[goals.size : tau.size])
             own = np.append(own, np.zeros(tau.size - own.size, np.int64))
-        gradients, areas = geometry(kept, self.system.corners)
+        metrics = self.metrics if forward else self.metrics[::-1]
+        gradients, areas = rest_geometry(kept, moving, self.system.corners, metrics)
         if self.weights is not None:
             gradients, areas = _shrunk(gradients, areas, self.weights, forward)
         u = moving.copy()

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Index
+from ..arrays import Complex, Index
 from ..maps import bounds
 from ..maps.distortion import Distortion
 from ..maps.triangulated.map import TriangulatedMap
@@ -12,7 +12,7 @@ from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
 from .constraints.given import checked_free
-from .holes.given import Holes, named
+from .holes.given import Holes, named, open_holes
 from .method import solve as solved
 from .solution import Settings, Solution
 
@@ -30,21 +30,45 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     strokes = problem.given_strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
     holes, pins, numbers = named(given, source, target, problem.given_pins, strokes)
-    settings = _settings(options)
+    settings = settings_of(options)
     found = solved(source, target, settings, pins, strokes, holes, numbers, start)
-    map = _straight(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
+    map = straight(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
     map = bounds.held(map, settings.max_dilatation, settings.max_stretch)
-    status = _status(found, map, settings)
+    drawn = bounds.bounded(map, settings.max_dilatation, settings.max_stretch)
+    fit = fitted(problem, found, map, (holes, pins), settings, drawn=drawn)
+    if not (len(pins) or len(strokes)):
+        fit.notes.extend(strain(fit.distortion))
+    return fit
+
+
+def fitted(
+    problem: Problem,
+    found: Solution,
+    map: TriangulatedMap,
+    given: tuple[Holes, Complex],
+    settings: Settings,
+    *,
+    drawn: bool,
+) -> Fit:
+    """The result of what was found.
+
+    Args:
+        problem: what was asked.
+        found: the map, and how it ended.
+        map: the same with its patches.
+        given: the holes, and the pins (k, 2) that are not in them.
+        settings: what was asked for.
+        drawn: whether the patches meet the bounds.
+    """
+    (source, target), (holes, pins), strokes = problem.given, given, problem.given_strokes
+    status = _status(found, drawn, settings)
     energies = [{"total": float(level["energy"])} for level in found.energies]
-    fit = Fit(
+    return Fit(
         *(map, status, energies, source, target, pins, strokes, list(found.notes)),
         source_holes=holes.source,
         target_holes=holes.target,
         hole_partners=found.partners,
     )
-    if not (len(pins) or len(strokes)):
-        fit.notes.extend(_strain(fit.distortion))
-    return fit
 
 
 def deform(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
@@ -57,15 +81,18 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     from .deform import method as deforming
 
     source, pins, strokes = problem.given_source, problem.given_pins, problem.given_strokes
-    given = checked_free(source, pins, strokes)
-    found = deforming.solve(source, given, _settings(options), start)
-    map = _straight(TriangulatedMap(found.source, found.image, found.faces, (found.loop,)), found.lines)
+    holes, notes = open_holes(problem.source_holes, source, pins[:, 0], [here for here, _ in strokes])
+    given = checked_free(source, pins, strokes, holes)
+    found = deforming.solve(source, given, settings_of(options), start, holes)
+    map = straight(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
     ended = Status.BOUNDS if not found.bounded else Status.MET if found.simple else Status.OVERLAP
     status = ended if found.met else Status.PINS
-    return Fit(map, status, found.energies, source, None, pins, strokes, list(given.notes))
+    said = [*notes, *given.notes]
+    return Fit(map, status, found.energies, source, None, pins, strokes, said, source_holes=holes)
 
 
-def _settings(options: Options) -> Settings:
+def settings_of(options: Options) -> Settings:
+    """What is asked of a map, of the options."""
     return Settings(
         theta=options.balance,
         turn=None if options.turn == "any" else float(np.radians(options.turn)),
@@ -75,23 +102,22 @@ def _settings(options: Options) -> Settings:
     )
 
 
-def _straight(map: TriangulatedMap, lines: Index) -> TriangulatedMap:
+def straight(map: TriangulatedMap, lines: Index) -> TriangulatedMap:
     """The map with the edges of strokes going straight to straight lines."""
     if not len(lines):
         return map
     return replace(map, bulge=bulges(map.faces, map.image, map.source, map.edges, lines))
 
 
-def _status(found: Solution, map: TriangulatedMap, settings: Settings) -> Status:
+def _status(found: Solution, drawn: bool, settings: Settings) -> Status:
     if not found.met:
         return Status.PINS
     if found.gap > settings.tolerance:
         return Status.GAP
-    drawn = bounds.bounded(map, settings.max_dilatation, settings.max_stretch)
     return Status.REACHED if found.reached and drawn else Status.BOUNDS
 
 
-def _strain(found: Distortion) -> list[str]:
+def strain(found: Distortion) -> list[str]:
     """A sentence where the stretch cannot be small: a ring, a bar or a spiral onto a block, or the other way round."""
     stretch, dilatation = (found.quantile(each, 0.95) for each in (found.stretches, found.dilatations))
     if stretch <= STRETCHED and dilatation <= DILATED:

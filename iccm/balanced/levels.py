@@ -19,8 +19,10 @@ from .constraints.strokes import StrokePair, inside
 from .discrete import DiscreteMap, MeshHoles
 from .failure import Stuck
 from .holes.outlines import outlines_of, rim_spacing, spaced
+from .meshing import sizing
 from .meshing.mesh import Sizes
 from .meshing.transfer import interpolate
+from .metric import PLANES, Metrics
 from .minimise.measures import stretches
 from .minimise.untangle import STEPS
 from .outline import Outline
@@ -39,8 +41,7 @@ MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh siz
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
 EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
 GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
-
-
+PATIENT = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes that 40 leave folded
 STROKE_SAMPLES = 8  # of each stroke, which starts are compared by (by hand)
 NO_PINS = np.empty((0, 2), np.complex128)
 
@@ -59,6 +60,7 @@ class UnitProblem(NamedTuple):
         strokes: polylines inside that must.
         holes: outlines of holes of the source and of the target, clockwise.
         partners: (i, j) that hole i of the source is to go to hole j of the target.
+        metrics: of the surfaces that the two planes stand for.
     """
 
     source: Curve
@@ -71,6 +73,7 @@ class UnitProblem(NamedTuple):
     strokes: tuple[StrokePair, ...] = ()
     holes: tuple[tuple[Curve, ...], tuple[Curve, ...]] = ((), ())
     partners: tuple[tuple[int, int], ...] = ()
+    metrics: Metrics = PLANES
 
     @property
     def holed(self) -> bool:
@@ -109,6 +112,7 @@ class UnitProblem(NamedTuple):
             strokes=strokes,
             holes=self.holes[::-1],
             partners=tuple((j, i) for i, j in self.partners),
+            metrics=self.metrics[::-1],
         )
 
 
@@ -126,6 +130,7 @@ class Sketch:
     loops: tuple[Loop, ...] = ()
     filled: tuple[Loop, ...] = ()
     weights: Real | None = None
+    metrics: Metrics = PLANES
 
     @property
     def material(self) -> Index:
@@ -151,6 +156,7 @@ class Level:
     strokes: tuple[StrokePair, ...]
     halved: bool = False
     holes: tuple[tuple[Outline, ...], tuple[Outline, ...]] = ((), ())
+    metrics: Metrics = PLANES
 
     @classmethod
     def of(
@@ -170,6 +176,7 @@ class Level:
         return cls(
             *(source, target, size, anchors, steepest, problem.pins, problem.strokes, problem.halved),
             holes=(tuple(rims), tuple(goals)),
+            metrics=problem.metrics,
         )
 
     def mapped(
@@ -190,7 +197,8 @@ class Level:
         filled = [spaced(self.holes[0][k], spacing) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         holes = holes._replace(filled=loops_of(sizes_of_filled, pairs.s.size + kept.z.size))
-        return DiscreteMap.on(self.source, self.target, pairs, sizes, self.anchors, kept, axis, holes, filled)
+        given = self.source, self.target, pairs, sizes, self.anchors, kept, axis, holes, filled
+        return DiscreteMap.on(*given, self.metrics)
 
     def _with_holes(self, outer: Pairs, matches: Sequence[HoleMatch]) -> tuple[Pairs, MeshHoles]:
         """The boundary with holes that have partners."""
@@ -210,7 +218,10 @@ class Level:
     def inverse(self) -> "Level":
         """That of the inverse map."""
         anchors = self.anchors and self.anchors.inverse()
-        return replace(self, source=self.target, target=self.source, anchors=anchors, holes=self.holes[::-1])
+        holes, metrics = self.holes[::-1], self.metrics[::-1]
+        return replace(
+            self, source=self.target, target=self.source, anchors=anchors, holes=holes, metrics=metrics
+        )
 
     def started(self, match: Match) -> DiscreteMap:
         """A map without folds for a match. With holes the harmonic one folds more often than not, and its inverse
@@ -283,7 +294,8 @@ def released(level: Level, state: DiscreteMap, problem: UnitProblem) -> Discrete
         try:
             state = restarted(level, state)
         except Stuck:
-            break
+            if attempt:
+                break  # on the mesh that it has, it may still get somewhere
         state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
         new_score = score(state, problem.upright)
         improved = new_score < best_score
@@ -297,11 +309,16 @@ def released(level: Level, state: DiscreteMap, problem: UnitProblem) -> Discrete
 
 
 def restarted(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """A map on a new mesh for the same match: a new one, or where that folds the same one."""
+    """A map on a new mesh for the same match: a new one, or where that folds the same one, at last on triangles that
+    are smaller where it magnifies."""
     try:
         return level.started(state.match)
     except Stuck:
+        pass
+    try:
         return refined(level, state)
+    except Stuck:
+        return refined(level, state, sizing.graded(state.z, state.u, state.faces, 0.5 * level.size**2))
 
 
 def projected(curve: Curve, points: Complex) -> Real:
@@ -356,24 +373,32 @@ def refined(
     Raises:
         Stuck: folds remain.
     """
+    fine = laid(level, state, sizes)
+    try:
+        return fine.unfolded(harmonic=False, polish=POLISHING, steps=only or STEPS)
+    except Stuck:
+        if only:
+            raise
+    try:
+        return fine.unfolded(polish=POLISHING)
+    except Stuck:
+        return fine.unfolded(harmonic=False, polish=POLISHING, steps=PATIENT)
+
+
+def laid(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
+    """The map interpolated on the mesh of another level; it may fold."""
     drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
     fine = level.mapped(match_on(level, state), sizes, drawn)
     if isinstance(state, DiscreteMap) and state.bound:
         goals = fine.inside.goals.copy()
         goals[fine.inside.own < 0] = state.inside.goals[state.inside.own < 0]  # pins that were not met stay
         fine = replace(fine, bound=True, inside=fine.inside._replace(goals=goals))
-    carried = fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
-    try:
-        return carried.unfolded(harmonic=False, polish=POLISHING, steps=only or STEPS)
-    except Stuck:
-        if only:
-            raise
-        return fine.unfolded(polish=POLISHING)
+    return fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
 
 
 def eased(state: DiscreteMap, theta: float) -> DiscreteMap:
     """A few steps at q = 1 where a triangle is badly stretched: Newton at q widens it slowly."""
-    _, stretch, _ = stretches(state.z, state.u, state.material)
+    _, stretch, _ = stretches(state.z, state.u, state.material, state.metrics)
     if stretch.max() < BADLY_STRETCHED:
         return state
     return state.forward(theta, 1.0, EASING_STEPS, EASED, corners=True)

@@ -11,16 +11,16 @@ import numpy as np
 
 from ..arrays import Complex, Index
 from ..curve import Curve
+from ..errors import InputError
 from ..maps.triangulated.map import TriangulatedMap
 from ..result import hausdorff
 from . import orientation, stages
 from .constraints.given import Pins, checked, place
 from .frames import UnitFrame, frames_of
 from .holes.filled import Cut, cut_out
-from .holes.given import NONE, Holes, unequal
+from .holes.given import NONE, Holes, unequal, which
 from .levels import Sketch
-from .minimise.energy import energy_of
-from .minimise.measures import stretches, turn_of
+from .minimise.measures import energy_between, stretches, turn_of
 from .pairs import loops_of
 from .solution import Settings, Solution, SolveLog
 
@@ -52,7 +52,7 @@ def solve(
 
     Raises:
         NoMapError: no map without folds was found.
-        InputError: pins or strokes that no one-to-one map meets.
+        InputError: pins or strokes that no one-to-one map meets; a start with other holes.
     """
     settings = settings or Settings()
     frames = frames_of(source, target, settings.turn, holes.sides)
@@ -62,12 +62,12 @@ def solve(
     if len(pins) or len(strokes) or start is not None:
         given = checked(source, target, pins, strokes, numbers)
         journal.notes += given.notes
-        before = None if start is None else sketched(start, frames)
+        before = None if start is None else sketched(start, frames, holes_of(start, holes))
         state, met = stages.constrained(*curves, given.unit(frames), settings, journal, before)
-        found = _solution(state, frames, domains, settings, journal, False, given)
+        found = solution_of(state, *_world(state, frames), frames, domains, settings, journal, False, given)
         return replace(found, met=met)
     state, symmetric = stages.mapped(*curves, settings, journal)
-    return _solution(state, frames, domains, settings, journal, symmetric)
+    return solution_of(state, *_world(state, frames), frames, domains, settings, journal, symmetric)
 
 
 def sketched(
@@ -85,8 +85,33 @@ def sketched(
     return Sketch(z, u, np.ascontiguousarray(faces), border.size, loops=loops)
 
 
-def _solution(
+def _world(state: stages.Meshed, frames: tuple[UnitFrame, UnitFrame]) -> tuple[Complex, Complex]:
+    return frames[0].world(state.z), frames[1].world(state.u)
+
+
+def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
+    """Which loops of a map are which holes of both domains, for those that have a partner.
+
+    Raises:
+        InputError: it is a map of domains with other holes, or takes them to others than is wished.
+    """
+    found = []
+    for number, loop in enumerate(map.loops[1:], 1):
+        i, j = (which(w[loop], side) for w, side in zip((map.source, map.image), holes.sides))
+        if i >= 0 and j >= 0:
+            found.append((number, i, j))
+    if len(found) < min(len(side) for side in holes.sides) or len(map.loops) - 1 > len(holes.target):
+        raise InputError("start: is a map of shapes with other holes")
+    partners = {i: j for _, i, j in found}
+    if any(partners.get(i, j) != j for i, j in holes.partners):
+        raise InputError("start: takes holes to other partners")
+    return found
+
+
+def solution_of(
     state: stages.Meshed,
+    z: Complex,
+    u: Complex,
     frames: tuple[UnitFrame, UnitFrame],
     given: tuple[Sequence[Curve], Sequence[Curve]],
     settings: Settings,
@@ -94,8 +119,22 @@ def _solution(
     symmetric: bool,
     pins: Pins | None = None,
 ) -> Solution:
-    """The map in the given coordinates, checked there; `given` are the outlines of both domains, outer ones first."""
-    z, u = frames[0].world(state.z), frames[1].world(state.u)
+    """The map in the given coordinates, checked there.
+
+    Args:
+        state: in unit coordinates.
+        z: (n,) its vertices in the given ones.
+        u: (n,) their images.
+        frames: of the unit coordinates.
+        given: the outlines of both domains, outer ones first.
+        settings: what was asked for.
+        journal: what happened.
+        symmetric: whether the map is its own mirror image.
+        pins: those given.
+
+    Raises:
+        NoMapError: rounding, or another layout of a surface, folds it.
+    """
     mirror = frames[0].mirrored
     if pins is not None:
         place(pins, z, u, state.border, state.first_pin)
@@ -108,16 +147,17 @@ def _solution(
         max(hausdorff(Curve(w[loop]), c) / curves[0].diagonal for loop, c in _goals(cut, curves, side))
         for side, (w, curves) in enumerate(zip((z, u), given))
     )
-    dilatation, stretch, _ = stretches(state.z, state.u, state.material)
-    lean = turn_of(state.z, state.u, state.material) * (-1 if mirror else 1)
+    metrics = state.metrics
+    dilatation, stretch, _ = stretches(state.z, state.u, state.material, metrics)
+    lean = turn_of(state.z, state.u, state.material, metrics) * (-1 if mirror else 1)
     turn = np.angle(np.exp(1j * lean) * frames[0].factor / frames[1].factor)
-    excess = stages.excess(state.z, state.u, state.material, settings)
+    excess = stages.excess(state.z, state.u, state.material, settings, metrics)
     return Solution(
         z,
         u,
         cut.faces,
         loops,
-        energy_of(state.z, state.u, state.material, settings.theta),
+        energy_between(state.z, state.u, state.material, settings.theta, metrics),
         journal.energies,
         float(turn),
         gap,

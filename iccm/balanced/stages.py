@@ -10,6 +10,7 @@ from .constraints import continuation, meeting
 from .constraints.given import Pins, with_points
 from .discrete import DiscreteMap
 from .failure import NoMapError, Stuck
+from .holes.circles import circle_starts
 from .holes.discs import through_disc
 from .holes.given import Holes
 from .holes.outlines import manageable_holes
@@ -18,6 +19,7 @@ from .holes.rings import ring_matches
 from .levels import Level, Sketch, UnitProblem, alternated, eased, refined, released, score, screened, started
 from .meshing import sizing
 from .meshing.mesh import Sizes
+from .metric import PLANES, Metrics
 from .minimise.measures import stretches, within
 from .outline import manageable
 from .pairs import Match
@@ -70,6 +72,9 @@ def constrained(
     """
     upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else UPRIGHT
     problem = with_constraints(source, target, holes, pins, settings, upright)
+    if start is not None and len(problem.holes[0]) < len(problem.holes[1]):  # it is they that are filled
+        state, met = further(problem.inverse(), inverted(start), settings, journal)
+        return inverted(state), met
     if start is not None:
         return further(problem, start, settings, journal)
     used, found = solved(problem, journal)
@@ -220,7 +225,7 @@ def inverted(state: Meshed) -> Sketch:
     """The inverse map."""
     loops, filled = (tuple(loop.inverse() for loop in each) for each in (state.loops, state.filled))
     given = state.u, state.z, state.faces, state.border, state.first_pin, state.lines
-    return Sketch(*given, loops, filled, state.weights)
+    return Sketch(*given, loops, filled, state.weights, state.metrics[::-1])
 
 
 def by_halves(
@@ -257,6 +262,9 @@ def coarse(
     states = started(level, matches)
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += len(matches) - len(states)
+    most = max(len(match.holes) for match in matches)
+    if most > 1 or (most and not states):
+        states += circle_starts(level, matches, problem.theta)
     states = screened(states or through_disc(level, problem.theta), problem)
     settled = []
     for state in progress.counted("coarse maps, corners released", states):
@@ -359,14 +367,14 @@ def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: Solve
     for q in progress.counted("last map, worst stretch lowered", POWERS):
         state = descended(state, theta, q, journal)
         tried.append(state)
-        if excess(state.z, state.u, state.material, settings) <= 1:
+        if _excess(state, settings) <= 1:
             return state
-    return min(tried, key=lambda state: excess(state.z, state.u, state.material, settings))
+    return min(tried, key=lambda state: _excess(state, settings))
 
 
 def leaning(state: Meshed, problem: UnitProblem) -> float:
     """θ for the last mesh: smaller where sizes are even, to keep angles better; holes that shrink need all of it."""
-    even = not problem.holed and within(2.0, state.z, state.u, state.material) >= EVEN
+    even = not problem.holed and within(2.0, state.z, state.u, state.material, state.metrics) >= EVEN
     return LEANING * problem.theta if problem.theta <= 1 and even else problem.theta
 
 
@@ -389,9 +397,13 @@ def carried(level: Level, state: Meshed, problem: UnitProblem, sizes: Sizes) -> 
     return refined(level, state, sizes)
 
 
-def excess(z: Complex, u: Complex, faces: Index, settings: Settings) -> float:
+def _excess(state: DiscreteMap, settings: Settings) -> float:
+    return excess(state.z, state.u, state.material, settings, state.metrics)
+
+
+def excess(z: Complex, u: Complex, faces: Index, settings: Settings, metrics: Metrics = PLANES) -> float:
     """How many times the bounds asked for the largest dilatation and stretch are: at most 1 where they are met."""
-    dilatation, stretch, _ = stretches(z, u, faces)
+    dilatation, stretch, _ = stretches(z, u, faces, metrics)
     bounds = (settings.max_dilatation or np.inf, settings.max_stretch or np.inf)
     return float(max(dilatation.max() / bounds[0], stretch.max() / bounds[1]))
 

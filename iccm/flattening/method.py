@@ -68,6 +68,18 @@ def flatten(patch: Patch, *, loop: int = 1, grow: bool = False, method: str = "c
     return replace(found, notes=() if fault is None else (f"LSCM gave {fault}: laid out without",))
 
 
+def even(layout: Flattening) -> Flattening:
+    """The layout of least symmetric Dirichlet energy, from one of the same patch without folds or overlaps.
+
+    Raises:
+        InputError: none without overlap was found.
+    """
+    if layout.method == "balanced":
+        return layout
+    sheet = surface(layout.patch.points, layout.patch.faces)
+    return replace(_checked(_relaxed(layout, layout, sheet, 1.0)), method="balanced")
+
+
 def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
     """LSCM, the seam lengthened to the most shrunk vertex until areas are even enough."""
     for _ in range(ROUNDS + 1):

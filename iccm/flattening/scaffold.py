@@ -65,18 +65,28 @@ def outside(u: Complex, around: Complex, loops: list[Index]) -> Index:
     """
     at = np.concatenate([around, u])
     rings = [np.arange(around.size), *(loop + around.size for loop in loops)]
-    number = {complex(at[v]): v for ring in rings for v in ring.tolist()}
     polygons = [
         shapely.Polygon(xy_of(around), [xy_of(u[loops[0]])]),
         *(shapely.Polygon(xy_of(u[loop])) for loop in loops[1:]),
     ]
+    return _numbered(at, rings, polygons, THIN * float(np.abs(around[0] - around.mean()) ** 2))
+
+
+def filling(u: Complex, hole: Index) -> Index:
+    """(k, 3) counter-clockwise triangles of the vertices u (n,) in a hole whose vertices are given."""
+    return _numbered(u, [hole], [shapely.Polygon(xy_of(u[hole]))], 0.0)
+
+
+def _numbered(at: Complex, rings: list[Index], polygons: list[shapely.Polygon], thin: float) -> Index:
+    """The triangles of polygons by the numbers of their corners, but for those of no more area than `thin`."""
+    number = {complex(at[v]): v for ring in rings for v in ring.tolist()}
     parts = np.concatenate([_triangles(polygon) for polygon in polygons])
     xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
-    faces = np.array([number[complex(x, y)] for x, y in xy.reshape(-1, 2).tolist()]).reshape(-1, 3)
+    faces = np.array([number[complex(x, y)] for x, y in xy.reshape(-1, 2).tolist()], np.int64).reshape(-1, 3)
     a, b, c = at[faces.T]
     area = 0.5 * ((b - a).conj() * (c - a)).imag
     faces = np.where((area < 0)[:, None], faces[:, ::-1], faces)
-    return np.ascontiguousarray(faces[np.abs(area) > THIN * np.abs(around[0] - around.mean()) ** 2])
+    return np.ascontiguousarray(faces[np.abs(area) > thin])
 
 
 def _triangles(polygon: shapely.Polygon) -> np.ndarray:

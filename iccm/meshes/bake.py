@@ -4,7 +4,8 @@ Where the inverse map is all but linear within a triangle (to `max_error` texels
 from the corners; elsewhere it is solved at each texel.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from ..maps.extended_inverse import ExtendedInverse, bends
 from ..parallel import over_slices
 from ..pixels.padding import pad
 from ..pixels.sampler import Sampler, put
+from ..pixels.stmap import FINEST, st_of
 from ..pixels.texture import Placing
 from .flatten import Flattening
 from .layout import Layout
@@ -32,12 +34,25 @@ def whole_bytes(height: int, width: int, channels: int, itemsize: int) -> int:
     return height * width * (2 * channels * itemsize + TEXEL)
 
 
+@dataclass(frozen=True, eq=False)
+class BakedPart:
+    """A part of the target, and where it gets its texture from.
+
+    Attributes:
+        target: the flattened patch.
+        inverse: from its plane to its source's.
+        placing: where points of the source's plane lie in the texture.
+    """
+
+    target: Flattening
+    inverse: ExtendedInverse
+    placing: Placing
+
+
 def bake(
-    target: Flattening,
+    parts: Sequence[BakedPart],
     grid: Layout,
-    inverse: ExtendedInverse,
     sampler: Sampler,
-    placing: Placing,
     *,
     padding: int | None = None,
     max_error: float = 0.05,
@@ -46,11 +61,9 @@ def bake(
     """The target's UV charts filled from the source's texture.
 
     Args:
-        target: the flattened patch.
-        grid: its UV layout, triangle for triangle.
-        inverse: from the target's plane to the source's.
+        parts: of the target, each with a map of its own.
+        grid: their UV layout, triangle for triangle, part after part.
         sampler: the texture to carry over.
-        placing: where points of the source's plane lie in it.
         padding: texels to spread colours past the charts' seams, -1 for all; a thirty-second of the picture by default,
             so that mip-maps down to 32 texels do not bleed.
         max_error: of places in the texture, in texels.
@@ -59,43 +72,85 @@ def bake(
     Returns:
         (h, w, c) pixels of the texture's type and channels, zero where nothing reaches, and a report.
     """
-    source = _Source(target, grid, inverse, float(np.hypot(*placing.scale)) / np.sqrt(2), max_error)
     out = np.zeros((*grid.shape, sampler.channels), sampler.dtype)
 
+    def shade(part: BakedPart, origins: Callable[[slice], Origins], count: int) -> NDArray:
+        return sampler(lambda some: part.placing.places(*origins(some)), count, 1)
+
+    return out, _filled(out, parts, grid, shade, padding, max_error, threads)
+
+
+def bake_stmap(
+    parts: Sequence[BakedPart],
+    grid: Layout,
+    *,
+    padding: int | None = None,
+    max_error: float = 0.05,
+    threads: int | None = None,
+) -> tuple[NDArray[np.float32], dict]:
+    """The STMap of the target's UV charts (see `pixels.stmap`): (h, w, 4) s, t, 0 and 1 where something is known.
+
+    Args:
+        parts: as for `bake`, placed in textures of one texel.
+        grid, padding, threads: as for `bake`.
+        max_error: of s and t, in texels of a texture that is `stmap.FINEST` across.
+    """
+    out = np.zeros((*grid.shape, 4), np.float32)
+
+    def shade(part: BakedPart, origins: Callable[[slice], Origins], count: int) -> NDArray:
+        found = np.zeros((count, 4), np.float32)
+        found[:, :2], found[:, 3] = st_of(part.placing, origins(slice(0, count))[0]), 1
+        return found
+
+    return out, _filled(out, parts, grid, shade, padding, max_error / FINEST, threads)
+
+
+def _filled(
+    out: NDArray,
+    parts: Sequence[BakedPart],
+    grid: Layout,
+    shade: Callable[[BakedPart, Callable[[slice], Origins], int], NDArray],
+    padding: int | None,
+    max_error: float,
+    threads: int | None,
+) -> dict:
+    """Fill the covered texels of a picture and those around them; the report."""
+    firsts = np.cumsum([0, *(len(part.target.patch.faces) for part in parts)])
+    sources = [_Source(part, grid, int(first), max_error) for part, first in zip(parts, firsts)]
+
     def fill(rows: slice) -> None:
-        at, origins = source.rows(rows)
-        pixels = sampler(lambda part: placing.places(*origins(part)), at.size, 1)
-        put(out[rows].reshape(-1, sampler.channels), at, pixels)
+        for part, source in zip(parts, sources):
+            at, origins = source.rows(rows)
+            put(out[rows].reshape(-1, out.shape[2]), at, shade(part, origins, at.size))
 
     over_slices(fill, grid.shape[0], threads, ROWS)
     reach = max(4, max(grid.shape) // 32) if padding is None else padding
-    report = grid.report | {
-        "exact_triangles": int(source.exact.sum()),
-        "padding": reach,
-        "outside_points": inverse.outside,
-        "outside_distance": inverse.away / target.boundary.diagonal,
-    }
     pad(out, grid.owners.owner >= 0, reach, "nearest")
-    return out, report
+    return grid.report | {
+        "exact_triangles": sum(int(source.exact.sum()) for source in sources),
+        "padding": reach,
+        "outside_points": sum(part.inverse.outside for part in parts),
+        "outside_distance": max(part.inverse.away / part.target.boundary.diagonal for part in parts),
+    }
 
 
 class _Source:
-    """Where the texels of a layout come from in the source's plane."""
+    """Where the texels of a part of a layout come from in its source's plane; `first` is its first triangle there."""
 
-    def __init__(
-        self, target: Flattening, grid: Layout, inverse: ExtendedInverse, scale: float, max_error: float
-    ):
-        self.owner, self.inverse, self.corners = grid.owners.owner, inverse, grid.corners
-        self.faces, self.w, threads = target.patch.faces, target.flat, inverse.threads
-        z = inverse(self.w)
-        self.exact = bends(self.faces, self.w, *inverse.slopes(z), threads) * scale > max_error
+    def __init__(self, part: BakedPart, grid: Layout, first: int, max_error: float):
+        target, self.inverse, threads = part.target, part.inverse, part.inverse.threads
+        self.faces, self.w, self.first = target.patch.faces, target.flat, first
+        self.owner, self.corners = grid.owners.owner, grid.corners[first : first + len(self.faces)]
+        scale = float(np.hypot(*part.placing.scale)) / np.sqrt(2)
+        z = self.inverse(self.w)
+        self.exact = bends(self.faces, self.w, *self.inverse.slopes(z), threads) * scale > max_error
         self.linear = affine(self.corners, z[self.faces], threads)
         self.flat = affine(self.corners, self.w[self.faces], threads) if self.exact.any() else None
 
     def rows(self, rows: slice) -> tuple[Index, Callable[[slice], Origins]]:
         """The covered texels of some rows, numbered from their first, and where a slice of them comes from."""
-        owner = self.owner[rows].ravel()
-        at = np.flatnonzero(owner >= 0)
+        owner = self.owner[rows].ravel() - self.first
+        at = np.flatnonzero((owner >= 0) & (owner < len(self.faces)))
         block = (at % self.owner.shape[1] // ACROSS).astype(np.int16)
         at = at[np.argsort(block, kind="stable")]  # little of the texture is read at a time, however it turns
         own = owner[at]

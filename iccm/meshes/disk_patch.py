@@ -1,8 +1,11 @@
 """A mesh as one patch that can be flattened: joined, taken apart, oriented, opened, or refused with a reason."""
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 
-from ..arrays import Index, distinct_rows
+from ..arrays import Index, Real, distinct_rows
 from ..errors import InputError
 from .cut import opened
 from .mesh import Mesh, checked, face_areas, proper, triangulated
@@ -10,7 +13,73 @@ from .patch import Patch
 from .topology import Triangles
 
 
-def disk_patch(mesh: Mesh, *, cut: bool = False, piece: int = 1) -> Patch:
+@dataclass(frozen=True, eq=False)
+class Joined:
+    """The triangles of a mesh, those that meet at a place sharing a vertex where that makes fewer pieces.
+
+    Attributes:
+        mesh: the mesh.
+        shape: the triangles.
+        corner: (m, 3) corner of the mesh behind each triangle's corner.
+        vertex: (n,) vertex of the mesh behind each of theirs.
+        notes: what was set right.
+    """
+
+    mesh: Mesh
+    shape: Triangles
+    corner: Index
+    vertex: Index
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> "Joined":
+        """All triangles.
+
+        Raises:
+            InputError: naming the first element at fault (see `mesh.checked`).
+        """
+        corner = triangulated(checked(mesh))
+        used, named = (np.zeros(len(mesh.points), bool) for _ in range(2))
+        used[mesh.corners[corner]] = named[mesh.corners] = True
+        vertex, number = np.flatnonzero(used), np.cumsum(used) - 1
+        shape = Triangles(number[mesh.corners[corner]], vertex.size)
+        unused = int((~named).sum())
+        notes = [f"{unused} vertices that no face of it uses are left out"] if unused and mesh.whole else []
+        return cls(mesh, shape, corner, vertex, tuple(notes))._welded()
+
+    def _welded(self) -> "Joined":
+        """Coinciding vertices joined, if that makes fewer pieces."""
+        pieces = self.shape.components().max(initial=0)
+        if not pieces:
+            return self
+        first, joined = distinct_rows(self.mesh.points[self.vertex])
+        faces = joined[self.shape.faces]
+        kept = proper(faces)
+        welded = Triangles(faces[kept], first.size)
+        if not kept.any() or welded.components().max() >= pieces:
+            return self
+        note = f"{self.vertex.size - first.size} vertices that coincide with another are joined to it"
+        return Joined(self.mesh, welded, self.corner[kept], self.vertex[first], (*self.notes, note))
+
+    @cached_property
+    def areas(self) -> Real:
+        """(k,) of the pieces that no edge connects."""
+        label = self.shape.components()
+        area = face_areas(self.mesh.points[self.vertex[self.shape.faces]])
+        return np.bincount(label, area).astype(float, copy=False)  # of no triangles: whole numbers
+
+    @cached_property
+    def order(self) -> Index:
+        """(k,) the pieces, the largest first."""
+        return np.argsort(-self.areas, kind="stable")
+
+    @property
+    def sizes(self) -> list[int]:
+        """Numbers of triangles of the pieces, in this order."""
+        return np.bincount(self.shape.components())[self.order].tolist()
+
+
+def disk_patch(mesh: Mesh | Joined, *, cut: bool = False, piece: int = 1) -> Patch:
     """One piece of the mesh, as a patch that can be flattened.
 
     Coinciding vertices are joined where that makes fewer pieces, edges with more than two faces are cut, vertices where
@@ -26,11 +95,11 @@ def disk_patch(mesh: Mesh, *, cut: bool = False, piece: int = 1) -> Patch:
         InputError: naming the first element at fault (see `mesh.checked`); no such piece, or one without area; a
             one-sided surface, a closed one, a handle.
     """
-    notes: list[str] = []
-    shape, corner, vertex = _joined(mesh, notes)
-    shape, corner = _one_piece(mesh, shape, corner, vertex, piece, notes)
+    joined = mesh if isinstance(mesh, Joined) else Joined.of(mesh)
+    mesh, vertex, notes = joined.mesh, joined.vertex, list(joined.notes)
+    shape, corner = _one_piece(joined, piece, notes)
     shape, corner = _oriented(mesh, shape, corner, vertex, notes)
-    shape, vertex = _taken_apart(shape, vertex, notes)
+    shape, vertex = taken_apart(shape, vertex, notes)
     whole = Patch(mesh, mesh.points[vertex], shape, vertex, corner, notes=tuple(notes))
     if whole.loops and whole.genus == 0:
         return whole
@@ -44,55 +113,21 @@ def disk_patch(mesh: Mesh, *, cut: bool = False, piece: int = 1) -> Patch:
     return opened(whole)
 
 
-def pieces(mesh: Mesh) -> list[int]:
-    """Numbers of triangles of the pieces that no edge connects, in the order of their areas.
-
-    Raises:
-        InputError: naming the first element at fault (see `mesh.checked`).
-    """
-    shape, _, vertex = _joined(mesh, [])
-    label = shape.components()
-    area = np.bincount(label, face_areas(mesh.points[vertex[shape.faces]]))
-    return np.bincount(label)[np.argsort(-area, kind="stable")].tolist()
-
-
-def _joined(mesh: Mesh, notes: list[str]) -> tuple[Triangles, Index, Index]:
-    """The triangles, their corners and vertices; coinciding vertices are joined if that makes fewer pieces."""
-    corner = triangulated(checked(mesh))
-    vertex, faces = np.unique(mesh.corners[corner].ravel(), return_inverse=True)
-    shape = Triangles(faces.reshape(-1, 3).astype(np.int64), vertex.size)
-    unused = len(mesh.points) - np.unique(mesh.corners).size
-    if unused and mesh.whole:
-        notes.append(f"{unused} vertices that no face of it uses are left out")
-    pieces = shape.components().max(initial=0)
-    if not pieces:
-        return shape, corner, vertex
-    first, joined = distinct_rows(mesh.points[vertex])
-    faces = joined[shape.faces]
-    kept = proper(faces)
-    welded = Triangles(faces[kept], first.size)
-    if not kept.any() or welded.components().max() >= pieces:
-        return shape, corner, vertex
-    notes.append(f"{vertex.size - first.size} vertices that coincide with another are joined to it")
-    return welded, corner[kept], vertex[first]
-
-
-def _one_piece(mesh: Mesh, shape: Triangles, corner: Index, vertex: Index, piece: int, notes: list[str]):
+def _one_piece(joined: Joined, piece: int, notes: list[str]) -> tuple[Triangles, Index]:
     """The triangles of the piece that is the piece-th largest."""
-    label = shape.components()
-    area = np.bincount(label, face_areas(mesh.points[vertex[shape.faces]])) if label.size else np.zeros(0)
+    shape, area, name = joined.shape, joined.areas, joined.mesh.name
     if not 1 <= piece <= area.size:
-        raise InputError(f"{mesh.name}: no piece {piece}; there are {area.size}, 1 is the largest")
-    chosen = np.argsort(-area, kind="stable")[piece - 1]
+        raise InputError(f"{name}: no piece {piece}; there are {area.size}, 1 is the largest")
+    chosen = joined.order[piece - 1]
     if not area[chosen] > 0:
-        raise InputError(f"{mesh.name}: no face has an area; is this a mesh of lines?")
-    own = label == chosen
+        raise InputError(f"{name}: no face has an area; is this a mesh of lines?")
+    own = shape.components() == chosen
     if area.size > 1:
         others = f"{area.size - 1} other piece{'s' if area.size > 2 else ''} of {(~own).sum()} triangles"
         notes.append(
             f"{others} that no edge connects to it left out; #piece-{2 if piece == 1 else 1} picks another"
         )
-    return Triangles(shape.faces[own], shape.count), corner[own]
+    return Triangles(shape.faces[own], shape.count), joined.corner[own]
 
 
 def _oriented(mesh, shape: Triangles, corner: Index, vertex: Index, notes) -> tuple[Triangles, Index]:
@@ -112,7 +147,7 @@ def _oriented(mesh, shape: Triangles, corner: Index, vertex: Index, notes) -> tu
     return turned, corner
 
 
-def _taken_apart(shape: Triangles, vertex: Index, notes: list[str]) -> tuple[Triangles, Index]:
+def taken_apart(shape: Triangles, vertex: Index, notes: list[str]) -> tuple[Triangles, Index]:
     """A vertex for every fan of triangles: edges with more than two faces and bow ties come apart."""
     crowded = shape.crowded_edges
     fan = shape.fans()

@@ -34,7 +34,15 @@ class Layout:
         return height, width
 
 
-def layout(name: str, uv: Real, uv_faces: Index, twin: Index, width: int, height: int) -> Layout:
+def layout(
+    name: str,
+    uv: Real,
+    uv_faces: Index,
+    twin: Index,
+    width: int,
+    height: int,
+    tile: complex | None = None,
+) -> Layout:
     """Rasterise UV charts; what lies outside 0..1 comes in on the other side, as renderers repeat textures.
 
     Args:
@@ -43,15 +51,19 @@ def layout(name: str, uv: Real, uv_faces: Index, twin: Index, width: int, height
         uv_faces: (m, 3) coordinate of each triangle's corner.
         twin: (3m,) which half-edges lie on one edge (see `topology.Triangles`), to tell where charts end.
         width, height: texels.
+        tile: lower left corner of the unit square to look at; what lies outside of it is left out then.
 
     Raises:
         InputError: a corner without coordinates, or one that is not finite or absurdly far off.
     """
     at = check_layout(name, uv, uv_faces)
+    if tile is not None:
+        at = at - (tile.real, tile.imag)
     corners = np.empty_like(at)
     corners[..., 0], corners[..., 1] = at[..., 0] * width, (1 - at[..., 1]) * height
     beyond = outside(at)
-    owners = rasterise(corners, width, height, border=open_edges(uv_faces, twin), wrap=bool(beyond.any()))
+    wrap = tile is None and bool(beyond.any())
+    owners = rasterise(corners, width, height, border=open_edges(uv_faces, twin), wrap=wrap)
     turn = turns(corners)
     report = {
         "charts": np.unique(charts(uv_faces, len(uv))[uv_faces[:, 0]]).size,

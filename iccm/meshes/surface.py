@@ -5,12 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Complex, Real
-from ..pixels.texture import Places
+from ..arrays import Box, Complex, Real
+from ..pixels.texture import Places, repeated
 from .layout import turns
 from .locate import Locator
-
-ROUNDED = 1e-6  # texels beyond the texture's edge that are still on it (by hand: above round-off)
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,11 +19,13 @@ class Surface:
         locator: of the flattening.
         corners: (m, 3, 2) texture coordinates of its triangles in texels, y down; beyond the texture it repeats.
         size: the texture's width and height in texels.
+        tiled: whether it is of several tiles, which do not repeat.
     """
 
     locator: Locator
     corners: Real
     size: tuple[int, int]
+    tiled: bool = False
 
     @property
     def scale(self) -> tuple[float, float]:
@@ -38,8 +38,7 @@ class Surface:
         """As `Placing.places`."""
         triangle, weights = self.locator(z, 1)
         place = np.einsum("pk,pkc->pc", weights, self.corners[triangle])
-        beyond = (place < -ROUNDED) | (place > np.add(self.size, ROUNDED))
-        place = np.where(beyond, np.mod(place, self.size), place)
+        place = place if self.tiled else repeated(place, self.size)
         at = self.locator.flat[self.locator.faces[triangle]]
         e1, e2 = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
         area = (e1.conj() * e2).imag
@@ -54,7 +53,18 @@ class Surface:
         return Places(place, turn, *(np.where(turned > 0, step.conj(), step) for step in steps))
 
     @classmethod
-    def of(cls, locator: Locator, uv: Real, size: tuple[int, int]) -> "Surface":
-        """From (m, 3, 2) texture coordinates, v up; each triangle comes to where its middle is on the texture."""
-        corners = np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1)
-        return cls(locator, (corners - np.floor(corners.mean(axis=1, keepdims=True))) * size, size)
+    def of(cls, locator: Locator, uv: Real, size: tuple[int, int], tiles: Box | None = None) -> "Surface":
+        """From (m, 3, 2) texture coordinates, v up; each triangle comes to where its middle is on the texture.
+
+        With `tiles` the texture covers that box of the layout, and does not repeat.
+        """
+        return cls(locator, texels(uv, size, tiles), size, tiles is not None)
+
+
+def texels(uv: Real, size: tuple[int, int], tiles: Box | None) -> Real:
+    """(m, 3, 2) corners of triangles in texels, y down, of a picture that covers a box of the layout, or repeats."""
+    corners = np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1)
+    if tiles is None:
+        return (corners - np.floor(corners.mean(axis=1, keepdims=True))) * size
+    low, extent = tiles[0], tiles[1] - tiles[0]
+    return (corners - (low.real, 1 - tiles[1].imag)) / (extent.real, extent.imag) * size

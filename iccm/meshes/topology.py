@@ -35,7 +35,7 @@ class Triangles:
     @cached_property
     def head(self) -> Index:
         """(3m,) vertex each half-edge ends at."""
-        return np.roll(self.faces, -1, axis=1).ravel()
+        return self.faces[:, [1, 2, 0]].ravel()
 
     @cached_property
     def _sorted_edges(self) -> tuple[Index, Index]:
@@ -67,8 +67,12 @@ class Triangles:
 
     def components(self) -> Index:
         """(m,) component of each triangle, joined across edges; the first triangle's is 0."""
-        inner = np.flatnonzero(self.twin >= 0)
-        return _labels(inner // 3, self.twin[inner] // 3, len(self.faces))
+        return self._components
+
+    @cached_property
+    def _components(self) -> Index:
+        inner = np.flatnonzero(self.twin > np.arange(self.twin.size))
+        return labels(inner // 3, self.twin[inner] // 3, len(self.faces))
 
     def oriented(self) -> tuple["Triangles", int] | None:
         """The triangles turned to agree with most of them and how many were; None for a one-sided surface.
@@ -81,7 +85,7 @@ class Triangles:
         if not same.any():
             return self, 0
         a, b, m = inner // 3, self.twin[inner] // 3, len(self.faces)
-        side = _labels(np.append(a, a + m), np.append(b + same * m, b + ~same * m), 2 * m)
+        side = labels(np.append(a, a + m), np.append(b + same * m, b + ~same * m), 2 * m)
         if (side[:m] == side[m:]).any():
             return None
         turn = side[:m] != side[0]
@@ -96,7 +100,7 @@ class Triangles:
         """
         joined = np.flatnonzero(self.twin >= 0 if cut is None else (self.twin >= 0) & ~cut)
         other = self.twin[joined]
-        return _labels(joined, 3 * (other // 3) + (other + 1) % 3, 3 * len(self.faces))
+        return labels(joined, 3 * (other // 3) + (other + 1) % 3, 3 * len(self.faces))
 
     def loops(self) -> list[Index]:
         """Boundary loops as vertices, the surface on their left. Only for oriented triangles with one fan a vertex."""
@@ -142,7 +146,7 @@ def walk(before: Index, end: int) -> list[int]:
     return way
 
 
-def _labels(a: Index, b: Index, count: int) -> Index:
+def labels(a: Index, b: Index, count: int) -> Index:
     """(count,) component of each node of a graph with edges a[i] - b[i], numbered by first appearance."""
     graph = coo_matrix((np.ones(a.size, np.int8), (a, b)), shape=(count, count))
     label = connected_components(graph, directed=False)[1].astype(np.int64)

@@ -83,6 +83,57 @@ def _mixed(above: Band, below: Band, shown: NDArray[np.bool_], at: NDArray[np.in
     return Mixed(at, share, *(np.where(swapped, over, under) for over, under in fields))
 
 
+class Reflected:
+    """A map between mirror images of planes in the place of one between the planes, for pictures and STMaps.
+
+    Args:
+        map: source → target, of any kind.
+        source, target: abscissa of the line about which each plane is mirrored; None where it is not.
+    """
+
+    def __init__(self, map: preimages.AnyMap, source: float | None, target: float | None):
+        self.map, self.source, self.target = map, source, target
+
+    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> "ReflectedPreimages":
+        """As `preimages.Mapping` has it."""
+        seen = replace(canvas, box=reflected(canvas.box, self.target))
+        return ReflectedPreimages(
+            preimages.of(self.map, seen, tolerance, slopes), self.source, self.target is not None
+        )
+
+
+def reflected(box: Box, line: float | None) -> Box:
+    """The mirror image of a box about a vertical line, or itself."""
+    low, high = box
+    if line is None:
+        return box
+    return complex(2 * line - high.real, low.imag), complex(2 * line - low.real, high.imag)
+
+
+class ReflectedPreimages:
+    """Where the pixels of a canvas come from, if it, or the source, is seen in a mirror.
+
+    Args:
+        whole: the same between the mirror images.
+        line: that of the source, or None.
+        turned: whether the canvas is.
+    """
+
+    def __init__(self, whole: preimages.Bands, line: float | None, turned: bool):
+        self.whole, self.line, self.turned = whole, line, turned
+
+    def band(self, row: int) -> Band:
+        """The band that starts at the given row."""
+        band = self.whole.band(row)
+        z, right, down, covered = band.z, band.right, band.down, band.coverage
+        if self.turned:
+            z, right, down, covered = z[:, ::-1], -right[:, ::-1], down[:, ::-1], covered[:, ::-1]
+        if self.line is not None:
+            z, right, down = 2 * self.line - z.conj(), -right.conj(), -down.conj()
+        z, right, down, covered = map(np.ascontiguousarray, (z, right, down, covered))
+        return replace(band, z=z, right=right, down=down, coverage=covered)
+
+
 class Holed:
     """A map in the place of one, for pictures and STMaps, without what it takes into holes.
 

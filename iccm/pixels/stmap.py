@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import progress
-from ..arrays import Box
+from ..arrays import Box, Complex, Real
 from ..parallel import in_order
 from . import inverse_tiles, preimages
 from .canvas import Band, Canvas, Diagnostics
+from .texture import Placing, Texture
 
+JUMP, STEEPER = 1 / 512, 4  # of the picture, and times the step on the other side: what is a seam (by hand)
 FINEST = 16384  # texels across: the accuracy that suits any picture (by hand)
 
 
@@ -25,6 +27,7 @@ def stmap(
     box: Box,
     canvas: Canvas,
     *,
+    placing: Placing | None = None,
     max_error: float = 0.05,
     texels: int = FINEST,
     threads: int | None = None,
@@ -35,6 +38,7 @@ def stmap(
         map: source → target.
         box: what of the source's plane the texture will cover.
         canvas: the raster, in the target's plane.
+        placing: where points of the source's plane lie in a texture of one texel, instead of by the box.
         max_error: of s and t, in texels of a texture that is `texels` across.
         texels: see there.
         threads: as many as there are processors by default; the result does not depend on it.
@@ -42,21 +46,32 @@ def stmap(
     Yields:
         (rows, W, 4) s, t, 0, coverage.
     """
-    size = box[1] - box[0]
-    source = preimages.of(map, canvas, max_error / texels * min(size.real, size.imag), slopes=False)
+    lying = placing or flat(box)
+    source = preimages.of(map, canvas, max_error / texels / max(lying.scale), slopes=False)
 
     def rows(row: int) -> NDArray[np.float32]:
         band = source.band(row)
         seen = band.coverage > 0
         out = np.zeros((*seen.shape, 4), dtype=np.float32)
-        z = band.z[seen] - box[0]
-        out[seen, 0], out[seen, 1], out[seen, 3] = z.real / size.real, z.imag / size.imag, band.coverage[seen]
+        out[seen, :2], out[seen, 3] = st_of(lying, band.z[seen]), band.coverage[seen]
         return out
 
     starts = range(0, canvas.height, inverse_tiles.TILE)
     for row, block in zip(starts, in_order(rows, starts, threads)):
         progress.tell("resample", row, canvas.height)
         yield block
+
+
+def flat(box: Box) -> Texture:
+    """A texture of one texel that covers a box of the plane."""
+    return Texture(np.zeros((1, 1, 1), np.uint8), box)
+
+
+def st_of(placing: Placing, z: Complex) -> Real:
+    """(p, 2) s and t of points of the source's plane, by where they lie in a texture of one texel."""
+    still = np.zeros(z.size, complex)
+    xy = placing.places(z, still, still).xy
+    return np.column_stack([xy[:, 0], 1 - xy[:, 1]])
 
 
 class Stored:
@@ -98,4 +113,7 @@ def _slope(z: NDArray[np.complex128], axis: int) -> NDArray[np.complex128]:
     n = z.shape[axis]
     before, after = np.take(wide, range(n), axis), np.take(wide, range(1, n + 1), axis)
     out = np.where(np.isnan(before), after, np.where(np.isnan(after), before, 0.5 * (before + after)))
+    low, high = np.minimum(np.abs(before), np.abs(after)), np.maximum(np.abs(before), np.abs(after))
+    seam = (high > JUMP) & (high > STEEPER * low)  # one of the two is to another chart
+    out = np.where(seam, np.where(np.abs(before) < np.abs(after), before, after), out)
     return np.nan_to_num(out, nan=0.0)

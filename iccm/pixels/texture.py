@@ -93,6 +93,33 @@ class Placing(Protocol):
         """Places of points z (p,), given their derivatives (p,) by the output's x and y."""
 
 
+ROUNDED = 1e-6  # texels beyond the texture's edge that are still on it (by hand: above round-off)
+
+
+def repeated(xy: Real, size: tuple[float, float]) -> Real:
+    """Places (p, 2) in a picture of this width and height that repeats beyond its edges."""
+    beyond = (xy < -ROUNDED) | (xy > np.add(size, ROUNDED))
+    return np.where(beyond, np.mod(xy, size), xy)
+
+
+@dataclass(frozen=True, eq=False)
+class Repeated:
+    """A texture that lies flat in the source's plane, and repeats beyond its edges."""
+
+    texture: "Texture"
+
+    @property
+    def scale(self) -> tuple[float, float]:
+        """As `Placing.scale`."""
+        return self.texture.scale
+
+    def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
+        """As `Placing.places`."""
+        height, width = self.texture.pixels.shape[:2]
+        found = self.texture.places(z, right, down)
+        return found._replace(xy=repeated(found.xy, (width, height)))
+
+
 @dataclass(frozen=True, eq=False)
 class Texture:
     """Pixels with their placement in the plane.

@@ -25,7 +25,7 @@ from .obj_source import ObjSource
 from .ply import Ply
 
 MAX_BYTES = 4 << 30
-PIECE = re.compile(r"piece[ -]?(\d{1,9})")
+VIEW = re.compile(r"(?:piece[ -]?(?P<piece>\d{1,9})|uv(?:[ -]?(?P<chart>\d{1,9}))?)")
 NEW = "iccm"  # a material of ours
 PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"  # how such files begin
 
@@ -43,7 +43,10 @@ class MeshFile:
         ply: the file itself when it is a PLY.
         picture: the texture inside the file, as the PNG or JPEG file that it is there, when it has one.
         loop: number of the boundary loop picked, 1 being the longest.
-        piece: number of the piece picked among those that no edge connects, 1 being the largest.
+        piece: number of the piece picked among those that no edge connects, 1 being the largest; 0: none was named.
+        chart: number of the chart picked in its own texture coordinates, 1 being the largest; 0: none was named.
+        part: the part picked, without piece, chart and loop.
+        numbered: whether a piece, a chart or a loop was named by its number.
         names: of the parts that `#` picks.
         notes: what was left out.
     """
@@ -56,7 +59,10 @@ class MeshFile:
     ply: Ply | None = None
     picture: bytes | None = None
     loop: int = 1
-    piece: int = 1
+    piece: int = 0
+    chart: int = 0
+    part: str | None = None
+    numbered: bool = False
     names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -72,8 +78,9 @@ def is_mesh(spec: str) -> bool:
 def read(text: str, whole: Obj | None = None) -> MeshFile:
     """The mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
-    A part is an OBJ object, group or material, a GLB geometry, or `piece 2`, the second largest of the pieces that
-    nothing connects; a loop is a number, 1 for the longest boundary.
+    A part is an OBJ object, group or material, a GLB geometry, `piece-2`, the second largest of the pieces that
+    nothing connects, or `uv-2`, the second largest chart of the texture coordinates (`uv`: the largest); a loop is a
+    number, 1 for the longest boundary.
     `whole` is the content of the file, if it is an OBJ that was read.
 
     Raises:
@@ -86,15 +93,27 @@ def read(text: str, whole: Obj | None = None) -> MeshFile:
         raise InputError(f"{path}: no mesh is read from {suffix!r}; use one of {known}")
     picked, names = _of_obj(whole or obj.read(path)) if suffix == ".obj" else _read_other(path)
     spec = spec.among(names)
-    part, piece = _piece_of(spec.part, names)
-    return replace(picked(part, 1 if spec.number is None else spec.number), piece=piece, names=tuple(names))
+    rest, _, last = (spec.part or "").rpartition("#")
+    view = None if spec.part in names else VIEW.fullmatch(last)
+    part = spec.part if view is None else rest or None
+    found = picked(part, 1 if spec.number is None else spec.number)
+    piece, chart = _viewed(view)
+    numbered = spec.number is not None or bool(view and view.lastgroup)
+    return replace(found, piece=piece, chart=chart, part=part, numbered=numbered, names=tuple(names))
 
 
-def _piece_of(part: str | None, names: list[str]) -> tuple[str | None, int]:
-    """A part and the number of a piece of it: `part#piece-2`, or `piece-2` unless a part is called so."""
-    rest, _, last = (part or "").rpartition("#")
-    found = PIECE.fullmatch(last)
-    return (rest or None, int(found[1])) if found and part not in names else (part, 1)
+def _viewed(view: re.Match | None) -> tuple[int, int]:
+    """Numbers of the piece and of the chart that `piece-2`, `uv` or `uv-2` names, 0 where it names none."""
+    if view is None:
+        return 0, 0
+    return (int(view["piece"]), 0) if view["piece"] else (0, int(view["chart"] or 1))
+
+
+def names_layout(text: str) -> bool:
+    """Whether a spec names a chart by its form, whatever the file's parts are called."""
+    part = Spec.of(text).part
+    found = VIEW.fullmatch((part or "").rpartition("#")[2])
+    return found is not None and found["piece"] is None
 
 
 Reader = tuple[Callable[[str | None, int], MeshFile], list[str]]

@@ -99,20 +99,19 @@ class Obj:
 
     def parts(self) -> list[str]:
         """Names of the objects, groups and materials that have faces, in file order."""
-        named: dict[str, None] = {}
-        for s in self.statements:
-            for name in s.text.split() if s.keyword == "g" else [s.text]:
-                if s.keyword != "mtllib" and name and self._marked(s.keyword, name).any():
-                    named[name] = None
-        return list(named)
+        used: set[tuple[str, str]] = set()
+        for keyword in ("o", "g", "usemtl"):
+            which, said = self.current(keyword)
+            used |= {(keyword, name) for k in np.unique(which) if k >= 0 for name in _names_of(said[k])}
+        named = ((s.keyword, name) for s in self.statements for name in _names_of(s))
+        return list(dict.fromkeys(name for keyword, name in named if (keyword, name) in used))
 
     def names_at(self, faces: Index) -> set[str]:
         """The objects, groups and materials that faces (k,) belong to."""
         found: set[str] = set()
         for keyword in ("o", "g", "usemtl"):
             which, said = self.current(keyword)
-            texts = [said[k].text for k in np.unique(which[faces]) if k >= 0]
-            found.update(name for text in texts for name in (text.split() if keyword == "g" else [text]))
+            found.update(name for k in np.unique(which[faces]) if k >= 0 for name in _names_of(said[k]))
         return found
 
     def current(self, keyword: str) -> tuple[Index, list[Statement]]:
@@ -134,6 +133,12 @@ class Obj:
             if names
             else "no named part"
         )
+
+
+def _names_of(statement: Statement) -> list[str]:
+    """What a statement calls the faces after it: a group may have several names."""
+    names = statement.text.split() if statement.keyword == "g" else [statement.text]
+    return [name for name in names if name]
 
 
 def line_ends(data: bytes) -> Index:

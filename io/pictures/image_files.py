@@ -69,6 +69,31 @@ def read(
         return _read(path, max_pixels, colorspace, room or Memory())
 
 
+def proportions(picture: str | Path | bytes) -> float | None:
+    """Width by height of a picture, or of the content of a file, by its header; None where it cannot be read."""
+    from io import BytesIO
+
+    from PIL import Image as Pillow
+
+    with silenced():
+        try:
+            if isinstance(picture, bytes):
+                width, height = Pillow.open(BytesIO(picture)).size
+                return width / height
+            file = oiio.ImageInput.open(as_text(picture)) if Path(picture).is_file() else None
+        except (OSError, ValueError, SyntaxError, InputError, Pillow.DecompressionBombError):
+            return None
+        if file is None:
+            oiio.geterror()
+            return None
+        spec = file.spec()
+        file.close()
+    turned = spec.get_int_attribute("Orientation", 1) > 4
+    width, height = spec.full_width, spec.full_height
+    width, height = (height, width) if turned else (width, height)
+    return width / height if height else None
+
+
 def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memory) -> Image:
     config = oiio.ImageSpec()
     config["oiio:UnassociatedAlpha"] = 1

@@ -70,6 +70,7 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
         job = with_outputs(job, inputs)
         wanted = check(job, inputs)
         state = _read(job, inputs, threads, tell, phases)
+        wanted = _expanded(state, wanted)
         _check_read(state, wanted)
     if job.method in (None, "balanced") and ahead.missing():
         with phases.timed("compile"):
@@ -86,7 +87,8 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
         if job.report:
             report.write(figures, job.report, stack, force=job.force)
     ok, message = report.verdict(state, figures)
-    written = (*job.outputs, *state.figures.get("also_written", []))
+    names = [output.name for output in wanted] + ([job.report] if job.report else [])
+    written = (*(name for name in names if name != "-"), *state.figures.get("also_written", []))
     return Outcome(ok, message, figures, written, tuple(state.notes))
 
 
@@ -133,14 +135,26 @@ def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, phases: Pha
         pairs, notes = parts.read(job, inputs)
     else:
         source = inputs.shape(job.source)
-        pairs, notes = [(source, inputs.shape(job.target) if job.target else source)], []
+        pairs, notes = [(source, inputs.shape(job.target, target=True) if job.target else source)], []
     room = Bounded(job.memory, _scratch(job)) if job.memory else Memory()
     state = Run(job, inputs, pairs, room, tell, phases, threads)
     for note in notes:
         state.note(note)
     if job.parts == "largest":
-        state.pins, state.strokes, state.called = constrained(job, state.source, state.target)
+        state.constraints, state.called = constrained(job, state.source, state.target)
     return state
+
+
+def _expanded(state: Run, wanted: list[Output]) -> list[Output]:
+    """The outputs tile by tile.
+
+    Raises:
+        InputError: as `outputs.expanded`, or as `_free`.
+    """
+    found, known = outputs.expanded(state, wanted), {output.name for output in wanted}
+    if more := [output.name for output in found if output.name not in known]:
+        _free(state.job, more, state.inputs.named, taken=state.job.outputs)
+    return found
 
 
 def _check_read(state: Run, wanted: list[Output]) -> None:
@@ -164,7 +178,7 @@ def _scratch(job: Job) -> Path:
 
 def _solve(state: Run) -> None:
     job = state.job
-    count, constraints = len(state.pairs), {"pins": state.pins, "strokes": state.strokes}
+    count, constraints = len(state.pairs), state.constraints
     with state.phases.timed("solve"):
         for k, (source, target) in enumerate(state.pairs):
             within = progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}")

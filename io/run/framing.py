@@ -18,14 +18,14 @@ def shown(job: Job, target: Shape) -> Box:
     """What pictures show of the target's plane: what --target-box names.
 
     By default that is the canvas, unless the shape takes little of it, as a country of a world map does, or lies beside
-    it: then it is the shape's bounding box.
+    it: then it is the shape's bounding box. A chart's picture is of use on all of its layout only.
     """
     return target.bounds if job.target_box == "bbox" or _astray(job, target) else target.box
 
 
 def _astray(job: Job, target: Shape) -> str:
     """Why the default is not the canvas; empty where it is, or where it is said what is to be shown."""
-    if job.target_box:
+    if job.target_box or target.is_layout:
         return ""
     if _reach(target, target.box) >= 1:
         return "lies outside its canvas"
@@ -51,10 +51,17 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
         said.append(f"{target.spec}: {why}, so {text}")
     if job.target and (out := _reach(target, shown(job, target))) > OFF:
         text = f"{out:.0%} of its extent lies outside its canvas, where pictures end"
-        said.append(f"{target.spec}: {text}; --target-box bbox shows all of it")
+        cure = (
+            "names with <UDIM> give each tile a picture"
+            if target.is_layout
+            else "--target-box bbox shows all of it"
+        )
+        said.append(f"{target.spec}: {text}; {cure}")
     if job.texture_box == "bbox" or not (job.texture or job.texture_box):
         return said
     cure = "--texture-box bbox covers it"
+    if source.is_layout:  # where the texture repeats, or goes on
+        return said
     if (out := _reach(source, source.box)) > OFF:
         text = f"{out:.0%} of its extent lies outside its canvas, where the texture ends"
         said.append(f"{source.spec}: {text}; {cure}")

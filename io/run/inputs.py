@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import os
 import re
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from .. import files, formats
 from ..meshes import size_limits
+from ..meshes.obj import Obj
 from ..meshes.obj_source import ObjSource
 from ..shapes import shape
 from ..shapes.shape import Shape
@@ -43,8 +46,18 @@ class Inputs:
         path = Spec.of(text).path
         return self._obj(path).faces > 1 if formats.suffix_of(path) == ".obj" else formats.of(path).mesh
 
-    def shape(self, text: str) -> Shape:
-        """A shape from a drawing, a picture or a mesh.
+    def is_layout(self, text: str) -> bool:
+        """Whether a spec names a mesh in the plane of its texture coordinates, as far as its form says so.
+
+        Raises:
+            InputError: the file is missing.
+        """
+        from ..meshes.mesh_files import names_layout
+
+        return self.is_mesh(text) and (self.job.plane == "uv" or names_layout(text))
+
+    def shape(self, text: str, *, target: bool = False) -> Shape:
+        """A shape from a drawing, a picture or a mesh; `target` says which of the two, for a mesh's proportions.
 
         Raises:
             InputError: it cannot be read, is no domain, or is larger than --max-faces or --max-pixels allow.
@@ -53,19 +66,55 @@ class Inputs:
             return shape.read(text, max_segments=self.job.max_segments)
         from ..shapes import mesh_shape
 
+        return mesh_shape.read(text, whole=self._whole(text), **self._lying(target))
+
+    def shapes(self, text: str, most: int, *, target: bool = False) -> tuple[Sequence[Shape], list[str]]:
+        """All shapes of a file for --parts all, the `most` largest first, and what is to be said of the others.
+
+        Raises:
+            InputError: as for `shape`, or there is none.
+        """
+        if not self.is_mesh(text):
+            found: Sequence[Shape] = shape.read_all(text)
+            beyond = max(len(found) - most, 0)
+        else:
+            from ..shapes import mesh_parts
+
+            found, beyond = mesh_parts.read_all(text, most, whole=self._whole(text), **self._lying(target))
+        notes = [f"{text}: left out {beyond} shapes beyond the {most} largest"] if beyond else []
+        return found[:most], notes
+
+    def _whole(self, text: str) -> Obj | None:
+        """The content of an OBJ.
+
+        Raises:
+            InputError: it cannot be read, or a mesh is larger than --max-faces allows.
+        """
         path = Spec.of(text).path
         if formats.suffix_of(path) != ".obj":
             size_limits.faces(path, self.job.max_faces)
-            return mesh_shape.read(text, cut=self.job.cut)
+            return None
         size_limits.refuse(path, self._obj(path).faces, self.job.max_faces)
-        return mesh_shape.read(text, cut=self.job.cut, whole=self._obj(path).obj)
+        return self._obj(path).obj
+
+    def _lying(self, target: bool) -> dict[str, Any]:
+        """How meshes are laid out: cut or not, flat or by their coordinates, and the proportions of pictures there."""
+        job = self.job
+        aspect: Any = None
+        if target and job.size and len(job.size) == 2:
+            aspect = job.size[0] / job.size[1]
+        elif target or not job.texture:
+            aspect = _first_proportions
+        else:
+            aspect = _first_proportions([Path(job.texture)])
+        return {"cut": job.cut, "layout": job.plane == "uv", "aspect": aspect}
 
     @cached_property
     def named(self) -> tuple[str, ...]:
         """Every file that the job reads, those that its meshes name included; only those that exist."""
-        found = list(self.job.inputs)
+        found = tiled(self.job.inputs)
         for name in self.job.inputs:
-            found += [path for path in self._named(Path(name)) if os.path.isfile(path)]
+            found += [path for path in tiled(self._named(Path(name))) if os.path.isfile(path)]
         return tuple(dict.fromkeys(found))
 
     def sha256(self, name: str) -> str:
@@ -82,6 +131,20 @@ class Inputs:
             return _of_gltf(path) if suffix == ".gltf" else []
         except (OSError, files.InputError):
             return []
+
+
+def _first_proportions(pictures: Sequence[Path | bytes]) -> float | None:
+    from ..pictures.image_files import proportions
+
+    first = next(iter(tiled(pictures[:1])), None)
+    return proportions(first) if first else None
+
+
+def tiled(names: Iterable[Path | bytes | str]) -> list[Any]:
+    """Names of pictures, those of the tiles that there are in the place of one that stands for all of them."""
+    from ..pictures.tiles import files_of, is_pattern
+
+    return [each for name in names for each in (files_of(str(name)) if is_pattern(name) else [name])]
 
 
 def _pictures(library: Path) -> list[str]:

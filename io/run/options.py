@@ -167,6 +167,10 @@ class JobOptions:
         "What is mapped of files that draw several outlines: the largest, or each onto its partner.",
         default="largest", commands=("map",),
     )  # fmt: skip
+    plane: Literal["flat", "uv"] = _option(
+        "The plane that meshes lie in: their flattening, or their own texture coordinates, as #uv does.",
+        default="flat",
+    )
     holes: Literal["keep", "fill"] = _option(
         "Whether holes go onto holes and stay transparent in pictures, or are taken for inside and painted over.",
         default="keep", commands=EDITED,

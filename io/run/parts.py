@@ -26,29 +26,21 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str]]:
     """Pairs of shapes, the largest targets first, and what is to be said of those without a partner.
 
     Raises:
-        InputError: a file without shapes, meshes, or constraints, which hold for one shape.
+        InputError: a file without shapes, or constraints, which hold for one shape.
     """
-    from ..shapes import parts, shape
+    from ..shapes import parts
 
-    for spec in (job.source, job.target or ""):
-        if inputs.is_mesh(spec):
-            raise InputError(f"{spec}: --parts all is for drawings and pictures, not for meshes")
     if job.pin or job.constraints:
         raise InputError("--parts all: pins and strokes are for one shape; name it with #id")
-    sources, targets = (shape.read_all(spec) for spec in (job.source, job.target or ""))
-    notes = [note for shapes in (sources, targets) for note in _beyond(shapes)]
-    sources, targets = sources[:MOST], targets[:MOST]
+    (sources, notes), (targets, more) = (
+        inputs.shapes(spec, MOST, target=bool(k)) for k, spec in enumerate((job.source, job.target or ""))
+    )
+    notes += more
     turn = job.turn if isinstance(job.turn, float | int) else 0.0
     found = parts.pair(sources, targets, turn)
     for shapes, others, taken in zip((sources, targets), (targets, sources), zip(*found)):
         notes += _without(shapes, others, set(taken))
     return [(sources[i], targets[j]) for i, j in sorted(found, key=lambda pair: pair[1])], notes
-
-
-def _beyond(shapes: Sequence[Shape]) -> list[str]:
-    if len(shapes) <= MOST:
-        return []
-    return [f"{shapes[0].spec}: left out {len(shapes) - MOST} shapes beyond the {MOST} largest"]
 
 
 def _without(shapes: Sequence[Shape], others: Sequence[Shape], taken: set[int]) -> list[str]:
@@ -70,12 +62,13 @@ def named(source: Shape, note: str) -> str:
     return f"#{source.part}: {note}" if source.part else note
 
 
-def mapping(fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Several:
+def mapping(pairs: Pairs, fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Several:
     """The maps of all parts as one, small parts over large ones; `maps` are those of `fits`, made ready."""
     from ...curve import Curve
-    from ...pixels.composed import Several
+    from ...pixels.composed import Several, reflected
 
-    return Several(maps[::-1], [Curve(fit.image).box for fit in fits[::-1]])
+    boxes = [reflected(Curve(fit.image).box, target.mirror) for (_, target), fit in zip(pairs, fits)]
+    return Several(maps[::-1], boxes[::-1])
 
 
 def figures(pairs: Pairs, found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

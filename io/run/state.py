@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ...arrays import Box, Complex
 from ...parallel import beside, thread_count
+from ...pixels.texture import Repeated
 from . import framing, parts, raster_size, texture
 from .job import Job
 from .parts import Pairs
@@ -18,9 +19,11 @@ from .phases import Phases
 if TYPE_CHECKING:
     from ...memory import Memory
     from ...pixels.preimages import AnyMap
+    from ...pixels.texture import Placing
     from ...pixels.warp import Canvas, Sampler
     from ...solve import Fit
     from ..pictures.image_files import Image
+    from ..pictures.tiles import TiledImage
     from ..shapes.shape import Shape
     from .inputs import Inputs
 
@@ -43,8 +46,8 @@ class Run:
         notes: remarks on the inputs and on the solving.
         figures: what making the outputs adds to the report.
         fits: the map of each pair, once it is there.
-        pins, strokes: what must meet.
-        called: their names.
+        constraints: pins and strokes that must meet, and an earlier map to go on from, as `iccm.fit` takes them.
+        called: the names of pins and strokes.
     """
 
     job: Job
@@ -56,8 +59,7 @@ class Run:
     threads: int | None = None
     notes: list[str] = field(default_factory=list)
     figures: dict[str, Any] = field(default_factory=dict)
-    pins: Any = None
-    strokes: Any = None
+    constraints: dict[str, Any] = field(default_factory=dict)
     called: tuple[list[str], list[str]] = field(default_factory=lambda: ([], []))
     fits: list[Fit] = field(default_factory=list)
     _begun: dict[str, Future] = field(default_factory=dict)
@@ -79,13 +81,28 @@ class Run:
 
     @cached_property
     def mapping(self) -> AnyMap:
-        """The map, or those of all parts as one, without what it takes into holes of the target."""
-        from ...pixels.composed import Holed
+        """The map, or those of all parts as one, without what it takes into holes of the target.
 
-        maps: list[AnyMap] = [
-            fit.fast if not holes else Holed(fit.fast, holes) for fit, holes in zip(self.fits, self._holes)
-        ]
-        return maps[0] if len(maps) == 1 else parts.mapping(self.fits, maps)
+        A chart's texture lies in its layout, which it may be mirrored against; a checkerboard on one chart need not be.
+        """
+        return (
+            self.laid if texture.textured(self.job, self.source) or len(self.pairs) > 1 else self._made(False)
+        )
+
+    @cached_property
+    def laid(self) -> AnyMap:
+        """The same from where charts of the source lie in their layout."""
+        return self._made(True)
+
+    def _made(self, laid: bool) -> AnyMap:
+        from ...pixels.composed import Holed, Reflected
+
+        maps: list[AnyMap] = []
+        for (source, target), fit, holes in zip(self.pairs, self.fits, self._holes):
+            lines = source.mirror if laid else None, target.mirror if self.job.target or laid else None
+            made = Holed(fit.fast, holes) if holes else fit.fast
+            maps.append(Reflected(made, *lines) if lines != (None, None) else made)
+        return maps[0] if len(maps) == 1 else parts.mapping(self.pairs, self.fits, maps)
 
     @property
     def _holes(self) -> list[tuple[Complex, ...]]:
@@ -93,26 +110,56 @@ class Run:
         that is deformed move with it."""
         if self.job.holes == "fill":
             return [()] * len(self.pairs)
-        if self.job.target is None:
-            return [tuple(self.fit.fast(hole) for hole in self.source.holes)]
         from ..shapes.holes import passed_over
 
+        if self.job.target is None:
+            left = passed_over(self.source, self.fit.source_holes)
+            return [tuple(self.fit.fast(hole) for hole in left)]
         return [passed_over(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
+
+    @cached_property
+    def tiled(self) -> TiledImage | None:
+        """The pictures of the tiles (UDIM) that the source lies on, where the texture is called so."""
+        return texture.tiles_of(self.job, [source for source, _ in self.pairs], self.room)
+
+    @property
+    def tiles(self) -> Box | None:
+        """What of the source's layout they cover."""
+        return self.tiled.box if self.tiled else None
 
     @cached_property
     def image(self) -> Image:
         """The texture."""
-        return texture.image_of(self.job, self.source, self.room)
+        return self.tiled.image if self.tiled else texture.image_of(self.job, self.source, self.room)
 
     @cached_property
     def box(self) -> Box:
         """Its place in the source's plane."""
-        return texture.box_of(self.job, self.source)
+        return texture.box_of(self.job, self.source, self.tiles)
 
     @cached_property
     def on_mesh(self) -> bool:
         """Whether it lies on a mesh that is the source."""
         return texture.on_mesh(self.job, self.source)
+
+    @cached_property
+    def placing(self) -> Placing | None:
+        """Where points of the source, as `mapping` gives them, lie in the texture, if it does not just lie there."""
+        placed = self.sampler.texture
+        if self.on_mesh:
+            return self.whole(0).placing(placed, self.tiles)
+        repeats = self.source.is_layout and not self.tiled and texture.textured(self.job, self.source)
+        return Repeated(placed) if repeats else None
+
+    def whole(self, side: int) -> Shape:
+        """All parts of the source (0), or of the target (1), as one shape, where it is a mesh."""
+        shapes = [pair[side] for pair in self.pairs]
+        if len(shapes) == 1:
+            return shapes[0]
+        from ..shapes.mesh_parts import joined
+        from ..shapes.mesh_shape import as_mesh
+
+        return joined([as_mesh(shape) for shape in shapes])
 
     def begin(self, part: str) -> None:
         """Make `sampler` or `found` beside what follows, if there may be threads."""
@@ -155,6 +202,14 @@ class Run:
         size, most = self.job.size or (LONGER_SIDE,), self.job.max_pixels
         width, height = raster_size.bounded(size, high - low, most)
         return Canvas.about(width, height, (low, high))
+
+    def canvas_of(self, tile: complex | None) -> Canvas:
+        """The raster of a tile of the target's layout, by its lower left corner; None: the usual one."""
+        if tile is None:
+            return self.canvas
+        aspect = self.target.aspect
+        low = complex(tile.real * aspect, tile.imag)
+        return replace(self.canvas, box=(low, low + complex(aspect, 1)))
 
     def _extent(self) -> Box:
         """What pictures show of the target; a deformed shape may leave that of the source, which grows."""

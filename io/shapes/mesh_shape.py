@@ -1,22 +1,24 @@
 """Meshes as planar shapes, by way of their flattening: its plane is the shape's, in the mesh's own units."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from ...arrays import Complex, Index, Real
+from ...arrays import Box, Complex, Index, Real
 from ...curve import Curve
 from ...errors import InputError
 from ...flattening import flatten
+from ...flattening.charts import Atlas, LaidOut
 from ...meshes.cut import vertex_path
 from ...meshes.disk_patch import disk_patch
 from ...meshes.flatten import Flattening
-from ...meshes.locate import Locator
+from ...meshes.locate import Locator, barycentric
+from ...meshes.mesh import face_areas
 from ...meshes.patch import Patch
 from ...meshes.surface import Surface
 from ...pixels.texture import Placing, Texture
@@ -33,22 +35,66 @@ class MeshShape(Shape):
     Attributes:
         file: the mesh as its file holds it.
         flattening: its place in the plane.
+        chart: where it lies in the mesh's own texture coordinates, if its plane is theirs.
     """
 
     is_mesh = True
     file: mesh_files.MeshFile
     flattening: Flattening
+    chart: LaidOut | None = None
+
+    @property
+    def is_layout(self) -> bool:
+        """Whether the plane is that of the mesh's own texture coordinates."""
+        return self.chart is not None
+
+    @property
+    def mirror(self) -> float | None:
+        """Of a mirrored chart the line about which the plane is mirrored, so that it is seen from outside."""
+        return self.chart.mirror if self.chart else None
 
     def to_core(self, xy: ArrayLike) -> Complex:
-        """Flat positions of (..., 3) points in space, by the nearest vertex; (..., 2) points are flat already."""
+        """Flat positions of the points of the surface nearest to (..., 3) points in space; (..., 2) points are flat
+        already, or texture coordinates."""
         given = np.asarray(xy, dtype=float)
         if given.shape[-1] == 2:
-            return super().to_core(given)
-        points = self.flattening.patch.points
-        from scipy.spatial import cKDTree
+            return self._seen(super().to_core(given * (self.aspect, 1)))
+        points, faces = self._surface
+        _, triangle, closest = self._tree.squared_distance(points, faces, given.reshape(-1, 3))
+        triangle = np.atleast_1d(triangle)
+        weights = barycentric(points[faces[triangle]], np.reshape(closest, (-1, 3)))
+        flat = np.einsum("pk,pk->p", weights, self.flattening.flat[faces[triangle]])
+        return flat.reshape(given.shape[:-1])
 
-        nearest = cKDTree(points).query(given.reshape(-1, 3))[1]
-        return self.flattening.flat[nearest].reshape(given.shape[:-1])
+    def to_space(self, z: ArrayLike) -> Real:
+        """(..., 3) points of the surface from complex points (...) of the flattening's plane."""
+        flat = np.asarray(z, np.complex128)
+        triangle, weights = self.locator(flat.ravel(), 1)
+        points, faces = self._surface
+        at = np.einsum("pk,pkc->pc", np.clip(weights, 0, 1), points[faces[triangle]])
+        return at.reshape(*flat.shape, 3)
+
+    @cached_property
+    def _surface(self) -> tuple[Real, Index]:
+        patch = self.flattening.patch
+        return np.ascontiguousarray(patch.points), np.ascontiguousarray(patch.faces)
+
+    @cached_property
+    def _tree(self) -> Any:
+        """Finds the nearest triangle: libigl's tree of boxes."""
+        import igl
+
+        tree = igl.AABB()
+        tree.init(*self._surface)
+        return tree
+
+    def to_file(self, z: ArrayLike) -> NDArray[np.float64]:
+        """Flat positions, or texture coordinates (..., 2)."""
+        return super().to_file(self._seen(np.asarray(z, dtype=complex))) / (self.aspect, 1)
+
+    def _seen(self, z: Complex) -> Complex:
+        """Points of the layout as they lie in a mirrored plane, and back."""
+        return z if self.mirror is None else 2 * self.mirror - z.conj()
 
     def vertex(self, number: int) -> complex:
         """Flat position of a vertex by its number in the file (from 1 in OBJ, from 0 elsewhere).
@@ -89,6 +135,22 @@ class MeshShape(Shape):
         way = vertex_path(self.flattening.patch, stops)
         return Curve.stroke(self.flattening.flat[way], f"{self.spec}: stroke")
 
+    @property
+    def around(self) -> tuple[str, ...]:
+        """The objects, groups and materials of an OBJ that its faces belong to."""
+        return tuple(sorted(self.file.obj.names_at(np.flatnonzero(self.file.faces)))) if self.file.obj else ()
+
+    def spread(self, spatial: bool) -> tuple[Real, Real, Real]:
+        """Those in space, seen from the front (x right, y up), unless the plane is that of texture coordinates."""
+        if self.is_layout and not spatial:
+            middle, low, high = super().spread(False)
+            middle[0] = self._seen(np.array(complex(middle[0]))).real
+            return middle, low, high
+        points = self.flattening.patch.points
+        corners = points[self.flattening.patch.faces]
+        middle = np.average(corners.mean(axis=1), axis=0, weights=face_areas(corners) + 1e-300)
+        return middle, points.min(axis=0), points.max(axis=0)
+
     @cached_property
     def locator(self) -> Locator:
         """Finds the triangle under a point of the plane."""
@@ -99,7 +161,7 @@ class MeshShape(Shape):
         """The textures that an OBJ's materials name, or the content of the one that another format holds."""
         return (self.file.picture,) if self.file.picture else tuple(mesh_files.textures_of(self.file))
 
-    def placing(self, texture: Texture) -> Placing:
+    def placing(self, texture: Texture, tiles: Box | None = None) -> Placing:
         """Where points of the flattening lie in a texture: by the mesh's own texture coordinates.
 
         Raises:
@@ -107,7 +169,17 @@ class MeshShape(Shape):
         """
         faces = self.uv_faces
         height, width = texture.pixels.shape[:2]
-        return Surface.of(self.locator, self.uv[faces], (width, height))
+        return Surface.of(self.locator, self.uv[faces], (width, height), tiles)
+
+    @property
+    def tiles(self) -> set[complex]:
+        """Lower left corners of the unit squares of the layout that the middles of its triangles are in.
+
+        Raises:
+            InputError: as for `uv_faces`.
+        """
+        middle = np.floor(self.uv[self.uv_faces].mean(axis=1))
+        return {complex(u, v) for u, v in np.unique(middle, axis=0)}
 
     @property
     def corners(self) -> tuple[Index, Index]:
@@ -162,6 +234,9 @@ class MeshShape(Shape):
         return faces
 
 
+Aspect = float | Callable[[list[Path | bytes]], float | None]
+
+
 def as_mesh(shape: Shape) -> MeshShape:
     """The shape as the mesh that it is.
 
@@ -173,20 +248,40 @@ def as_mesh(shape: Shape) -> MeshShape:
     return shape
 
 
-def read(spec: str, *, cut: bool = False, whole: Obj | None = None, method: str = "conformal") -> MeshShape:
-    """The flattened mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
+def read(
+    spec: str,
+    *,
+    cut: bool = False,
+    whole: Obj | None = None,
+    method: str = "conformal",
+    layout: bool = False,
+    aspect: Aspect | None = None,
+) -> MeshShape:
+    """The mesh in a plane that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
     Args:
-        spec: a part is an OBJ object, group or material; a loop a number, 1 being the longest boundary.
+        spec: a part is an OBJ object, group or material, `piece-2` or `uv-2` (see `mesh_files.read`); a loop a number,
+            1 being the longest boundary.
         cut: whether a closed surface, or one with handles, may be cut open.
         whole: the content of the file, if it is an OBJ that was read.
         method: of flattening; see `flattening.flatten`.
+        layout: whether the plane is that of the texture coordinates, where `spec` does not say which.
+        aspect: width by height of the pictures that lie on them, or what tells it by the pictures that the file names;
+            1 by default.
 
     Raises:
         InputError: in one line, naming the first element at fault.
     """
     file = mesh_files.read(spec, whole)
-    file, piece = _of_piece(file, cut)
+    if file.chart or (layout and not file.piece):
+        atlas = Atlas.of(file.mesh)
+        return charted(spec, file, atlas, file.chart or 1, aspect_of(file, aspect))
+    return flattened(spec, file, disk_patch(file.mesh, cut=cut, piece=file.piece or 1), cut, method)
+
+
+def flattened(spec: str, file: mesh_files.MeshFile, piece: Patch, cut: bool, method: str) -> MeshShape:
+    """A piece of a mesh in the plane of its flattening; arguments and errors as for `read`."""
+    file, piece = _of_patch(file, piece)
     flat = flatten(piece, loop=file.loop, grow=cut, method=method)
     curve = (
         Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
@@ -212,9 +307,49 @@ def read(spec: str, *, cut: bool = False, whole: Obj | None = None, method: str 
     )
 
 
-def _of_piece(file: mesh_files.MeshFile, cut: bool) -> tuple[mesh_files.MeshFile, Patch]:
+def charted(spec: str, file: mesh_files.MeshFile, atlas: Atlas, number: int, aspect: float) -> MeshShape:
+    """A chart of a mesh in the plane of its texture coordinates; errors as for `read`."""
+    if file.loop != 1:
+        raise InputError(
+            f"{spec}: the outline of a chart is its outer boundary; #uv-{file.loop} is another chart"
+        )
+    chart = atlas.chart(number, aspect)
+    file, patch = _of_patch(file, chart.flattening.patch)
+    flat = replace(chart.flattening, patch=patch)
+    low = complex(chart.tile.real * aspect, chart.tile.imag)
+    notes = [*file.notes, *atlas.notes]
+    if atlas.count > 1:
+        others = f"left out {atlas.count - 1} other chart{'s' if atlas.count > 2 else ''} of its texture coordinates"
+        notes.append(f"{others}; #uv-{2 if number == 1 else 1} picks another, iccm map --parts all maps each")
+    if shared := atlas.shared(number):
+        notes.append(f"other charts lie on {shared:.0%} of chart {number}, and show what it shows there")
+    return MeshShape(
+        spec=spec,
+        path=file.path,
+        curve=flat.boundary,
+        box=(low, low + complex(aspect, 1)),
+        flip=False,
+        pins={},
+        strokes={},
+        notes=tuple(notes),
+        file=file,
+        flattening=flat,
+        chart=chart,
+        aspect=aspect,
+        **_holes(file, flat),
+    )
+
+
+def aspect_of(file: mesh_files.MeshFile, given: Aspect | None) -> float:
+    """Width by height of the pictures that lie on a mesh's texture coordinates."""
+    if not callable(given):
+        return given or 1.0
+    return given([file.picture] if file.picture else list(mesh_files.textures_of(file))) or 1.0
+
+
+def _of_patch(file: mesh_files.MeshFile, patch: Patch) -> tuple[mesh_files.MeshFile, Patch]:
     """The patch, and the file with no other faces than its own: those of other pieces stay as they are."""
-    mesh, patch = file.mesh, disk_patch(file.mesh, cut=cut, piece=file.piece)
+    mesh = file.mesh
     own = np.zeros(mesh.sizes.size, bool)
     own[np.searchsorted(mesh.starts, patch.corner[:, 0], side="right") - 1] = True
     if own.all():
@@ -228,13 +363,16 @@ def _of_piece(file: mesh_files.MeshFile, cut: bool) -> tuple[mesh_files.MeshFile
 def _holes(file: mesh_files.MeshFile, flat: Flattening) -> dict[str, Any]:
     """The outlines of holes in the plane, and the objects, groups and materials around each."""
     loops = [loop for loop in flat.patch.loops if not np.array_equal(loop, flat.loop)]
-    names = [_around(file, flat, loop) for loop in loops]
+    names = [names_around(file, flat.patch, loop) for loop in loops]
     return {"holes": tuple(flat.flat[loop] for loop in loops), "hole_names": tuple(names)}
 
 
-def _around(file: mesh_files.MeshFile, flat: Flattening, loop: Index) -> tuple[str, ...]:
+def names_around(file: mesh_files.MeshFile, patch: Patch, loop: Index) -> tuple[str, ...]:
+    """The objects, groups and materials of the faces of an OBJ that touch a boundary loop of a patch of it."""
     if file.obj is None:
         return ()
-    touching = np.isin(flat.patch.faces, loop).any(axis=1)
-    face = np.searchsorted(file.mesh.starts, flat.patch.corner[touching, 0], side="right") - 1
+    beside = np.zeros(len(patch.points), bool)
+    beside[loop] = True
+    touching = beside[patch.faces].any(axis=1)
+    face = np.searchsorted(file.mesh.starts, patch.corner[touching, 0], side="right") - 1
     return tuple(sorted(file.obj.names_at(np.flatnonzero(file.faces)[np.unique(face)])))

@@ -4,9 +4,8 @@ import re
 from collections.abc import Sequence
 
 import numpy as np
-import shapely
 
-from ...arrays import Complex, Real, xy_of
+from ...arrays import Real, xy_of
 from .shape import Shape
 
 # Costs of a pair: the square of the distance in half diagonals of the drawing is 1 each, the square of the natural
@@ -28,21 +27,22 @@ def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) 
     """
     from scipy.optimize import linear_sum_assignment
 
-    (here, size), (there, large) = _placed(sources), _placed(targets)
-    apart = np.abs(here[:, None] * np.exp(1j * np.radians(turn)) - there) ** 2
+    spatial = all(shape.is_mesh for shape in (sources[0], targets[0]))
+    (here, size), (there, large) = _placed(sources, spatial), _placed(targets, spatial)
+    here[:, :2] = xy_of(here[:, :2] @ np.array([1, 1j]) * np.exp(1j * np.radians(turn)))
+    apart = ((here[:, None] - there) ** 2).sum(axis=-1)
     cost = apart + SIZE * (np.log(size)[:, None] - np.log(large)) ** 2
     names = [[said(shape.names) for shape in shapes] for shapes in (sources, targets)]
     shared = np.array([[len(a & b) for b in names[1]] for a in names[0]])
     return [(int(i), int(j)) for i, j in zip(*linear_sum_assignment(cost - NAMED * shared))]
 
 
-def _placed(shapes: Sequence[Shape]) -> tuple[Complex, Real]:
-    """Centroids about the middle of the drawing in half diagonals, and areas relative to their sum."""
-    low, high = shapes[0].bounds
-    polygons = [shapely.Polygon(xy_of(s.curve.z)) for s in shapes]
-    centres = shapely.get_coordinates(shapely.centroid(polygons)) @ np.array([1, 1j])
-    areas = shapely.area(polygons)
-    return (centres - (low + high) / 2) / (abs(high - low) / 2), areas / areas.sum()
+def _placed(shapes: Sequence[Shape], spatial: bool) -> tuple[Real, Real]:
+    """Centroids (k, 3) about the middle of them all in half diagonals, and areas relative to their sum."""
+    middles, lows, highs = (np.array(each) for each in zip(*(shape.spread(spatial) for shape in shapes)))
+    low, high = lows.min(axis=0), highs.max(axis=0)
+    areas = np.array([shape.curve.area for shape in shapes])
+    return (middles - (low + high) / 2) / (np.linalg.norm(high - low) / 2), areas / areas.sum()
 
 
 def said(names: Sequence[str]) -> set[str]:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from ...arrays import Box, Complex
+from ...arrays import Box, Complex, Real, xy_of
 from ...curve import Curve
 from ...errors import InputError
 from .. import formats
@@ -20,6 +22,7 @@ from ..svg import reader as svg
 from ..svg.drawing import Drawing
 from ..svg.fill import FilledOutline
 from . import planar_obj, silhouette
+from .room import mappable
 
 if TYPE_CHECKING:
     from ...pixels.texture import Placing, Texture
@@ -43,6 +46,7 @@ class Shape:
         extent: the bounding box of all that were read, where it is one of several.
         holes: the boundaries of its holes, core plane.
         hole_names: ids and labels of what is drawn in each of them.
+        aspect: of a layout, width by height of the pictures that lie there.
     """
 
     spec: str
@@ -58,13 +62,39 @@ class Shape:
     extent: Box | None = None
     holes: tuple[Complex, ...] = ()
     hole_names: tuple[tuple[str, ...], ...] = ()
+    aspect: float = 1.0
 
     @property
     def bounds(self) -> Box:
         """The bounding box of the outline, or of all that were read with it."""
         return self.extent or self.curve.box
 
+    @cached_property
+    def mappable_holes(self) -> list[int]:
+        """The numbers of the holes that leave room for a map."""
+        return mappable(self.curve, self.holes)
+
     is_mesh: ClassVar[bool] = False
+
+    @property
+    def is_layout(self) -> bool:
+        """Whether the plane is that of a mesh's texture coordinates, and the canvas a tile of it."""
+        return False
+
+    @property
+    def mirror(self) -> float | None:
+        """The abscissa of the line about which the plane is mirrored against the file's; None where it is not."""
+        return None
+
+    def spread(self, spatial: bool) -> tuple[Real, Real, Real]:
+        """(3,) centroid, least and greatest coordinates of the shape, or of all that were read with it, by which parts
+        are paired: those in the plane; of a mesh also those in space."""
+        centre = shapely.Polygon(xy_of(self.curve.z)).centroid
+        low, high = self.bounds
+        middle, least, greatest = (
+            np.array([*xy, 0.0]) for xy in ((centre.x, centre.y), *xy_of(np.array([low, high])))
+        )
+        return middle, least, greatest
 
     @property
     def has_uv(self) -> bool:
@@ -76,8 +106,13 @@ class Shape:
         """The textures that the file names or holds: those of a mesh."""
         return ()
 
-    def placing(self, texture: Texture) -> Placing:
-        """Where points of the shape's plane lie in a texture, which has a place of its own in it."""
+    def placing(self, texture: Texture, tiles: Box | None = None) -> Placing:
+        """Where points of the shape's plane lie in a texture, which has a place of its own in it.
+
+        Args:
+            texture: the texture.
+            tiles: of a mesh, what of its texture coordinates the texture covers, if not 0..1 again and again.
+        """
         return texture
 
     def to_core(self, xy: ArrayLike) -> Complex:
@@ -185,7 +220,7 @@ def read_all(text: str, *, flatness: float = 1e-4) -> list[Shape]:
             notes += outline.notes
     if not curves:
         raise InputError(f"{text}: none of its outlines is a domain; {notes[-1]}")
-    extent = _around([curve.box for curve in curves.values()])
+    extent = around([curve.box for curve in curves.values()])
     box, said = _box(drawing, extent), tuple(dict.fromkeys(notes))
     return [
         Shape(
@@ -199,7 +234,7 @@ def read_all(text: str, *, flatness: float = 1e-4) -> list[Shape]:
     ]
 
 
-def _around(boxes: Sequence[Box]) -> Box:
+def around(boxes: Sequence[Box]) -> Box:
     """The smallest box that holds all boxes."""
     low, high = np.array(boxes).T
     return complex(low.real.min(), low.imag.min()), complex(high.real.max(), high.imag.max())
@@ -291,7 +326,8 @@ def _may_hold(hole: Complex, z: Complex) -> bool:
     return bool(low.real <= z[0].real <= high.real and low.imag <= z[0].imag <= high.imag)
 
 
-def _listed(ids: list[str], most: int = 12) -> str:
+def _listed(names: Iterable[str], most: int = 12) -> str:
+    ids = list(names)
     if not ids:
         return "no names"
     more = f" and {len(ids) - most} more" if len(ids) > most else ""

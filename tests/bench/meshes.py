@@ -126,7 +126,7 @@ def baking(size: int = 4096) -> None:
 
     def work() -> None:
         charts = layout("wave", uv, uv_faces, piece.triangles.twin, size, size)
-        bake.bake(target, charts, ExtendedInverse(map_), Sampler(texture), texture)
+        bake.bake([bake.BakedPart(target, ExtendedInverse(map_), texture)], charts, Sampler(texture))
 
     wall, cpu, _ = best(work, 2)
     print(f"bake, {len(piece.faces)} triangles into {size}²   {wall:.2f} s, {cpu:.2f} s of processor")
@@ -155,7 +155,7 @@ def rebake(mesh: str, picture: str) -> None:
     same = HarmonicMap(shape.curve.z, shape.curve.z, 0 * shape.curve.z)
     height, width = image.pixels.shape[:2]
     sampler = Sampler(image.texture(shape.box))
-    made, report = baked.bake(shape, same, shape, sampler, (width, height), padding=0)
+    made, report = baked.bake([(shape, same, shape)], sampler, (width, height), padding=0)
     reached = made.any(axis=2)
     error = np.abs(made.astype(float) - image.pixels)[reached]
     print(

@@ -58,11 +58,8 @@ def test_artwork_goes_with_the_part_that_it_lies_in(drawings, iccm):
 
 
 def test_what_does_not_go_with_parts_is_refused(drawings, iccm):
-    (drawings / "m.obj").write_text("v 0 0 0\nv 1 0 1\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 3 2 4\n")
     typed = iccm(*ALL, "--pin", "50,50:50,50")
     assert typed.code == 2 and "--parts all: pins and strokes are for one shape" in typed.err
-    typed = iccm("map", "face.svg", "m.obj", "--parts", "all", "-o", "x.obj")
-    assert typed.code == 2 and "not for meshes" in typed.err
 
 
 def test_the_others_are_told_once(drawings, iccm):

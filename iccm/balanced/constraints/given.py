@@ -9,10 +9,11 @@ import shapely
 from ...arrays import Complex, Flags, Index, Real, xy_of
 from ...curve import Curve
 from ...errors import ConstraintError
+from ...problem import ON_OUTLINE
 from ..frames import GRID, UnitFrame
 from .strokes import FINENESS, StrokePair, simplified
+from .touching import NAMES, DrawnStroke, refuse_other_sides, sorted_out
 
-ON_OUTLINE = 1e-3  # of the diagonal: a pin this close to the outline is on it
 NEAR_OUTLINE = 0.02  # of the diagonal: a pin inside but closer than this stretches what lies between
 AT_OUTLINE = 1e-6
 """Of the diagonal: the same where the outline is free, and nothing is lost by pins close to it."""
@@ -25,8 +26,9 @@ class Pins:
 
     Attributes:
         inner: (k, 2) pins inside.
-        outer: (l, 2) pins on the outlines, moved onto them, in the order of the source's outline.
-        strokes: pairs of polylines, simplified.
+        outer: (l, 2) pins on the outlines, ends of strokes there included, moved onto them, in the order of the
+            source's outline.
+        strokes: pairs of polylines inside, simplified.
         notes: sentences on pins that are close to an outline.
     """
 
@@ -51,6 +53,7 @@ class Pins:
                 Curve(frames[0].unit(stroke.source.z), closed=False),
                 Curve(frames[1].unit(stroke.target.z), closed=False),
                 stroke.sticks,
+                on_outline=stroke.on_outline,
             )
             for stroke in self.strokes
         )
@@ -67,16 +70,14 @@ def checked(
     """The pins (k, 2) and strokes of two domains, sorted; messages name pins by their (k,) numbers, from 0 on.
 
     Raises:
-        InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin on one outline
-            only, pins on the outlines that come in another order on one than on the other; a stroke that leaves its
-            shape, touches its outline, itself, another stroke or a pin.
+        InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin or an end of a
+            stroke on one outline only, pins on the outlines that come in another order on one than on the other; a
+            stroke that leaves its shape, touches its outline between its ends, itself, another stroke or a pin; what
+            lies on another side of a stroke that parts the shape.
     """
-    pins, kept = _without_repeats(pins, source.diagonal, target.diagonal)
-    numbers = kept if numbers is None else numbers[kept]
-    ends = _at_ends(pins, strokes, source.diagonal, target.diagonal)
-    extra = ~ends.any(axis=(0, 1))
-    pins, numbers = pins[extra], numbers[extra]
-    distances = np.column_stack([_inside(c, pins[:, k], numbers, k) for k, c in enumerate((source, target))])
+    domains = source, target
+    pins, numbers, ends = _apart_from_ends(pins, strokes, source.diagonal, target.diagonal, numbers)
+    distances = np.column_stack([_inside(c, pins[:, k], numbers, k) for k, c in enumerate(domains)])
     outer = distances < ON_OUTLINE
     for k in np.flatnonzero(outer[:, 0] != outer[:, 1]):
         there, here = ("source", "target") if outer[k, 0] else ("target", "source")
@@ -90,31 +91,51 @@ def checked(
     notes = tuple(
         f"Pin {numbers[k] + 1} is very close to the outline: what lies between is stretched." for k in near
     )
-    drawn = checked_strokes((source, target), strokes, pins, numbers, _stuck(ends))
-    return Pins(pins[~outer], _in_order(source, target, pins[outer], numbers[outer]), drawn, notes)
+    inner, along = sorted_out(domains, strokes, ends)
+    drawn = checked_strokes(domains, inner, pins, numbers)
+    refuse_other_sides(domains, inner, pins[~outer], numbers[~outer])
+    rim = OutlinePoints.of(pins[outer], numbers[outer], [*inner, *along])
+    return Pins(pins[~outer], rim.in_order(source, target), drawn, notes)
 
 
-def checked_free(source: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = ()) -> Pins:
-    """The pins (k, 2) and strokes of a domain whose outline is free, sorted; where they go may be anywhere.
+def checked_free(
+    source: Curve,
+    pins: Complex,
+    strokes: Sequence[tuple[Curve, Curve]] = (),
+    holes: Sequence[Curve] = (),
+) -> Pins:
+    """The pins (k, 2) and strokes of a domain whose outlines are free, sorted; where they go may be anywhere.
 
     Raises:
         InputError: a pin outside its shape, one point pinned to two places; a source stroke that leaves its shape,
-            touches its outline, itself, another stroke or a pin.
+            touches its outline between its ends, itself, another stroke or a pin.
     """
-    pins, numbers = _without_repeats(pins, source.diagonal, None)
-    ends = _at_ends(pins, strokes, source.diagonal, source.diagonal)
-    extra = ~ends.any(axis=(0, 1))
-    pins, numbers = pins[extra], numbers[extra]
+    pins, numbers, ends = _apart_from_ends(pins, strokes, source.diagonal, None)
     distances = _inside(source, pins[:, 0], numbers, 0)
+    for hole in holes:
+        away = np.abs(hole.at(hole.closest(pins[:, 0])) - pins[:, 0]) / source.diagonal
+        distances = np.minimum(distances, away)
     outer = distances < AT_OUTLINE
-    drawn = checked_strokes((source,), strokes, pins, numbers, _stuck(ends))
-    on = pins[outer][np.argsort(source.closest(pins[outer, 0]))] if outer.any() else pins[outer]
+    inner, _ = sorted_out((source,), strokes, ends)
+    drawn = checked_strokes((source,), inner, pins, numbers)
+    rim = OutlinePoints.of(pins[outer], numbers[outer], inner).points
+    on = rim[np.argsort(source.closest(rim[:, 0]))] if len(rim) else rim
     return Pins(pins[~outer], on, drawn)
 
 
-def _stuck(ends: Flags) -> Flags:
-    """(s, 2) whether a pin says of an end that it sticks."""
-    return np.asarray(ends.any(axis=2), bool)
+def _apart_from_ends(
+    pins: Complex,
+    strokes: Sequence[tuple[Curve, Curve]],
+    unit: float,
+    image_unit: float | None,
+    numbers: Index | None = None,
+) -> tuple[Complex, Index, Flags]:
+    """The pins without repeats and those at ends of strokes, their numbers, and (s, 2) which ends stick by a pin."""
+    pins, kept = _without_repeats(pins, unit, image_unit)
+    numbers = kept if numbers is None else numbers[kept]
+    ends = _at_ends(pins, strokes, unit, image_unit or unit)
+    extra = ~ends.any(axis=(0, 1))
+    return pins[extra], numbers[extra], np.asarray(ends.any(axis=2), bool)
 
 
 def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float, image_unit: float) -> Flags:
@@ -128,39 +149,31 @@ def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float,
 
 
 def checked_strokes(
-    domains: tuple[Curve, ...],
-    strokes: Sequence[tuple[Curve, Curve]],
-    pins: Complex,
-    numbers: Index,
-    sticks: Flags,
+    domains: tuple[Curve, ...], strokes: Sequence[DrawnStroke], pins: Complex, numbers: Index
 ) -> tuple[StrokePair, ...]:
-    """The strokes, simplified, after a look at the sides that have a domain: the source's, and the target's if any.
+    """The strokes inside, simplified, after a look at the sides that have a domain, or the source alone.
 
     Args:
         domains: source and target, or the source alone.
-        strokes: as given.
+        strokes: those inside.
         pins: those that are no ends of strokes.
         numbers: their places among those given.
-        sticks: (s, 2) which ends of strokes stick.
 
     Raises:
         InputError: as `checked`.
     """
-    for side, (curve, name) in enumerate(zip(domains, ("source", "target"))):
-        lines = [_line(pair[side].z) for pair in strokes]
+    for side, (curve, name) in enumerate(zip(domains, NAMES)):
+        lines = [_line(stroke.curves[side].z) for stroke in strokes]
         unit = curve.diagonal
-        ring = _line(np.append(curve.z, curve.z[0]))
-        for k, line in enumerate(lines):
+        for line, stroke in zip(lines, strokes):
+            k = stroke.number
             if not line.is_simple:
                 raise ConstraintError(f"stroke {k + 1}: its {name} crosses or touches itself", strokes=[k])
-            outside = not curve.contains(strokes[k][side].z).all()
-            if outside or line.distance(ring) < ON_OUTLINE * unit:
-                raise ConstraintError(
-                    f"stroke {k + 1}: its {name} leaves the shape or touches its outline; keep it inside",
-                    strokes=[k],
-                )
-            for j in range(k):
-                if line.distance(lines[j]) < ON_OUTLINE * unit:
+            for other, before in zip(lines, strokes):
+                if before is stroke:
+                    break
+                if line.distance(other) < ON_OUTLINE * unit:
+                    j = before.number
                     raise ConstraintError(
                         f"strokes {j + 1} and {k + 1}: they cross or touch in the {name}", strokes=[j, k]
                     )
@@ -172,8 +185,12 @@ def checked_strokes(
                         [k],
                     )
     units = [domains[0].diagonal, domains[-1].diagonal]
-    curves = [[simplified(c, FINENESS * unit) for c, unit in zip(pair, units)] for pair in strokes]
-    return tuple(StrokePair(a, b, (bool(x), bool(y))) for (a, b), (x, y) in zip(curves, sticks))
+    return tuple(_simplified(stroke, units) for stroke in strokes)
+
+
+def _simplified(stroke: DrawnStroke, units: Sequence[float]) -> StrokePair:
+    a, b = (simplified(c, FINENESS * unit) for c, unit in zip(stroke.curves, units))
+    return StrokePair(a, b, stroke.sticks, on_outline=stroke.on_outline)
 
 
 def _line(z: Complex) -> shapely.LineString:
@@ -219,21 +236,83 @@ def _inside(curve: Curve, z: Complex, numbers: Index, side: int) -> Real:
     return distances / curve.diagonal
 
 
-def _in_order(source: Curve, target: Curve, pins: Complex, numbers: Index) -> Complex:
-    """Outline pins moved onto the outlines, in their order."""
-    if not len(pins):
-        return pins
-    s, tau = source.closest(pins[:, 0]), target.closest(pins[:, 1])
-    order = np.argsort(s, kind="stable")
-    gaps = np.mod(np.diff(tau[order], append=tau[order[0]]), target.length)
-    if len(pins) > 1 and abs(gaps.sum() - target.length) > 0.5 * target.length:
-        wrong = [numbers[k] for k in _misplaced(tau[order], target.length, order)]
-        told = ", ".join(str(k + 1) for k in wrong)
-        raise ConstraintError(
-            f"pins on the outline out of order: {told}; a one-to-one map keeps the order around the outline",
-            wrong,
+@dataclass(frozen=True, eq=False)
+class OutlinePoints:
+    """Points of the outlines that must correspond.
+
+    Attributes:
+        points: (k, 2) in the source and in the target.
+        pins: (k,) numbers of those that are pins; -1 for ends of strokes.
+        strokes: (k,) numbers of strokes whose ends they are; -1 for pins.
+    """
+
+    points: Complex
+    pins: Index
+    strokes: Index
+
+    @classmethod
+    def of(cls, pins: Complex, numbers: Index, strokes: Sequence[DrawnStroke]) -> "OutlinePoints":
+        """Pins (k, 2) with their numbers, and the ends of strokes there."""
+        feet = [stroke.feet for stroke in strokes]
+        own = [np.full(len(f), stroke.number) for f, stroke in zip(feet, strokes)]
+        count = sum(map(len, feet))
+        return cls(
+            np.concatenate([pins, *feet]),
+            np.append(numbers, np.full(count, -1)),
+            np.concatenate([np.full(len(pins), -1), *own]).astype(np.int64),
         )
-    return np.column_stack([source.at(s), target.at(tau)])[order]
+
+    def name(self, k: int) -> str:
+        """What the k-th of them is called."""
+        return f"pin {self.pins[k] + 1}" if self.pins[k] >= 0 else f"stroke {self.strokes[k] + 1}"
+
+    def refused(self, message: str, which: Sequence[int]) -> ConstraintError:
+        """An error that speaks of some of them."""
+        pins = [self.pins[k] for k in which if self.pins[k] >= 0]
+        return ConstraintError(message, pins, [self.strokes[k] for k in which if self.pins[k] < 0])
+
+    def in_order(self, source: Curve, target: Curve) -> Complex:
+        """(k, 2) of them in their order around the source, moved onto the outlines, each once.
+
+        Raises:
+            ConstraintError: the order around the target is another one.
+        """
+        if not len(self.points):
+            return self.points
+        s, tau = source.closest(self.points[:, 0]), target.closest(self.points[:, 1])
+        order = self._once(np.argsort(s, kind="stable"), s / source.length, tau / target.length)
+        gaps = np.mod(np.diff(tau[order], append=tau[order[0]]), target.length)
+        if order.size > 1 and abs(gaps.sum() - target.length) > 0.5 * target.length:
+            wrong = _misplaced(tau[order], target.length, order)
+            alone = all(self.pins[wrong] >= 0)
+            told = ", ".join(str(self.pins[k] + 1) if alone else self.name(k) for k in wrong)
+            raise self.refused(
+                f"pins on the outline out of order: {told}; a one-to-one map keeps the order around the outline",
+                wrong,
+            )
+        return np.column_stack([source.at(s), target.at(tau)])[order]
+
+    def _once(self, order: Index, s: Real, tau: Real) -> Index:
+        """The order without points that are there twice, as where two strokes along the outline meet."""
+        keep: list[int] = []
+        for k in order:
+            for j in keep[-1:] + keep[:1]:
+                same, same_goal = (_round_gap(x[k], x[j]) < SAME_POINT for x in (s, tau))
+                if same and same_goal:
+                    break
+                if same or same_goal:
+                    told = f"{self.name(j)} and {self.name(k)}"
+                    raise self.refused(
+                        f"{told}: one place on the outline of the {NAMES[int(same_goal)]} and two on the other",
+                        [j, k],
+                    )
+            else:
+                keep.append(k)
+        return np.array(keep, np.int64)
+
+
+def _round_gap(a: float, b: float) -> float:
+    return abs((a - b + 0.5) % 1 - 0.5)
 
 
 def _misplaced(tau: Real, length: float, order: Index) -> list[int]:

@@ -9,6 +9,22 @@ from ..minimise.sliding import BETA, Border, Rail
 from ..pairs import Match
 
 
+class Foot(NamedTuple):
+    """Where a stroke meets the outline.
+
+    Attributes:
+        vertex: its first or last vertex inside, which an edge joins to the outline.
+        place: on the source's outline.
+        stroke: which one.
+        end: 0 for its beginning, 1 for its end.
+    """
+
+    vertex: int
+    place: complex
+    stroke: int
+    end: int
+
+
 class InnerConstraints(NamedTuple):
     """Constrained vertices inside a mesh, with their places on the strokes.
 
@@ -23,6 +39,7 @@ class InnerConstraints(NamedTuple):
         at_target: (k,) likewise in the image: pins, corners, and those ends of strokes that go to ends.
         stuck: (k,) those of them that stay where corners are released: pins and such ends.
         strokes: the rails of each stroke in the source and in the image.
+        feet: where strokes meet the outline; they have no vertex of their own there.
     """
 
     z: Complex
@@ -35,6 +52,7 @@ class InnerConstraints(NamedTuple):
     at_target: Flags
     stuck: Flags
     strokes: tuple[tuple[Rail, Rail], ...] = ()
+    feet: tuple[Foot, ...] = ()
 
     @classmethod
     def of_pins(cls, pins: Complex) -> "InnerConstraints":
@@ -56,8 +74,17 @@ class InnerConstraints(NamedTuple):
     @property
     def matches(self) -> list[Match]:
         """The correspondence on each stroke."""
-        chains = [self.own == stroke for stroke in range(len(self.strokes))]
-        return [Match(self.s[chain], self.tau[chain]) for chain in chains]
+        return [self._match(stroke) for stroke in range(len(self.strokes))]
+
+    def _match(self, stroke: int) -> Match:
+        """Ends on the outline, which no vertex inside stands for, included."""
+        chain = self.own == stroke
+        on = {foot.end for foot in self.feet if foot.stroke == stroke}
+        s, tau = (
+            np.concatenate([[0.0] * (0 in on), values[chain], [0.5 * rail.knots[-1]] * (1 in on)])
+            for values, rail in zip((self.s, self.tau), self.strokes[stroke])
+        )
+        return Match(s, tau)
 
     @property
     def following(self) -> Index:
@@ -69,6 +96,17 @@ class InnerConstraints(NamedTuple):
         """(l, 2) vertices of the edges of strokes."""
         first = np.flatnonzero(self.links >= 0)
         return np.column_stack([first, self.links[first]])
+
+    def rays(self, outline: Complex) -> Index:
+        """(e, 2) vertices (b,) of the outline, and vertices inside, that edges of strokes join."""
+        ends = [(int(np.abs(outline - foot.place).argmin()), foot.vertex) for foot in self.feet]
+        return np.array(ends, np.int64).reshape(-1, 2)
+
+    def lines_with(self, outline: Complex) -> Index:
+        """(l, 2) vertices of the edges of strokes, in a mesh that begins with vertices (b,) of the outline."""
+        rays = self.rays(outline)
+        rays[:, 1] += outline.size
+        return np.concatenate([outline.size + self.lines, rays])
 
     def slid(self, u: Complex, tau: Real, stay: Flags) -> "InnerConstraints":
         """With goals and arclengths (k,) where vertices on strokes have come to be, but for those that stay."""

@@ -7,21 +7,22 @@ import numpy as np
 from ... import progress
 from ...arrays import Complex
 from .. import starts
-from ..discrete import DiscreteMap
+from ..discrete import DiscreteMap, folds
 from ..failure import Stuck
 from ..levels import (
     BACKWARD,
     GOOD_ENOUGH,
+    POLISHING,
     RELEASED_STEPS,
     Level,
     UnitProblem,
     alternated,
+    laid,
     refined,
     score,
 )
 from ..meshing import sizing
 from ..meshing.mesh import Sizes
-from ..minimise.untangle import STEPS
 from ..pairs import Match
 from ..solution import SolveLog
 from . import strokes
@@ -34,6 +35,7 @@ MOVING_STEPS = 40  # of Newton while pins move (by hand)
 BROUGHT = 6  # starts, best without pins, that are tried harder where none met its pins
 LED = 2  # of these, whose pins are led around each other where none met them still
 HELD_STEPS = 10  # of unfolding around held pins; where it works, it mostly does in so many
+FEW_FOLDS = 20  # up to which it is tried: with more it failed on 33 of 34 meshes
 RELAXING_STEPS = 20  # of Newton without pins, where a map with them folds on another mesh
 REMESHES = 2  # on the way from one place to the next
 KEPT = 3  # starts, best with pins met, that are settled
@@ -181,12 +183,13 @@ def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None 
     """
     if not (state.bound and state.inside.z.size):
         return refined(level, state, sizes)
+    fine = laid(level, state, sizes)
     try:
-        return refined(level, state, sizes, only=HELD_STEPS)
+        return around_pins(fine)
     except Stuck:
         state = replace(state, bound=False)
     try:
-        new = refined(level, state, sizes, only=STEPS)
+        new = replace(fine, bound=False).unfolded(harmonic=False, polish=POLISHING)
     except Stuck:
         relaxed = state.forward(theta, 1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)
         new = refined(level, relaxed, sizes)
@@ -194,6 +197,17 @@ def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None 
     if new.miss > 0:
         raise Stuck("the constraints are not met on a new mesh")
     return new
+
+
+def around_pins(fine: DiscreteMap) -> DiscreteMap:
+    """The map unfolded with its constraints held.
+
+    Raises:
+        Stuck: that would take long, or does not work.
+    """
+    if folds(fine.faces, fine.u) > FEW_FOLDS:
+        raise Stuck("too many folds beside what is constrained")
+    return fine.unfolded(harmonic=False, polish=POLISHING, steps=HELD_STEPS)
 
 
 def again(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:

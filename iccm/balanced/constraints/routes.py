@@ -1,13 +1,16 @@
 """Ways from point to point inside a domain, away from its outline and from other points: Dijkstra on a grid."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import scipy.sparse
 import shapely
-from scipy.sparse.csgraph import dijkstra
 
 from ...arrays import Complex, xy_of
 from ...curve import Curve
 from ...result import distances
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 CELLS = 160  # of the grid along the longer side
 NARROW = 0.04  # of the diagonal: a cell with this clearance costs twice as much as one in the open
@@ -24,6 +27,8 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
         there: likewise.
         others: (p,) points that the way keeps away from, as it does from the outline.
     """
+    from scipy.sparse.csgraph import dijkstra  # slow to import, and seldom needed
+
     low, high = domain.box
     cell = max((high - low).real, (high - low).imag) / CELLS
     x, y = (np.arange(int(size / cell) + 2) * cell for size in ((high - low).real, (high - low).imag))
@@ -43,8 +48,10 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
     return (shapely.get_coordinates(line) @ np.array([1, 1j]))[1:]
 
 
-def _graph(cost: np.ndarray, inside: np.ndarray) -> scipy.sparse.csr_array:
+def _graph(cost: np.ndarray, inside: np.ndarray) -> "csr_array":
     """Neighbouring cells inside, joined by the mean of their costs times the distance."""
+    from scipy.sparse import csr_array
+
     rows, columns = cost.shape
     number = np.arange(cost.size).reshape(cost.shape)
     tails, heads, lengths = [], [], []
@@ -56,4 +63,4 @@ def _graph(cost: np.ndarray, inside: np.ndarray) -> scipy.sparse.csr_array:
         heads.append(number[b][both])
         lengths.append((0.5 * (cost[a] + cost[b]) * np.hypot(down, right))[both])
     ends = np.concatenate(tails), np.concatenate(heads)
-    return scipy.sparse.csr_array((np.concatenate(lengths), ends), (cost.size, cost.size))
+    return csr_array((np.concatenate(lengths), ends), (cost.size, cost.size))

@@ -11,8 +11,9 @@ from ...curve import Curve
 from ..minimise.sliding import Rail
 from ..outline import SHARP
 from ..pairs import MERGED, Match, parted
-from .inside import InnerConstraints
+from .inside import Foot, InnerConstraints
 
+LEAST_PARTS = 4  # of a stroke from the outline
 FINENESS = 1e-4  # of the diagonal: how closely the strokes that are solved for follow those given
 
 
@@ -25,16 +26,18 @@ class StrokePair:
         target: in the target.
         sticks: whether its first end goes to the target's first, and its last to the last; else they slide along it.
         covered: likewise, whether the source's ends are where the stroke ends: they are, but of an inverse map.
+        on_outline: likewise, whether it begins, and ends, on the outlines; what does sticks.
     """
 
     source: Curve
     target: Curve
     sticks: tuple[bool, bool] = (False, False)
     covered: tuple[bool, bool] = (True, True)
+    on_outline: tuple[bool, bool] = (False, False)
 
     def inverse(self) -> "StrokePair":
         """The stroke of the inverse map."""
-        return StrokePair(self.target, self.source, self.covered, self.sticks)
+        return StrokePair(self.target, self.source, self.covered, self.sticks, self.on_outline)
 
     @property
     def even(self) -> Match:
@@ -82,6 +85,18 @@ def inside(
         np.concatenate([*at_target, last.at_target]),
         np.concatenate([*stuck, last.stuck]),
         tuple(stroke.rails for stroke in strokes),
+        feet_of(strokes, sizes),
+    )
+
+
+def feet_of(strokes: tuple[StrokePair, ...], sizes: list[int]) -> tuple[Foot, ...]:
+    """Where strokes meet the outline, `sizes` being how many vertices inside each has."""
+    starts = np.cumsum([0, *sizes])
+    return tuple(
+        Foot(int(starts[k] + end * (sizes[k] - 1)), complex(stroke.source.z[-end]), k, end)
+        for k, stroke in enumerate(strokes)
+        for end in (0, 1)
+        if stroke.on_outline[end]
     )
 
 
@@ -113,7 +128,10 @@ def aimed(
 
 
 def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
-    """(s, τ, whether a source corner, whether a target corner, whether stuck) of the vertices of a stroke, in order."""
+    """(s, τ, whether a source corner, whether a target corner, whether stuck) of the vertices of a stroke, in order,
+    without those on the outlines."""
+    if any(stroke.on_outline):  # two vertices at least are inside
+        spacing = min(spacing, max(stroke.source.length, stroke.target.length) / LEAST_PARTS)
     s0, t0 = stroke.source.knots, stroke.target.knots
     ends, goals = match.s[[0, -1]], match.tau[[0, -1]]
     s0, t0 = (x[(x > low) & (x < high)] for x, (low, high) in ((s0, ends), (t0, goals)))
@@ -133,13 +151,15 @@ def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
     held, goal, stuck = corner & (kinds & 1 > 0), corner & (kinds & 2 > 0), np.zeros(kinds.size, bool)
     held[[0, -1]] = stroke.covered
     goal[[0, -1]] = stuck[[0, -1]] = stroke.sticks
-    return (
+    chain = (
         np.append(s[own] + share * np.diff(s)[own], s[-1]),
         np.append(tau[own] + share * np.diff(tau)[own], tau[-1]),
         held,
         goal,
         stuck,
     )
+    first, last = stroke.on_outline
+    return tuple(part[int(first) : part.size - int(last)] for part in chain)
 
 
 def _merged(places: list, near: float) -> list:

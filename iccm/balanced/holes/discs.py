@@ -35,8 +35,9 @@ def onto_disc(curve: Curve, level: Level, theta: float) -> DiscreteMap:
 
 
 def through_disc(level: Level, theta: float) -> list[DiscreteMap]:
-    """Maps without folds between outlines without holes, pins and strokes; those turns of the disc that give one."""
-    if level.pinned or level.anchors or any(level.holes):
+    """Maps without folds between outlines without pairs of holes, pins and strokes; those turns of the disc that give
+    one."""
+    if level.pinned or level.anchors or all(level.holes):
         return []
     try:
         there, back = (onto_disc(outline.curve, level, theta) for outline in (level.source, level.target))

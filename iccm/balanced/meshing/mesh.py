@@ -55,6 +55,7 @@ def triangulate(
     inside: Complex = NOTHING,
     links: Index | None = None,
     holes: Sequence[Complex] = (),
+    rays: Sequence[tuple[int, int]] | Index = (),
 ) -> tuple[Complex, Index]:
     """Vertices (n,), the outline's first and in order, then those of holes and those given, and counter-clockwise
     triangles (m, 3).
@@ -65,6 +66,8 @@ def triangulate(
         inside: (k,) points inside that become vertices.
         links: (k,) for each of them the one, by its place among them, to which an edge must lead; -1 for none.
         holes: simple polygons inside, clockwise and apart, that no triangle covers.
+        rays: vertices of the outline and of those given inside, by their places among these, that an edge must join; no
+            vertex of the outline has two.
 
     Raises:
         Stuck: the polygons are so thin or so close to each other that rounding decides, or a line cannot be kept.
@@ -80,6 +83,8 @@ def triangulate(
     z[:border], z[border:given] = outline, inside
     all_links = np.full(given, -1)
     all_links[border:] = np.where(links >= 0, links + border, -1)
+    for vertex, place in rays:
+        all_links[vertex] = border + rims + place
     faces, across = np.empty((2 * room, 3), np.int64), np.full((2 * room, 3), -1)
     triangles = clip_ears(z, border, faces, across)
     a, b, c = z[faces[: max(triangles, 0)]].T
@@ -302,7 +307,7 @@ def _given(z, border, given, faces, across, triangles, stack, links):
             return -1
         _split(z, new, faces, across, t, side, triangles, stack, 0, nothing)
         triangles += 2
-    for v in range(border, given):
+    for v in range(given):
         if links[v] >= 0 and not recover(z, faces, across, triangles, v, links[v], links):
             return -1
     for t in range(triangles):

@@ -1,19 +1,18 @@
 """Sparse LDLᵀ of symmetric matrices with a 2 × 2 block for every vertex and every edge of a mesh.
 
 Up-looking factorisation (Davis, *Direct Methods for Sparse Linear Systems*, 2006, chapter 4; QDLDL, Stellato et al.
-2020) on blocks, so that an index is read once for eight products. The vertices are ordered once a mesh (minimum
-degree), the pattern of the factor is found once, and every Newton step only fills in numbers. A vertex that may move
-along one direction only, or not at all, keeps its block: the missing unknown has a one on the diagonal.
+2020) on blocks, so that an index is read once for eight products. The vertices are ordered and the pattern of the
+factor is found once a mesh (`ordering`), and every Newton step only fills in numbers. A vertex that may move along one
+direction only, or not at all, keeps its block: the missing unknown has a one on the diagonal.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse
-from scipy.sparse.linalg import splu
 
 from ...arrays import Index
-from ...jit import NUMPY, inner, kept, kernel
+from ...jit import NUMPY, kept, kernel
+from .ordering import Elimination, minimum_degree
 
 
 class BlockPattern(NamedTuple):
@@ -30,7 +29,7 @@ class BlockPattern(NamedTuple):
         factor_starts: (n + 1,) where each column of the factor begins.
         factor_rows: (f,) its block rows.
         reach_starts: (n + 1,) where each row of the factor begins in `reach`.
-        reach: (f,) the columns of each row, ancestors last.
+        reach: (f,) the columns of each row, in the order of elimination.
     """
 
     position: Index
@@ -54,7 +53,9 @@ def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
         following: (b,) the next outline vertex of each of the first b vertices.
         count: of vertices.
     """
-    position = minimum_degree(faces, count)
+    elimination = minimum_degree(faces, count)
+    position = np.empty(count, np.int64)
+    position[elimination.order] = np.arange(count)
     corners = np.take_along_axis(faces, np.argsort(position[faces], axis=1), axis=1)
     places = position[corners]
     pairs = [places[:, j] * count + places[:, i] for i, j in ((0, 1), (0, 2), (1, 2))]
@@ -77,74 +78,16 @@ def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
         slots,
         diagonal,
         ahead,
-        *factor_pattern(starts, rows),
+        *_factor_pattern(elimination, position),
     )
 
 
-def minimum_degree(faces: Index, count: int) -> Index:
-    """(n,) the position of each vertex in a minimum degree order of the mesh, by SuperLU."""
-    tails, heads = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    own = np.arange(count)
-    rows, columns = np.concatenate([tails, heads, own]), np.concatenate([heads, tails, own])
-    values = np.where(rows == columns, 20.0, 1.0)  # dominant, so that nothing is pivoted
-    graph = scipy.sparse.csc_matrix((values, (rows, columns)), (count, count))
-    options = {"SymmetricMode": True}
-    lu = splu(graph, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
-    return lu.perm_c.astype(np.int64)
-
-
-@inner
-def _elimination_tree(starts, rows):
-    """Parent of each column in the elimination tree, and the entries of each column of the factor."""
-    n = starts.size - 1
-    parent, entries, seen = np.empty(n, np.int64), np.zeros(n, np.int64), np.empty(n, np.int64)
-    parent.fill(-1)
-    seen.fill(-1)
-    for k in range(n):
-        seen[k] = k
-        for p in range(starts[k], starts[k + 1]):
-            i = rows[p]
-            while seen[i] != k:
-                if parent[i] == -1:
-                    parent[i] = k
-                entries[i] += 1
-                seen[i] = k
-                i = parent[i]
-    return parent, entries
-
-
-@kernel
-def factor_pattern(starts, rows):
-    """The last four fields of `BlockPattern`: the factor by columns, and by rows in topological order."""
-    n = starts.size - 1
-    parent, entries = _elimination_tree(starts, rows)
-    factor_starts = np.zeros(n + 1, np.int64)
-    for k in range(n):
-        factor_starts[k + 1] = factor_starts[k] + entries[k]
-    factor_rows = np.empty(factor_starts[n], np.int64)
-    reach_starts, reach = np.zeros(n + 1, np.int64), np.empty(factor_starts[n], np.int64)
-    filled, seen = factor_starts[:n].copy(), np.empty(n, np.int64)
-    seen.fill(-1)
-    path, order = np.empty(n, np.int64), np.empty(n, np.int64)
-    for k in range(n):
-        seen[k], top = k, n
-        for p in range(starts[k], starts[k + 1]):
-            i, steps = rows[p], 0
-            while seen[i] != k:
-                path[steps], seen[i] = i, k
-                steps += 1
-                i = parent[i]
-            while steps > 0:
-                steps, top = steps - 1, top - 1
-                order[top] = path[steps]
-        at = reach_starts[k]
-        for m in range(top, n):
-            c = order[m]
-            reach[at], factor_rows[filled[c]] = c, k
-            filled[c] += 1
-            at += 1
-        reach_starts[k + 1] = at
-    return factor_starts, factor_rows, reach_starts, reach
+def _factor_pattern(elimination: Elimination, position: Index) -> tuple[Index, Index, Index, Index]:
+    """The last four fields of `BlockPattern`: the factor by columns and by rows, both sorted."""
+    n, ends = position.size, elimination.ends
+    column, row = np.repeat(np.arange(n), np.diff(ends)), position[elimination.columns]
+    reach_starts = np.append(0, np.cumsum(np.bincount(row, minlength=n)))
+    return ends, np.sort(column * n + row) % n, reach_starts, np.sort(row * n + column) % n
 
 
 @kept(**NUMPY, fastmath={"contract", "reassoc"})

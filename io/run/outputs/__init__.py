@@ -1,9 +1,11 @@
 """What a run writes, a module for each kind of output; one is imported when it is wanted."""
 
+from copy import copy
 from importlib import import_module
 
 from ....errors import InputError
 from ... import formats
+from ...pictures.tiles import MARK, name_of, number_of
 from ...spec import Spec
 from ..inputs import Inputs
 from ..job import Job
@@ -42,6 +44,38 @@ def check(run: Run, outputs: list[Output]) -> None:
         checks.texture(run)
 
 
+def expanded(run: Run, outputs: list[Output]) -> list[Output]:
+    """The outputs, one for each tile in the place of those whose names hold `<UDIM>`.
+
+    Raises:
+        InputError: what is written there has no tiles, or something lies beside those that have numbers.
+    """
+    return [
+        each for output in outputs for each in (_tiles_of(run, output) if MARK in output.name else [output])
+    ]
+
+
+def _tiles_of(run: Run, output: Output) -> list[Output]:
+    if not (output.tiles and run.target.has_uv and (run.job.bake or run.target.is_layout)):
+        cure = f"use --bake, or {run.target.spec}#uv as the target"
+        raise InputError(f"{output.name}: tiles are for pictures of a mesh's own texture coordinates; {cure}")
+    from ...shapes.mesh_shape import as_mesh
+
+    found = []
+    for tile in sorted(
+        set().union(*(as_mesh(target).tiles for _, target in run.pairs)), key=lambda z: (z.imag, z.real)
+    ):
+        number = number_of(tile)
+        if number is None:
+            raise InputError(
+                f"{run.target.spec}: faces lie at u {tile.real:g}, v {tile.imag:g}, where no tile has a number"
+            )
+        each = copy(output)
+        each.name, each.tile = name_of(output.name, number), tile
+        found.append(each)
+    return found
+
+
 def _kind(name: str, job: Job) -> str:
     """Module and class of what is written under a name by -o."""
     format = formats.of(name)
@@ -59,7 +93,7 @@ def _made(kind: str, name: str) -> Output:
 
 def suffix_for(job: Job, inputs: Inputs) -> str:
     """Of the output that is written when none is named: a mesh for a mesh, else a picture."""
-    if job.target is None or job.bake or not inputs.is_mesh(job.target):
+    if job.target is None or job.bake or not inputs.is_mesh(job.target) or inputs.is_layout(job.target):
         return ".png"
     path = Spec.of(job.target).path
     return formats.suffix_of(path) if formats.of(path).uv else ".obj"

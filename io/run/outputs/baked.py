@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
+from ....arrays import Box
 from ....maps.extended_inverse import ExtendedInverse
 from ....maps.kinds import AnyMap
 from ....meshes import bake as baking
 from ....meshes import layout
 from ....pixels.sampler import Sampler
+from ....pixels.texture import Texture
 from ...pictures import image_files
+from ...pictures.tiles import number_of
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
 from .. import raster_size
@@ -20,6 +25,7 @@ from ..state import Run
 from . import checks
 from .picture import Picture
 
+Parts = Sequence[tuple[MeshShape, AnyMap, Shape]]
 BAKED = "the whole picture at once (--bake)"
 
 
@@ -28,11 +34,9 @@ class Baked(Picture):
 
     def check(self, run: Run) -> None:
         """The layouts, the texture, room for both, and whether the format holds what will be made."""
-        target = as_mesh(run.target)
-        layout.check_layout(target.spec, target.uv, target.uv_faces)
-        checks.coordinates(run, target, *([run.source] if run.source.is_mesh else []))
+        check_layouts(run, self.tile)
         checks.texture(run)
-        (width, height), image = _size(run), run.image
+        (width, height), image = size(run), run.image
         checks.room(run)
         room = baking.whole_bytes(height, width, image.pixels.shape[2], image.pixels.itemsize)
         run.room.check(room, BAKED)
@@ -40,56 +44,116 @@ class Baked(Picture):
 
     def write(self, run: Run, path: Path) -> None:
         """The whole at once."""
-        target, job = as_mesh(run.target), run.job
-        options: dict[str, Any] = {"padding": job.padding, "max_error": job.max_pixel_error}
+        options: dict[str, Any] = {"padding": run.job.padding, "max_error": run.job.max_pixel_error}
         with run.phases.timed("resample"):
             pixels, figures = bake(
-                target, run.fit.map, run.source, run.sampler, _size(run), threads=run.threads, **options
+                parts_of(run),
+                run.sampler,
+                size(run),
+                tiles=run.tiles,
+                tile=self.tile,
+                threads=run.threads,
+                **options,
             )
             made = run.image.with_pixels(pixels, run.image.alpha)
-        run.figures |= figures
-        if count := figures["overlapping_texels"]:
-            run.note(
-                f"{target.spec}: {count} texels lie in several triangles of its layout; the first one's is kept"
-            )
+        told(run, figures, self.tile)
         with run.phases.timed("write"):
             image_files.write(path, made)
 
 
+def check_layouts(run: Run, tile: complex | None) -> None:
+    """Refuse layouts that cannot be filled, and tell where they leave 0..1.
+
+    Raises:
+        InputError: one has no texture coordinates, or some that make no sense.
+    """
+    for _, part in run.pairs:
+        target = as_mesh(part)
+        layout.check_layout(target.spec, target.uv, target.uv_faces)
+    shapes = [shape for pair in run.pairs for shape in (pair[:1] if tile is not None else pair)]
+    checks.coordinates(run, *(shape for shape in shapes if shape.is_mesh))
+
+
 def bake(
-    target: MeshShape,
-    map: AnyMap,
-    source: Shape,
+    parts: Parts,
     sampler: Sampler,
     size: tuple[int, int],
     *,
+    tiles: Box | None = None,
+    tile: complex | None = None,
     threads: int | None = None,
     **options: Any,
 ) -> tuple[NDArray, dict[str, Any]]:
     """The texture resampled into the target's own UV layout: its pixels, and figures for the report.
 
     Args:
-        target: the mesh.
-        map: from the source's plane to the target's.
-        source: its shape; a mesh gives its own texture coordinates.
+        parts: of the target, the map from the source's plane to each one's, and the source's shape; a mesh gives its
+            own texture coordinates.
         sampler: the texture, which lies in the source's plane or is that of a mesh source.
         size: width and height of the picture to make.
+        tiles: what of a mesh source's layout the texture covers, if it is of several tiles.
+        tile: lower left corner of the unit square of the target's layout to fill; None: 0..1, again and again.
         threads: as many as there are processors by default.
         options: padding, max_error of `iccm.meshes.bake.bake`.
 
     Raises:
         InputError: the target, or a mesh source, has no texture coordinates.
     """
-    twin = target.flattening.patch.triangles.twin
-    grid = layout.layout(target.spec, target.uv, target.uv_faces, twin, *size)
-    inverse, place = ExtendedInverse(map, threads), source.placing(sampler.texture)
-    pixels, figures = baking.bake(
-        target.flattening, grid, inverse, sampler, place, threads=threads, **options
-    )
-    return pixels, figures | {"flattening": target.flattening.report()}
+    grid = layout_of([target for target, _, _ in parts], *size, tile)
+    placed = baked_parts(parts, sampler.texture, threads, tiles)
+    pixels, figures = baking.bake(placed, grid, sampler, threads=threads, **options)
+    return pixels, figures | {"flattening": parts[0][0].flattening.report()}
 
 
-def _size(run: Run) -> tuple[int, int]:
-    """Width and height of a baked picture: by default the texture's."""
+def layout_of(
+    targets: Sequence[MeshShape], width: int, height: int, tile: complex | None = None
+) -> layout.Layout:
+    """The texel grid of the parts of a mesh, or of a tile of it, their triangles one part after another.
+
+    Raises:
+        InputError: one has no texture coordinates, or some that make no sense.
+    """
+    twins, first = [], 0
+    for target in targets:
+        twin = target.flattening.patch.triangles.twin
+        twins.append(np.where(twin < 0, -1, twin + first))
+        first += twin.size
+    faces = np.concatenate([target.uv_faces for target in targets])
+    return layout.layout(targets[0].spec, targets[0].uv, faces, np.concatenate(twins), width, height, tile)
+
+
+def baked_parts(
+    parts: Parts, texture: Texture, threads: int | None, tiles: Box | None = None
+) -> list[baking.BakedPart]:
+    """The parts of a target with the place of a texture on their sources; arguments as for `bake`."""
+    return [
+        baking.BakedPart(target.flattening, ExtendedInverse(map, threads), source.placing(texture, tiles))
+        for target, map, source in parts
+    ]
+
+
+def told(run: Run, figures: dict[str, Any], tile: complex | None) -> None:
+    """Report what was found in baking, a tile by its number, and say what a person should know."""
+    if tile is None:
+        run.figures |= figures
+    else:
+        run.figures.setdefault("tiles", {})[str(number_of(tile))] = figures
+    if count := figures["overlapping_texels"]:
+        where = "" if tile is None else f" in tile {number_of(tile)}"
+        run.note(
+            f"{run.target.spec}: {count} texels{where} lie in several triangles of its layout; the first one's is kept"
+        )
+
+
+def parts_of(run: Run) -> Parts:
+    """The parts of a mesh that is the target, the map to each, and the source's part."""
+    return [(as_mesh(target), fit.map, source) for (source, target), fit in zip(run.pairs, run.fits)]
+
+
+def size(run: Run) -> tuple[int, int]:
+    """Width and height of a baked picture: by default the texture's, or a tile's."""
     height, width = run.image.pixels.shape[:2]
+    if run.tiles:
+        across = run.tiles[1] - run.tiles[0]
+        width, height = width // int(across.real), height // int(across.imag)
     return raster_size.bounded(run.job.size or (width, height), complex(width, height), run.job.max_pixels)

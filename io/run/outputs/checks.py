@@ -6,13 +6,14 @@ from ....pixels.texture import MENDING, check_kind, strip_bytes
 from ...shapes.shape import Shape
 from .. import framing, raster_size
 from ..state import Run
+from ..texture import textured
 
 
 def source(run: Run) -> None:
     """Note which of a mesh source's textures is carried, if any."""
     if not run.source.is_mesh:
         return
-    if not run.on_mesh:
+    if not textured(run.job, run.source):
         run.note(f"{run.source.spec}: names no texture; give one with --texture")
     elif not run.job.texture and (count := len(run.source.pictures)) > 1:
         first = run.source.pictures[0]
@@ -39,17 +40,30 @@ def coordinates(run: Run, *shapes: Shape) -> None:
     """
     from ...shapes import mesh_texture
 
-    for note in [note for shape in shapes for note in mesh_texture.beyond_unit(shape)]:
-        run.note(note)
+    counts: dict[str, int] = {}
+    for shape in shapes:
+        outside = mesh_texture.beyond_unit(shape)
+        counts[shape.spec] = counts.get(shape.spec, 0) + outside
+    tiled = run.source.spec if run.tiles else None
+    for spec, count in counts.items():
+        if count and spec != tiled:
+            text = (
+                "have texture coordinates outside 0..1, where the texture repeats; <UDIM> tells tiles apart"
+            )
+            run.note(f"{spec}: {count} triangles {text}")
 
 
-def canvas(run: Run) -> tuple[int, int]:
+def canvas(run: Run, tile: complex | None = None) -> tuple[int, int]:
     """Width and height of the target's raster, before the map is known; tells what it shows of the target.
+
+    Args:
+        run: the job.
+        tile: which of several is shown, if each is.
 
     Raises:
         InputError: more pixels than --max-pixels.
     """
-    for note in framing.remarks(run.job, run.source, run.target):
+    for note in framing.remarks(run.job, run.source, run.target) if tile is None else ():
         run.note(note)
     return raster_size.canvas_size(run.job, run.target)
 

@@ -18,6 +18,8 @@ class Output(ABC):
         name: as the user gave it; - for stdout.
     """
 
+    tiles: ClassVar[bool] = False  # whether it can be written tile by tile (UDIM)
+    tile: complex | None = None  # the one that it is of: its lower left corner in the layout
     samples: ClassVar[bool] = False  # whether it filters the texture, which is made ready beside the solving
 
     def __init__(self, name: str) -> None:

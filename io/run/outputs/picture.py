@@ -26,7 +26,7 @@ PADDED = "the whole picture at once (--padding)"
 class Picture(Output):
     """A picture of the target."""
 
-    samples = True
+    samples, tiles = True, True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """A suffix of pictures, and of those that keep what --padding makes."""
@@ -46,7 +46,7 @@ class Picture(Output):
         """The canvas, the texture, room for both, and whether the format holds what will be made."""
         if run.on_mesh:
             checks.coordinates(run, run.source)
-        width, height = checks.canvas(run)
+        width, height = checks.canvas(run, self.tile)
         checks.texture(run)
         image = run.image.covered()
         checks.room(run)
@@ -78,47 +78,44 @@ class Picture(Output):
     def write(self, run: Run, path: Path) -> None:
         """Rows as they are made, or with padding the whole at once."""
         if not run.job.padding:
-            _stream(run, path)
+            self._stream(run, path)
             return
-        image = _padded(run)
+        image = self._padded(run)
         with run.phases.timed("write"):
             image_files.write(path, image)
 
+    def _warp(self, run: Run) -> Warp:
+        canvas, error = run.canvas_of(self.tile), run.job.max_pixel_error
+        return Warp(run.mapping, run.sampler, canvas, placing=run.placing, max_error=error)
 
-def _warp(run: Run) -> Warp:
-    placing = run.source.placing(run.sampler.texture) if run.on_mesh else None
-    return Warp(run.mapping, run.sampler, run.canvas, placing=placing, max_error=run.job.max_pixel_error)
+    def _padded(self, run: Run) -> Image:
+        """The picture with its colours extended beyond the outline, which needs all of it at once."""
+        job, canvas = run.job, run.canvas
+        with run.phases.timed("resample"):
+            work = self._warp(run)
+            each = whole_bytes(canvas.height, canvas.width, work.channels, work.dtype.itemsize)
+            run.room.threads(1, each, PADDED)
+            warped = whole(work, threads=run.threads)
+            image = straight(run.image.with_pixels(warped.pixels, warped.alpha))
+            image = replace(image, pixels=padded(image.pixels, image.alpha, job.padding or 0, job.fill))
+        colours = Colours()
+        colours.see(warped.pixels, warped.alpha)
+        _told(run, colours, warped.diagnostics)
+        return image
 
+    def _stream(self, run: Run, path: Path) -> None:
+        """The picture, written as it is made: memory for some rows only."""
 
-def _padded(run: Run) -> Image:
-    """The picture with its colours extended beyond the outline, which needs all of it at once."""
-    job, canvas = run.job, run.canvas
-    with run.phases.timed("resample"):
-        work = _warp(run)
-        each = whole_bytes(canvas.height, canvas.width, work.channels, work.dtype.itemsize)
-        run.room.threads(1, each, PADDED)
-        warped = whole(work, threads=run.threads)
-        image = straight(run.image.with_pixels(warped.pixels, warped.alpha))
-        image = replace(image, pixels=padded(image.pixels, image.alpha, job.padding or 0, job.fill))
-    colours = Colours()
-    colours.see(warped.pixels, warped.alpha)
-    _told(run, colours, warped.diagnostics)
-    return image
+        def blocks() -> Iterator[NDArray]:
+            for block in work.blocks(run.threads):
+                colours.see(block, work.alpha)
+                yield run.image.with_pixels(block, work.alpha).pixels
 
-
-def _stream(run: Run, path: Path) -> None:
-    """The picture, written as it is made: memory for some rows only."""
-
-    def blocks() -> Iterator[NDArray]:
-        for block in work.blocks(run.threads):
-            colours.see(block, work.alpha)
-            yield run.image.with_pixels(block, work.alpha).pixels
-
-    with run.phases.timed("resample"):
-        work, colours = _warp(run), Colours()
-        like = replace(run.image, alpha=work.alpha)
-        image_files.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
-    _told(run, colours, work.diagnostics)
+        with run.phases.timed("resample"):
+            work, colours = self._warp(run), Colours()
+            like = replace(run.image, alpha=work.alpha)
+            image_files.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
+        _told(run, colours, work.diagnostics)
 
 
 def _told(run: Run, colours: Colours, seen: Diagnostics) -> None:

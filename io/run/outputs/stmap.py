@@ -4,35 +4,71 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ....errors import InputError
+from ....arrays import Box
+from ....meshes import bake as baking
+from ....pixels.stmap import flat
+from ....pixels.texture import Placing, Repeated
 from ...pictures import stmap_files
 from .. import framing
 from ..job import Job
 from ..state import Run
-from . import checks
+from . import baked, checks
 from .output import Output
 
 
 class STMap(Output):
-    """A map as a picture of floats."""
+    """A map as a picture of floats, of the target's canvas or with --bake of its texture coordinates."""
+
+    tiles = True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """A suffix whose format holds floats."""
         stmap_files.check(self.name)
 
     def check(self, run: Run) -> None:
-        """No texture coordinates on the way, and room for the rows."""
-        if run.job.bake or run.source.has_uv:
-            spec = (run.target if run.job.bake else run.source).spec
-            raise InputError(
-                f"{spec}: an STMap cannot hold its texture coordinates; leave out "
-                f"{'--bake' if run.job.bake else '--stmap'}, and carry each picture with --texture"
-            )
-        width, _ = checks.canvas(run)
+        """Texture coordinates on the way, and room for the rows."""
+        if run.job.bake:
+            baked.check_layouts(run, self.tile)
+            width, height = baked.size(run)
+            run.room.check(baking.whole_bytes(height, width, 4, 4), baked.BAKED)
+            return
+        if run.source.has_uv:
+            checks.coordinates(run, *(source for source, _ in run.pairs))
+        width, _ = checks.canvas(run, self.tile)
         run.room.check(stmap_files.band_bytes(width), f"rows of {width} pixels")
 
     def write(self, run: Run, path: Path) -> None:
-        """Rows as they are computed."""
-        box = framing.covered(run.job, run.source)
+        """Rows as they are computed; a baked one at once."""
+        box, job = framing.covered(run.job, run.source), run.job
         with run.phases.timed("resample"):
-            stmap_files.write(path, run.mapping, box, run.canvas, room=run.room, threads=run.threads)
+            if not job.bake:
+                place, room = _placing(run), run.room
+                stmap_files.write(
+                    path,
+                    run.laid,
+                    box,
+                    run.canvas_of(self.tile),
+                    placing=place,
+                    room=room,
+                    threads=run.threads,
+                )
+                return
+            parts = baked.parts_of(run)
+            grid = baked.layout_of([target for target, _, _ in parts], *baked.size(run), self.tile)
+            placed = baked.baked_parts(parts, flat(box), run.threads, _unit(run))
+            st, figures = baking.bake_stmap(placed, grid, padding=job.padding, threads=run.threads)
+            stmap_files.write_whole(path, st)
+        baked.told(run, figures, self.tile)
+
+
+def _placing(run: Run) -> Placing | None:
+    """Where points of a mesh lie in a texture of one texel; None for what lies flat in the plane."""
+    lying = flat(framing.covered(run.job, run.source))
+    if run.source.is_layout:
+        return flat((0j, complex(run.source.aspect, 1))) if run.tiles else Repeated(lying)
+    return run.whole(0).placing(lying, _unit(run)) if run.source.has_uv else None
+
+
+def _unit(run: Run) -> Box | None:
+    """The tile that s and t are relative to, where those of the texture are told apart; they go on beyond 0..1 then."""
+    return (0j, 1 + 1j) if run.tiles else None

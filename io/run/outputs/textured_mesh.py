@@ -10,16 +10,17 @@ import numpy as np
 from ....arrays import Box, Complex, Real
 from ....errors import InputError
 from ....maps.extended_inverse import ExtendedInverse
-from ....maps.kinds import AnyMap
 from ....meshes import layout
 from ... import formats
 from ...meshes import gltf_materials, mesh_files
+from ...shapes.mesh_parts import joined
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
 from .. import carried_maps
 from ..framing import covered
 from ..job import Job
 from ..state import Run
+from .baked import Parts, parts_of
 from .output import Output
 
 
@@ -38,8 +39,9 @@ class TexturedMesh(Output):
 
     def check(self, run: Run) -> None:
         """Texture coordinates of a mesh source, and a texture that the format can show."""
-        if run.source.is_mesh:
-            _ = as_mesh(run.source).uv_faces
+        for source, _ in run.pairs:
+            if source.is_mesh:
+                _ = as_mesh(source).uv_faces
         mesh_files.check_texture(Path(self.name), _shown(run))
         if run.job.carry_maps:
             carried_maps.check(as_mesh(run.target).file, self.name)
@@ -50,11 +52,11 @@ class TexturedMesh(Output):
 
     def write(self, run: Run, path: Path) -> None:
         """The mesh, and what stands beside it."""
-        box, target, name = covered(run.job, run.source), as_mesh(run.target), Path(self.name)
+        box, name = covered(run.job, run.source), Path(self.name)
         options: dict[str, Any] = {"texture": _shown(run), "force": run.job.force, "threads": run.threads}
         options["carry_maps"] = run.job.carry_maps
         with run.phases.timed("write"):
-            figures = new_uvs(target, run.fit.map, run.source, box, path, name=name, **options)
+            figures = new_uvs(parts_of(run), box, path, name=name, **options)
         for note in figures.pop("material_notes"):
             run.note(note)
         before = run.figures.get("also_written", [])
@@ -67,9 +69,7 @@ def _shown(run: Run) -> Path | bytes | None:
 
 
 def new_uvs(
-    target: MeshShape,
-    map: AnyMap,
-    source: Shape,
+    parts: Parts,
     box: Box,
     out: Path,
     *,
@@ -82,9 +82,8 @@ def new_uvs(
     """Write the target with texture coordinates that show the source's texture.
 
     Args:
-        target: the mesh.
-        map: from the source's plane to the target's.
-        source: its shape; a mesh gives its own texture coordinates.
+        parts: those of the mesh, the map from the source's plane to each one's, and the source's shape; a mesh gives
+            its own texture coordinates.
         box: where the texture lies in the source's plane (not used with a mesh).
         out: temporary file to write.
         name: its final name: .obj, .glb or .ply.
@@ -100,9 +99,14 @@ def new_uvs(
         InputError: the format holds no texture coordinates, or the source has none.
     """
     mesh_files.check_output(str(name))
-    pull = ExtendedInverse(map, threads)
-    z = pull(target.flattening.flat)
-    uv, figures = _uv_of(source, box, z, target, threads)
+    target = joined([part for part, _, _ in parts])
+    pulls = [ExtendedInverse(map, threads) for _, map, _ in parts]
+    found = [
+        _uv_of(source, box, pull(part.flattening.flat), part, threads)
+        for (part, _, source), pull in zip(parts, pulls)
+    ]
+    uv = np.concatenate([coordinates for coordinates, _ in found])
+    figures: dict[str, Any] = {}
     corners, triangles = target.corners
     pictures = None
     if carry_maps:
@@ -111,27 +115,29 @@ def new_uvs(
     written, missing = mesh_files.write(
         target.file, uv, corners, triangles, out, name=name, texture=texture, pictures=pictures, force=force
     )
-    if not source.is_mesh:  # whose own layout may have mirrored charts
-        written_uv = mesh_files.as_written(uv, name)[target.flattening.patch.faces]
-        figures["uv"] = layout.turned_over(written_uv)
+    if parts[0][2].is_mesh:
+        figures["torn_triangles"] = sum(torn for _, torn in found)
+    else:  # a mesh's own layout may have mirrored charts
+        rounded = mesh_files.as_written(uv, name)[target.flattening.patch.faces]
+        figures["uv"] = layout.turned_over(rounded)
     return figures | {
-        "flattening": target.flattening.report(),
-        "outside_points": pull.outside,
-        "outside_distance": pull.away / target.curve.diagonal,
+        "flattening": parts[0][0].flattening.report(),
+        "outside_points": sum(pull.outside for pull in pulls),
+        "outside_distance": max(pull.away / part.curve.diagonal for (part, _, _), pull in zip(parts, pulls)),
         "also_written": written,
         "material_notes": missing,
     }
 
 
-def _uv_of(source: Shape, box: Box, z: Complex, target: MeshShape, threads: int | None) -> tuple[Real, dict]:
+def _uv_of(source: Shape, box: Box, z: Complex, target: MeshShape, threads: int | None) -> tuple[Real, int]:
+    """(p, 2) coordinates of points z of the source's plane, and how many of the target's triangles they tear apart."""
     if not source.is_mesh:
         size = box[1] - box[0]
         at = z - box[0]
-        return np.column_stack([at.real / size.real, at.imag / size.imag]), {}
+        return np.column_stack([at.real / size.real, at.imag / size.imag]), 0
     mesh = as_mesh(source)
     faces = mesh.uv_faces
     triangle, weights = mesh.locator(z, threads)
     uv = np.einsum("pk,pkc->pc", weights, mesh.uv[faces[triangle]])
     chart = layout.charts(faces, len(mesh.uv))[faces[triangle, 0]][target.flattening.patch.faces]
-    torn = int((chart != chart[:, :1]).any(axis=1).sum())
-    return uv, {"torn_triangles": torn}
+    return uv, int((chart != chart[:, :1]).any(axis=1).sum())

@@ -176,3 +176,36 @@ def test_a_shape_with_a_round_outline_keeps_its_parts():
     assert fit.status is Status.MET and fit.report()["injective"]["certified"]
     still = np.array([-0.3 - 0.1j, -0.2 - 0.2j])
     assert np.abs(fit.map(still) - still).max() < 0.1
+
+
+PUNCHED = [
+    1.5 + 0.5j + 0.2 * np.exp(2j * np.pi * np.arange(24) / 24),
+    np.array([4, 4.5, 4.5 + 0.5j, 4 + 0.5j]) + 0.25j,
+]
+
+
+def test_a_bar_with_holes_bends_as_rigidly_as_possible_holes_left_free():
+    pins = bent(90)
+    fit = iccm.deform(BAR, pins=pins, source_holes=PUNCHED)
+    assert fit.status is Status.MET and error(fit) < 1e-9 and not fit.notes
+    assert fit.report()["injective"]["certified"] and "holes" not in fit.report()
+    for hole, loop in zip(PUNCHED, fit.map.loops[1:]):
+        assert np.abs(np.sort_complex(fit.map.source[loop])[0] - np.sort_complex(hole)[0]) < 1e-9
+    assert np.abs(as_rigid_as_possible(fit, pins) - fit.map.image).max() < 0.01 * fit.source.diagonal
+    assert np.isnan(fit.map(np.array([1.5 + 0.5j]))).all()
+    again = iccm.deform(BAR, pins=pins, source_holes=PUNCHED, start=fit)
+    assert np.abs(again.map.image - fit.map.image).max() < 1e-5
+
+
+def test_pins_on_a_holes_outline_move_it_and_in_it_close_it():
+    on = [[1.3 + 0.5j, 1.2 + 0.5j], [1.7 + 0.5j, 1.9 + 0.5j], [5.5 + 0.5j, 5.5 + 0.5j]]
+    fit = iccm.deform(BAR, pins=on, source_holes=PUNCHED)
+    assert fit.status is Status.MET and error(fit) < 1e-9 and len(fit.map.loops) == 3
+    inside = [[1.5 + 0.5j, 1.5 + 0.7j], [5.5 + 0.5j, 5.5 + 0.5j]]
+    fit = iccm.deform(BAR, pins=inside, source_holes=PUNCHED)
+    assert fit.status is Status.MET and error(fit) < 1e-9 and len(fit.map.loops) == 2
+    assert fit.notes == ["A hole holds pins or strokes: the shape is moved as if filled there."]
+    stroke = [np.array([1 + 0.5j, 2 + 0.5j]), np.array([1 + 0.5j, 2 + 0.6j])]
+    assert len(iccm.deform(BAR, strokes=[stroke], source_holes=PUNCHED).map.loops) == 2
+    with pytest.raises(InputError, match="source_holes: the balanced method alone"):
+        iccm.deform(BAR, pins=on, source_holes=PUNCHED, method="paper")

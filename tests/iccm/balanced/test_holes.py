@@ -8,8 +8,11 @@ import pytest
 import iccm
 from iccm.balanced import Settings, solve
 from iccm.balanced.failure import Stuck
+from iccm.balanced.frames import frames_of
+from iccm.balanced.holes.circles import circle_domain, through_circles
 from iccm.balanced.holes.given import Holes
-from iccm.balanced.holes.partners import Partners
+from iccm.balanced.holes.outlines import apart
+from iccm.balanced.holes.partners import Partners, middle_of
 from iccm.balanced.holes.rings import onto_ring, ring
 from iccm.balanced.levels import Level, UnitProblem
 from iccm.balanced.meshing.mesh import Sizes, triangulate
@@ -101,10 +104,13 @@ def test_holes_without_a_partner_all_but_vanish():
     shares = [
         area(w, solution.faces[inside]) / area(w, solution.faces) for w in (solution.source, solution.image)
     ]
-    assert shares[0] == pytest.approx(0.115, abs=2e-3) and shares[1] < 0.3 * shares[0]
+    assert shares[0] == pytest.approx(0.115, abs=2e-3)
+    assert (
+        0.08 < shares[1] / shares[0] < 0.12
+    )  # .096 here, .095, .093 and .092 with 2, 5 and 13 times the triangles
     slit = solved(DISC, OFF)
     (loop,) = slit.loops[1:]
-    assert slit.partners == ((-1, 0),) and 0 < -Curve(slit.source[loop]).area < 0.03 * DISC[0].area
+    assert slit.partners == ((-1, 0),) and 0 < -Curve(slit.source[loop]).area < 0.013 * DISC[0].area
 
 
 def test_similar_domains_have_the_similarity():
@@ -217,3 +223,74 @@ def test_pins_in_holes_name_partners_and_others_are_met():
 def test_holes_that_cannot_be_are_told(wrong, said):
     with pytest.raises(iccm.InputError, match=said):
         iccm.fit(STEPS, box(), **wrong)
+
+
+def crooked(width=0.08, turns=2.2):
+    """A spiral bar with a square hole near each end: no start along the outlines alone takes it anywhere."""
+    t = np.linspace(0.25, 1, 60)
+    middle = t * np.exp(2j * np.pi * turns * t)
+    normal = 1j * np.gradient(middle) / np.abs(np.gradient(middle))
+    outer = np.concatenate([middle - width * normal, (middle + width * normal)[::-1]])
+    return domain(outer, *(middle[k] + 0.4 * width * STEPS[::6] for k in (6, 52)))
+
+
+def test_a_circle_domain_has_its_holes_apart_and_off_its_rim():
+    close = np.array([0.1, 0.1, 0.95j, -0.99])
+    outer, holes = circle_domain(close)
+    assert outer.area + sum(hole.area for hole in holes) == pytest.approx(1)
+    assert apart([outer.z, *(hole.z for hole in holes)])
+    centres = np.array([middle_of(hole) for hole in holes])
+    assert np.abs(np.angle(centres[2:] / [1j, -1])).max() < 0.3  # in the directions given
+    assert np.ptp([hole.area for hole in holes]) < 1e-12
+
+
+def test_shapes_whose_outlines_give_no_start_go_by_way_of_a_circle_domain():
+    spiral, face = crooked(), domain(box(), 0.2 * STEPS - 0.5, 0.2 * STEPS + 0.5)
+    frames = frames_of(spiral[0], face[0], 0.0, (spiral[1], face[1]))
+    curves = [frame.curve(side[0]) for frame, side in zip(frames, (spiral, face))]
+    holes = Holes(spiral[1], face[1]).unit(frames)
+    problem = UnitProblem(*curves, 1.0, 3.0, holes=holes.sides)
+    level = Level.of(problem, 0.06, 5e-4, 6e-3, 8.0)
+    for pairs in ([(0, 0), (1, 1)], [(0, 1), (1, 0)]):
+        state = through_circles(level, pairs, 1.0)
+        assert [(loop.source, loop.target) for loop in state.loops] == pairs
+        assert positive(state.z, state.faces).all() and positive(state.u, state.faces).all()
+        rims = [state.u[rim.vertices] for rim in state.rims]
+        assert fault(rims) == "" and all(
+            np.abs(rim.target.curve.at(rim.target.curve.closest(w)) - w).max() < 1e-9
+            for rim, w in zip(state.rims, rims)
+        )
+
+
+def test_a_spiral_with_two_holes_goes_onto_a_square_with_two():
+    spiral, face = crooked(), domain(box(), 0.2 * STEPS - 0.5, 0.2 * STEPS + 0.5)
+    check(solved(spiral, face), spiral, face)
+
+
+def given_holes(source, target):
+    return {"source_holes": [h.z for h in source[1]], "target_holes": [h.z for h in target[1]]}
+
+
+@pytest.mark.parametrize(("pair", "pin"), [((FACE, MASK), 0.1), ((FACE, OFF), -0.3), ((OFF, FACE), -0.3)])
+def test_a_map_with_holes_goes_on_from_an_earlier_one(pair, pin):
+    source, target = pair
+    given = given_holes(*pair)
+    first = iccm.fit(source[0].z, target[0].z, pins=[[pin, pin - 0.1j]], **given)
+    again = iccm.fit(source[0].z, target[0].z, pins=[[pin, pin - 0.15j]], start=first, **given)
+    assert again.status.ok and sorted(again.hole_partners) == sorted(first.hole_partners)
+    assert [each["error"] < 1e-9 for each in again.report()["pins"]] == [True]
+    assert all(h["gap"] <= 1e-3 for h in again.report()["holes"] if h["gap"] is not None)
+    assert again.report()["injective"]["certified"]
+    same = len(source[1]) == len(target[1])
+    assert (again.map.source.size == first.map.source.size) == same  # with as many holes the mesh stays
+
+
+def test_a_start_with_other_holes_is_told():
+    plain, given = iccm.fit(FACE[0].z, MASK[0].z), given_holes(FACE, MASK)
+    with pytest.raises(iccm.InputError, match="start: is a map of shapes with other holes"):
+        iccm.fit(FACE[0].z, MASK[0].z, start=plain, **given)
+    holed = iccm.fit(FACE[0].z, MASK[0].z, **given)
+    with pytest.raises(iccm.InputError, match="start: is a map of shapes with other holes"):
+        iccm.fit(FACE[0].z, MASK[0].z, start=holed)
+    with pytest.raises(iccm.InputError, match="start: takes holes to other partners"):
+        iccm.fit(FACE[0].z, MASK[0].z, start=holed, hole_partners=[(0, 2)], **given)

@@ -8,6 +8,7 @@ from iccm.flattening import flatten
 from iccm.maps.extended_inverse import ExtendedInverse, bends
 from iccm.maps.harmonic import HarmonicMap
 from iccm.meshes import bake as baking
+from iccm.meshes.bake import BakedPart
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.layout import layout
 from iccm.meshes.locate import Locator
@@ -170,7 +171,7 @@ def baked(mesh, size=64, texture=None, pull=None, kind="colour", **options):
     charts = layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, size, size)
     pull = ExtendedInverse(mapped()) if pull is None else pull
     read = Sampler(texture, kind=kind)
-    return baking.bake(found, charts, pull, read, texture, **options), charts
+    return baking.bake([BakedPart(found, pull, texture)], charts, read, **options), charts
 
 
 @pytest.mark.parametrize("cells", [2, 8, 32])
@@ -347,7 +348,7 @@ def test_normals_of_a_textured_mesh_come_from_the_frame_of_its_chart(place, matr
     faces = mesh.uv_corners[found.patch.corner]
     grid = layout("grid", mesh.uv, faces, found.patch.triangles.twin, 32, 32)
     identity = ExtendedInverse(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))
-    out, _ = baking.bake(found, grid, identity, Sampler(one_normal(n), kind="normal"), source)
+    out, _ = baking.bake([BakedPart(found, identity, source)], grid, Sampler(one_normal(n), kind="normal"))
     expected = stored(np.append(np.array(matrix) @ n[:2], n[2]))
     assert np.abs(out.astype(int) - expected).max() <= 1
 

@@ -66,7 +66,10 @@ def test_a_pin_may_be_a_point_in_space():
 
 def test_every_field_is_an_option_of_the_command_line_and_back():
     fields = set(Job.model_fields)
-    for command, own in ((map.command, set()), (deform.command, {"target", "bake", "parts", "turn"})):
+    for command, own in (
+        (map.command, set()),
+        (deform.command, {"target", "bake", "parts", "turn", "carry_maps"}),
+    ):
         names = {parameter.name for parameter in command.params} - {
             "help",
             "debug",

@@ -1,0 +1,239 @@
+"""Strokes that touch the outlines: an end there is a pin of the outline, and a stroke along the outline is two of them.
+
+Where the outlines are taken onto each other nothing else is left to be met on them: what runs along the one comes to
+run along the other, and from end to end where its ends do.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex, Flags, Index, xy_of
+from ...curve import Curve
+from ...errors import ConstraintError
+from ...problem import ON_OUTLINE
+from ...result import distances
+
+BESIDE_END = 20.0  # times that: how far a stroke may keep so close to the outline from its end there on
+SAMPLES = 2.0  # of a stroke, for that length
+SAME = 1e-9  # of the diagonal: rounding
+NAMES = ("source", "target")
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnStroke:
+    """A stroke with its place among those given.
+
+    Attributes:
+        number: from 0 on.
+        curves: in the source and in the target.
+        sticks: which ends go to ends.
+        on_outline: which ends are on the outlines; they stick, too.
+    """
+
+    number: int
+    curves: tuple[Curve, Curve]
+    sticks: tuple[bool, bool]
+    on_outline: tuple[bool, bool] = (False, False)
+
+    @property
+    def feet(self) -> Complex:
+        """(k, 2) ends on the outlines, in the source and in the target."""
+        return np.array([[c.z[-e] for c in self.curves] for e in (0, 1) if self.on_outline[e]]).reshape(-1, 2)
+
+
+def sorted_out(
+    domains: tuple[Curve, ...], strokes: Sequence[tuple[Curve, Curve]], sticks: Flags
+) -> tuple[list[DrawnStroke], list[DrawnStroke]]:
+    """The strokes inside, their ends on the outlines moved onto them; and those along the outlines.
+
+    Args:
+        domains: source and target, or the source alone.
+        strokes: as given.
+        sticks: (s, 2) which ends of strokes stick.
+
+    Raises:
+        ConstraintError: one leaves its shape, or touches its outline elsewhere than at an end, or in one shape only.
+    """
+    inner, along = [], []
+    for k, (pair, stuck) in enumerate(zip(strokes, sticks)):
+        drawn = DrawnStroke(k, pair, (bool(stuck[0]), bool(stuck[1])))
+        beside = [_is_along(curve, stroke) for curve, stroke in zip(domains, pair)]
+        if any(beside):
+            along.append(_along(domains, drawn, beside))
+        else:
+            inner.append(_ended(domains, drawn))
+    return inner, along
+
+
+def _is_along(curve: Curve, stroke: Curve) -> bool:
+    z = stroke.at(_places(curve, stroke))
+    return bool(np.all(distances(z, curve) <= ON_OUTLINE * curve.diagonal))
+
+
+def _along(domains: tuple[Curve, ...], drawn: DrawnStroke, beside: Sequence[bool]) -> DrawnStroke:
+    """A stroke along both outlines, its ends on them.
+
+    Raises:
+        ConstraintError: it is along one only, or runs around them the other way.
+    """
+    k = drawn.number
+    if len(domains) < 2:
+        raise ConstraintError(
+            f"stroke {k + 1}: it runs along the outline, which is free to move; draw it inside", strokes=[k]
+        )
+    if not all(beside):
+        here, there = NAMES if beside[0] else NAMES[::-1]
+        raise ConstraintError(
+            f"stroke {k + 1}: its {here} runs along the outline and its {there} does not; "
+            "a one-to-one map takes outline to outline",
+            strokes=[k],
+        )
+    if len({_goes_round(*pair) for pair in zip(domains, drawn.curves)}) > 1:
+        raise ConstraintError(
+            f"stroke {k + 1}: it runs the other way around the outline in the target; turn it round",
+            strokes=[k],
+        )
+    ends = [Curve(c.at(c.closest(s.z[[0, -1]])), closed=False) for c, s in zip(domains, drawn.curves)]
+    return DrawnStroke(k, (ends[0], ends[1]), (True, True), (True, True))
+
+
+def _goes_round(curve: Curve, stroke: Curve) -> bool:
+    """Whether a stroke along a closed curve runs as that does."""
+    s = curve.closest(stroke.at(_places(curve, stroke)))
+    return bool(_wrapped(np.diff(s), curve.length).sum() > 0)
+
+
+def _wrapped(steps: np.ndarray, length: float) -> np.ndarray:
+    return np.mod(steps + 0.5 * length, length) - 0.5 * length
+
+
+def _ended(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
+    """A stroke inside, those of its ends that are on the outlines moved onto them.
+
+    An end of the target alone that is there is cut off, unless the source's is to go there.
+    """
+    k, curves = drawn.number, list(drawn.curves)
+    at_ends = np.array(
+        [distances(s.z[[0, -1]], c) <= ON_OUTLINE * c.diagonal for c, s in zip(domains, curves)]
+    )
+    for end in (0, 1):
+        here, there = at_ends[0, end], at_ends[-1, end]
+        if here and not there:
+            raise ConstraintError(
+                f"stroke {k + 1}: its source ends on the outline and its target does not; "
+                "a one-to-one map takes outline to outline",
+                strokes=[k],
+            )
+        if there and not here and drawn.sticks[end]:
+            raise ConstraintError(
+                f"stroke {k + 1}: its target ends on the outline and its source does not; "
+                "without a pin there its end may stay inside",
+                strokes=[k],
+            )
+    for side, curve in enumerate(domains):
+        for end in (0, 1):
+            if at_ends[side, end]:
+                met = bool(at_ends[:, end].all())
+                curves[side] = (_on_outline if met else _cut_off)(curve, curves[side], end)
+        _refuse_touching(curve, curves[side], at_ends.all(axis=0), k, side)
+    on = tuple(bool(x) for x in at_ends.all(axis=0))
+    sticks = tuple(a or b for a, b in zip(drawn.sticks, on))
+    return DrawnStroke(k, (curves[0], curves[1]), (sticks[0], sticks[1]), (on[0], on[1]))
+
+
+def _refuse_touching(curve: Curve, stroke: Curve, on_outline: Flags, k: int, side: int) -> None:
+    s = _places(curve, stroke)
+    z = stroke.at(s)
+    unit = ON_OUTLINE * curve.diagonal
+    bad = (distances(z, curve) < unit) | ~curve.contains(z)
+    for end, from_end in ((0, s), (1, stroke.length - s)):
+        if on_outline[end]:
+            bad &= from_end > BESIDE_END * unit
+    if bad.any():
+        raise ConstraintError(
+            f"stroke {k + 1}: its {NAMES[side]} leaves the shape or touches its outline, other than at an end; "
+            "keep it inside, or part it there",
+            strokes=[k],
+        )
+
+
+def _on_outline(curve: Curve, stroke: Curve, end: int) -> Curve:
+    """The stroke led to the outline at an end that is close to it: cut there where it leaves the shape."""
+    z = stroke.z[::-1] if end else stroke.z
+    foot = curve.at(curve.closest(z[:1]))
+    if abs(foot[0] - z[0]) <= SAME * curve.diagonal:
+        z = np.append(foot, z[1:])
+    elif curve.contains(z[:1])[0]:
+        z = np.append(foot, z)
+    else:
+        first = 1 + int(np.argmax(np.append(curve.contains(z[1:-1]), True)))
+        way = shapely.LineString(xy_of(z[[first - 1, first]])).intersection(_ring(curve))
+        crossings = shapely.get_coordinates(way) @ np.array([1, 1j])
+        foot = crossings[[np.abs(crossings - z[first - 1]).argmin()]] if crossings.size else foot
+        z = np.append(curve.at(curve.closest(foot)), z[first:])
+    return Curve(z[::-1] if end else z, closed=False)
+
+
+def _cut_off(curve: Curve, stroke: Curve, end: int) -> Curve:
+    """The stroke without the part at an end that is close to the outline."""
+    turned = Curve(stroke.z[::-1], closed=False) if end else stroke
+    s = _places(curve, turned)
+    z = turned.at(s)
+    clear = (distances(z, curve) > SAMPLES * ON_OUTLINE * curve.diagonal) & curve.contains(z)
+    first = s[np.argmax(clear)] if clear.any() else 0.0
+    z = np.append(turned.at(np.array([first])), turned.z[turned.knots > first + 1e-12 * turned.length])
+    return Curve(z[::-1] if end else z, closed=False)
+
+
+def refuse_other_sides(
+    domains: tuple[Curve, ...], strokes: Sequence[DrawnStroke], pins: Complex, numbers: Index
+) -> None:
+    """Raises ConstraintError where a stroke that parts the shapes has a pin, or another stroke, on its one side in the
+    source and on the other in the target.
+
+    Args:
+        domains: source and target, or the source alone.
+        strokes: those inside.
+        pins: (k, 2) inside.
+        numbers: (k,) of them.
+    """
+    for stroke in strokes:
+        if len(domains) < 2 or not all(stroke.on_outline):
+            continue
+        others = [other for other in strokes if other is not stroke]
+        middles = np.array([[c.at(0.5 * c.length) for c in other.curves] for other in others]).reshape(-1, 2)
+        points = np.concatenate([pins, middles])
+        left = [_left_of(c, s, side) for c, s, side in zip(domains, stroke.curves, points.T)]
+        for k in np.flatnonzero(left[0] != left[1]):
+            pin = numbers[k : k + 1] if k < len(pins) else []
+            drawn = [] if k < len(pins) else [others[k - len(pins)].number]
+            told = f"pin {pin[0] + 1}" if len(pin) else f"stroke {drawn[0] + 1}"
+            raise ConstraintError(
+                f"{told}: it lies on the one side of stroke {stroke.number + 1} in the source, on the other in the "
+                "target; that stroke parts the shape",
+                pin,
+                [*drawn, stroke.number],
+            )
+
+
+def _left_of(curve: Curve, stroke: Curve, points: Complex) -> Flags:
+    """Which points of a domain are on the left of a stroke that parts it."""
+    first, last = curve.closest(stroke.z[[0, -1]])
+    knots = curve.knots[:-1]
+    after = np.mod(knots - last, curve.length)
+    between = after < np.mod(first - last, curve.length)
+    ring = np.append(stroke.z, curve.z[between][np.argsort(after[between])])
+    return Curve(ring).contains(points)
+
+
+def _places(curve: Curve, stroke: Curve) -> np.ndarray:
+    """Arclengths along a stroke, its vertices among them, close enough to see it touch the outline of a shape."""
+    count = int(np.ceil(SAMPLES * stroke.length / (ON_OUTLINE * curve.diagonal)))
+    return np.union1d(np.linspace(0, stroke.length, min(count, 20_000) + 2), stroke.knots)
+
+
+def _ring(curve: Curve) -> shapely.LineString:
+    return shapely.LineString(xy_of(np.append(curve.z, curve.z[0])))

@@ -1,0 +1,287 @@
+"""The charts of a mesh's own texture coordinates, each as a flattening: the layout's plane is the flattening's."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from ..arrays import Complex, Flags, Index, Real, distinct_rows, xy_of
+from ..errors import InputError
+from ..meshes.disk_patch import taken_apart
+from ..meshes.flatten import Flattening, overlap
+from ..meshes.layout import turns
+from ..meshes.mesh import Mesh, checked, proper, triangulated
+from ..meshes.patch import Patch
+from ..meshes.rasterise import rasterise
+from ..meshes.topology import Triangles, labels
+
+COARSE = 512  # cells of a grid on which overlaps are counted (by hand)
+LITTLE = 0.01  # of a chart: what others share of it that is not told (by hand)
+FOLD = 1e-5  # of a chart's area: what is folded back by no more is a slip, and is turned (by hand)
+SLIPS, ROUNDS = 1000, 100  # triangles that are turned at most, and passes over them (by hand)
+THIN = 1e-5  # of the layout's diagonal: height that these get
+MOVED = 1e-3  # of that: vertices are moved no farther for it, a texel of a picture of 1024 (by hand)
+APART = 1e-5
+"""Of a chart's diagonal, by which vertices that its outline passes twice are drawn into it (by hand)."""
+
+
+@dataclass(frozen=True, eq=False)
+class LaidOut:
+    """One chart.
+
+    Attributes:
+        flattening: its place in the plane; of a mirrored chart the layout's mirror image.
+        tile: of the layout, from 0,0 to 1,1 for the first; the others are those of UDIM. The lower left corner.
+        mirror: u of the line about which the plane is mirrored against the layout, or None.
+    """
+
+    flattening: Flattening
+    tile: complex
+    mirror: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Atlas:
+    """The charts of a mesh, numbered from 1, the largest in the layout first.
+
+    A chart ends where the surface does, where coordinates differ across an edge, and where the layout folds back: two
+    mirrored halves that share a line are two charts.
+
+    Attributes:
+        mesh: the mesh.
+        shape: triangles over pairs of a position and a coordinate, as they are wound in the file.
+        vertex: (p,) vertex of the mesh behind each pair.
+        uv: (p, 2) its texture coordinate, v up.
+        corner: (m, 3) corner of the mesh behind each triangle's corner.
+        notes: what no chart has.
+    """
+
+    mesh: Mesh
+    shape: Triangles
+    vertex: Index
+    uv: Real
+    corner: Index
+    notes: tuple[str, ...] = field(default=())
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> "Atlas":
+        """All charts of a mesh.
+
+        Raises:
+            InputError: an element at fault (see `mesh.checked`), or no face has texture coordinates.
+        """
+        corner = triangulated(checked(mesh))
+        if mesh.uv is None or mesh.uv_corners is None:
+            raise InputError(f"{mesh.name}: has no texture coordinates; make them with iccm flatten --uv")
+        known = _known(mesh, mesh.uv, mesh.uv_corners, corner)
+        notes = _left_out(int((~known).sum()), "texture coordinates")
+        corner = corner[known]
+        area = turns(mesh.uv[mesh.uv_corners[corner]])
+        notes += _left_out(int((area == 0).sum()), "an area in the layout")
+        corner = corner[area != 0]
+        # pairs of indices first: there are few of them, and sorting whole numbers is fast
+        of, at = mesh.corners[corner].ravel(), mesh.uv_corners[corner].ravel()
+        _, first, pair = np.unique(of * len(mesh.uv) + at, return_index=True, return_inverse=True)
+        rows = np.column_stack([mesh.points[of[first]], mesh.uv[at[first]]])
+        kept, joined = distinct_rows(rows)
+        faces = joined[pair.ravel()].reshape(-1, 3)
+        whole = proper(faces)
+        if not whole.any():
+            raise InputError(f"{mesh.name}: no face has an area in its texture coordinates")
+        shape = Triangles(faces[whole], kept.size)
+        uv, turned = _mended(shape, rows[kept, 3:])
+        notes += [f"{turned} triangles that the layout folds back by a hair are turned"] if turned else []
+        return cls(mesh, shape, of[first][kept], uv, corner[whole], tuple(notes))
+
+    @cached_property
+    def turn(self) -> Real:
+        """(m,) twice the areas of the triangles in the layout, negative where it shows their backs."""
+        return turns(self.uv[self.shape.faces])
+
+    @cached_property
+    def _label(self) -> Index:
+        """(m,) the piece of the layout that each triangle is in."""
+        return _unfolded(self.shape, self.turn)[0]
+
+    @cached_property
+    def areas(self) -> Real:
+        """(k,) of the charts, in the layout."""
+        return np.bincount(self._label, np.abs(self.turn))[self._order] / 2
+
+    @cached_property
+    def _order(self) -> Index:
+        return np.argsort(-np.bincount(self._label, np.abs(self.turn)), kind="stable")
+
+    @cached_property
+    def _sorted(self) -> tuple[Index, Index]:
+        """Triangles chart by chart, and where each chart's begin."""
+        rank = np.empty(self._order.size, np.int64)
+        rank[self._order] = np.arange(rank.size)
+        chart = rank[self._label]
+        return np.argsort(chart, kind="stable"), np.append(0, np.cumsum(np.bincount(chart)))
+
+    @property
+    def count(self) -> int:
+        """Number of charts."""
+        return self._order.size
+
+    def triangles(self, number: int) -> Index:
+        """The triangles of a chart.
+
+        Raises:
+            InputError: there is no such chart.
+        """
+        if not 1 <= number <= self.count:
+            raise InputError(f"{self.mesh.name}: no chart {number}; there are {self.count}, 1 is the largest")
+        order, starts = self._sorted
+        return order[starts[number - 1] : starts[number]]
+
+    def tile(self, number: int) -> complex:
+        """The lower left corner of the tile that the middle of a chart is in."""
+        u, v = self.uv[np.unique(self.shape.faces[self.triangles(number)])].T
+        return complex(np.floor((u.min() + u.max()) / 2), np.floor((v.min() + v.max()) / 2))
+
+    def mirrored(self, number: int) -> bool:
+        """Whether the layout shows the back of a chart's faces, as most of them are wound."""
+        return float(self.turn[self.triangles(number)].sum()) < 0
+
+    def shared(self, number: int) -> float:
+        """The share of a chart that others lie on, looked at on a coarse grid; 0 below a hundredth."""
+        own = np.zeros(len(self.shape.faces), bool)
+        own[self.triangles(number)] = True
+        at = self.uv[self.shape.faces]
+        low = at[own].min(axis=(0, 1))
+        cells = (at - low) * COARSE / max(np.ptp(at[own].reshape(-1, 2), axis=0))
+        here, there = (rasterise(cells[which], COARSE, COARSE).centre for which in (own, ~own))
+        share = float((here & there).sum() / max(here.sum(), 1))
+        return share if share >= LITTLE else 0.0
+
+    def chart(self, number: int, aspect: float = 1.0) -> LaidOut:
+        """A chart as a flattening, as it is seen from the faces' front.
+
+        Args:
+            number: 1 for the largest.
+            aspect: width by height of the pictures that lie on it: the plane is as wide.
+
+        Raises:
+            InputError: no such chart, or one that overlaps itself.
+        """
+        own, tile, mirrored = self.triangles(number), self.tile(number), self.mirrored(number)
+        mirror = (tile.real + 0.5) * aspect if mirrored else None
+        front = (self.turn[own] < 0) == mirrored
+        turned = ~front[:, None]
+        faces = np.where(turned, self.shape.faces[own][:, ::-1], self.shape.faces[own])
+        corner = np.where(turned, self.corner[own][:, ::-1], self.corner[own])
+        used, local = np.unique(faces, return_inverse=True)
+        shape, pair = taken_apart(Triangles(local.reshape(-1, 3), used.size), used, [])
+        vertex = self.vertex[pair]
+        z = self.uv[pair, 0] * aspect + 1j * self.uv[pair, 1]
+        flat = _pulled_apart(shape, z if mirror is None else 2 * mirror - z.conj())
+        name = self.mesh.name
+        patch = Patch(self.mesh, self.mesh.points[vertex], shape, vertex, corner, notes=self.notes)
+        if not patch.loops:
+            raise InputError(
+                f"{name}: chart {number} of its texture coordinates overlaps itself: it is closed"
+            )
+        outline = max(patch.loops, key=lambda loop: _enclosed(flat[loop]))
+        laid = Flattening(patch, flat, outline, "uv")
+        if fault := overlap(laid):
+            raise InputError(
+                f"{name}: chart {number} of its texture coordinates overlaps itself ({fault}); mend the layout, or "
+                "leave out uv for a flattening"
+            )
+        return LaidOut(laid, tile, mirror)
+
+
+def _unfolded(shape: Triangles, turn: Real) -> tuple[Index, Index]:
+    """(m,) pieces of a layout joined across the edges at which it does not fold, and (e, 2) triangles where it does."""
+    half = np.flatnonzero(shape.twin > np.arange(shape.twin.size))
+    other = shape.twin[half]
+    alike = (turn[half // 3] > 0) == (turn[other // 3] > 0)
+    against = shape.tail[half] == shape.tail[other]  # wound against each other
+    joined = alike != against
+    ends = np.column_stack([half // 3, other // 3])
+    one, two = ends[joined].T
+    return labels(one, two, len(shape.faces)), ends[~joined & ~against]
+
+
+def _mended(shape: Triangles, uv: Real) -> tuple[Real, int]:
+    """Coordinates (p, 2) in which slips are turned over by the least moves, and how many triangles that are."""
+    turn = turns(uv[shape.faces])
+    piece, folds = _unfolded(shape, turn)
+    area = np.bincount(piece, np.abs(turn))
+    both = np.concatenate([folds, folds[:, ::-1]])
+    small = both[area[piece[both[:, 0]]] < FOLD * area[piece[both[:, 1]]]]
+    wanted = np.sign(turn)
+    for here, there in small:
+        wanted[piece == piece[here]] = np.sign(turn[there])
+    slips = np.flatnonzero(wanted != np.sign(turn))
+    if not 0 < slips.size <= SLIPS:
+        return uv, 0
+    near = np.flatnonzero(np.isin(shape.faces, shape.faces[slips]).any(axis=1))
+    moved = _turned(shape.faces[near], wanted[near], uv)
+    far = np.linalg.norm(np.ptp(uv, axis=0))
+    good = (np.sign(turns(moved[shape.faces])) == wanted).all() and np.abs(moved - uv).max() < MOVED * far
+    return (moved, int(slips.size)) if good else (uv, 0)
+
+
+def _turned(faces: Index, wanted: Real, uv: Real) -> Real:
+    """Coordinates moved, a triangle at a time, until each has the sign that is wanted and a height (Kaczmarz)."""
+    z, far = uv @ np.array([1, 1j]), np.linalg.norm(np.ptp(uv, axis=0))
+    corner = z[faces]
+    longest = np.abs(corner - np.roll(corner, 1, axis=1)).max(axis=1)
+    least = THIN * far * longest
+    least = np.where(wanted * turns(uv[faces]) > 0, np.minimum(least, wanted * turns(uv[faces]) / 2), least)
+    for _ in range(ROUNDS):
+        short = False
+        for face, sign, goal in zip(faces, wanted, least):
+            a, b, c = z[face]
+            lack = goal - sign * ((b - a).conjugate() * (c - a)).imag
+            if lack > 0:
+                short = True
+                slope = 1j * np.array([c - b, a - c, b - a])  # of twice the area
+                z[face] += 1.01 * sign * lack * slope / (np.abs(slope) ** 2).sum()
+        if not short:
+            break
+    return xy_of(z)
+
+
+def _pulled_apart(shape: Triangles, flat: Complex) -> Complex:
+    """Flat positions in which no boundary touches itself at a vertex: each of those there goes a little inwards."""
+    rim = np.unique(shape.tail[shape.twin < 0])
+    first, place = distinct_rows(xy_of(flat[rim]))
+    twice = rim[np.bincount(place, minlength=first.size)[place] > 1]
+    if not twice.size:
+        return flat
+    own = np.isin(shape.faces, twice).any(axis=1)
+    corner = flat[shape.faces[own]]
+    middle = np.repeat(corner.mean(axis=1), 3)
+    longest = np.abs(corner - np.roll(corner, 1, axis=1)).max(axis=1)
+    height = np.abs(((corner[:, 1] - corner[:, 0]).conj() * (corner[:, 2] - corner[:, 0])).imag) / longest
+    into, room = np.zeros(flat.size, complex), np.full(flat.size, np.inf)
+    way = middle - corner.ravel()
+    np.add.at(into, shape.faces[own].ravel(), way / np.abs(way))
+    np.minimum.at(room, shape.faces[own].ravel(), np.repeat(height, 3))
+    diagonal = abs(complex(np.ptp(flat.real), np.ptp(flat.imag)))
+    moved = flat.copy()
+    length = np.minimum(APART * diagonal, room[twice] / 10)
+    moved[twice] += length * into[twice] / np.maximum(np.abs(into[twice]), 1e-300)
+    return moved
+
+
+def _known(mesh: Mesh, uv: Real, uv_corners: Index, corner: Index) -> Flags:
+    """(m,) which triangles have coordinates at all corners, and finite ones."""
+    faces = uv_corners[corner]
+    good = np.logical_and.reduce(np.isfinite(uv), axis=1)
+    if (uv_corners >= len(uv)).any():
+        raise InputError(f"{mesh.name}: a face names a texture coordinate that the file does not have")
+    return np.logical_and.reduce((faces >= 0) & good[faces], axis=1)
+
+
+def _left_out(count: int, what: str) -> list[str]:
+    return [f"{count} triangles without {what} are left out"] if count else []
+
+
+def _enclosed(z: Complex) -> float:
+    """The signed area of a closed polyline."""
+    return float((z.conj() * np.roll(z, -1)).imag.sum() / 2)

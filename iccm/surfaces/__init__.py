@@ -1,0 +1,1 @@
+"""Balanced maps of surfaces."""

@@ -1,0 +1,164 @@
+"""Balanced maps with a surface on either side: the energy is that of the surface, not of its flattening.
+
+A surface is solved for in its even layout, with the metric of `balanced.metric` averaged over the solver's triangles;
+the last map is on the surface's own triangles, those of the target where both sides are surfaces, since its texture
+coordinates are what is written.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Complex
+from ..balanced import fit, method, stages
+from ..balanced.constraints.given import Pins, checked
+from ..balanced.discrete import DiscreteMap
+from ..balanced.failure import Stuck
+from ..balanced.frames import UnitFrame, frames_of
+from ..balanced.holes.given import Holes, named, unequal
+from ..balanced.levels import Sketch, UnitProblem
+from ..balanced.metric import LaidMetric, Metrics
+from ..balanced.solution import Settings, Solution, SolveLog
+from ..maps.triangulated.map import TriangulatedMap
+from ..meshes.flatten import Flattening
+from ..problem import Options, Problem
+from ..result import Fit
+from .own_mesh import OwnMap, on_own_mesh
+from .side import Side
+
+Layouts = tuple[Flattening | None, Flattening | None]
+
+
+@dataclass(frozen=True, eq=False)
+class _Prepared:
+    """A problem with surfaces where it is solved.
+
+    Attributes:
+        sides: source and target.
+        frames: their unit coordinates.
+        unit: the problem in them.
+        pins: where they are solved for.
+    """
+
+    sides: tuple[Side, Side]
+    frames: tuple[UnitFrame, UnitFrame]
+    unit: UnitProblem
+    pins: Pins
+
+
+def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit:
+    """The balanced map of a problem whose source, target or both are layouts of surfaces.
+
+    Raises:
+        NoMapError: no map without folds was found.
+        InputError: pins or strokes that no one-to-one map meets; a surface without an even layout.
+    """
+    source, target = problem.given
+    strokes = problem.given_strokes
+    given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
+    holes, pins, numbers = named(given, source, target, problem.given_pins, strokes)
+    settings = fit.settings_of(options)
+    journal = SolveLog(notes=unequal(holes))
+    checked_pins = checked(source, target, pins, strokes, numbers)
+    journal.notes += checked_pins.notes
+    sides = (Side((source, *holes.source), layouts[0]), Side((target, *holes.target), layouts[1]))
+    ready = _prepared(sides, holes, checked_pins, settings)
+    found, exact = _solved(ready, checked_pins, settings, journal)
+    map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
+    map = (
+        replace(map, bulge=np.zeros(len(map.edges.ends), complex))
+        if exact
+        else fit.straight(map, found.lines)
+    )
+    result = replace(fit.fitted(problem, found, map, (holes, pins), settings, drawn=True), layouts=layouts)
+    if not (len(pins) or len(strokes)):
+        result.notes.extend(fit.strain(result.distortion))
+    return result
+
+
+def _prepared(sides: tuple[Side, Side], holes: Holes, pins: Pins, settings: Settings) -> _Prepared:
+    """The problem in unit coordinates of even layouts."""
+    curves = [side.solved for side in sides]
+    inner = Holes(tuple(curves[0][1:]), tuple(curves[1][1:]), holes.partners)
+    frames = frames_of(curves[0][0], curves[1][0], settings.turn, inner.sides)
+    moved = _inward(pins, sides)
+    upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else stages.UPRIGHT
+    outlines = frames[0].curve(curves[0][0]), frames[1].curve(curves[1][0])
+    unit = stages.with_constraints(*outlines, inner.unit(frames), moved.unit(frames), settings, upright)
+    return _Prepared(sides, frames, unit._replace(metrics=_metrics(sides, frames)), moved)
+
+
+def _metrics(sides: tuple[Side, Side], frames: tuple[UnitFrame, UnitFrame]) -> Metrics:
+    source, target = (
+        None if side.even is None else LaidMetric.of(side.even, frame) for side, frame in zip(sides, frames)
+    )
+    return source, target
+
+
+def _inward(pins: Pins, sides: tuple[Side, Side]) -> Pins:
+    """Pins and strokes where the problem is solved."""
+    inner, outer = (
+        np.column_stack([side.inward(z) for side, z in zip(sides, each.T)])
+        for each in (pins.inner, pins.outer)
+    )
+    strokes = tuple(
+        replace(
+            stroke, source=sides[0].curve_inward(stroke.source), target=sides[1].curve_inward(stroke.target)
+        )
+        for stroke in pins.strokes
+    )
+    return replace(pins, inner=inner, outer=outer, strokes=strokes)
+
+
+def _solved(ready: _Prepared, pins: Pins, settings: Settings, journal: SolveLog) -> tuple[Solution, bool]:
+    """The map in the user's planes, and whether it is on a surface's own triangles."""
+    used, state = stages.solved(ready.unit, journal)
+    met = stages.meets(used, state)
+    forward = used is ready.unit
+    try:
+        own = _on_own(ready, state, settings, journal, forward=forward)
+    except Stuck:
+        own = None
+    if own is None:
+        last = stages.finished(used, state, settings, journal)
+        last = last if forward else stages.inverted(last)
+        z, u = (
+            side.outward(frame.world(w))
+            for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
+        )
+    else:
+        last, z, u = own
+    given = ready.sides[0].outlines, ready.sides[1].outlines
+    found = method.solution_of(last, z, u, ready.frames, given, settings, journal, False, pins)
+    return replace(found, met=met), own is not None
+
+
+def _on_own(
+    ready: _Prepared, state: DiscreteMap, settings: Settings, journal: SolveLog, *, forward: bool
+) -> tuple[DiscreteMap | Sketch, Complex, Complex] | None:
+    """The map on the own triangles of one side, and its vertices in both of the user's planes; None where it is to be
+    on others: with strokes, and where holes are to shrink.
+
+    Raises:
+        Stuck: there is none.
+    """
+    if state.inside.strokes or state.holes.filled or (not state.bound and state.inside.z.size):
+        return None
+    onto = ready.sides[1].layout is not None
+    problem = ready.unit.inverse() if onto else ready.unit
+    state = state if forward != onto else state.inverse()
+    side, frame = ready.sides[onto], ready.frames[onto]
+    other, other_frame = ready.sides[not onto], ready.frames[not onto]
+    outlines = [problem.source, *(problem.holes[0][loop.source] for loop in state.loops)]
+    own = on_own_mesh(side, frame, stages.last_level(problem, settings), state, problem, outlines)
+    own = _lowered(own, problem, settings, journal)
+    here, there = own.of_layout(side.layout.flat), other.outward(other_frame.world(own.state.u))
+    return (stages.inverted(own.state), there, here) if onto else (own.state, here, there)
+
+
+def _lowered(own: OwnMap, problem: UnitProblem, settings: Settings, journal: SolveLog) -> OwnMap:
+    """The map at rest, its worst stretch lowered."""
+    theta = stages.leaning(own.state, problem)
+    return replace(
+        own, state=stages.lowered(stages.eased(own.state, problem.theta), theta, settings, journal)
+    )

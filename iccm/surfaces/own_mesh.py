@@ -1,0 +1,251 @@
+"""The last map of a surface: on its own triangles, so that its texture coordinates are that map, and fold nowhere."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Complex, Flags, Index, Real
+from ..balanced.constraints.inside import InnerConstraints
+from ..balanced.discrete import FILLED, DiscreteMap, MeshHoles
+from ..balanced.failure import Stuck
+from ..balanced.frames import UnitFrame
+from ..balanced.levels import SPACING, SPREAD, Level, UnitProblem, match_on
+from ..balanced.meshing.mesh import closed_links
+from ..balanced.meshing.transfer import interpolate
+from ..balanced.metric import Linear, linear
+from ..balanced.minimise.ldl import system_of
+from ..balanced.outline import Outline
+from ..balanced.pairs import Pairs, boundary_pairs, limited, loops_of, through
+from ..balanced.stages import STEEPEST_FINE
+from ..curve import Curve
+from ..flattening.scaffold import filling
+from ..meshes.mesh import face_areas
+from ..meshes.stretch import laid_flat
+from .refined import RefinedSurface
+from .side import Side
+
+SAME = 1e-9  # of the length: arclengths this close are one place
+
+
+@dataclass(frozen=True, eq=False)
+class OwnMetric:
+    """The metric of a mesh whose triangles are the surface's own.
+
+    Attributes:
+        maps: from the plane to the surface, triangle by triangle, its area taken as one.
+    """
+
+    maps: Linear
+
+    def over(self, z: Complex) -> Linear:
+        """Those of all triangles; they keep their places in the plane."""
+        return self.maps
+
+
+@dataclass(frozen=True, eq=False)
+class OwnMap:
+    """A map on a surface's own triangles.
+
+    Attributes:
+        state: in unit coordinates, the surface being the source.
+        mesh: the triangles, as the surface has them.
+        order: (n,) vertices of the mesh in the order of the map's.
+    """
+
+    state: DiscreteMap
+    mesh: RefinedSurface
+    order: Index
+
+    def of_layout(self, flat: Complex) -> Complex:
+        """Values at the surface's vertices, at those of the map."""
+        return self.mesh.carried(flat)[self.order]
+
+
+def on_own_mesh(
+    side: Side,
+    frame: UnitFrame,
+    level: Level,
+    state: DiscreteMap,
+    problem: UnitProblem,
+    outlines: list[Curve],
+) -> OwnMap:
+    """A map without folds on the surface's own triangles, from one on any mesh.
+
+    Args:
+        side: the surface, source of the map.
+        frame: of its unit coordinates.
+        level: the other side's outlines with all their vertices.
+        state: the map so far.
+        problem: what is solved, the surface being the source.
+        outlines: of the problem, the outer one first, then those of the holes that have partners.
+
+    Raises:
+        Stuck: none was found.
+    """
+    assert side.even is not None
+    flat = frame.unit(side.even.flat)
+    loops = [loop[::-1] if frame.mirrored else loop for loop in side.loops]
+    rims = [_outline_of(flat[loop], curve) for loop, curve in zip(loops, outlines)]
+    loops = [np.roll(loop, -rim.first) for loop, rim in zip(loops, rims)]
+    own = _level_of(level, rims, problem)
+    pairs, holes, sizes = _pairs_of(own, match_on(own, state))
+    return _meshed(side, frame, own, state, problem, loops, pairs, holes, sizes)
+
+
+@dataclass(frozen=True, eq=False)
+class _ExactOutline:
+    """An outline with all vertices of a layout; `first` of them is where that of the problem begins."""
+
+    outline: Outline
+    first: int
+
+
+def _outline_of(z: Complex, simple: Curve) -> _ExactOutline:
+    """The outline through all vertices z (n,), of which `simple` has some, and others on edges."""
+    first = int(np.argmin(np.abs(z - simple.z[0])))
+    z = np.roll(z, -first)
+    kept = [int(np.argmin(np.abs(z - w))) for w in simple.z]
+    on = np.abs(z[kept] - simple.z) < SAME * simple.length
+    kept_on = np.array(kept)[on]
+    if (np.diff(kept_on) <= 0).any():
+        raise Stuck("the outline of the surface touches itself")
+    curve = Curve(z)
+    knots, others = simple.knots[:-1][on], np.append(curve.knots[kept_on], curve.length)
+    origins = np.interp(curve.knots, others, np.append(knots, simple.length))
+    return _ExactOutline(Outline(curve, curve.knots[:-1], origins), first)
+
+
+def _level_of(level: Level, rims: list[_ExactOutline], problem: UnitProblem) -> Level:
+    """The level with the surface's exact outlines as those of the source."""
+    outer, *holes = (rim.outline for rim in rims)
+    anchors = level.anchors
+    if anchors is not None:
+        s = outer.curve.closest(np.array(problem.anchors[0]))
+        order = np.argsort(s)
+        tau = level.target.arclengths(problem.anchors[1])[order]
+        anchors = anchors._replace(s=s[order], tau=tau[0] + np.mod(tau - tau[0], level.target.length))
+    return replace(level, source=outer, anchors=anchors, holes=(tuple(holes), level.holes[1]))
+
+
+def _pairs_of(level: Level, match) -> tuple[Pairs, MeshHoles, list[int]]:
+    """The boundary: all vertices of the surface's, and those of the other side's outlines."""
+    outer = through(limited(match, STEEPEST_FINE), level.anchors, SPREAD)
+    spacing = SPACING * level.size
+    pairs = [boundary_pairs(level.source, level.target, outer, spacing, level.anchors)]
+    outlines = []
+    for hole in match.holes:
+        pair = level.holes[0][hole.source], level.holes[1][hole.target]
+        outlines.append(pair)
+        pairs.append(boundary_pairs(*pair, limited(hole.match, STEEPEST_FINE), spacing))
+    sizes = [each.s.size for each in pairs]
+    rims = [(hole.source, hole.target, size) for hole, size in zip(match.holes, sizes[1:])]
+    return Pairs.joined(pairs), MeshHoles(tuple(outlines), loops_of(rims, sizes[0])), sizes
+
+
+def _meshed(side, frame, level, state, problem, loops, pairs, holes, sizes) -> OwnMap:
+    """The mesh with the boundary asked for, and the map on it."""
+    patch = side.layout.patch
+    fills = [filling(side.layout.flat, loop) for loop in side.passed_over]
+    mesh = RefinedSurface.of(np.concatenate([patch.faces, *fills]), len(patch.points))
+    mesh, pinned = _with_pins(mesh, side, frame.world(problem.pins[:, 0]))
+    still = np.zeros(mesh.count, bool)
+    still[np.concatenate([*loops, pinned])] = True
+    mesh, rim = _with_boundary(mesh.without_chords(still), level, loops, pairs, sizes)
+    constrained = np.append(rim, pinned)
+    order = np.append(constrained, np.setdiff1d(np.arange(mesh.count), constrained))
+    faces = np.argsort(order)[mesh.faces]
+    z = frame.unit(mesh.carried(side.even.flat)[order])
+    material = mesh.own < len(patch.faces)
+    maps = _to_surface(mesh, side, material, z[faces], mirrored=frame.mirrored)
+    faces = np.ascontiguousarray(faces[:, ::-1] if frame.mirrored else faces)
+    pins = np.column_stack([z[rim.size : constrained.size], problem.pins[:, 1]])
+    u = interpolate(state.z, state.faces, state.u, z)
+    targets = [level.target, *(there for _, there in holes.outlines)]
+    ends = np.cumsum([0, *sizes])
+    for start, end, target in zip(ends, ends[1:], targets):
+        u[start:end] = target.curve.at(pairs.tau[start:end])
+    following = np.append(closed_links(sizes), np.arange(rim.size, constrained.size))
+    found = DiscreteMap(
+        *(level.source, level.target, faces, system_of(faces, following, z.size), z, u, pairs),
+        anchored=_anchored(level, pairs.s, sizes[0]),
+        inside=InnerConstraints.of_pins(pins),
+        bound=len(pins) > 0,
+        holes=holes,
+        weights=None if material.all() else np.where(material, 1.0, FILLED),
+        metrics=(OwnMetric(maps), problem.metrics[1]),
+    )
+    try:
+        return OwnMap(found.moved_to_border(u).unfolded(harmonic=False), mesh, order)
+    except Stuck:
+        return OwnMap(found.unfolded(), mesh, order)
+
+
+def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[RefinedSurface, Index]:
+    """The mesh with vertices at places (k,) of the even layout, and their numbers."""
+    numbers = []
+    for z in places:
+        flat = mesh.carried(side.even.flat)
+        face = _holding(flat[mesh.faces], z)
+        mesh, number = mesh.with_point(face, barycentric(flat[mesh.faces[face]], z))
+        numbers.append(number)
+    if len(set(numbers)) < len(numbers):
+        raise Stuck("two pins on one vertex")
+    return mesh, np.array(numbers, np.int64)
+
+
+def _holding(corners: Complex, z: complex) -> int:
+    """The triangle of (m, 3) whose sides a point is farthest inside of, relative to its size."""
+    a, b, c = (corners - z).T
+    areas = [(p.conj() * q).imag for p, q in ((b, c), (c, a), (a, b))]
+    return int(np.argmax(np.min(areas, axis=0) / np.sum(areas, axis=0)))
+
+
+def barycentric(corners: Complex, z: complex) -> Real:
+    """(3,) coordinates of a point in a triangle, none below 0."""
+    a, b, c = corners - z
+    areas = np.array([(p.conjugate() * q).imag for p, q in ((b, c), (c, a), (a, b))])
+    return np.maximum(areas / areas.sum(), 0)
+
+
+def _with_boundary(
+    mesh: RefinedSurface, level: Level, loops: list[Index], pairs: Pairs, sizes: list[int]
+) -> tuple[RefinedSurface, Index]:
+    """The mesh with all vertices (b,) of the boundary, and their numbers, in order."""
+    rim, tails, heads, shares = np.empty(pairs.s.size, np.int64), [], [], []
+    outlines = [level.source, *level.holes[0]]
+    ends = np.cumsum([0, *sizes])
+    new = []
+    for start, end, loop, outline in zip(ends, ends[1:], loops, outlines):
+        edge, share = outline.curve.locate(pairs.s[start:end])
+        length = outline.curve.lengths[edge]
+        at_head = (1 - share) * length < SAME * outline.length
+        edge, share = np.where(at_head, edge + 1, edge) % loop.size, np.where(at_head, 0, share)
+        on = share * length < SAME * outline.length
+        rim[start:end][on] = loop[edge[on]]
+        between = np.flatnonzero(~on)
+        new.append(start + between)
+        tails.append(loop[edge[between]])
+        heads.append(loop[(edge[between] + 1) % loop.size])
+        shares.append(share[between])
+    places = np.concatenate(new)
+    rim[places] = mesh.count + np.arange(places.size)
+    return mesh.with_points_on(*(np.concatenate(each) for each in (tails, heads, shares))), rim
+
+
+def _to_surface(mesh: RefinedSurface, side: Side, material: Flags, z: Complex, *, mirrored: bool) -> Linear:
+    """From triangles z (m, 3) to the surface; those in holes rest as the user's plane shows them."""
+    space, flat = mesh.carried(side.layout.patch.points), mesh.carried(side.layout.flat)
+    rest = flat[mesh.faces]
+    rest[material] = laid_flat(space[mesh.faces[material]])
+    scale = 1 / np.sqrt(face_areas(space[mesh.faces[material]]).sum())
+    return linear(z, scale * (rest.conj() if mirrored else rest))
+
+
+def _anchored(level: Level, s: Real, outer: int) -> Flags:
+    """(b,) which vertices of the boundary never move."""
+    found = np.zeros(s.size, bool)
+    if level.anchors is not None:
+        length = level.source.length
+        away = np.mod(s[:outer, None] - level.anchors.s + 0.5 * length, length) - 0.5 * length
+        found[:outer] = (np.abs(away) < SAME * length).any(axis=1)
+    return found

@@ -1,0 +1,117 @@
+"""A surface's triangles with more vertices: in given places, on edges of the boundary, in the middle of chords."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ..arrays import Flags, Index, Real
+from ..meshes.topology import Triangles
+
+ON_EDGE = 1e-6
+"""Barycentric coordinate under which a place is on the edge opposite, by hand: far above rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class RefinedSurface:
+    """Triangles, some of whose vertices were added on the way.
+
+    Attributes:
+        faces: (m, 3) triangles.
+        own: (m,) the triangle of the first mesh that each is a part of.
+        count: of vertices.
+        added: for each round of additions (k, 3) vertices before it and (k, 3) their weights in the new ones.
+    """
+
+    faces: Index
+    own: Index
+    count: int
+    added: tuple[tuple[Index, Real], ...] = ()
+
+    def carried(self, values: np.ndarray) -> np.ndarray:
+        """Values (n, …) at the first vertices, and linearly between them at those that were added."""
+        for parents, weights in self.added:
+            values = np.concatenate([values, np.einsum("ij,ij...->i...", weights, values[parents])])
+        return values
+
+    @classmethod
+    def of(cls, faces: Index, count: int) -> "RefinedSurface":
+        """As it is."""
+        return cls(faces, np.arange(len(faces)), count)
+
+    def _with(
+        self, hit: Flags, parts: Sequence, own: Sequence, parents: Index, weights: Real
+    ) -> "RefinedSurface":
+        """With new vertices, and the triangles hit replaced by parts (k, 3) of the triangles `own` (k,)."""
+        added = (*self.added, (parents.reshape(-1, 3), weights.reshape(-1, 3)))
+        faces = np.concatenate([self.faces[~hit], np.array(parts, np.int64).reshape(-1, 3)])
+        whole = np.concatenate([self.own[~hit], self.own[np.array(own, np.int64)]])
+        return RefinedSurface(faces, whole, self.count + len(added[-1][0]), added)
+
+    def with_point(self, face: int, place: Real) -> tuple["RefinedSurface", int]:
+        """With a vertex in a triangle, at barycentric coordinates (3,), and its number: one that is there already, if
+        the place is on it."""
+        corners, on = self.faces[face], place > ON_EDGE
+        if on.sum() == 1:
+            return self, int(corners[np.argmax(place)])
+        weights = np.where(on, place, 0) / place[on].sum()
+        ends = corners[on]
+        hit = np.isin(self.faces, ends).sum(axis=1) == on.sum()
+        swapped = [(v, t) for t in np.flatnonzero(hit) for v in ends]
+        parts = [np.where(self.faces[t] == v, self.count, self.faces[t]) for v, t in swapped]
+        return self._with(hit, parts, [t for _, t in swapped], corners, weights), self.count
+
+    def with_points_on(self, tails: Index, heads: Index, shares: Real) -> "RefinedSurface":
+        """With vertices (k,) on edges of the boundary, each at a share of the way from its tail to its head. No
+        triangle may have two such edges."""
+        low, high = np.minimum(tails, heads), np.maximum(tails, heads)
+        along = np.where(tails == low, shares, 1 - shares)
+        keys = low * self.count + high
+        chains: dict[int, list[int]] = {}
+        for k in np.lexsort((along, keys)):
+            chains.setdefault(int(keys[k]), []).append(self.count + int(k))
+        starts, ends = self.faces, np.roll(self.faces, -1, axis=1)
+        sides = np.minimum(starts, ends) * self.count + np.maximum(starts, ends)
+        hit = np.isin(sides, keys)
+        parts, own = [], []
+        for t in np.flatnonzero(hit.any(axis=1)):
+            side = int(np.argmax(hit[t]))
+            tail, head, apex = np.roll(self.faces[t], -side)
+            chain = chains[int(sides[t, side])]
+            chain = [tail, *(chain if tail < head else chain[::-1]), head]
+            parts += [(a, b, apex) for a, b in pairwise(chain)]
+            own += [t] * (len(chain) - 1)
+        parents = np.column_stack([tails, heads, heads])
+        weights = np.column_stack([1 - shares, shares, 0 * shares])
+        return self._with(hit.any(axis=1), parts, own, parents, weights)
+
+    def without_chords(self, still: Flags) -> "RefinedSurface":
+        """With a vertex in the middle of every inner edge that joins two vertices marked in `still` (n,)."""
+        shape = Triangles(self.faces, self.count)
+        chords = np.flatnonzero(
+            (shape.twin > np.arange(shape.twin.size)) & still[shape.tail] & still[shape.head]
+        )
+        middle = np.full(shape.twin.size, -1)
+        middle[chords] = middle[shape.twin[chords]] = self.count + np.arange(chords.size)
+        middle = middle.reshape(-1, 3)
+        hit = (middle >= 0).any(axis=1)
+        split = [(part, t) for t in np.flatnonzero(hit) for part in _parts(self.faces[t], middle[t])]
+        parents = np.column_stack([shape.tail[chords], shape.head[chords], shape.head[chords]])
+        weights = np.tile([0.5, 0.5, 0.0], (chords.size, 1))
+        return self._with(hit, [part for part, _ in split], [t for _, t in split], parents, weights)
+
+
+def _parts(corners: Index, middle: Index) -> Sequence[tuple]:
+    """The parts of a triangle with vertices in the middle of some of its sides; -1 for none."""
+    split = middle >= 0
+    if split.all():
+        (i, j, k), (a, b, c) = corners, middle
+        return (i, a, c), (a, j, b), (c, b, k), (a, b, c)
+    if split.sum() == 1:
+        first = int(np.argmax(split))
+        (i, j, k), a = np.roll(corners, -first), middle[first]
+        return (i, a, k), (a, j, k)
+    first = int(np.argmin(split))
+    (i, j, k), (_, b, c) = np.roll(corners, -first), np.roll(middle, -first)
+    return (i, j, b), (i, b, c), (c, b, k)

@@ -1,0 +1,149 @@
+"""Tiles of texture coordinates (UDIM): pictures called `name.<UDIM>.png`, one for each unit square of the layout.
+
+The tile whose lower left corner is u, v has the number 1001 + u + 10 v, u from 0 to 9.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Box, Real
+from ...errors import InputError
+from ...memory import Memory
+from . import image_files
+from .image import Image
+
+MARK = "<UDIM>"
+ACROSS, MOST = 10, 9999
+
+
+def is_pattern(name: str | Path | bytes | None) -> bool:
+    """Whether a name stands for the pictures of all tiles."""
+    return isinstance(name, str | Path) and MARK in str(name)
+
+
+def number_of(tile: complex) -> int | None:
+    """The number of the tile with this lower left corner, or None where it has none."""
+    number = 1001 + int(tile.real) + ACROSS * int(tile.imag)
+    return number if 0 <= tile.real < ACROSS and tile.imag >= 0 and number <= MOST else None
+
+
+def corner_of(number: int) -> complex:
+    """The lower left corner of a tile."""
+    return complex((number - 1001) % ACROSS, (number - 1001) // ACROSS)
+
+
+def name_of(pattern: str, number: int) -> str:
+    """The file of a tile."""
+    return pattern.replace(MARK, str(number))
+
+
+def all_of(uv: Real) -> list[complex]:
+    """The tiles that points (p, 2) of the layout are in, row by row."""
+    return sorted((complex(u, v) for u, v in np.unique(np.floor(uv), axis=0)), key=lambda z: (z.imag, z.real))
+
+
+def files_of(pattern: str | Path) -> list[str]:
+    """The files that there are for a pattern, in the order of their tiles."""
+    path = Path(pattern)
+    before, _, after = path.name.partition(MARK)
+    if not path.parent.is_dir():
+        return []
+    names = [entry.name for entry in path.parent.iterdir() if entry.name.startswith(before)]
+    middle = [name[len(before) : len(name) - len(after)] for name in names if name.endswith(after)]
+    numbers = sorted({int(word) for word in middle if word.isdecimal() and 1001 <= int(word) <= MOST})
+    return [str(path.with_name(before + str(number) + after)) for number in numbers]
+
+
+def number_in(pattern: str, name: str) -> int:
+    """The number of the tile that one of the files of a pattern is of."""
+    before, _, after = Path(pattern).name.partition(MARK)
+    return int(Path(name).name[len(before) :].removesuffix(after))
+
+
+@dataclass(frozen=True, eq=False)
+class TiledImage:
+    """The pictures of several tiles as one.
+
+    Attributes:
+        image: the picture; nothing where a tile has none.
+        box: what of the layout it covers.
+    """
+
+    image: Image
+    box: Box
+
+
+def read(
+    pattern: str | Path,
+    wanted: Iterable[complex],
+    *,
+    max_pixels: int = image_files.MAX_PIXELS,
+    colorspace: str | None = None,
+    room: Memory | None = None,
+) -> TiledImage:
+    """The pictures of the tiles that are wanted, by their lower left corners; those that are missing are noted.
+
+    Args:
+        pattern: their name with `<UDIM>` in it.
+        wanted: tiles that something lies on.
+        max_pixels: of all together.
+        colorspace, room: as for `image_files.read`.
+
+    Raises:
+        InputError: none of them is there, they do not suit each other, or are too large.
+    """
+    corners = sorted(set(wanted), key=lambda tile: (tile.imag, tile.real))
+    paths = {tile: name_of(str(pattern), n) for tile in corners if (n := number_of(tile)) is not None}
+    there = {tile: name for tile, name in paths.items() if Path(name).is_file()}
+    if not there:
+        listed = ", ".join(str(number_of(tile) or f"({tile.real:g}, {tile.imag:g})") for tile in corners[:8])
+        raise InputError(f"{pattern}: no picture for the tiles that are used: {listed}")
+    options: dict[str, Any] = {"max_pixels": max_pixels, "colorspace": colorspace, "room": room}
+    images = {tile: image_files.read(name, **options) for tile, name in there.items()}
+    first = next(iter(images.values()))
+    height, width = (max(image.pixels.shape[k] for image in images.values()) for k in range(2))
+    u, v = (np.array([getattr(tile, part) for tile in images], int) for part in ("real", "imag"))
+    low, high = complex(u.min(), v.min()), complex(u.max() + 1, v.max() + 1)
+    columns, rows = int((high - low).real), int((high - low).imag)
+    if columns * width * rows * height > max_pixels:
+        size = f"{columns * width}x{rows * height}"
+        raise InputError(
+            f"{pattern}: {size} of all tiles is more than {max_pixels} pixels; raise --max-pixels"
+        )
+    shape = rows * height, columns * width, first.pixels.shape[2]
+    pixels = (room or Memory())(shape, first.pixels.dtype)
+    pixels[:] = 0
+    for tile, image in images.items():
+        at = tile - low
+        x, y = int(at.real) * width, (rows - 1 - int(at.imag)) * height
+        pixels[y : y + height, x : x + width] = _alike(there[tile], image, first, width, height)
+    notes = [note for image in images.values() for note in image.notes]
+    if lacking := [tile for tile in corners if tile not in there]:
+        names = ", ".join(str(number_of(tile) or f"({tile.real:g}, {tile.imag:g})") for tile in lacking[:8])
+        more = f" and {len(lacking) - 8} more" if len(lacking) > 8 else ""
+        shown = "black" if first.alpha < 0 else "transparent"
+        notes.append(f"{pattern}: no picture for the tiles {names}{more}: what lies there is {shown}")
+    holes = sum(image.holes for image in images.values())
+    return TiledImage(replace(first, pixels=pixels, notes=tuple(notes), holes=holes), (low, high))
+
+
+def _alike(name: str, image: Image, first: Image, width: int, height: int) -> Any:
+    """The pixels of a tile, in as many as the largest tile has.
+
+    Raises:
+        InputError: channels, type or colour space are other than the first one's, or the sizes do not divide.
+    """
+    kinds = [
+        (each.pixels.shape[2], each.pixels.dtype, each.alpha, each.associated, each.colorspace)
+        for each in (image, first)
+    ]
+    if kinds[0] != kinds[1]:
+        raise InputError(f"{name}: its channels, type or colour space are not those of the other tiles")
+    h, w = image.pixels.shape[:2]
+    if height % h or width % w:
+        raise InputError(f"{name}: {w}x{h} does not divide {width}x{height}, the size of the largest tile")
+    return image.pixels.repeat(height // h, axis=0).repeat(width // w, axis=1)
