@@ -66,10 +66,12 @@ class Flattening:
         ]
 
     def report(self) -> dict:
-        """Conformal error (dilatation, 1 is exact), area distortion, turned triangles, holes, seam."""
+        """Conformal error (dilatation, 1 is exact), area distortion beside the mean, turned triangles, holes, seam."""
         major, minor = self.stretch
         good = minor > 0
         weight = face_areas(self.patch.points[self.patch.faces])
+        mean = np.sqrt(weight @ np.abs(major * minor) / weight.sum())
+        major, minor = major / mean, minor / mean
         dilatation = np.where(good, major / np.where(good, minor, 1.0), np.inf)
         log_area = np.log10(np.maximum(major * np.abs(minor), 1e-300))
         at = weighted_percentiles(dilatation, weight, (50, 95, 100))

@@ -114,10 +114,12 @@ class Triangles:
             loops.append(np.array(loop))
         return loops
 
-    def paths(self, points: Real, sources: Index, usable: NDArray[np.bool_]) -> tuple[Real, Index]:
+    def paths(
+        self, points: Real, sources: Index, usable: NDArray[np.bool_], dear: Real | None = None
+    ) -> tuple[Real, Index]:
         """(n,) length of the shortest way along usable half-edges (3m,) from a source, and the vertex before each.
 
-        The vertex before a source is negative.
+        The vertex before a source is negative. Edges are longer by the factors `dear` (n,), the mean of both ends'.
         """
         from scipy.sparse import coo_matrix
         from scipy.sparse.csgraph import dijkstra
@@ -125,6 +127,8 @@ class Triangles:
         half = np.flatnonzero(usable & ((self.twin < 0) | (self.twin > np.arange(self.twin.size))))
         a, b = self.tail[half], self.head[half]
         length = np.linalg.norm(points[a] - points[b], axis=1)
+        if dear is not None:
+            length = length * 0.5 * (dear[a] + dear[b])
         graph = coo_matrix((length, (a, b)), shape=(self.count, self.count)).tocsr()
         reach, before, _ = dijkstra(
             graph, directed=False, indices=sources, min_only=True, return_predecessors=True

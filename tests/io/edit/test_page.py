@@ -251,7 +251,9 @@ def test_a_mesh_is_turned_pinned_on_its_surface_and_written_as_it_is_shown(
     seen = np.array(axes)
     seen[1] *= -1  # up
     sampler = Sampler(image.texture((0j, complex(width, height))))
-    want = render.render(patch.points, patch.faces, texels, sampler, 500, seen)
+    want = render.render(patch.points, patch.faces, texels, sampler, 602, seen)[
+        1:-1, 1:-1
+    ]  # without its margin
     shown = edited.picture(want.shape[1], want.shape[0])
     likeness = structural_similarity(over_white(shown), over_white(want[..., [2, 1, 0, 3]]), data_range=255)
     assert likeness >= 0.96, likeness
@@ -374,6 +376,27 @@ def test_a_stroke_by_the_keyboard(page):
     assert edited.settled() == "full" and len(edited.scene["strokes"][0]["source"]) == 3
     edited.key("z", ctrl=True)
     edited.wait("iccm.scene.strokes.length === 0")
+
+
+def test_closing_with_changes_asks_first(page):
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.click("source", 259, 156)
+    edited.js("setTimeout(() => location.assign('about:blank'), 10)")
+    WebDriverWait(edited.driver, PATIENCE).until(lambda driver: alert_of(driver) is not None)
+    assert edited.process.poll() is None
+    alert_of(edited.driver).accept()
+    assert edited.process.wait(timeout=60) == 0
+
+
+def alert_of(driver):
+    from selenium.common.exceptions import NoAlertPresentException
+
+    try:
+        return driver.switch_to.alert
+    except NoAlertPresentException:
+        return None
 
 
 def test_the_keyboard_does_it_all_and_the_server_ends_with_the_page(page, tmp_path):
