@@ -85,6 +85,10 @@ def sketched(
     return Sketch(z, u, np.ascontiguousarray(faces), border.size, loops=loops)
 
 
+def _world(state: stages.Meshed, frames: tuple[UnitFrame, UnitFrame]) -> tuple[Complex, Complex]:
+    return frames[0].world(state.z), frames[1].world(state.u)
+
+
 def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
     """Which loops of a map are which holes of both domains, for those that have a partner.
 
@@ -102,10 +106,6 @@ def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
     if any(partners.get(i, j) != j for i, j in holes.partners):
         raise InputError("start: takes holes to other partners")
     return found
-
-
-def _world(state: stages.Meshed, frames: tuple[UnitFrame, UnitFrame]) -> tuple[Complex, Complex]:
-    return frames[0].world(state.z), frames[1].world(state.u)
 
 
 def solution_of(

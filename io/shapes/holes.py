@@ -55,7 +55,7 @@ def fitted(
 ) -> Fit:
     """`iccm.fit` of two shapes with their holes; without them, and a remark, where no such map was found, or `start`
     is one without."""
-    curves = source.curve, target.curve
+    curves = source.domain, target.domain
     chosen = source.mappable_holes, target.mappable_holes
     inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), chosen)]
     partners = named_partners(source, target, chosen)
