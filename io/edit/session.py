@@ -335,7 +335,7 @@ def _scene(job: Job, source: Shape, target: Shape, listed: Listed) -> Scene:
         for name, (a, b) in zip(source.strokes, kept.strokes)
     ]
     typed = [Pin(source=here, target=there) for here, there in job.pin]
-    pins += [_seen(pin, source, target) for pin in [*listed.pins, *typed]]
+    pins += [_seen(pin, source, target) for pin in [*listed.all_pins, *typed]]
     strokes += [_seen(stroke, source, target) for stroke in listed.strokes]
     return scene_of(pins, strokes, job.balance, job.turn)
 

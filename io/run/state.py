@@ -110,10 +110,11 @@ class Run:
         that is deformed move with it."""
         if self.job.holes == "fill":
             return [()] * len(self.pairs)
-        if self.job.target is None:
-            return [tuple(self.fit.fast(hole) for hole in self.source.holes)]
         from ..shapes.holes import passed_over
 
+        if self.job.target is None:
+            left = passed_over(self.source, self.fit.source_holes)
+            return [tuple(self.fit.fast(hole) for hole in left)]
         return [passed_over(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
 
     @cached_property
