@@ -160,4 +160,5 @@ def _on_own(
 def _lowered(own: OwnMap, problem: UnitProblem, settings: Settings, journal: SolveLog) -> OwnMap:
     """The map at rest, its worst stretch lowered."""
     eased = stages.eased(own.state, problem.theta)
-    return replace(own, state=stages.lowered(eased, problem.theta, settings, journal))
+    theta = stages.leaning(problem, own.state)
+    return replace(own, state=stages.lowered(eased, theta, settings, journal))
