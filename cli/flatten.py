@@ -30,10 +30,12 @@ METHODS = ("conformal", "lscm", "balanced")
 )
 @click.option(
     "--method",
-    type=click.Choice(METHODS),
+    type=FILE,
+    metavar="[" + "|".join(METHODS) + "|OUTLINE]",
     default=METHODS[0],
     show_default=True,
-    help="Keep angles, one-to-one; least squares (LSCM) as it comes; or even: angles and areas.",
+    help="Keep angles, one-to-one; least squares (LSCM) as it comes; even: angles and areas; or onto the outline of a "
+    "drawing or picture (outline.svg, sheet.svg#id), as evenly on the surface as it allows.",
 )
 @click.option(
     "--carry-maps",
@@ -75,6 +77,7 @@ def command(
     iccm flatten body.obj#sleeve -o sleeve.svg --report - --plot sleeve.png
     iccm flatten cow.obj --cut --uv cow-uv.obj
     iccm flatten glove.obj --method balanced --plot glove.png
+    iccm flatten face.obj --method heart.svg --uv face-heart.obj
 
     Exit code: 0 done, 1 what was written is not one-to-one, 2 an input is wrong.
     """
@@ -82,7 +85,6 @@ def command(
     from ..io.meshes import size_limits
     from ..io.meshes.mesh_files import check_output
     from ..io.run import flat_files, flatten
-    from ..io.shapes import mesh_shape
     from ..io.spec import Spec
 
     if not (output or uv or report or plot):
@@ -97,11 +99,9 @@ def command(
     size_limits.faces(Spec.of(mesh).path, max_faces)
     with ExitStack() as stack:
         stack.enter_context(status.watched("flatten"))
-        shape = mesh_shape.read(mesh, cut=cut, method=method)
-        for note in shape.notes:
-            logs.log.warning(f"{mesh}: {note}")
-        found = flatten.write_all(shape, output, uv, plot, report, stack, force=force, carry_maps=carry_maps)
-        for note in found["notes"][len(shape.notes) :]:
+        laid = flatten.laid_out(mesh, method, cut=cut, tell=lambda note: logs.log.warning(f"{mesh}: {note}"))
+        found = flatten.write_all(laid, output, uv, plot, report, stack, force=force, carry_maps=carry_maps)
+        for note in found["notes"][len(laid.shape.notes) :]:
             logs.log.warning(note)
     for line in flatten.summary(found):
         logs.log.info(line)

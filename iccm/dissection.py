@@ -6,7 +6,7 @@ more than twice the time up to millions. Between fronts Python runs, so that sig
 """
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -31,8 +31,8 @@ class Front(NamedTuple):
     start: int
     end: int
     beyond: Index
-    inner: Complex
-    outer: Complex
+    inner: Any
+    outer: Any
 
 
 def solve(matrix: csr_matrix, points: Real, right: Complex) -> Complex:

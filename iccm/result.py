@@ -18,6 +18,7 @@ from .maps.injectivity import Certificate
 from .maps.kinds import AnyMap, Evaluated, Inverted, certified, evaluated, inverted
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
+from .meshes.surface_distortion import on_surfaces
 
 INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
 CERTAIN = 0.99
@@ -201,9 +202,17 @@ class Fit:
 
     @cached_property
     def distortion(self) -> Distortion:
-        """How the map distorts, over the target's area; over the image's where there is no target."""
+        """How the map distorts, over the target's area; over the image's where there is no target. Between surfaces
+        where layouts stand for them."""
+        if any(self.layouts):
+            return on_surfaces(self._samples, self.layouts)
+        return distortion.of_triangles(self.map) if isinstance(self.map, TriangulatedMap) else self._samples
+
+    @property
+    def _samples(self) -> Distortion:
+        """How the map distorts, at places inside."""
         if isinstance(self.map, TriangulatedMap):
-            return distortion.of_triangles(self.map)
+            return distortion.inside_triangles(self.map)
         aim = self.target or Curve(self.image)
         mean = np.sqrt(abs(aim.area / self.source.area))
         return distortion.of_inverse(self.backward, interior_grid(aim, INTERIOR_POINTS), float(mean))

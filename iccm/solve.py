@@ -38,14 +38,15 @@ def fit(
         target: (m,) complex vertices of the target's boundary, or a surface.
         pins: (k, 2) complex, a point inside the source and the point it should go to; on the outlines both must be.
         strokes: pairs of open polylines, (p,) inside the source and (q,) the one it should lie on. Its ends slide along
-            that, unless a pin takes one to an end of it. The balanced method meets pins and strokes; the others weigh
-            them.
+            that, unless a pin takes one to an end of it, or it is on the outlines. The balanced method meets pins and
+            strokes, which may part the shapes or run along both outlines; the others weigh them.
         source_holes: outlines of the source's holes, (p,) complex, either way round; the balanced method takes each
             onto one of the target's. Where one shape has more, what is too much shrinks to a slit in the other.
         target_holes: those of the target's.
         hole_partners: (i, j) for holes that must go together, counted from 0; the others go by place and size.
         start: an earlier balanced map of these domains, to go on from where only the constraints have moved: no other
-            starts are looked at, and with inner pins at the same points of the source the mesh stays.
+            starts are looked at, and with inner pins at the same points of the source the mesh stays. Maps of
+            flattened surfaces are solved for anew.
         **options: see `iccm.problem.Options`.
 
     Returns:
@@ -68,19 +69,18 @@ def fit(
     )
     if any(holes) and not is_balanced(settings):
         raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
-    if (before := _map_of(start)) is not None:
-        if not is_balanced(settings):
-            raise InputError("start: an option of --method balanced")
-        from .balanced import fit as balanced
-
-        return balanced.solve(problem, settings, before)
-    if not any(layouts):
-        return solver(problem, settings)(problem, settings)
+    before = _map_of(start)
+    if before is not None and not is_balanced(settings):
+        raise InputError("start: an option of --method balanced")
     if not is_balanced(settings):
         return replace(solver(problem, settings)(problem, settings), layouts=layouts)
-    from .surfaces import method as surfaces
+    if any(layouts):
+        from .surfaces import method as surfaces
 
-    return surfaces.solve(problem, settings, layouts)
+        return surfaces.solve(problem, settings, layouts)
+    from .balanced import fit as balanced
+
+    return balanced.solve(problem, settings, before)
 
 
 def _layout(shape: ArrayLike | Curve | Flattening) -> Flattening | None:

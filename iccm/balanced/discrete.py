@@ -28,6 +28,7 @@ SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a 
 
 
 FILLED, SHRUNK = 2e-2, 0.1  # weight of triangles in a hole without a partner, and the size at which they rest
+PASSED_OVER = 0.1  # weight of triangles in a hole of a surface that the map does not know of, by hand
 ROUNDING = 1e-9  # of the root of the area: vertices this close to their goals are there
 NONE_INSIDE = InnerConstraints.of_pins(np.empty((0, 2), np.complex128))
 
@@ -72,7 +73,7 @@ class DiscreteMap:
         inside: the constraints inside, whose vertices come after the outline's.
         bound: whether their vertices are held by them; if not, they are like any others.
         holes: the holes; vertices of filled ones come last of those that are given to the mesh.
-        weights: (m,) 1, and FILLED for triangles in filled holes; None where there are none.
+        weights: (m,) 1, and FILLED or PASSED_OVER for triangles in holes; None where there are none.
         settled: whether the last descent ended before its steps did.
         metrics: of surfaces that the planes of source and target stand for.
     """
@@ -263,6 +264,8 @@ class DiscreteMap:
             Stuck: folds remain.
         """
         gradients, areas = rest_geometry(self.z, self.u, self.system.corners, (self.metrics[0], None))
+        if self.weights is not None:
+            areas = areas * self.weights
         u = self.u.copy()
         u[self.border : self.constrained] = (
             self.inside.goals if self.bound else u[self.border : self.constrained]
@@ -406,7 +409,7 @@ def weights_of(z: Complex, faces: Index, filled: Sequence[Complex]) -> Real:
 def _shrunk(gradients: Complex, areas: Real, weights: Real, forward: bool) -> tuple[Complex, Real]:
     """Gradients (m, 3) and areas (m,) as if triangles in filled holes were small in the source: by themselves they are
     content as they are, and their images would stay as large."""
-    size = np.where(weights == 1, 1.0, SHRUNK)
+    size = np.where(weights == FILLED, SHRUNK, 1.0)
     if forward:
         return gradients / size[:, None], areas * size**2 * weights
     return gradients * size[:, None], areas * weights

@@ -76,8 +76,8 @@ def constrained(
     upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else UPRIGHT
     problem = with_constraints(source, target, holes, pins, settings, upright)
     if start is not None and len(problem.holes[0]) < len(problem.holes[1]):  # it is they that are filled
-        state, met = further(problem.inverse(), inverted(start), settings, journal)
-        return inverted(state), met
+        back, met = further(problem.inverse(), inverted(start), settings, journal)
+        return inverted(back), met
     if start is not None:
         return further(problem, start, settings, journal)
     used, found = solved(problem, journal)

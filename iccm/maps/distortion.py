@@ -5,7 +5,7 @@ A sample stands for a piece of the target: its area, and f_z and f_z̄ there. Po
 to the mean scale, the root of the target's area by the source's, so that a similarity has stretch 1.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -23,12 +23,16 @@ class Distortion:
         area: (p,) areas of the target that they stand for, not negative, some positive.
         f_z, f_zbar: (p,) the derivatives there.
         scale: the mean scale; positive.
+        z: (p,) where the samples are in the source, and
+        w: (p,) in the target; empty where nobody asks.
     """
 
     area: Real
     f_z: Complex
     f_zbar: Complex
     scale: float
+    z: Complex = field(default_factory=lambda: np.empty(0, np.complex128))
+    w: Complex = field(default_factory=lambda: np.empty(0, np.complex128))
 
     @cached_property
     def stretches(self) -> Real:
@@ -95,8 +99,21 @@ def of_triangles(map: TriangulatedMap) -> Distortion:
     area, before = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
     triangle = np.repeat(np.arange(len(map.faces)), len(_POINTS))
     weight = np.outer(area, np.repeat([1 / 3, 0.0], 3)).ravel()
-    f_z, f_zbar = map.derivatives_at(triangle, np.tile(_POINTS, (len(map.faces), 1)))
+    place = np.tile(_POINTS, (len(map.faces), 1))
+    f_z, f_zbar = map.derivatives_at(triangle, place)
     return Distortion(weight, f_z, f_zbar, float(np.sqrt(area.sum() / before.sum())))
+
+
+def inside_triangles(map: TriangulatedMap) -> Distortion:
+    """The same without the corners, where surfaces that the planes stand for bend; with the samples' places."""
+    a, b, c = map.corners.T
+    area = 0.5 * np.abs(cross(b - a, c - a))
+    triangle = np.repeat(np.arange(len(map.faces)), len(_INNER))
+    place = np.tile(_INNER, (len(map.faces), 1))
+    w = np.einsum("pk,pk->p", place, map.corners[triangle])
+    z = map.jet_at(triangle, place)[0]
+    f_z, f_zbar = map.derivatives_at(triangle, place)
+    return Distortion(np.repeat(area / len(_INNER), len(_INNER)), f_z, f_zbar, 1.0, z, w)
 
 
 def of_inverse(inverse, w: Complex, scale: float) -> Distortion:
@@ -112,4 +129,4 @@ def of_inverse(inverse, w: Complex, scale: float) -> Distortion:
     z, away = inverse.extended_inverse(w)
     _, f_z, f_zbar = inverse.jet(z)
     lost = (away > 0) | ~np.isfinite(f_z) | ~np.isfinite(f_zbar)
-    return Distortion(np.ones(w.size), np.where(lost, 0, f_z), np.where(lost, 0, f_zbar), scale)
+    return Distortion(np.ones(w.size), np.where(lost, 0, f_z), np.where(lost, 0, f_zbar), scale, z, w)

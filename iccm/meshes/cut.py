@@ -1,5 +1,6 @@
 """Opening a surface into a disk: closed ones along a path, handles along short loops, further where areas suffer."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -7,8 +8,11 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from ..arrays import Index, Real
+from ..errors import InputError
 from .patch import Patch
 from .topology import walk
+
+MOST_GEODESIC = 100_000  # triangles: exact geodesics take about ten seconds then, by hand
 
 
 def opened(whole: Patch) -> Patch:
@@ -26,6 +30,54 @@ def opened(whole: Patch) -> Patch:
     if len(way) == 2:  # one edge alone does not open a surface
         way = _detour(whole, way)
     return whole.cut(_on(whole, np.array(way[:-1]), np.array(way[1:])))
+
+
+def opened_through(whole: Patch, stops: Sequence[int]) -> Patch:
+    """A closed surface without handles cut along ways from each of some vertices to the next, which touch neither each
+    other nor the other vertices, and keep to geodesics: so they hardly depend on the triangles.
+
+    Raises:
+        InputError: there are no such ways.
+    """
+    free, tails, heads = np.ones(whole.triangles.count, bool), [], []
+    free[list(stops)] = False
+    for start, end in pairwise(stops):
+        dear = _beside_geodesic(whole, start, end)
+        free[[start, end]] = True
+        usable = whole.drawn & free[whole.triangles.tail] & free[whole.triangles.head]
+        way = walk(whole.triangles.paths(whole.points, np.array([start]), usable, dear)[1], end)
+        if way[-1] != start:
+            raise InputError(
+                f"{whole.mesh.name}: no seam leads through the pins in their order without crossing itself"
+            )
+        free[way] = False
+        tails += way[:-1]
+        heads += way[1:]
+    if len(tails) == 1:  # one edge alone does not open a surface
+        way = _detour(whole, [tails[0], heads[0]])
+        tails, heads = way[:-1], way[1:]
+    return whole.cut(_on(whole, np.array(tails), np.array(heads)))
+
+
+def _beside_geodesic(whole: Patch, start: int, end: int) -> Real | None:
+    """(n,) factors of lengths that are 1 on the geodesic between two vertices, and large an edge beside it; None for
+    large meshes, of which geodesics take long.
+
+    A detour by a vertex at a small distance x from a geodesic of length L is 2x²/L longer in its middle.
+    """
+    if len(whole.faces) > MOST_GEODESIC:
+        return None
+    import igl
+
+    faces, every = np.ascontiguousarray(whole.faces), np.arange(whole.triangles.count)
+    none = np.zeros(0, np.int64)
+    here, there = (
+        igl.exact_geodesic(whole.points, faces, np.array([v]), none, every, none) for v in (start, end)
+    )
+    edge = np.linalg.norm(
+        whole.points[whole.triangles.tail] - whole.points[whole.triangles.head], axis=1
+    ).mean()
+    return 1 + np.maximum(here + there - here[end], 0) * here[end] / edge**2
 
 
 def extended(opening: Patch, to: int) -> Patch:

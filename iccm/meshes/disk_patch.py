@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import Index, Real, distinct_rows
 from ..errors import InputError
-from .cut import opened
+from .cut import opened, opened_through
 from .mesh import Mesh, checked, face_areas, proper, triangulated
 from .patch import Patch
 from .topology import Triangles
@@ -79,7 +79,9 @@ class Joined:
         return np.bincount(self.shape.components())[self.order].tolist()
 
 
-def disk_patch(mesh: Mesh | Joined, *, cut: bool = False, piece: int = 1) -> Patch:
+def disk_patch(
+    mesh: Mesh | Joined, *, cut: bool = False, piece: int = 1, through: Real | None = None
+) -> Patch:
     """One piece of the mesh, as a patch that can be flattened.
 
     Coinciding vertices are joined where that makes fewer pieces, edges with more than two faces are cut, vertices where
@@ -90,10 +92,11 @@ def disk_patch(mesh: Mesh | Joined, *, cut: bool = False, piece: int = 1) -> Pat
         mesh: any.
         cut: whether it may be cut open.
         piece: which of the pieces that no edge connects, 1 having the largest area.
+        through: (k, 3) points, at least two, through whose nearest vertices a closed surface without handles is cut.
 
     Raises:
         InputError: naming the first element at fault (see `mesh.checked`); no such piece, or one without area; a
-            one-sided surface, a closed one, a handle.
+            one-sided surface, a closed one, a handle; no seam through the points.
     """
     joined = mesh if isinstance(mesh, Joined) else Joined.of(mesh)
     mesh, vertex, notes = joined.mesh, joined.vertex, list(joined.notes)
@@ -110,6 +113,10 @@ def disk_patch(mesh: Mesh | Joined, *, cut: bool = False, piece: int = 1) -> Pat
             f"{mesh.name}: the surface {what}, so it cannot be flattened whole; "
             "name a part of it (file#group) or open it with --cut"
         )
+    if through is not None and not whole.genus:
+        stops = [int(np.argmin(((whole.points - point) ** 2).sum(axis=1))) for point in through]
+        if len(set(stops)) == len(stops):
+            return opened_through(whole, stops)
     return opened(whole)
 
 

@@ -9,9 +9,7 @@ from functools import cached_property
 
 import numpy as np
 import shapely
-from scipy.sparse import csr_matrix
 
-from .. import dissection
 from ..arrays import Complex, Index, Real, xy_of
 from ..curve import Curve
 from .mesh import face_areas
@@ -68,10 +66,12 @@ class Flattening:
         ]
 
     def report(self) -> dict:
-        """Conformal error (dilatation, 1 is exact), area distortion, turned triangles, holes, seam."""
+        """Conformal error (dilatation, 1 is exact), area distortion beside the mean, turned triangles, holes, seam."""
         major, minor = self.stretch
         good = minor > 0
         weight = face_areas(self.patch.points[self.patch.faces])
+        mean = np.sqrt(weight @ np.abs(major * minor) / weight.sum())
+        major, minor = major / mean, minor / mean
         dilatation = np.where(good, major / np.where(good, minor, 1.0), np.inf)
         log_area = np.log10(np.maximum(major * np.abs(minor), 1e-300))
         at = weighted_percentiles(dilatation, weight, (50, 95, 100))
@@ -127,6 +127,10 @@ def lscm(patch: Patch, outline: Index) -> Complex:
 
 def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
     """As `lscm`, by the Hermitian form |Σ Wⱼ uⱼ|² / 2A of each triangle (Lévy et al., §2.3); None if it is singular."""
+    from scipy.sparse import csr_matrix
+
+    from .. import dissection
+
     flat = laid_flat(patch.points[patch.faces])
     edges = np.roll(flat, -2, axis=1) - np.roll(flat, -1, axis=1)
     area = ((flat[:, 1] - flat[:, 0]).conj() * (flat[:, 2] - flat[:, 0])).imag

@@ -1,11 +1,41 @@
 """How a piecewise linear map from a surface to the plane stretches its triangles."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..arrays import Complex, Real
 
 SLIVER = 1e-4
 """Of the longest side: triangles lower than this count as so high, those without area too (by hand)."""
+
+
+class Linear(NamedTuple):
+    """Linear maps of the plane, z -> a z + b z̄, each (m,) complex."""
+
+    a: Complex
+    b: Complex
+
+    def __matmul__(self, first: "Linear") -> "Linear":
+        """The maps after others."""
+        a, b = first
+        return Linear(self.a * a + self.b * b.conj(), self.a * b + self.b * a.conj())
+
+    @property
+    def determinant(self) -> Real:
+        """(m,) the areas' ratio."""
+        return np.abs(self.a) ** 2 - np.abs(self.b) ** 2
+
+    def inverse(self) -> "Linear":
+        """Back again."""
+        return Linear(self.a.conj() / self.determinant, -self.b / self.determinant)
+
+
+def linear(z: Complex, w: Complex) -> Linear:
+    """The linear parts of the affine maps of triangles z (m, 3) to w (m, 3)."""
+    e, f, p, q = z[:, 1] - z[:, 0], z[:, 2] - z[:, 0], w[:, 1] - w[:, 0], w[:, 2] - w[:, 0]
+    across = e * f.conj() - f * e.conj()
+    return Linear((p * f.conj() - q * e.conj()) / across, (q * e - p * f) / across)
 
 
 def laid_flat(space: Real) -> Complex:
@@ -29,8 +59,6 @@ def laid_flat(space: Real) -> Complex:
 
 def stretches(space: Real, plane: Complex) -> tuple[Real, Real]:
     """Singular values of the affine maps of (m, 3, 3) triangles in space to (m, 3) in the plane, the smaller signed."""
-    flat = laid_flat(space)
-    (p, q), (s, t) = ((w[:, 1] - w[:, 0], w[:, 2] - w[:, 0]) for w in (flat, plane))
-    across = p * q.conj() - q * p.conj()
-    conformal, anti = np.abs((s * q.conj() - t * p.conj()) / across), np.abs((t * p - s * q) / across)
+    along = linear(laid_flat(space), plane)
+    conformal, anti = np.abs(along.a), np.abs(along.b)
     return conformal + anti, conformal - anti

@@ -13,7 +13,7 @@ from ..arrays import Complex
 from ..balanced import fit, method, stages
 from ..balanced.constraints.given import Pins, checked
 from ..balanced.discrete import DiscreteMap
-from ..balanced.failure import Stuck
+from ..balanced.failure import NoMapError, Stuck
 from ..balanced.frames import UnitFrame, frames_of
 from ..balanced.holes.given import Holes, named, unequal
 from ..balanced.levels import Sketch, UnitProblem
@@ -26,6 +26,7 @@ from ..result import Fit
 from .own_mesh import OwnMap, on_own_mesh
 from .side import Side
 
+ROUNDED = 0.2  # of the tolerance: for outlines between two surfaces, by hand
 Layouts = tuple[Flattening | None, Flattening | None]
 
 
@@ -61,9 +62,14 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit:
     journal = SolveLog(notes=unequal(holes))
     checked_pins = checked(source, target, pins, strokes, numbers)
     journal.notes += checked_pins.notes
-    sides = (Side((source, *holes.source), layouts[0]), Side((target, *holes.target), layouts[1]))
-    ready = _prepared(sides, holes, checked_pins, settings)
-    found, exact = _solved(ready, checked_pins, settings, journal)
+    sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
+    try:
+        found, exact = _solved(
+            _prepared(sides, holes, checked_pins, settings), checked_pins, settings, journal
+        )
+    except NoMapError:  # found in even layouts, it folds in the user's, or none was found
+        ready = _prepared((sides[0].as_given, sides[1].as_given), holes, checked_pins, settings)
+        found, exact = _solved(ready, checked_pins, settings, journal)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
     map = (
         replace(map, bulge=np.zeros(len(map.edges.ends), complex))
@@ -84,6 +90,8 @@ def _prepared(sides: tuple[Side, Side], holes: Holes, pins: Pins, settings: Sett
     moved = _inward(pins, sides)
     upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else stages.UPRIGHT
     outlines = frames[0].curve(curves[0][0]), frames[1].curve(curves[1][0])
+    if all(side.layout for side in sides):  # what one plane rounds off another may magnify
+        settings = replace(settings, tolerance=ROUNDED * settings.tolerance)
     unit = stages.with_constraints(*outlines, inner.unit(frames), moved.unit(frames), settings, upright)
     return _Prepared(sides, frames, unit._replace(metrics=_metrics(sides, frames)), moved)
 
@@ -124,7 +132,7 @@ def _solved(ready: _Prepared, pins: Pins, settings: Settings, journal: SolveLog)
         last = stages.finished(used, state, settings, journal)
         last = last if forward else stages.inverted(last)
         z, u = (
-            side.outward(frame.world(w))
+            side.outward(frame.world(w), last.outer)
             for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
         )
     else:
@@ -138,27 +146,33 @@ def _on_own(
     ready: _Prepared, state: DiscreteMap, settings: Settings, journal: SolveLog, *, forward: bool
 ) -> tuple[DiscreteMap | Sketch, Complex, Complex] | None:
     """The map on the own triangles of one side, and its vertices in both of the user's planes; None where it is to be
-    on others: with strokes, and where holes are to shrink.
+    on others: with strokes, and where holes of the other side are to shrink.
 
     Raises:
         Stuck: there is none.
     """
-    if state.inside.strokes or state.holes.filled or (not state.bound and state.inside.z.size):
-        return None
     onto = ready.sides[1].layout is not None
+    if state.inside.strokes or (not state.bound and state.inside.z.size):
+        return None
+    if state.filled and forward == onto:
+        return None
     problem = ready.unit.inverse() if onto else ready.unit
     state = state if forward != onto else state.inverse()
     side, frame = ready.sides[onto], ready.frames[onto]
     other, other_frame = ready.sides[not onto], ready.frames[not onto]
-    outlines = [problem.source, *(problem.holes[0][loop.source] for loop in state.loops)]
-    own = on_own_mesh(side, frame, stages.last_level(problem, settings), state, problem, outlines)
+    own = on_own_mesh(side, frame, stages.last_level(problem, settings), state, problem)
     own = _lowered(own, problem, settings, journal)
-    here, there = own.of_layout(side.layout.flat), other.outward(other_frame.world(own.state.u))
+    here, there = (
+        own.of_layout(side.layout.flat),
+        other.outward(other_frame.world(own.state.u), own.state.outer),
+    )
     return (stages.inverted(own.state), there, here) if onto else (own.state, here, there)
 
 
 def _lowered(own: OwnMap, problem: UnitProblem, settings: Settings, journal: SolveLog) -> OwnMap:
     """The map at rest, its worst stretch lowered."""
+    if own.state.filled:  # slits stretch without bound: raising the worst would leave the rest to itself
+        return replace(own, state=stages.descended(own.state, problem.theta, 1.0, journal))
     eased = stages.eased(own.state, problem.theta)
     theta = stages.leaning(problem, own.state)
     return replace(own, state=stages.lowered(eased, theta, settings, journal))

@@ -6,13 +6,12 @@ import numpy as np
 
 from ..arrays import Complex, Flags, Index, Real
 from ..balanced.constraints.inside import InnerConstraints
-from ..balanced.discrete import FILLED, DiscreteMap, MeshHoles
+from ..balanced.discrete import FILLED, PASSED_OVER, DiscreteMap, MeshHoles
 from ..balanced.failure import Stuck
 from ..balanced.frames import UnitFrame
 from ..balanced.levels import SPACING, SPREAD, Level, UnitProblem, match_on
 from ..balanced.meshing.mesh import closed_links
 from ..balanced.meshing.transfer import interpolate
-from ..balanced.metric import Linear, linear
 from ..balanced.minimise.ldl import system_of
 from ..balanced.outline import Outline
 from ..balanced.pairs import Pairs, boundary_pairs, limited, loops_of, through
@@ -20,10 +19,14 @@ from ..balanced.stages import STEEPEST_FINE
 from ..curve import Curve
 from ..flattening.scaffold import filling
 from ..meshes.mesh import face_areas
-from ..meshes.stretch import laid_flat
+from ..meshes.stretch import Linear, laid_flat, linear
 from .refined import RefinedSurface
 from .side import Side
 
+UNFOLDING, POLISHING = (
+    200,
+    30,
+)  # steps: a bunny with holes takes over 40
 SAME = 1e-9  # of the length: arclengths this close are one place
 
 
@@ -33,13 +36,19 @@ class OwnMetric:
 
     Attributes:
         maps: from the plane to the surface, triangle by triangle, its area taken as one.
+        material: (m,) which triangles are not in holes.
     """
 
     maps: Linear
+    material: Flags
 
     def over(self, z: Complex) -> Linear:
-        """Those of all triangles; they keep their places in the plane."""
-        return self.maps
+        """Those of all triangles, or of those that are not in holes; they keep their places in the plane."""
+        return (
+            self.maps
+            if len(z) == self.material.size
+            else Linear(*(each[self.material] for each in self.maps))
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +71,7 @@ class OwnMap:
 
 
 def on_own_mesh(
-    side: Side,
-    frame: UnitFrame,
-    level: Level,
-    state: DiscreteMap,
-    problem: UnitProblem,
-    outlines: list[Curve],
+    side: Side, frame: UnitFrame, level: Level, state: DiscreteMap, problem: UnitProblem
 ) -> OwnMap:
     """A map without folds on the surface's own triangles, from one on any mesh.
 
@@ -77,14 +81,17 @@ def on_own_mesh(
         level: the other side's outlines with all their vertices.
         state: the map so far.
         problem: what is solved, the surface being the source.
-        outlines: of the problem, the outer one first, then those of the holes that have partners.
 
     Raises:
         Stuck: none was found.
     """
     assert side.even is not None
     flat = frame.unit(side.even.flat)
-    loops = [loop[::-1] if frame.mirrored else loop for loop in side.loops]
+    met = [loop.source for loop in state.loops]
+    loops = [
+        loop[::-1] if frame.mirrored else loop for loop in (side.loops[k] for k in (0, *(1 + k for k in met)))
+    ]
+    outlines = [problem.source, *(problem.holes[0][k] for k in met)]
     rims = [_outline_of(flat[loop], curve) for loop, curve in zip(loops, outlines)]
     loops = [np.roll(loop, -rim.first) for loop, rim in zip(loops, rims)]
     own = _level_of(level, rims, problem)
@@ -145,17 +152,25 @@ def _pairs_of(level: Level, match) -> tuple[Pairs, MeshHoles, list[int]]:
 def _meshed(side, frame, level, state, problem, loops, pairs, holes, sizes) -> OwnMap:
     """The mesh with the boundary asked for, and the map on it."""
     patch = side.layout.patch
-    fills = [filling(side.layout.flat, loop) for loop in side.passed_over]
+    closing = [side.loops[1 + loop.source] for loop in state.filled]
+    fills = [filling(side.layout.flat, loop) for loop in (*closing, *side.passed_over)]
+    given = np.repeat(
+        [1.0, *[FILLED] * len(closing), *[PASSED_OVER] * len(side.passed_over)],
+        [len(patch.faces), *map(len, fills)],
+    )
     mesh = RefinedSurface.of(np.concatenate([patch.faces, *fills]), len(patch.points))
     mesh, pinned = _with_pins(mesh, side, frame.world(problem.pins[:, 0]))
     still = np.zeros(mesh.count, bool)
     still[np.concatenate([*loops, pinned])] = True
     mesh, rim = _with_boundary(mesh.without_chords(still), level, loops, pairs, sizes)
     constrained = np.append(rim, pinned)
-    order = np.append(constrained, np.setdiff1d(np.arange(mesh.count), constrained))
+    first = np.concatenate([constrained, *closing])
+    order = np.append(first, np.setdiff1d(np.arange(mesh.count), first))
+    alone = [(loop.source, -1, rim.size) for loop, rim in zip(state.filled, closing)]
     faces = np.argsort(order)[mesh.faces]
     z = frame.unit(mesh.carried(side.even.flat)[order])
-    material = mesh.own < len(patch.faces)
+    weights = given[mesh.own]
+    material = weights == 1
     maps = _to_surface(mesh, side, material, z[faces], mirrored=frame.mirrored)
     faces = np.ascontiguousarray(faces[:, ::-1] if frame.mirrored else faces)
     pins = np.column_stack([z[rim.size : constrained.size], problem.pins[:, 1]])
@@ -170,14 +185,19 @@ def _meshed(side, frame, level, state, problem, loops, pairs, holes, sizes) -> O
         anchored=_anchored(level, pairs.s, sizes[0]),
         inside=InnerConstraints.of_pins(pins),
         bound=len(pins) > 0,
-        holes=holes,
-        weights=None if material.all() else np.where(material, 1.0, FILLED),
-        metrics=(OwnMetric(maps), problem.metrics[1]),
+        holes=holes._replace(filled=loops_of(alone, constrained.size)),
+        weights=None if material.all() else weights,
+        metrics=(OwnMetric(maps, material), problem.metrics[1]),
     )
     try:
-        return OwnMap(found.moved_to_border(u).unfolded(harmonic=False), mesh, order)
+        found = found.moved_to_border(u).unfolded(harmonic=False, steps=UNFOLDING, polish=POLISHING)
     except Stuck:
-        return OwnMap(found.unfolded(), mesh, order)
+        found = found.unfolded(steps=UNFOLDING, polish=POLISHING)
+    if not material.all():  # slivers as they are: those in holes are content from here on
+        content = linear(z[faces], found.u[faces])
+        maps = Linear(*(np.where(material, own, new) for own, new in zip(maps, content)))
+        found = replace(found, metrics=(OwnMetric(maps, material), problem.metrics[1]))
+    return OwnMap(found, mesh, order)
 
 
 def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[RefinedSurface, Index]:

@@ -1,11 +1,11 @@
 """A domain of the plane, or a surface laid out there, as it is solved for: surfaces in a layout that is even."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Complex, Index
+from ..arrays import Complex, Flags, Index
 from ..balanced.constraints.given import ON_OUTLINE
 from ..curve import Curve
 from ..flattening import even
@@ -20,15 +20,27 @@ class Side:
     Attributes:
         outlines: the boundaries in the user's plane, the outer one first.
         layout: of the surface in that plane; None for a domain of the plane.
+        even: the layout in which it is solved for: an even one, where outlines are about as long as on the surface, or
+            the same.
     """
 
     outlines: tuple[Curve, ...]
     layout: Flattening | None = None
+    even: Flattening | None = None
 
-    @cached_property
-    def even(self) -> Flattening | None:
-        """The surface's even layout, in which it is solved for: outlines are about as long there as on the surface."""
-        return self.layout and even(self.layout)
+    @classmethod
+    def of(cls, outlines: tuple[Curve, ...], layout: Flattening | None) -> "Side":
+        """To be solved for in an even layout.
+
+        Raises:
+            InputError: every such layout overlaps itself.
+        """
+        return cls(outlines, layout, layout and even(layout))
+
+    @property
+    def as_given(self) -> "Side":
+        """To be solved for in the user's plane."""
+        return replace(self, even=self.layout)
 
     @cached_property
     def loops(self) -> list[Index]:
@@ -51,25 +63,18 @@ class Side:
         return [Curve(self.even.flat[loop]) for loop in self.loops]
 
     def inward(self, z: Complex) -> Complex:
-        """Points (p,) of the user's plane, where the problem is solved; those on the outline stay on it."""
-        return self._carried(self.layout, self.even, z)
-
-    def outward(self, z: Complex) -> Complex:
-        """And back again."""
-        return self._carried(self.even, self.layout, z)
-
-    def _carried(self, here: Flattening | None, there: Flattening | None, z: Complex) -> Complex:
-        if here is None or there is None or not z.size:
+        """Points (p,) of the user's plane, where the problem is solved; those close to the outline come onto it."""
+        if self.layout is None:
             return z
-        outline, loop = Curve(here.flat[self.loops[0]]), self.loops[0]
-        face, place = Locator(here)(z, 1)
-        found = np.einsum("pk,pk->p", place, there.flat[here.patch.faces[face]])
-        s = outline.closest(z)
-        near = np.abs(outline.at(s) - z) < ON_OUTLINE * outline.diagonal
-        edge, share = outline.locate(s[near])
-        ends = there.flat[loop]
-        found[near] = ends[edge] * (1 - share) + ends[(edge + 1) % loop.size] * share
-        return found
+        outline = Curve(self.layout.flat[self.loops[0]])
+        on = np.abs(outline.at(outline.closest(z)) - z) < ON_OUTLINE * outline.diagonal
+        return _carried(self.layout, self.even, self.loops[0], z, on)
+
+    def outward(self, z: Complex, outer: slice) -> Complex:
+        """And back again, for vertices (n,) of a map, some of which are on the outer outline."""
+        on = np.zeros(z.size, bool)
+        on[outer] = True
+        return z if self.layout is None else _carried(self.even, self.layout, self.loops[0], z, on)
 
     def curve_inward(self, stroke: Curve, points: int = 64) -> Curve:
         """A polyline of the user's plane, by points along it."""
@@ -77,6 +82,18 @@ class Side:
             return stroke
         s = np.union1d(stroke.knots, np.linspace(0, stroke.length, points))
         return Curve(self.inward(stroke.at(s)), stroke.closed)
+
+
+def _carried(here: Flattening, there: Flattening, loop: Index, z: Complex, on: Flags) -> Complex:
+    """Points z (p,) of one layout in another one of the same surface; those `on` the outline's loop along it."""
+    if here is there or not z.size:
+        return z
+    face, place = Locator(here)(z, 1)
+    found = np.einsum("pk,pk->p", place, there.flat[here.patch.faces[face]])
+    outline, ends = Curve(here.flat[loop]), there.flat[loop]
+    edge, share = outline.locate(outline.closest(z[on]))
+    found[on] = ends[edge] * (1 - share) + ends[(edge + 1) % loop.size] * share
+    return found
 
 
 def _loop_of(layout: Flattening, outline: Curve) -> Index:

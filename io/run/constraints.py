@@ -13,20 +13,27 @@ from .job import Job
 
 if TYPE_CHECKING:
     from ...result import Fit
+    from ..shapes.constraints import Listed
     from ..shapes.shape import Shape
 
 
 Names = tuple[list[str], list[str]]  # of pins and of strokes, empty for those that have none
 
 
-def constrained(job: Job, source: Shape, target: Shape) -> tuple[dict[str, Any], Names]:
-    """The pins (k, 2), pairs of strokes and earlier map of a job as `iccm.fit` takes them, and the names of both.
+def constrained(
+    job: Job, source: Shape, target: Shape, listed: Listed | None = None
+) -> tuple[dict[str, Any], Names]:
+    """The pins (k, 2), pairs of strokes and earlier map of a job as `iccm.fit` takes them, and the names of both;
+    `listed` are those of its constraints file.
 
     Raises:
         InputError: a name without its partner, a place that a file does not have, a point outside the source.
     """
-    pins, strokes, called, start = _drawn(job, source, target)
-    typed = [[source.at(here), target.at(there)] for here, there in job.pin]
+    from ..shapes.constraints import Pin, pairs_at
+
+    pins, strokes, called, start = _drawn(job, source, target, listed)
+    pairs = [pairs_at(source, target, Pin(source=here, target=there)) for here, there in job.pin]
+    typed = [each for pair in pairs for each in pair]
     pins = np.concatenate([np.reshape(pins, (-1, 2)), np.reshape(np.array(typed, dtype=complex), (-1, 2))])
     inside(source, "pin", list(pins[:, 0]))
     inside(source, "vertex of a stroke", [z for stroke in strokes for z in stroke[0].z])
@@ -77,15 +84,14 @@ def solved(job: Job, source: Shape, target: Shape, given: dict[str, Any], tell: 
         return deformed(source, **given) if holed(job) else iccm.deform(source.curve, **given)
     if holed(job):
         return fitted(source, target, tell, **given)
-    return iccm.fit(source.curve, target.curve, **given)
+    return iccm.fit(source.domain, target.domain, **given)
 
 
-def _drawn(job: Job, source: Shape, target: Shape) -> tuple[Any, Any, Names, Any]:
-    if not (job.constraints or any(shape.pins or shape.strokes for shape in (source, target))):
+def _drawn(job: Job, source: Shape, target: Shape, listed: Listed | None) -> tuple[Any, Any, Names, Any]:
+    if not (listed or any(shape.pins or shape.strokes for shape in (source, target))):
         return [], [], ([], []), None
     from ..shapes import constraints
 
-    listed = constraints.read(job.constraints) if job.constraints else None
     start = listed.start.map(source, target) if listed and listed.start else None
     return *constraints.pair(source, target, listed), constraints.names(source, target, listed), start
 

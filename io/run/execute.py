@@ -135,13 +135,14 @@ def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, phases: Pha
         pairs, notes = parts.read(job, inputs)
     else:
         source = inputs.shape(job.source)
-        pairs, notes = [(source, inputs.shape(job.target, target=True) if job.target else source)], []
+        aim = inputs.shape(job.target, target=True) if job.target else source
+        pairs, notes = [(source, aim)], []
     room = Bounded(job.memory, _scratch(job)) if job.memory else Memory()
     state = Run(job, inputs, pairs, room, tell, phases, threads)
     for note in notes:
         state.note(note)
     if job.parts == "largest":
-        state.constraints, state.called = constrained(job, state.source, state.target)
+        state.constraints, state.called = constrained(job, state.source, state.target, inputs.listed)
     return state
 
 

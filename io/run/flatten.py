@@ -1,15 +1,19 @@
 """What `iccm flatten` writes and tells."""
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ... import __version__
 from ...errors import InputError
+from ...flattening import METHODS
 from ...meshes import layout
 from ...meshes.flatten import overlap
-from .. import files
+from .. import files, formats
 from ..meshes import mesh_files
+from ..shapes import mesh_shape, onto_outline
+from ..shapes import shape as planar
 from ..shapes.mesh_shape import MeshShape
 from ..spec import Spec
 from . import carried_maps, flat_files, report
@@ -33,13 +37,58 @@ def checked(names: list[str | None], mesh: str, *, force: bool) -> list[str]:
     return outputs
 
 
-def figures(shape: MeshShape, uv: str | None) -> dict[str, Any]:
+class LaidOut(NamedTuple):
+    """A mesh laid out in the plane.
+
+    Attributes:
+        shape: the mesh.
+        figures: of the map onto an outline.
+        outline: the file of that outline.
+    """
+
+    shape: MeshShape
+    figures: dict[str, Any]
+    outline: Path | None = None
+
+
+def laid_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None]) -> LaidOut:
+    """A mesh laid out by a method, or onto an outline.
+
+    Args:
+        mesh: what it is called, see `io.spec`.
+        method: one of METHODS, or the outline's drawing or picture.
+        cut: whether it may be cut open.
+        tell: is given remarks.
+
+    Raises:
+        InputError: the mesh cannot be laid out; no such method, nor file, or no outline in it.
+    """
+    if method in METHODS:
+        found = LaidOut(mesh_shape.read(mesh, cut=cut, method=method), {})
+    else:
+        path = Spec.of(method).path
+        if not path.is_file():
+            raise InputError(f"--method {method}: is none of {', '.join(METHODS)}, and no file")
+        if formats.of(path).mesh:
+            raise InputError(
+                f"--method {method}: is a mesh; name a drawing or a picture that shows an outline"
+            )
+        outline = planar.read(method)
+        before = mesh_shape.read(mesh, cut=cut)
+        found = LaidOut(*onto_outline.laid_onto(before, outline, tell), path)
+    for note in found.shape.notes:
+        tell(note)
+    return found
+
+
+def figures(laid: LaidOut, uv: str | None) -> dict[str, Any]:
     """The report: conformal error, area distortion, holes, seam; lengths in the mesh's units.
 
     Args:
-        shape: the flattened mesh.
+        laid: the flattened mesh.
         uv: the mesh that its coordinates are written to, whose rounding counts; None: an OBJ's.
     """
+    shape = laid.shape
     low, high = shape.box
     turned, fault = turned_over(shape, uv), overlap(shape.flattening)
     return {
@@ -48,11 +97,12 @@ def figures(shape: MeshShape, uv: str | None) -> dict[str, Any]:
         "status": "flipped" if any(turned.values()) else "overlaps" if fault else "done",
         "overlap": fault,
         **shape.flattening.report(),
+        **laid.figures,
         "uv": turned,
         "box": [low, high],
         "boundary_loops": [len(loop) for loop in shape.flattening.patch.loops],
         "notes": list(shape.notes),
-        "inputs": [{"path": str(shape.path), "sha256": files.sha256(shape.path)}],
+        "inputs": [{"path": str(p), "sha256": files.sha256(p)} for p in (shape.path, laid.outline) if p],
     }
 
 
@@ -73,7 +123,7 @@ def doubt(found: dict[str, Any]) -> str | None:
 
 
 def write_all(
-    shape: MeshShape,
+    laid: LaidOut,
     output: tuple[str, ...],
     uv: str | None,
     plot: str | None,
@@ -84,9 +134,10 @@ def write_all(
     carry_maps: bool = False,
 ) -> dict[str, Any]:
     """Write every output; the files appear when the stack is left. What is returned are the figures."""
+    shape = laid.shape
     if carry_maps:
         carried_maps.check(shape.file, uv or "--uv")
-    found = figures(shape, uv)
+    found = figures(laid, uv)
     for name in output:
         flat_files.write(shape, stack.enter_context(files.replacing(name, force=force)))
     if uv:

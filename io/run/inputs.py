@@ -8,16 +8,20 @@ import re
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .. import files, formats
 from ..meshes import size_limits
 from ..meshes.obj import Obj
 from ..meshes.obj_source import ObjSource
+from ..places import Place, vertex_of
 from ..shapes import shape
 from ..shapes.shape import Shape
 from ..spec import Spec
 from .job import Job
+
+if TYPE_CHECKING:
+    from ..shapes.constraints import Listed
 
 MAX_BYTES = 1 << 26
 _MAP = re.compile(rb"^[ \t]*(?:map_\w+|bump|norm|disp|decal)[ \t]+([^\r\n]+)", re.MULTILINE | re.IGNORECASE)
@@ -45,6 +49,27 @@ class Inputs:
         """
         path = Spec.of(text).path
         return self._obj(path).faces > 1 if formats.suffix_of(path) == ".obj" else formats.of(path).mesh
+
+    @cached_property
+    def listed(self) -> Listed | None:
+        """What the constraints file holds, if there is one.
+
+        Raises:
+            InputError: it is wrong.
+        """
+        from ..shapes import constraints
+
+        return constraints.read(self.job.constraints) if self.job.constraints else None
+
+    def _seam(self, target: bool) -> list[Place]:
+        """The pins through which closed meshes on both sides are cut; none unless there are two, all on the meshes."""
+        job = self.job
+        if not (job.cut and job.target and self.is_mesh(job.source) and self.is_mesh(job.target)):
+            return []
+        more = [(pin.source, pin.target) for pin in self.listed.all_pins] if self.listed else []
+        pins = [*job.pin, *more]
+        flat = any(vertex_of(place) is None and len(place) == 2 for pair in pins for place in pair)
+        return [] if flat or len(pins) < 2 else [pair[target] for pair in pins]
 
     def is_layout(self, text: str) -> bool:
         """Whether a spec names a mesh in the plane of its texture coordinates, as far as its form says so.
@@ -107,7 +132,7 @@ class Inputs:
             aspect = _first_proportions
         else:
             aspect = _first_proportions([Path(job.texture)])
-        return {"cut": job.cut, "layout": job.plane == "uv", "aspect": aspect}
+        return {"cut": job.cut, "layout": job.plane == "uv", "aspect": aspect, "pins": self._seam(target)}
 
     @cached_property
     def named(self) -> tuple[str, ...]:

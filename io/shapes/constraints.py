@@ -15,6 +15,9 @@ Listed, coordinates in the units of the source and target files::
       ]
     }
 
+"landmarks" are such pins by name, {"source": {"nose": "v17", …}, "target": {"nose": [0.1, 2, 0.3], …}}, as tools list
+them for each model.
+
 "files" may tell which shapes they are for, {"source": {"file": "a.svg", "size": [512, 512]}, "target": …}: those of
 another size are refused then. `name` (for messages), `weight` (relative to the other pins or strokes, 1) and `ends` are
 optional. A stroke with ends "free" slides along its target; with "stick" its first and last points also are pinned to
@@ -90,6 +93,14 @@ class ConstrainedFiles(BaseModel):
     target: ConstrainedFile | None = None
 
 
+class Landmarks(BaseModel):
+    """Named places of the source and of the target; the same name in both makes a pin."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    source: dict[str, Place] = {}
+    target: dict[str, Place] = {}
+
+
 class Listed(BaseModel):
     """What a constraints file holds."""
 
@@ -98,6 +109,22 @@ class Listed(BaseModel):
     pins: list[Pin] = []
     strokes: list[Stroke] = []
     start: StartingMap | None = None
+    landmarks: Landmarks = Landmarks()
+
+    @property
+    def all_pins(self) -> list[Pin]:
+        """The pins, then the landmarks, in the source's order.
+
+        Raises:
+            InputError: a landmark of one side only.
+        """
+        here, there = self.landmarks.source, self.landmarks.target
+        for alone, side in ((here.keys() - there.keys(), "source"), (there.keys() - here.keys(), "target")):
+            if alone:
+                names = ", ".join(sorted(alone)[:12])
+                raise InputError(f"landmarks: {names}: given for the {side} alone; give each for both")
+        marks = [Pin(name=name[:200], source=place, target=there[name]) for name, place in here.items()]
+        return [*self.pins, *marks]
 
     def check(self, source: Shape, target: Shape) -> None:
         """Refuse shapes of another size than they were made for.
@@ -166,7 +193,7 @@ def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Const
     listed = listed or Listed()
     listed.check(source, target)
     pins = [(*_both(source.pins, target.pins, name), 1.0) for name in _paired(source, target, "pins")]
-    pins += [(source.at(p.source), target.at(p.target), p.weight) for p in listed.pins]
+    pins += [(*pair, pin.weight) for pin in listed.all_pins for pair in pairs_at(source, target, pin)]
     names = _paired(source, target, "strokes")
     strokes = [(*_both(source.strokes, target.strokes, name), 1.0) for name in names]
     for number, stroke in enumerate(listed.strokes):
@@ -185,10 +212,21 @@ def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Const
 def names(source: Shape, target: Shape, listed: Listed | None = None) -> tuple[list[str], list[str]]:
     """The names of all pins, and of all strokes, in the order of `collect`; those that have none are empty."""
     listed = listed or Listed()
-    pins = [*_paired(source, target, "pins"), *(pin.name for pin in listed.pins)]
+    again = [pin.name for pin in listed.all_pins for _ in pairs_at(source, target, pin)]
+    pins = [*_paired(source, target, "pins"), *again]
     for stroke in listed.strokes:
         pins += 2 * [stroke.name] if stroke.ends == "stick" else []
     return pins, [*_paired(source, target, "strokes"), *(stroke.name for stroke in listed.strokes)]
+
+
+def pairs_at(source: Shape, target: Shape, pin: Pin) -> list[tuple[complex, complex]]:
+    """The points of the core planes that a pin ties together: where both meshes are cut through it, on both sides.
+
+    Raises:
+        InputError: a place that is not on its shape.
+    """
+    here, there = source.all_at(pin.source), target.all_at(pin.target)
+    return list(zip(here, there)) if len(here) == len(there) else [(here[0], there[0])]
 
 
 def pair(

@@ -11,6 +11,7 @@ import iccm
 from ...arrays import Complex
 from ...balanced import NoMapError
 from ...curve import Curve
+from ...maps.triangulated.map import TriangulatedMap
 from ...solve import Fit
 from . import parts
 from .shape import Shape
@@ -45,21 +46,30 @@ def passed_over(shape: Shape, mapped: Sequence[Curve]) -> tuple[Complex, ...]:
     return tuple(hole for hole in shape.holes if not np.any(np.abs(corners - _corner(hole)) < near))
 
 
-def fitted(source: Shape, target: Shape, tell: Callable[[str], None], **given: Any) -> Fit:
-    """`iccm.fit` of two shapes with their holes; without them, and a remark, where no such map was found."""
-    curves = source.curve, target.curve
+def fitted(
+    source: Shape,
+    target: Shape,
+    tell: Callable[[str], None],
+    start: TriangulatedMap | None = None,
+    **given: Any,
+) -> Fit:
+    """`iccm.fit` of two shapes with their holes; without them, and a remark, where no such map was found, or `start`
+    is one without."""
+    curves = source.domain, target.domain
     chosen = source.mappable_holes, target.mappable_holes
     inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), chosen)]
     partners = named_partners(source, target, chosen)
+    plain = start is not None and len(start.loops) == 1
+    if not any(inner) or (plain and all(inner)):
+        if any(inner):
+            tell(f"{target.spec}: {UNMAPPED}")
+        return iccm.fit(*curves, start=start, **given)
+    holes: dict[str, Any] = dict(source_holes=inner[0], target_holes=inner[1], hole_partners=partners)
     try:
-        return iccm.fit(
-            *curves, source_holes=inner[0], target_holes=inner[1], hole_partners=partners, **given
-        )
+        return iccm.fit(*curves, start=start, **holes, **given)
     except NoMapError:
-        if not any(inner):
-            raise
         tell(f"{target.spec}: {UNMAPPED}")
-        return iccm.fit(*curves, **given)
+        return iccm.fit(*curves, start=start if plain else None, **given)
 
 
 def deformed(source: Shape, **given: Any) -> Fit:

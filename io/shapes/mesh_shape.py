@@ -35,13 +35,20 @@ class MeshShape(Shape):
     Attributes:
         file: the mesh as its file holds it.
         flattening: its place in the plane.
+        start: the vertex of the flattening at which the seam through pins begins; -1 where it runs elsewhere.
         chart: where it lies in the mesh's own texture coordinates, if its plane is theirs.
     """
 
     is_mesh = True
     file: mesh_files.MeshFile
     flattening: Flattening
+    start: int = -1
     chart: LaidOut | None = None
+
+    @property
+    def domain(self) -> Curve | Flattening:
+        """The mesh as it is laid out; the outline in the plane of the texture coordinates, if that was chosen."""
+        return self.flattening if self.chart is None else self.curve
 
     @property
     def is_layout(self) -> bool:
@@ -117,6 +124,22 @@ class MeshShape(Shape):
         """
         number = vertex_of(place)
         return complex(self.to_core(place)) if number is None else self.vertex(number)
+
+    def all_at(self, place: Place) -> list[complex]:
+        """As `at`; each copy of a vertex on the seam that runs through pins, in the order around the outline from the
+        first pin on.
+
+        Raises:
+            InputError: there is no such vertex on the patch.
+        """
+        number = vertex_of(place)
+        if self.start < 0 or (number is None and len(place) == 2):
+            return [self.at(place)]
+        patch, loop = self.flattening.patch, self.flattening.loop
+        flat = int(np.flatnonzero(self.flattening.flat == self.at(place))[0])
+        around = np.roll(loop, -int(np.flatnonzero(loop == self.start)[0]))
+        copies = around[patch.vertex[around] == patch.vertex[flat]]
+        return self.flattening.flat[copies if copies.size else [flat]].tolist()
 
     def along(self, places: Sequence[Place], name: str) -> Curve:
         """The stroke through places; vertices alone are joined along the mesh's edges.
@@ -256,6 +279,7 @@ def read(
     method: str = "conformal",
     layout: bool = False,
     aspect: Aspect | None = None,
+    pins: Sequence[Place] = (),
 ) -> MeshShape:
     """The mesh in a plane that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
@@ -268,6 +292,8 @@ def read(
         layout: whether the plane is that of the texture coordinates, where `spec` does not say which.
         aspect: width by height of the pictures that lie on them, or what tells it by the pictures that the file names;
             1 by default.
+        pins: vertices and points in space through which a closed surface is to be cut, in this order; none, or at
+            least two.
 
     Raises:
         InputError: in one line, naming the first element at fault.
@@ -276,13 +302,17 @@ def read(
     if file.chart or (layout and not file.piece):
         atlas = Atlas.of(file.mesh)
         return charted(spec, file, atlas, file.chart or 1, aspect_of(file, aspect))
-    return flattened(spec, file, disk_patch(file.mesh, cut=cut, piece=file.piece or 1), cut, method)
+    through = np.array([_point(file, spec, place) for place in pins]) if pins else None
+    piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
+    return flattened(spec, file, piece, cut, method, _start_of(piece, through))
 
 
-def flattened(spec: str, file: mesh_files.MeshFile, piece: Patch, cut: bool, method: str) -> MeshShape:
-    """A piece of a mesh in the plane of its flattening; arguments and errors as for `read`."""
+def flattened(
+    spec: str, file: mesh_files.MeshFile, piece: Patch, cut: bool, method: str, start: int = -1
+) -> MeshShape:
+    """A piece of a mesh in the plane of its flattening; arguments as for `read`, `start` as of `MeshShape`."""
     file, piece = _of_patch(file, piece)
-    flat = flatten(piece, loop=file.loop, grow=cut, method=method)
+    flat = flatten(piece, loop=file.loop, grow=cut and start < 0, method=method)
     curve = (
         Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
     )  # may cross itself, as it comes
@@ -303,8 +333,34 @@ def flattened(spec: str, file: mesh_files.MeshFile, piece: Patch, cut: bool, met
         notes=tuple(notes),
         file=file,
         flattening=flat,
+        start=start,
         **_holes(file, flat),
     )
+
+
+def _point(file: mesh_files.MeshFile, spec: str, place: Place) -> Real:
+    """A vertex, or a point in space.
+
+    Raises:
+        InputError: there is no such vertex.
+    """
+    number, mesh = vertex_of(place), file.mesh
+    if number is None:
+        return np.array(place)
+    if not 0 <= number - mesh.base < len(mesh.points):
+        raise InputError(f"{spec}: no vertex {number}; it has {len(mesh.points)}, the first is {mesh.base}")
+    return mesh.points[number - mesh.base]
+
+
+def _start_of(piece: Patch, through: Real | None) -> int:
+    """The vertex of a patch at the end of the seam through points (k, 3); -1 where there is no such seam."""
+    if through is None or not len(piece.seam):
+        return -1
+    outline = piece.loops[0]
+    first = outline[np.argmin(((piece.points[outline] - through[0]) ** 2).sum(axis=1))]
+    alone = np.count_nonzero(piece.vertex == piece.vertex[first]) == 1
+    near = np.argmin(((piece.points - through[0]) ** 2).sum(axis=1))
+    return int(first) if alone and piece.vertex[near] == piece.vertex[first] else -1
 
 
 def charted(spec: str, file: mesh_files.MeshFile, atlas: Atlas, number: int, aspect: float) -> MeshShape:

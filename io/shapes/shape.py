@@ -25,6 +25,7 @@ from . import planar_obj, silhouette
 from .room import mappable
 
 if TYPE_CHECKING:
+    from ...meshes.flatten import Flattening
     from ...pixels.texture import Placing, Texture
 
 
@@ -75,6 +76,19 @@ class Shape:
         return mappable(self.curve, self.holes)
 
     is_mesh: ClassVar[bool] = False
+
+    def all_at(self, place: Place) -> list[complex]:
+        """Where a place that the user named is in the plane: of a vertex on a seam each of its copies.
+
+        Raises:
+            InputError: it is not on the shape.
+        """
+        return [self.at(place)]
+
+    @property
+    def domain(self) -> Curve | Flattening:
+        """What is mapped: the domain's boundary, or a mesh as it is laid out."""
+        return self.curve
 
     @property
     def is_layout(self) -> bool:

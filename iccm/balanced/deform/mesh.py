@@ -32,9 +32,8 @@ def meshed(outlines: Sequence[Curve], pins: Pins, size: float, drawn: list[Match
     drawn = drawn or [stroke.even for stroke in pins.strokes]
     kept = inside(pins.strokes, drawn, SPACING * size, pins.inner)
     outer, *holes = (spaced(each, min(SPACING * size, each.length / FEWEST), kept.z) for each in outlines)
+    z, faces = triangulate(outer, Sizes.even(0.5 * size**2), kept.z, kept.links, holes, kept.rays(outer))
     border = np.concatenate([outer, *holes])
-    sizes = Sizes.even(0.5 * size**2)
-    z, faces = triangulate(outer, sizes, kept.z, kept.links, holes, rays=kept.rays(border))
     pinned = np.abs(pins.outer[:, :1] - border).argmin(axis=1) if len(pins.outer) else np.empty(0, np.int64)
     return Deformed.on(z, faces, (outer.size, *(hole.size for hole in holes)), pinned, pins.outer[:, 1], kept)
 

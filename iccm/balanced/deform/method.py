@@ -209,8 +209,13 @@ def carried(state: Deformed, z: Complex, u: Complex, faces: Index) -> Deformed:
     Raises:
         Stuck: folds remain.
     """
-    same = z.size == state.z.size and np.array_equal(faces, state.faces) and np.abs(z - state.z).max() < SAME
+    same = z.size == state.z.size and len(faces) == len(state.faces) and np.abs(z - state.z).max() < SAME
+    same = same and np.array_equal(_sorted(faces), _sorted(state.faces))
     return replace(state, u=u.copy() if same else interpolate(z, faces, u, state.z)).unfolded()
+
+
+def _sorted(faces: Index) -> Index:
+    return faces[np.lexsort(faces.T)]
 
 
 def _in(frame: UnitFrame, start: TriangulatedMap) -> Start:

@@ -8,9 +8,13 @@ from typing import Any
 import numpy as np
 
 from ....arrays import Box, Complex, Real
+from ....curve import Curve
 from ....errors import InputError
 from ....maps.extended_inverse import ExtendedInverse
+from ....maps.kinds import AnyMap
+from ....maps.triangulated.map import TriangulatedMap
 from ....meshes import layout
+from ....surfaces.rim_triangles import lifted
 from ... import formats
 from ...meshes import gltf_materials, mesh_files
 from ...shapes.mesh_parts import joined
@@ -102,8 +106,8 @@ def new_uvs(
     target = joined([part for part, _, _ in parts])
     pulls = [ExtendedInverse(map, threads) for _, map, _ in parts]
     found = [
-        _uv_of(source, box, pull(part.flattening.flat), part, threads)
-        for (part, _, source), pull in zip(parts, pulls)
+        _uv_of(source, box, _pulled(part, map, pull), part, threads)
+        for (part, map, source), pull in zip(parts, pulls)
     ]
     uv = np.concatenate([coordinates for coordinates, _ in found])
     figures: dict[str, Any] = {}
@@ -127,6 +131,17 @@ def new_uvs(
         "also_written": written,
         "material_notes": missing,
     }
+
+
+def _pulled(part: MeshShape, map: AnyMap, pull: ExtendedInverse) -> Complex:
+    """Where a mesh's vertices come from; triangles with all corners on a straight side of the source are lifted."""
+    flat = part.flattening
+    z = pull(flat.flat)
+    return (
+        lifted(z, flat.patch.faces, flat.loop, Curve(map.polygon).diagonal)
+        if isinstance(map, TriangulatedMap)
+        else z
+    )
 
 
 def _uv_of(source: Shape, box: Box, z: Complex, target: MeshShape, threads: int | None) -> tuple[Real, int]:

@@ -138,10 +138,54 @@ def test_ends_of_strokes_slide_unless_they_have_pins():
     assert np.abs(again.map(MIDDLE) - fit.map(MIDDLE) - 0.3j).max() < 0.1
 
 
+def test_strokes_may_end_on_the_outline():
+    """From end to end of the bar, and across it."""
+    strokes = [
+        (np.array([0.5j, 2.9 + 0.5j]), np.array([0.5j, 2 + 1j])),
+        (np.array([4, 4 + 1j]), np.array([3 + 2j, 3 + 3j])),
+    ]
+    fit = iccm.deform(BAR, strokes=strokes)
+    assert fit.status is Status.MET and fit.report()["injective"]["certified"]
+    for a, b in strokes:
+        line, goal = Curve(a, closed=False), Curve(b, closed=False)
+        image = fit.map(line.at(np.linspace(0, line.length, 100)))
+        assert np.abs(goal.at(goal.closest(image)) - image).max() < 2e-4 * fit.diagonal
+    assert np.abs(fit.map(strokes[1][0]) - strokes[1][1]).max() < 1e-9
+    with pytest.raises(InputError, match="stroke 1: it runs along the outline"):
+        iccm.deform(BAR, strokes=[([1, 2], [1, 3])])
+
+
 def test_two_points_may_come_to_one_place():
     pins = [(0.1 + 0.5j, 0.5j), (5.9 + 0.5j, 0.5j), (3 + 0.5j, 3 + 2j)]
     fit = iccm.deform(BAR, pins=pins)
     assert fit.status is Status.OVERLAP and error(fit) < 1e-9
+
+
+def test_where_it_overlaps_what_is_farther_from_the_first_pin_is_shown():
+    """The bar's ends one over the other: of two triangles that cover the same point the later one is seen."""
+    pins = np.array([(0.1 + 0.5j, 0.5j), (5.9 + 0.5j, 0.2 + 0.5j), (3 + 0.5j, 3 + 2j)])
+    for order in ([0, 1, 2], [1, 0, 2]):
+        fit = iccm.deform(BAR, pins=pins[order])
+        seen = fit.map.faces[_last_holding(fit.map.image[fit.map.faces], 0.15 + 0.5j)]
+        nearest = np.argmin(np.abs(fit.map.source[seen].mean() - pins[order[:2], 0]))
+        assert nearest == 1 and any("farther from the first pin" in note for note in fit.notes)
+        again = iccm.deform(BAR, pins=pins[order], start=fit)
+        assert np.array_equal(fit.map.source, again.map.source)
+
+
+def _last_holding(corners, point):
+    a, b, c = (corners - point).T
+    inside = [(p.conj() * q).imag >= 0 for p, q in ((a, b), (b, c), (c, a))]
+    holders = np.flatnonzero(np.all(inside, axis=0))
+    assert holders.size > 1
+    return holders[-1]
+
+
+def test_bounds_hold_for_what_is_drawn():
+    pins = np.column_stack([np.append(CORNERS, 1 + 1j), np.append(CORNERS, 1.25 + 1.1j)])
+    fit = iccm.deform(SQUARE, pins=pins, max_dilatation=3)
+    assert fit.status is Status.MET and fit.report()["dilatation"]["max"] <= 3 + 1e-6
+    assert iccm.deform(SQUARE, pins=pins, max_dilatation=1.01).status is Status.BOUNDS
 
 
 def test_what_cannot_be_met_is_told_with_its_distance():

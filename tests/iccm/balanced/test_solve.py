@@ -274,3 +274,16 @@ def test_orientation_is_exact():
         (ax, ay), (bx, by), (cx, cy) = ((Fraction(p.real), Fraction(p.imag)) for p in w.tolist())
         sign = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
         assert positive(w, faces).tolist() == [sign > 0, sign < 0]
+
+
+@pytest.mark.parametrize("height", [100, 137])
+def test_a_square_onto_a_rectangle_is_symmetric(height):
+    """Both halves are the same, left and right, above and below, and nothing is turned."""
+    square, rectangle = np.array([0, 1, 1 + 1j, 1j]), np.array([0, 160, 160 + 1j * height, 1j * height])
+    fit = iccm.fit(square, rectangle)
+    x, y = np.meshgrid(np.linspace(0.05, 0.95, 9), np.linspace(0.05, 0.95, 9))
+    at, diagonal = fit.map(x + 1j * y), abs(rectangle[2])
+    across, over = fit.map(1 - x + 1j * y), fit.map(x + 1j * (1 - y))
+    assert np.abs(across - (160 - at.conj())).max() < 1e-3 * diagonal  # the gap that was asked for
+    assert np.abs(over - (at.conj() + 1j * height)).max() < 1e-3 * diagonal
+    assert abs(fit.report()["turn"]) < 0.1

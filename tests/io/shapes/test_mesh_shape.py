@@ -353,9 +353,10 @@ def test_points_of_the_surface_are_found_again_and_points_beside_it_by_the_neare
     assert np.allclose(space, np.einsum("pk,pkc->pc", weights, patch.points[patch.faces]), atol=1e-12)
     assert np.allclose(mesh.to_core(space), z, atol=1e-12)
     assert np.allclose(mesh.to_core(patch.points), flat, atol=1e-12)
-    every = mesh.to_space(mesh.to_core(space[:40] + np.array([0, 0, 0.1])))
-    nearest = np.linalg.norm(space[:40, None] + np.array([0, 0, 0.1]) - space[None], axis=2).min(axis=1)
-    assert (np.linalg.norm(every - space[:40] - np.array([0, 0, 0.1]), axis=1) <= nearest + 1e-12).all()
+    beside = np.add(space[:40], (0, 0, 0.1))
+    found = mesh.to_space(mesh.to_core(beside))
+    nearest = np.linalg.norm(beside[:, None] - space[None], axis=2).min(axis=1)
+    assert (np.linalg.norm(found - beside, axis=1) <= nearest + 1e-12).all()
 
 
 def test_a_texture_goes_onto_a_mesh_with_pins_from_the_command_line(tmp_path, shapes, iccm):

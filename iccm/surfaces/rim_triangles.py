@@ -1,0 +1,42 @@
+"""Triangles that have all corners on the boundary: where the outline is straight, or hollow, they have no room."""
+
+import numpy as np
+
+from ..arrays import Complex, Index
+
+ROUNDS = 20  # of lifting; one does unless such triangles lie behind one another
+RIM = 1e-3  # of the outline's diagonal, the default tolerance: how far a vertex may be moved out of it
+HEIGHT = 1e-4  # of a triangle that is lifted, of its base: far above what files round to
+
+
+def lifted(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
+    """Positions (n,) in which the corners of such triangles stand out of the outline by as little as lets them face up.
+
+    Args:
+        flat: positions, those of the loop on an outline.
+        faces: (m, 3) triangles.
+        loop: vertices of the outline, counter-clockwise.
+        diagonal: of the outline; triangles that need more than RIM of it stay as they are.
+    """
+    place = np.full(flat.size, -1)
+    place[loop] = np.arange(loop.size)
+    faces = faces[(place[faces] >= 0).all(axis=1)]
+    ways = _gaps(place[faces], loop.size)
+    tip = np.argmax(ways, axis=1)  # opposite to the side beyond which most of the surface lies
+    tips, heads, tails = (np.take_along_axis(faces, ((tip + k) % 3)[:, None], 1)[:, 0] for k in range(3))
+    moved = flat.copy()
+    for _ in range(ROUNDS):
+        base = moved[tails] - moved[heads]
+        height = (base.conj() * (moved[tips] - moved[heads])).imag / np.maximum(np.abs(base), 1e-300)
+        short = HEIGHT * np.abs(base) - height
+        low = np.flatnonzero(short > 0)
+        if not low.size:
+            break
+        moved[tips[low]] += 1j * (base / np.abs(base))[low] * (1.01 * short[low])
+    far = np.abs(moved - flat) > RIM * diagonal
+    return np.where(far, flat, moved)
+
+
+def _gaps(places: Index, length: int) -> Index:
+    """(m, 3) how many edges of the boundary lie between the two other corners, on the side away from each one."""
+    return np.mod(np.roll(places, -2, axis=1) - np.roll(places, -1, axis=1), length)

@@ -1,0 +1,127 @@
+"""Meshes onto outlines and onto meshes, from files to files."""
+
+import json
+
+import numpy as np
+import pytest
+
+from iccm.cli import run
+from iccm.errors import InputError
+from iccm.io.meshes import mesh_files
+from iccm.io.shapes import constraints, mesh_shape
+from iccm.meshes.layout import turned_over
+
+HEAD = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="{}">'
+CURVES = "M50 30C60 5 100 10 95 45C90 70 50 95 50 95C50 95 10 70 5 45C0 10 40 5 50 30Z"
+HEART = HEAD.format("0 0 100 100") + f'<path d="{CURVES}"/></svg>'
+SQUARE = HEAD.format("0 0 9 9") + '<path d="M1 1H8V8H1Z"/></svg>'
+
+
+def write(path, points, faces):
+    lines = ["v {:.6f} {:.6f} {:.6f}".format(*p) for p in points]
+    path.write_text("\n".join([*lines, *("f {} {} {}".format(*(np.array(f) + 1)) for f in faces)]) + "\n")
+
+
+def sheet(n=12):
+    """An open hill, whose corners are ears: triangles with two sides on the boundary."""
+    x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij")
+    k = np.arange(n * n).reshape(n, n)
+    a, b, c, d = k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]
+    faces = np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, d), (b, c, d))])
+    z = 0.8 * np.exp(-8 * ((x - 0.6) ** 2 + (y - 0.5) ** 2))
+    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), faces
+
+
+def ball(n):
+    """A closed ellipsoid with three different axes; finer or coarser."""
+    from scipy.spatial import ConvexHull
+
+    k = np.arange(n) + 0.5
+    high, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
+    unit = np.column_stack([np.cos(turn) * (1 - high**2) ** 0.5, np.sin(turn) * (1 - high**2) ** 0.5, high])
+    faces = ConvexHull(unit).simplices
+    a, b, c = unit[faces.T]
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a) < 0
+    return unit * (1.0, 0.8, 1.4), np.where(inward[:, None], faces[:, ::-1], faces)
+
+
+def command(*words):
+    return run([str(word) for word in words])
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "heart.svg").write_text(HEART)
+    (tmp_path / "square.svg").write_text(SQUARE)
+    write(tmp_path / "sheet.obj", *sheet())
+    return tmp_path
+
+
+@pytest.mark.parametrize("outline", ["heart.svg", "square.svg"])
+def test_a_mesh_is_laid_out_onto_an_outline(folder, outline):
+    code = command(
+        "flatten", "sheet.obj", "--method", outline, "--uv", "uv.obj", "-o", "flat.obj", "--report", "r.json"
+    )
+    report = json.loads((folder / "r.json").read_text())
+    assert code == 0 and report["status"] == "done" and report["overlap"] is None
+    assert report["uv"] == {"flipped": 0, "degenerate": 0}
+    assert report["boundary"]["hausdorff"] < 1e-3
+    assert [each["path"] for each in report["inputs"]] == ["sheet.obj", outline]
+    low, high = (complex(*each) if isinstance(each, list) else complex(each) for each in report["box"])
+    if outline == "square.svg":  # in the outline's own coordinates, y up
+        np.testing.assert_allclose([low.real, low.imag, high.real, high.imag], [1, -8, 8, -1], atol=0.01)
+    written = mesh_files.read("uv.obj").mesh
+    corners = written.uv[written.uv_corners].reshape(-1, 3, 2)
+    assert turned_over(corners) == {"flipped": 0, "degenerate": 0}
+    assert corners.min() > -1e-3 and corners.max() < 1 + 1e-3
+
+
+def test_what_is_no_outline_is_refused(folder, capsys):
+    assert command("flatten", "sheet.obj", "--method", "none.svg") == 2
+    assert "--method none.svg: is none of conformal, lscm, balanced, and no file" in capsys.readouterr().err
+    assert command("flatten", "sheet.obj", "--method", "sheet.obj") == 2
+    assert "is a mesh" in capsys.readouterr().err
+    assert not (folder / "sheet-flat.svg").exists()
+
+
+def test_new_texture_coordinates_of_ears_are_sound(folder):
+    code = command("map", "square.svg", "sheet.obj", "-o", "new.obj", "--report", "r.json")
+    report = json.loads((folder / "r.json").read_text())
+    assert code == 0 and report["uv"] == {"flipped": 0, "degenerate": 0}
+
+
+def test_landmarks_open_closed_meshes_alike(folder):
+    fine, coarse = ball(900), ball(500)
+    write(folder / "fine.obj", *fine)
+    write(folder / "coarse.obj", *coarse)
+    spots = np.array([[0, 0, 1.4], [0, 0.8, 0], [1, 0, 0], [0, -0.8, 0], [-1, 0, 0], [0, 0, -1.4]])
+    marks = {f"m{k}": spot.tolist() for k, spot in enumerate(spots)}
+    (folder / "marks.json").write_text(json.dumps({"landmarks": {"source": marks, "target": marks}}))
+    listed = constraints.read(folder / "marks.json")
+    places = [pin.source for pin in listed.all_pins]
+    one, other = (mesh_shape.read(f"{name}.obj", cut=True, pins=places) for name in ("coarse", "fine"))
+    found = constraints.collect(one, other, listed)
+    assert len(found.pins) == 10  # both ends of the seam once, the others on both of its sides
+    assert constraints.names(one, other, listed)[0] == ["m0", *np.repeat(["m1", "m2", "m3", "m4"], 2), "m5"]
+    for shape, pins in ((one, found.pins[:, 0]), (other, found.pins[:, 1])):
+        assert np.abs(shape.curve.at(shape.curve.closest(pins)) - pins).max() < 1e-9
+    import iccm
+
+    fit = iccm.fit(one.domain, other.domain, pins=found.pins)
+    assert fit.status.ok
+    flat, patch = other.flattening.flat, other.flattening.patch
+    face, weight = one.locator(fit.inverse(flat), 1)
+    came = np.einsum("pk,pkc->pc", weight, one.flattening.patch.points[one.flattening.patch.faces[face]])
+    away = np.linalg.norm(came - patch.points, axis=1) / np.linalg.norm(np.ptp(patch.points, axis=0))
+    assert np.median(away) < 0.02  # the edges of the coarse one are 0.04 long
+    assert away.max() < 0.15
+
+
+def test_a_landmark_of_one_side_is_refused(folder):
+    (folder / "marks.json").write_text(
+        json.dumps({"landmarks": {"source": {"nose": "v1", "ear": "v2"}, "target": {"ear": "v3"}}})
+    )
+    sheet_shape = mesh_shape.read("sheet.obj")
+    with pytest.raises(InputError, match="landmarks: nose: given for the source alone"):
+        constraints.collect(sheet_shape, sheet_shape, constraints.read(folder / "marks.json"))
