@@ -174,4 +174,5 @@ def _lowered(own: OwnMap, problem: UnitProblem, settings: Settings, journal: Sol
     if own.state.filled:  # slits stretch without bound: raising the worst would leave the rest to itself
         return replace(own, state=stages.descended(own.state, problem.theta, 1.0, journal))
     eased = stages.eased(own.state, problem.theta)
-    return replace(own, state=stages.lowered(eased, problem.theta, settings, journal))
+    theta = stages.leaning(problem, own.state)
+    return replace(own, state=stages.lowered(eased, theta, settings, journal))
