@@ -39,12 +39,13 @@ def _minimise() -> None:
 
 
 def _mesh() -> None:
-    """Triangulating, and the matches to start from."""
+    """Triangulating, the nearest points of a curve, and the matches to start from."""
     from .balanced.meshing.mesh import Sizes, triangulate
     from .balanced.starts import elastic_matches
     from .curve import Curve
 
     triangulate(SQUARE, Sizes.even(0.1))
+    Curve(SQUARE).closest(SQUARE)
     next(iter(elastic_matches(Curve(SQUARE), Curve(SQUARE), 0.0)))
 
 
