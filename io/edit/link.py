@@ -78,6 +78,7 @@ class _Link:
         except InputError as error:
             return await self._say({"type": "error", "message": str(error)})
         if isinstance(message, Follow | Solve):
+            self._session.scene = message.scene  # here, where they come one after another, not in the threads
             return self._put(message.type, message)
         pool = "follow" if isinstance(message, Place) else "files"
         answer = await self._done(pool, self._answer, message)
@@ -87,6 +88,8 @@ class _Link:
         session, queue = self._session, self._newest[kind]
         while True:
             message: Follow | Solve = await queue.get()
+            if session.scene is not message.scene:
+                continue  # it was let go of by now
             way = (message.way,) if isinstance(message, Solve) else ()
             shown: Any = await self._done(kind, getattr(session, kind), message.scene, *way)
             if isinstance(shown, dict):

@@ -117,7 +117,12 @@ class Session:
             side = view.describe(shape, box) | {"mesh": surface is not None}
             sides.append(side | (surface.describe() if surface else {}))
         scenes = {name: getattr(self, name).model_dump(mode="json") for name in ("scene", "saved")}
-        how = {"edge": job.edge, "filter": job.filter, "holes": job.holes == "keep", "digits": DIGITS}
+        how: dict[str, Any] = {
+            "edge": job.edge,
+            "filter": job.filter,
+            "holes": job.holes == "keep",
+            "digits": DIGITS,
+        }
         how["mean"] = self._magnification
         return plain({"source": sides[0], "target": sides[1], "notes": self.notes, **scenes, **how})
 
@@ -247,7 +252,6 @@ class Session:
 
     def follow(self, scene: Scene) -> Shown:
         """The coarse map, continued from the last one."""
-        self.scene = scene
         try:
             with one_thread():
                 pins, strokes = self.core(scene)
