@@ -78,8 +78,9 @@ def constrained(
     problem = with_constraints(source, target, holes, pins, settings, upright)
     if start is not None and len(problem.holes[0]) < len(problem.holes[1]):  # it is they that are filled
         back, met = further(problem.inverse(), inverted(start), settings, journal)
-        return inverted(back), met
-    if start is not None:
+        if met:  # else from scratch: what fills the holes is not in the earlier map, and may be in the way
+            return inverted(back), met
+    elif start is not None:
         return further(problem, start, settings, journal)
     used, found = solved(problem, journal)
     state = finished(used, found, settings, journal)
