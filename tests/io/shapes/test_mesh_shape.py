@@ -677,7 +677,8 @@ def test_a_map_that_turns_triangles_over_is_poor(tmp_path, monkeypatch, iccm):
     (tmp_path / "ell.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 4 4"><path d="M0 0H4V1H1V4H0Z"/></svg>'
     )
-    done = iccm("map", "ell.svg", "sheet.obj", "-o", "out.obj", "--report", "out.json")
+    words = ["map", "ell.svg", "sheet.obj", "--method", "conformal", "-o", "out.obj", "--report", "out.json"]
+    done = iccm(*words)
     report = json.loads((tmp_path / "out.json").read_text())
     assert report["uv"]["flipped"] > 0
     assert (done.code, report["status"]) == (1, "flipped")
