@@ -243,7 +243,8 @@ def test_holes_of_a_surface_close_or_are_passed_over(known):
     a, b, c = image[layout.patch.faces].T
     assert (((b - a).conj() * (c - a)).imag > 0).all()
     size = abs(Curve(image[hole]).area)
-    assert size < 0.02 if known else 0.02 < size < 0.3
+    natural = np.pi * abs(Curve(layout.flat[hole]).area) / layout.boundary.area
+    assert size < 0.25 * natural if known else 0.25 * natural < size < 2 * natural
 
 
 def test_a_hole_of_a_surface_goes_onto_the_target_s():
