@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 import click
 
 from .. import __version__
-from . import logs, streams
+from . import logs, stopping, streams
 from .failures import INPUT, Unread, explain
 
 COMMANDS = {
@@ -99,7 +99,7 @@ def run(arguments: list[str] | None = None) -> int:
     """The exit code of a command line; whatever goes wrong is one line on stderr."""
     logs.reset()
     try:
-        with logs.terminable():
+        with stopping.watched(), logs.terminable():
             code = iccm.main(arguments, prog_name="iccm", standalone_mode=False)
             sys.stdout.flush()
         return code if isinstance(code, int) else 0

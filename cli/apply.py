@@ -39,30 +39,63 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     iccm apply leaf.exr normal.png --kind normal -o leaf-normal.png
     iccm apply leaf.exr roughness.tif --kind data -o leaf-roughness.tif
 
+    Names with <UDIM> in them stand for the tiles of texture coordinates: 'leaf.<UDIM>.exr' for all that there are.
+
     Exit code: 0 done, 2 an input is wrong.
     """
     from ..io import files
     from ..io.memory import Bounded
-    from ..io.pictures import image_files
     from ..io.pictures import stmap_files as maps
     from ..memory import Memory
     from ..pixels.texture import check_kind
 
-    limit, threads = given["max_pixels"], given["threads"]
-    inputs = [Path(name).resolve() for name in (stmap, image)]
-    if output != "-" and files.check_output(output, force=given["force"]) in inputs:
-        raise InputError(f"{output}: is also an input; name another output")
     room = Bounded(given["memory"], Path(output).resolve().parent) if given["memory"] else Memory()
-    sampling = {name: given[name] for name in ("filter", "kind", "edge")} | {"room": room, "threads": threads}
+    sampling = {name: given[name] for name in ("filter", "kind", "edge", "threads")} | {"room": room}
+    limits = {"max_pixels": given["max_pixels"], "colorspace": given["colorspace"], "room": room}
+    pairs = _tiles(stmap, output)
+    inputs = [Path(name).resolve() for name in (image, *(name for name, _ in pairs))]
+    for _, name in pairs:
+        if name != "-" and files.check_output(name, force=given["force"]) in inputs:
+            raise InputError(f"{name}: is also an input; name another output")
     with ExitStack() as stack:
         stack.enter_context(status.watched("read"))
-        st = maps.read(stmap, max_pixels=limit, room=room)
-        picture = image_files.read(image, max_pixels=limit, colorspace=given["colorspace"], room=room)
-        check_kind(given["kind"], picture.pixels.shape[2], image)
-        for note in picture.notes:
-            logs.log.warning(note)
-        path = stack.enter_context(files.writing(output, force=given["force"]))
-        maps.apply(st, picture, path, **sampling)
-    if output != "-":
-        logs.log.info(f"wrote {output}")
+        for source, name in pairs:
+            st = maps.read(source, max_pixels=given["max_pixels"], room=room)
+            picture, box = _picture(image, st, limits)
+            check_kind(given["kind"], picture.pixels.shape[2], image)
+            for note in picture.notes:
+                logs.log.warning(note)
+            path = stack.enter_context(files.writing(name, force=given["force"]))
+            maps.apply(st, picture, path, tiles=box, **sampling)
+    for _, name in pairs:
+        if name != "-":
+            logs.log.info(f"wrote {name}")
     return 0
+
+
+def _tiles(stmap: str, output: str) -> list[tuple[str, str]]:
+    """The STMaps and what is made of each: of tiles (UDIM) all that there are.
+
+    Raises:
+        InputError: one of the names is for tiles and the other is not, or there are none.
+    """
+    from ..io.pictures import tiles
+
+    if not (tiles.is_pattern(stmap) or tiles.is_pattern(output)):
+        return [(stmap, output)]
+    if not (tiles.is_pattern(stmap) and tiles.is_pattern(output)):
+        raise InputError(f"{output}: {tiles.MARK} must stand in the names of both, the STMap and the output")
+    found = tiles.files_of(stmap)
+    if not found:
+        raise InputError(f"{stmap}: no such files")
+    return [(name, tiles.name_of(output, tiles.number_in(stmap, name))) for name in found]
+
+
+def _picture(image: str, st: Any, limits: dict[str, Any]) -> tuple[Any, Any]:
+    """The picture, and what of s and t it covers where it is of several tiles."""
+    from ..io.pictures import image_files, stmap_files, tiles
+
+    if not tiles.is_pattern(image):
+        return image_files.read(image, **limits), None
+    found = tiles.read(image, tiles.all_of(stmap_files.places(st)), **limits)
+    return found.image, found.box

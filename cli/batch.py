@@ -17,7 +17,7 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from . import logs, status
+from . import logs, status, stopping
 from .paths import FILE
 
 
@@ -115,6 +115,7 @@ def _pool(count: int, given: dict[str, Any]) -> Iterator[Any]:
 def _signals() -> Iterator[list[int]]:
     """The signals that asked to stop, while the block runs; a second Ctrl-C stops at once."""
     caught: list[int] = []
+    stopping.patient()
 
     def note(number: int, frame: object) -> None:
         if caught and number == signal.SIGINT:

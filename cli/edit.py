@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from . import logs, options
+from . import logs, options, stopping
 from .paths import FILE
 
 EXTRA = "iccm edit needs a server: pip install 'iccm[edit]'"
@@ -47,6 +47,7 @@ def command(**given: Any) -> int:
 
     port, browser = given.pop("port"), not given.pop("no_browser")
     given.pop("threads")
+    stopping.patient()
     session = Session(make(options.values(given)))
     for note in session.notes:
         logs.tell(note)

@@ -88,8 +88,8 @@ def command(old: str, new: str, output: tuple[str, ...], max_faces: int, **given
         logs.log.warning(note)
     for remark in relayout.remarks(found):
         logs.log.info(remark)
-    for each in wanted:
-        logs.log.info(f"wrote {each.output}")
+    for name in found["written"]:
+        logs.log.info(f"wrote {name}")
     if far := found["far_texels"]:
         limit = f"{given['limit']:g} of the diagonal"
         logs.log.error(f"{new}: {far} texels are farther from {old} than {limit}: left empty")

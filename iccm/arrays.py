@@ -36,20 +36,14 @@ def xy_of(z: Complex) -> Real:
     return np.stack([z.real, z.imag], axis=-1)
 
 
-def unique_rows(values: Real) -> tuple[Index, Index]:
-    """The first (k,) of each of the different rows of (n, c) numbers, in order, and which of them each row is (n,).
+def distinct_rows(rows: NDArray) -> tuple[Index, Index]:
+    """Where each of the different rows of (n, k) comes first, in ascending order of rows, and (n,) which each row is.
 
-    Sorting hashes takes a tenth of the time that sorting rows takes; rows of one hash are compared.
+    As `numpy.unique(axis=0)` has it, which takes five times as long and stops all threads meanwhile.
     """
-    values = np.ascontiguousarray(values, dtype=np.float64) + 0.0  # -0.0 is 0.0
-    mixed = np.zeros(len(values), np.uint64)
-    for column in values.T:
-        mixed = (mixed ^ column.copy().view(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
-        mixed ^= mixed >> np.uint64(29)
-    _, first, label = np.unique(mixed, return_index=True, return_inverse=True)
-    if not np.array_equal(values[first][label], values):
-        _, first, label = np.unique(values, axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(order.size)
-    return first[order], rank[label.ravel()]
+    order = np.lexsort(rows.T[::-1])
+    ordered = rows[order]
+    begins = np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))[: len(rows)]
+    number = np.empty(len(rows), np.int64)
+    number[order] = np.cumsum(begins) - 1
+    return order[begins], number

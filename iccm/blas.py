@@ -1,9 +1,5 @@
-"""How many threads linear algebra takes: one, so that results do not depend on the machine, nor on its variables.
+"""How many threads linear algebra takes: one, so that results do not depend on the machine, nor on its variables."""
 
-SciPy brings a BLAS of its own beside NumPy's, and takes long to import: modules that compute with it call `joined`.
-"""
-
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, wraps
@@ -11,6 +7,7 @@ from threading import Lock
 from typing import Any, TypeVar
 
 import numpy as np
+import scipy.linalg  # brings a BLAS of its own, and is imported by Numba with its first kernel anyway
 from threadpoolctl import ThreadpoolController
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -21,37 +18,22 @@ class _Users:
 
     def __init__(self) -> None:
         self.lock, self.count = Lock(), 0
-        self.limits: dict[bool, Any] = {}
+        self.limits: Any = None
 
     def enter(self) -> None:
         with self.lock:
+            if not self.count:
+                self.limits = _libraries().limit(limits=1, user_api="blas")
             self.count += 1
-            self._limit()
-
-    def joined(self) -> None:
-        with self.lock:
-            if self.count:
-                self._limit()
 
     def leave(self) -> None:
         with self.lock:
             self.count -= 1
-            while not self.count and self.limits:
-                self.limits.popitem()[1].restore_original_limits()
-
-    def _limit(self) -> None:
-        """All libraries; once without SciPy's, once with it, whichever come."""
-        scipy = "scipy.linalg" in sys.modules
-        if scipy not in self.limits:
-            self.limits[scipy] = _libraries(scipy).limit(limits=1, user_api="blas")
+            if not self.count:
+                self.limits.restore_original_limits()
 
 
 _users = _Users()
-
-
-def joined() -> None:
-    """SciPy's BLAS has been imported: inside `one_thread` it is put on one thread too."""
-    _users.joined()
 
 
 @contextmanager
@@ -79,7 +61,7 @@ def on_one_thread(function: Function) -> Function:
 
 
 @cache
-def _libraries(scipy: bool) -> ThreadpoolController:
-    """Those loaded by now; looking for them takes milliseconds, so it is done once with SciPy and once without."""
-    assert np
+def _libraries() -> ThreadpoolController:
+    """The libraries that NumPy and SciPy, loaded by now, brought."""
+    assert np and scipy.linalg
     return ThreadpoolController()

@@ -134,15 +134,11 @@ class Curve:
 
     def closest(self, w: Complex) -> Real:
         """Arclength of the closest point of the curve to each of the points w (p,)."""
-        import igl
+        from .buckets import nearest_segments
 
-        points = xy_of(w)
-        vertices = xy_of(self.z)
-        index = np.arange(self.edges.size)
-        segments = np.column_stack([index, (index + 1) % self.z.size])
-        _, edge, foot = igl.point_mesh_squared_distance(points, vertices, segments)
-        along = np.abs(foot[:, 0] + 1j * foot[:, 1] - self.z[edge])
-        return self.knots[edge] + np.minimum(along, self.lengths[edge])
+        ends = np.roll(self.z, -1)[: self.edges.size]
+        edge, part = nearest_segments(np.asarray(w), self.z[: self.edges.size], ends)
+        return self.knots[edge] + part * self.lengths[edge]
 
     def pulled_in(self, w: Complex) -> Complex:
         """Points outside a closed curve moved to the closest point of it."""

@@ -177,6 +177,11 @@ class Fit:
             yield Curve(self.map.image[loop]), self.target_holes[j], i, j
 
     @property
+    def _has_pairs(self) -> bool:
+        """Whether there are holes that go onto holes."""
+        return self.target is not None and bool(self.source_holes or self.target_holes)
+
+    @property
     def _holes_report(self) -> list[dict[str, Any]]:
         """Holes of the source and of the target, counted from 1, with the gap of their outlines."""
         met = [
@@ -226,7 +231,7 @@ class Fit:
             "energies": self.energies,
             "vertices": int(self.map.polygon.size),
             "boundary": self.boundary if self.target is not None else None,
-            **({"holes": self._holes_report} if self.source_holes or self.target_holes else {}),
+            **({"holes": self._holes_report} if self._has_pairs else {}),
             **self.distortion.report(),
             "log10_area": {
                 name: _quantile(area, q) for name, q in (("p05", 0.05), ("median", 0.5), ("p95", 0.95))

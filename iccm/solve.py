@@ -38,14 +38,15 @@ def fit(
         target: (m,) complex vertices of the target's boundary, or a surface.
         pins: (k, 2) complex, a point inside the source and the point it should go to; on the outlines both must be.
         strokes: pairs of open polylines, (p,) inside the source and (q,) the one it should lie on. Its ends slide along
-            that, unless a pin takes one to an end of it. The balanced method meets pins and strokes; the others weigh
-            them.
+            that, unless a pin takes one to an end of it, or it is on the outlines. The balanced method meets pins and
+            strokes, which may part the shapes or run along both outlines; the others weigh them.
         source_holes: outlines of the source's holes, (p,) complex, either way round; the balanced method takes each
             onto one of the target's. Where one shape has more, what is too much shrinks to a slit in the other.
         target_holes: those of the target's.
         hole_partners: (i, j) for holes that must go together, counted from 0; the others go by place and size.
         start: an earlier balanced map of these domains, to go on from where only the constraints have moved: no other
-            starts are looked at, and with inner pins at the same points of the source the mesh stays.
+            starts are looked at, and with inner pins at the same points of the source the mesh stays. Maps of
+            flattened surfaces are solved for anew.
         **options: see `iccm.problem.Options`.
 
     Returns:
@@ -68,21 +69,18 @@ def fit(
     )
     if any(holes) and not is_balanced(settings):
         raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
-    if (before := _map_of(start)) is not None:
-        if not is_balanced(settings):
-            raise InputError("start: an option of --method balanced")
-        if any(holes) or len(before.loops) > 1:
-            raise InputError("start: there is no going on from maps of shapes with holes")
-        from .balanced import fit as balanced
-
-        return balanced.solve(problem, settings, before)
-    if not any(layouts):
-        return solver(problem, settings)(problem, settings)
+    before = _map_of(start)
+    if before is not None and not is_balanced(settings):
+        raise InputError("start: an option of --method balanced")
     if not is_balanced(settings):
         return replace(solver(problem, settings)(problem, settings), layouts=layouts)
-    from .surfaces import method as surfaces
+    if any(layouts):
+        from .surfaces import method as surfaces
 
-    return surfaces.solve(problem, settings, layouts)
+        return surfaces.solve(problem, settings, layouts)
+    from .balanced import fit as balanced
+
+    return balanced.solve(problem, settings, before)
 
 
 def _layout(shape: ArrayLike | Curve | Flattening) -> Flattening | None:
@@ -122,6 +120,7 @@ def deform(
     *,
     pins: ArrayLike | None = None,
     strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
+    source_holes: Sequence[ArrayLike | Curve] = (),
     start: Fit | TriangulatedMap | None = None,
     **options: Any,
 ) -> Fit:
@@ -135,6 +134,8 @@ def deform(
         source: as for `fit`.
         pins: (k, 2) complex, a point inside the source, or on its outline, and the point it should go to, anywhere.
         strokes: as for `fit`; they may go anywhere.
+        source_holes: outlines of holes, (p,) complex; they move freely with the shape. One that holds a pin or a stroke
+            is moved as if it were filled. Of the balanced method.
         start: an earlier deformation of the same shape, to go on from: motions larger than half a turn come out right
             in steps. With pins at the same points of the source it keeps its mesh, and takes hundredths of a second.
             Of the balanced method.
@@ -145,7 +146,7 @@ def deform(
     """
     settings = Options(**options)
     reach = ON_OUTLINE if is_balanced(settings) else NEAR
-    problem = Problem.of(source, None, pins, strokes, reach=reach)
+    problem = Problem.of(source, None, pins, strokes, holes=(source_holes, ()), reach=reach)
     if not problem.pins.size and not problem.strokes:
         raise InputError("deform: no pins and no strokes; give at least one")
     if is_balanced(settings):
@@ -156,6 +157,8 @@ def deform(
         return balanced.deform(problem, settings, _map_of(start))
     if start is not None:
         raise InputError("start: an option of --method balanced")
+    if source_holes:
+        raise InputError("source_holes: the balanced method alone knows of holes")
     from .paper import algorithm1
 
     return algorithm1.deform(

@@ -48,7 +48,7 @@ def _shape(path: Path) -> dict[str, Any]:
         "canvas": None if drawing.rectangle is None else [float(value) for value in drawing.rectangle],
         "outlines": [_outline(number, outline) for number, outline in enumerate(drawing.outlines[:MOST], 1)],
         "outlines_in_all": len(drawing.outlines),
-        "ids": drawing.ids[:MOST],
+        "ids": list(drawing.ids)[:MOST],
         "pins": {name: [z.real, z.imag] for name, z in drawing.pins.items()},
         "strokes": {name: int(z.size) for name, z in drawing.strokes.items()},
         "refused": [str(error) for _, error in drawing.refused[:MOST]],

@@ -16,6 +16,7 @@ from .. import progress
 from ..errors import InputError
 
 BLOCK = 1 << 16
+_unfinished = set[Path]()  # temporary files and folders that are there now
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
 
 
@@ -53,6 +54,27 @@ def replacing(path: str | os.PathLike, *, force: bool = False) -> Iterator[Path]
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+        _unfinished.discard(temporary)
+
+
+@contextmanager
+def scratch() -> Iterator[Path]:
+    """A temporary folder, removed when the block ends."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        _unfinished.add(folder)
+        yield folder
+        _unfinished.discard(folder)
+
+
+def abandon() -> None:
+    """Remove all temporary files and folders: the process ends without leaving its blocks."""
+    for path in list(_unfinished):
+        with suppress(OSError):
+            if path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                path.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -62,8 +84,8 @@ def writing(name: str, *, force: bool = False, suffix: str = ".png") -> Iterator
         with replacing(name, force=force) as path:
             yield path
         return
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"stdout{suffix}"
+    with scratch() as folder:
+        path = folder / f"stdout{suffix}"
         yield path
         progress.tell("")
         with path.open("rb") as file:
@@ -180,6 +202,7 @@ def _sibling(path: Path) -> Path:
     """An empty file beside `path`, because a rename is atomic only within one file system."""
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem[:32]}.", suffix=path.suffix, dir=path.parent)
+        _unfinished.add(Path(name))
         os.close(handle)
         os.chmod(name, path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask())
     except OSError as error:

@@ -1,7 +1,7 @@
 """A point that a user names, written the same on the command line, in JSON, in manifests and in reports.
 
 `x,y` or [x, y] is a point of the file's plane, in its units; on a mesh `v5` or `5` is the vertex that its file counts
-so, and `x,y,z` or [x, y, z] the vertex nearest to a point in space.
+so, and `x,y,z` or [x, y, z] the point of the surface nearest to a point in space.
 """
 
 import re

@@ -123,3 +123,13 @@ def test_the_bench_of_dragging_follows_pins_that_it_places(tmp_path):
     assert pins.shape == (live.PINS, 2, 2)
     seconds, missed = live.dragged(session, pins, 1, 6)
     assert seconds.shape == (6, 2) and missed == 0
+
+
+def test_what_is_written_by_hand_above_a_gallery_picture_stays(capsys):
+    from tests.bench import gallery
+
+    before = "## Old heading\n\nGood: 1, 2.\nNot: 3.\n\n![sheet](sheet.png)\n\n| map | figures |"
+    lines = gallery.table("sheet", [("a", "b")], before)
+    assert lines.index("Good: 1, 2.\nNot: 3.") < lines.index("![sheet](sheet.png)")
+    assert "by hand" in capsys.readouterr().err
+    assert "\n".join(lines) == "\n".join(gallery.table("sheet", [("a", "b")], "\n".join(lines)))

@@ -38,7 +38,8 @@ ORDER = (
     "meshes",
     "pixels",
     "maps",
-    "curve",
+    "curve dissection",
+    "buckets",
     "arrays jit",
     "parallel memory blas compilation progress",
     "errors",
@@ -194,7 +195,8 @@ def test_import_iccm_is_free():
 
 
 NOT_FOR_A_PICTURE = {
-    *("scipy.optimize", "scipy.ndimage", "scipy.spatial", "scipy.interpolate", "skimage", "cv2", "trimesh"),
+    *("scipy.sparse", "scipy.optimize", "scipy.ndimage", "scipy.spatial", "scipy.interpolate", "skimage"),
+    *("igl", "cv2", "trimesh"),
     *("matplotlib", "PIL", "networkx", "iccm.paper.algorithm1", "iccm.conformal.method", "iccm.io.batch"),
 }
 

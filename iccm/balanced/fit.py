@@ -12,10 +12,11 @@ from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
 from .constraints.given import checked_free
-from .holes.given import Holes, named
+from .holes.given import Holes, named, open_holes
 from .method import solve as solved
 from .solution import Settings, Solution
 
+LAYERED = "Where the shape overlaps itself pictures show what is farther from the {}."
 STRETCHED, DILATED = 5.0, 10.0  # over 5 % of the target: from here pictures look like combed stripes
 
 
@@ -81,12 +82,27 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     from .deform import method as deforming
 
     source, pins, strokes = problem.given_source, problem.given_pins, problem.given_strokes
-    given = checked_free(source, pins, strokes)
-    found = deforming.solve(source, given, settings_of(options), start)
-    map = straight(TriangulatedMap(found.source, found.image, found.faces, (found.loop,)), found.lines)
-    ended = Status.BOUNDS if not found.bounded else Status.MET if found.simple else Status.OVERLAP
+    holes, notes = open_holes(problem.source_holes, source, pins[:, 0], [here for here, _ in strokes])
+    given = checked_free(source, pins, strokes, holes)
+    settings, said = settings_of(options), [*notes, *given.notes]
+    found = deforming.solve(source, given, settings, start, holes)
+    faces = found.faces
+    if not found.simple:
+        bottom = pins[0, 0] if len(pins) else strokes[0][0].z[0]
+        faces = faces[layered(found.source[faces].mean(axis=1), bottom)]
+        said.append(LAYERED.format("first pin" if len(pins) else "beginning of the first stroke"))
+    map = straight(TriangulatedMap(found.source, found.image, faces, found.loops), found.lines)
+    map = bounds.held(map, settings.max_dilatation, settings.max_stretch)
+    bounded = found.bounded and bounds.bounded(map, settings.max_dilatation, settings.max_stretch)
+    ended = Status.BOUNDS if not bounded else Status.MET if found.simple else Status.OVERLAP
     status = ended if found.met else Status.PINS
-    return Fit(map, status, found.energies, source, None, pins, strokes, list(given.notes))
+    return Fit(map, status, found.energies, source, None, pins, strokes, said, source_holes=holes)
+
+
+def layered(middles: Complex, bottom: complex) -> Index:
+    """(m,) an order of triangles, of which pictures show the later ones where several overlap, by the distance of their
+    middles in the source from what lies lowest."""
+    return np.argsort(np.abs(middles - bottom), kind="stable")
 
 
 def settings_of(options: Options) -> Settings:

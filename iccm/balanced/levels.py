@@ -61,6 +61,7 @@ class UnitProblem(NamedTuple):
         holes: outlines of holes of the source and of the target, clockwise.
         partners: (i, j) that hole i of the source is to go to hole j of the target.
         metrics: of the surfaces that the two planes stand for.
+        inverted: whether this is the inverse of what was given, so that the target's area is that of `source`.
     """
 
     source: Curve
@@ -74,6 +75,7 @@ class UnitProblem(NamedTuple):
     holes: tuple[tuple[Curve, ...], tuple[Curve, ...]] = ((), ())
     partners: tuple[tuple[int, int], ...] = ()
     metrics: Metrics = PLANES
+    inverted: bool = False
 
     @property
     def holed(self) -> bool:
@@ -113,6 +115,7 @@ class UnitProblem(NamedTuple):
             holes=self.holes[::-1],
             partners=tuple((j, i) for i, j in self.partners),
             metrics=self.metrics[::-1],
+            inverted=not self.inverted,
         )
 
 

@@ -11,13 +11,14 @@ import numpy as np
 
 from ..arrays import Complex, Index
 from ..curve import Curve
+from ..errors import InputError
 from ..maps.triangulated.map import TriangulatedMap
 from ..result import hausdorff
 from . import orientation, stages
 from .constraints.given import Pins, checked, place
 from .frames import UnitFrame, frames_of
 from .holes.filled import Cut, cut_out
-from .holes.given import NONE, Holes, unequal
+from .holes.given import NONE, Holes, unequal, which
 from .levels import Sketch
 from .minimise.measures import energy_between, stretches, turn_of
 from .pairs import loops_of
@@ -51,7 +52,7 @@ def solve(
 
     Raises:
         NoMapError: no map without folds was found.
-        InputError: pins or strokes that no one-to-one map meets.
+        InputError: pins or strokes that no one-to-one map meets; a start with other holes.
     """
     settings = settings or Settings()
     frames = frames_of(source, target, settings.turn, holes.sides)
@@ -61,7 +62,7 @@ def solve(
     if len(pins) or len(strokes) or start is not None:
         given = checked(source, target, pins, strokes, numbers)
         journal.notes += given.notes
-        before = None if start is None else sketched(start, frames)
+        before = None if start is None else sketched(start, frames, holes_of(start, holes))
         state, met = stages.constrained(*curves, given.unit(frames), settings, journal, before)
         found = solution_of(state, *_world(state, frames), frames, domains, settings, journal, False, given)
         return replace(found, met=met)
@@ -86,6 +87,25 @@ def sketched(
 
 def _world(state: stages.Meshed, frames: tuple[UnitFrame, UnitFrame]) -> tuple[Complex, Complex]:
     return frames[0].world(state.z), frames[1].world(state.u)
+
+
+def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
+    """Which loops of a map are which holes of both domains, for those that have a partner.
+
+    Raises:
+        InputError: it is a map of domains with other holes, or takes them to others than is wished.
+    """
+    found = []
+    for number, loop in enumerate(map.loops[1:], 1):
+        i, j = (which(w[loop], side) for w, side in zip((map.source, map.image), holes.sides))
+        if i >= 0 and j >= 0:
+            found.append((number, i, j))
+    if len(found) < min(len(side) for side in holes.sides) or len(map.loops) - 1 > len(holes.target):
+        raise InputError("start: is a map of shapes with other holes")
+    partners = {i: j for _, i, j in found}
+    if any(partners.get(i, j) != j for i, j in holes.partners):
+        raise InputError("start: takes holes to other partners")
+    return found
 
 
 def solution_of(

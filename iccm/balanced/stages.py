@@ -5,6 +5,7 @@ import numpy as np
 from .. import progress
 from ..arrays import Complex, Index
 from ..curve import Curve
+from ..maps.distortion import Distortion
 from . import starts
 from .constraints import continuation, meeting
 from .constraints.given import Pins, with_points
@@ -20,7 +21,7 @@ from .levels import Level, Sketch, UnitProblem, alternated, eased, refined, rele
 from .meshing import sizing
 from .meshing.mesh import Sizes
 from .metric import PLANES, Metrics
-from .minimise.measures import stretches, within
+from .minimise.measures import derivatives, stretches
 from .outline import manageable
 from .pairs import Match
 from .similar import similar_with_holes, similarity
@@ -36,14 +37,14 @@ FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-
 STEEPEST, STEEPEST_FINE = 8.0, 20.0  # slope of a match, relative to the mean, that a mesh follows
 TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
 POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others while a bound is not met
-# θ up to 1 leans to angles by a factor on the last mesh, where a share of the area is within 2 x: of 58 pairs K95 is at
-# most 5 on 62 % then, not on 57 %, and areas are as even (last mesh alone, on the pairs it was chosen on); leaning
-# everywhere takes the share of pairs with 99 % of the area within 4 x from 98 to 95 %
-EVEN, LEANING = 0.95, 0.75
+# Where K on 95 % of the target is above SHEARED, θ up to 1 is lowered until it is not, unless less than EVEN of the
+# target is within 2 x then, or its p95 stretch above STRETCHED; on 120 pairs K is at most 5 on 72 % then, not on 58 %.
+# AIMED is where K is to go on the fine mesh, from which the last one differs by 2 %; below TOO_FAR it went too far, if
+# less than AMPLE is within 2 x. From HOPELESS on none got there. K falls about as θ to the power STEEP.
+SHEARED, AIMED, TOO_FAR, HOPELESS, STRETCHED = 4.9, 4.8, 4.5, 8.7, 5.0
+EVEN, AMPLE = 0.8, 0.9
+STEEP, LEAST_LEAN, LEANINGS = 0.4, 0.2, 3  # the share of θ that is left at least, and how many are tried
 UPRIGHT = 3.0  # weight of the turn among starts: 82 % of 40 pairs turn by less than 20°, with 2 75 %, for 1 % of energy
-TURNS = ((0.0, 5), (0.6, 2), (-0.6, 2))  # of elastic starts, and how many of each
-ANY_TURN = (0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2)
-"""The same where the turn is left to the shapes."""
 STRAIGHTENINGS, STRAIGHT = 3, 0.5  # rounds, and degrees that may be left
 ROUND = 0.95  # 4π · area / length², 1 for a disc and .91 for a hexagon
 FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
@@ -72,11 +73,14 @@ def constrained(
     """
     upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else UPRIGHT
     problem = with_constraints(source, target, holes, pins, settings, upright)
+    if start is not None and len(problem.holes[0]) < len(problem.holes[1]):  # it is they that are filled
+        back, met = further(problem.inverse(), inverted(start), settings, journal)
+        return inverted(back), met
     if start is not None:
         return further(problem, start, settings, journal)
     used, found = solved(problem, journal)
     state = finished(used, found, settings, journal)
-    return (state if used is problem else inverted(state)), meets(used, found)
+    return (inverted(state) if used.inverted else state), meets(used, found)
 
 
 def with_constraints(
@@ -103,9 +107,7 @@ def further(
         state = continuation.continued(level, start, problem)
     except Stuck:
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
-    return lowered(eased(state, problem.theta), leaning(state, problem), settings, journal), meets(
-        problem, state
-    )
+    return lowered(eased(state, problem.theta), problem.theta, settings, journal), meets(problem, state)
 
 
 def meets(problem: UnitProblem, state: DiscreteMap) -> bool:
@@ -144,11 +146,11 @@ def whole(problem: UnitProblem, settings: Settings, journal: SolveLog) -> Meshed
     """All stages."""
     used, fine_map = solved(problem, journal)
     state = finished(used, fine_map, settings, journal)
-    return state if used is problem else inverted(state)
+    return inverted(state) if used.inverted else state
 
 
 def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple[UnitProblem, DiscreteMap]:
-    """All stages but the last, of the problem or of its inverse; and which of the two.
+    """All stages but the last, of the problem or of its inverse; and which of the two, with the θ that was settled on.
 
     Maps that no finer mesh takes over (spirals onto stars) are left on a coarse one with all corners.
 
@@ -164,14 +166,15 @@ def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple
     for smaller in SMALLER:
         for used in ways(problem):
             try:
-                state = coarse(used, coarse_size(used) * smaller / np.sqrt(share), journal)
+                sizes = coarse_size(used) * smaller / np.sqrt(share), FINE * smaller / np.sqrt(share)
+                state = coarse(used, sizes[0], journal)
                 if not meets(used, state) and closest is not None:
                     continue
-                found = used, fine(used, state, FINE * smaller / np.sqrt(share), journal)
+                found = used, fine(used, state, sizes[1], journal)
             except Stuck:
                 continue
             if meets(*found):
-                return found
+                return leant(used, state, found[1], sizes, journal)
             closest = closest or found
     if closest is not None:
         return closest
@@ -239,10 +242,11 @@ def by_halves(
     if exact:
         half = last(used, half, settings, journal, share=0.5)
     outline = 1 + int(np.searchsorted(half.pairs.s, half.axis - 1e-9))
-    z, u = (half.z, half.u) if used is half_problem else (half.u, half.z)
+    z, u = (half.u, half.z) if used.inverted else (half.z, half.u)
     z, u, faces, border = mirrored(z, u, half.faces, half.border, outline)
     sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border)
-    return (sketch if exact else finished(problem, sketch, settings, journal)), True
+    whole_problem = problem._replace(theta=used.theta)
+    return (sketch if exact else finished(whole_problem, sketch, settings, journal)), True
 
 
 def coarse(
@@ -251,7 +255,9 @@ def coarse(
     """The best map of all starts on coarse meshes, for outlines and corners of a certain fineness."""
     level = Level.of(problem, size, *exactness, STEEPEST)
     free = problem.upright == 0 and level.anchors is None
-    matches = candidates(level, ANY_TURN if free else TURNS)
+    matches = starts.candidates(
+        level.source.curve, level.target.curve, starts.ANY_TURN if free else starts.TURNS
+    )
     if problem.holed:
         matches = with_partners(level, matches, problem)
     if problem.constrained:
@@ -301,15 +307,6 @@ def straightened(level: Level, state: DiscreteMap, problem: UnitProblem) -> Disc
     return state
 
 
-def candidates(level: Level, turns: tuple[tuple[float, int], ...]) -> list[Match]:
-    """Elastic matches at several turns, and shifts of the arclength."""
-    source, target = level.source.curve, level.target.curve
-    found = starts.Different(source, target)
-    for turn, count in turns:
-        starts.first_new(found, starts.elastic_matches(source, target, turn), count)
-    return found.matches + starts.arclength_matches(source, target)
-
-
 def with_partners(level: Level, matches: list[Match], problem: UnitProblem) -> list[Match]:
     """The matches with those of holes, and those by way of a ring where there is one hole."""
     partners = Partners(*level.domains, problem.partners)
@@ -347,9 +344,8 @@ def last(
 ) -> DiscreteMap:
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
     progress.tell("last map")
-    theta = leaning(state, problem)
     state = on_finer(last_level(problem, settings, share), state, problem)
-    return lowered(state, theta, settings, journal)
+    return lowered(state, problem.theta, settings, journal)
 
 
 def last_level(problem: UnitProblem, settings: Settings, share: float = 1.0) -> Level:
@@ -369,10 +365,62 @@ def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: Solve
     return min(tried, key=lambda state: _excess(state, settings))
 
 
-def leaning(state: Meshed, problem: UnitProblem) -> float:
-    """θ for the last mesh: smaller where sizes are even, to keep angles better; holes that shrink need all of it."""
-    even = not problem.holed and within(2.0, state.z, state.u, state.material, state.metrics) >= EVEN
-    return LEANING * problem.theta if problem.theta <= 1 and even else problem.theta
+def leant(
+    problem: UnitProblem,
+    start: DiscreteMap,
+    state: DiscreteMap,
+    sizes: tuple[float, float],
+    journal: SolveLog,
+) -> tuple[UnitProblem, DiscreteMap]:
+    """The fine map with angles kept better where that is needed and sizes allow it, and the problem with its θ.
+
+    Holes that shrink need all of θ, and who asks for θ > 1 asks for even sizes; pins stay where they are met.
+
+    Args:
+        problem: with the θ asked for.
+        start: its coarse map.
+        state: its fine one.
+        sizes: of both meshes.
+        journal: of what happens.
+    """
+    first, share, steep = over_target(problem, state), 1.0, STEEP
+    found, best = first, (problem, state)
+    settled = problem.holed or problem.constrained or problem.theta > 1
+    if settled or not SHEARED < _sheared(first) < HOPELESS:
+        return best
+    level = Level.of(problem, sizes[0], *COARSE_EXACTNESS, STEEPEST)
+    for _ in range(LEANINGS):
+        share *= max((AIMED / _sheared(found)) ** (1 / steep), LEAST_LEAN / share)
+        leaning = problem._replace(theta=share * problem.theta)
+        try:
+            start = released(level, start, leaning)
+            tried = fine(leaning, start, sizes[1], journal)
+        except Stuck:
+            break
+        found = over_target(problem, tried)
+        far = found.within(2) < EVEN or found.quantile(found.stretches, 0.95) > STRETCHED
+        if _sheared(found) <= SHEARED and not far:
+            best = leaning, tried
+        if _sheared(found) > SHEARED:
+            if far or share <= LEAST_LEAN:
+                break
+        elif _sheared(found) > TOO_FAR or found.within(2) >= AMPLE:
+            break
+        steep = max(np.log(_sheared(found) / _sheared(first)) / np.log(share), 0.1)
+    return best
+
+
+def over_target(problem: UnitProblem, state: DiscreteMap) -> Distortion:
+    """The figures of a map over the area of the target that was given."""
+    z, u, metrics = state.z, state.u, state.metrics
+    if problem.inverted:
+        z, u, metrics = u, z, metrics[::-1]
+    f_z, f_zbar, areas = derivatives(z, u, state.material, metrics)
+    return Distortion(areas * (np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2), f_z, f_zbar, 1.0)
+
+
+def _sheared(found: Distortion) -> float:
+    return found.quantile(found.dilatations, 0.95)
 
 
 def descended(state: DiscreteMap, theta: float, q: float, journal: SolveLog) -> DiscreteMap:

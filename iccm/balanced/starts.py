@@ -21,6 +21,9 @@ SMOOTH = 0.01  # of the length: the chord beyond a sample's ends over which its 
 DIFFERENT = 0.12  # mean distance on the unit circle from which two matches count as two
 STEPS = np.array([(1, 1), (1, 2), (2, 1), (1, 3), (3, 1), (2, 3), (3, 2), (1, 4), (4, 1), (3, 4), (4, 3)])
 ARCLENGTHS = 8  # shifts of the arclength correspondence
+TURNS = ((0.0, 5), (0.6, 2), (-0.6, 2))  # of elastic starts, and how many of each
+ANY_TURN = (0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2)
+"""The same where the turn is left to the shapes."""
 
 
 @kernel
@@ -104,6 +107,14 @@ class Different:
         self._kept.append(places)
         self.matches.append(match)
         return True
+
+
+def candidates(source: Curve, target: Curve, turns: tuple[tuple[float, int], ...]) -> list[Match]:
+    """Elastic matches at several turns, and shifts of the arclength."""
+    found = Different(source, target)
+    for turn, count in turns:
+        first_new(found, elastic_matches(source, target, turn), count)
+    return found.matches + arclength_matches(source, target)
 
 
 def first_new(found: Different, matches: Iterator[Match], count: int) -> None:

@@ -16,12 +16,9 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
 from ..arrays import Complex, Real, xy_of
-from ..blas import joined
 from ..curve import Curve
 from . import triangulation
 from .panels import CORNER
-
-joined()
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 GROW = 0.35  # growth of the element size with the distance from the boundary

@@ -15,13 +15,10 @@ import numpy as np
 import scipy.linalg
 
 from ..arrays import Complex, Real
-from ..blas import joined
 from ..curve import Curve
 from .correspondence import CircleMap, Correspondence
 from .riemann_hilbert import LEAST_DAMPING, consistency, raised, shares, stretches
 from .vertices import Allowance, place
-
-joined()
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 ENOUGH = 0.6  # residual, relative to the error allowed

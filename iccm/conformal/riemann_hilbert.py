@@ -13,13 +13,10 @@ import numpy as np
 import scipy.linalg
 
 from ..arrays import Complex, Real
-from ..blas import joined
 from ..curve import Curve
 from ..maps import cauchy_green
 from .panels import CORNER
 from .vertices import Allowance
-
-joined()
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 LEAST_DAMPING = 1e-6  # relative; picks the least change among the three real parameters that are free

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Complex, Flags, Index, Real, unique_rows, xy_of
+from ..arrays import Complex, Flags, Index, Real, distinct_rows, xy_of
 from ..errors import InputError
 from ..meshes.disk_patch import taken_apart
 from ..meshes.flatten import Flattening, overlap
@@ -83,7 +83,7 @@ class Atlas:
         of, at = mesh.corners[corner].ravel(), mesh.uv_corners[corner].ravel()
         _, first, pair = np.unique(of * len(mesh.uv) + at, return_index=True, return_inverse=True)
         rows = np.column_stack([mesh.points[of[first]], mesh.uv[at[first]]])
-        kept, joined = unique_rows(rows)
+        kept, joined = distinct_rows(rows)
         faces = joined[pair.ravel()].reshape(-1, 3)
         whole = proper(faces)
         if not whole.any():
@@ -249,7 +249,7 @@ def _turned(faces: Index, wanted: Real, uv: Real) -> Real:
 def _pulled_apart(shape: Triangles, flat: Complex) -> Complex:
     """Flat positions in which no boundary touches itself at a vertex: each of those there goes a little inwards."""
     rim = np.unique(shape.tail[shape.twin < 0])
-    first, place = unique_rows(xy_of(flat[rim]))
+    first, place = distinct_rows(xy_of(flat[rim]))
     twice = rim[np.bincount(place, minlength=first.size)[place] > 1]
     if not twice.size:
         return flat

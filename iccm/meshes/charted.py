@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Index, Real
+from ..arrays import Index, Real, distinct_rows
 from ..errors import InputError
 from .mesh import Mesh, checked, triangulated
 from .topology import Triangles
@@ -43,7 +43,9 @@ class Charted:
         corner = triangulated(checked(mesh))
         if mesh.uv is None or mesh.uv_corners is None:
             raise InputError(f"{mesh.name}: has no texture coordinates; make them with iccm flatten --uv")
-        return cls(mesh.name, mesh.points, mesh.corners[corner], mesh.uv, mesh.uv_corners[corner])
+        stated = mesh.normals is not None and mesh.normal_corners is not None
+        normals = (mesh.normals, mesh.normal_corners[corner]) if stated else ()  # type: ignore[index]
+        return cls(mesh.name, mesh.points, mesh.corners[corner], mesh.uv, mesh.uv_corners[corner], *normals)
 
     @cached_property
     def twin(self) -> Index:
@@ -104,7 +106,7 @@ class Charted:
 
 def _same(rows: np.ndarray) -> Index:
     """(n,) a number for each row, the same for equal ones."""
-    return np.unique(rows, axis=0, return_inverse=True)[1].ravel()
+    return distinct_rows(rows)[1]
 
 
 def _square(vectors: Real, normal: Real) -> Real:

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Index, Real, unique_rows
+from ..arrays import Index, Real, distinct_rows
 from ..errors import InputError
 from .cut import opened, opened_through
 from .mesh import Mesh, checked, face_areas, proper, triangulated
@@ -52,7 +52,7 @@ class Joined:
         pieces = self.shape.components().max(initial=0)
         if not pieces:
             return self
-        first, joined = unique_rows(self.mesh.points[self.vertex])
+        first, joined = distinct_rows(self.mesh.points[self.vertex])
         faces = joined[self.shape.faces]
         kept = proper(faces)
         welded = Triangles(faces[kept], first.size)

@@ -14,7 +14,9 @@ from ..arrays import Complex, Index, Real, xy_of
 from ..curve import Curve
 from .mesh import face_areas
 from .patch import Patch
-from .stretch import stretches
+from .stretch import laid_flat, stretches
+
+LARGE = 20_000  # vertices from which libigl's solver takes longer (measured)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,21 +103,52 @@ def overlap(result: Flattening) -> str | None:
 
 
 def lscm(patch: Patch, outline: Index) -> Complex:
-    """(p,) flat positions by libigl's LSCM with the two farthest vertices of the outline pinned; NaN when it fails.
+    """(p,) flat positions of least squares with the two farthest vertices of the outline pinned; NaN when it fails.
 
-    The patch has been checked vertex by vertex: libigl ends the process or returns NaN for one that has not.
+    By libigl, and of large patches by a solver whose time grows little faster than they. The patch has been checked
+    vertex by vertex: libigl ends the process or returns NaN for one that has not.
     """
-    import igl
-
     a, b = farthest(patch.points[outline])
     pins = np.array([outline[a], outline[b]])
     length = np.linalg.norm(patch.points[pins[1]] - patch.points[pins[0]])
+    if len(patch.points) >= LARGE:
+        found = _lscm_large(patch, pins, np.array([0.0, length], complex))
+        if found is not None:
+            return found
+    import igl
+
     at = np.array([[0.0, 0.0], [length, 0.0]])
     try:
         uv, _ = igl.lscm(patch.points, np.ascontiguousarray(patch.faces), pins, at)
     except RuntimeError:  # a singular system: the caller takes another method
         return np.full(len(patch.points), complex(np.nan, np.nan))
     return uv[:, 0] + 1j * uv[:, 1]
+
+
+def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
+    """As `lscm`, by the Hermitian form |Σ Wⱼ uⱼ|² / 2A of each triangle (Lévy et al., §2.3); None if it is singular."""
+    from scipy.sparse import csr_matrix
+
+    from .. import dissection
+
+    flat = laid_flat(patch.points[patch.faces])
+    edges = np.roll(flat, -2, axis=1) - np.roll(flat, -1, axis=1)
+    area = ((flat[:, 1] - flat[:, 0]).conj() * (flat[:, 2] - flat[:, 0])).imag
+    if not (area > 0).all():
+        return None
+    edges = edges / np.sqrt(area)[:, None]
+    rows, columns = np.repeat(patch.faces, 3, axis=1).ravel(), np.tile(patch.faces, (1, 3)).ravel()
+    values = (edges.conj()[:, :, None] * edges[:, None, :]).ravel()
+    matrix = csr_matrix((values, (rows, columns)), (len(patch.points),) * 2)
+    free = np.setdiff1d(np.arange(len(patch.points)), pins)
+    found = np.empty(len(patch.points), complex)
+    found[pins] = at
+    try:
+        right = -(matrix[free][:, pins] @ at)
+        found[free] = dissection.solve(matrix[free][:, free], patch.points[free], right)
+    except np.linalg.LinAlgError:
+        return None
+    return found if np.isfinite(found).all() else None
 
 
 def farthest(points: Real) -> tuple[int, int]:

@@ -57,6 +57,23 @@ class Locator:
         return triangle, weights
 
 
+def barycentric(corners: Real, points: Real) -> Real:
+    """(p, 3) barycentric coordinates of points (p, 3) on triangles (p, 3, 3) in space, none below 0."""
+    inner = along(corners[:, 1:] - corners[:, :1], points - corners[:, 0])
+    weights = np.clip(np.column_stack([1 - inner.sum(axis=1), inner]), 0, 1)
+    return weights / weights.sum(axis=1, keepdims=True)
+
+
+def along(edges: Real, way: Real) -> Real:
+    """(p, 2) coordinates of ways (p, 3) along two edges (p, 2, 3), what is square to them left out."""
+    gram, right = np.einsum("pki,pli->pkl", edges, edges), np.einsum("pki,pi->pk", edges, way)
+    det = gram[:, 0, 0] * gram[:, 1, 1] - gram[:, 0, 1] ** 2
+    det = np.where(det > 0, det, 1.0)
+    s = (right[:, 0] * gram[:, 1, 1] - right[:, 1] * gram[:, 0, 1]) / det
+    t = (right[:, 1] * gram[:, 0, 0] - right[:, 0] * gram[:, 0, 1]) / det
+    return np.column_stack([s, t])
+
+
 @kept()
 def _cross(o, a, b):
     return (a.real - o.real) * (b.imag - o.imag) - (a.imag - o.imag) * (b.real - o.real)

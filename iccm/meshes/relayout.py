@@ -8,15 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Flags, Index, Real
+from ..arrays import Box, Flags, Index, Real, distinct_rows
 from ..parallel import over_slices
 from ..pixels.padding import pad
 from ..pixels.sampler import Sampler, put
 from ..pixels.texture import Places
+from ..progress import counted
 from .charted import Charted
 from .layout import Layout, layout
+from .locate import along, barycentric
+from .surface import texels
 
 SAME = 1e-6  # of the diagonal: corners this close are the same
+SEARCHED = 5_000  # points that are looked for at a time: half a second at most (measured)
 ROWS = 64  # of the layout that are filtered at a time (by hand)
 
 
@@ -33,6 +37,7 @@ class Origin:
         nearest: (k,) triangle of the old mesh nearest to each of these texels.
         weights: (k, 3) barycentric coordinates of the nearest point.
         distance: (k,) to it.
+        wraps: whether what lies beyond the grid came in on its other side.
     """
 
     old: Charted
@@ -44,15 +49,16 @@ class Origin:
     nearest: Index
     weights: Real
     distance: Real
+    wraps: bool = True
 
     @classmethod
-    def of(cls, old: Charted, new: Charted, width: int, height: int) -> "Origin":
-        """For a new picture of this size.
+    def of(cls, old: Charted, new: Charted, width: int, height: int, tile: complex | None = None) -> "Origin":
+        """For a new picture of this size, of one tile of the new layout (see `layout.layout`) or of all in one.
 
         Raises:
             InputError: a layout that cannot be rasterised.
         """
-        grid = layout(new.name, new.uv, new.uv_faces, new.twin, width, height)
+        grid = layout(new.name, new.uv, new.uv_faces, new.twin, width, height, tile)
         partner, order = partners(old, new)
         owner = grid.owners.owner
         lonely = (owner >= 0) & (partner[owner] < 0)
@@ -60,10 +66,9 @@ class Origin:
         slots[lonely] = np.arange(lonely.sum())
         rows, columns = np.nonzero(lonely)
         own = owner[rows, columns]
-        weights = _barycentric(grid.corners[own], columns, rows, grid.shape)
-        return cls(
-            old, new, grid, partner, order, slots, *_nearest(old, _at(new.points[new.faces[own]], weights))
-        )
+        weights = _barycentric(grid.corners[own], columns, rows, grid.shape, tile is None)
+        near = _nearest(old, _at(new.points[new.faces[own]], weights))
+        return cls(old, new, grid, partner, order, slots, *near, wraps=tile is None)
 
     def far(self, limit: float) -> Flags:
         """(h, w) texels that lie farther from the old mesh than a distance."""
@@ -71,23 +76,26 @@ class Origin:
         found[self.slots >= 0] = self.distance > limit
         return found
 
-    def places(self, rows: NDArray, columns: NDArray, size: tuple[int, int]) -> Places:
-        """Where texels (p,) of the new layout lie in a texture of the old one, of this width and height."""
+    def places(
+        self, rows: NDArray, columns: NDArray, size: tuple[int, int], tiles: Box | None = None
+    ) -> Places:
+        """Where texels (p,) of the new layout lie in a texture of the old one, of this width and height.
+
+        `tiles` is what of the old layout it covers; None: 0..1, again and again.
+        """
         own, slot = self.grid.owners.owner[rows, columns], self.slots[rows, columns]
-        weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape)
+        weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape, self.wraps)
         lonely = slot >= 0
         triangle = np.where(lonely, self.nearest[slot] if self.nearest.size else 0, self.partner[own])
         there = np.take_along_axis(weights, self.order[own], axis=1)
         there[lonely] = self.weights[slot[lonely]]
-        uv = self.old.uv[self.old.uv_faces[triangle]]
-        corners = np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1)
-        corners = (corners - np.floor(corners.mean(axis=1, keepdims=True))) * size
+        corners = texels(self.old.uv[self.old.uv_faces[triangle]], size, tiles)
         steps = self._steps(own)
         turn = np.empty((own.size, 4))
         edges = self.old.points[self.old.faces[triangle]]
         d = corners[:, 1:] - corners[:, :1]
         for k, step in enumerate(steps):
-            turn[:, k::2] = np.einsum("pk,pkc->pc", _along(edges[:, 1:] - edges[:, :1], step), d)
+            turn[:, k::2] = np.einsum("pk,pkc->pc", along(edges[:, 1:] - edges[:, :1], step), d)
         return Places(_at(corners, there), turn, *self._directions(own, weights, triangle, there))
 
     def _steps(self, own: Index) -> tuple[Real, Real]:
@@ -117,7 +125,13 @@ def _frame(mesh: Charted, triangle: Index, weights: Real) -> tuple[Real, Real, R
 
 
 def carry(
-    origin: Origin, sampler: Sampler, limit: float, *, padding: int | None = None, threads: int | None = None
+    origin: Origin,
+    sampler: Sampler,
+    limit: float,
+    *,
+    tiles: Box | None = None,
+    padding: int | None = None,
+    threads: int | None = None,
 ) -> NDArray:
     """(h, w, c) pixels of the new layout from a texture of the old one; 0 beyond the limit, where nothing reaches.
 
@@ -125,6 +139,7 @@ def carry(
         origin: where its texels lie.
         sampler: the texture.
         limit: the largest distance from the old mesh.
+        tiles: what of the old layout the texture covers; None: 0..1, again and again.
         padding: texels to spread colours past the charts; a thirty-second of the picture by default, -1 for all.
         threads: as many as there are processors by default.
     """
@@ -135,7 +150,9 @@ def carry(
     def fill(part: slice) -> None:
         rows, columns = np.nonzero(reached[part])
         pixels = sampler(
-            lambda some: origin.places(rows[some] + part.start, columns[some], (width, height)), rows.size, 1
+            lambda some: origin.places(rows[some] + part.start, columns[some], (width, height), tiles),
+            rows.size,
+            1,
         )
         put(out[part].reshape(-1, sampler.channels), rows * out.shape[1] + columns, pixels)
 
@@ -154,15 +171,17 @@ def partners(old: Charted, new: Charted) -> tuple[Index, Index]:
     """(m,) the old triangle with the same corners as each new one, -1 without, and (m, 3) in which order they are."""
     from scipy.spatial import cKDTree
 
-    places, at = np.unique(old.points, axis=0, return_inverse=True)
-    away, near = cKDTree(places).query(new.points, distance_upper_bound=SAME * max(old.diagonal, 1e-300))
-    theirs, ours = at.ravel()[old.faces], np.where(np.isfinite(away), near, -1)[new.faces]
+    first, at = distinct_rows(old.points)
+    away, near = cKDTree(old.points[first]).query(
+        new.points, distance_upper_bound=SAME * max(old.diagonal, 1e-300)
+    )
+    theirs, ours = at[old.faces], np.where(np.isfinite(away), near, -1)[new.faces]
     rank_old, rank = np.argsort(theirs, axis=1), np.argsort(ours, axis=1)
     keys, key = (np.take_along_axis(v, r, axis=1) for v, r in ((theirs, rank_old), (ours, rank)))
-    both, label = np.unique(np.concatenate([keys, key]), axis=0, return_inverse=True)
-    first = np.full(len(both), -1)
-    first[label.ravel()[: len(keys)][::-1]] = np.arange(len(keys))[::-1]
-    partner = np.where((key >= 0).all(axis=1), first[label.ravel()[len(keys) :]], -1)
+    first, label = distinct_rows(np.concatenate([keys, key]))
+    partner = np.where(
+        (key >= 0).all(axis=1) & (first < len(keys))[label[len(keys) :]], first[label[len(keys) :]], -1
+    )
     if len(theirs) == len(ours):  # the same file's faces: those that lie on each other keep to their numbers
         partner = np.where((keys == key).all(axis=1), np.arange(len(ours)), partner)
     order = np.empty_like(rank)
@@ -176,13 +195,14 @@ def _nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:
         return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
     import igl
 
-    squared, triangle, closest = igl.point_mesh_squared_distance(
-        np.ascontiguousarray(points), old.points, np.ascontiguousarray(old.faces)
-    )
-    at = old.points[old.faces[triangle]]
-    inner = _along(at[:, 1:] - at[:, :1], closest - at[:, 0])
-    weights = np.clip(np.column_stack([1 - inner.sum(axis=1), inner]), 0, 1)
-    return triangle, weights / weights.sum(axis=1, keepdims=True), np.sqrt(squared)
+    tree, mesh = igl.AABB(), (old.points, np.ascontiguousarray(old.faces))
+    tree.init(*mesh)
+    parts = [  # no thread runs while one of them is made, and no signal is heard
+        tree.squared_distance(*mesh, np.ascontiguousarray(points[k : k + SEARCHED]))
+        for k in counted("nearest points", range(0, len(points), SEARCHED))
+    ]
+    squared, triangle, closest = (np.concatenate(found) for found in zip(*parts))
+    return triangle, barycentric(old.points[old.faces[triangle]], closest), np.sqrt(squared)
 
 
 def _at(corners: Real, weights: Real) -> Real:
@@ -190,25 +210,13 @@ def _at(corners: Real, weights: Real) -> Real:
     return np.einsum("pk,pkc->pc", weights, corners)
 
 
-def _along(edges: Real, way: Real) -> Real:
-    """(p, 2) coordinates of ways (p, 3) along two edges (p, 2, 3), what is square to them left out."""
-    gram, right = np.einsum("pki,pli->pkl", edges, edges), np.einsum("pki,pi->pk", edges, way)
-    det = gram[:, 0, 0] * gram[:, 1, 1] - gram[:, 0, 1] ** 2
-    det = np.where(det > 0, det, 1.0)
-    s = (right[:, 0] * gram[:, 1, 1] - right[:, 1] * gram[:, 0, 1]) / det
-    t = (right[:, 1] * gram[:, 0, 0] - right[:, 0] * gram[:, 0, 1]) / det
-    return np.column_stack([s, t])
-
-
-def _barycentric(corners: Real, columns: NDArray, rows: NDArray, shape: tuple[int, int]) -> Real:
+def _barycentric(corners: Real, columns: NDArray, rows: NDArray, shape: tuple[int, int], wraps: bool) -> Real:
     """(p, 3) of texel centres in triangles (p, 3, 2), moved into them where a chart's border only touches the texel."""
     height, width = shape
     middle = corners.mean(axis=1)
     at = np.column_stack([columns + 0.5, rows + 0.5])
-    at += np.round((middle - at) / (width, height)) * (
-        width,
-        height,
-    )  # texels that came in from the other side
+    if wraps:  # texels that came in from the other side
+        at += np.round((middle - at) / (width, height)) * (width, height)
     (ax, ay), (bx, by) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
     px, py = (at - corners[:, 0]).T
     area = ax * by - ay * bx

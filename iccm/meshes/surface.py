@@ -58,9 +58,13 @@ class Surface:
 
         With `tiles` the texture covers that box of the layout, and does not repeat.
         """
-        corners = np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1)
-        if tiles is None:
-            return cls(locator, (corners - np.floor(corners.mean(axis=1, keepdims=True))) * size, size)
-        low, extent = tiles[0], tiles[1] - tiles[0]
-        at = (corners - (low.real, 1 - tiles[1].imag)) / (extent.real, extent.imag)
-        return cls(locator, at * size, size, tiled=True)
+        return cls(locator, texels(uv, size, tiles), size, tiles is not None)
+
+
+def texels(uv: Real, size: tuple[int, int], tiles: Box | None) -> Real:
+    """(m, 3, 2) corners of triangles in texels, y down, of a picture that covers a box of the layout, or repeats."""
+    corners = np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1)
+    if tiles is None:
+        return (corners - np.floor(corners.mean(axis=1, keepdims=True))) * size
+    low, extent = tiles[0], tiles[1] - tiles[0]
+    return (corners - (low.real, 1 - tiles[1].imag)) / (extent.real, extent.imag) * size

@@ -9,8 +9,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components, dijkstra
 
 from ..arrays import Index, Real
 
@@ -123,6 +121,9 @@ class Triangles:
 
         The vertex before a source is negative. Edges are longer by the factors `dear` (n,), the mean of both ends'.
         """
+        from scipy.sparse import coo_matrix
+        from scipy.sparse.csgraph import dijkstra
+
         half = np.flatnonzero(usable & ((self.twin < 0) | (self.twin > np.arange(self.twin.size))))
         a, b = self.tail[half], self.head[half]
         length = np.linalg.norm(points[a] - points[b], axis=1)
@@ -152,6 +153,9 @@ def walk(before: Index, end: int) -> list[int]:
 
 def labels(a: Index, b: Index, count: int) -> Index:
     """(count,) component of each node of a graph with edges a[i] - b[i], numbered by first appearance."""
+    from scipy.sparse import coo_matrix  # slow to import, and no picture between drawings needs it
+    from scipy.sparse.csgraph import connected_components
+
     graph = coo_matrix((np.ones(a.size, np.int8), (a, b)), shape=(count, count))
     label = connected_components(graph, directed=False)[1].astype(np.int64)
     first = np.unique(label, return_index=True)[1]

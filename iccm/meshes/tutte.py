@@ -8,11 +8,8 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
 from ..arrays import Complex, Index, Real, xy_of
-from ..blas import joined
 from .patch import Patch
 from .topology import Triangles
-
-joined()
 
 
 def convex(patch: Patch, outline: Index) -> Complex:

@@ -6,13 +6,10 @@ import numpy as np
 import scipy.linalg
 
 from ..arrays import Complex, Real
-from ..blas import joined
 from ..curve import Curve
 from ..problem import Problem, measure_of
 from .energies import Basis, Target, Term, fixed, points, smoothness
 from .least_squares import System
-
-joined()
 
 PARALLEL = 0.05  # a fitted similarity that shrinks the shape below this share of its size says nothing
 PIN_RANK = 1e-6

@@ -6,10 +6,7 @@ import numpy as np
 import scipy.linalg
 
 from ..arrays import Complex
-from ..blas import joined
 from .energies import Target, Term
-
-joined()
 
 RANK_CUT = 1e-10  # singular values below this share of the largest carry rounding only
 

@@ -122,7 +122,8 @@ def _solved(ready: _Prepared, pins: Pins, settings: Settings, journal: SolveLog)
     """The map in the user's planes, and whether it is on a surface's own triangles."""
     used, state = stages.solved(ready.unit, journal)
     met = stages.meets(used, state)
-    forward = used is ready.unit
+    forward = not used.inverted
+    ready = replace(ready, unit=ready.unit._replace(theta=used.theta))
     try:
         own = _on_own(ready, state, settings, journal, forward=forward)
     except Stuck:
@@ -170,7 +171,5 @@ def _on_own(
 
 def _lowered(own: OwnMap, problem: UnitProblem, settings: Settings, journal: SolveLog) -> OwnMap:
     """The map at rest, its worst stretch lowered."""
-    theta = stages.leaning(own.state, problem)
-    return replace(
-        own, state=stages.lowered(stages.eased(own.state, problem.theta), theta, settings, journal)
-    )
+    eased = stages.eased(own.state, problem.theta)
+    return replace(own, state=stages.lowered(eased, problem.theta, settings, journal))

@@ -1,5 +1,5 @@
-"""The conversation with the page. Maps are made in two threads, one for the map that follows and one for the map at
-rest; of what is asked for while they work only the newest counts."""
+"""The conversation with the page. Maps are made in three threads: the map that follows, the map at rest, and another to
+compare that with; of what is asked for while they work only the newest counts."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from .messages import Draw, Export, Follow, Place, Save, Solve
 from .scene import framed
 from .session import Session, Shown
 
+KINDS = ("follow", "solve", "compare")
+IDLE = 0.5  # seconds without a change after which a map is compared with that from scratch
 GRACE = 3.0  # seconds in which a page that is loaded again must be back
 TAKEN = 4001  # close code: the page was opened elsewhere
 MISTAKE = "internal error, please report it ({}: {})"
@@ -30,7 +32,7 @@ class Links:
         self.session, self._gone, self._grace = session, gone, grace
         self._current: WebSocket | None = None
         self._leaving: asyncio.TimerHandle | None = None
-        self._pools = {kind: ThreadPoolExecutor(1, f"iccm-{kind}") for kind in ("follow", "solve", "files")}
+        self._pools = {kind: ThreadPoolExecutor(1, f"iccm-{kind}") for kind in (*KINDS, "files")}
 
     async def serve(self, socket: WebSocket) -> None:
         """One page, from its first word to its last."""
@@ -55,14 +57,15 @@ class _Link:
 
     def __init__(self, session: Session, socket: WebSocket, pools: dict[str, ThreadPoolExecutor]) -> None:
         self._session, self._socket, self._pools = session, socket, pools
-        self._newest: dict[str, asyncio.Queue[Any]] = {kind: asyncio.Queue(1) for kind in ("follow", "solve")}
+        self._newest: dict[str, asyncio.Queue[Any]] = {kind: asyncio.Queue(1) for kind in KINDS}
         self._sending = asyncio.Lock()
 
     async def run(self) -> None:
         """Until the page leaves."""
         await self._say({"type": "hello", **self._session.describe(), **self._names()})
         async with asyncio.TaskGroup() as tasks:
-            workers = [tasks.create_task(self._work(kind)) for kind in self._newest]
+            works = self._work("follow"), self._work("solve"), self._compare()
+            workers = [tasks.create_task(work) for work in works]
             with suppress(WebSocketDisconnect):
                 while True:
                     await self._hear(await self._socket.receive_text())
@@ -75,31 +78,54 @@ class _Link:
         except InputError as error:
             return await self._say({"type": "error", "message": str(error)})
         if isinstance(message, Follow | Solve):
-            queue = self._newest[message.type]
-            if queue.full():
-                queue.get_nowait()
-            return queue.put_nowait(message)
+            self._session.scene = message.scene  # here, where they come one after another, not in the threads
+            return self._put(message.type, message)
         pool = "follow" if isinstance(message, Place) else "files"
         answer = await self._done(pool, self._answer, message)
         return await self._say({"type": "answer", "id": message.id, **answer})
 
     async def _work(self, kind: str) -> None:
-        make: Callable[..., Shown] = getattr(self._session, kind)
+        session, queue = self._session, self._newest[kind]
         while True:
-            message: Follow | Solve = await self._newest[kind].get()
-            shown: Any = await self._done(kind, make, message.scene)
+            message: Follow | Solve = await queue.get()
+            if session.scene is not message.scene:
+                continue  # it was let go of by now
+            way = (message.way,) if isinstance(message, Solve) else ()
+            shown: Any = await self._done(kind, getattr(session, kind), message.scene, *way)
             if isinstance(shown, dict):
                 shown = Shown("error", False, shown["error"])
-            stale = kind == "solve" and self._session.scene is not message.scene
-            if stale and shown.kind != "error":
+            if kind == "solve" and session.scene is not message.scene and shown.kind != "error":
                 continue  # something is being dragged again
-            patches, head = shown.patches, shown.head(message.seq)
-            if kind == "solve":
-                head["command"] = saving.command(self._session, message.scene)
-            if patches is None:
-                await self._say(head)
-            else:
-                await self._send(self._socket.send_bytes(framed(head, patches)))
+            await self._show(message, shown)
+            if shown.kind == "full":
+                self._put("compare", message)
+
+    async def _compare(self) -> None:
+        """Tell the page of another map, when nothing else is to be done."""
+        session, queue = self._session, self._newest["compare"]
+        while True:
+            message: Solve = await queue.get()
+            await asyncio.sleep(IDLE)
+            if session.scene is message.scene and queue.empty():
+                shown: Any = await self._done("compare", session.compared, message.scene)
+                if isinstance(shown, Shown) and session.scene is message.scene:
+                    await self._show(message, shown)
+
+    def _put(self, kind: str, message: Follow | Solve) -> None:
+        """Something to do, in place of what was to be done."""
+        queue = self._newest[kind]
+        if queue.full():
+            queue.get_nowait()
+        queue.put_nowait(message)
+
+    async def _show(self, message: Follow | Solve, shown: Shown) -> None:
+        drawn, head = shown.drawn, shown.head(message.seq)
+        if isinstance(message, Solve):
+            head["command"] = saving.command(self._session, message.scene)
+        if drawn is None:
+            await self._say(head)
+        else:
+            await self._send(self._socket.send_bytes(framed(head, drawn)))
 
     async def _done(self, pool: str, call: Callable[..., Any], *arguments: Any) -> Any:
         """What a call gives in a thread of its own, or {"error": …}."""
@@ -128,19 +154,20 @@ class _Link:
     def _written(self, message: Save | Draw | Export, names: list[str]) -> dict[str, Any]:
         session, scene = self._session, message.scene
         if isinstance(message, Export):
-            outcome = saving.export(session, scene, names[0], message.size, replace=True)
+            replace = message.replace or names[0] in session.written
+            outcome = saving.export(session, scene, names[0], message.size, replace=replace)
             return {"written": outcome.written, "notes": outcome.notes, "message": outcome.message}
         if isinstance(message, Save):
             name = saving.save(session, scene, names[0], replace=True)
-            return {"written": [name], "command": saving.command(session, scene, constraints=name)}
-        specs = saving.copies(session, scene, names, replace=True)
+            return {"written": [name], "command": saving.command(session, scene, {"constraints": name})}
+        fields = saving.copies(session, scene, names, replace=True)
         if session.drawn:
             session.saved = scene
-        return {"written": names, "command": saving.command(session, scene, copies=specs)}
+        return {"written": names[: len(fields)], "command": saving.command(session, scene, fields)}
 
     def _names(self) -> dict[str, Any]:
         session = self._session
-        name = f"{saving.stem(session.job)}.png"
+        name = saving.stem(session.job) + session.suffix
         file = saving.constraints_file(session)
         return {"constraints": file, "picture": name, "drawn": session.drawn, "ending": saving.ENDING}
 

@@ -7,12 +7,11 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from ...errors import InputError
-from ..places import written
+from ..places import Place as Spot
 from ..run.options import MAX_SIDE, MOST_BALANCE
 from ..shapes.constraints import Pin, Stroke
 
 MOST_PINS, MOST_STROKES, MOST_POINTS = 500, 100, 2000
-Point = tuple[float, float]
 
 
 class _Message(BaseModel):
@@ -28,15 +27,17 @@ class Scene(_Message):
     turn: float | Literal["any"] = 0.0
 
     @model_validator(mode="after")
-    def _plane(self) -> Scene:
+    def _short(self) -> Scene:
         lines = [line for stroke in self.strokes for line in (stroke.source, stroke.target)]
         if any(len(line) > MOST_POINTS for line in lines):
             raise ValueError(f"a stroke has more than {MOST_POINTS} points")
-        ends = [end for pin in self.pins for end in (pin.source, pin.target)]
-        for place in [*ends, *(place for line in lines for place in line)]:
-            if isinstance(place, str) or len(place) != 2:
-                raise ValueError(f"{written(place)} is a place on a mesh, and these are none; write x,y")
         return self
+
+    @property
+    def key(self) -> str:
+        """What the map depends on: all but the names."""
+        nameless = {"name": True}
+        return self.model_dump_json(exclude={"pins": {"__all__": nameless}, "strokes": {"__all__": nameless}})
 
 
 class Follow(_Message):
@@ -48,11 +49,12 @@ class Follow(_Message):
 
 
 class Solve(_Message):
-    """It was let go of: the map that `iccm map` makes."""
+    """It was let go of: the whole map, as `iccm map` makes it of what is saved; `way`: which of two that are known."""
 
     type: Literal["solve"]
     seq: int
     scene: Scene
+    way: Literal["", "fresh", "kept"] = ""
 
 
 class Place(_Message):
@@ -61,7 +63,7 @@ class Place(_Message):
     type: Literal["place"]
     id: int
     side: Literal["source", "target"]
-    points: list[Point] = Field(min_length=1, max_length=MOST_POINTS)
+    points: list[Spot] = Field(min_length=1, max_length=MOST_POINTS)
 
 
 class _File(_Message):

@@ -19,6 +19,7 @@ from ..run.job import Job, make
 from ..run.options import described
 from ..run.report import plain
 from ..shapes.shape import Shape
+from ..shapes.starts import StartingMap
 from ..spec import path_of
 from . import drawn
 from .messages import Scene
@@ -54,18 +55,21 @@ def local(name: str) -> str:
     return name
 
 
-def listed(session: Session, scene: Scene) -> str:
-    """The constraints as JSON, with the sizes of the shapes that they belong to."""
+def listed(session: Session, scene: Scene, kinds: tuple[str, ...] = ("pins", "strokes")) -> str:
+    """The constraints as JSON, with the sizes of the shapes that they belong to, and the map to go on from."""
     sides = {"source": session.source, "target": session.target}
     files = {side: {"file": path_of(shape.spec), "size": _size(shape)} for side, shape in sides.items()}
     entries = {
         kind: [entry.model_dump(mode="json", exclude_defaults=True) for entry in getattr(scene, kind)]
-        for kind in ("pins", "strokes")
+        for kind in kinds
     }
     lines = [f'  "files": {json.dumps(files, ensure_ascii=False)}']
     for kind, found in entries.items():
         rows = ",".join(f"\n    {json.dumps(plain(entry), ensure_ascii=False)}" for entry in found)
         lines.append(f'  "{kind}": [{rows}\n  ]' if found else f'  "{kind}": []')
+    if start := session.start(scene):
+        kept = StartingMap.of(start, session.source, session.target).model_dump_json()
+        lines.append(f'  "start": {kept}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
@@ -93,7 +97,7 @@ def save(session: Session, scene: Scene, name: str, *, replace: bool) -> str:
 
 
 def copy_names(session: Session, ending: str) -> list[str]:
-    """What the copies of both drawings are called.
+    """What the copies of both drawings are called, and the file beside them that holds the map to go on from.
 
     Raises:
         InputError: one is no SVG, or both would be called the same.
@@ -105,26 +109,34 @@ def copy_names(session: Session, ending: str) -> list[str]:
     names = [local(f"{path.stem}{ending}.svg") for path in paths]
     if names[0] == names[1]:
         raise InputError(f"{names[0]}: would be the copy of both; give one of the files another name")
-    return names
+    return [*names, local(f"{stem(session.job)}{ending}.json")]
 
 
-def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -> list[str]:
-    """Write copies of both drawings with the constraints drawn in them; the specs of the shapes in them.
+def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -> dict[str, str]:
+    """Write copies of both drawings with the constraints drawn in them, and the map to go on from, if there is one.
+
+    Returns:
+        The fields of a job that name what was written.
 
     Raises:
         InputError: a drawing cannot be changed so, a copy cannot be written, or exists without `replace`.
     """
+    start = listed(session, scene, ()) if session.start(scene) else ""
     scene = named(scene)
-    specs = []
-    with ExitStack() as stack:  # both appear, or none
+    specs = {}
+    with ExitStack() as stack:  # all appear, or none
         for side, name, shape in zip(("source", "target"), names, _sides(session)):
             pins = [(pin.name, _point(getattr(pin, side))) for pin in scene.pins]
             strokes = [(s.name, [_point(place) for place in getattr(s, side)]) for s in scene.strokes]
             path = stack.enter_context(files.replacing(name, force=replace))
             path.write_bytes(drawn.copied(shape, pins, strokes))
             drawn.check(_spec(str(path), shape), shape, pins, strokes)
-            specs.append(_spec(name, shape))
-    session.written.update(names)
+            specs[side] = _spec(name, shape)
+        if start:
+            specs["constraints"] = names[2]
+            path = stack.enter_context(files.replacing(names[2], force=replace))
+            path.write_text(start, encoding="utf-8")
+    session.written.update(names[: len(specs)])
     return specs
 
 
@@ -168,30 +180,43 @@ def job_of(session: Session, scene: Scene, **more: Any) -> Job:
     return make({**given, "balance": scene.balance, "turn": scene.turn, **more})
 
 
-def command(session: Session, scene: Scene, *, constraints: str = "", copies: list[str] | None = None) -> str:
-    """The command line that repeats the result, from what was saved or from where it is saved by default."""
-    if session.drawn and not copies:
-        copies = [_spec(name, shape) for name, shape in zip(copy_names(session, ENDING), _sides(session))]
-    constraints = constraints or constraints_file(session)
-    specs = copies or [session.job.source, session.job.target or ""]
+def command(session: Session, scene: Scene, fields: dict[str, str] | None = None) -> str:
+    """The command line that repeats the result.
+
+    Args:
+        session: the pair.
+        scene: what is shown.
+        fields: of the job that name what was saved; by default what Save will write.
+    """
     job = job_of(session, scene)
-    words = ["iccm", "map", *specs]
-    fields = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
+    named = {"source": job.source, "target": job.target or ""} | (fields or _to_be_saved(session, scene))
+    words = ["iccm", "map", named.pop("source"), named.pop("target")]
+    given = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
     if session.job.size:
-        fields["size"] = session.job.size
+        given["size"] = session.job.size
     for name, (_, option) in described().items():
-        if name in fields and "map" in option.commands:
-            value = fields[name]
+        if name in given and "map" in option.commands:
+            value = given[name]
             text = "x".join(map(str, value)) if isinstance(value, tuple) else f"{value}"
             words += [f"--{name.replace('_', '-')}", *([] if value is True else [text])]
-    if (scene.pins or scene.strokes) and not copies:
-        words += ["--constraints", constraints]
-    words += ["-o", f"{stem(session.job)}.png"]
+    for name, value in named.items():
+        words += [f"--{name}", value]
+    words += ["-o", stem(session.job) + session.suffix]
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
 
 
+def _to_be_saved(session: Session, scene: Scene) -> dict[str, str]:
+    if not session.drawn:
+        return {"constraints": constraints_file(session)} if scene.pins or scene.strokes else {}
+    names = copy_names(session, ENDING)
+    specs = {
+        side: _spec(name, shape) for side, name, shape in zip(("source", "target"), names, _sides(session))
+    }
+    return specs | ({"constraints": names[2]} if session.start(scene) else {})
+
+
 def export(session: Session, scene: Scene, name: str, size: int, *, replace: bool) -> Outcome:
-    """Write a picture, an STMap or artwork by the code of `iccm map`.
+    """Write a picture, an STMap, artwork or a mesh by the code of `iccm map`.
 
     Raises:
         InputError: as that.
@@ -202,7 +227,7 @@ def export(session: Session, scene: Scene, name: str, size: int, *, replace: boo
     with _materialised(session, scene) as given:
         job = job_of(session, scene, **{"size": (size,), "force": replace, **output, **given})
         outcome = run(job)
-    session.written.add(name)
+    session.written.update(outcome.written)
     return outcome
 
 
@@ -212,8 +237,7 @@ def _materialised(session: Session, scene: Scene) -> Iterator[dict[str, Any]]:
     with tempfile.TemporaryDirectory() as folder:
         if session.drawn:
             names = [str(Path(folder) / name) for name in copy_names(session, "")]
-            specs = copies(session, scene, names, replace=True)
-            yield dict(zip(("source", "target"), specs))
+            yield copies(session, scene, names, replace=True)
         elif scene.pins or scene.strokes:
             path = Path(folder) / "constraints.json"
             path.write_text(listed(session, scene), encoding="utf-8")

@@ -23,7 +23,7 @@ from ..pictures import image_files
 from ..pictures.image import Image, prepared
 from ..shapes.shape import Shape
 
-MOST_TEXELS = 4096  # of a side: what every WebGL 2 takes
+MOST_TEXELS = 8192  # of a side: what nearly every WebGL 2 takes
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class PageHalf:
             "name": shape.spec,
             "origin": origin.tolist(),
             "scale": self.scale,
-            "down": shape.flip,
+            "signs": [1, 1 if shape.flip else -1],
             "outline": _rounded(self(shape.curve.z)),
             "holes": [_rounded(self(hole)) for hole in shape.holes],
             "box": self.box(box),
@@ -91,12 +91,12 @@ def framed(head: dict[str, Any], floats: NDArray[np.float32]) -> bytes:
     return struct.pack("<I", len(text)) + text + floats.astype("<f4").tobytes()
 
 
-def png(image: Image) -> bytes:
-    """The texture as a browser takes it: a PNG of at most MOST_TEXELS a side."""
+def png(image: Image, most: int = MOST_TEXELS) -> bytes:
+    """The texture as a browser takes it: a PNG of at most so many pixels a side."""
     shown = prepared(image, picture("texture.png"))
     height, width = shown.pixels.shape[:2]
-    if (larger := max(height, width)) > MOST_TEXELS:
-        size = (round(width * MOST_TEXELS / larger) or 1, round(height * MOST_TEXELS / larger) or 1)
+    if (larger := max(height, width)) > most:
+        size = (round(width * most / larger) or 1, round(height * most / larger) or 1)
         pixels = cv2.resize(shown.pixels, size, interpolation=cv2.INTER_AREA)
         shown = shown.with_pixels(pixels.reshape(size[1], size[0], -1), shown.alpha)
     with tempfile.TemporaryDirectory() as folder:

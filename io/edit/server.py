@@ -12,6 +12,7 @@ from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
+from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
@@ -19,10 +20,12 @@ from starlette.websockets import WebSocket
 from ...errors import InputError
 from .guard import Guard
 from .link import Links
+from .scene import MOST_TEXELS
 from .session import Session
 
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 LARGEST_MESSAGE = 1 << 22
+LEAST_TEXELS = 2048  # of a texture's side: what every WebGL 2 takes
 
 
 def page_files() -> dict[str, tuple[bytes, str]]:
@@ -42,8 +45,18 @@ def app(session: Session, token: str, port: int, gone: Callable[[], None], **opt
     def serving(content: bytes, kind: str) -> Callable[..., Any]:
         return lambda _: Response(content, media_type=kind)
 
-    def texture(_: Any) -> Response:
-        return Response(session.texture, media_type="image/png")
+    def texture(request: Request) -> Response:
+        side = request.query_params.get("side", "")
+        most = int(side) if side.isdecimal() and len(side) < 6 else LEAST_TEXELS
+        return Response(session.texture(min(max(most, LEAST_TEXELS), MOST_TEXELS)), media_type="image/png")
+
+    def triangles(request: Request) -> Response:
+        try:
+            return Response(
+                session.triangles(request.path_params["side"]), media_type="application/octet-stream"
+            )
+        except KeyError:
+            return Response(status_code=404)
 
     async def talk(page: WebSocket) -> None:
         await links.serve(page)
@@ -53,6 +66,7 @@ def app(session: Session, token: str, port: int, gone: Callable[[], None], **opt
         for name, (data, kind) in page_files().items()
     ]
     routes.append(Route(f"/{token}/texture.png", texture, methods=["GET"]))
+    routes.append(Route(f"/{token}/{{side}}.triangles", triangles, methods=["GET"]))
     routes.append(WebSocketRoute(f"/{token}/link", talk))
     served = Starlette(routes=routes)
     served.router.redirect_slashes = False

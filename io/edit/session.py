@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-import iccm
-
 from ...arrays import Box, Complex
+from ...balanced import NoMapError
 from ...balanced.constraints.live import Live
 from ...balanced.solution import Settings
 from ...blas import one_thread
@@ -22,48 +21,28 @@ from ...errors import InputError
 from ...maps.distortion import of_triangles
 from ...maps.triangulated.map import TriangulatedMap
 from ...memory import Memory
+from ...result import Fit, Status
+from ..places import Place
 from ..run import framing, texture
 from ..run.constraints import holed, inside, solved
 from ..run.inputs import Inputs
 from ..run.job import Job
+from ..run.outputs import suffix_for
 from ..run.report import plain
 from ..shapes import constraints
 from ..shapes.constraints import Listed, Pin, Stroke
+from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
+from ..shapes.starts import StartingMap
 from .messages import Scene, scene_of
 from .scene import PageHalf, patches, png
+from .shown import MISSED, Shown, figures, missed, refused
+from .surface_view import SurfaceView, laid_out
+from .ways import Way, same
 
-MISSED = 1e-6  # of the target's diagonal; pins that are met are met to 1e-9
-MISSED_STROKE = 1e-3  # likewise, of strokes, which lie on theirs to 2e-4
 ON_OUTLINE = 2e-3
 """Of the diagonal: what is so close to an outline goes onto the other; twice what a pin's is."""
 DIGITS = 7  # to which places are rounded, of the shape's size: the page and the files say the same
-
-
-@dataclass(frozen=True, eq=False)
-class Shown:
-    """What the page is shown.
-
-    Attributes:
-        kind: "full" for the map that `iccm map` makes, "coarse" for one that follows, "error" where there is none.
-        ok: whether the map is as good as was asked for.
-        message: a sentence on it.
-        figures: of the report, as far as they are known.
-        wrong: numbers of the pins and strokes that are not met or cannot be.
-        patches: (m, 18) see `scene.patches`; None where the map on the page stays.
-    """
-
-    kind: str
-    ok: bool
-    message: str
-    figures: dict[str, Any] = field(default_factory=dict)
-    wrong: dict[str, list[int]] = field(default_factory=dict)
-    patches: NDArray[np.float32] | None = None
-
-    def head(self, seq: int) -> dict[str, Any]:
-        """All but the patches, for the page; `seq` says to what this is the answer."""
-        head = {name: getattr(self, name) for name in ("kind", "ok", "message", "figures", "wrong")}
-        return plain({"type": "map", "seq": seq, **head})
 
 
 class Session:
@@ -73,26 +52,26 @@ class Session:
         """Reads all that a job reads.
 
         Raises:
-            InputError: a file is wrong, a mesh, or constraints are not places of these files.
+            InputError: a file is wrong, or constraints are not places of these files.
         """
         inputs = Inputs(job)
-        for spec in (job.source, job.target or ""):
-            if inputs.is_mesh(spec):
-                raise InputError(
-                    f"{spec}: iccm edit shows no meshes; pin them with iccm map --pin X,Y:v17, or flatten them"
-                )
         source, target = inputs.shape(job.source), inputs.shape(job.target or "")
-        self.job = job
+        self.job, self.suffix = job, suffix_for(job, inputs)
         self.drawn = bool(source.pins or source.strokes)
-        self.first = _listed(job, source, target)
+        listed = constraints.read(job.constraints) if job.constraints else Listed()
+        self.first = _scene(job, source, target, listed)
         self.source, self.target = (replace(shape, pins={}, strokes={}) for shape in (source, target))
         self.core(self.first)
         self.scene = self.saved = self.first
         self.written: set[str] = set()
         self._image = texture.image_of(job, self.source, Memory())
-        self._fit: iccm.Fit | None = None
+        self._fit: Fit | None = None
         self._map: TriangulatedMap | None = None
         self._live: Live | None = None
+        self._last = (self.first, Shown("error", False, ""))
+        self._ways: dict[str, Way] = {}
+        if listed.start:
+            self._ways[self.first.key] = Way(listed.start.map(self.source, self.target))
 
     @cached_property
     def views(self) -> tuple[PageHalf, PageHalf]:
@@ -100,15 +79,27 @@ class Session:
         source, target = self._boxes
         return PageHalf.of(source, self.source.curve.box), PageHalf.of(target, self.target.curve.box)
 
+    @cached_property
+    def surfaces(self) -> tuple[SurfaceView | None, SurfaceView | None]:
+        """Those that are meshes, as the page shows them."""
+        source, target = (
+            SurfaceView(shape) if isinstance(shape, MeshShape) else None
+            for shape in (self.source, self.target)
+        )
+        return source, target
+
     @property
     def _boxes(self) -> tuple[Box, Box]:
         """What the texture covers, and what pictures show."""
         return texture.box_of(self.job, self.source), framing.shown(self.job, self.target)
 
-    @cached_property
-    def texture(self) -> bytes:
-        """The texture as PNG."""
-        return png(self._image)
+    @lru_cache(maxsize=1)  # noqa: B019  (there is one session)
+    def texture(self, most: int) -> bytes:
+        """The texture as PNG of at most so many pixels a side."""
+        image, source = self._image, self.source
+        if isinstance(source, MeshShape) and texture.on_mesh(self.job, source):
+            image = laid_out(self.job, source, image, self._boxes[0], most)
+        return png(image, most)
 
     @property
     def notes(self) -> list[str]:
@@ -118,47 +109,157 @@ class Session:
 
     def describe(self) -> dict[str, Any]:
         """What the page must know before it draws."""
-        job, shapes = self.job, (self.source, self.target)
-        sides = [view.describe(shape, box) for view, shape, box in zip(self.views, shapes, self._boxes)]
+        job = self.job
+        sides = []
+        for shape, view, surface, box in zip(
+            (self.source, self.target), self.views, self.surfaces, self._boxes
+        ):
+            side = view.describe(shape, box) | {"mesh": surface is not None}
+            sides.append(side | (surface.describe() if surface else {}))
         scenes = {name: getattr(self, name).model_dump(mode="json") for name in ("scene", "saved")}
-        how = {"edge": job.edge, "filter": job.filter, "holes": job.holes == "keep", "digits": DIGITS}
+        how: dict[str, Any] = {
+            "edge": job.edge,
+            "filter": job.filter,
+            "holes": job.holes == "keep",
+            "digits": DIGITS,
+        }
+        how["mean"] = self._magnification
         return plain({"source": sides[0], "target": sides[1], "notes": self.notes, **scenes, **how})
 
-    def solve(self, scene: Scene) -> Shown:
-        """The map at rest: what `iccm map` makes of the same pins and strokes, if it meets them."""
+    @property
+    def _magnification(self) -> float:
+        """Lengths in the texture's plane by those on the target, both as the page has them, in the mean."""
+        surface, (here, there) = self.surfaces[1], self.views
+        scale = surface.scale if surface else there.scale
+        return float(np.sqrt(self.source.curve.area / self.target.curve.area) * scale / here.scale)
+
+    def triangles(self, side: str) -> bytes:
+        """A mesh for the page: its triangles, and of the source's the places in the texture's plane.
+
+        Raises:
+            KeyError: that side is none.
+        """
+        surface = self.surfaces[side == "target"]
+        if surface is None:
+            raise KeyError(side)
+        flat = self.views[0](surface.shape.flattening.flat) if side == "source" else np.zeros(0, "f4")
+        return surface.triangles + flat.astype("<f4").tobytes()
+
+    def image_of(self, map: TriangulatedMap) -> NDArray[np.float32]:
+        """What the page draws of a map: `scene.patches`, or of a mesh the place in the texture's plane of each vertex,
+        (n, 2), as `iccm map` writes it."""
+        if isinstance(self.target, MeshShape):
+            return self.views[0](map.extended_inverse(self.target.flattening.flat)[0])
+        return patches(map, *self.views)
+
+    def start(self, scene: Scene) -> TriangulatedMap | None:
+        """The map that the one of a scene goes on from, which must be saved to find it again."""
+        return self._ways.get(scene.key, Way()).begins
+
+    def solve(self, scene: Scene, way: str = "") -> Shown:
+        """The whole map, gone on to from the last one or from scratch: what `iccm map` makes of what is saved.
+
+        Args:
+            scene: pins and strokes.
+            way: "fresh" for the map from scratch, "kept" for the one gone on to, where both are known.
+        """
         self.scene = scene
         try:
             with one_thread():
-                pins, strokes = self.core(scene)
-                given = self.job.solver | {"balance": scene.balance, "turn": scene.turn}
-                given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
-                said: list[str] = []
-                fit = solved(self.job, self.source, self.target, given, said.append)
-            report = fit.report()
-            report["notes"] += said
+                chosen = self._ways.get(scene.key) or Way(self._start(scene))
+                chosen = replace(chosen, fresh=way == "fresh") if way else chosen
+                fit, report, chosen = self._found(scene, chosen)
         except InputError as error:
-            return _refused(error)
-        wrong = _missed(report, scene)
+            return refused(error)
+        return self._rested(scene, fit, report, chosen)
+
+    def compared(self, scene: Scene) -> Shown | None:
+        """What there is to be said once the map that was gone on to is compared with that from scratch.
+
+        Where no difference is seen the latter takes its place: then nothing but pins and strokes has to be saved.
+        """
+        chosen, before = self._ways.get(scene.key, Way()), self._fit
+        if chosen.begins is None or chosen.other or before is None or self.scene is not scene:
+            return None
+        try:
+            with one_thread():
+                fit, report = self._fitted(scene, None)
+        except InputError:
+            return None
+        if any(missed(report, scene).values()) or self.scene is not scene:
+            return None
+        if same(before.map, fit.map):  # type: ignore[arg-type]
+            return self._rested(scene, fit, report, Way())
+        self._ways[scene.key] = chosen = replace(chosen, other=True)
+        return replace(self._last[1], drawn=None, other=chosen.alternative)
+
+    def _start(self, scene: Scene) -> TriangulatedMap | None:
+        """The map to go on from, as a file will hold it; None for one from scratch."""
+        found, pair = self._before(scene), (self.source, self.target)
+        return None if found is None else StartingMap.of(found, *pair).map(*pair)
+
+    def _before(self, scene: Scene) -> TriangulatedMap | None:
+        """The map that follows, or the last one at rest. Without pins, or turned, none."""
+        fit, last = self._fit, self._last[0]
+        if fit is None or not (scene.pins or scene.strokes) or scene.turn != last.turn:
+            return None
+        if len(fit.map.loops) > 1:  # type: ignore[union-attr]
+            return None
+        if self._live is None and scene.balance == last.balance:
+            return fit.map  # type: ignore[return-value]
+        try:
+            return self._followed(*self.core(scene), scene).map
+        except NoMapError:
+            return None
+
+    def _found(self, scene: Scene, chosen: Way) -> tuple[Fit, dict[str, Any], Way]:
+        """The map, by the way chosen if that leads anywhere."""
+        if chosen.begins is not None:
+            try:
+                fit, report = self._fitted(scene, chosen.begins)
+                if fit.status is not Status.PINS:
+                    return fit, report, chosen
+            except NoMapError:
+                pass
+            chosen = Way()
+        return *self._fitted(scene, None), chosen
+
+    def _fitted(self, scene: Scene, start: TriangulatedMap | None) -> tuple[Fit, dict[str, Any]]:
+        """The fit, as `iccm map` makes it, and its report."""
+        pins, strokes = self.core(scene)
+        given: dict[str, Any] = self.job.solver | {"balance": scene.balance, "turn": scene.turn}
+        given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
+        said: list[str] = []
+        given |= {} if start is None else {"start": start}
+        fit = solved(self.job, self.source, self.target, given, said.append)
+        report = fit.report()
+        report["notes"] += said
+        return fit, report
+
+    def _rested(self, scene: Scene, fit: Fit, report: dict[str, Any], chosen: Way) -> Shown:
+        """What is shown of a map, which takes the place of the last one if it meets what it must."""
+        wrong = missed(report, scene)
         if any(wrong.values()) and self._map is not None:
             return Shown("error", False, fit.status.value, {}, wrong)
+        drawn = self.image_of(fit.map)  # type: ignore[arg-type]
+        said = figures(report), wrong, drawn, chosen.alternative
+        shown = Shown("full", fit.status.ok, fit.status.value, *said)
+        self._ways[scene.key] = chosen
         if self.scene is scene:  # else something is being dragged again, from the map as it was then
             self._fit, self._map, self._live = fit, fit.map, None  # type: ignore[assignment]
-        drawn = patches(fit.map, *self.views)  # type: ignore[arg-type]
-        return Shown("full", fit.status.ok, fit.status.value, _figures(report), wrong, drawn)
+            self._last = scene, shown
+        return shown
 
     def follow(self, scene: Scene) -> Shown:
         """The coarse map, continued from the last one."""
-        self.scene = scene
         try:
             with one_thread():
                 pins, strokes = self.core(scene)
                 self._live = live = self._followed(pins, strokes, scene)
                 map = live.map
-                found = Shown(
-                    "coarse", live.met, "", of_triangles(map).report(), {}, patches(map, *self.views)
-                )
+                found = Shown("coarse", live.met, "", of_triangles(map).report(), {}, self.image_of(map))
         except InputError as error:
-            return _refused(error)
+            return refused(error)
         self._map = map
         if found.ok:
             return found
@@ -176,8 +277,8 @@ class Session:
         settings = Settings(theta=scene.balance, turn=turn, tolerance=self.job.tolerance)
         return Live.of(self._fit, settings, pins, strokes)
 
-    def placed(self, side: str, points: list[tuple[float, float]]) -> list[list[float]]:
-        """Where points of a side, in its file's units, are on the other; points on the outline stay on it.
+    def placed(self, side: str, points: Sequence[Place]) -> list[list[float]]:
+        """Where places of a side, as its file counts them, are on the other; points on the outline stay on it.
 
         Raises:
             InputError: a point is outside, or there is no map yet.
@@ -185,7 +286,7 @@ class Session:
         if self._map is None:
             raise InputError("there is no map yet")
         here, there = (self.source, self.target) if side == "source" else (self.target, self.source)
-        z = here.to_core(np.array(points))
+        z = np.array([here.at(point) for point in points])
         inside(here, "point", list(z))
         if holed(self.job) and any(Curve(hole).contains(z).any() for hole in here.holes):
             raise InputError(
@@ -197,6 +298,8 @@ class Session:
         s = here.curve.closest(z)
         rim = np.abs(here.curve.at(s) - z) < ON_OUTLINE * here.curve.diagonal
         w[rim] = there.curve.at(there.curve.closest(w[rim]))
+        if surface := self.surfaces[side == "source"]:
+            return surface.places(w, DIGITS)
         digits = DIGITS - int(np.floor(np.log10(there.curve.diagonal)))
         return [[round(value, digits) for value in place] for place in there.to_file(w).tolist()]
 
@@ -215,10 +318,10 @@ class Session:
         return pins, strokes
 
 
-def _listed(job: Job, source: Shape, target: Shape) -> Scene:
+def _scene(job: Job, source: Shape, target: Shape, listed: Listed) -> Scene:
     """All constraints of a job as a list: those drawn, those in its file, those typed."""
     kept = constraints.collect(source, target)  # refuses a name without partner
-    listed = constraints.read(job.constraints) if job.constraints else Listed()
+    listed.check(source, target)
     pins = [
         Pin(name=_bare(name), source=_place(source, a), target=_place(target, b))
         for name, (a, b) in zip(source.pins, kept.pins)
@@ -232,7 +335,24 @@ def _listed(job: Job, source: Shape, target: Shape) -> Scene:
         for name, (a, b) in zip(source.strokes, kept.strokes)
     ]
     typed = [Pin(source=here, target=there) for here, there in job.pin]
-    return scene_of([*pins, *listed.pins, *typed], [*strokes, *listed.strokes], job.balance, job.turn)
+    pins += [_seen(pin, source, target) for pin in [*listed.all_pins, *typed]]
+    strokes += [_seen(stroke, source, target) for stroke in listed.strokes]
+    return scene_of(pins, strokes, job.balance, job.turn)
+
+
+def _seen(entry: Any, source: Shape, target: Shape) -> Any:
+    """A pin or stroke with places of a mesh's plane as those of its surface."""
+    sides = (("source", source), ("target", target))
+    meshes = [(side, SurfaceView(shape)) for side, shape in sides if isinstance(shape, MeshShape)]
+    found = {side: _on(surface, getattr(entry, side)) for side, surface in meshes}
+    return entry.model_copy(update=found)
+
+
+def _on(surface: SurfaceView, given: Any) -> Any:
+    if isinstance(given, list):
+        return [_on(surface, place) for place in given]
+    flat = isinstance(given, tuple) and len(given) == 2
+    return tuple(surface.places(surface.shape.to_core([given]), DIGITS)[0]) if flat else given
 
 
 def _bare(name: str) -> str:
@@ -242,30 +362,6 @@ def _bare(name: str) -> str:
 def _place(shape: Shape, z: complex) -> tuple[float, float]:
     x, y = shape.to_file(z).tolist()
     return x, y
-
-
-def _figures(report: dict[str, Any]) -> dict[str, Any]:
-    names = ("status", "boundary", "stretch", "dilatation", "scale", "turn", "injective", "notes")
-    return {name: report[name] for name in names}
-
-
-def _missed(report: dict[str, Any], scene: Scene) -> dict[str, list[int]]:
-    """Numbers of the pins and strokes that a full map does not meet."""
-    pins, strokes = report["pins"][: len(scene.pins)], report["strokes"]
-    return {
-        "pins": [k for k, pin in enumerate(pins) if not pin["error"] <= MISSED],
-        "strokes": [k for k, stroke in enumerate(strokes) if not stroke["error"] <= MISSED_STROKE],
-    }
-
-
-def _refused(error: InputError) -> Shown:
-    """What cannot be: the message counts from 1, and so names which."""
-    text, wrong = str(error), {}
-    for kind in ("pin", "stroke"):
-        found = re.findall(rf"\b{kind}s? (?:on the outline out of order: )?(\d+(?:(?:, | and )\d+)*)", text)
-        numbers = [int(n) - 1 for words in found for n in re.findall(r"\d+", words)]
-        wrong[f"{kind}s"] = sorted(set(numbers))
-    return Shown("error", False, text, {}, wrong)
 
 
 def stem(job: Job) -> str:

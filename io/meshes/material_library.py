@@ -49,6 +49,11 @@ class Library:
                 return self.folder / file_name(rest).replace("\\", "/")
         return None
 
+    def maps(self, material: str) -> list[str]:
+        """The statements of a material that name pictures, `map_Kd` and others."""
+        words = [_split(line)[0] for line in self.materials().get(material, [])]
+        return [word for word in words if word.lower().startswith(MAPS)]
+
 
 def read(folder: Path, names: list[str]) -> tuple[Library, list[str]]:
     """The libraries that `mtllib` lines name, and a note for each that is missing.

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import Index, Real
+from ...arrays import Index, Real, distinct_rows
 from ...errors import InputError
 from ...meshes.mesh import Mesh
 from .. import files, formats
@@ -278,17 +278,17 @@ def write(
     check_output(str(name))
     if name.suffix.lower() != ".obj":
         if name.suffix.lower() == ".ply":
-            content, said = _ply(file, uv, uv_corners, name, texture)
+            made, said = _ply(file, uv, uv_corners, name, texture)
         else:
-            shown = {} if texture is None else {gltf_materials.BASE: _embeddable(texture)}
-            content, said = _glb(file, uv, uv_corners, triangles, shown | dict(pictures or {}))
-        out.write_bytes(content)
+            held = {} if texture is None else {gltf_materials.BASE: _embeddable(texture)}
+            made, said = _glb(file, uv, uv_corners, triangles, held | dict(pictures or {}))
+        out.write_bytes(made)
         return [], [f"{name}: {remark}" for remark in said]
     whole = file.obj or obj.parse(_as_obj(file.mesh), name)
     faces = file.faces if file.obj else np.ones(len(whole.face_at), bool)
     if texture is None:
         out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners))
-        return [], []
+        return [], _staying(whole, faces, name, ())
     library, *beside = (Path(other) for other in written_beside(name, texture))
     materials, notes = _library(whole)
     rename, plain = _renamed(whole, faces)
@@ -303,7 +303,7 @@ def write(
     for path, data in zip((library, *beside), content):
         with files.replacing(path, force=force) as temporary:
             temporary.write_bytes(data)
-    return [str(library), *map(str, beside)], notes
+    return [str(library), *map(str, beside)], [*notes, *_staying(whole, faces, name, ("map_kd",))]
 
 
 def as_written(uv: Real, name: str | Path) -> Real:
@@ -326,6 +326,22 @@ def written_beside(name: Path, texture: Path | bytes | None) -> list[str]:
         return [library]
     suffix = ".jpg" if texture.startswith(JPEG) else ".png"
     return [library, str(name.with_name(f"{name.stem}-texture{suffix}"))]
+
+
+def _staying(whole: Obj, faces: NDArray[np.bool_], name: Path, but: tuple[str, ...]) -> list[str]:
+    """A note on the pictures of materials that are shown by new coordinates, but were made for the old ones."""
+    which, uses = whole.current("usemtl")
+    library = _library(whole)[0]
+    used = [uses[k].text for k in np.unique(which[faces]) if k >= 0]
+    maps = dict.fromkeys(
+        word for material in used for word in library.maps(material) if word.lower() not in but
+    )
+    said = ", ".join(maps)
+    return (
+        [f"{name}: {said} of its materials are for the old coordinates; iccm relayout carries them"]
+        if said
+        else []
+    )
 
 
 def _library(whole: Obj) -> tuple[material_library.Library, list[str]]:
@@ -371,7 +387,9 @@ def _glb(
     keys = [mesh.corners[triangles].ravel()]
     if mesh.normals is not None and mesh.normal_corners is not None:
         keys.append(mesh.normal_corners[triangles].ravel())
-    rows, faces = np.unique(np.stack(keys, axis=1), axis=0, return_inverse=True)
+    rows = np.stack(keys, axis=1)
+    first, faces = distinct_rows(rows)
+    rows = rows[first]
     normals = None if len(keys) == 1 or mesh.normals is None else mesh.normals[rows[:, 1]]
     part = gltf_write.plain(mesh.points[rows[:, 0]], normals, faces.reshape(-1, 3), file.path.stem)
     every = np.ones(len(triangles), bool)

@@ -61,7 +61,7 @@ def _scanned(file: BufferedReader) -> tuple[int, list[bytes]]:
     """The number of faces and the names of the libraries, a block of whole lines at a time."""
     faces, libraries, rest = 0, list[bytes](), b"\n"
     while block := file.read(BLOCK):
-        block = rest + block
+        block = rest + block.replace(b"\r", b"\n")  # old files end lines so
         end = block.rfind(b"\n")
         lines, rest = block[:end], block[end:][:LONGEST]
         faces += _faces(lines)

@@ -40,7 +40,8 @@ def retextured(
     """
     corner_changes = np.repeat(faces, np.diff(obj.starts))
     keep_old = bool((obj.corners[~corner_changes, 1] >= 0).any())
-    newline = b"\r\n" if b"\r\n" in obj.data[:4096] else b"\n"
+    head = obj.data[:4096]
+    newline = b"\r\n" if b"\r\n" in head else b"\r" if b"\r" in head and b"\n" not in obj.data else b"\n"
     at = _line_of_first_change(obj, faces, keep_old)
     edits: list[Edit] = [] if keep_old else _runs_of_lines(obj)
     edits.append((at, at, vt_text(uv, newline.decode()).encode()))

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import Index, Real
+from ...arrays import Index, Real, distinct_rows
 from ...meshes.mesh import Mesh
 from .. import files
 from .odd_forms import strip
@@ -151,8 +151,8 @@ class Ply:
             values, _, begins = self.faces.lists(CORNERWISE)
             if (begins == 2 * starts).all():
                 rows = np.column_stack([corners, values.reshape(-1, 2).astype(float)])
-                found, index = np.unique(rows, axis=0, return_inverse=True)
-                return found[:, 1:], index.ravel()
+                first, index = distinct_rows(rows)
+                return rows[first, 1:], index
         names = self.named(*COORDINATES)
         return (None, None) if names is None else (self.vertices(names), corners)
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import Index, Real
+from ...arrays import Index, Real, distinct_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,13 +26,15 @@ class Split:
     @classmethod
     def of(cls, vertices: Index, coordinates: Index, count: int) -> "Split":
         """From the vertex and the coordinate (c,) of each corner; every vertex keeps its number once."""
-        pairs, inverse = np.unique(np.stack([vertices, coordinates], axis=1), axis=0, return_inverse=True)
+        pairs = np.stack([vertices, coordinates], axis=1)
+        first, place = distinct_rows(pairs)
+        pairs = pairs[first]
         further = np.append(False, pairs[1:, 0] == pairs[:-1, 0])[: len(pairs)]
         number = np.where(further, count + np.cumsum(further) - 1, pairs[:, 0])
         order = np.concatenate([np.arange(count), pairs[further, 0]])
         coordinate = np.full(order.size, -1)
         coordinate[number] = pairs[:, 1]
-        return cls(count, order, coordinate, number[inverse.ravel()])
+        return cls(count, order, coordinate, number[place])
 
     @property
     def copies(self) -> Index:

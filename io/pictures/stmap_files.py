@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import Box
+from ...arrays import Box, Real
 from ...errors import InputError
 from ...memory import Memory
 from ...pixels import stmap
@@ -17,6 +17,7 @@ from ...pixels.warp import PIXEL, Warp
 from .. import formats
 from . import image_files
 
+EDGE = 1e-4  # of a tile (by hand)
 _SAID = "STMap: R = s from the left, G = t from the bottom, 0..1; A = coverage"
 
 
@@ -91,25 +92,37 @@ def read(
     return found.pixels
 
 
+def places(st: NDArray) -> Real:
+    """(p, 2) s and t where an STMap says something, but for those on the edge of a tile, which may be of either."""
+    known = np.isfinite(st[..., :2]).all(axis=-1)
+    known &= st[..., 3] > 0 if st.shape[2] > 3 else (st[..., :2] != 0).any(axis=-1)
+    found = st[known][:, :2].astype(float)
+    return found[(np.abs(found - np.round(found)) > EDGE).all(axis=1)]
+
+
 def apply(
     st: NDArray,
     image: image_files.Image,
     path: str | Path,
     *,
+    tiles: Box | None = None,
     filter: str = "auto",
     kind: str = "colour",
     edge: str = "clamp",
     room: Memory | None = None,
     threads: int | None = None,
 ) -> None:
-    """Writes a picture warped through an STMap, as it is computed. `room` is where the picture is kept,
-    the other arguments are those of `iccm.resample.warp`."""
+    """Writes a picture warped through an STMap, as it is computed. `tiles` is what of s and t the picture covers, if
+    not 0..1; `room` is where it is kept, the other arguments are those of `iccm.pixels.warp.warp`."""
     from dataclasses import replace
 
     height, width = image.pixels.shape[:2]
-    stored = stmap.Stored(st, width / height)
+    low, high = tiles or (0j, 1 + 1j)
+    aspect = width / (high - low).real / (height / (high - low).imag)
+    stored = stmap.Stored(st, aspect)
+    box = complex(low.real * aspect, low.imag), complex(high.real * aspect, high.imag)
     image_files.check(path, image.covered(), *st.shape[:2])
-    texture = image.texture(stored.box, kind=kind, room=room)
+    texture = image.texture(box, kind=kind, room=room)
     sampler = Sampler(texture, filter, kind, edge, memory=room, threads=threads)
     work = Warp(stored, sampler, stored.canvas)
 

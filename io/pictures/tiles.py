@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Box
+from ...arrays import Box, Real
 from ...errors import InputError
 from ...memory import Memory
 from . import image_files
@@ -41,6 +41,11 @@ def name_of(pattern: str, number: int) -> str:
     return pattern.replace(MARK, str(number))
 
 
+def all_of(uv: Real) -> list[complex]:
+    """The tiles that points (p, 2) of the layout are in, row by row."""
+    return sorted((complex(u, v) for u, v in np.unique(np.floor(uv), axis=0)), key=lambda z: (z.imag, z.real))
+
+
 def files_of(pattern: str | Path) -> list[str]:
     """The files that there are for a pattern, in the order of their tiles."""
     path = Path(pattern)
@@ -51,6 +56,12 @@ def files_of(pattern: str | Path) -> list[str]:
     middle = [name[len(before) : len(name) - len(after)] for name in names if name.endswith(after)]
     numbers = sorted({int(word) for word in middle if word.isdecimal() and 1001 <= int(word) <= MOST})
     return [str(path.with_name(before + str(number) + after)) for number in numbers]
+
+
+def number_in(pattern: str, name: str) -> int:
+    """The number of the tile that one of the files of a pattern is of."""
+    before, _, after = Path(pattern).name.partition(MARK)
+    return int(Path(name).name[len(before) :].removesuffix(after))
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +125,8 @@ def read(
     if lacking := [tile for tile in corners if tile not in there]:
         names = ", ".join(str(number_of(tile) or f"({tile.real:g}, {tile.imag:g})") for tile in lacking[:8])
         more = f" and {len(lacking) - 8} more" if len(lacking) > 8 else ""
-        notes.append(f"{pattern}: no picture for the tiles {names}{more}: what lies there shows nothing")
+        shown = "black" if first.alpha < 0 else "transparent"
+        notes.append(f"{pattern}: no picture for the tiles {names}{more}: what lies there is {shown}")
     holes = sum(image.holes for image in images.values())
     return TiledImage(replace(first, pixels=pixels, notes=tuple(notes), holes=holes), (low, high))
 

@@ -1,6 +1,5 @@
 """The other maps of a glTF material, carried from the coordinates that they have to new ones (--carry-maps)."""
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ from ...errors import InputError
 from ...meshes.charted import Charted
 from ...meshes.relayout import Origin, carry
 from ...pixels.sampler import Sampler
+from .. import files
 from ..meshes import gltf_materials
 from ..meshes.mesh_files import MeshFile
 from ..pictures import image_files
@@ -74,8 +74,8 @@ def _charted(file: MeshFile, old: Real, uv: Real, uv_corners: Index) -> tuple[Ch
 
 
 def _carried(where: str, content: bytes, kind: str, old: Charted, new: Charted, threads: int | None) -> bytes:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / ("a.png" if content.startswith(PNG) else "a.jpg")
+    with files.scratch() as folder:
+        path = folder / ("a.png" if content.startswith(PNG) else "a.jpg")
         path.write_bytes(content)
         try:
             image = image_files.read(path)
@@ -85,6 +85,6 @@ def _carried(where: str, content: bytes, kind: str, old: Charted, new: Charted, 
         origin = Origin.of(old, new, width, height)
         sampler = Sampler(image.texture((0j, 1 + 1j), kind), "auto", kind, threads=threads)
         pixels = carry(origin, sampler, np.inf, threads=threads)
-        out = Path(folder) / "b.png"
+        out = folder / "b.png"
         image_files.write(out, image.with_pixels(pixels, image.alpha))
         return out.read_bytes()

@@ -22,16 +22,16 @@ Names = tuple[list[str], list[str]]  # of pins and of strokes, empty for those t
 
 def constrained(
     job: Job, source: Shape, target: Shape, listed: Listed | None = None
-) -> tuple[Any, Any, Names]:
-    """The pins (k, 2) and pairs of strokes of a job, None where there are none, and their names; `listed` are those of
-    its constraints file.
+) -> tuple[dict[str, Any], Names]:
+    """The pins (k, 2), pairs of strokes and earlier map of a job as `iccm.fit` takes them, and the names of both;
+    `listed` are those of its constraints file.
 
     Raises:
         InputError: a name without its partner, a place that a file does not have, a point outside the source.
     """
-    pins, strokes, called = _drawn(job, source, target, listed)
     from ..shapes.constraints import Pin, pairs_at
 
+    pins, strokes, called, start = _drawn(job, source, target, listed)
     pairs = [pairs_at(source, target, Pin(source=here, target=there)) for here, there in job.pin]
     typed = [each for pair in pairs for each in pair]
     pins = np.concatenate([np.reshape(pins, (-1, 2)), np.reshape(np.array(typed, dtype=complex), (-1, 2))])
@@ -40,7 +40,8 @@ def constrained(
     if job.target and exact(job):
         inside(target, "pin", list(pins[:, 1]))
         inside(target, "vertex of a stroke", [z for stroke in strokes for z in stroke[1].z])
-    return (pins if len(pins) else None), (strokes or None), called
+    found = {"pins": pins if len(pins) else None, "strokes": strokes or None}
+    return found | ({} if start is None else {"start": start}), called
 
 
 @contextmanager
@@ -69,29 +70,30 @@ def exact(job: Job) -> bool:
 
 
 def holed(job: Job) -> bool:
-    """Whether the map of a job takes holes onto holes: the balanced method's does, unless they are to be filled."""
-    return job.holes == "keep" and job.target is not None and exact(job)
+    """Whether the map of a job knows of holes: the balanced method's does, unless they are to be filled."""
+    return job.holes == "keep" and exact(job)
 
 
 def solved(job: Job, source: Shape, target: Shape, given: dict[str, Any], tell: Callable[[str], None]) -> Fit:
     """The map of two shapes as a job wants it, or the deformation; `tell` hears of holes that had to be left out."""
     import iccm
 
-    from ..shapes.holes import fitted
+    from ..shapes.holes import deformed, fitted
 
     if not job.target:
-        return iccm.deform(source.curve, **given)
+        return deformed(source, **given) if holed(job) else iccm.deform(source.curve, **given)
     if holed(job):
         return fitted(source, target, tell, **given)
     return iccm.fit(source.domain, target.domain, **given)
 
 
-def _drawn(job: Job, source: Shape, target: Shape, listed: Listed | None) -> tuple[Any, Any, Names]:
+def _drawn(job: Job, source: Shape, target: Shape, listed: Listed | None) -> tuple[Any, Any, Names, Any]:
     if not (listed or any(shape.pins or shape.strokes for shape in (source, target))):
-        return [], [], ([], [])
+        return [], [], ([], []), None
     from ..shapes import constraints
 
-    return *constraints.pair(source, target, listed), constraints.names(source, target, listed)
+    start = listed.start.map(source, target) if listed and listed.start else None
+    return *constraints.pair(source, target, listed), constraints.names(source, target, listed), start
 
 
 def inside(shape: Shape, what: str, points: list[complex]) -> None:

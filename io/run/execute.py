@@ -142,7 +142,7 @@ def _read(job: Job, inputs: Inputs, threads: int | None, tell: Tell, phases: Pha
     for note in notes:
         state.note(note)
     if job.parts == "largest":
-        state.pins, state.strokes, state.called = constrained(job, state.source, state.target, inputs.listed)
+        state.constraints, state.called = constrained(job, state.source, state.target, inputs.listed)
     return state
 
 
@@ -179,7 +179,7 @@ def _scratch(job: Job) -> Path:
 
 def _solve(state: Run) -> None:
     job = state.job
-    count, constraints = len(state.pairs), {"pins": state.pins, "strokes": state.strokes}
+    count, constraints = len(state.pairs), state.constraints
     with state.phases.timed("solve"):
         for k, (source, target) in enumerate(state.pairs):
             within = progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}")

@@ -297,8 +297,10 @@ class JobOptions:
         "Carry the other maps of a glTF material (normals, roughness, …) to the new coordinates, too.",
         default=False, commands=("map",),
     )  # fmt: skip
-    cut: bool = _option("Cut a closed mesh, or one with handles, open.", default=False)
-    max_faces: int = _option("Refuse larger meshes.", default=5_000_000, least=1)
+    cut: bool = _option(
+        "Cut a closed mesh, or one with handles, open.", default=False, commands=(*EVERY, "edit")
+    )
+    max_faces: int = _option("Refuse larger meshes.", default=5_000_000, least=1, commands=(*EVERY, "edit"))
 
 
 def described() -> dict[str, tuple[Any, Option]]:

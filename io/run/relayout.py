@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ... import __version__
+from ...arrays import Box
 from ...errors import InputError
 from ...meshes.charted import Charted
 from ...meshes.relayout import Origin, carry
@@ -16,12 +17,15 @@ from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
 from .. import files
 from ..meshes import mesh_files
-from ..pictures import image_files
+from ..pictures import image_files, tiles
+from ..pictures.image import Image
 from ..spec import Spec
 from . import report
+from .inputs import tiled
 from .raster_size import bounded
 
 SCHEMA = "iccm.relayout/1"
+TEXELS = ("overlapping_texels", "covered_texels")  # of a layout, counted in each tile
 STEM = "{stem}"  # in an output's name: that of the texture
 
 
@@ -100,42 +104,88 @@ def run(
     """
     from ...blas import one_thread
 
-    read = [image_files.read(each.path, max_pixels=max_pixels) for each in wanted]
-    width, height = _size(size, [image.pixels.shape for image in read], max_pixels)
-    for each, image in zip(wanted, read):
-        check_kind(each.kind, image.pixels.shape[2], each.path)
-        image_files.check(each.output, image, height, width)
     sources = [mesh_files.read(name) for name in (old, new)]
     before, after = (Charted.of(source.mesh) for source in sources)
     for mesh in (before, after):
         if (mesh.uv_faces < 0).any():
             raise InputError(f"{mesh.name}: some faces have no texture coordinates; give all of them some")
+    read = [_read(each.path, before, max_pixels) for each in wanted]
+    width, height = _size(size, read, max_pixels)
+    for each, (image, _) in zip(wanted, read):
+        check_kind(each.kind, image.pixels.shape[2], each.path)
+        image_files.check(each.output, image, height, width)
+    files_of = [_outputs(each.output, after, force) for each in wanted]
     with one_thread(), ExitStack() as stack:
-        origin = Origin.of(before, after, width, height)
-        for each, image in zip(wanted, read):
+        needed = dict.fromkeys(tile for names in files_of for tile in names)
+        origins = {tile: Origin.of(before, after, width, height, tile) for tile in needed}
+        for each, (image, box), names in zip(wanted, read, files_of):
             sampler = Sampler(image.texture((0j, 1 + 1j), each.kind), filter, each.kind, threads=threads)
-            made = carry(origin, sampler, limit * after.diagonal, padding=padding, threads=threads)
-            path = stack.enter_context(files.writing(each.output, force=force))
-            image_files.write(path, image.with_pixels(made, image.alpha))
+            for tile, name in names.items():
+                options: dict[str, Any] = {"tiles": box, "padding": padding, "threads": threads}
+                made = carry(origins[tile], sampler, limit * after.diagonal, **options)
+                path = stack.enter_context(files.writing(name, force=force))
+                image_files.write(path, image.with_pixels(made, image.alpha))
         notes = [f"{name}: {note}" for name, source in zip((old, new), sources) for note in source.notes]
-        notes += [f"{each.path}: {note}" for each, image in zip(wanted, read) for note in image.notes]
-        figures = _figures(origin, limit, [old, new, *(each.path for each in wanted)]) | {"notes": notes}
+        notes += [_named(each.path, note) for each, (image, _) in zip(wanted, read) for note in image.notes]
+        inputs = tiled([str(Spec.of(name).path) for name in (old, new)] + [each.path for each in wanted])
+        figures = _figures(list(origins.values()), limit, inputs) | {"notes": notes}
+        figures["written"] = [name for names in files_of for name in names.values()]
         if report_to:
             report.write(figures, report_to, stack, force=force)
     return figures
 
 
-def _size(size: tuple[int, ...] | None, shapes: Sequence[tuple[int, ...]], most: int) -> tuple[int, int]:
-    height, width, _ = max(shapes, key=lambda shape: shape[0] * shape[1])
-    if size is None:
-        return width, height
-    return bounded(size, complex(width, height), most)
+def _read(path: str, mesh: Charted, max_pixels: int) -> tuple[Image, Box | None]:
+    """A texture, and what of the mesh's layout it covers where it is of several tiles."""
+    if not tiles.is_pattern(path):
+        return image_files.read(path, max_pixels=max_pixels), None
+    found = tiles.read(path, tiles.all_of(mesh.uv[mesh.uv_faces].mean(axis=1)), max_pixels=max_pixels)
+    return found.image, found.box
 
 
-def _figures(origin: Origin, limit: float, inputs: Sequence[str]) -> dict[str, Any]:
-    diagonal, partner = origin.new.diagonal, origin.partner
-    far = int(origin.far(limit * diagonal).sum())
-    paths = [Spec.of(name).path for name in inputs]
+def _outputs(name: str, mesh: Charted, force: bool) -> dict[complex | None, str]:
+    """The files of an output, by the tile of the layout that each is of.
+
+    Raises:
+        InputError: one cannot be written, or faces lie where no tile has a number.
+    """
+    if not tiles.is_pattern(name):
+        return {None: name}
+    found: dict[complex | None, str] = {}
+    for tile in tiles.all_of(mesh.uv[mesh.uv_faces].mean(axis=1)):
+        number = tiles.number_of(tile)
+        if number is None:
+            raise InputError(
+                f"{mesh.name}: faces lie at u {tile.real:g}, v {tile.imag:g}, where no tile has a number"
+            )
+        found[tile] = tiles.name_of(name, number)
+        files.check_output(found[tile], force=force)
+    return found
+
+
+def _named(path: str, note: str) -> str:
+    return note if note.startswith(path) else f"{path}: {note}"
+
+
+def _size(
+    size: tuple[int, ...] | None, read: Sequence[tuple[Image, Box | None]], most: int
+) -> tuple[int, int]:
+    """Width and height of the new pictures: by default those of the largest, or of a tile of it."""
+    sizes = []
+    for image, box in read:
+        height, width = image.pixels.shape[:2]
+        across = box[1] - box[0] if box else 1 + 1j
+        sizes.append((width // int(across.real), height // int(across.imag)))
+    width, height = max(sizes, key=lambda sides: sides[0] * sides[1])
+    return (width, height) if size is None else bounded(size, complex(width, height), most)
+
+
+def _figures(origins: Sequence[Origin], limit: float, inputs: Sequence[str]) -> dict[str, Any]:
+    first = origins[0]
+    diagonal, partner = first.new.diagonal, first.partner
+    distance = np.concatenate([origin.distance for origin in origins])
+    far = sum(int(origin.far(limit * diagonal).sum()) for origin in origins)
+    layout = {key: sum(origin.grid.report[key] for origin in origins) for key in TEXELS}
     return report.plain(
         {
             "schema": SCHEMA,
@@ -145,13 +195,13 @@ def _figures(origin: Origin, limit: float, inputs: Sequence[str]) -> dict[str, A
             "same_triangles": int((partner >= 0).sum()),
             "distance": {
                 "limit": limit,
-                "p95": float(np.quantile(origin.distance, 0.95)) / diagonal if origin.distance.size else 0.0,
-                "max": float(origin.distance.max(initial=0.0)) / diagonal,
+                "p95": float(np.quantile(distance, 0.95)) / diagonal if distance.size else 0.0,
+                "max": float(distance.max(initial=0.0)) / diagonal,
             },
-            "nearest_texels": int(origin.nearest.size),
+            "nearest_texels": sum(int(origin.nearest.size) for origin in origins),
             "far_texels": far,
-            "layout": origin.grid.report,
-            "inputs": [{"path": str(path), "sha256": files.sha256(path)} for path in paths],
+            "layout": first.grid.report | layout,
+            "inputs": [{"path": name, "sha256": files.sha256(name)} for name in inputs],
         }
     )
 

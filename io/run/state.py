@@ -46,8 +46,8 @@ class Run:
         notes: remarks on the inputs and on the solving.
         figures: what making the outputs adds to the report.
         fits: the map of each pair, once it is there.
-        pins, strokes: what must meet.
-        called: their names.
+        constraints: pins and strokes that must meet, and an earlier map to go on from, as `iccm.fit` takes them.
+        called: the names of pins and strokes.
     """
 
     job: Job
@@ -59,8 +59,7 @@ class Run:
     threads: int | None = None
     notes: list[str] = field(default_factory=list)
     figures: dict[str, Any] = field(default_factory=dict)
-    pins: Any = None
-    strokes: Any = None
+    constraints: dict[str, Any] = field(default_factory=dict)
     called: tuple[list[str], list[str]] = field(default_factory=lambda: ([], []))
     fits: list[Fit] = field(default_factory=list)
     _begun: dict[str, Future] = field(default_factory=dict)
@@ -111,10 +110,11 @@ class Run:
         that is deformed move with it."""
         if self.job.holes == "fill":
             return [()] * len(self.pairs)
-        if self.job.target is None:
-            return [tuple(self.fit.fast(hole) for hole in self.source.holes)]
         from ..shapes.holes import passed_over
 
+        if self.job.target is None:
+            left = passed_over(self.source, self.fit.source_holes)
+            return [tuple(self.fit.fast(hole) for hole in left)]
         return [passed_over(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
 
     @cached_property

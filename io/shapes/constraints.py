@@ -23,6 +23,8 @@ another size are refused then. `name` (for messages), `weight` (relative to the 
 optional. A stroke with ends "free" slides along its target; with "stick" its first and last points also are pinned to
 those of the target.
 
+"start" may hold an earlier map to go on from, see `starts`.
+
 A place has the forms of `iccm.io.places`; on a mesh a stroke of vertices follows the edges from each to the next.
 """
 
@@ -41,6 +43,7 @@ from ...errors import InputError
 from .. import files
 from ..places import LARGEST, TAGS, Place
 from .shape import Shape
+from .starts import StartingMap
 
 MAX_BYTES = 16 * 2**20
 MESSAGES = {
@@ -105,6 +108,7 @@ class Listed(BaseModel):
     files: ConstrainedFiles = ConstrainedFiles()
     pins: list[Pin] = []
     strokes: list[Stroke] = []
+    start: StartingMap | None = None
     landmarks: Landmarks = Landmarks()
 
     @property

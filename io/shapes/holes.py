@@ -1,16 +1,17 @@
-"""Holes of shapes: which of them a map can take onto others, which go together by name, and the map that does."""
+"""Holes of shapes: which of them go together by name, the map that takes them onto each other, the deformation that
+leaves them open."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import shapely
 
 import iccm
 
-from ...arrays import Complex, xy_of
+from ...arrays import Complex
 from ...balanced import NoMapError
 from ...curve import Curve
+from ...maps.triangulated.map import TriangulatedMap
 from ...solve import Fit
 from . import parts
 from .shape import Shape
@@ -19,28 +20,6 @@ UNMAPPED = (
     "no map without folds was found that takes holes onto holes: it passes over them, and pictures leave the target's "
     "transparent"
 )
-MOST = 64  # the largest: each costs a chain of vertices on every mesh
-SPECK = 1e-5  # of the area inside the outline: a smaller hole would need triangles as small
-CLOSE = 2e-4
-"""Of the diagonal: a hole as close as that to the outline, or to another, leaves no room for a map."""
-
-
-def mappable(shape: Shape) -> list[int]:
-    """The numbers of the holes that are large enough and apart from the outline and from each other."""
-    rings = [shapely.Polygon(xy_of(hole)) for hole in shape.holes]
-    sizes = shapely.area(rings)
-    domain = shapely.Polygon(xy_of(shape.curve.z))
-    outline = domain.exterior
-    near = CLOSE * shape.curve.diagonal
-    kept: list[int] = []
-    for k in np.argsort(-sizes, kind="stable"):
-        ring = rings[k]
-        if len(kept) == MOST or not (ring.is_valid and sizes[k] > SPECK * shape.curve.area):
-            continue
-        free = ring.distance(outline) > near and all(ring.distance(rings[j]) > near for j in kept)
-        if free and domain.contains_properly(ring):
-            kept.append(int(k))
-    return sorted(kept)
 
 
 def named_partners(
@@ -67,21 +46,41 @@ def passed_over(shape: Shape, mapped: Sequence[Curve]) -> tuple[Complex, ...]:
     return tuple(hole for hole in shape.holes if not np.any(np.abs(corners - _corner(hole)) < near))
 
 
-def fitted(source: Shape, target: Shape, tell: Callable[[str], None], **given: Any) -> Fit:
-    """`iccm.fit` of two shapes with their holes; without them, and a remark, where no such map was found."""
+def fitted(
+    source: Shape,
+    target: Shape,
+    tell: Callable[[str], None],
+    start: TriangulatedMap | None = None,
+    **given: Any,
+) -> Fit:
+    """`iccm.fit` of two shapes with their holes; without them, and a remark, where no such map was found, or `start`
+    is one without."""
     curves = source.domain, target.domain
-    chosen = mappable(source), mappable(target)
+    chosen = source.mappable_holes, target.mappable_holes
     inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), chosen)]
     partners = named_partners(source, target, chosen)
+    plain = start is not None and len(start.loops) == 1
+    if not any(inner) or (plain and all(inner)):
+        if any(inner):
+            tell(f"{target.spec}: {UNMAPPED}")
+        return iccm.fit(*curves, start=start, **given)
+    holes: dict[str, Any] = dict(source_holes=inner[0], target_holes=inner[1], hole_partners=partners)
     try:
-        return iccm.fit(
-            *curves, source_holes=inner[0], target_holes=inner[1], hole_partners=partners, **given
-        )
+        return iccm.fit(*curves, start=start, **holes, **given)
     except NoMapError:
-        if not any(inner):
-            raise
         tell(f"{target.spec}: {UNMAPPED}")
-        return iccm.fit(*curves, **given)
+        return iccm.fit(*curves, start=start if plain else None, **given)
+
+
+def deformed(source: Shape, **given: Any) -> Fit:
+    """`iccm.deform` of a shape with its holes; as if filled where it cannot be meshed with them."""
+    holes = [source.holes[k] for k in source.mappable_holes]
+    try:
+        return iccm.deform(source.curve, source_holes=holes, **given)
+    except NoMapError:
+        if not holes:
+            raise
+    return iccm.deform(source.curve, **given)
 
 
 def about(pairs: Sequence[tuple[Shape, Shape]], *, keep: bool, mapped: bool) -> list[str]:
@@ -96,7 +95,7 @@ def about(pairs: Sequence[tuple[Shape, Shape]], *, keep: bool, mapped: bool) -> 
     for k, cure in enumerate(("", ", which pictures leave transparent" if keep else ", which pictures fill")):
         shapes = {id(pair[k]): pair[k] for pair in pairs if pair[k].holes}.values()
         count = sum(len(shape.holes) for shape in shapes)
-        left = count - sum(len(mappable(shape)) for shape in shapes) if mapped else count
+        left = count - sum(len(shape.mappable_holes) for shape in shapes) if mapped else count
         if left:
             many = f"its {left} hole{'s' * (left > 1)}" if left == count else f"{left} of its {count} holes"
             why = ", too small or too close to an outline" if mapped else ""

@@ -159,11 +159,20 @@ def _united(files: Sequence[mesh_files.MeshFile]) -> tuple[Mesh, Flags, list[Ind
         return out
 
     rows = [np.searchsorted(faces, ids) for ids in own]
-    corners, uv = (all_of(name, numbers, int(starts[-1])) for name in ("corners", "uv_corners"))
+    named = ("corners", "uv_corners", "normal_corners")
+    corners, uv, normals = (all_of(name, numbers, int(starts[-1])) for name in named)
     lines = all_of("lines", rows, faces.size)
     marked = np.logical_or.reduce([file.faces for file in files])
     return (
-        replace(mesh, corners=corners, starts=starts, uv_corners=uv, lines=lines, whole=False),
+        replace(
+            mesh,
+            corners=corners,
+            starts=starts,
+            uv_corners=uv,
+            normal_corners=normals,
+            lines=lines,
+            whole=False,
+        ),
         marked,
         numbers,
     )

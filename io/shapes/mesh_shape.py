@@ -17,7 +17,7 @@ from ...flattening.charts import Atlas, LaidOut
 from ...meshes.cut import vertex_path
 from ...meshes.disk_patch import disk_patch
 from ...meshes.flatten import Flattening
-from ...meshes.locate import Locator
+from ...meshes.locate import Locator, barycentric
 from ...meshes.mesh import face_areas
 from ...meshes.patch import Patch
 from ...meshes.surface import Surface
@@ -61,16 +61,39 @@ class MeshShape(Shape):
         return self.chart.mirror if self.chart else None
 
     def to_core(self, xy: ArrayLike) -> Complex:
-        """Flat positions of (..., 3) points in space, by the nearest vertex; (..., 2) points are flat already, or
-        texture coordinates."""
+        """Flat positions of the points of the surface nearest to (..., 3) points in space; (..., 2) points are flat
+        already, or texture coordinates."""
         given = np.asarray(xy, dtype=float)
         if given.shape[-1] == 2:
             return self._seen(super().to_core(given * (self.aspect, 1)))
-        points = self.flattening.patch.points
-        from scipy.spatial import cKDTree
+        points, faces = self._surface
+        _, triangle, closest = self._tree.squared_distance(points, faces, given.reshape(-1, 3))
+        triangle = np.atleast_1d(triangle)
+        weights = barycentric(points[faces[triangle]], np.reshape(closest, (-1, 3)))
+        flat = np.einsum("pk,pk->p", weights, self.flattening.flat[faces[triangle]])
+        return flat.reshape(given.shape[:-1])
 
-        nearest = cKDTree(points).query(given.reshape(-1, 3))[1]
-        return self.flattening.flat[nearest].reshape(given.shape[:-1])
+    def to_space(self, z: ArrayLike) -> Real:
+        """(..., 3) points of the surface from complex points (...) of the flattening's plane."""
+        flat = np.asarray(z, np.complex128)
+        triangle, weights = self.locator(flat.ravel(), 1)
+        points, faces = self._surface
+        at = np.einsum("pk,pkc->pc", np.clip(weights, 0, 1), points[faces[triangle]])
+        return at.reshape(*flat.shape, 3)
+
+    @cached_property
+    def _surface(self) -> tuple[Real, Index]:
+        patch = self.flattening.patch
+        return np.ascontiguousarray(patch.points), np.ascontiguousarray(patch.faces)
+
+    @cached_property
+    def _tree(self) -> Any:
+        """Finds the nearest triangle: libigl's tree of boxes."""
+        import igl
+
+        tree = igl.AABB()
+        tree.init(*self._surface)
+        return tree
 
     def to_file(self, z: ArrayLike) -> NDArray[np.float64]:
         """Flat positions, or texture coordinates (..., 2)."""

@@ -44,17 +44,11 @@ def _decoded(spec: str, picture: bytes) -> NDArray[np.uint8]:
         raise InputError(f"{spec}: the texture in the file cannot be read: {reason}") from error
 
 
-def beyond_unit(shape: Shape) -> list[str]:
-    """A note where a mesh's texture coordinates leave 0..1.
+def beyond_unit(shape: Shape) -> int:
+    """How many triangles of a mesh have texture coordinates outside 0..1.
 
     Raises:
         InputError: it has none, or some that are not finite.
     """
     mesh = as_mesh(shape)
-    outside = int(layout.outside(mesh.uv[mesh.uv_faces]).sum())
-    if not outside:
-        return []
-    return [
-        f"{shape.spec}: {outside} triangles have texture coordinates outside 0..1, where the texture repeats; "
-        "names with <UDIM> tell tiles apart"
-    ]
+    return int(layout.outside(mesh.uv[mesh.uv_faces]).sum())

@@ -47,7 +47,7 @@ def read(
     parts = polylines or _boundary(content, chosen if chosen in ids else None)
     points = _planar(content, np.unique(np.concatenate([edges for _, edges in parts])))
     (x, y), (width, height) = points.min(axis=0).tolist(), np.ptp(points, axis=0).tolist()
-    drawing = Drawing([], (x, y, width, height), flip=False, ids=[name for name in ids if name])
+    drawing = Drawing([], (x, y, width, height), flip=False, ids={name: None for name in ids if name})
     for name, edges in _gathered(parts, chosen).items():
         _add(drawing, content, name, edges)
     drawing.outlines.sort(key=lambda o: -o.area)

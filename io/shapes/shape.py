@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -21,6 +22,7 @@ from ..svg import reader as svg
 from ..svg.drawing import Drawing
 from ..svg.fill import FilledOutline
 from . import planar_obj, silhouette
+from .room import mappable
 
 if TYPE_CHECKING:
     from ...meshes.flatten import Flattening
@@ -67,6 +69,11 @@ class Shape:
     def bounds(self) -> Box:
         """The bounding box of the outline, or of all that were read with it."""
         return self.extent or self.curve.box
+
+    @cached_property
+    def mappable_holes(self) -> list[int]:
+        """The numbers of the holes that leave room for a map."""
+        return mappable(self.curve, self.holes)
 
     is_mesh: ClassVar[bool] = False
 
@@ -333,7 +340,8 @@ def _may_hold(hole: Complex, z: Complex) -> bool:
     return bool(low.real <= z[0].real <= high.real and low.imag <= z[0].imag <= high.imag)
 
 
-def _listed(ids: list[str], most: int = 12) -> str:
+def _listed(names: Iterable[str], most: int = 12) -> str:
+    ids = list(names)
     if not ids:
         return "no names"
     more = f" and {len(ids) - most} more" if len(ids) > most else ""

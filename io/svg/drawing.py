@@ -20,7 +20,7 @@ class Drawing:
         strokes: polylines of strokes by name.
         notes: what was left out or changed on the way.
         refused: (enclosed area, message) of what looks like a domain but is not one.
-        ids: the names that select something.
+        ids: the names that select something, in order; a dictionary, for drawings of many.
     """
 
     outlines: list[FilledOutline]
@@ -30,4 +30,4 @@ class Drawing:
     strokes: dict[str, Complex] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     refused: list[Refused] = field(default_factory=list)
-    ids: list[str] = field(default_factory=list)
+    ids: dict[str, None] = field(default_factory=dict)

@@ -100,28 +100,28 @@ def _special(
 ) -> None:
     """Adds the outlines that no single element has: the silhouette of the drawing, and its canvas."""
     if chosen is not None and chosen in document.tags and chosen not in drawing.ids:
-        drawing.ids.append(chosen)
+        drawing.ids[chosen] = None
         which = f"<{document.tags[chosen]}> {chosen!r}"
         reason = f"{which} draws no outline; show it if it is hidden, turn text into paths"
         drawing.refused.append((0.0, InputError(reason)))
     elif chosen == CANVAS and chosen not in drawing.ids and drawing.rectangle:
-        drawing.ids.append(chosen)
+        drawing.ids[chosen] = None
         x, y, width, height = drawing.rectangle
         corners = complex(x, y) + np.array([0, width, width + 1j * height, 1j * height])
         drawing.outlines.append(FilledOutline("the canvas", corners, width * height))
     elif (chosen == SILHOUETTE and chosen not in drawing.ids) or not (
         chosen or drawing.outlines or drawing.refused
     ):
-        drawing.ids.extend([SILHOUETTE] if chosen else [])
+        drawing.ids.update({SILHOUETTE: None} if chosen else {})
         seen = [drawn for drawn in shown if drawn.visible]
         what = "the silhouette" if chosen else "the silhouette of its strokes"
-        drawing.outlines.extend(silhouette([(d, runs_of(d, *detail)) for d in seen], what))
+        drawing.outlines.extend(silhouette(((d, runs_of(d, *detail)) for d in seen), what))
 
 
 def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, detail: Detail) -> None:
     """Adds a shape's outlines to the drawing, or the reason why it has none."""
     names = (*drawn.groups, *drawn.names)
-    drawing.ids.extend(name for name in names if name not in drawing.ids)
+    drawing.ids.update(dict.fromkeys(names))
     if (chosen is None and not drawn.filled) or (chosen is not None and chosen not in names):
         return
     runs = runs_of(drawn, *detail)

@@ -1,6 +1,6 @@
 """What lines paint: strokes as wide as they are drawn, and the silhouette of a whole drawing."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import shapely
@@ -18,6 +18,10 @@ JOINS = {"round": "round", "bevel": "bevel"}  # others (arcs, miter-clip) are dr
 CAPS = {"round": "round", "square": "square"}
 MITRE_LIMIT = 4.0  # SVG's default
 ROUND = 32  # segments of a quarter circle: 3e-4 of half the width
+FIRST_LOOK, MORE = (
+    2000,
+    4,
+)  # runs after which crossings are looked for, and how many times more for the next look
 
 
 def width_of(drawn: Drawn) -> float:
@@ -61,10 +65,8 @@ def silhouette(shapes: Iterable[tuple[Drawn, list[Subpath]]], name: str) -> list
     Raises:
         InputError: a malformed width, or lines that cross too often.
     """
-    areas, shapes = [], list(shapes)
-    filled = [run.z for drawn, runs in shapes if drawn.filled for run in runs if run.z.size]
-    crossings.check([np.append(z, z[:1]) for z in filled])  # at once, and not after each of them is painted
-    for drawn, runs in shapes:
+    areas, seen = [], list(_bearable(shapes))
+    for drawn, runs in seen:
         if drawn.filled:
             rings = [run.z for run in runs if run.z.size > 2]
             areas += painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
@@ -73,6 +75,24 @@ def silhouette(shapes: Iterable[tuple[Drawn, list[Subpath]]], name: str) -> list
     parts = [part for area in areas for part in shapely.get_parts(area)]
     crossings.check([ring for part in parts for ring in _rings(part)])
     return outlines_of(shapely.union_all(areas), name)
+
+
+def _bearable(shapes: Iterable[tuple[Drawn, list[Subpath]]]) -> Iterator[tuple[Drawn, list[Subpath]]]:
+    """The shapes, looked at for crossings of what they fill as they come, ever more of them at once, so that what is
+    refused has not been read to its end.
+
+    Raises:
+        InputError: lines that cross too often.
+    """
+    filled: list[Complex] = []
+    look = FIRST_LOOK
+    for drawn, runs in shapes:
+        filled += [np.append(run.z, run.z[:1]) for run in runs if drawn.filled and run.z.size]
+        if len(filled) >= look:
+            crossings.check(filled)
+            look = MORE * len(filled)
+        yield drawn, runs
+    crossings.check(filled)
 
 
 def _rings(part: shapely.Geometry) -> list[Complex]:

@@ -1,4 +1,7 @@
-"""All measurements, one after the other: python -m tests.bench [NAME ...]. Each also runs alone, with options."""
+"""All measurements, one after the other: python -m tests.bench [--quick] [NAME ...]. Each runs alone too, with options.
+
+All of it takes an hour or more; --quick looks at fewer shapes and jobs.
+"""
 
 import subprocess
 import sys
@@ -9,10 +12,19 @@ from .goals import MARK
 
 HERE = Path(__file__).parent
 ORDER = ("speed", "balanced", "holes", "solver", "orders", "comparison", "resampling", "meshes", "batch")
+QUICK = {
+    "balanced": "--pairs 20 --conformal 20 --tight 0",
+    "holes": "--letters 4 --unequal 2 --drawings 4 --read 20",
+    "solver": "--pairs 6 --outlines 1",
+    "orders": "--others 3",
+    "batch": "--jobs 40 --many 200",
+}
 
 
 def main(names: list[str]) -> int:
     """Run the benches that are there; 1 when one failed, 2 when one is unknown."""
+    quick = "--quick" in names
+    names = [name for name in names if name != "--quick"]
     there = [name for name in ORDER if (HERE / f"{name}.py").exists()]
     unknown = sorted(set(names) - set(there))
     if unknown:
@@ -24,6 +36,7 @@ def main(names: list[str]) -> int:
         start = time.perf_counter()
         # a process of its own: what one measures does not depend on what another has compiled or allocated
         line = [sys.executable, "-u", "-m", f"tests.bench.{name}"]
+        line += QUICK.get(name, "").split() if quick else []
         process = subprocess.Popen(line, cwd=HERE.parents[1], stdout=subprocess.PIPE, text=True)
         assert process.stdout is not None
         for said in process.stdout:

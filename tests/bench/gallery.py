@@ -438,9 +438,13 @@ Where the figures differ from the paper's, and what was varied:
   root of the tail, a conformal map misses the outline by a fifth and covers itself; the balanced one meets both."""
 
 
-def table(name: str, rows: list[Row]) -> list[str]:
-    """The section of a figure in Markdown."""
+def table(name: str, rows: list[Row], before: str = "") -> list[str]:
+    """The section of a figure in Markdown; what was written by hand above its picture in the section before stays."""
     lines = [f"## {(FIGURES[name].__doc__ or '').strip()}", ""]
+    written = written_in(before)
+    if written:
+        print(f"{name}: kept what was written by hand, to be read anew beside the picture", file=sys.stderr)
+        lines += [written, ""]
     for stem in PICTURES.get(name, (name,)):
         lines += [f"![{stem}]({stem}.png)", ""]
     return [*lines, "| map | figures |", "|---|---|", *(f"| {what} | {found} |" for what, found in rows)]
@@ -455,11 +459,16 @@ def main(names: list[str]) -> int:
     page = pictures.FOLDER / "README.md"
     made = sections(page.read_text(encoding="utf-8") if page.exists() else "")
     for name in names or FIGURES:
-        made[name] = "\n".join(table(name, FIGURES[name]()))
+        made[name] = "\n".join(table(name, FIGURES[name](), made.get(name, "")))
         print(made[name], flush=True)
         text = "\n\n".join([HEAD, *(made[figure] for figure in FIGURES if figure in made)])
         page.write_text(text + "\n", encoding="utf-8")
     return 0
+
+
+def written_in(section: str) -> str:
+    """What stands between the heading of a section and its first picture."""
+    return section.partition("\n")[2].partition("![")[0].strip()
 
 
 def sections(page: str) -> dict[str, str]:

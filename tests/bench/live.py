@@ -2,10 +2,10 @@
 
 python -m tests.bench.live [--icons N] [--updates 60] [--seed 1]
 
-Three pairs of samples, and N random pairs of icons (fetched by npm). One of three pins is dragged along a closed way
-of a tenth of the target's size, in steps of a hundredth; then its end in the source. CPU and wall-clock milliseconds,
-median and 95 %; `full` is what letting go takes, `missed` how many updates did not reach the pin; places outside the
-shape do not count.
+Three pairs of samples and one with a mesh, and N random pairs of icons (fetched by npm). One of three pins is dragged
+along a closed way of a tenth of the target's size, in steps of a hundredth; then its end in the source. CPU and
+wall-clock milliseconds, median and 95 %; `full` is what letting go takes, `missed` how many updates did not reach the
+pin; places outside the shape do not count.
 """
 
 import argparse
@@ -18,20 +18,32 @@ import numpy as np
 from iccm.errors import InputError
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.scene import framed
-from iccm.io.edit.session import Session
+from iccm.io.edit.session import DIGITS, Session
 from iccm.io.run.job import make
 
 from . import shapes
 
 SAMPLES = Path(__file__).parents[2] / "samples"
 PAIRS = [("rose-leaf/rose.svg", "rose-leaf/leaf.svg"), ("pins/cat.svg#face", "pins/round.svg#face")]
-PAIRS += [("limbs/gingerbread.svg", "limbs/starfish.svg")]
+PAIRS += [("limbs/gingerbread.svg", "limbs/starfish.svg"), ("face-pins/tiger.svg", "face-pins/face.obj")]
 RADIUS, PINS, TRIES = 0.05, 3, 1000
 
 
-def scene(pins: np.ndarray) -> Scene:
-    """Pins (k, 2, 2) as the page sends them."""
-    return Scene.model_validate({"pins": [{"source": a, "target": b} for a, b in pins.tolist()]})
+Pin = list[list[float]]
+
+
+def scene(pins: list[Pin]) -> Scene:
+    """Pins as the page sends them."""
+    return Scene.model_validate({"pins": [{"source": a, "target": b} for a, b in pins]})
+
+
+def place(session: Session, side: int, z: complex) -> list[float]:
+    """A point of a shape's plane as the page sends it."""
+    surface, shape = session.surfaces[side], (session.source, session.target)[side]
+    if surface:
+        return surface.places(np.array([z]), DIGITS)[0]
+    found: list[float] = shape.to_file(z).tolist()
+    return found
 
 
 def reached(session: Session, z: complex) -> bool:
@@ -43,8 +55,8 @@ def reached(session: Session, z: complex) -> bool:
     return True
 
 
-def spread(session: Session, rng: np.random.Generator) -> np.ndarray:
-    """Pins (k, 2, 2) at random places well inside, where the map sends them."""
+def spread(session: Session, rng: np.random.Generator) -> list[Pin]:
+    """Pins at random places well inside, where the map sends them."""
     curve = session.source.curve
     low, high = curve.box
     found: list[complex] = []
@@ -62,22 +74,23 @@ def spread(session: Session, rng: np.random.Generator) -> np.ndarray:
             found.append(z)
     if len(found) < PINS:
         raise InputError(f"no room for {PINS} pins")
-    here = session.source.to_file(np.array(found))
-    return np.stack([here, session.placed("source", here.tolist())], axis=1)
+    here = [place(session, 0, z) for z in found]
+    return [list(ends) for ends in zip(here, session.placed("source", here))]
 
 
-def dragged(session: Session, pins: np.ndarray, side: int, updates: int) -> tuple[np.ndarray, int]:
+def dragged(session: Session, pins: list[Pin], side: int, updates: int) -> tuple[np.ndarray, int]:
     """(updates, 2) CPU and wall-clock seconds of each update, and how many did not reach the pin."""
-    size = (session.source, session.target)[side].curve.diagonal
+    shape = (session.source, session.target)[side]
+    size, start = shape.curve.diagonal, shape.at(tuple(pins[0][side]))
     way = np.exp(2j * np.pi * np.arange(updates) / updates) - 1
     seconds, missed = [], 0
     for step in RADIUS * size * way:
-        moved = pins.copy()
-        moved[0, side] += step.real, step.imag
+        moved = [list(ends) for ends in pins]
+        moved[0][side] = place(session, side, start + step)
         cpu, wall = time.process_time(), time.perf_counter()
         shown = session.follow(scene(moved))
-        if shown.patches is not None:
-            framed(shown.head(0), shown.patches)
+        if shown.drawn is not None:
+            framed(shown.head(0), shown.drawn)
         if shown.kind != "error":  # the way has left the shape
             seconds.append((time.process_time() - cpu, time.perf_counter() - wall))
             missed += not shown.ok

@@ -435,7 +435,7 @@ def test_info_tells_about_meshes_pictures_and_constraints(shapes, iccm):
     (shapes / "m.obj").write_text(corners + "g one\nf 1/1 2/2 3/3\ng two\nf 1/5 3/6 4/7\n")
     facts = json.loads(iccm("info", "m.obj", "--json").out)
     assert (facts["kind"], facts["vertices"], facts["faces"], facts["uv_charts"]) == ("mesh", 4, 2, 2)
-    assert facts["parts"] and facts["boundary_loops"] == [4] and facts["genus"] == 0
+    assert facts["parts"] and [loop["vertices"] for loop in facts["loops"]] == [4] and facts["genus"] == 0
     (shapes / "c.json").write_text('{"pins": [{"source": [1, 2], "target": [3, 4]}]}')
     assert "pins: 1" in iccm("info", "c.json").out
     image_files.write(shapes / "p.png", image_files.Image(np.full((5, 7, 3), 9, np.uint8)))

@@ -104,6 +104,20 @@ def test_holes_too_small_or_in_touch_with_the_outline_are_passed_over(holed, icc
     assert "too small or too close to an outline" in done.err and "leave transparent" in done.err
 
 
+def test_holes_of_a_shape_that_is_deformed_move_freely(holed, iccm):
+    pins = ("--pin", "15,15:15,15", "--pin", "85,85:85,85", "--pin", "30,45:25,45", "--pin", "60,45:65,45")
+    typed = ("deform", "ring.svg", *pins, "-o", "o.png", "--report", "r.json", "--size", "100", "--force")
+    done = iccm(*typed)
+    report = json.loads((holed / "r.json").read_text())
+    assert done.code == 0 and "hole" not in done.err
+    assert all(pin["error"] < 1e-9 for pin in report["pins"]) and report["injective"]["certified"]
+    row = image_files.read("o.png").pixels[:, :, 3]
+    assert row.shape[0] and (row[45, 30:60] == 0).all()
+    assert "moved as if filled" in iccm(*typed, "--pin", "45,45:45,45").err
+    filled = iccm(*typed, "--holes", "fill")
+    assert filled.code == 0 and (image_files.read("o.png").pixels[40:50, 35:55, 3] == 255).all()
+
+
 def test_other_methods_pass_over_holes(holed, iccm):
     done, report = mapped(iccm, "ring.svg", "off.svg", "--method", "conformal")
     assert done.code == 0 and "passes over its 1 hole, which pictures leave transparent" in done.err

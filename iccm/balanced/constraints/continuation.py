@@ -6,10 +6,12 @@ import numpy as np
 
 from ...arrays import Complex, Index, Real
 from ...curve import Curve
-from ..discrete import DiscreteMap
+from ..discrete import DiscreteMap, MeshHoles
 from ..levels import EVENED, Level, Sketch, UnitProblem, refined
 from ..meshing import sizing
+from ..meshing.mesh import closed_links
 from ..minimise.ldl import system_of
+from ..outline import Outline
 from ..pairs import Pairs
 from .inside import InnerConstraints
 from .meeting import aimed, brought, held_where_they_are, led
@@ -39,20 +41,20 @@ def continued(level: Level, start: Sketch, problem: UnitProblem) -> DiscreteMap:
 
 def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
     """The earlier map itself, if its outlines are the level's and all pins are among its vertices; None if not."""
-    border = np.arange(start.border)
-    s, tau = (_along(o.curve, w[border]) for o, w in zip((level.source, level.target), (start.z, start.u)))
-    if level.strokes or s is None or tau is None:
+    if level.strokes or len(start.loops) < max(map(len, level.holes)):
         return None
-    at_source, at_target = (
-        _at(o.corners, x, o.length) for o, x in zip((level.source, level.target), (s, tau))
-    )
-    if at_source.sum() < level.source.corners.size or at_target.sum() < level.target.corners.size:
+    vertices = [start.outer, *(loop.vertices for loop in start.loops)]
+    outlines = list(zip(*level.outlines(start.loops)))
+    found = [_pairs_on(*both, start.z[v], start.u[v]) for both, v in zip(outlines, vertices)]
+    rims = [pairs for pairs in found if pairs is not None]
+    if len(rims) < len(found):
         return None
-    anchored = np.zeros(border.size, bool)
+    pairs = Pairs.joined(rims)
+    anchored = np.zeros(start.border, bool)
     if level.anchors is not None:
-        anchored = _at(level.anchors.s, s, level.source.length)
-        if anchored.sum() < level.anchors.s.size or np.any(
-            anchored != _at(level.anchors.tau, tau, level.target.length)
+        own = anchored[start.outer] = _at(level.anchors.s, rims[0].s, level.source.length)
+        if own.sum() < level.anchors.s.size or np.any(
+            own != _at(level.anchors.tau, rims[0].tau, level.target.length)
         ):
             return None
     order = _pins_first(start, level.pins[:, 0])
@@ -60,11 +62,23 @@ def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
         return None
     place = np.argsort(order)
     faces = place[start.faces]
-    following = np.append((border + 1) % border.size, border.size + np.arange(len(level.pins)))
+    around = closed_links([each.s.size for each in rims])
+    following = np.append(around, start.border + np.arange(len(level.pins)))
     return DiscreteMap(
         level.source, level.target, faces, system_of(faces, following, order.size), start.z[order],
-        start.u[order], Pairs(s, tau, at_source, at_target), anchored, inside=InnerConstraints.of_pins(level.pins),
+        start.u[order], pairs, anchored, inside=InnerConstraints.of_pins(level.pins),
+        holes=MeshHoles(tuple(outlines[1:]), start.loops),
     )  # fmt: skip
+
+
+def _pairs_on(source: Outline, target: Outline, z: Complex, u: Complex) -> Pairs | None:
+    """Vertices of an outline as pairs; None if they are not on it, or miss a corner."""
+    s, tau = _along(source.curve, z), _along(target.curve, u)
+    if s is None or tau is None:
+        return None
+    at_source, at_target = (_at(o.corners, x, o.length) for o, x in ((source, s), (target, tau)))
+    whole = at_source.sum() >= source.corners.size and at_target.sum() >= target.corners.size
+    return Pairs(s, tau, at_source, at_target) if whole else None
 
 
 def _pins_first(start: Sketch, pins: Complex) -> Index | None:

@@ -98,8 +98,13 @@ def checked(
     return Pins(pins[~outer], rim.in_order(source, target), drawn, notes)
 
 
-def checked_free(source: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = ()) -> Pins:
-    """The pins (k, 2) and strokes of a domain whose outline is free, sorted; where they go may be anywhere.
+def checked_free(
+    source: Curve,
+    pins: Complex,
+    strokes: Sequence[tuple[Curve, Curve]] = (),
+    holes: Sequence[Curve] = (),
+) -> Pins:
+    """The pins (k, 2) and strokes of a domain whose outlines are free, sorted; where they go may be anywhere.
 
     Raises:
         InputError: a pin outside its shape, one point pinned to two places; a source stroke that leaves its shape,
@@ -107,6 +112,9 @@ def checked_free(source: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Cu
     """
     pins, numbers, ends = _apart_from_ends(pins, strokes, source.diagonal, None)
     distances = _inside(source, pins[:, 0], numbers, 0)
+    for hole in holes:
+        away = np.abs(hole.at(hole.closest(pins[:, 0])) - pins[:, 0]) / source.diagonal
+        distances = np.minimum(distances, away)
     outer = distances < AT_OUTLINE
     inner, _ = sorted_out((source,), strokes, ends)
     drawn = checked_strokes((source,), inner, pins, numbers)

@@ -133,18 +133,17 @@ def _ended(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
                 "without a pin there its end may stay inside",
                 strokes=[k],
             )
+    on = bool(at_ends[:, 0].all()), bool(at_ends[:, 1].all())
     for side, curve in enumerate(domains):
         for end in (0, 1):
             if at_ends[side, end]:
-                met = bool(at_ends[:, end].all())
-                curves[side] = (_on_outline if met else _cut_off)(curve, curves[side], end)
-        _refuse_touching(curve, curves[side], at_ends.all(axis=0), k, side)
-    on = tuple(bool(x) for x in at_ends.all(axis=0))
-    sticks = tuple(a or b for a, b in zip(drawn.sticks, on))
-    return DrawnStroke(k, (curves[0], curves[1]), (sticks[0], sticks[1]), (on[0], on[1]))
+                curves[side] = (_on_outline if on[end] else _cut_off)(curve, curves[side], end)
+        _refuse_touching(curve, curves[side], on, k, side)
+    sticks = drawn.sticks[0] or on[0], drawn.sticks[1] or on[1]
+    return DrawnStroke(k, (curves[0], curves[1]), sticks, on)
 
 
-def _refuse_touching(curve: Curve, stroke: Curve, on_outline: Flags, k: int, side: int) -> None:
+def _refuse_touching(curve: Curve, stroke: Curve, on_outline: tuple[bool, bool], k: int, side: int) -> None:
     s = _places(curve, stroke)
     z = stroke.at(s)
     unit = ON_OUTLINE * curve.diagonal
@@ -208,9 +207,10 @@ def refuse_other_sides(
         points = np.concatenate([pins, middles])
         left = [_left_of(c, s, side) for c, s, side in zip(domains, stroke.curves, points.T)]
         for k in np.flatnonzero(left[0] != left[1]):
-            pin = numbers[k : k + 1] if k < len(pins) else []
-            drawn = [] if k < len(pins) else [others[k - len(pins)].number]
-            told = f"pin {pin[0] + 1}" if len(pin) else f"stroke {drawn[0] + 1}"
+            is_pin = k < len(pins)
+            pin = [int(numbers[k])] if is_pin else []
+            drawn = [] if is_pin else [others[k - len(pins)].number]
+            told = f"pin {pin[0] + 1}" if is_pin else f"stroke {drawn[0] + 1}"
             raise ConstraintError(
                 f"{told}: it lies on the one side of stroke {stroke.number + 1} in the source, on the other in the "
                 "target; that stroke parts the shape",

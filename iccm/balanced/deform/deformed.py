@@ -20,14 +20,14 @@ SHARE_FORWARD, SHARE_BACKWARD = 0.0, 1.0
 
 @dataclass(frozen=True, eq=False)
 class Deformed:
-    """A piecewise linear map, vertices of the outline first, then those that are constrained inside.
+    """A piecewise linear map, vertices of the outlines first, then those that are constrained inside.
 
     Attributes:
         faces: (m, 3) counter-clockwise triangles.
         system: pattern of the Newton matrices.
         z: (n,) vertices in the shape.
         u: (n,) their images.
-        border: how many vertices are on the outline.
+        rims: how many vertices are on each of the outlines, the outer one and those of holes.
         pinned: (p,) those of them that are pins.
         goals: (p,) where these are to be.
         inside: the constraints inside.
@@ -38,7 +38,7 @@ class Deformed:
     system: BlockPattern
     z: Complex
     u: Complex
-    border: int
+    rims: tuple[int, ...]
     pinned: Index
     goals: Complex
     inside: InnerConstraints
@@ -46,12 +46,24 @@ class Deformed:
 
     @classmethod
     def on(
-        cls, z: Complex, faces: Index, border: int, pinned: Index, goals: Complex, inside: InnerConstraints
-    ) -> "Deformed":
+        cls, z: Complex, faces: Index, rims: tuple[int, ...], pinned: Index, goals: Complex,
+        inside: InnerConstraints,
+    ) -> "Deformed":  # fmt: skip
         """The mesh with every vertex where it is in the shape."""
+        border = sum(rims)
         following = np.append(np.arange(border), border + inside.following)
         system = system_of(faces, following, z.size)
-        return cls(faces, system, z, z.copy(), border, pinned, goals, inside)
+        return cls(faces, system, z, z.copy(), rims, pinned, goals, inside)
+
+    @property
+    def border(self) -> int:
+        """How many vertices are on the outlines."""
+        return sum(self.rims)
+
+    @property
+    def loops(self) -> list[Index]:
+        """The vertices of each outline."""
+        return np.split(np.arange(self.border), np.cumsum(self.rims)[:-1])
 
     @property
     def constrained(self) -> Index:

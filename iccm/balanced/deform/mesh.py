@@ -1,11 +1,14 @@
 """Meshes of a shape whose outline is free, with pins and strokes as vertices and edges."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...arrays import Complex
 from ...curve import Curve
 from ..constraints.given import Pins
 from ..constraints.strokes import inside
+from ..holes.outlines import FEWEST
 from ..meshing.mesh import Sizes, triangulate
 from ..pairs import Match, parted
 from .deformed import Deformed
@@ -13,11 +16,12 @@ from .deformed import Deformed
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
 
 
-def meshed(outline: Curve, pins: Pins, size: float, drawn: list[Match] | None = None) -> Deformed:
+def meshed(outlines: Sequence[Curve], pins: Pins, size: float, drawn: list[Match] | None = None) -> Deformed:
     """The shape on a mesh, not moved yet.
 
     Args:
-        outline: counter-clockwise, of area about one, with a vertex at every pin on it.
+        outlines: the outer one, counter-clockwise, and those of holes, clockwise, around an area of about one, with a
+            vertex at every pin on them.
         pins: in its coordinates.
         size: h of the triangles.
         drawn: where the vertices of strokes go; ends to ends, evenly, if None.
@@ -27,10 +31,11 @@ def meshed(outline: Curve, pins: Pins, size: float, drawn: list[Match] | None = 
     """
     drawn = drawn or [stroke.even for stroke in pins.strokes]
     kept = inside(pins.strokes, drawn, SPACING * size, pins.inner)
-    border = spaced(outline, SPACING * size, kept.z)
-    z, faces = triangulate(border, Sizes.even(0.5 * size**2), kept.z, kept.links, rays=kept.rays(border))
+    outer, *holes = (spaced(each, min(SPACING * size, each.length / FEWEST), kept.z) for each in outlines)
+    z, faces = triangulate(outer, Sizes.even(0.5 * size**2), kept.z, kept.links, holes, kept.rays(outer))
+    border = np.concatenate([outer, *holes])
     pinned = np.abs(pins.outer[:, :1] - border).argmin(axis=1) if len(pins.outer) else np.empty(0, np.int64)
-    return Deformed.on(z, faces, border.size, pinned, pins.outer[:, 1], kept)
+    return Deformed.on(z, faces, (outer.size, *(hole.size for hole in holes)), pinned, pins.outer[:, 1], kept)
 
 
 def spaced(outline: Curve, spacing: float, points: Complex) -> Complex:

@@ -5,6 +5,7 @@ energy (Smith and Schaefer, *Bijective Parameterization with Free Boundaries*, 2
 to where its pins fit best, and bent from there on a coarse mesh, then on the one that is returned.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from ...arrays import Complex, Index
 from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
+from ...maps.triangulated.simple import fault
 from .. import orientation, stages
 from ..constraints.given import Pins, place, with_points
 from ..constraints.meeting import BESIDE
@@ -19,6 +21,7 @@ from ..constraints.strokes import aimed
 from ..constraints.ways import MOVING_DECREASE, STAGE_STEPS, in_stages, way_to
 from ..failure import NoMapError, Stuck
 from ..frames import UnitFrame
+from ..holes.outlines import manageable_holes
 from ..levels import EVENED
 from ..meshing.transfer import interpolate
 from ..outline import manageable
@@ -49,18 +52,18 @@ class Deformation:
         source: (n,) vertices in the shape.
         image: (n,) their images.
         faces: (m, 3) triangles, counter-clockwise in both, exactly.
-        loop: vertices of the outline, counter-clockwise.
+        loops: vertices of the outlines, the outer one counter-clockwise and first, those of holes clockwise.
         lines: (l, 2) vertices of the edges of strokes.
         energies: at the end of each level.
         met: whether all pins and strokes are met.
-        simple: whether the outline does not overlap itself.
+        simple: whether the outlines overlap neither themselves nor each other.
         bounded: whether the bounds on dilatation and stretch are met.
     """
 
     source: Complex
     image: Complex
     faces: Index
-    loop: Index
+    loops: tuple[Index, ...]
     lines: Index
     energies: list[dict[str, float]]
     met: bool
@@ -68,35 +71,57 @@ class Deformation:
     bounded: bool
 
 
-def solve(source: Curve, pins: Pins, settings: Settings, start: TriangulatedMap | None = None) -> Deformation:
+def solve(
+    source: Curve,
+    pins: Pins,
+    settings: Settings,
+    start: TriangulatedMap | None = None,
+    holes: Sequence[Curve] = (),
+) -> Deformation:
     """The deformation of a domain by pins and strokes, from an earlier one on if there is one.
+
+    Args:
+        source: its outer outline.
+        pins: what moves it; those on outlines may be on any.
+        settings: what is asked of the map.
+        start: an earlier deformation.
+        holes: outlines of its holes, clockwise.
 
     Raises:
         NoMapError: the shape cannot be meshed.
     """
-    frame = UnitFrame.of(source)
+    frame = UnitFrame.of(source, holes)
     given = pins.unit((frame, frame))
-    outer = tuple(given.outer[:, 0].tolist())
-    outline = manageable(with_points(frame.curve(source), given.outer[:, 0]), settings.tolerance, outer)
+    outlines = _outlines([frame.curve(each) for each in (source, *holes)], given.outer[:, 0], settings)
     try:
-        levels = bent(outline, given, settings, None if start is None else _in(frame, start))
+        levels = bent(outlines, given, settings, None if start is None else _in(frame, start))
     except Stuck as error:
         raise NoMapError(f"deform: {error}") from None
     found = _deformation(levels, frame, pins)
     return replace(found, bounded=excess(levels[-1], settings) <= 1)
 
 
-def bent(outline: Curve, pins: Pins, settings: Settings, start: Start | None) -> list[Deformed]:
+def _outlines(curves: Sequence[Curve], points: Complex, settings: Settings) -> list[Curve]:
+    """The outlines, simplified, with vertices at points on them."""
+    away = [np.abs(curve.at(curve.closest(points)) - points) for curve in curves]
+    own = np.argmin(away, axis=0)
+    outer, *holes = (with_points(curve, points[own == k]) for k, curve in enumerate(curves))
+    kept = [tuple(points[own == k].tolist()) for k in range(len(curves))]
+    simple = manageable(outer, settings.tolerance, kept[0])
+    return [simple, *manageable_holes(simple, holes, settings.tolerance, kept[1:])]
+
+
+def bent(outlines: Sequence[Curve], pins: Pins, settings: Settings, start: Start | None) -> list[Deformed]:
     """The deformation on one mesh after the other, the last one fine."""
     size, theta = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.theta
     levels = []
     if start is None:
-        levels = [roughly(outline, pins, max(COARSE, size), theta)]
+        levels = [roughly(outlines, pins, max(COARSE, size), theta)]
         rough = levels[0].forward(theta, 1.0, FORWARD, SETTLED, corners=False) if pins.strokes else levels[0]
         start, drawn = (rough.z, rough.u, rough.faces), rough.inside.matches
     else:
-        drawn = beside(begun(meshed(outline, pins, size), start), pins, EVENED).inside.matches
-    fine = begun(meshed(outline, pins, size, drawn), start)
+        drawn = beside(begun(meshed(outlines, pins, size), start), pins, EVENED).inside.matches
+    fine = begun(meshed(outlines, pins, size, drawn), start)
     levels.append(settled(brought(fine, theta), theta, 1.0))
     for q in POWERS:
         levels.append(settled(levels[-1], theta, q))
@@ -105,13 +130,13 @@ def bent(outline: Curve, pins: Pins, settings: Settings, start: Start | None) ->
     return levels
 
 
-def roughly(outline: Curve, pins: Pins, size: float, theta: float) -> Deformed:
+def roughly(outlines: Sequence[Curve], pins: Pins, size: float, theta: float) -> Deformed:
     """The deformation on a coarse mesh; ends of strokes that slide pass corners of theirs between meshes."""
-    state = beside(rigid(meshed(outline, pins, size)), pins, BESIDE)
+    state = beside(rigid(meshed(outlines, pins, size)), pins, BESIDE)
     state = settled(brought(state, theta), theta, 1.0)
     for _ in range(RELEASES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
         freed = state.forward(theta, 1.0, FORWARD, SETTLED, corners=False)
-        new = begun(meshed(outline, pins, size, freed.inside.matches), (freed.z, freed.u, freed.faces))
+        new = begun(meshed(outlines, pins, size, freed.inside.matches), (freed.z, freed.u, freed.faces))
         new = settled(brought(new, theta), theta, 1.0)
         if new.miss > 0 or new.energy > (1 - ROUND_DECREASE) * state.energy:
             break
@@ -126,7 +151,7 @@ def beside(state: Deformed, pins: Pins, even: float) -> Deformed:
 
 def excess(state: Deformed, settings: Settings) -> float:
     """As that of maps onto a target, lengths relative to the mean scale."""
-    scale = np.sqrt(abs(Curve(state.u[: state.border]).area))
+    scale = np.sqrt(abs(sum(Curve(state.u[loop]).area for loop in state.loops)))
     return stages.excess(state.z, state.u / scale, state.faces, settings)
 
 
@@ -184,8 +209,13 @@ def carried(state: Deformed, z: Complex, u: Complex, faces: Index) -> Deformed:
     Raises:
         Stuck: folds remain.
     """
-    same = z.size == state.z.size and np.array_equal(faces, state.faces) and np.abs(z - state.z).max() < SAME
+    same = z.size == state.z.size and len(faces) == len(state.faces) and np.abs(z - state.z).max() < SAME
+    same = same and np.array_equal(_sorted(faces), _sorted(state.faces))
     return replace(state, u=u.copy() if same else interpolate(z, faces, u, state.z)).unfolded()
+
+
+def _sorted(faces: Index) -> Index:
+    return faces[np.lexsort(faces.T)]
 
 
 def _in(frame: UnitFrame, start: TriangulatedMap) -> Start:
@@ -197,10 +227,11 @@ def _deformation(levels: list[Deformed], frame: UnitFrame, pins: Pins) -> Deform
     state = levels[-1]
     z, u = frame.world(state.z), frame.world(state.u)
     place(pins, z, u, state.border, state.first_pin)
-    loop = np.arange(state.border)
+    loops = tuple(state.loops)
     orientation.refuse_folds("source", z, state.faces)
     orientation.refuse_folds("image", u, state.faces)
-    orientation.refuse_touching("source", z[loop])
+    orientation.refuse_touching("source", *(z[loop] for loop in loops))
     energies = [{"total": level.energy} for level in levels]
-    simple = orientation.is_simple(u[loop])
-    return Deformation(z, u, state.faces, loop, state.lines, energies, state.miss == 0, simple, True)
+    images = [u[loop] for loop in loops]
+    simple = orientation.is_simple(images[0]) and not (len(images) > 1 and fault(images))
+    return Deformation(z, u, state.faces, loops, state.lines, energies, state.miss == 0, simple, True)

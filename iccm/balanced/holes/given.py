@@ -9,6 +9,7 @@ import shapely
 from ...arrays import Complex, Index, xy_of
 from ...curve import Curve
 from ...errors import InputError
+from ..constraints.given import AT_OUTLINE
 from ..frames import UnitFrame
 
 
@@ -81,6 +82,14 @@ def _which(holes: Sequence[Curve], z: Complex) -> Index:
     return found
 
 
+def which(z: Complex, holes: Sequence[Curve]) -> int:
+    """The hole on whose outline points lie, -1 for none."""
+    for number, hole in enumerate(holes):
+        if np.abs(hole.at(hole.closest(z)) - z).max() < ON_RIM * hole.diagonal:
+            return number
+    return -1
+
+
 def _refuse_touching(
     name: str, outer: Curve, holes: Sequence[Curve], z: Complex, rest: Index, strokes: Sequence[Curve]
 ) -> None:
@@ -94,6 +103,27 @@ def _refuse_touching(
         for k, stroke in enumerate(strokes):
             if ring.distance(shapely.LineString(xy_of(stroke.z))) < near:
                 raise InputError(f"stroke {k + 1}: its {name} touches or crosses a hole; lead it around")
+
+
+def open_holes(
+    holes: Sequence[Curve], outer: Curve, z: Complex, strokes: Sequence[Curve]
+) -> tuple[tuple[Curve, ...], list[str]]:
+    """The holes of a shape that is deformed which no pin (k,) and no stroke moves, and what to say of the others: they
+    are moved along as if there were none."""
+    near = ON_RIM * outer.diagonal
+    lines = [shapely.LineString(xy_of(stroke.z)) for stroke in strokes]
+    kept = []
+    for hole in holes:
+        ring = shapely.Polygon(xy_of(hole.z))
+        on_rim = np.abs(hole.at(hole.closest(z)) - z) <= AT_OUTLINE * outer.diagonal
+        moved = bool(np.any(hole.contains(z) & ~on_rim)) or any(ring.distance(line) < near for line in lines)
+        if not moved:
+            kept.append(hole)
+    filled = len(holes) - len(kept)
+    if not filled:
+        return tuple(kept), []
+    which = "A hole holds" if filled == 1 else f"{filled} holes hold"
+    return tuple(kept), [f"{which} pins or strokes: the shape is moved as if filled there."]
 
 
 def unequal(holes: Holes) -> list[str]:

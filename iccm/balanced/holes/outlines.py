@@ -47,11 +47,16 @@ def _of_hole(hole: Curve, diagonal: float, fineness: float, corner_fineness: flo
     return Outline.of(hole, min(scale * fineness, COARSEST), min(scale * corner_fineness, COARSEST))
 
 
-def manageable_holes(outer: Curve, holes: Sequence[Curve], tolerance: float) -> list[Curve]:
+def manageable_holes(
+    outer: Curve, holes: Sequence[Curve], tolerance: float, always: Sequence[tuple[complex, ...]] = ()
+) -> list[Curve]:
     """The outlines of holes within a share of the tolerance, relative to the outer one; as given where they would
-    touch it or each other."""
+    touch it or each other. Vertices `always` of each are kept."""
     fineness = FINENESS * tolerance * outer.diagonal
-    found = [simplified(hole, min(fineness / hole.diagonal, FINENESS * COARSEST)) for hole in holes]
+    found = [
+        simplified(hole, min(fineness / hole.diagonal, FINENESS * COARSEST), kept)
+        for hole, kept in zip(holes, always or [()] * len(holes))
+    ]
     return found if apart([outer.z, *(hole.z for hole in found)]) else list(holes)
 
 

@@ -1,9 +1,11 @@
 """Carrying a map over to another mesh of the same shape."""
 
-import igl
 import numpy as np
 
-from ...arrays import Complex, Index, xy_of
+from ...arrays import Complex, Index
+from ...maps.triangulated.adjacency import edges_of
+from ...maps.triangulated.location import PatchLocator
+from ...maps.triangulated.rim import Rim
 
 
 def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> Complex:
@@ -15,12 +17,23 @@ def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> C
         values: (n,) complex.
         points: (p,) complex.
     """
-    _, nearest, _ = igl.point_mesh_squared_distance(xy_of(points), xy_of(z), faces)
+    nearest = _nearest(z, faces, points)
     a, b, c = z[faces[nearest]].T
     area = _cross(b - a, c - a)
     second, third = _cross(points - a, c - a) / area, _cross(b - a, points - a) / area
     first, *others = values[faces[nearest]].T
     return first + second * (others[0] - first) + third * (others[1] - first)
+
+
+def _nearest(z: Complex, faces: Index, points: Complex) -> Index:
+    """(p,) the triangle that holds each point, or else the closest one."""
+    corners = z[faces]
+    found, _ = PatchLocator(corners, np.zeros_like(corners))(points, 1)
+    outside = found < 0
+    if outside.any():
+        rim = Rim(z, edges_of(faces))
+        found[outside] = rim.beside[rim.closest(points[outside])[0]]
+    return found
 
 
 def _cross(a: Complex, b: Complex) -> np.ndarray:

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Index
-from ...blas import joined
 from ...jit import inner, kernel
 
 LARGE = 3000  # vertices beyond which SuperLU's ordering pays: its factors are smaller by more than it takes to import
@@ -40,7 +39,6 @@ def _by_superlu(faces: Index, count: int) -> Elimination:
     from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import splu
 
-    joined()
     tails, heads = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     own = np.arange(count)
     rows, columns = np.concatenate([tails, heads, own]), np.concatenate([heads, tails, own])

@@ -5,41 +5,20 @@ it best is taken. Straight triangles are patches without bulges, on which Newton
 """
 
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Complex, Real
+from ...buckets import BucketGrid
 from ...jit import inner, kernel
 from ...parallel import over_slices
 from .adjacency import Index
 
-CELLS = 2  # buckets for a patch: a point then looks at about six patches' boxes and solves on two
-ENTRIES = 32  # of the buckets for a patch at most: long slanting patches would fill the memory
 STEPS = 12
 """Of Newton's method; 3 to 5 are usual, 6 was the most in millions of points of the most bent patches."""
 BESIDE = 0.05
 """Barycentric: how far outside a step of it may start, so that rounding does not keep points out."""
 ROUNDING = 1e-12  # of the diagonal: this little outside a patch counts as on it
-
-
-class BucketGrid(NamedTuple):
-    """Square buckets over a plane, and the patches that each touches.
-
-    Attributes:
-        low: lower left corner.
-        size: of a bucket.
-        columns, rows: how many there are.
-        begin: (columns · rows + 1,) where each bucket's patches begin, row by row.
-        patches: their numbers.
-    """
-
-    low: complex
-    size: float
-    columns: int
-    rows: int
-    begin: Index
-    patches: Index
 
 
 class PatchLocator:
@@ -71,17 +50,7 @@ class PatchLocator:
     @cached_property
     def grid(self) -> BucketGrid:
         """The buckets."""
-        low, high = self.boxes[:, :2].min(axis=0), self.boxes[:, 2:].max(axis=0)
-        count = len(self.control)
-        size = max(float(np.sqrt(np.prod(high - low) / (CELLS * count))), float((high - low).max()) / 4096)
-        while True:
-            first = np.floor((self.boxes[:, :2] - low) / size).astype(np.int64)
-            across = np.floor((self.boxes[:, 2:] - low) / size).astype(np.int64) - first + 1
-            if across.prod(axis=1).sum() <= ENTRIES * count:
-                break
-            size *= 2
-        columns, rows = (int(n) for n in np.floor((high - low) / size).astype(np.int64) + 1)
-        return BucketGrid(complex(*low), size, columns, rows, *_buckets(first, across, columns, rows))
+        return BucketGrid.of(self.boxes)
 
     def __call__(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
         """(p,) patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its parameter."""
@@ -92,17 +61,6 @@ class PatchLocator:
             lambda part: _locate(*given, z[part], rounding, patch[part], place[part]), z.size, threads
         )
         return patch, place
-
-
-def _buckets(first: Index, across: Index, columns: int, rows: int) -> tuple[Index, Index]:
-    """Begins and contents of the buckets, given (m, 2) each patch's first column and row, and how many it touches."""
-    count = across.prod(axis=1)
-    patch = np.repeat(np.arange(len(first)), count)
-    within = np.arange(patch.size) - np.repeat(np.cumsum(count) - count, count)
-    row, column = np.divmod(within, across[patch, 0])
-    bucket = (first[patch, 1] + row) * columns + first[patch, 0] + column
-    begin = np.concatenate([[0], np.cumsum(np.bincount(bucket, minlength=columns * rows))])
-    return begin, patch[np.argsort(bucket, kind="stable")]
 
 
 @kernel

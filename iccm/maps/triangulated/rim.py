@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ...arrays import Complex, Real, xy_of
+from ...arrays import Complex, Real
+from ...buckets import nearest_segments
 from .adjacency import Edges, Index
 
 
@@ -16,18 +17,13 @@ class Rim:
 
     def __init__(self, points: Complex, edges: Edges):
         self.beside, self.opposite = edges.beside, edges.opposite
-        self.points, self.ends = xy_of(points), edges.ends[edges.rim]
-        self.start, self.along = points[self.ends[:, 0]], np.diff(points[self.ends], axis=1)[:, 0]
+        ends = edges.ends[edges.rim]
+        self.start, self.along = points[ends[:, 0]], np.diff(points[ends], axis=1)[:, 0]
 
     def closest(self, w: Complex) -> tuple[Index, Real, Real]:
         """For points (p,), the nearest edge of the rim, the fraction of it in [0, 1], and the distance; all (p,)."""
-        import igl
-
-        where = xy_of(w)
-        squared, edge, foot = igl.point_mesh_squared_distance(where, self.points, self.ends)
-        away = foot[:, 0] + 1j * foot[:, 1] - self.start[edge]
-        part = np.abs(away) / np.maximum(np.abs(self.along[edge]), 1e-300)
-        return edge, np.minimum(part, 1.0), np.sqrt(squared)
+        edge, part = nearest_segments(w, self.start, self.start + self.along)
+        return edge, part, np.abs(self.start[edge] + part * self.along[edge] - w)
 
     def places(self, edge: Index, part: Real) -> tuple[Index, Real]:
         """The triangles at fractions of edges (p,), and barycentric coordinates there (p, 3)."""

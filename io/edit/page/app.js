@@ -38,9 +38,9 @@ function travel(steps) {
 
 // ---------------------------------------------------------------- the server
 
-function ask(type) {
+function ask(type, way) {
   seq += 1;
-  link.say({type, seq, scene});
+  link.say({type, seq, scene, way});
   if (type === 'solve') document.body.classList.add('busy');
 }
 
@@ -56,7 +56,11 @@ function hear(message, floats) {
   if (floats) panes.target.painter.map(floats);
   if (kind !== 'error') figures($('figures').tBodies[0], kind, message.figures);
   if (kind === 'full') notes(message.figures.notes);
+  $('other').hidden = !message.other;
+  $('other').dataset.way = message.other;
+  $('other').textContent = message.other === 'kept' ? 'Back to the one gone on from' : 'Show the map from scratch';
   if (message.command) $('command').textContent = message.command;
+  if (message.other === 'fresh') message.message += ' From scratch another one is found.';
   say(kind === 'error' ? `${message.message}. The map is the last good one.` : message.message, !message.ok);
   refresh();
 }
@@ -81,7 +85,7 @@ const link = new Link(hear, (reason) => {
 
 // ---------------------------------------------------------------- begin
 
-function begin(hello) {
+async function begin(hello) {
   names = hello;
   const first = scene === null;
   if (first) {
@@ -89,9 +93,11 @@ function begin(hello) {
     history = [JSON.stringify(scene)];
     try {
       for (const side of ['source', 'target']) panes[side] = new Pane(side, $(side), hello[side], hello, does);
+      await Promise.all(Object.values(panes).map((pane) => pane.load()));
     } catch (error) {
       return say(error.message, true);
     }
+    sharp();
     look(hello);
     notes([]);
     Object.assign($('file'), {value: hello.constraints});
@@ -107,8 +113,14 @@ function begin(hello) {
   refresh();
 }
 
+/** A window that comes to a finer or coarser screen is painted anew. */
+function sharp() {
+  for (const pane of Object.values(panes)) pane.resized();
+  matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener('change', sharp, {once: true});
+}
+
 async function look(hello) {
-  const answer = await fetch('texture.png');
+  const answer = await fetch(`texture.png?side=${panes.source.painter.most}`);
   const image = await createImageBitmap(await answer.blob(), {colorSpaceConversion: 'none', premultiplyAlpha: 'none'});
   const {source, target} = panes, bounds = hello.source.bounds;
   const how = {box: hello.source.box, edge: hello.edge, filter: hello.filter};
@@ -117,7 +129,6 @@ async function look(hello) {
     pane.overlay.step = Math.max(bounds[2] - bounds[0], bounds[3] - bounds[1]) / 16;
     pane.redraw();
   }
-  target.overlay.mean = Math.sqrt(source.area / target.area);
 }
 
 function refresh() {
@@ -153,7 +164,7 @@ const does = {
     const other = side === 'source' ? panes.target : panes.source;
     const answer = await link.ask({type: 'place', side, points: finer(points)});
     if (answer.error) return say(answer.error, true);
-    const image = simplified(answer.points.map((p) => other.units.page(p)), DRAWN / other.view.zoom);
+    const image = simplified(answer.points.map((p) => other.page(p)), DRAWN / other.view.zoom);
     const ends = {[side]: points, [other.side]: image.map((p) => other.units.file(p))};
     scene.strokes.push({name: '', weight: 1, ends: 'free', ...ends});
     return commit();
@@ -188,6 +199,7 @@ const does = {
 };
 
 function pen(down) {
+  for (const pane of Object.values(panes)) if (!down && pane.drawing) Object.assign(pane, {drawing: null}).redraw();
   for (const pane of Object.values(panes)) pane.pen = down;
   $('pen').setAttribute('aria-pressed', down);
   document.body.classList.toggle('pen', down);
@@ -201,6 +213,7 @@ function overlay(name, on) {
   }
 }
 
+$('other').onclick = () => { saved = ''; ask('solve', $('other').dataset.way); };  // the file holds which
 $('pen').onclick = () => pen(!panes.source.pen);
 $('undo').onclick = () => travel(-1);
 $('redo').onclick = () => travel(1);
@@ -262,7 +275,9 @@ addEventListener('keydown', (event) => {
       s: () => pen(!panes.source.pen), escape: () => pen(false), g: () => overlay('grid', !$('grid').checked),
       h: () => overlay('stretch', !$('stretch').checked), 0: () => $('fit').click(), '?': () => $('help').click(),
       '+': () => focused().zoomBy(1.25), '-': () => focused().zoomBy(0.8), p: () => focused().click(),
+      enter: () => focused().drawing && focused().drawn(),
     };
+  if (key === 'enter' && event.target.matches('button, input')) return;
   if (!keys[key] || (control && typing && key !== 's')) return;
   event.preventDefault();
   keys[key]();

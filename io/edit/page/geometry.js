@@ -1,32 +1,22 @@
 // Points [x, y] of the page's own coordinates, polygons, and the way to a file's units.
 
-export const distance = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
+export const distance = (a, b) => Math.hypot(...a.map((value, k) => value - b[k]));
 
-/** Between a file's units and the page's coordinates. */
+/** Between a file's units and the page's coordinates, of the plane or of space. */
 export class Units {
-  constructor({origin, scale, down}, digits) {
-    Object.assign(this, {origin, scale, sign: down ? 1 : -1});
+  constructor({origin, scale, signs}, digits) {
+    Object.assign(this, {origin, scale, signs});
     this.digits = Math.max(0, Math.min(15, digits - Math.floor(Math.log10(scale))));
   }
 
   /** Rounded, so that the page, the file and the command line say the same. */
-  file([x, y]) {
-    return [this.origin[0] + this.scale * x, this.origin[1] + this.sign * this.scale * y]
-      .map((value) => Number(value.toFixed(this.digits)));
+  file(p) {
+    return p.map((value, k) => Number((this.origin[k] + this.signs[k] * this.scale * value).toFixed(this.digits)));
   }
 
-  page([x, y]) {
-    return [(x - this.origin[0]) / this.scale, this.sign * (y - this.origin[1]) / this.scale];
+  page(place) {
+    return place.map((value, k) => this.signs[k] * (value - this.origin[k]) / this.scale);
   }
-}
-
-export function area(ring) {
-  let sum = 0;
-  ring.forEach(([x, y], k) => {
-    const [u, v] = ring[(k + 1) % ring.length];
-    sum += x * v - u * y;
-  });
-  return Math.abs(sum) / 2;
 }
 
 export function inside(ring, [x, y]) {
@@ -38,25 +28,35 @@ export function inside(ring, [x, y]) {
   return odd;
 }
 
-/** The closest point of a closed polygon. */
+/** The closest point of a closed polygon: {point, away, edge, share}. */
 export function closest(ring, p) {
-  let best = ring[0], least = Infinity;
-  ring.forEach((a, k) => {
-    const b = ring[(k + 1) % ring.length], u = [b[0] - a[0], b[1] - a[1]];
-    const t = ((p[0] - a[0]) * u[0] + (p[1] - a[1]) * u[1]) / (u[0] * u[0] + u[1] * u[1] || 1);
-    const q = [0, 1].map((i) => a[i] + Math.min(1, Math.max(0, t)) * u[i]);
-    const away = distance(p, q);
-    if (away < least) [best, least] = [q, away];
+  let best = {away: Infinity};
+  ring.forEach((a, edge) => {
+    const {point, share} = foot(a, ring[(edge + 1) % ring.length], p), away = distance(point, p);
+    if (away < best.away) best = {point, away, edge, share};
   });
   return best;
 }
 
+export const between = (a, b, share) => a.map((value, k) => value + share * (b[k] - value));
+
+/** The closest point of an edge. */
+function foot(a, b, p) {
+  let over = 0, square = 0;
+  a.forEach((value, k) => {
+    over += (p[k] - value) * (b[k] - value);
+    square += (b[k] - value) ** 2;
+  });
+  const share = Math.min(1, Math.max(0, over / (square || 1)));
+  return {point: between(a, b, share), share};
+}
+
 /** A drawn line with fewer points, within `near` of it (Ramer, Douglas and Peucker). */
 export function simplified(points, near) {
-  const [a, b] = [points[0], points.at(-1)], u = [b[0] - a[0], b[1] - a[1]], length = Math.hypot(...u) || 1;
+  const [a, b] = [points[0], points.at(-1)];
   let far = 0, at = 0;
   points.forEach((p, k) => {
-    const away = Math.abs(u[0] * (p[1] - a[1]) - u[1] * (p[0] - a[0])) / length;
+    const away = distance(foot(a, b, p).point, p);
     if (away > far) [far, at] = [away, k];
   });
   if (far <= near || points.length < 3) return [a, b];
@@ -65,7 +65,6 @@ export function simplified(points, near) {
 
 /** A line with points between its own: its image is not straight where it is. */
 export function finer(points, parts = 8) {
-  const share = (a, b, t) => [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
-  const between = (a, b) => Array.from({length: parts}, (_, k) => share(a, b, k / parts));
-  return [...points.slice(0, -1).flatMap((a, k) => between(a, points[k + 1])), points.at(-1)];
+  const pieces = (a, b) => Array.from({length: parts}, (_, k) => between(a, b, k / parts));
+  return [...points.slice(0, -1).flatMap((a, k) => pieces(a, points[k + 1])), points.at(-1)];
 }

@@ -6,20 +6,21 @@ precision highp float;
 uniform sampler2D texture_;
 uniform vec4 box;          // of the texture: left, top, right, bottom
 uniform bool clamped;      // whether its edge goes on beyond it
-uniform float opacity, grid, step_, stretch, mean, pixel;
+uniform float opacity, grid, step_, stretch, mean;
 out vec4 colour;
 
 float encoded(float v) { return v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1.0 / 2.4) - 0.055; }
 
-void paint(vec2 s) {
+/** The texture at a place; the metric says how long steps of a pixel are on the target. */
+void paint(vec2 s, mat2 metric) {
   vec2 uv = (s - box.xy) / (box.zw - box.xy);
   bool beyond = any(lessThan(uv, vec2(0))) || any(greaterThan(uv, vec2(1)));
   vec4 c = textureGrad(texture_, clamp(uv, 0.0, 1.0), dFdx(uv), dFdy(uv));
   if (beyond && !clamped) c = vec4(0);
   vec3 rgb = c.a > 0.0 ? c.rgb / c.a : vec3(0);
   c = vec4(vec3(encoded(rgb.r), encoded(rgb.g), encoded(rgb.b)) * c.a, c.a) * opacity;
-  mat2 j = mat2(dFdx(s), dFdy(s)) / (pixel * mean);
-  float size = length(j[0]) * length(j[0]) + length(j[1]) * length(j[1]), area = abs(determinant(j));
+  mat2 j = mat2(dFdx(s), dFdy(s)), m = j * inverse(metric) * transpose(j) / (mean * mean);
+  float size = m[0][0] + m[1][1], area = sqrt(max(determinant(m), 0.0));
   float root = sqrt(max(size * size - 4.0 * area * area, 0.0));
   float most = max(sqrt(0.5 * (size + root)), 1.0 / max(sqrt(max(0.5 * (size - root), 0.0)), 1e-4));
   float heat = clamp(0.5 * log2(most), 0.0, 1.0) * stretch;
@@ -47,8 +48,10 @@ const SHADERS = {
     }`, `${COLOUR}
     in vec3 l;
     flat in vec4 e, f, g;
+    uniform float pixel;
     void main() {
-      paint(l.x * e.xy + l.y * e.zw + l.z * f.xy + 2.0 * (l.y * l.z * f.zw + l.z * l.x * g.xy + l.x * l.y * g.zw));
+      paint(l.x * e.xy + l.y * e.zw + l.z * f.xy + 2.0 * (l.y * l.z * f.zw + l.z * l.x * g.xy + l.x * l.y * g.zw),
+        mat2(pixel * pixel));
     }`],
   plane: [`#version 300 es
     ${PLACE}
@@ -56,7 +59,31 @@ const SHADERS = {
     out vec2 at;
     void main() { at = a0; gl_Position = placed(a0); }`, `${COLOUR}
     in vec2 at;
-    void main() { paint(at); }`],
+    void main() { paint(at, mat2(1)); }`],
+  mesh: [`#version 300 es
+    ${PLACE}
+    uniform mat3 turn;
+    in vec3 place;
+    in vec2 source;
+    out vec3 at;
+    out vec2 s;
+    void main() {
+      vec3 p = turn * place;
+      at = place;
+      s = source;
+      gl_Position = vec4(placed(p.xy).xy, -0.5 * p.z, 1);
+    }`, `${COLOUR}
+    uniform mat3 turn;
+    uniform bool lit;
+    in vec3 at;
+    in vec2 s;
+    void main() {
+      vec3 p = dFdx(at), q = dFdy(at);
+      paint(s, mat2(dot(p, p), dot(p, q), dot(p, q), dot(q, q)));
+      if (!lit) return;
+      float facing = abs((turn * normalize(cross(p, q))).z);
+      colour = vec4((colour.rgb + 0.7 * (1.0 - colour.a)) * (0.45 + 0.55 * facing), 1.0);
+    }`],
 };
 const FLOATS = 18;
 
@@ -68,6 +95,7 @@ export class Painter {
     const gl = canvas.getContext('webgl2', {antialias: true, stencil: true, premultipliedAlpha: true});
     if (!gl) throw new Error('This browser, or its graphics, has no WebGL 2.');
     this.#gl = gl;
+    this.most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     this.#shape = shape;
     for (const [name, sources] of Object.entries(SHADERS)) this.#programs[name] = program(gl, ...sources);
     this.#fans = [shape.outline, ...shape.holes].map((ring) => this.#points(ring.flat()));
@@ -94,6 +122,25 @@ export class Painter {
     return {array, count: floats.length / 2};
   }
 
+  /** @param surface its triangles; `source`, if it is known by now, their places in the texture's plane */
+  mesh({places, faces, source}) {
+    const gl = this.#gl, {handle} = this.#programs.mesh;
+    this.#arrays.mesh = gl.createVertexArray();
+    gl.bindVertexArray(this.#arrays.mesh);
+    for (const [name, size, data] of [['place', 3, places], ['source', 2, source]]) {
+      this.#buffers[name] = gl.createBuffer();
+      gl.bindBuffer(gl.ARRAY_BUFFER, this.#buffers[name]);
+      gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
+      const at = gl.getAttribLocation(handle, name);
+      gl.enableVertexAttribArray(at);
+      gl.vertexAttribPointer(at, size, gl.FLOAT, false, 0, 0);
+    }
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, faces, gl.STATIC_DRAW);
+    this.#count = source.length ? faces.length : 0;
+    this.faces = faces.length;
+  }
+
   /** @param image a bitmap @param look {box, edge, filter} */
   texture(image, look) {
     const gl = this.#gl;
@@ -115,27 +162,29 @@ export class Painter {
     this.#fans.cover = this.#points([a, b, c, b, c, d, a, d]);
   }
 
-  /** @param floats (m, 18) see io/edit/scene.py */
+  /** @param floats (m, 18), on a mesh (n, 2): see `image_of` in io/edit/session.py */
   map(floats) {
     const gl = this.#gl;
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.#buffers.patches);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.faces ? this.#buffers.source : this.#buffers.patches);
     gl.bufferData(gl.ARRAY_BUFFER, floats, gl.DYNAMIC_DRAW);
-    this.#count = floats.length / FLOATS;
+    this.#count = this.faces ?? floats.length / FLOATS;
   }
 
-  /** @param view {x, y, zoom, width, height}: the middle, pixels by unit, pixels @param overlay {grid, stretch, step, mean} */
+  /** @param view {x, y, zoom, width, height, turn}: the middle, pixels by unit, pixels, of meshes a rotation
+   *  @param overlay {grid, stretch, step, mean, plain} */
   draw(view, overlay) {
     const gl = this.#gl;
     gl.viewport(0, 0, view.width, view.height);
     gl.clearColor(0, 0, 0, 0);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.STENCIL_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     if (!this.#texture) return;
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.enable(gl.STENCIL_TEST);
     this.view = view;
     this.overlay = overlay;
-    if (overlay.mapped) this.#drawTarget();
+    if (this.faces) this.#drawMesh();
+    else if (overlay.mapped) this.#drawTarget();
     else this.#drawSource();
   }
 
@@ -157,6 +206,16 @@ export class Painter {
     gl.stencilFunc(gl.EQUAL, 0, 255);
     gl.bindVertexArray(this.#arrays.patches);
     if (this.#count) gl.drawArraysInstanced(gl.TRIANGLES, 0, 3, this.#count);
+  }
+
+  #drawMesh() {
+    const gl = this.#gl;
+    gl.disable(gl.STENCIL_TEST);
+    gl.enable(gl.DEPTH_TEST);
+    this.#use('mesh', 1);
+    gl.bindVertexArray(this.#arrays.mesh);
+    gl.drawElements(gl.TRIANGLES, this.#count, gl.UNSIGNED_INT, 0);
+    gl.disable(gl.DEPTH_TEST);
   }
 
   /** Marks in the stencil what is inside of an odd number of rings. */
@@ -190,6 +249,8 @@ export class Painter {
     gl.uniform1f(at('step_'), overlay.step);
     gl.uniform1f(at('mean'), overlay.mean);
     gl.uniform1f(at('pixel'), 1 / view.zoom);
+    gl.uniform1i(at('lit'), overlay.plain ? 0 : 1);
+    if (view.turn) gl.uniformMatrix3fv(at('turn'), true, view.turn);
   }
 }
 

@@ -1,7 +1,8 @@
 // One half of the page: the painted shape, and over it handles of pins and strokes.
 
-import {area, closest, distance, inside, simplified, Units} from './geometry.js';
+import {between, closest, distance, inside, simplified, Units} from './geometry.js';
 import {Painter} from './gl.js';
+import {Surface} from './surface.js';
 
 const SVG = 'http://www.w3.org/2000/svg';
 export const DRAWN = 2;                // pixels: the error of a drawn line
@@ -9,6 +10,9 @@ const CLICK = 4, RIM = 8;             // pixels: moved less is a click; so near 
 const ON_RIM = 1e-3;                  // of the shape: what the server takes for a pin of the outline
 const NUDGE = 0.005, FINE = 0.1;      // of the view: what an arrow key moves, and a tenth of it with Shift
 const LEAST = 0.2, MOST = 2000;       // zoom, times that at which all is seen
+const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
+const SNAP = 4;                       // pixels: a pin let go of so near to a vertex of a mesh is on it
+const STEP = 40, TURN = 0.008;        // pixels that an arrow key moves the view, and radians a pixel turns a mesh
 
 export class Pane {
   /** @param does {place, drag, drop, remove, stroke, choose, hover}: what happens on it */
@@ -24,16 +28,24 @@ export class Pane {
     this.caption.textContent = `${side}: ${shape.name}`;
     this.caption.className = 'caption';
     this.rings = [shape.outline, ...shape.holes];
-    this.area = area(shape.outline);
     this.painter = new Painter(this.canvas, shape);
     this.view = {x: 0, y: 0, zoom: 1, width: 1, height: 1};
-    this.overlay = {grid: false, stretch: false, mapped: side === 'target', holes: hello.holes, mean: 1, step: 0.1};
+    this.overlay = {grid: false, stretch: false, mapped: side === 'target', holes: hello.holes, mean: hello.mean, step: 0.1};
     this.scene = {pins: [], strokes: [], wrong: {}};
-    new ResizeObserver(() => this.#resized()).observe(element);
     this.#listen();
   }
 
-  #resized() {
+  /** What has to be fetched: the triangles of a mesh. */
+  async load() {
+    if (this.shape.mesh) {
+      const answer = await fetch(`${this.side}.triangles`);
+      this.surface = new Surface(await answer.arrayBuffer(), this.shape.axes);
+      this.painter.mesh(this.surface);
+    }
+    new ResizeObserver(() => this.resized()).observe(this.element);
+  }
+
+  resized() {
     const {clientWidth, clientHeight} = this.element, ratio = devicePixelRatio || 1;
     const first = this.view.width === 1;
     Object.assign(this.view, {width: clientWidth, height: clientHeight});
@@ -45,7 +57,7 @@ export class Pane {
 
   /** The whole shape and its canvas in view. */
   showAll() {
-    const boxes = [this.shape.box, this.shape.bounds];
+    const boxes = this.surface ? [this.surface.bounds()] : [this.shape.box, this.shape.bounds];
     const [left, top] = [0, 1].map((k) => Math.min(...boxes.map((box) => box[k])));
     const [right, bottom] = [2, 3].map((k) => Math.max(...boxes.map((box) => box[k])));
     const {width, height} = this.view;
@@ -70,9 +82,36 @@ export class Pane {
     return [view.x + (x - view.width / 2) / view.zoom, view.y + (y - view.height / 2) / view.zoom];
   }
 
-  pixel([x, y]) {
-    const {view} = this;
+  pixel(p) {
+    const {view} = this, [x, y] = this.surface ? this.surface.turned(p) : p;
     return [(x - view.x) * view.zoom + view.width / 2, (y - view.y) * view.zoom + view.height / 2];
+  }
+
+  /** The page's coordinates of a place as the file has it. */
+  page(place) {
+    return typeof place === 'string' ? this.surface.named(place) : this.units.page(place);
+  }
+
+  /** The point of the outline under a pixel, null if that is not close. */
+  rim(pixel, near = RIM) {
+    const ring = this.shape.outline, {away, edge, share} = closest(ring.map((p) => this.pixel(p)), pixel);
+    const point = between(ring[edge], ring[(edge + 1) % ring.length], share);
+    return away <= near && !this.surface?.hides(point) ? point : null;
+  }
+
+  /** The point of the shape under a pixel, as the page has it; null where there is none. */
+  hit(pixel) {
+    const p = this.at(pixel);
+    return this.surface ? this.surface.cast(p)?.point ?? null : inside(this.shape.outline, p) ? p : null;
+  }
+
+  /** The place of a point as the file has it: of a mesh a vertex, where one is close. */
+  file(point) {
+    const {surface} = this;
+    if (!surface) return this.units.file(point);
+    const hit = surface.cast(surface.turned(point)), at = this.pixel(point);
+    const near = hit && surface.corners(hit.triangle).find((k) => distance(this.pixel(surface.place(k)), at) <= SNAP);
+    return near === null || near === undefined ? this.units.file(point) : `v${surface.numbers[near]}`;
   }
 
   #event(event) {
@@ -90,20 +129,21 @@ export class Pane {
 
   paint() {
     const ratio = this.canvas.width / this.view.width;
-    const {x, y, zoom} = this.view;
-    const view = {x, y, zoom: zoom * ratio, width: this.canvas.width, height: this.canvas.height};
+    const {x, y, zoom} = this.view, turn = this.surface?.axes;
+    const view = {x, y, zoom: zoom * ratio, width: this.canvas.width, height: this.canvas.height, turn};
     this.painter.draw(view, this.overlay);
     this.#drawLines();
     this.#drawHandles();
   }
 
-  /** What the canvas paints of the canvas of the file, as a PNG's address: `width` x `height` pixels. */
+  /** What the canvas paints of the canvas of the file, or of a mesh, as a PNG's address: `width` x `height` pixels. */
   picture(width, height) {
-    const [left, top, right, bottom] = this.shape.box;
-    const {width: w, height: h} = this.canvas;
+    const [left, top, right, bottom] = this.surface?.bounds() ?? this.shape.box;
+    const {width: w, height: h} = this.canvas, overlay = {...this.overlay, plain: true};
     const zoom = Math.min(width / (right - left), height / (bottom - top));
+    const view = {x: (left + right) / 2, y: (top + bottom) / 2, zoom, width, height, turn: this.surface?.axes};
     Object.assign(this.canvas, {width, height});
-    this.painter.draw({x: (left + right) / 2, y: (top + bottom) / 2, zoom, width, height}, this.overlay);
+    this.painter.draw(view, overlay);
     const address = this.canvas.toDataURL();
     Object.assign(this.canvas, {width: w, height: h});
     this.redraw();
@@ -118,7 +158,7 @@ export class Pane {
     const drawn = [{d: this.rings.map((ring) => path(ring, true)).join(''), class: 'outline'}];
     this.scene.strokes.forEach((stroke, k) => {
       const wrong = this.scene.wrong.strokes?.includes(k) ? ' wrong' : '';
-      drawn.push({d: path(stroke[this.side].map((p) => this.units.page(p))), class: `stroke${wrong}`, hue: hue(k + 3)});
+      drawn.push({d: path(stroke[this.side].map((p) => this.page(p))), class: `stroke${wrong}`, hue: hue(k + 3)});
     });
     if (this.drawing) drawn.push({d: path(this.drawing), class: 'stroke drawing'});
     while (this.lines.childElementCount > drawn.length) this.lines.lastChild.remove();
@@ -146,12 +186,13 @@ export class Pane {
     for (const handle of wanted) {
       const element = there.get(handle.key) ?? this.#handle(handle);
       there.delete(handle.key);
-      const [x, y] = this.pixel(this.units.page(handle.place));
+      const point = this.page(handle.place), [x, y] = this.pixel(point);
+      element.classList.toggle('behind', Boolean(this.surface?.hides(point)));
       element.style.transform = `translate(${x}px, ${y}px)`;
       element.style.setProperty('--hue', handle.hue);
       element.classList.toggle('wrong', Boolean(handle.wrong));
       element.dataset.text = handle.text;
-      const said = `${handle.name ?? `pin ${handle.text}`}, ${this.side}, at ${handle.place.join(', ')}`;
+      const said = `${handle.name ?? `pin ${handle.text}`}, ${this.side}, at ${[handle.place].flat().join(', ')}`;
       element.setAttribute('aria-label', handle.wrong ? `${said}: not met` : said);
     }
     for (const element of there.values()) element.remove();
@@ -174,16 +215,16 @@ export class Pane {
     if (event.button) return;
     event.stopPropagation();
     element.setPointerCapture(event.pointerId);
-    const start = this.#event(event), from = this.pixel(this.units.page(this.#place(item)));
-    let moved = false;
+    const start = this.#event(event), from = this.pixel(this.page(this.#place(item)));
+    let to = null;
     element.onpointermove = (next) => {
       const here = this.#event(next);
-      moved ||= distance(here, start) > CLICK;
-      if (moved) this.#drag(item, this.at([from[0] + here[0] - start[0], from[1] + here[1] - start[1]]));
+      if (to || distance(here, start) > CLICK) this.#drag(item, to = [0, 1].map((k) => from[k] + here[k] - start[k]));
     };
     element.onpointerup = element.onpointercancel = () => {
       element.onpointermove = element.onpointerup = element.onpointercancel = null;
-      if (moved) this.does.drop();
+      if (to && this.surface) this.#drag(item, to, true);
+      if (to) this.does.drop();
     };
   }
 
@@ -194,22 +235,20 @@ export class Pane {
 
   /** Whether a pin of the outline: it stays there. */
   #onRim(item) {
-    const p = this.units.page(this.#place(item));
-    return item.kind === 'pins' && distance(closest(this.shape.outline, p), p) < ON_RIM;
+    return item.kind === 'pins' && closest(this.shape.outline, this.page(this.#place(item))).away < ON_RIM;
   }
 
-  #drag(item, p) {
-    const place = this.#onRim(item) ? closest(this.shape.outline, p) : p;
-    this.does.drag(this.side, item, this.units.file(place));
+  #drag(item, pixel, last = false) {
+    const rim = this.#onRim(item), point = rim ? this.rim(pixel, Infinity) : this.surface ? this.hit(pixel) : this.at(pixel);
+    if (point) this.does.drag(this.side, item, last && !rim ? this.file(point) : this.units.file(point));
   }
 
   #key(event, item) {
-    const arrows = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
     if (event.key === 'Delete' || event.key === 'Backspace') this.does.remove(item, event.shiftKey);
-    else if (arrows[event.key] && !event.ctrlKey && !event.altKey && !event.metaKey) {
-      const step = NUDGE * (event.shiftKey ? FINE : 1) * this.view.width / this.view.zoom;
-      const p = this.units.page(this.#place(item));
-      this.#drag(item, [0, 1].map((k) => p[k] + step * arrows[event.key][k]));
+    else if (ARROWS[event.key] && !event.ctrlKey && !event.altKey && !event.metaKey) {
+      const step = NUDGE * (event.shiftKey ? FINE : 1) * this.view.width;
+      const from = this.pixel(this.page(this.#place(item)));
+      this.#drag(item, [0, 1].map((k) => from[k] + step * ARROWS[event.key][k]));
       clearTimeout(this.still);
       this.still = setTimeout(() => this.does.drop(), 250);
     } else return;
@@ -225,43 +264,59 @@ export class Pane {
       event.preventDefault();
       this.zoomBy(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), this.#event(event));
     }, {passive: false});
+    element.addEventListener('keydown', (event) => {
+      const way = event.target === element && !event.ctrlKey && !event.altKey && !event.metaKey && ARROWS[event.key];
+      if (!way) return;
+      event.preventDefault();
+      this.move(STEP * way[0], STEP * way[1], !this.surface || event.shiftKey);
+    });
     element.addEventListener('pointerdown', (event) => {
       if (event.button > 1) return;
       element.setPointerCapture(event.pointerId);
-      const start = this.#event(event), {x, y} = this.view;
-      if (this.pen && event.button === 0) this.drawing = [this.at(start)];
-      let moved = false;
+      const start = this.#event(event), pan = !this.surface || event.shiftKey || event.button === 1;
+      if (this.pen && event.button === 0) this.drawing = [];
+      let moved = false, last = start;
+      const draw = (pixel) => { const point = this.surface ? this.hit(pixel) : this.at(pixel); if (point) this.drawing?.push(point); };
+      draw(start);
       element.onpointermove = (next) => {
         const here = this.#event(next);
         moved ||= distance(here, start) > CLICK;
-        if (this.drawing) this.drawing.push(this.at(here));
-        else if (moved) {
-          this.view.x = x - (here[0] - start[0]) / this.view.zoom;
-          this.view.y = y - (here[1] - start[1]) / this.view.zoom;
-        }
+        if (this.drawing) draw(here);
+        else if (moved) this.move(here[0] - last[0], here[1] - last[1], pan);
+        last = here;
         this.redraw();
       };
-      element.onpointerup = element.onpointercancel = (last) => {
+      element.onpointerup = element.onpointercancel = (end) => {
         element.onpointermove = element.onpointerup = element.onpointercancel = null;
-        if (this.drawing) this.#drawn();
-        else if (!moved && event.button === 0 && last.type === 'pointerup') this.click(start);
+        if (this.drawing) this.drawn();
+        else if (!moved && event.button === 0 && end.type === 'pointerup') this.click(start);
       };
     });
   }
 
-  #drawn() {
-    const line = simplified(this.drawing, DRAWN / this.view.zoom);
+  /** The view moved by pixels, or the mesh turned. */
+  move(x, y, pan = true) {
+    if (pan) Object.assign(this.view, {x: this.view.x - x / this.view.zoom, y: this.view.y - y / this.view.zoom});
+    else this.surface.orbit(TURN * x, TURN * y);
+    this.redraw();
+  }
+
+  /** The stroke that was being drawn is done. */
+  drawn() {
+    const line = this.drawing.length > 1 ? simplified(this.drawing, DRAWN / this.view.zoom) : [];
     this.drawing = null;
     this.redraw();
     const long = line.reduce((sum, p, k) => sum + (k ? distance(p, line[k - 1]) : 0), 0) * this.view.zoom;
     if (long > 2 * RIM) this.does.stroke(this.side, line.map((p) => this.units.file(p)));
   }
 
-  /** A pin at a pixel, if the shape is there. */
+  /** A pin at a pixel, if the shape is there; with the pen a point of a stroke. */
   click(pixel = [this.view.width / 2, this.view.height / 2]) {
-    const p = this.at(pixel), rim = closest(this.shape.outline, p);
-    const near = distance(this.pixel(rim), pixel) <= RIM;
-    if (near || inside(this.shape.outline, p)) this.does.place(this.side, this.units.file(near ? rim : p));
+    const rim = this.pen ? null : this.rim(pixel), point = rim ?? this.hit(pixel);
+    if (!point) return;
+    if (this.pen) (this.drawing ??= []).push(point);
+    else this.does.place(this.side, rim ? this.units.file(rim) : this.file(point));
+    this.redraw();
   }
 }
 

@@ -32,7 +32,7 @@ export function list(element, scene, wrong, does) {
   while (element.childElementCount > rows.length) element.lastChild.remove();
 }
 
-const short = ([x, y]) => `${Number(x.toPrecision(4))}, ${Number(y.toPrecision(4))}`;
+const short = (place) => [place].flat().map((v) => (v.toPrecision ? Number(v.toPrecision(4)) : v)).join(', ');
 
 function blank() {
   const row = document.createElement('li');

@@ -40,11 +40,17 @@ def coordinates(run: Run, *shapes: Shape) -> None:
     """
     from ...shapes import mesh_texture
 
-    sources = [source for source, _ in run.pairs] if run.tiles else []
+    counts: dict[str, int] = {}
     for shape in shapes:
-        for note in mesh_texture.beyond_unit(shape):
-            if not any(shape is source for source in sources):
-                run.note(note)
+        outside = mesh_texture.beyond_unit(shape)
+        counts[shape.spec] = counts.get(shape.spec, 0) + outside
+    tiled = run.source.spec if run.tiles else None
+    for spec, count in counts.items():
+        if count and spec != tiled:
+            text = (
+                "have texture coordinates outside 0..1, where the texture repeats; <UDIM> tells tiles apart"
+            )
+            run.note(f"{spec}: {count} triangles {text}")
 
 
 def canvas(run: Run, tile: complex | None = None) -> tuple[int, int]:

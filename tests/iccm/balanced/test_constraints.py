@@ -208,6 +208,88 @@ def test_strokes_that_no_map_can_meet_are_named(strokes, said):
         iccm.fit(SQUARE, SQUARE, strokes=strokes)
 
 
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_stroke_may_begin_on_the_outline(turn):
+    stroke = tuple(np.array(side)[::turn] for side in ([0.5, 0.5 + 0.5j], [1, 0.6 + 0.9j]))
+    fit = iccm.fit(SQUARE, ELL, strokes=[stroke])
+    assert fit.status is Status.REACHED and one_to_one(fit) and off_line(fit) < 2e-4 * fit.diagonal
+    at = np.abs(fit.map(stroke[0]) - stroke[1])[::turn]
+    assert at[0] < 1e-9 and at[1] > 0.05
+
+
+def test_strokes_from_outline_to_outline_part_the_shape():
+    strokes = [
+        (np.array([x, x + 0.1 + 0.5j, x + 1j]), np.array([x + 0.1, x - 0.1 + 0.4j, x + 1j]))
+        for x in (0.3, 0.7)
+    ]
+    pins = [(0.1 + 0.5j, 0.05 + 0.4j), (0.6 + 0.3j, 0.5 + 0.3j), (1 + 0.5j, 1 + 0.4j)]
+    fit = iccm.fit(SQUARE, SQUARE, strokes=strokes, pins=pins)
+    assert fit.status is Status.REACHED and one_to_one(fit) and max(errors(fit)) < 1e-9
+    for k, (a, b) in enumerate(strokes):
+        assert (
+            off_line(fit, k) < 2e-4 * fit.diagonal and np.abs(fit.map(a[[0, -1]]) - b[[0, -1]]).max() < 1e-9
+        )
+
+
+def test_a_stroke_across_is_met_in_the_mirror():
+    boot = np.array([0, 2, 2.3 + 0.7j, 1 + 1j, 1 + 2j, 2j])
+    stroke = np.array([0.5, 0.6 + 0.5j, 0.5j + 0.5, 0.8j]), np.array([0.8, 0.7 + 0.6j, 0.9j])
+    first = iccm.fit(boot, ELL, strokes=[stroke])
+    second = iccm.fit(boot.conj(), ELL.conj(), strokes=[tuple(side.conj() for side in stroke)])
+    assert one_to_one(first) and off_line(first) < 2e-4 * first.diagonal
+    assert np.abs(second.map(first.interior.conj()).conj() - first.map(first.interior)).max() < 1e-6
+
+
+def test_a_stroke_along_the_outline_is_met_from_end_to_end():
+    stroke = (np.array([0.8, 1, 1 + 0.5j]), np.array([1.5, 2, 2 + 0.2j]))
+    inwards = (np.array([1 + 0.5j, 0.5 + 0.5j]), np.array([2 + 0.2j, 0.5 + 0.5j]))
+    fit = iccm.fit(SQUARE, ELL, strokes=[stroke, inwards])
+    assert fit.status is Status.REACHED and one_to_one(fit)
+    assert max(off_line(fit), off_line(fit, 1)) < 2e-4 * fit.diagonal
+    assert np.abs(fit.map(stroke[0][[0, -1]]) - stroke[1][[0, -1]]).max() < 1e-9
+
+
+@pytest.mark.parametrize("out", [5e-4j, -5e-4j])
+def test_ends_close_to_the_outline_are_on_it(out):
+    stroke = (np.array([0.5 + out, 0.5 + 0.5j]), np.array([1 - out, 0.6 + 0.9j]))
+    fit = iccm.fit(SQUARE, ELL, strokes=[stroke])
+    assert fit.status is Status.REACHED and np.abs(fit.map(np.array([0.5])) - 1).max() < 1e-3
+    line, goal = (Curve(side, closed=False) for side in stroke)
+    image = fit.map(line.at(np.linspace(0.01, line.length, 100)))
+    assert np.abs(goal.at(goal.closest(image)) - image).max() < 2e-4 * fit.diagonal
+
+
+def test_an_end_stays_off_the_outline_of_the_target():
+    fit = iccm.fit(SQUARE, ELL, strokes=[([0.5 + 0.2j, 0.5 + 0.5j], [1, 0.6 + 0.9j])])
+    assert fit.status is Status.REACHED and one_to_one(fit) and off_line(fit) < 2e-4 * fit.diagonal
+
+
+ACROSS = ([0.5, 0.5 + 1j], [0.5, 0.5 + 1j])
+
+
+@pytest.mark.parametrize(
+    ("strokes", "pins", "said"),
+    [
+        ([([0.5, 0.5 + 0.5j], [0.5 + 0.1j, 0.5 + 0.5j])], None, "stroke 1: its source ends on the outline"),
+        (
+            [([0.5 + 0.1j, 0.5 + 0.5j], [0.5, 0.5 + 0.5j])],
+            [(0.5 + 0.1j, 0.5)],
+            "stroke 1: its target ends on",
+        ),
+        ([([0.3 + 0.2j, 0.5, 0.7 + 0.2j], [0.3 + 0.2j, 0.7 + 0.2j])], None, "other than at an end"),
+        ([([0.2, 0.8], [0.8, 0.2])], None, "stroke 1: it runs the other way around"),
+        ([([0.2, 0.8], [0.2 + 0.5j, 0.8 + 0.5j])], None, "stroke 1: its source runs along the outline"),
+        ([ACROSS], [(0.3 + 0.5j, 0.7 + 0.5j)], "pin 1: it lies on the one side of stroke 1"),
+        ([([0.3, 0.3 + 1j], [0.7, 0.7 + 1j]), ACROSS], None, "stroke 2: it lies on the one side of stroke 1"),
+        ([ACROSS], [(0.2, 0.8), (1 + 0.5j, 1 + 0.5j)], "out of order: stroke 1"),
+        ([([0.2, 0.8], [0.2, 0.8]), ([0.8, 0.9], [0.7, 0.9])], None, "stroke 1 and stroke 2: one place"),
+    ],
+)
+def test_strokes_at_the_outline_that_no_map_can_meet_are_named(strokes, pins, said):
+    with pytest.raises(InputError, match=said):
+        iccm.fit(SQUARE, SQUARE, strokes=strokes, pins=pins)
+
+
 def test_one_pin_out_of_order_is_the_one_that_is_named():
     square = Curve(SQUARE)
     s = np.array([0.3, 1.1, 1.9, 2.7, 3.5])

@@ -138,10 +138,54 @@ def test_ends_of_strokes_slide_unless_they_have_pins():
     assert np.abs(again.map(MIDDLE) - fit.map(MIDDLE) - 0.3j).max() < 0.1
 
 
+def test_strokes_may_end_on_the_outline():
+    """From end to end of the bar, and across it."""
+    strokes = [
+        (np.array([0.5j, 2.9 + 0.5j]), np.array([0.5j, 2 + 1j])),
+        (np.array([4, 4 + 1j]), np.array([3 + 2j, 3 + 3j])),
+    ]
+    fit = iccm.deform(BAR, strokes=strokes)
+    assert fit.status is Status.MET and fit.report()["injective"]["certified"]
+    for a, b in strokes:
+        line, goal = Curve(a, closed=False), Curve(b, closed=False)
+        image = fit.map(line.at(np.linspace(0, line.length, 100)))
+        assert np.abs(goal.at(goal.closest(image)) - image).max() < 2e-4 * fit.diagonal
+    assert np.abs(fit.map(strokes[1][0]) - strokes[1][1]).max() < 1e-9
+    with pytest.raises(InputError, match="stroke 1: it runs along the outline"):
+        iccm.deform(BAR, strokes=[([1, 2], [1, 3])])
+
+
 def test_two_points_may_come_to_one_place():
     pins = [(0.1 + 0.5j, 0.5j), (5.9 + 0.5j, 0.5j), (3 + 0.5j, 3 + 2j)]
     fit = iccm.deform(BAR, pins=pins)
     assert fit.status is Status.OVERLAP and error(fit) < 1e-9
+
+
+def test_where_it_overlaps_what_is_farther_from_the_first_pin_is_shown():
+    """The bar's ends one over the other: of two triangles that cover the same point the later one is seen."""
+    pins = np.array([(0.1 + 0.5j, 0.5j), (5.9 + 0.5j, 0.2 + 0.5j), (3 + 0.5j, 3 + 2j)])
+    for order in ([0, 1, 2], [1, 0, 2]):
+        fit = iccm.deform(BAR, pins=pins[order])
+        seen = fit.map.faces[_last_holding(fit.map.image[fit.map.faces], 0.15 + 0.5j)]
+        nearest = np.argmin(np.abs(fit.map.source[seen].mean() - pins[order[:2], 0]))
+        assert nearest == 1 and any("farther from the first pin" in note for note in fit.notes)
+        again = iccm.deform(BAR, pins=pins[order], start=fit)
+        assert np.array_equal(fit.map.source, again.map.source)
+
+
+def _last_holding(corners, point):
+    a, b, c = (corners - point).T
+    inside = [(p.conj() * q).imag >= 0 for p, q in ((a, b), (b, c), (c, a))]
+    holders = np.flatnonzero(np.all(inside, axis=0))
+    assert holders.size > 1
+    return holders[-1]
+
+
+def test_bounds_hold_for_what_is_drawn():
+    pins = np.column_stack([np.append(CORNERS, 1 + 1j), np.append(CORNERS, 1.25 + 1.1j)])
+    fit = iccm.deform(SQUARE, pins=pins, max_dilatation=3)
+    assert fit.status is Status.MET and fit.report()["dilatation"]["max"] <= 3 + 1e-6
+    assert iccm.deform(SQUARE, pins=pins, max_dilatation=1.01).status is Status.BOUNDS
 
 
 def test_what_cannot_be_met_is_told_with_its_distance():
@@ -176,3 +220,36 @@ def test_a_shape_with_a_round_outline_keeps_its_parts():
     assert fit.status is Status.MET and fit.report()["injective"]["certified"]
     still = np.array([-0.3 - 0.1j, -0.2 - 0.2j])
     assert np.abs(fit.map(still) - still).max() < 0.1
+
+
+PUNCHED = [
+    1.5 + 0.5j + 0.2 * np.exp(2j * np.pi * np.arange(24) / 24),
+    np.array([4, 4.5, 4.5 + 0.5j, 4 + 0.5j]) + 0.25j,
+]
+
+
+def test_a_bar_with_holes_bends_as_rigidly_as_possible_holes_left_free():
+    pins = bent(90)
+    fit = iccm.deform(BAR, pins=pins, source_holes=PUNCHED)
+    assert fit.status is Status.MET and error(fit) < 1e-9 and not fit.notes
+    assert fit.report()["injective"]["certified"] and "holes" not in fit.report()
+    for hole, loop in zip(PUNCHED, fit.map.loops[1:]):
+        assert np.abs(np.sort_complex(fit.map.source[loop])[0] - np.sort_complex(hole)[0]) < 1e-9
+    assert np.abs(as_rigid_as_possible(fit, pins) - fit.map.image).max() < 0.01 * fit.source.diagonal
+    assert np.isnan(fit.map(np.array([1.5 + 0.5j]))).all()
+    again = iccm.deform(BAR, pins=pins, source_holes=PUNCHED, start=fit)
+    assert np.abs(again.map.image - fit.map.image).max() < 1e-5
+
+
+def test_pins_on_a_holes_outline_move_it_and_in_it_close_it():
+    on = [[1.3 + 0.5j, 1.2 + 0.5j], [1.7 + 0.5j, 1.9 + 0.5j], [5.5 + 0.5j, 5.5 + 0.5j]]
+    fit = iccm.deform(BAR, pins=on, source_holes=PUNCHED)
+    assert fit.status is Status.MET and error(fit) < 1e-9 and len(fit.map.loops) == 3
+    inside = [[1.5 + 0.5j, 1.5 + 0.7j], [5.5 + 0.5j, 5.5 + 0.5j]]
+    fit = iccm.deform(BAR, pins=inside, source_holes=PUNCHED)
+    assert fit.status is Status.MET and error(fit) < 1e-9 and len(fit.map.loops) == 2
+    assert fit.notes == ["A hole holds pins or strokes: the shape is moved as if filled there."]
+    stroke = [np.array([1 + 0.5j, 2 + 0.5j]), np.array([1 + 0.5j, 2 + 0.6j])]
+    assert len(iccm.deform(BAR, strokes=[stroke], source_holes=PUNCHED).map.loops) == 2
+    with pytest.raises(InputError, match="source_holes: the balanced method alone"):
+        iccm.deform(BAR, pins=on, source_holes=PUNCHED, method="paper")

@@ -211,6 +211,20 @@ def test_a_spiral_onto_a_square():
     check(solve(spiral(3), SQUARE, SMALL), spiral(3), SQUARE, 1e-3)
 
 
+def test_angles_are_kept_better_where_that_is_needed_and_sizes_allow_it(monkeypatch):
+    bar = Curve.domain(np.array([0, 1, 1 + 5.5j, 5.5j]))
+    leant, back = (iccm.fit(*pair).distortion for pair in ((bar, SQUARE), (SQUARE, bar)))
+    long = iccm.fit(Curve.domain(np.array([0, 1, 1 + 14j, 14j])), SQUARE).distortion
+    monkeypatch.setattr(stages, "LEANINGS", 0)
+    even = iccm.fit(bar, SQUARE).distortion
+    assert even.quantile(even.dilatations, 0.95) > 5
+    for found in (leant, back):
+        assert found.quantile(found.dilatations, 0.95) <= 5
+        assert stages.EVEN <= found.within(2) < even.within(2)
+    hopeless = iccm.fit(Curve.domain(np.array([0, 1, 1 + 14j, 14j])), SQUARE).distortion
+    assert np.array_equal(hopeless.dilatations, long.dilatations)  # no θ would do
+
+
 def test_more_balance_evens_the_areas():
     even = [np.var(np.log(areas(solve(STAR, SHIELD, replace(SMALL, theta=t))))) for t in (0.25, 4.0)]
     assert even[1] < 0.6 * even[0]
@@ -260,3 +274,16 @@ def test_orientation_is_exact():
         (ax, ay), (bx, by), (cx, cy) = ((Fraction(p.real), Fraction(p.imag)) for p in w.tolist())
         sign = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
         assert positive(w, faces).tolist() == [sign > 0, sign < 0]
+
+
+@pytest.mark.parametrize("height", [100, 137])
+def test_a_square_onto_a_rectangle_is_symmetric(height):
+    """Both halves are the same, left and right, above and below, and nothing is turned."""
+    square, rectangle = np.array([0, 1, 1 + 1j, 1j]), np.array([0, 160, 160 + 1j * height, 1j * height])
+    fit = iccm.fit(square, rectangle)
+    x, y = np.meshgrid(np.linspace(0.05, 0.95, 9), np.linspace(0.05, 0.95, 9))
+    at, diagonal = fit.map(x + 1j * y), abs(rectangle[2])
+    across, over = fit.map(1 - x + 1j * y), fit.map(x + 1j * (1 - y))
+    assert np.abs(across - (160 - at.conj())).max() < 1e-3 * diagonal  # the gap that was asked for
+    assert np.abs(over - (at.conj() + 1j * height)).max() < 1e-3 * diagonal
+    assert abs(fit.report()["turn"]) < 0.1

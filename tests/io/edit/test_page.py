@@ -79,11 +79,11 @@ class Page:
     def scene(self):
         return self.js("iccm.scene")
 
-    def at(self, side, x, y):
-        """The window's pixel of a point in the file's units."""
-        place = "iccm.panes[arguments[0]].units.page([arguments[1], arguments[2]])"
+    def at(self, side, *place):
+        """The window's pixel of a point in the file's units, of the plane or of space."""
         corner = "iccm.panes[arguments[0]].element.getBoundingClientRect()"
-        px, py = self.js(f"iccm.panes[arguments[0]].pixel({place})", side, x, y)
+        page = "iccm.panes[arguments[0]].units.page(arguments[1])"
+        px, py = self.js(f"iccm.panes[arguments[0]].pixel({page})", side, place)
         left, top = self.js(f"[{corner}.left, {corner}.top]", side)
         return left + px, top + py
 
@@ -92,10 +92,10 @@ class Page:
         event["button"] = "none" if kind == "mouseMoved" and not buttons else "left"
         self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
 
-    def click(self, side, x, y):
+    def click(self, side, *place):
         count = len(self.scene["pins"])
-        self.mouse("mousePressed", self.at(side, x, y), 1)
-        self.mouse("mouseReleased", self.at(side, x, y))
+        self.mouse("mousePressed", self.at(side, *place), 1)
+        self.mouse("mouseReleased", self.at(side, *place))
         self.wait(f"iccm.scene.pins.length > {count}")
         return self.settled()
 
@@ -116,9 +116,20 @@ class Page:
                 "type": kind,
                 "key": key,
                 "modifiers": flags,
-                "windowsVirtualKeyCode": ord(key[0].upper()),
+                "windowsVirtualKeyCode": {"Enter": 13}.get(key, ord(key[0].upper())),
             }
             self.driver.execute_cdp_cmd("Input.dispatchKeyEvent", event)
+
+    def screen(self, ratio, width=1400, height=660, scheme="light"):
+        """Another screen: pixels of the device for one of the page, and the size of the window."""
+        metrics = {"width": width, "height": height, "deviceScaleFactor": ratio, "mobile": False}
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+        self.wait(f"innerWidth === {width} && devicePixelRatio === {ratio}")
+        fits = "Math.abs(c.width - devicePixelRatio * c.clientWidth) <= 1"
+        self.wait(f"Object.values(iccm.panes).every(({{canvas: c}}) => {fits})", 20)
+        self.wait("Object.values(iccm.panes).every((p) => !p.waiting)", 20)
 
     def picture(self, width, height):
         """What the target's canvas paints, as pixels with straight alpha."""
@@ -200,12 +211,191 @@ def test_what_cannot_be_is_red_and_the_map_stays(page, tmp_path):
     assert edited.settled() == "full" and np.array_equal(edited.picture(300, 300), before)
 
 
+def test_a_mesh_is_turned_pinned_on_its_surface_and_written_as_it_is_shown(
+    page, tmp_path, shell, monkeypatch
+):
+    from iccm.io.shapes import mesh_shape, mesh_texture
+    from iccm.meshes import render
+    from iccm.pixels.sampler import Sampler
+
+    edited = page("face-pins", "tiger.svg", "face.obj", "--texture", "tiger.png")
+    before = edited.js("iccm.panes.target.surface.axes")
+    pane = edited.js(
+        "(r => [r.left, r.top, r.width, r.height])(document.getElementById('target').getBoundingClientRect())"
+    )
+    edited.mouse("mousePressed", (pane[0] + 30, pane[1] + 300), 1)
+    for k in range(1, 8):
+        edited.mouse("mouseMoved", (pane[0] + 30 + 5 * k, pane[1] + 300 - 3 * k), 1)
+    edited.mouse("mouseReleased", (pane[0] + 65, pane[1] + 279))
+    axes = np.reshape(edited.js("iccm.panes.target.surface.axes"), (3, 3))
+    assert np.abs(axes.ravel() - before).max() > 0.1 and np.allclose(axes @ axes.T, np.eye(3), atol=1e-9)
+    for x, y in ((170, 200), (342, 200)):
+        assert edited.click("source", x, y) == "full"
+    assert edited.click("target", 0.0, -0.13, 1.1) == "full"
+    start = edited.scene["pins"][0]["target"]
+    edited.drag("target", start, (-0.42, 0.3, 0.6), release=False)
+    edited.wait("iccm.kind === 'coarse' && iccm.seq[1] > 5")
+    edited.mouse("mouseReleased", edited.at("target", -0.42, 0.3, 0.6))
+    assert edited.settled() == "full"
+    moved = edited.scene["pins"][0]["target"]
+    assert moved != start and (isinstance(moved, str) or len(moved) == 3)
+    edited.key("s", ctrl=True)
+    edited.wait("!document.body.classList.contains('dirty')")
+    line = edited.js("document.getElementById('command').textContent")
+    done = shell(f"cd {tmp_path} && {line}")
+    assert done.returncode == 0, done.stderr
+    written = mesh_shape.read(str(tmp_path / "tiger-face.obj"))
+    image = mesh_texture.read(written)
+    height, width = image.pixels.shape[:2]
+    patch, uv = written.flattening.patch, written.uv[written.uv_faces]
+    texels = np.stack([uv[..., 0] * width, (1 - uv[..., 1]) * height], axis=-1)
+    monkeypatch.setattr(render, "AMBIENT", 1.0)
+    seen = np.array(axes)
+    seen[1] *= -1  # up
+    sampler = Sampler(image.texture((0j, complex(width, height))))
+    want = render.render(patch.points, patch.faces, texels, sampler, 602, seen)[
+        1:-1, 1:-1
+    ]  # without its margin
+    shown = edited.picture(want.shape[1], want.shape[0])
+    likeness = structural_similarity(over_white(shown), over_white(want[..., [2, 1, 0, 3]]), data_range=255)
+    assert likeness >= 0.96, likeness
+
+
+def contrast(page, selector):
+    """The ratio of WCAG 2 between the text of an element and the ground behind it."""
+    colours = page.js(
+        """(() => {
+          let e = document.querySelector(arguments[0]), text = getComputedStyle(e).color, ground;
+          do { ground = getComputedStyle(e).backgroundColor; e = e.parentElement; }
+          while (ground === 'rgba(0, 0, 0, 0)');
+          return [text, ground].map((c) => c.match(/[\\d.]+/g).slice(0, 3).map(Number));
+        })()""",
+        selector,
+    )
+    linear = [[(v / 255 + 0.055) ** 2.4 / 1.055**2.4 if v > 10 else v / 3294 for v in c] for c in colours]
+    light = [0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in linear]
+    return (max(light) + 0.05) / (min(light) + 0.05)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_fine_screens_other_windows_and_both_schemes(page, scheme):
+    edited = page("pins", "round.svg", "cat.svg", "--texture", "face.png")
+    edited.screen(2, scheme=scheme)
+    for side in ("source", "target"):
+        canvas = edited.js(
+            f"(e => [e.width, e.clientWidth, e.height, e.clientHeight])(iccm.panes.{side}.canvas)"
+        )
+        assert canvas[0] == 2 * canvas[1] and canvas[2] == 2 * canvas[3]
+    pin = edited.scene["pins"][0]["target"]
+    x, y = edited.at("target", *pin)
+    edited.mouse("mousePressed", (x + 6, y - 3), 1)  # on its rim
+    for k in range(1, 7):
+        edited.mouse("mouseMoved", (x + 6 + 2 * k, y - 3), 1)
+    edited.mouse("mouseReleased", (x + 18, y - 3))
+    assert edited.settled() == "full"
+    assert np.allclose(edited.at("target", *edited.scene["pins"][0]["target"]), (x + 12, y), atol=0.1)
+    edited.screen(1.5, 1000, 560, scheme)
+    box = edited.js("(r => [r.left + r.width / 2, r.top + r.height / 2])"
+                    "(document.querySelector('#target .handle').getBoundingClientRect())")  # fmt: skip
+    assert np.allclose(box, edited.at("target", *edited.scene["pins"][0]["target"]), atol=1)
+    for selector in ("h1", "#status", ".hint", "#figures th", "#figures td", "#save", "#command", ".caption"):
+        assert contrast(edited, selector) >= 4.5, selector
+    edited.js("document.body.classList.add('bad')")
+    assert contrast(edited, "#status") >= 4.5
+
+
+def test_a_deep_view_is_as_sharp_as_a_large_picture(page, tmp_path, shell):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg")
+    edited.js("iccm.panes.target.zoomBy(12)")
+    corners = edited.js(
+        "(p => [[0, 0], [p.view.width, p.view.height]].map((c) => p.units.file(p.at(c))))(iccm.panes.target)"
+    )
+    address = edited.js("(p => { p.paint(); return p.canvas.toDataURL(); })(iccm.panes.target)")
+    shown = cv2.imdecode(
+        np.frombuffer(base64.b64decode(address.partition(",")[2]), np.uint8), cv2.IMREAD_UNCHANGED
+    )
+    done = shell(
+        f"cd {tmp_path} && iccm map rose.svg leaf.svg --texture petals.jpg --size 6000 -o large.png -q"
+    )
+    assert done.returncode == 0, done.stderr
+    large = over_white(cv2.imread(str(tmp_path / "large.png"), cv2.IMREAD_UNCHANGED))
+    box = edited.js("iccm.panes.target.shape.box")
+    (left, top), (right, bottom) = (
+        edited.js("iccm.panes.target.units.file(arguments[0])", box[k : k + 2]) for k in (0, 2)
+    )
+    scale = large.shape[1] / (right - left), large.shape[0] / (bottom - top)
+    (a, b), (c, d) = [[(x - left) * scale[0], (y - top) * scale[1]] for x, y in corners]
+    move = np.array([[(c - a) / shown.shape[1], 0, a - 0.5], [0, (d - b) / shown.shape[0], b - 0.5]])
+    size = (shown.shape[1], shown.shape[0])
+    want = cv2.warpAffine(large, move, size, flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP)
+    likeness = structural_similarity(over_white(shown), want, data_range=255)
+    assert likeness >= 0.95, likeness
+
+
+@pytest.mark.parametrize("kind", ["touch", "pen"])
+def test_strokes_are_drawn_by_finger_and_pen(page, kind):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.js("document.getElementById('pen').click()")
+    way = [edited.at("source", 200 + 10 * k, 380 + 8 * np.sin(k / 2)) for k in range(12)]
+    if kind == "touch":
+        edited.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
+    for k, (x, y) in enumerate(way):
+        if kind == "touch":
+            event = {"type": "touchMove" if k else "touchStart", "touchPoints": [{"x": x, "y": y}]}
+            edited.driver.execute_cdp_cmd("Input.dispatchTouchEvent", event)
+        else:
+            event = {
+                "type": "mouseMoved" if k else "mousePressed",
+                "x": x,
+                "y": y,
+                "button": "left",
+                "buttons": 1,
+            }
+            edited.driver.execute_cdp_cmd(
+                "Input.dispatchMouseEvent", event | {"pointerType": "pen", "force": 0.5}
+            )
+    if kind == "touch":
+        edited.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    else:
+        event = {"type": "mouseReleased", "x": x, "y": y, "button": "left", "pointerType": "pen"}
+        edited.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
+    edited.wait("iccm.scene.strokes.length === 1")
+    assert edited.settled() == "full"
+    drawn = edited.scene["strokes"][0]["source"]
+    assert len(drawn) > 3 and abs(drawn[0][0] - 200) < 2 and abs(drawn[-1][0] - 310) < 2
+
+
+def test_a_stroke_by_the_keyboard(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.js("document.getElementById('source').focus()")
+    edited.key("s")
+    for key in ("p", "ArrowRight", "ArrowRight", "p", "ArrowDown", "p", "Enter"):
+        edited.key(key)
+    edited.wait("iccm.scene.strokes.length === 1")
+    assert edited.settled() == "full" and len(edited.scene["strokes"][0]["source"]) == 3
+    edited.key("z", ctrl=True)
+    edited.wait("iccm.scene.strokes.length === 0")
+
+
+def test_closing_with_changes_asks_first(page):
+    """Whether the page wants to be asked for: ChromeDriver answers such questions itself."""
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    asks = "(e => !dispatchEvent(e))(new Event('beforeunload', {cancelable: true}))"
+    assert not edited.js(asks)
+    edited.click("source", 259, 156)
+    assert edited.js(asks)
+    edited.key("s", ctrl=True)
+    edited.wait("!document.body.classList.contains('dirty')")
+    assert not edited.js(asks)
+
+
 def test_the_keyboard_does_it_all_and_the_server_ends_with_the_page(page, tmp_path):
     edited = page("rose-leaf", "rose.svg", "leaf.svg")
     edited.js("document.getElementById('source').focus()")
     edited.key("p")
     edited.wait("iccm.scene.pins.length === 1")
     edited.settled()
+    edited.wait("document.querySelector('#target .handle')")
     edited.js("document.querySelector('#target .handle').focus()")
     before = edited.scene["pins"][0]
     edited.key("ArrowRight")

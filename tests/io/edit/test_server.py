@@ -241,3 +241,19 @@ def test_without_the_extra_one_line_says_so(shapes, iccm, monkeypatch):
     monkeypatch.setitem(sys.modules, "websockets", None)
     typed = iccm("edit", "square.svg", "blob.svg")
     assert typed.code == 2 and typed.lines == ["error: iccm edit needs a server: pip install 'iccm[edit]'"]
+
+
+def test_what_was_let_go_of_is_solved_however_many_drags_came_before(client):
+    with linked(client) as socket:
+        socket.receive_json()
+        socket.send_json({"type": "solve", "seq": 1, "scene": {}})
+        map_of(socket)
+        for k in range(1, 4):  # all at once, as a page sends them
+            for j in range(5):
+                moved = {"pins": [{"source": [40, 45], "target": [45 + 0.2 * j + 0.1 * k, 50]}]}
+                socket.send_json({"type": "follow", "seq": 100 * k + j, "scene": moved})
+            socket.send_json({"type": "solve", "seq": 100 * k + 9, "scene": moved})
+            heads = [map_of(socket)[0]]
+            while heads[-1]["kind"] != "full":
+                heads.append(map_of(socket)[0])
+            assert heads[-1]["seq"] == 100 * k + 9 and heads[-1]["ok"]

@@ -264,3 +264,13 @@ def test_usemtl_lines_go_around_the_part(tmp_path):
         *["mtllib new.mtl", "v 0 0 0", "v 1 0 0", "v 0 1 0", "usemtl M", "g a", "f 1 2 3", "g b"],
         *["vt 0 0", "usemtl M_iccm", "f 1/1 2/1 3/1", "g c", "usemtl M", "f 2 3 1"],
     ]
+
+
+def test_lines_that_end_with_a_return_alone_stay_so(shapes, iccm):
+    text = "o a\rv 0 0 0\rv 1 0 0\rv 1 1 0\rv 0 1 0\rv 2 0 0\rf 1 2 3 4\rf 2 5 3\r"
+    (shapes / "a.obj").write_bytes(text.encode())
+    assert "kind: mesh" in iccm("info", "a.obj").out
+    assert iccm("flatten", "a.obj", "--uv", "b.obj").code == 0
+    made = (shapes / "b.obj").read_bytes()
+    assert b"\n" not in made and made.count(b"\rvt ") == 5
+    assert iccm("map", "square.svg", "b.obj", "-o", "c.obj").code == 0

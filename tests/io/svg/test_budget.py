@@ -76,6 +76,28 @@ def test_the_silhouette_of_what_overlaps_too_often_is_refused(tmp_path):
         shape.read(f"{tmp_path}/a.svg#silhouette")
 
 
+def test_a_silhouette_that_is_refused_has_not_been_read_to_its_end(tmp_path, monkeypatch):
+    rows = [f'<rect x="{k % 90}" y="{k // 90}" width="1.4" height="1.4"/>' for k in range(8100)]
+    (tmp_path / "a.svg").write_text(SVG.format("".join(rows)))
+    (tmp_path / "b.svg").write_text(SVG.format("".join(rows[:1000])))
+    assert len(shape.read(f"{tmp_path}/b.svg#silhouette").curve.z) > 4
+    seen, of = [], reader.runs_of
+    monkeypatch.setattr(reader, "runs_of", lambda *given: seen.append(1) or of(*given))
+    monkeypatch.setattr(crossings, "MAX_CROSSINGS", 6000)  # of some 15,000
+    with pytest.raises(InputError, match="cross each other too often"):
+        shape.read(f"{tmp_path}/a.svg#silhouette")
+    assert len(seen) <= 4000
+
+
+def test_names_of_many_shapes_are_kept_in_order_and_once(tmp_path):
+    rows = "".join(
+        f'<g id="g"><rect id="r{k}" x="{k / 99}" y="0" width="9" height="9"/></g>' for k in range(2000)
+    )
+    (tmp_path / "a.svg").write_text(SVG.format(rows))
+    found = list(reader.read(tmp_path / "a.svg").ids)
+    assert found == ["g", *(f"r{k}" for k in range(2000))]
+
+
 def test_the_limit_on_segments_can_be_set(tmp_path):
     refused(tmp_path, f'<path d="M{points(circle(2000))}Z"/>', "more than 1000 lines", max_segments=1000)
 

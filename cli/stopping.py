@@ -1,0 +1,62 @@
+"""Stopping within two seconds of a signal, in compiled code, too, where no exception is raised."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+GRACE = (
+    1.2  # seconds in which a run may end by itself, which takes milliseconds between calls of compiled code
+)
+_state = {"patient": False}
+
+
+def patient() -> None:
+    """Leave signals to the command: one that has processes to take leave of."""
+    _state["patient"] = True
+
+
+@contextmanager
+def watched() -> Iterator[None]:
+    """While the block runs, a thread waits for signals, and ends the process where the main thread does not.
+
+    The main thread gets its exceptions as ever. What Python's own handler of signals writes into a pipe is seen by the
+    thread though the main one is in compiled code; what has not been written whole by then is removed.
+    """
+    if threading.current_thread() is not threading.main_thread() or os.name == "nt":
+        yield
+        return
+    _state["patient"] = False
+    inlet, outlet = os.pipe()
+    os.set_blocking(outlet, False)
+    before, over = signal.set_wakeup_fd(outlet, warn_on_full_buffer=False), threading.Event()
+    threading.Thread(target=_watch, args=(inlet, over), daemon=True).start()
+    try:
+        yield
+    finally:
+        over.set()
+        signal.set_wakeup_fd(before)
+        os.close(outlet)
+
+
+def _watch(inlet: int, over: threading.Event) -> None:
+    ends = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    while said := os.read(inlet, 1):
+        if said[0] in ends and not _state["patient"] and not over.wait(GRACE):
+            _end(said[0])
+    os.close(inlet)
+
+
+def _end(number: int) -> None:
+    from ..io import files
+
+    files.abandon()
+    with suppress(OSError, ValueError):
+        message = "interrupted" if number == signal.SIGINT else f"stopped by signal {number}"
+        sys.stderr.write(f"error: {message}\n")
+        sys.stderr.flush()
+    os._exit(128 + number)

@@ -1,0 +1,71 @@
+"""What the page is shown of a map, and what is said of one that cannot be."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import InputError
+from ..run.report import plain
+from .messages import Scene
+
+MISSED = 1e-6  # of the target's diagonal; pins that are met are met to 1e-9
+MISSED_STROKE = 1e-3  # likewise, of strokes, which lie on theirs to 2e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What the page is shown.
+
+    Attributes:
+        kind: "full" for the map that `iccm map` makes of what is saved, "coarse" for one that follows, "error" where
+            there is none.
+        ok: whether the map is as good as was asked for.
+        message: a sentence on it.
+        figures: of the report, as far as they are known.
+        wrong: numbers of the pins and strokes that are not met or cannot be.
+        drawn: what the page draws of it, see `Session.drawn`; None where the map on the page stays.
+        other: "fresh" where the map from scratch is another, "kept" where the one gone on from the last map is.
+    """
+
+    kind: str
+    ok: bool
+    message: str
+    figures: dict[str, Any] = field(default_factory=dict)
+    wrong: dict[str, list[int]] = field(default_factory=dict)
+    drawn: NDArray[np.float32] | None = None
+    other: str = ""
+
+    def head(self, seq: int) -> dict[str, Any]:
+        """All but what is drawn, for the page; `seq` says to what this is the answer."""
+        head = {name: getattr(self, name) for name in ("kind", "ok", "message", "figures", "wrong", "other")}
+        return plain({"type": "map", "seq": seq, **head})
+
+
+def figures(report: dict[str, Any]) -> dict[str, Any]:
+    """What the page shows of a report."""
+    names = ("status", "boundary", "stretch", "dilatation", "scale", "turn", "injective", "notes")
+    return {name: report[name] for name in names}
+
+
+def missed(report: dict[str, Any], scene: Scene) -> dict[str, list[int]]:
+    """Numbers of the pins and strokes that a full map does not meet."""
+    pins, strokes = report["pins"][: len(scene.pins)], report["strokes"]
+    return {
+        "pins": [k for k, pin in enumerate(pins) if not pin["error"] <= MISSED],
+        "strokes": [k for k, stroke in enumerate(strokes) if not stroke["error"] <= MISSED_STROKE],
+    }
+
+
+def refused(error: InputError) -> Shown:
+    """What cannot be: the message counts from 1, and so names which."""
+    text, wrong = str(error), {}
+    for kind in ("pin", "stroke"):
+        found = re.findall(rf"\b{kind}s? (?:on the outline out of order: )?(\d+(?:(?:, | and )\d+)*)", text)
+        numbers = [int(n) - 1 for words in found for n in re.findall(r"\d+", words)]
+        wrong[f"{kind}s"] = sorted(set(numbers))
+    return Shown("error", False, text, {}, wrong)

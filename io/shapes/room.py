@@ -1,0 +1,33 @@
+"""Which holes of a shape leave room for a map: those large enough, and apart from the outline and from each other."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex, xy_of
+from ...curve import Curve
+
+MOST = 64  # the largest: each costs a chain of vertices on every mesh
+SPECK = 1e-5  # of the area inside the outline: a smaller hole would need triangles as small
+CLOSE = (
+    2e-4  # of the diagonal: a hole as close as that to the outline, or to another, leaves no room for a map
+)
+
+
+def mappable(curve: Curve, holes: Sequence[Complex]) -> list[int]:
+    """The numbers of those holes of an outline, ascending."""
+    rings = [shapely.Polygon(xy_of(hole)) for hole in holes]
+    sizes = shapely.area(rings)
+    domain = shapely.Polygon(xy_of(curve.z))
+    outline = domain.exterior
+    near = CLOSE * curve.diagonal
+    kept: list[int] = []
+    for k in np.argsort(-sizes, kind="stable"):
+        ring = rings[k]
+        if len(kept) == MOST or not (ring.is_valid and sizes[k] > SPECK * curve.area):
+            continue
+        free = ring.distance(outline) > near and all(ring.distance(rings[j]) > near for j in kept)
+        if free and domain.contains_properly(ring):
+            kept.append(int(k))
+    return sorted(kept)

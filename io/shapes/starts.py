@@ -1,0 +1,81 @@
+"""An earlier map that a constraints file holds, to go on from: what `iccm edit` showed before the last change.
+
+A triangulation of both shapes, with the vertices in the units of their files (on meshes in the flattening's plane)::
+
+    {"start": {"source": [[x, y], ...], "target": [[x, y], ...], "triangles": [[0, 1, 2], ...]}}
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from ...arrays import Complex
+from ...errors import InputError
+from ...maps.triangulated.map import TriangulatedMap
+from ...meshes.mesh import proper
+from ...meshes.topology import Triangles
+from ..places import Number
+from .shape import Shape
+
+MOST = 200_000  # vertices and triangles
+Vertices = Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length=MOST)]
+Corner = Annotated[int, Field(ge=0, lt=MOST, strict=True)]
+
+
+class StartingMap(BaseModel):
+    """Triangles with their corners in both shapes, in the units of their files."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    source: Vertices
+    target: Vertices
+    triangles: Annotated[list[tuple[Corner, Corner, Corner]], Field(min_length=1, max_length=MOST)]
+
+    @classmethod
+    def of(cls, map: TriangulatedMap, source: Shape, target: Shape) -> StartingMap:
+        """A map as it is written."""
+        rows = (shape.to_file(w) for shape, w in ((source, map.source), (target, map.image)))
+        digits = [[(float(f"{x:.12g}"), float(f"{y:.12g}")) for x, y in side.tolist()] for side in rows]
+        faces = [(a, b, c) for a, b, c in map.faces.tolist()]
+        return cls.model_construct(source=digits[0], target=digits[1], triangles=faces)
+
+    def map(self, source: Shape, target: Shape) -> TriangulatedMap:
+        """The map between two shapes.
+
+        Raises:
+            InputError: the triangles are no disk, with or without holes, or lie on each other.
+        """
+        z, w = source.to_core(self.source), target.to_core(self.target)
+        faces = np.array(self.triangles, dtype=np.int64)
+        if len(z) != len(w):
+            raise InputError(f"start: {len(z)} vertices in the source, and {len(w)} in the target")
+        if not np.array_equal(np.unique(faces), np.arange(len(z))):
+            raise InputError(f"start: the triangles must use each of its {len(z)} vertices")
+        for side, at in (("source", z), ("target", w)):
+            if not proper(faces).all() or (_areas(at[faces]) <= 0).any():
+                raise InputError(f"start: a triangle is turned over or has no area in the {side}")
+        return TriangulatedMap(z, w, faces, _loops(z, faces))
+
+
+def _areas(corners: Complex) -> NDArray[np.float64]:
+    a, b, c = corners.T
+    return ((b - a).conj() * (c - a)).imag
+
+
+def _loops(z: Complex, faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
+    """The boundary loops, the outer one first.
+
+    Raises:
+        InputError: the triangles do not hang together as a disk with holes.
+    """
+    shape = Triangles(faces, len(z))
+    ends = shape.tail[shape.twin < 0]
+    sound = shape.components().max() == 0 and shape.crowded_edges == 0 and np.unique(ends).size == ends.size
+    loops = shape.loops() if sound else []
+    if not loops or shape.count - shape.edge_count + len(faces) != 2 - len(loops):
+        raise InputError("start: the triangles are no disk, nor one with holes")
+    size = [float(_areas(np.stack([np.zeros(k.size), z[k], z[np.roll(k, -1)]], axis=1)).sum()) for k in loops]
+    return tuple(loops[k] for k in np.argsort([-s for s in size], kind="stable"))

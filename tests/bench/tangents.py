@@ -1,0 +1,82 @@
+"""Tangents beside MikkTSpace's own code (compiled to WebAssembly, npm's `mikktspace`; fetched once, by npm).
+
+python -m tests.bench.tangents        needs npm and node
+"""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from iccm.arrays import Index, Real
+from iccm.meshes.charted import Charted
+
+FOLDER = Path(__file__).parents[2] / "build" / "mikktspace"
+PACKAGE = "mikktspace@1.1.1"
+SCRIPT = """
+const fs = require("fs"), mikktspace = require("mikktspace");
+const all = new Float32Array(fs.readFileSync("in").buffer.slice(0)), n = all.length / 8;
+const found = mikktspace.generateTangents(all.slice(0, 3 * n), all.slice(3 * n, 6 * n), all.slice(6 * n));
+fs.writeFileSync("out", Buffer.from(found.buffer, found.byteOffset, found.byteLength));
+"""
+
+
+def fetched() -> None:
+    """The package, beside a script that asks it."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    (FOLDER / "ask.cjs").write_text(SCRIPT)
+    if not (FOLDER / "node_modules" / "mikktspace").is_dir():
+        subprocess.run(["npm", "install", "--silent", "--no-audit", PACKAGE], cwd=FOLDER, check=True)
+
+
+def theirs(at: Real, normals: Real, uv: Real) -> Real:
+    """(m, 3, 4) MikkTSpace's tangents of the corners of triangles, and their handedness."""
+    parts = [values.astype("<f4").tobytes() for values in (at, normals, uv)]
+    (FOLDER / "in").write_bytes(b"".join(parts))
+    subprocess.run(["node", "ask.cjs"], cwd=FOLDER, check=True)
+    return np.fromfile(FOLDER / "out", "<f4").reshape(-1, 3, 4)
+
+
+def coordinates(at: Real) -> Real:
+    """(m, 3, 2) around the axis, with a seam, the lower half mirrored."""
+    turn = np.arctan2(at[..., 1], at[..., 0]) / (2 * np.pi)
+    turn -= np.round(turn - turn[:, :1])
+    upper = at[..., 2].mean(axis=1, keepdims=True) > 0
+    uv = np.stack([np.where(upper, turn, -turn), 0.3 * at[..., 2] + 0.05 * np.sin(5 * at[..., 0])], axis=-1)
+    return uv.astype(np.float32).astype(float)
+
+
+def compared(name: str, points: Real, faces: Index, normals: Real) -> None:
+    """Prints the angles between both."""
+    at, own = points[faces], np.arange(faces.size).reshape(-1, 3)
+    uv = coordinates(at)
+    sheet = Charted(name, points, faces, uv.reshape(-1, 2), own, normals.reshape(-1, 3), own)
+    tangents, reference = sheet.frames[1], theirs(at, normals, uv)
+    angle = np.degrees(np.arccos(np.clip(np.sum(tangents * reference[..., :3], axis=-1), -1, 1)))
+    same = (np.sign(reference[..., 3]) == sheet.mirrored[:, None]).mean()
+    found = f"median {np.median(angle):.4f}°   worst {angle.max():.3f}°   hands {same:.0%}"
+    print(f"{name:22} {len(faces):6} triangles   {found}")
+
+
+def main() -> None:
+    """Smooth and hard normals on four surfaces."""
+    fetched()
+    shapes = {
+        "sphere": trimesh.creation.icosphere(3),
+        "torus": trimesh.creation.torus(1, 0.3),
+        "box": trimesh.creation.box().subdivide(),
+        "cylinder": trimesh.creation.cylinder(1, 2),
+    }
+    for name, mesh in shapes.items():
+        points = np.asarray(mesh.vertices, np.float32).astype(float)
+        faces = np.asarray(mesh.faces)
+        smooth, hard = mesh.vertex_normals[faces], np.repeat(mesh.face_normals[:, None], 3, axis=1)
+        for kind, normals in (("smooth", smooth), ("hard", hard)):
+            compared(f"{name}, {kind}", points, faces, np.asarray(normals, np.float32).astype(float))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,39 @@
+"""Signals end a run that is in compiled code, and nothing half written is left."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+LONG = """
+import hashlib
+from iccm import cli
+from iccm.io import files
+
+def main(*words, **options):
+    with files.replacing("out.png") as path, files.scratch() as folder:
+        path.write_text("half")
+        print(folder, flush=True)
+        hashlib.pbkdf2_hmac("sha256", b"", b"", 1 << 30)  # minutes, in which Python sees no signal
+
+cli.iccm.main = main
+cli.main(["map"])
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+@pytest.mark.parametrize(
+    ("name", "message"), [("SIGTERM", "stopped by signal 15"), ("SIGINT", "interrupted")]
+)
+def test_a_signal_ends_compiled_code(tmp_path, name, message):
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, "-c", LONG], cwd=tmp_path, **pipes) as process:
+        folder = process.stdout.readline().strip()
+        assert len(os.listdir(tmp_path)) == 1 and os.path.isdir(folder)
+        process.send_signal(getattr(signal, name))
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 128 + getattr(signal, name)
+    assert said == f"error: {message}\n"
+    assert not os.listdir(tmp_path) and not os.path.exists(folder)

@@ -1,0 +1,67 @@
+"""Large Hermitian systems, against dense ones and libigl."""
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.sparse import csr_matrix, diags
+
+from iccm import dissection
+from iccm.meshes import flatten
+from iccm.meshes.disk_patch import disk_patch
+from iccm.meshes.mesh import Mesh
+
+
+def system(n, seed):
+    """A Hermitian positive definite matrix over the neighbours of points on a surface."""
+    from scipy.spatial import cKDTree
+
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(n, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    pairs = cKDTree(points).query_pairs(3 / np.sqrt(n), output_type="ndarray")
+    values = rng.normal(size=len(pairs)) + 1j * rng.normal(size=len(pairs))
+    half = csr_matrix((values, pairs.T), (n, n))
+    whole = half + half.getH()
+    most = np.asarray(abs(whole).sum(axis=1)).ravel()
+    return (whole + diags(1 + most)).tocsr(), points
+
+
+@pytest.mark.parametrize("n", [1, 50, 97, 900])
+def test_the_solution_is_that_of_the_dense_matrix(n):
+    matrix, points = system(n, n)
+    right = np.exp(1j * np.arange(n))
+    found = dissection.solve(matrix, points, right)
+    assert found == pytest.approx(np.linalg.solve(matrix.toarray(), right), abs=1e-12)
+
+
+def test_parts_are_not_coupled_but_by_what_comes_after_them():
+    matrix, points = system(900, 1)
+    order, nodes = dissection.dissected(matrix, points)
+    assert sorted(order) == list(range(900)) and nodes[-1][1] == 900
+    coupled = matrix[order][:, order].toarray() != 0
+    begins = {}
+    for number, (start, _, children) in enumerate(nodes):
+        begins[number] = min([start, *(begins[child] for child in children)])
+        for one in children:
+            for other in children:
+                if one != other:
+                    a, b = (slice(begins[child], nodes[child][1]) for child in (one, other))
+                    assert not coupled[a, b].any()
+
+
+def test_a_matrix_that_is_not_definite_is_refused():
+    matrix, points = system(300, 2)
+    matrix = matrix - 1e3 * csr_matrix(np.eye(300))
+    with pytest.raises(np.linalg.LinAlgError):
+        dissection.solve(matrix.tocsr(), points, np.ones(300, complex))
+
+
+def test_least_squares_of_large_patches_are_libigls(monkeypatch):
+    made = trimesh.creation.icosphere(4).slice_plane([0, 0, -0.6], [0, 0, 1])
+    points = made.vertices * (1 + 0.2 * np.sin(5 * made.vertices[:, :1]))
+    patch = disk_patch(Mesh.triangles("m", points, made.faces))
+    theirs = flatten.lscm(patch, patch.loops[0])
+    monkeypatch.setattr(flatten, "LARGE", 0)
+    monkeypatch.setattr("igl.lscm", lambda *words: pytest.fail("libigl was asked"))
+    ours = flatten.lscm(patch, patch.loops[0])
+    assert ours == pytest.approx(theirs, abs=1e-9 * np.abs(theirs).max())

@@ -1,0 +1,169 @@
+"""Maps that go on from the one before: nothing jumps when a pin is let go of, and the file that is saved tells how."""
+
+import json
+
+import numpy as np
+import pytest
+
+from iccm.io.edit import saving
+from iccm.io.edit.messages import Scene
+from iccm.io.edit.session import Session
+from iccm.io.edit.ways import same
+from iccm.io.run.job import make
+from iccm.io.shapes.starts import StartingMap
+
+AT = [40.0, 45.0]
+
+
+def scene(*ends, **more):
+    return Scene.model_validate({"pins": [{"source": a, "target": b} for a, b in ends], **more})
+
+
+@pytest.fixture
+def dragged(shapes):
+    """A session, the scene after a long drag of one of two pins, and the map that was last seen during it."""
+    edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
+    edited.solve(scene())
+    ends = [[AT, edited.placed("source", [AT])[0]], [[65, 60], edited.placed("source", [[65, 60]])[0]]]
+    edited.solve(scene(*ends))
+    for step in range(8):
+        last = scene([AT, [ends[0][1][0] + 2 * step, ends[0][1][1] + step]], ends[1])
+        assert edited.follow(last).ok
+    return edited, last, edited._map
+
+
+def apart(one, other):
+    """The distance that 95 % of the points move less than, of the target's diagonal."""
+    z = one.source[np.setdiff1d(np.arange(one.source.size), one.loops[0])]
+    return np.nanquantile(np.abs(one(z) - other(z)), 0.95) / one.image_diagonal
+
+
+def test_what_is_let_go_of_stays_where_it_is_seen(dragged):
+    edited, last, seen = dragged
+    assert edited.solve(last).ok
+    kept = edited._map
+    assert apart(kept, seen) < 0.025 and edited.start(last) is not None
+    fresh = edited.solve(last, "fresh")
+    assert fresh.other == "kept" and edited.start(last) is None
+    back = edited.solve(last, "kept")
+    assert back.ok and np.array_equal(edited._map.image, kept.image)
+
+
+def test_a_click_where_the_map_goes_moves_next_to_nothing(dragged):
+    edited, last, _ = dragged
+    edited.solve(last)
+    before = edited._map
+    more = [30, 62], edited.placed("source", [[30, 62]])[0]
+    assert edited.solve(scene(*((pin.source, pin.target) for pin in last.pins), more)).ok
+    assert apart(before, edited._map) < 2e-3
+
+
+def test_what_is_saved_gives_the_map_that_is_seen(dragged, shapes, shell):
+    edited, last, _ = dragged
+    edited.solve(last)
+    saving.save(edited, last, "square-blob.json", replace=False)
+    saving.export(edited, last, "shown.png", 200, replace=False)
+    done = shell(f"{saving.command(edited, last)} --size 200")
+    assert done.returncode == 0, done.stderr
+    assert (shapes / "shown.png").read_bytes() == (shapes / "square-blob.png").read_bytes()
+    opened = Session(make({"source": "square.svg", "target": "blob.svg", "constraints": "square-blob.json"}))
+    assert opened.solve(opened.first).ok
+    assert np.array_equal(opened._map.image, edited._map.image)
+
+
+def test_undo_gives_the_map_that_was_there(dragged):
+    edited, last, _ = dragged
+    edited.solve(last)
+    before = edited._map.image
+    edited.follow(scene(*((pin.source, pin.target) for pin in last.pins[1:])))
+    edited.solve(scene(*((pin.source, pin.target) for pin in last.pins[1:])))
+    edited.solve(last)
+    assert np.array_equal(edited._map.image, before)
+
+
+def test_maps_that_agree_need_no_start_and_others_are_told(dragged):
+    edited, last, _ = dragged
+    edited.solve(last)
+    kept, fresh = edited._map, edited._fitted(last, None)[0].map
+    found = edited.compared(last)
+    if same(kept, fresh):
+        assert found.other == "" and found.drawn is not None and edited.start(last) is None
+    else:
+        assert found.other == "fresh" and found.drawn is None and edited._map is kept
+        assert edited.compared(last) is None  # it is known by now
+    assert same(kept, kept)
+
+
+def test_without_pins_and_when_turned_it_is_made_from_scratch(dragged):
+    edited, last, _ = dragged
+    edited.solve(last)
+    for other in (scene(), last.model_copy(update={"turn": 30.0})):
+        assert edited.solve(other).ok and edited.start(other) is None
+
+
+def test_copies_of_drawings_hold_pins_and_a_file_beside_them_the_start(shapes, shell):
+    for name, place in (("square.svg", "40 45"), ("blob.svg", "45 50")):
+        x, y = place.split()
+        pin = f'<circle id="pin-nose" cx="{x}" cy="{y}" r="2"/></svg>'
+        (shapes / name).write_text((shapes / name).read_text().replace("</svg>", pin))
+    edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
+    edited.solve(edited.first)
+    moved = scene([AT, [54, 55]])
+    edited.follow(moved)
+    edited.solve(moved)
+    fields = saving.copies(edited, moved, saving.copy_names(edited, saving.ENDING), replace=False)
+    assert fields["constraints"] == "square-blob-pins.json"
+    assert json.loads((shapes / "square-blob-pins.json").read_text()).keys() == {"files", "start"}
+    saving.export(edited, moved, "shown.png", 100, replace=False)
+    done = shell(f"{saving.command(edited, moved)} --size 100")
+    assert done.returncode == 0, done.stderr
+    assert (shapes / "shown.png").read_bytes() == (shapes / "square-blob.png").read_bytes()
+
+
+SQUARE = [[20, 20], [80, 20], [80, 80], [20, 80]]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"triangles": [[0, 1, 2], [0, 2, 3]]}, "turned over"),
+        ({"triangles": [[0, 2, 1]]}, "use each"),
+        ({"triangles": [[0, 2, 1], [0, 3, 2], [0, 2, 1]]}, "no disk"),
+        ({"triangles": [[0, 2, 1], [0, 3, 2], [4, 6, 5], [4, 7, 6]], "double": True}, "no disk"),
+        ({"triangles": [[0, 1, 9]]}, "use each"),
+        ({"triangles": [[0, -1, 2]]}, "greater"),
+        ({"target": SQUARE[:3]}, "4 vertices in the source, and 3"),
+        ({"source": [[20, 20]] * 4}, "no area"),
+        ({"source": 5}, "valid list"),
+    ],
+)
+def test_a_start_that_is_no_map_is_refused_in_a_line(shapes, iccm, change, said):
+    start = {"source": SQUARE, "target": SQUARE, "triangles": [[0, 2, 1], [0, 3, 2]]} | change
+    if start.pop("double", False):
+        start |= {side: SQUARE + [[x + 1, y] for x, y in SQUARE] for side in ("source", "target")}
+    (shapes / "c.json").write_text(json.dumps({"start": start}))
+    typed = iccm("map", "square.svg", "blob.svg", "--constraints", "c.json", "-q")
+    assert typed.code == 2 and len(typed.lines) == 1 and said in typed.err
+
+
+def test_a_start_of_other_outlines_is_refused_or_used(shapes, iccm):
+    start = {"source": SQUARE, "target": SQUARE, "triangles": [[0, 2, 1], [0, 3, 2]]}
+    (shapes / "c.json").write_text(json.dumps({"start": start}))
+    typed = iccm("map", "square.svg", "blob.svg", "--constraints", "c.json", "-q", "--size", "40")
+    assert typed.code in (0, 2) and len(typed.lines) <= 1
+
+
+def test_a_start_is_for_the_balanced_method(shapes, iccm):
+    start = {"source": SQUARE, "target": SQUARE, "triangles": [[0, 2, 1], [0, 3, 2]]}
+    (shapes / "c.json").write_text(json.dumps({"start": start}))
+    typed = iccm("map", "square.svg", "blob.svg", "--constraints", "c.json", "--method", "paper")
+    assert typed.code == 2 and "balanced" in typed.err
+
+
+def test_a_start_is_read_as_it_was_written(dragged):
+    edited, last, _ = dragged
+    edited.solve(last)
+    map, pair = edited.start(last), (edited.source, edited.target)
+    again = StartingMap.model_validate_json(StartingMap.of(map, *pair).model_dump_json()).map(*pair)
+    assert np.allclose(again.source, map.source, rtol=1e-11) and np.array_equal(again.faces, map.faces)
+    assert set(again.loops[0]) == set(map.loops[0])
