@@ -257,14 +257,17 @@ class DiscreteMap:
             u[self.border : self.constrained] = self.inside.goals
         return replace(self, u=u)
 
-    def unfolded(self, *, harmonic: bool = True, polish: int = 0, steps: int = STEPS) -> "DiscreteMap":
-        """The inside moved so that no triangle is folded; bound vertices stay where they are.
+    def unfolded(
+        self, *, harmonic: bool = True, polish: int = 0, steps: int = STEPS, weighed: bool = False
+    ) -> "DiscreteMap":
+        """The inside moved so that no triangle is folded; bound vertices stay where they are. Those in holes count
+        less if `weighed`.
 
         Raises:
             Stuck: folds remain.
         """
         gradients, areas = rest_geometry(self.z, self.u, self.system.corners, (self.metrics[0], None))
-        if self.weights is not None:
+        if weighed and self.weights is not None:
             areas = areas * self.weights
         u = self.u.copy()
         u[self.border : self.constrained] = (

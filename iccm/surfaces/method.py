@@ -163,7 +163,7 @@ def _on_own(
     own = on_own_mesh(side, frame, stages.last_level(problem, settings), state, problem)
     own = _lowered(own, problem, settings, journal)
     here, there = (
-        own.of_layout(side.layout.flat),
+        own.of_layout(side.given.flat),
         other.outward(other_frame.world(own.state.u), own.state.outer),
     )
     return (stages.inverted(own.state), there, here) if onto else (own.state, here, there)
@@ -171,8 +171,6 @@ def _on_own(
 
 def _lowered(own: OwnMap, problem: UnitProblem, settings: Settings, journal: SolveLog) -> OwnMap:
     """The map at rest, its worst stretch lowered."""
-    if own.state.filled:  # slits stretch without bound: raising the worst would leave the rest to itself
-        return replace(own, state=stages.descended(own.state, problem.theta, 1.0, journal))
     eased = stages.eased(own.state, problem.theta)
     theta = stages.leaning(problem, own.state)
     return replace(own, state=stages.lowered(eased, theta, settings, journal))

@@ -1,6 +1,7 @@
 """The last map of a surface: on its own triangles, so that its texture coordinates are that map, and fold nowhere."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -85,8 +86,7 @@ def on_own_mesh(
     Raises:
         Stuck: none was found.
     """
-    assert side.even is not None
-    flat = frame.unit(side.even.flat)
+    flat = frame.unit(side.own.flat)
     met = [loop.source for loop in state.loops]
     loops = [
         loop[::-1] if frame.mirrored else loop for loop in (side.loops[k] for k in (0, *(1 + k for k in met)))
@@ -94,7 +94,7 @@ def on_own_mesh(
     outlines = [problem.source, *(problem.holes[0][k] for k in met)]
     rims = [_outline_of(flat[loop], curve) for loop, curve in zip(loops, outlines)]
     loops = [np.roll(loop, -rim.first) for loop, rim in zip(loops, rims)]
-    own = _level_of(level, rims, problem)
+    own = _level_of(level, rims, met, problem)
     pairs, holes, sizes = _pairs_of(own, match_on(own, state))
     return _meshed(side, frame, own, state, problem, loops, pairs, holes, sizes)
 
@@ -122,9 +122,11 @@ def _outline_of(z: Complex, simple: Curve) -> _ExactOutline:
     return _ExactOutline(Outline(curve, curve.knots[:-1], origins), first)
 
 
-def _level_of(level: Level, rims: list[_ExactOutline], problem: UnitProblem) -> Level:
-    """The level with the surface's exact outlines as those of the source."""
-    outer, *holes = (rim.outline for rim in rims)
+def _level_of(level: Level, rims: list[_ExactOutline], met: list[int], problem: UnitProblem) -> Level:
+    """The level with the surface's exact outlines as those of the source, of the holes `met` with partners."""
+    outer, holes = rims[0].outline, list(level.holes[0])
+    for hole, rim in zip(met, rims[1:]):
+        holes[hole] = rim.outline
     anchors = level.anchors
     if anchors is not None:
         s = outer.curve.closest(np.array(problem.anchors[0]))
@@ -151,9 +153,9 @@ def _pairs_of(level: Level, match) -> tuple[Pairs, MeshHoles, list[int]]:
 
 def _meshed(side, frame, level, state, problem, loops, pairs, holes, sizes) -> OwnMap:
     """The mesh with the boundary asked for, and the map on it."""
-    patch = side.layout.patch
+    patch = side.given.patch
     closing = [side.loops[1 + loop.source] for loop in state.filled]
-    fills = [filling(side.layout.flat, loop) for loop in (*closing, *side.passed_over)]
+    fills = [filling(side.given.flat, loop) for loop in (*closing, *side.passed_over)]
     given = np.repeat(
         [1.0, *[FILLED] * len(closing), *[PASSED_OVER] * len(side.passed_over)],
         [len(patch.faces), *map(len, fills)],
@@ -162,13 +164,15 @@ def _meshed(side, frame, level, state, problem, loops, pairs, holes, sizes) -> O
     mesh, pinned = _with_pins(mesh, side, frame.world(problem.pins[:, 0]))
     still = np.zeros(mesh.count, bool)
     still[np.concatenate([*loops, pinned])] = True
-    mesh, rim = _with_boundary(mesh.without_chords(still), level, loops, pairs, sizes)
+    mesh, rim = _with_boundary(
+        mesh.without_chords(still), [level.source, *(here for here, _ in holes.outlines)], loops, pairs, sizes
+    )
     constrained = np.append(rim, pinned)
     first = np.concatenate([constrained, *closing])
     order = np.append(first, np.setdiff1d(np.arange(mesh.count), first))
     alone = [(loop.source, -1, rim.size) for loop, rim in zip(state.filled, closing)]
     faces = np.argsort(order)[mesh.faces]
-    z = frame.unit(mesh.carried(side.even.flat)[order])
+    z = frame.unit(mesh.carried(side.own.flat)[order])
     weights = given[mesh.own]
     material = weights == 1
     maps = _to_surface(mesh, side, material, z[faces], mirrored=frame.mirrored)
@@ -189,10 +193,11 @@ def _meshed(side, frame, level, state, problem, loops, pairs, holes, sizes) -> O
         weights=None if material.all() else weights,
         metrics=(OwnMetric(maps, material), problem.metrics[1]),
     )
+    unfolding: dict[str, Any] = {"steps": UNFOLDING, "polish": POLISHING, "weighed": True}
     try:
-        found = found.moved_to_border(u).unfolded(harmonic=False, steps=UNFOLDING, polish=POLISHING)
+        found = found.moved_to_border(u).unfolded(harmonic=False, **unfolding)
     except Stuck:
-        found = found.unfolded(steps=UNFOLDING, polish=POLISHING)
+        found = found.unfolded(**unfolding)
     if not material.all():  # slivers as they are: those in holes are content from here on
         content = linear(z[faces], found.u[faces])
         maps = Linear(*(np.where(material, own, new) for own, new in zip(maps, content)))
@@ -204,7 +209,7 @@ def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[Refin
     """The mesh with vertices at places (k,) of the even layout, and their numbers."""
     numbers = []
     for z in places:
-        flat = mesh.carried(side.even.flat)
+        flat = mesh.carried(side.own.flat)
         face = _holding(flat[mesh.faces], z)
         mesh, number = mesh.with_point(face, barycentric(flat[mesh.faces[face]], z))
         numbers.append(number)
@@ -228,13 +233,13 @@ def barycentric(corners: Complex, z: complex) -> Real:
 
 
 def _with_boundary(
-    mesh: RefinedSurface, level: Level, loops: list[Index], pairs: Pairs, sizes: list[int]
+    mesh: RefinedSurface, outlines: list[Outline], loops: list[Index], pairs: Pairs, sizes: list[int]
 ) -> tuple[RefinedSurface, Index]:
     """The mesh with all vertices (b,) of the boundary, and their numbers, in order."""
-    rim, tails, heads, shares = np.empty(pairs.s.size, np.int64), [], [], []
-    outlines = [level.source, *level.holes[0]]
+    rim = np.empty(pairs.s.size, np.int64)
+    tails, heads, new = ([np.empty(0, np.int64)] for _ in range(3))
+    shares = [np.empty(0)]
     ends = np.cumsum([0, *sizes])
-    new = []
     for start, end, loop, outline in zip(ends, ends[1:], loops, outlines):
         edge, share = outline.curve.locate(pairs.s[start:end])
         length = outline.curve.lengths[edge]
@@ -249,12 +254,13 @@ def _with_boundary(
         shares.append(share[between])
     places = np.concatenate(new)
     rim[places] = mesh.count + np.arange(places.size)
-    return mesh.with_points_on(*(np.concatenate(each) for each in (tails, heads, shares))), rim
+    tail, head = np.concatenate(tails), np.concatenate(heads)
+    return mesh.with_points_on(tail, head, np.concatenate(shares)), rim
 
 
 def _to_surface(mesh: RefinedSurface, side: Side, material: Flags, z: Complex, *, mirrored: bool) -> Linear:
     """From triangles z (m, 3) to the surface; those in holes rest as the user's plane shows them."""
-    space, flat = mesh.carried(side.layout.patch.points), mesh.carried(side.layout.flat)
+    space, flat = mesh.carried(side.given.patch.points), mesh.carried(side.given.flat)
     rest = flat[mesh.faces]
     rest[material] = laid_flat(space[mesh.faces[material]])
     scale = 1 / np.sqrt(face_areas(space[mesh.faces[material]]).sum())

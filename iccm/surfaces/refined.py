@@ -84,7 +84,7 @@ class RefinedSurface:
             own += [t] * (len(chain) - 1)
         parents = np.column_stack([tails, heads, heads])
         weights = np.column_stack([1 - shares, shares, 0 * shares])
-        return self._with(hit.any(axis=1), parts, own, parents, weights)
+        return self._with(np.asarray(hit.any(axis=1)), parts, own, parents, weights)
 
     def without_chords(self, still: Flags) -> "RefinedSurface":
         """With a vertex in the middle of every inner edge that joins two vertices marked in `still` (n,)."""
@@ -94,9 +94,9 @@ class RefinedSurface:
         )
         middle = np.full(shape.twin.size, -1)
         middle[chords] = middle[shape.twin[chords]] = self.count + np.arange(chords.size)
-        middle = middle.reshape(-1, 3)
-        hit = (middle >= 0).any(axis=1)
-        split = [(part, t) for t in np.flatnonzero(hit) for part in _parts(self.faces[t], middle[t])]
+        sides = middle.reshape(-1, 3)
+        hit = np.asarray((sides >= 0).any(axis=1))
+        split = [(part, t) for t in np.flatnonzero(hit) for part in _parts(self.faces[t], sides[t])]
         parents = np.column_stack([shape.tail[chords], shape.head[chords], shape.head[chords]])
         weights = np.tile([0.5, 0.5, 0.0], (chords.size, 1))
         return self._with(hit, [part for part, _ in split], [t for _, t in split], parents, weights)

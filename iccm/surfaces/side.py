@@ -42,18 +42,28 @@ class Side:
         """To be solved for in the user's plane."""
         return replace(self, even=self.layout)
 
+    @property
+    def given(self) -> Flattening:
+        """The layout of a surface in the user's plane."""
+        assert self.layout is not None
+        return self.layout
+
+    @property
+    def own(self) -> Flattening:
+        """The layout of a surface in which it is solved for."""
+        assert self.even is not None
+        return self.even
+
     @cached_property
     def loops(self) -> list[Index]:
         """The layout's vertices along each outline, as it runs in the plane."""
-        assert self.layout is not None
-        return [_loop_of(self.layout, outline) for outline in self.outlines]
+        return [_loop_of(self.given, outline) for outline in self.outlines]
 
     @property
     def passed_over(self) -> list[Index]:
         """The layout's boundaries that are none of the outlines."""
-        assert self.layout is not None
         known = np.concatenate(self.loops)
-        return [loop for loop in self.layout.patch.loops if not np.isin(loop[0], known)]
+        return [loop for loop in self.given.patch.loops if not np.isin(loop[0], known)]
 
     @cached_property
     def solved(self) -> list[Curve]:
@@ -68,13 +78,13 @@ class Side:
             return z
         outline = Curve(self.layout.flat[self.loops[0]])
         on = np.abs(outline.at(outline.closest(z)) - z) < ON_OUTLINE * outline.diagonal
-        return _carried(self.layout, self.even, self.loops[0], z, on)
+        return _carried(self.layout, self.own, self.loops[0], z, on)
 
     def outward(self, z: Complex, outer: slice) -> Complex:
         """And back again, for vertices (n,) of a map, some of which are on the outer outline."""
         on = np.zeros(z.size, bool)
         on[outer] = True
-        return z if self.layout is None else _carried(self.even, self.layout, self.loops[0], z, on)
+        return z if self.layout is None else _carried(self.own, self.layout, self.loops[0], z, on)
 
     def curve_inward(self, stroke: Curve, points: int = 64) -> Curve:
         """A polyline of the user's plane, by points along it."""
