@@ -38,8 +38,8 @@ def fit(
         target: (m,) complex vertices of the target's boundary, or a surface.
         pins: (k, 2) complex, a point inside the source and the point it should go to; on the outlines both must be.
         strokes: pairs of open polylines, (p,) inside the source and (q,) the one it should lie on. Its ends slide along
-            that, unless a pin takes one to an end of it. The balanced method meets pins and strokes; the others weigh
-            them.
+            that, unless a pin takes one to an end of it, or it is on the outlines. The balanced method meets pins and
+            strokes, which may part the shapes or run along both outlines; the others weigh them.
         source_holes: outlines of the source's holes, (p,) complex, either way round; the balanced method takes each
             onto one of the target's. Where one shape has more, what is too much shrinks to a slit in the other.
         target_holes: those of the target's.

@@ -8,7 +8,7 @@ balanced.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from ..discrete import DiscreteMap
 from ..failure import Stuck
 from ..levels import GOOD_ENOUGH, Level, Sketch, UnitProblem, refined
 from ..meshing import sizing
+from ..meshing.mesh import Sizes
 from ..meshing.transfer import interpolate
 from ..outline import Outline
 from ..pairs import HoleMatch, Match
@@ -31,6 +32,7 @@ ROOM = 0.4  # radius of the holes of a circle domain, of the disc's and over the
 APART = 3.0  # radii from centre to centre of neighbours, and two from the circle outside
 PUSHES = 200  # rounds of moving holes apart
 TRIED = 4  # correspondences of the outer outline with the disc
+SMALLER = 1.0, 0.5  # factors of the mesh size, where triangles of the level's own size fold
 PAIRINGS = 2  # of holes that are tried
 UNFOLDING = 200  # steps for what is composed: 40 leave folds on 3 of 24 pairs
 
@@ -187,10 +189,19 @@ def carried(level: Level, sketch: Sketch) -> DiscreteMap:
     Raises:
         Stuck: folds remain.
     """
-    try:
-        return refined(level, sketch)
-    except Stuck:
-        return refined(level, sketch, sizing.graded(sketch.z, sketch.u, sketch.faces, 0.5 * level.size**2))
+    for sizes in _finer(level, sketch.z, sketch.u, sketch.faces):
+        try:
+            return refined(level, sketch, sizes)
+        except Stuck:
+            continue
+    raise Stuck("no map onto a circle domain was found")
+
+
+def _finer(level: Level, z: Complex, u: Complex, faces: Index) -> Iterator[Sizes | None]:
+    """The level's triangles, then smaller ones where z -> u magnifies, then ever more of them."""
+    yield None
+    for smaller in SMALLER:
+        yield sizing.graded(z, u, faces, 0.5 * (smaller * level.size) ** 2)
 
 
 def straight(level: Level, problem: UnitProblem) -> DiscreteMap:
@@ -224,8 +235,7 @@ def _composed(
     def images(middle: Complex) -> Complex:
         return interpolate(back.u, back.faces, back.z, middle)
 
-    graded = sizing.graded(there.z, images(there.u), there.faces, 0.5 * level.size**2)
-    for sizes in (None, graded):
+    for sizes in _finer(level, there.z, images(there.u), there.faces):
         new = level.mapped(match, sizes)
         state = new.moved_to_border(images(interpolate(there.z, there.faces, there.u, new.z)))
         try:
