@@ -15,7 +15,7 @@ from scipy.sparse import csr_matrix
 from . import progress
 from .arrays import Complex, Index, Real
 
-LEAF = 96  # vertices that are not divided further: 64 to 200 take about the same time, at a million triangles
+LEAF = 96  # vertices that are not divided further (by hand)
 
 
 class Front(NamedTuple):

@@ -16,7 +16,7 @@ from .mesh import face_areas
 from .patch import Patch
 from .stretch import laid_flat, stretches
 
-LARGE = 20_000  # vertices from which libigl's solver takes longer (measured)
+LARGE = 20_000  # vertices from which libigl takes longer: it does at 35,000, and does not at 9,000 (measured)
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from .locate import along, barycentric
 from .surface import texels
 
 SAME = 1e-6  # of the diagonal: corners this close are the same
-SEARCHED = 5_000  # points that are looked for at a time: half a second at most (measured)
+SEARCHED = 5_000  # points that are looked for at a time: 0.8 s on a busy machine, 82k triangles (measured)
 ROWS = 64  # of the layout that are filtered at a time (by hand)
 
 
