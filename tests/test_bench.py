@@ -120,7 +120,7 @@ def test_the_bench_of_dragging_follows_pins_that_it_places(tmp_path):
     session = Session(make({"source": str(tmp_path / "a.svg"), "target": str(tmp_path / "b.svg")}))
     session.solve(live.Scene())
     pins = live.spread(session, np.random.default_rng(1))
-    assert pins.shape == (live.PINS, 2, 2)
+    assert np.shape(pins) == (live.PINS, 2, 2)
     seconds, missed = live.dragged(session, pins, 1, 6)
     assert seconds.shape == (6, 2) and missed == 0
 

@@ -124,22 +124,24 @@ def _solved(ready: _Prepared, pins: Pins, settings: Settings, journal: SolveLog)
     met = stages.meets(used, state)
     forward = not used.inverted
     ready = replace(ready, unit=ready.unit._replace(theta=used.theta))
-    try:
-        own = _on_own(ready, state, settings, journal, forward=forward)
-    except Stuck:
-        own = None
-    if own is None:
-        last = stages.finished(used, state, settings, journal)
-        last = last if forward else stages.inverted(last)
-        z, u = (
-            side.outward(frame.world(w), last.outer)
-            for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
-        )
-    else:
-        last, z, u = own
     given = ready.sides[0].outlines, ready.sides[1].outlines
-    found = method.solution_of(last, z, u, ready.frames, given, settings, journal, False, pins)
-    return replace(found, met=met), own is not None
+
+    def solution(last: DiscreteMap | Sketch, z: Complex, u: Complex) -> Solution:
+        found = method.solution_of(last, z, u, ready.frames, given, settings, journal, False, pins)
+        return replace(found, met=met)
+
+    try:
+        if (own := _on_own(ready, state, settings, journal, forward=forward)) is not None:
+            return solution(*own), True
+    except (Stuck, NoMapError):  # a surface of few triangles may leave no room
+        pass
+    last = stages.finished(used, state, settings, journal)
+    last = last if forward else stages.inverted(last)
+    z, u = (
+        side.outward(frame.world(w), last.outer)
+        for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
+    )
+    return solution(last, z, u), False
 
 
 def _on_own(

@@ -126,8 +126,8 @@ class MeshShape(Shape):
         return complex(self.to_core(place)) if number is None else self.vertex(number)
 
     def all_at(self, place: Place) -> list[complex]:
-        """As `at`; each copy of a vertex on the seam that runs through pins, in the order around the outline from the
-        first pin on.
+        """As `at`; on the seam that runs through pins each copy of the vertex that it goes through for this place, in
+        the order around the outline from the first pin on.
 
         Raises:
             InputError: there is no such vertex on the patch.
@@ -136,10 +136,12 @@ class MeshShape(Shape):
         if self.start < 0 or (number is None and len(place) == 2):
             return [self.at(place)]
         patch, loop = self.flattening.patch, self.flattening.loop
-        flat = int(np.flatnonzero(self.flattening.flat == self.at(place))[0])
+        there = self.at(place)
+        away = np.abs(self.flattening.flat - there) if number is not None else patch.points - np.array(place)
+        flat = int(np.linalg.norm(away.reshape(len(patch.points), -1), axis=1).argmin())
         around = np.roll(loop, -int(np.flatnonzero(loop == self.start)[0]))
         copies = around[patch.vertex[around] == patch.vertex[flat]]
-        return self.flattening.flat[copies if copies.size else [flat]].tolist()
+        return self.flattening.flat[copies].tolist() if copies.size else [there]
 
     def along(self, places: Sequence[Place], name: str) -> Curve:
         """The stroke through places; vertices alone are joined along the mesh's edges.
