@@ -203,8 +203,6 @@ class Session:
         fit, last = self._fit, self._last[0]
         if fit is None or not (scene.pins or scene.strokes) or scene.turn != last.turn:
             return None
-        if len(fit.map.loops) > 1:  # type: ignore[union-attr]
-            return None
         if self._live is None and scene.balance == last.balance:
             return fit.map  # type: ignore[return-value]
         try:

@@ -167,3 +167,25 @@ def test_a_start_is_read_as_it_was_written(dragged):
     again = StartingMap.model_validate_json(StartingMap.of(map, *pair).model_dump_json()).map(*pair)
     assert np.allclose(again.source, map.source, rtol=1e-11) and np.array_equal(again.faces, map.faces)
     assert set(again.loops[0]) == set(map.loops[0])
+
+
+RING = '<svg xmlns="http://www.w3.org/2000/svg"><path fill-rule="evenodd" d="{}"/></svg>'
+
+
+def test_maps_with_holes_go_on_from_the_one_before_and_the_file_repeats_them(shapes):
+    (shapes / "a.svg").write_text(RING.format("M10 10H90V90H10Z M35 35H60V60H35Z"))
+    (shapes / "b.svg").write_text(RING.format("M50 5L95 50L50 95L5 50Z M45 45H65V70H45Z"))
+    edited = Session(make({"source": "a.svg", "target": "b.svg"}))
+    edited.solve(scene())
+    here = [20.0, 20.0]
+    (x, y), *_ = edited.placed("source", [here])
+    for step in (1, 2):
+        last = scene((here, [x + 3 * step, y + 2 * step]))
+        assert edited.follow(last).ok
+        seen = edited._map
+        assert edited.solve(last).ok
+        assert edited.start(last) is not None and apart(edited._map, seen) < 0.025
+    (shapes / "kept.json").write_text(saving.listed(edited, last))
+    again = Session(make({"source": "a.svg", "target": "b.svg", "constraints": "kept.json"}))
+    assert again.solve(again.first).ok
+    assert np.abs(again._map.image - edited._map.image).max() < 1e-9 * edited._map.image_diagonal
