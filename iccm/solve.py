@@ -46,7 +46,7 @@ def fit(
         hole_partners: (i, j) for holes that must go together, counted from 0; the others go by place and size.
         start: an earlier balanced map of these domains, to go on from where only the constraints have moved: no other
             starts are looked at, and with inner pins at the same points of the source the mesh stays. Maps of
-            flattened surfaces are solved for anew.
+            flattened surfaces with holes are solved for anew.
         **options: see `iccm.problem.Options`.
 
     Returns:
@@ -77,7 +77,7 @@ def fit(
     if any(layouts):
         from .surfaces import method as surfaces
 
-        return surfaces.solve(problem, settings, layouts)
+        return surfaces.solve(problem, settings, layouts, before)
     from .balanced import fit as balanced
 
     return balanced.solve(problem, settings, before)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Complex
 from ..balanced import fit, method, stages
+from ..balanced.constraints.continuation import continued
 from ..balanced.constraints.given import Pins, checked
 from ..balanced.discrete import DiscreteMap
 from ..balanced.failure import NoMapError, Stuck
@@ -47,8 +48,9 @@ class _Prepared:
     pins: Pins
 
 
-def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit:
-    """The balanced map of a problem whose source, target or both are layouts of surfaces.
+def solve(problem: Problem, options: Options, layouts: Layouts, start: TriangulatedMap | None = None) -> Fit:
+    """The balanced map of a problem whose source, target or both are layouts of surfaces; without holes it goes on from
+    an earlier one, if given.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -63,13 +65,13 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit:
     checked_pins = checked(source, target, pins, strokes, numbers)
     journal.notes += checked_pins.notes
     sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
+    before = None if start is None or holes.source or holes.target or len(start.loops) > 1 else start
     try:
-        found, exact = _solved(
-            _prepared(sides, holes, checked_pins, settings), checked_pins, settings, journal
-        )
+        ready = _prepared(sides, holes, checked_pins, settings)
+        found, exact = _solved(ready, checked_pins, settings, journal, before)
     except NoMapError:  # found in even layouts, it folds in the user's, or none was found
         ready = _prepared((sides[0].as_given, sides[1].as_given), holes, checked_pins, settings)
-        found, exact = _solved(ready, checked_pins, settings, journal)
+        found, exact = _solved(ready, checked_pins, settings, journal, before)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
     map = (
         replace(map, bulge=np.zeros(len(map.edges.ends), complex))
@@ -118,9 +120,28 @@ def _inward(pins: Pins, sides: tuple[Side, Side]) -> Pins:
     return replace(pins, inner=inner, outer=outer, strokes=strokes)
 
 
-def _solved(ready: _Prepared, pins: Pins, settings: Settings, journal: SolveLog) -> tuple[Solution, bool]:
+def _gone_on(ready: _Prepared, start: TriangulatedMap, settings: Settings) -> DiscreteMap:
+    """An earlier map with the constraints met, where the problem is solved."""
+    z, u = (side.inward(w) for side, w in zip(ready.sides, (start.source, start.image)))
+    sketch = method.sketched(TriangulatedMap(z, u, start.faces, start.loops), ready.frames)
+    try:
+        return continued(stages.last_level(ready.unit, settings), sketch, ready.unit)
+    except Stuck:
+        raise NoMapError("start: cannot be gone on from without folds; do without it") from None
+
+
+def _solved(
+    ready: _Prepared,
+    pins: Pins,
+    settings: Settings,
+    journal: SolveLog,
+    start: TriangulatedMap | None,
+) -> tuple[Solution, bool]:
     """The map in the user's planes, and whether it is on a surface's own triangles."""
-    used, state = stages.solved(ready.unit, journal)
+    if start is None:
+        used, state = stages.solved(ready.unit, journal)
+    else:
+        used, state = ready.unit, _gone_on(ready, start, settings)
     met = stages.meets(used, state)
     forward = not used.inverted
     ready = replace(ready, unit=ready.unit._replace(theta=used.theta))
