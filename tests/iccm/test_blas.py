@@ -35,6 +35,7 @@ print(hashlib.sha256(fit.map.phi.tobytes() + repr(fit.report()).encode()).hexdig
 """
 
 
+@pytest.mark.slow
 def test_the_bytes_do_not_depend_on_the_variable():
     found = set()
     for count in ("1", "2", "4"):

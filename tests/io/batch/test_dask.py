@@ -36,6 +36,7 @@ def scheduler(tmp_path):
         process.wait(10)
 
 
+@pytest.mark.slow
 def test_the_same_batch_on_a_cluster(shapes, iccm, scheduler):
     from distributed import Client
 

@@ -177,6 +177,7 @@ def test_a_time_limit_kills_the_worker_and_the_rest_go_on(folder, start):
     assert whole(folder / "out")
 
 
+@pytest.mark.slow
 def test_a_full_disk(folder, start):
     """A small tmpfs as the output folder; without the right to mount one there is nothing to test."""
     out = folder / "out"
@@ -219,6 +220,7 @@ def test_a_read_only_folder_is_told_before_anything_runs(folder, start):
     assert resumed(start, folder) == 0
 
 
+@pytest.mark.slow
 def test_an_input_deleted_half_way(folder, start):
     process = start("-j", "1")
     until(lambda: writing(folder))
@@ -231,6 +233,7 @@ def test_an_input_deleted_half_way(folder, start):
     assert resumed(start, folder) == counts["done"]
 
 
+@pytest.mark.slow
 def test_two_batches_at_once_on_the_same_outputs(folder, start):
     both = [start("-j", "1", "--force"), start("-j", "1", "--force")]
     for process in both:

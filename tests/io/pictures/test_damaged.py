@@ -20,6 +20,7 @@ def exr(tmp_path_factory):
     return path.read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("byte", [0xFF, 0xC3, 0x80])
 def test_a_byte_of_the_header_that_is_no_text(exr, byte, tmp_path):
     noted = 0

@@ -102,6 +102,7 @@ def test_the_limit_on_segments_can_be_set(tmp_path):
     refused(tmp_path, f'<path d="M{points(circle(2000))}Z"/>', "more than 1000 lines", max_segments=1000)
 
 
+@pytest.mark.slow
 def test_a_circle_of_a_million_segments_is_simplified_first(tmp_path):
     path = tmp_path / "circle.svg"
     path.write_text(SVG.format(f'<path d="M{points(circle(10**6))}Z"/>'))
