@@ -109,12 +109,8 @@ class MeshShape(Shape):
         Raises:
             InputError: there is no such vertex on the patch.
         """
-        mesh = self.file.mesh
-        if not 0 <= number - mesh.base < len(mesh.points):
-            raise InputError(
-                f"{self.spec}: no vertex {number}; it has {len(mesh.points)}, the first is {mesh.base}"
-            )
-        return complex(self.flattening.flat[self.flattening.patch.flat_vertex(number - mesh.base)])
+        row = _row_of(self.file, self.spec, number)
+        return complex(self.flattening.flat[self.flattening.patch.flat_vertex(row)])
 
     def at(self, place: Place) -> complex:
         """A place that the user named: a vertex, a point in space, or one of the flattening's plane.
@@ -324,18 +320,31 @@ def flattened(
     if len(flat.patch.loops) > 1:
         holes = len(flat.patch.loops) - 1
         notes.append(f"boundary loop {file.loop} of {holes + 1} is the outline, the others are holes")
+    return _laid(spec, file, flat, curve, curve.box, notes, start=start)
+
+
+def _laid(
+    spec: str,
+    file: mesh_files.MeshFile,
+    flat: Flattening,
+    curve: Curve,
+    box: Box,
+    notes: list[str],
+    **more: Any,
+) -> MeshShape:
+    """The shape of a layout, on which nothing is drawn; `more` are the other fields of a `MeshShape`."""
     return MeshShape(
         spec=spec,
         path=file.path,
         curve=curve,
-        box=curve.box,
+        box=box,
         flip=False,
         pins={},
         strokes={},
         notes=tuple(notes),
         file=file,
         flattening=flat,
-        start=start,
+        **more,
         **_holes(file, flat),
     )
 
@@ -346,12 +355,20 @@ def _point(file: mesh_files.MeshFile, spec: str, place: Place) -> Real:
     Raises:
         InputError: there is no such vertex.
     """
-    number, mesh = vertex_of(place), file.mesh
-    if number is None:
-        return np.array(place)
+    number = vertex_of(place)
+    return np.array(place) if number is None else file.mesh.points[_row_of(file, spec, number)]
+
+
+def _row_of(file: mesh_files.MeshFile, spec: str, number: int) -> int:
+    """Where a vertex stands in the mesh, by its number in the file (from 1 in OBJ, from 0 elsewhere).
+
+    Raises:
+        InputError: there is no such vertex.
+    """
+    mesh = file.mesh
     if not 0 <= number - mesh.base < len(mesh.points):
         raise InputError(f"{spec}: no vertex {number}; it has {len(mesh.points)}, the first is {mesh.base}")
-    return mesh.points[number - mesh.base]
+    return number - mesh.base
 
 
 def _start_of(piece: Patch, through: Real | None) -> int:
@@ -381,21 +398,8 @@ def charted(spec: str, file: mesh_files.MeshFile, atlas: Atlas, number: int, asp
         notes.append(f"{others}; #uv-{2 if number == 1 else 1} picks another, iccm map --parts all maps each")
     if shared := atlas.shared(number):
         notes.append(f"other charts lie on {shared:.0%} of chart {number}, and show what it shows there")
-    return MeshShape(
-        spec=spec,
-        path=file.path,
-        curve=flat.boundary,
-        box=(low, low + complex(aspect, 1)),
-        flip=False,
-        pins={},
-        strokes={},
-        notes=tuple(notes),
-        file=file,
-        flattening=flat,
-        chart=chart,
-        aspect=aspect,
-        **_holes(file, flat),
-    )
+    box = low, low + complex(aspect, 1)
+    return _laid(spec, file, flat, flat.boundary, box, notes, chart=chart, aspect=aspect)
 
 
 def aspect_of(file: mesh_files.MeshFile, given: Aspect | None) -> float:
