@@ -18,7 +18,11 @@ NUMPY: dict[str, Any] = {"error_model": "numpy"}
 
 def _stamp() -> tuple[tuple[int, int], ...]:
     """When the files that hold kernels were written, and their sizes."""
-    files = sorted(path for path in Path(__file__).parent.rglob("*.py") if b"jit import" in path.read_bytes())
+    files = sorted(
+        path
+        for path in Path(__file__).parent.rglob("*.py")
+        if b"numba" in path.read_bytes() or b"jit import" in path.read_bytes()
+    )
     return tuple((path.stat().st_mtime_ns, path.stat().st_size) for path in files)
 
 
@@ -44,3 +48,4 @@ def kept(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 kernel = kept(**NUMPY)
 inner = njit(**COMMON | NUMPY | {"no_cpython_wrapper": True})
+inlined = njit(**COMMON | NUMPY | {"no_cpython_wrapper": True}, forceinline=True)  # where a call takes long
