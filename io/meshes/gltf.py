@@ -170,6 +170,19 @@ class Primitive:
         turned = self.document.floats(self.attributes["NORMAL"]) @ _cofactors(placed).T
         return turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-300)
 
+    @property
+    def tangents(self) -> Real | None:
+        """(n, 4) tangents of its vertices, turned as the first node turns it, and the side of bitangents; or None."""
+        if "TANGENT" not in self.attributes:
+            return None
+        placed, values = (
+            self.document.placed(self.mesh)[:3, :3],
+            self.document.floats(self.attributes["TANGENT"]),
+        )
+        along = values[:, :3] @ placed.T
+        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+        return np.column_stack([along, values[:, 3] * np.sign(np.linalg.det(placed) or 1.0)])
+
     def uv(self, info: dict[str, Any]) -> Real | None:
         """(n, 2) texture coordinates, v up, of what a `textureInfo` shows, its transform made; or None."""
         name = f"TEXCOORD_{set_of(info)}"

@@ -20,6 +20,7 @@ from .splitting import Split
 
 ATTRIBUTE, INDEX = 34962, 34963  # what a buffer view is for
 COORDINATES = {"componentType": 5126, "type": "VEC2"}
+POINTS = {"componentType": 5126, "type": "VEC3"}
 TANGENTS = {"componentType": 5126, "type": "VEC4"}
 PLACED = ("values", "arrayOffsets", "stringOffsets")  # keys of EXT_structural_metadata that name views
 JPEG = b"\xff\xd8\xff"  # how such a file begins
@@ -75,6 +76,48 @@ class Draft:
         textures[number]["source"] = place
         self._made[content, like] = number
         return number
+
+    def new_texture(self, content: bytes, sampler: dict[str, Any] | None, name: str) -> int:
+        """The number of a texture that shows a PNG or JPEG file, if possible in the place of one no more shown."""
+        textures, images = (self.tree.setdefault(key, []) for key in ("textures", "images"))
+        free = set(_textures_named(self.source.tree)) - set(_textures_named(self.tree))
+        number = min(free, default=len(textures))
+        textures[number : number + 1] = [{} if sampler is None else {"sampler": self._sampler(sampler)}]
+        place = min(self._free_images(), default=len(images))
+        images[place : place + 1] = [{"name": name, "mimeType": _type_of(content)}]
+        images[place]["bufferView"] = self.view(content)
+        textures[number]["source"] = place
+        return number
+
+    def _sampler(self, said: dict[str, Any]) -> int:
+        samplers = self.tree.setdefault("samplers", [])
+        if said not in samplers:
+            samplers.append(said)
+        return samplers.index(said)
+
+    def _free_images(self) -> set[int]:
+        """Images that textures had, and have no more."""
+        before, now = (
+            set(_named(tree.get("textures", []), "source")) for tree in (self.source.tree, self.tree)
+        )
+        return before - now
+
+    def forget(self) -> None:
+        """Remove the last textures, images and views that nothing names any more, so that no number changes."""
+        textures, images = (self.tree.get(key, []) for key in ("textures", "images"))
+        free = set(_textures_named(self.source.tree)) - set(_textures_named(self.tree))
+        while len(textures) - 1 in free:
+            textures.pop()
+        while len(images) - 1 in self._free_images():
+            images.pop()
+        views = self.tree.get("bufferViews", [])
+        named = set(_named(self.tree, "bufferView", *PLACED))
+        while views and len(views) - 1 not in named:
+            views.pop()
+            self.views.pop()
+        for key in ("textures", "images"):
+            if not self.tree.get(key, True):
+                del self.tree[key]
 
     def bytes(self) -> bytes:
         """The file, as GLB; pictures beside a .gltf go into it.
@@ -135,24 +178,46 @@ def with_coordinates(
     return draft.bytes(), _notes(staying, kept)
 
 
-def plain(points: Real, normals: Real | None, faces: Index, name: str) -> Primitive:
-    """A file with one mesh of triangles (m, 3) over points (n, 3), with normals (n, 3), to be given coordinates."""
-    empty = {"asset": {"version": "2.0", "generator": "iccm"}, "scene": 0, "scenes": [{"nodes": [0]}]}
-    primitive: dict[str, Any] = {"attributes": {}, "mode": TRIANGLES}
-    tree = empty | {
-        "nodes": [{"mesh": 0, "name": name}],
-        "meshes": [{"name": name, "primitives": [primitive]}],
-    }
-    draft = Draft(Gltf(None, tree, []))  # type: ignore[arg-type]
-    attributes = draft.tree["meshes"][0]["primitives"][0]["attributes"]
+def plain(
+    points: Real,
+    normals: Real | None,
+    faces: Index,
+    name: str,
+    uv: Real | None = None,
+    owner: Index | None = None,
+) -> Gltf:
+    """A file with one mesh.
+
+    Args:
+        points: (n, 3) positions.
+        normals: (n, 3) unit normals, or None.
+        faces: (m, 3) vertices of triangles.
+        name: of the mesh and its node.
+        uv: (n, 2) texture coordinates, v up, or None: to be given some.
+        owner: (m,) which primitive each triangle is of, one by default.
+    """
+    tree: dict[str, Any] = {"asset": {"version": "2.0", "generator": "iccm"}, "scene": 0}
+    tree |= {"scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "name": name}]}
+    attributes: dict[str, int] = {}
+    primitives = tree.setdefault("meshes", [{"name": name, "primitives": [{"attributes": attributes}]}])[0]
+    draft = Draft(Gltf(None, {}, []))  # type: ignore[arg-type]
+    draft.tree = tree
     at = points.astype("<f4")
     bounds = {"min": at.min(axis=0).tolist(), "max": at.max(axis=0).tolist()}
-    said = {"componentType": 5126, "type": "VEC3"}
-    attributes["POSITION"] = draft.accessor(at, said | bounds, ATTRIBUTE)
+    attributes["POSITION"] = draft.accessor(at, POINTS | bounds, ATTRIBUTE)
     if normals is not None:
-        attributes["NORMAL"] = draft.accessor(normals.astype("<f4"), said, ATTRIBUTE)
-    _indexed(draft, draft.tree["meshes"][0]["primitives"][0], faces.ravel(), None, len(points))
-    return Primitive(Gltf(None, draft.tree, draft.views), 0, 0)  # type: ignore[arg-type]
+        attributes["NORMAL"] = draft.accessor(normals.astype("<f4"), POINTS, ATTRIBUTE)
+    if uv is not None:
+        flipped = np.column_stack([uv[:, 0], 1 - uv[:, 1]]).astype("<f4")
+        attributes["TEXCOORD_0"] = draft.accessor(flipped, COORDINATES, ATTRIBUTE)
+    owner = np.zeros(len(faces), np.int64) if owner is None else owner
+    made: list[dict[str, Any]] = []
+    for k in range(int(owner.max()) + 1):
+        made.append({"attributes": dict(attributes), "mode": TRIANGLES})
+        primitives["primitives"] = [*made, {"attributes": attributes}]  # so that nothing is taken for unused
+        _indexed(draft, made[-1], faces[owner == k].ravel(), None, len(points))
+    primitives["primitives"] = made
+    return Gltf(None, tree, draft.views)  # type: ignore[arg-type]
 
 
 def _alone(draft: Draft, part: Primitive, faces: Flags) -> dict[str, Any]:

@@ -18,7 +18,18 @@ from ...errors import InputError
 from ...meshes.mesh import Mesh
 from .. import files, formats
 from ..spec import Spec
-from . import gltf, gltf_materials, gltf_write, material_library, obj, obj_write, odd_forms, ply, ply_write
+from . import (
+    gltf,
+    gltf_materials,
+    gltf_write,
+    material_library,
+    obj,
+    obj_materials,
+    obj_write,
+    odd_forms,
+    ply,
+    ply_write,
+)
 from .gltf import Primitive
 from .obj import Obj
 from .obj_source import ObjSource
@@ -26,7 +37,6 @@ from .ply import Ply
 
 MAX_BYTES = 4 << 30
 VIEW = re.compile(r"(?:piece[ -]?(?P<piece>\d{1,9})|uv(?:[ -]?(?P<chart>\d{1,9}))?)")
-NEW = "iccm"  # a material of ours
 PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"  # how such files begin
 
 
@@ -100,6 +110,22 @@ def read(text: str, whole: Obj | None = None) -> MeshFile:
     piece, chart = _viewed(view)
     numbered = spec.number is not None or bool(view and view.lastgroup)
     return replace(found, piece=piece, chart=chart, part=part, numbered=numbered, names=tuple(names))
+
+
+def read_every(text: str) -> list[MeshFile]:
+    """All geometries of a file, each as `read` gives it, or the one that is picked; of an OBJ the whole.
+
+    Raises:
+        InputError: as `read`.
+    """
+    spec = Spec.of(text)
+    suffix = formats.suffix_of(spec.path)
+    if suffix == ".obj" or not formats.of(spec.path).mesh:
+        return [read(text)]
+    picked, names = _read_other(spec.path)
+    if spec.among(names).part or spec.number is not None or len(names) < 2:
+        return [read(text)]
+    return [replace(picked(name, 1), part=name, names=tuple(names), notes=()) for name in names]
 
 
 def _viewed(view: re.Match | None) -> tuple[int, int]:
@@ -210,13 +236,7 @@ def _free_off(path: Path) -> MeshFile | None:
 
 def textures_of(file: MeshFile) -> list[Path]:
     """The different picture files that the materials of an OBJ's faces name, in the order of the faces."""
-    if file.obj is None:
-        return []
-    which, uses = file.obj.current("usemtl")
-    library = _library(file.obj)[0]
-    used = dict.fromkeys(which[np.flatnonzero(file.faces)].tolist())
-    found = (library.texture(uses[k].text) for k in used if k >= 0)
-    return list(dict.fromkeys(picture for picture in found if picture is not None))
+    return [] if file.obj is None else obj_materials.textures_of(file.obj, file.faces)
 
 
 def check_output(name: str) -> None:
@@ -288,14 +308,15 @@ def write(
     faces = file.faces if file.obj else np.ones(len(whole.face_at), bool)
     if texture is None:
         out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners))
-        return [], _staying(whole, faces, name, ())
+        return [], obj_materials.staying(whole, faces, name, ())
     library, *beside = (Path(other) for other in written_beside(name, texture))
-    materials, notes = _library(whole)
-    rename, plain = _renamed(whole, faces)
+    materials, notes = obj_materials.library_of(whole)
+    rename, plain = obj_materials.renamed(whole, faces)
     binding = obj_write.Binding(library.name, rename, plain)
     out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners, binding))
     shown = texture if isinstance(texture, Path) else beside[0]
-    text = material_library.bound(materials, rename, plain, shown, library)
+    named = {"map_kd": material_library.name_of(shown, library.parent)}
+    text = material_library.bound(materials, rename, plain, dict.fromkeys(rename, named), library)
     content = [
         text.encode("utf-8", "surrogateescape"),
         *([_embeddable(texture)] if isinstance(texture, bytes) else []),
@@ -303,7 +324,10 @@ def write(
     for path, data in zip((library, *beside), content):
         with files.replacing(path, force=force) as temporary:
             temporary.write_bytes(data)
-    return [str(library), *map(str, beside)], [*notes, *_staying(whole, faces, name, ("map_kd",))]
+    return [str(library), *map(str, beside)], [
+        *notes,
+        *obj_materials.staying(whole, faces, name, ("map_kd",)),
+    ]
 
 
 def as_written(uv: Real, name: str | Path) -> Real:
@@ -328,48 +352,6 @@ def written_beside(name: Path, texture: Path | bytes | None) -> list[str]:
     return [library, str(name.with_name(f"{name.stem}-texture{suffix}"))]
 
 
-def _staying(whole: Obj, faces: NDArray[np.bool_], name: Path, but: tuple[str, ...]) -> list[str]:
-    """A note on the pictures of materials that are shown by new coordinates, but were made for the old ones."""
-    which, uses = whole.current("usemtl")
-    library = _library(whole)[0]
-    used = [uses[k].text for k in np.unique(which[faces]) if k >= 0]
-    maps = dict.fromkeys(
-        word for material in used for word in library.maps(material) if word.lower() not in but
-    )
-    said = ", ".join(maps)
-    return (
-        [f"{name}: {said} of its materials are for the old coordinates; iccm relayout carries them"]
-        if said
-        else []
-    )
-
-
-def _library(whole: Obj) -> tuple[material_library.Library, list[str]]:
-    return material_library.read(
-        whole.path.parent, [s.text for s in whole.statements if s.keyword == "mtllib"]
-    )
-
-
-def _renamed(whole: Obj, faces: NDArray[np.bool_]) -> tuple[dict[str | None, str], str]:
-    """New material names of the faces that change: their own where no other face uses it. And one for faces without."""
-    which, uses = whole.current("usemtl")
-    names: list[str | None] = [s.text for s in uses] + [None]
-    inside = {names[k] for k in np.unique(which[faces])}
-    outside = {names[k] for k in np.unique(which[~faces])}
-    taken = {n for n in names if n}
-
-    def fresh(name: str) -> str:
-        while name in taken:
-            name += "_"
-        taken.add(name)
-        return name
-
-    rename = {
-        m: fresh(NEW if m is None else f"{m}_{NEW}") if m is None or m in outside else m for m in inside
-    }
-    return rename, fresh(f"{NEW}_plain") if None in outside else ""
-
-
 def _as_obj(mesh: Mesh) -> bytes:
     """An OBJ file of a mesh from another format."""
     points = ("v %.10g %.10g %.10g\n" * len(mesh.points)) % tuple(mesh.points.ravel().tolist())
@@ -391,7 +373,8 @@ def _glb(
     first, faces = distinct_rows(rows)
     rows = rows[first]
     normals = None if len(keys) == 1 or mesh.normals is None else mesh.normals[rows[:, 1]]
-    part = gltf_write.plain(mesh.points[rows[:, 0]], normals, faces.reshape(-1, 3), file.path.stem)
+    whole = gltf_write.plain(mesh.points[rows[:, 0]], normals, faces.reshape(-1, 3), file.path.stem)
+    part = Primitive(whole, 0, 0)
     every = np.ones(len(triangles), bool)
     return gltf_write.with_coordinates(part, every, uv, uv_corners[triangles].ravel(), pictures)
 

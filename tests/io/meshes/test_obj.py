@@ -222,10 +222,14 @@ LIBRARY = [
 LIBRARY += ["map_bump -bm 0.5 deep/bump map.png"]
 
 
+def showing(materials, name):
+    return dict.fromkeys(materials, {"map_kd": name})
+
+
 def test_a_library_changes_in_map_kd_alone(tmp_path):
     library = material_library.Library(tuple(LIBRARY), tmp_path)
     rename = {"Red Brick": "Red Brick"}
-    text = material_library.bound(library, rename, "", tmp_path / "my fabric.png", tmp_path / "out.mtl")
+    text = material_library.bound(library, rename, "", showing(rename, "my fabric.png"), tmp_path / "out.mtl")
     expected = list(LIBRARY)
     expected[3] = "map_Kd my fabric.png"
     assert text == "\n".join(expected) + "\n"
@@ -235,7 +239,9 @@ def test_a_library_that_moves_takes_its_file_names_along(tmp_path):
     out = tmp_path / "sub"
     out.mkdir()
     library = material_library.Library(tuple(LIBRARY), tmp_path)
-    text = material_library.bound(library, {"Roof": "Roof"}, "", tmp_path / "f.png", out / "out.mtl")
+    text = material_library.bound(
+        library, {"Roof": "Roof"}, "", showing({"Roof"}, "../f.png"), out / "out.mtl"
+    )
     assert "map_Kd -s 2 2 2 ../old brick.png" in text
     assert "map_bump -bm 0.5 ../deep/bump map.png" in text
     assert text.endswith("map_Kd ../f.png\n")
@@ -244,7 +250,7 @@ def test_a_library_that_moves_takes_its_file_names_along(tmp_path):
 def test_a_shared_or_missing_material_is_made_anew(tmp_path):
     library = material_library.Library(tuple(LIBRARY), tmp_path)
     rename = {"Roof": "Roof_iccm", None: "iccm"}
-    text = material_library.bound(library, rename, "iccm_plain", tmp_path / "f.png", tmp_path / "o.mtl")
+    text = material_library.bound(library, rename, "iccm_plain", showing(rename, "f.png"), tmp_path / "o.mtl")
     found = material_library.Library(tuple(text.splitlines()), tmp_path)
     assert list(found.materials()) == ["Red Brick", "Roof", "Roof_iccm", "iccm", "iccm_plain"]
     assert found.texture("Roof") is None
