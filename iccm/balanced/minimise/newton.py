@@ -16,8 +16,8 @@ import numpy as np
 
 from ...jit import inner, kernel
 from ..kernels import cross, move
+from .cholesky import downhill, factorise
 from .energy import assemble, total
-from .ldl import downhill, factorise
 from .sliding import (
     FREE,
     HELD,
@@ -117,9 +117,9 @@ def add_product(system, matrix, way, gradient):
     for v in range(n):
         vertex[system.position[v]] = v
     for k in range(n):
-        column = vertex[k]
+        row = vertex[k]
         for p in range(system.starts[k], system.starts[k + 1]):
-            row = vertex[system.rows[p]]
+            column = vertex[system.columns[p]]
             if way[column] != 0:
                 x, y = way[column].real, way[column].imag
                 gradient[row] += complex(
@@ -170,8 +170,8 @@ def descend(
         The energy and the number of steps.
     """
     n, c = u.size, tau.size
-    matrix, gradient = np.empty((system.rows.size, 4)), np.empty(n, np.complex128)
-    factor, pivots = np.empty((system.factor_rows.size, 4)), np.empty((n, 3))
+    matrix, gradient = np.empty((system.columns.size, 4)), np.empty(n, np.complex128)
+    factor = np.empty(system.fronts.room)
     slope, curvature, slide = np.empty(c), np.empty(c), np.empty(c)
     directions, low, high = np.empty(c, np.complex128), np.empty(c), np.empty(c)
     new_u, new_tau, way = np.empty(n, np.complex128), np.empty(c), np.empty(n, np.complex128)
@@ -188,9 +188,9 @@ def descend(
         stiffen(system, border, directions, curvature, matrix)
         regularise(system, matrix)
         _restricted(kinds, directions, slope, gradient)
-        if not factorise(system, matrix, factor, pivots):
+        if not factorise(system, matrix, factor):
             return energy, done
-        step = downhill(system, factor, pivots, gradient)
+        step = downhill(system, factor, gradient)
         decrease = 0.0
         for v in range(n):
             decrease += gradient[v].real * step[v].real + gradient[v].imag * step[v].imag
