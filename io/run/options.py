@@ -302,7 +302,7 @@ class JobOptions:
         "Fill the texture layout that the target mesh has, not a new one.", default=False, commands=("map",)
     )
     carry_maps: bool = _option(
-        "Carry the other maps of a glTF material (normals, roughness, …) to the new coordinates, too.",
+        "Carry the other maps of a mesh's materials (normals, roughness, …) to the new coordinates, too.",
         default=False, commands=("map",),
     )  # fmt: skip
     cut: bool = _option(
