@@ -1,6 +1,5 @@
 """Meshes with carried materials as files: GLB, and OBJ with its library and pictures."""
 
-import re
 from copy import deepcopy
 from pathlib import Path
 
@@ -115,8 +114,7 @@ def _stays(line: str, words: set[str]) -> bool:
 def _picture(relaid: Relaid, material: str, word: str) -> Path:
     """The file of a material's picture."""
     several = len(relaid.after.coats) > 1
-    parts = [relaid.name.stem, *([re.sub(r"[^\w.-]", "_", material) or "plain"] if several else []), word]
-    return relaid.name.with_name("-".join(parts).replace("map_", "") + ".png")
+    return material_library.picture_of(relaid.name, material if several else None, word)
 
 
 def _plain(images: Pictures) -> Pictures:

@@ -1,6 +1,7 @@
 """OBJ material libraries that keep their lines: only pictures change, and file names when the library moves."""
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -120,6 +121,12 @@ def name_of(texture: Path, folder: Path) -> str:
     if name != name.strip() or "\n" in name or "\r" in name or name.startswith("-"):
         raise InputError(f"{texture}: a material library cannot name this file; rename it")
     return name
+
+
+def picture_of(mesh: Path, material: str | None, word: str) -> Path:
+    """The file, beside a mesh, of what a statement of a material shows; None: of the only material."""
+    parts = [mesh.stem, *([] if material is None else [re.sub(r"[^\w.-]", "_", material) or "plain"]), word]
+    return mesh.with_name("-".join(parts).replace("map_", "") + ".png")
 
 
 def relative(file: Path, folder: Path) -> str:

@@ -32,6 +32,7 @@ from . import (
 )
 from .gltf import Primitive
 from .obj import Obj
+from .obj_materials import Pictures
 from .obj_source import ObjSource
 from .ply import Ply
 
@@ -276,7 +277,7 @@ def write(
     *,
     name: Path,
     texture: Path | bytes | None = None,
-    pictures: Mapping[str, bytes] | None = None,
+    pictures: Pictures | None = None,
     force: bool = False,
 ) -> tuple[list[str], list[str]]:
     """Write the mesh with new texture coordinates.
@@ -289,7 +290,7 @@ def write(
         out: where to write now, a temporary file beside `name`.
         name: what it will be called.
         texture: the picture to show, or its content; None to leave materials alone.
-        pictures: further ones for the new coordinates, PNG or JPEG files by the slots of a glTF material.
+        pictures: further ones for the new coordinates, PNG or JPEG files by material and slot.
         force: whether what is `written_beside` it may be replaced.
 
     Returns:
@@ -301,33 +302,13 @@ def write(
             made, said = _ply(file, uv, uv_corners, name, texture)
         else:
             held = {} if texture is None else {gltf_materials.BASE: _embeddable(texture)}
-            made, said = _glb(file, uv, uv_corners, triangles, held | dict(pictures or {}))
+            made, said = _glb(file, uv, uv_corners, triangles, held | dict((pictures or {}).get("", {})))
         out.write_bytes(made)
         return [], [f"{name}: {remark}" for remark in said]
     whole = file.obj or obj.parse(_as_obj(file.mesh), name)
     faces = file.faces if file.obj else np.ones(len(whole.face_at), bool)
-    if texture is None:
-        out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners))
-        return [], obj_materials.staying(whole, faces, name, ())
-    library, *beside = (Path(other) for other in written_beside(name, texture))
-    materials, notes = obj_materials.library_of(whole)
-    rename, plain = obj_materials.renamed(whole, faces)
-    binding = obj_write.Binding(library.name, rename, plain)
-    out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners, binding))
-    shown = texture if isinstance(texture, Path) else beside[0]
-    named = {"map_kd": material_library.name_of(shown, library.parent)}
-    text = material_library.bound(materials, rename, plain, dict.fromkeys(rename, named), library)
-    content = [
-        text.encode("utf-8", "surrogateescape"),
-        *([_embeddable(texture)] if isinstance(texture, bytes) else []),
-    ]
-    for path, data in zip((library, *beside), content):
-        with files.replacing(path, force=force) as temporary:
-            temporary.write_bytes(data)
-    return [str(library), *map(str, beside)], [
-        *notes,
-        *obj_materials.staying(whole, faces, name, ("map_kd",)),
-    ]
+    shown = _embeddable(texture) if isinstance(texture, bytes) else texture
+    return obj_materials.write(whole, faces, uv, uv_corners, out, name, shown, pictures or {}, force=force)
 
 
 def as_written(uv: Real, name: str | Path) -> Real:
@@ -339,17 +320,6 @@ def as_written(uv: Real, name: str | Path) -> Real:
     return np.column_stack(
         [single[:, 0], 1.0 - single[:, 1].astype(float) if suffix == ".glb" else single[:, 1]]
     )
-
-
-def written_beside(name: Path, texture: Path | bytes | None) -> list[str]:
-    """The files that `write` puts beside an output: an OBJ's material library, and a picture that is no file yet."""
-    if texture is None or name.suffix.lower() != ".obj":
-        return []
-    library = str(name.with_suffix(".mtl"))
-    if isinstance(texture, Path):
-        return [library]
-    suffix = ".jpg" if texture.startswith(JPEG) else ".png"
-    return [library, str(name.with_name(f"{name.stem}-texture{suffix}"))]
 
 
 def _as_obj(mesh: Mesh) -> bytes:

@@ -25,11 +25,11 @@ from ..pictures.image import Image
 from ..spec import Spec
 from . import report
 from .inputs import tiled
+from .job import shared
 from .raster_size import bounded
 
 SCHEMA = "iccm.relayout/1"
 TEXELS = ("overlapping_texels", "covered_texels")  # of a layout, counted in each tile
-STEM = "{stem}"  # in an output's name: that of the texture
 _Read = list[MeshFile]  # all geometries of a file
 
 
@@ -91,14 +91,10 @@ def _pictures(given: dict[str, Sequence[str]], outputs: Sequence[str]) -> list[C
     if not all_of:
         cure = "name one with --texture, --normal or --data, or a .glb or .obj for all that materials show"
         raise InputError(f"{outputs[0]}: no texture; {cure}")
-    if len(outputs) == 1 and STEM in outputs[0]:
-        names = [outputs[0].replace(STEM, Path(path).stem) for path, _ in all_of]
-    elif len(outputs) == len(all_of):
-        names = list(outputs)
-    else:
-        raise InputError(
-            f"{len(all_of)} textures and {len(outputs)} outputs: name one -o for each texture, or one with {STEM} in it"
-        )
+    try:
+        names = shared(outputs, [path for path, _ in all_of])
+    except ValueError as error:
+        raise InputError(str(error)) from None
     return [CarriedPicture(path, kind, name) for (path, kind), name in zip(all_of, names)]
 
 
