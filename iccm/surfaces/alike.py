@@ -12,6 +12,7 @@ from ..arrays import Complex, Real
 from ..balanced import starts
 from ..balanced.levels import Sketch, UnitProblem
 from ..balanced.pairs import Match, loops_of
+from ..curve import Curve
 
 SAMPLES = 256  # of an outline
 SHARES = np.arange(SAMPLES) / SAMPLES
@@ -66,21 +67,37 @@ def similarity(problem: UnitProblem) -> Similarity | None:
     return near if away < CLOSE else None
 
 
+def unlikeness(source: Curve, target: Curve, here: Complex, there: Complex) -> float:
+    """How far the similarity that fits two outlines best leaves them apart, relative to the root of the area.
+
+    Args:
+        source: an outline.
+        target: likewise.
+        here: (k,) points of the source, and
+        there: where they go; in between it goes by lengths.
+    """
+    s = source.length * SHARES
+    z, w = source.at(s), target.at(_between(source, target, (here, there)).at(s))
+    away = _fitted(z, w, np.ones(SAMPLES))(z) - w
+    return float(np.sqrt(np.mean(np.abs(away) ** 2) / target.area))
+
+
 def _matches(problem: UnitProblem) -> list[Match]:
     """Correspondences of the outlines to begin with."""
+    source, target = problem.source, problem.target
     if problem.anchors[0]:
-        return [_anchored(problem)]
+        return [_between(source, target, (np.array(problem.anchors[0]), np.array(problem.anchors[1])))]
     turns = starts.ANY_TURN if problem.upright == 0 else starts.TURNS
-    return starts.candidates(problem.source, problem.target, turns)
+    return starts.candidates(source, target, turns)
 
 
-def _anchored(problem: UnitProblem) -> Match:
-    """In proportion to lengths between pins on the outlines."""
-    s, tau = (np.array([curve.closest(np.array([w]))[0] for w in side]) for curve, side in zip((problem.source, problem.target), problem.anchors))
+def _between(source: Curve, target: Curve, pins: tuple[Complex, Complex]) -> Match:
+    """In proportion to lengths between points of the outlines."""
+    s, tau = (curve.closest(side) for curve, side in zip((source, target), pins))
     order = np.argsort(s)
     s, tau = s[order], tau[order]
-    tau = tau[0] + np.mod(tau - tau[0], problem.target.length)
-    return Match(np.append(s, s[0] + problem.source.length), np.append(tau, tau[0] + problem.target.length))
+    tau = tau[0] + np.mod(tau - tau[0], target.length)
+    return Match(np.append(s, s[0] + source.length), np.append(tau, tau[0] + target.length))
 
 
 def _closest(problem: UnitProblem, match: Match) -> tuple[float, Similarity]:

@@ -27,7 +27,14 @@ from ..balanced.minimise.newton import (
     largest_step,
 )
 from ..balanced.minimise.newton import _moved as moved
-from ..balanced.minimise.sliding import HELD, SLIDING, Rails, border_derivatives, border_energy, choose_directions
+from ..balanced.minimise.sliding import (
+    HELD,
+    SLIDING,
+    Rails,
+    border_derivatives,
+    border_energy,
+    choose_directions,
+)
 from ..flattening.scaffold import filling
 from ..meshes.flatten import Flattening
 from ..meshes.locate import Locator
@@ -37,8 +44,19 @@ from ..meshes.topology import Triangles
 BARRIER = 0.01  # weight of the energy in the plane, which keeps triangles from folding there
 STEPS, DECREASE = 40, 1e-3  # of Newton, and the relative decrease that counts as none
 SHORTEST = 1e-8  # share of a step below which none is made
-SHORT, LONG, DAMPED = 0.1, 0.5, 1e-4  # shares of a step from which the next is damped more, or less; the first damping
-PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))  # of a triangle's corners, as in `BlockPattern.slots`
+SHORT, LONG, DAMPED = (
+    0.1,
+    0.5,
+    1e-4,
+)  # shares of a step from which the next is damped more, or less; the first damping
+PAIRS = (
+    (0, 0),
+    (0, 1),
+    (0, 2),
+    (1, 1),
+    (1, 2),
+    (2, 2),
+)  # of a triangle's corners, as in `BlockPattern.slots`
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +85,11 @@ class Ground:
         covered = _covered(layout)
         faces = covered.patch.faces
         points = patch.points / np.sqrt(face_areas(patch.points[patch.faces]).sum())
-        self._locator, self._flat, self._corners = Locator(covered), frame.unit(layout.flat)[faces], points[faces]
+        self._locator, self._flat, self._corners = (
+            Locator(covered),
+            frame.unit(layout.flat)[faces],
+            points[faces],
+        )
         sides, edges = (w[:, 1:] - w[:, :1] for w in (self._flat, self._corners))
         matrix = np.stack([sides.real, sides.imag], axis=1)  # columns are the sides
         self._slopes = edges.transpose(0, 2, 1) @ np.linalg.inv(matrix)
@@ -138,7 +160,19 @@ class Between:
         each = np.arange(3 * m)
         slots = np.arange(6 * m)
         return BlockPattern(
-            *(each, none, slots, each.reshape(-1, 3), slots.reshape(-1, 6), none, none, none, none, none, none)
+            *(
+                each,
+                none,
+                slots,
+                each.reshape(-1, 3),
+                slots.reshape(-1, 6),
+                none,
+                none,
+                none,
+                none,
+                none,
+                none,
+            )
         )
 
     def _laid(self, u: Complex, place: Place) -> tuple[Complex, Real]:
@@ -167,7 +201,14 @@ class Between:
         laid, _ = self._laid(u, self.ground.at(u))
         gradients, areas = self._rest
         inside = total(
-            self._soup.corners, gradients, areas, np.ascontiguousarray(laid.ravel()), self.theta, self.q, BOTH_AREAS, 0.0
+            self._soup.corners,
+            gradients,
+            areas,
+            np.ascontiguousarray(laid.ravel()),
+            self.theta,
+            self.q,
+            BOTH_AREAS,
+            0.0,
         )
         barrier = total(self.map.system.corners, *self._plane, u, self.theta, 1.0, BOTH_AREAS, 0.0)
         return float(inside + barrier + border_energy(self._border[1], tau))
@@ -194,7 +235,16 @@ class Between:
         blocks, slope = np.empty((6 * m, 4)), np.empty(3 * m, np.complex128)
         soup = self._soup
         energy = assemble(
-            *(soup, gradients, areas, np.ascontiguousarray(laid.ravel()), self.theta, self.q, BOTH_AREAS, 0.0),
+            *(
+                soup,
+                gradients,
+                areas,
+                np.ascontiguousarray(laid.ravel()),
+                self.theta,
+                self.q,
+                BOTH_AREAS,
+                0.0,
+            ),
             *(blocks, slope),
         )
         turns = np.einsum("mic,mkcj->mkij", plane, place.slopes[self.map.system.corners])
@@ -229,7 +279,9 @@ def descended(
     tau, border = between._border
     tau = tau.copy()
     c, n = tau.size, u.size
-    kinds = np.where(np.append(map.anchored | map.pairs.at_target, np.ones(c - map.border, bool)), HELD, SLIDING)
+    kinds = np.where(
+        np.append(map.anchored | map.pairs.at_target, np.ones(c - map.border, bool)), HELD, SLIDING
+    )
     rails = between._rails
     small, energy, damping = 0, between.energy(u, tau), 0.0
     for _ in range(steps):
@@ -297,7 +349,9 @@ def _matrix(system: BlockPattern, blocks: Real) -> Real:
     return np.column_stack([np.bincount(slots, flat[:, k], system.rows.size) for k in range(4)])
 
 
-def _stiffen(system: BlockPattern, border, directions: Complex, curvature: Real, matrix: Real, damping: float) -> None:
+def _stiffen(
+    system: BlockPattern, border, directions: Complex, curvature: Real, matrix: Real, damping: float
+) -> None:
     """The outline's part, ones where there is no unknown, and a little more on the diagonal."""
     slides, after = directions != 0, border.following
     own = system.diagonal[: directions.size]
@@ -308,6 +362,8 @@ def _stiffen(system: BlockPattern, border, directions: Complex, curvature: Real,
     np.add.at(matrix[:, 0], system.ahead[both], -curvature[both])
     matrix[own, 3] += 1
     matrix[own[~slides], 0] += 1
-    little = (REGULAR + damping) * 0.5 * (matrix[system.diagonal, 0] + matrix[system.diagonal, 3]).mean() + 1e-12
+    little = (REGULAR + damping) * 0.5 * (
+        matrix[system.diagonal, 0] + matrix[system.diagonal, 3]
+    ).mean() + 1e-12
     matrix[system.diagonal, 0] += little
     matrix[system.diagonal, 3] += little

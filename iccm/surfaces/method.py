@@ -198,7 +198,9 @@ def _of_own(ready: _Prepared, own: OwnMap, pins: Pins, settings: Settings, journ
     """The map on a surface's own triangles in the user's planes."""
     onto, other, frame = ready.onto, ready.sides[not ready.onto], ready.frames[not ready.onto]
     here = own.of_layout(ready.sides[onto].given.flat)
-    there = _sound(own.state, other.outward(frame.world(own.state.u), own.state.outer), mirrored=frame.mirrored)
+    there = _sound(
+        own.state, other.outward(frame.world(own.state.u), own.state.outer), mirrored=frame.mirrored
+    )
     if onto:
         return _solution(ready, stages.inverted(own.state), there, here, pins, settings, journal)
     return _solution(ready, own.state, here, there, pins, settings, journal)

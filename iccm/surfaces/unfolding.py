@@ -10,7 +10,12 @@ from ..balanced.minimise.energy import geometry
 from ..balanced.minimise.ldl import system_of
 from ..balanced.minimise.untangle import untangle
 
-RINGS = (2, 4, 8, 16)  # of triangles around folds whose vertices move, the first that do; by hand, as what follows
+RINGS = (
+    2,
+    4,
+    8,
+    16,
+)  # of triangles around folds whose vertices move, the first that do; by hand, as what follows
 THIN = 0.1  # of the mean: ratio of areas from which down a triangle counts as folded
 BARE = 1e-9  # of the mean: the same where the map is to stay as it is
 STEPS, POLISHING = 100, 30
@@ -47,9 +52,7 @@ def unfolded_in(u: Complex, faces: Index, held: int, rest: Complex) -> Complex:
     return _unfolded(u, faces, held, image * areas.sum() < BARE * areas * image.sum(), gradients, areas)
 
 
-def _unfolded(
-    u: Complex, faces: Index, held: int, folded: Flags, gradients: Complex, areas: Real
-) -> Complex:
+def _unfolded(u: Complex, faces: Index, held: int, folded: Flags, gradients: Complex, areas: Real) -> Complex:
     near, grown = np.zeros(u.size, bool), 0
     near[faces[folded]] = True
     for rings in RINGS if folded.any() else ():
