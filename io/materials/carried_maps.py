@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...arrays import Index, Real
+from ...arrays import Flags, Index, Real
 from ...errors import InputError
 from ...meshes.mesh import triangulated
 from ..meshes import gltf_materials, material_library
@@ -15,7 +15,6 @@ from .carried import Carrier, How, png
 from .look import Look, part
 
 SHOWN = (gltf_materials.BASE, gltf_materials.DIFFUSE, "map_kd")  # where a texture that is mapped goes
-ALONE = ""  # the material of a glTF primitive, which has no other
 
 
 def check(file: MeshFile, name: str | Path) -> None:
@@ -24,11 +23,11 @@ def check(file: MeshFile, name: str | Path) -> None:
     Raises:
         InputError: the mesh, or the output, is neither a glTF file nor an OBJ, or not of the other's kind.
     """
-    if file.primitive is None and file.obj is None:
+    if not file.primitives and file.obj is None:
         raise InputError(
             f"{file.path}: --carry-maps is for materials of GLB, glTF and OBJ files; it names none"
         )
-    wanted = ".glb" if file.primitive is not None else ".obj"
+    wanted = ".glb" if file.primitives else ".obj"
     if Path(name).suffix.lower() != wanted:
         raise InputError(f"{name}: --carry-maps keeps the materials of {file.path}; use {wanted}")
 
@@ -39,7 +38,7 @@ def beside(file: MeshFile, name: str | Path, *, shown: bool) -> list[str]:
     Raises:
         InputError: old coordinates that are none.
     """
-    if file.primitive is not None:
+    if file.primitives:
         return []
     look = _look(file)
     found = {
@@ -64,27 +63,35 @@ def carried(
         threads: never change the result.
 
     Returns:
-        The content of the files by material and slot.
+        The content of the files, see `obj_materials.Pictures`.
 
     Raises:
         InputError: a picture that cannot be read, or old coordinates that are none.
     """
-    look = _look(file)
-    corner = (
-        triangulated(file.mesh)
-        if file.primitive is None
-        else np.arange(file.mesh.corners.size).reshape(-1, 3)
-    )
+    look, corner = _look(file), _corners(file)
     new = replace(look.sheet, uv=uv, uv_faces=uv_corners[corner], stated=None)
+    keys = [group[0].key for group in of_gltf.groups(file.primitives)] or [coat.name for coat in look.coats]
     made = dict[str, dict[str, bytes]]()
-    for k, coat in enumerate(look.coats):
+    for k, (key, coat) in enumerate(zip(keys, look.coats)):
         own = np.flatnonzero(look.owner == k)
         same = own, np.tile(np.arange(3), (own.size, 1))
         carrier = Carrier(look, part(new, own), same, How(threads=threads))
-        slots = [slot for slot in coat.maps if not (shown and slot in SHOWN)]
-        name = ALONE if file.primitive is not None else coat.name
-        made[name] = {slot: png(carrier.image(slot)) for slot in slots}
+        slots = [slot for slot in coat.maps if own.size and not (shown and slot in SHOWN)]
+        made[key] = {slot: png(carrier.image(slot)) for slot in slots}
     return made
+
+
+def _corners(file: MeshFile) -> Index:
+    """(m, 3) the corners of the mesh that its look's triangles have."""
+    if not file.primitives:
+        return triangulated(file.mesh)
+    return np.arange(file.mesh.corners.size).reshape(-1, 3)[_shows(file)[file.faces]]
+
+
+def _shows(file: MeshFile) -> Flags:
+    """(f,) which triangles of a glTF file's primitives have coordinates."""
+    counts = [len(part.faces) for part in file.primitives]
+    return np.repeat([of_gltf.has_layout(part) for part in file.primitives], counts)
 
 
 def _look(file: MeshFile) -> Look:
@@ -93,8 +100,8 @@ def _look(file: MeshFile) -> Look:
     Raises:
         InputError: they have no coordinates.
     """
-    if file.primitive is None:
+    if not file.primitives:
         return of_mtl.look(file)
-    whole = of_gltf.look(str(file.path), [file.primitive])
-    own = np.flatnonzero(file.faces)
+    whole = of_gltf.look(str(file.path), file.primitives)
+    own = np.flatnonzero(file.faces[_shows(file)])
     return replace(whole, sheet=part(whole.sheet, own), owner=whole.owner[own])

@@ -26,24 +26,24 @@ def look(name: str, parts: Sequence[Primitive], *, bare: bool = False) -> Look:
     Raises:
         InputError: none of them has coordinates.
     """
-    parts, all_parts = [part for part in parts if _layout(part, bare) is not None], parts
+    parts, all_parts = [part for part in parts if has_layout(part)], parts
     if not parts:
         raise InputError(f"{name}: has no texture coordinates; make them with iccm flatten --uv")
     left = len(all_parts) - len(parts)
     notes = (f"{name}: {left} of its {len(all_parts)} geometries have no texture coordinates: left out",)
-    numbers = [group[0].tree.get("material", -1) for group in groups(parts)]
+    keys = [group[0].key for group in groups(parts)]
     counts = [len(part.faces) for part in parts]
-    owner = np.repeat([numbers.index(part.tree.get("material", -1)) for part in parts], counts)
-    coats = [_coat(name, parts, number) for number in numbers]
+    owner = np.repeat([keys.index(part.key) for part in parts], counts)
+    coats = [_coat(name, parts, key) for key in keys]
     return Look(sheet(name, parts, bare), tuple(coats), owner, "gltf", notes if left else ())
 
 
 def groups(parts: Sequence[Primitive]) -> list[list[Primitive]]:
     """The primitives that have coordinates, by their materials."""
-    found: dict[int, list[Primitive]] = {}
+    found: dict[str, list[Primitive]] = {}
     for part in parts:
-        if _layout(part, bare=True) is not None:
-            found.setdefault(part.tree.get("material", -1), []).append(part)
+        if has_layout(part):
+            found.setdefault(part.key, []).append(part)
     return list(found.values())
 
 
@@ -76,13 +76,18 @@ def layout_of(part: Primitive) -> int:
     return wanted if f"TEXCOORD_{wanted}" in part.attributes else 0
 
 
+def has_layout(part: Primitive) -> bool:
+    """Whether a primitive has the coordinates that its colours are shown by."""
+    return part.uv(gltf_materials.base(part.material)) is not None
+
+
 def _layout(part: Primitive, bare: bool) -> Real | None:
     return part.uv({"texCoord": layout_of(part)} if bare else gltf_materials.base(part.material))
 
 
-def _coat(name: str, parts: Sequence[Primitive], number: int) -> Coat:
-    """The material of this number, -1 for none."""
-    own = [part for part in parts if part.tree.get("material", -1) == number]
+def _coat(name: str, parts: Sequence[Primitive], key: str) -> Coat:
+    """The material of this number."""
+    own = [part for part in parts if part.key == key]
     material, document = own[0].material, own[0].document
     maps, made = dict[str, CoatMap](), dict[str, Real | None]()
     for slot, info in gltf_materials.slots(material):

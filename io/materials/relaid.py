@@ -42,7 +42,7 @@ def sheet_of(meshes: Sequence[MeshFile]) -> Charted:
 
 
 def _primitives(meshes: Sequence[MeshFile]) -> list[Primitive]:
-    return [each.primitive for each in meshes if each.primitive is not None]
+    return list(meshes[0].primitives)
 
 
 def _name(meshes: Sequence[MeshFile]) -> str:

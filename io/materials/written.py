@@ -39,7 +39,7 @@ def beside(relaid: Relaid) -> list[Path]:
 
 
 def _glb(relaid: Relaid) -> bytes:
-    primitives = [each.primitive for each in relaid.meshes if each.primitive is not None]
+    primitives = relaid.meshes[0].primitives
     if primitives:
         document, groups = primitives[0].document, of_gltf.groups(primitives)
     else:

@@ -142,6 +142,11 @@ class Primitive:
         return {} if number is None else self.document.tree["materials"][number]
 
     @property
+    def key(self) -> str:
+        """The number of its material, or nothing."""
+        return str(self.tree.get("material", ""))
+
+    @property
     def faces(self) -> Index:
         """(m, 3) vertices of its triangles."""
         if "indices" in self.tree:

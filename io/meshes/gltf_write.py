@@ -4,7 +4,7 @@ The tree and the bytes are edited, not made anew: nodes, skins, animations, othe
 even looked at. Numbers of accessors, views, textures and materials never change; new ones come last.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from typing import Any
 
@@ -136,28 +136,43 @@ class Draft:
 
 
 def with_coordinates(
-    part: Primitive,
+    parts: Sequence[Primitive],
     faces: Flags,
     uv: Real,
     uv_corners: Index,
-    pictures: Mapping[str, bytes],
+    pictures: Mapping[str, Mapping[str, bytes]],
 ) -> tuple[bytes, list[str]]:
-    """The file with new first texture coordinates for some triangles of a primitive.
+    """The file with new first texture coordinates for some triangles of primitives.
 
     What reads the old ones goes on doing so: they are kept as another set then. Where new ones part, vertices are split
-    with all that they have. Where only some triangles change, these become a primitive of their own.
+    with all that they have. Where only some triangles of a primitive change, these become one of their own.
 
     Args:
-        part: the primitive.
-        faces: (m,) the triangles that change.
+        parts: the primitives, of one file.
+        faces: (m,) the triangles that change, of all primitives one after the other.
         uv: (t, 2) coordinates, v up.
         uv_corners: (c,) coordinate of each of their corners.
-        pictures: PNG or JPEG files for the new coordinates, by the slots of the material (see `gltf_materials.slots`).
+        pictures: PNG or JPEG files for the new coordinates, by material (`Primitive.key`) and slot (see
+            `gltf_materials.slots`).
 
     Returns:
         The bytes of a GLB file, and notes on textures that stay on the old coordinates.
     """
-    draft = Draft(part.document)
+    draft, notes = Draft(parts[0].document), dict[str, None]()
+    first = corner = 0
+    for part in parts:
+        own = faces[first : first + len(part.faces)]
+        corners = uv_corners[corner : corner + 3 * int(own.sum())]
+        first, corner = first + own.size, corner + corners.size
+        if own.any():
+            notes |= dict.fromkeys(_changed(draft, part, own, uv, corners, pictures.get(part.key, {})))
+    return draft.bytes(), list(notes)
+
+
+def _changed(
+    draft: Draft, part: Primitive, faces: Flags, uv: Real, uv_corners: Index, pictures: Mapping[str, bytes]
+) -> list[str]:
+    """Give triangles (m,) of a primitive new coordinates; the notes. Arguments as for `with_coordinates`."""
     primitive = _alone(draft, part, faces)
     attributes, before = primitive["attributes"], dict(part.attributes)
     count = draft.tree["accessors"][attributes["POSITION"]]["count"]
@@ -167,15 +182,15 @@ def with_coordinates(
     if kept is not None:
         attributes[f"TEXCOORD_{kept}"] = attributes.pop("TEXCOORD_0")
     _copied(draft, primitive, split, {"TEXCOORD_0"})
-    first = part.document.floats(before["TEXCOORD_0"]) if "TEXCOORD_0" in before else np.zeros((count, 2))
-    values = split.values(np.column_stack([uv[:, 0], 1 - uv[:, 1]]), first).astype("<f4")
+    old = part.document.floats(before["TEXCOORD_0"]) if "TEXCOORD_0" in before else np.zeros((count, 2))
+    values = split.values(np.column_stack([uv[:, 0], 1 - uv[:, 1]]), old).astype("<f4")
     attributes["TEXCOORD_0"] = draft.accessor(values, COORDINATES, ATTRIBUTE, attributes.get("TEXCOORD_0"))
     if split.copies.size or not faces.all() or primitive.get("mode", TRIANGLES) != TRIANGLES:
         _indexed(draft, primitive, split.number, primitive.get("indices"), split.order.size)
     _rebound(draft, primitive, pictures, kept)
     if "TANGENT" in attributes and "normalTexture" in pictures:
         _with_tangents(draft, primitive, part, split, uv, uv_corners, faces)
-    return draft.bytes(), _notes(staying, kept)
+    return _notes(staying, kept)
 
 
 def plain(

@@ -5,7 +5,7 @@ are kept as they are but for what changes; OFF and STL, which hold no coordinate
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Index, Real, distinct_rows
 from ...errors import InputError
-from ...meshes.mesh import Mesh
+from ...meshes.mesh import Mesh, united
 from .. import files, formats
 from ..spec import Spec
 from . import (
@@ -50,7 +50,7 @@ class MeshFile:
         mesh: its polygons, or those of the part picked.
         faces: (f,) which faces of the whole file that part is.
         obj: the file itself when it is an OBJ.
-        primitive: what of the file it is when that is a GLB or glTF.
+        primitives: what of the file it is when that is a GLB or glTF; `faces` are theirs, one after the other.
         ply: the file itself when it is a PLY.
         picture: the texture inside the file, as the PNG or JPEG file that it is there, when it has one.
         loop: number of the boundary loop picked, 1 being the longest.
@@ -66,7 +66,7 @@ class MeshFile:
     mesh: Mesh
     faces: NDArray[np.bool_]
     obj: Obj | None = None
-    primitive: Primitive | None = None
+    primitives: tuple[Primitive, ...] = ()
     ply: Ply | None = None
     picture: bytes | None = None
     loop: int = 1
@@ -97,6 +97,38 @@ def read(text: str, whole: Obj | None = None) -> MeshFile:
     Raises:
         InputError: the file cannot be read, or has no such part.
     """
+    return _opened(text, whole)[0]
+
+
+def read_all(text: str, whole: Obj | None = None) -> list[MeshFile]:
+    """As `read`; but of a file of several geometries of which none is named each, as parts of one mesh.
+
+    Raises:
+        InputError: as `read`.
+    """
+    found, picked = _opened(text, whole)
+    if found.obj or found.part or found.numbered or len(found.names) < 2:
+        return [found]
+    parts = [picked(name, 1) for name in found.names]
+    mesh = united([part.mesh for part in parts], str(found.path))
+    owner = np.repeat(np.arange(len(parts)), [part.mesh.sizes.size for part in parts])
+    primitives = tuple(primitive for part in parts for primitive in part.primitives)
+    return [
+        replace(
+            found,
+            mesh=mesh.part(owner == k, f"{found.path}#{name}"),
+            faces=owner == k,
+            primitives=primitives,
+            picture=part.picture,
+            part=name,
+            notes=(),
+        )
+        for k, (name, part) in enumerate(zip(found.names, parts))
+    ]
+
+
+def _opened(text: str, whole: Obj | None) -> tuple[MeshFile, Callable[[str | None, int], MeshFile]]:
+    """What `read` finds, and what picks another part of the file."""
     spec = Spec.of(text)
     path, suffix = spec.path, formats.suffix_of(spec.path)
     if not formats.of(path).mesh:
@@ -110,23 +142,8 @@ def read(text: str, whole: Obj | None = None) -> MeshFile:
     found = picked(part, 1 if spec.number is None else spec.number)
     piece, chart = _viewed(view)
     numbered = spec.number is not None or bool(view and view.lastgroup)
-    return replace(found, piece=piece, chart=chart, part=part, numbered=numbered, names=tuple(names))
-
-
-def read_every(text: str) -> list[MeshFile]:
-    """All geometries of a file, each as `read` gives it, or the one that is picked; of an OBJ the whole.
-
-    Raises:
-        InputError: as `read`.
-    """
-    spec = Spec.of(text)
-    suffix = formats.suffix_of(spec.path)
-    if suffix == ".obj" or not formats.of(spec.path).mesh:
-        return [read(text)]
-    picked, names = _read_other(spec.path)
-    if spec.among(names).part or spec.number is not None or len(names) < 2:
-        return [read(text)]
-    return [replace(picked(name, 1), part=name, names=tuple(names), notes=()) for name in names]
+    found = replace(found, piece=piece, chart=chart, part=part, numbered=numbered, names=tuple(names))
+    return found, picked
 
 
 def _viewed(view: re.Match | None) -> tuple[int, int]:
@@ -191,7 +208,7 @@ def _of_gltf(path: Path) -> dict[str, MeshFile]:
 def _of_primitive(part: Primitive) -> MeshFile:
     mesh = part.triangles()
     return MeshFile(
-        part.document.path, mesh, np.ones(mesh.sizes.size, bool), primitive=part, picture=part.picture
+        part.document.path, mesh, np.ones(mesh.sizes.size, bool), primitives=(part,), picture=part.picture
     )
 
 
@@ -301,8 +318,10 @@ def write(
         if name.suffix.lower() == ".ply":
             made, said = _ply(file, uv, uv_corners, name, texture)
         else:
-            held = {} if texture is None else {gltf_materials.BASE: _embeddable(texture)}
-            made, said = _glb(file, uv, uv_corners, triangles, held | dict((pictures or {}).get("", {})))
+            shown = {} if texture is None else {gltf_materials.BASE: _embeddable(texture)}
+            keys = {part.key for part in file.primitives} or {""}
+            every = {key: shown | dict((pictures or {}).get(key, {})) for key in keys}
+            made, said = _glb(file, uv, uv_corners, triangles, every)
         out.write_bytes(made)
         return [], [f"{name}: {remark}" for remark in said]
     whole = file.obj or obj.parse(_as_obj(file.mesh), name)
@@ -331,10 +350,10 @@ def _as_obj(mesh: Mesh) -> bytes:
 
 
 def _glb(
-    file: MeshFile, uv: Real, uv_corners: Index, triangles: Index, pictures: Mapping[str, bytes]
+    file: MeshFile, uv: Real, uv_corners: Index, triangles: Index, pictures: Pictures
 ) -> tuple[bytes, list[str]]:
-    if file.primitive is not None:
-        return gltf_write.with_coordinates(file.primitive, file.faces, uv, uv_corners, pictures)
+    if file.primitives:
+        return gltf_write.with_coordinates(file.primitives, file.faces, uv, uv_corners, pictures)
     mesh = file.mesh
     keys = [mesh.corners[triangles].ravel()]
     if mesh.normals is not None and mesh.normal_corners is not None:
@@ -346,7 +365,7 @@ def _glb(
     whole = gltf_write.plain(mesh.points[rows[:, 0]], normals, faces.reshape(-1, 3), file.path.stem)
     part = Primitive(whole, 0, 0)
     every = np.ones(len(triangles), bool)
-    return gltf_write.with_coordinates(part, every, uv, uv_corners[triangles].ravel(), pictures)
+    return gltf_write.with_coordinates([part], every, uv, uv_corners[triangles].ravel(), pictures)
 
 
 def _ply(

@@ -13,7 +13,7 @@ from .obj import Obj
 NEW = "iccm"  # a material of ours
 JPEG = b"\xff\xd8\xff"  # how such files begin
 Pictures = Mapping[str, Mapping[str, bytes]]
-"""Picture files by material and slot: MTL's statements in lower case, or glTF's slots of the material ''."""
+"""Picture files by material and slot: its name and MTL's statements in lower case, or its number and glTF's slots."""
 
 
 def textures_of(whole: Obj, faces: Flags) -> list[Path]:

@@ -200,7 +200,7 @@ def run(
     from ...blas import one_thread
 
     with one_thread(), ExitStack() as stack:
-        before, after = sources = [mesh_files.read_every(name) for name in (old, new)]
+        before, after = sources = [mesh_files.read_all(name) for name in (old, new)]
         notes = [f"{each.mesh.name}: {note}" for read in sources for each in read for note in each.notes]
         diagonal = _diagonal(after)
         how = How(_sized(size, max_pixels), filter, limit * diagonal, padding, max_pixels, threads)
