@@ -15,14 +15,19 @@ from numba.extending import overload
 from ..arrays import Real
 from ..jit import inner
 from ..jit import kernel as compiled
+from ..lanes import LANES, lane, nothing, plus
 from .colour import Float
-from .pyramid import CLAMP, CLEAR, FRAME, Pyramid
+from .pyramid import CLAMP, CLEAR, FRAME, Pyramid, decoded
 
 NEAREST, LINEAR, CUBIC, LANCZOS, SPLINE = 0, 1, 2, 3, 4
 FILTERS = {"nearest": NEAREST, "linear": LINEAR, "cubic": CUBIC, "lanczos": LANCZOS, "spline": SPLINE}
 RADIUS = (0.5, 1.0, 2.0, 3.0, 3.0)  # of the kernels, in texels
 LONGEST = 8.0
 """Longest over shortest axis of a kernel: beyond, the short one is widened (by hand: bounds the work)."""
+COLUMNS, MOST = 8, 96  # a register of weights; what the longest kernel reaches, and leans
+ACROSS = np.tile(np.arange(COLUMNS, dtype=np.float32), MOST)
+DOWN = np.repeat(np.arange(MOST, dtype=np.float32), COLUMNS)
+ZERO, HALF, ONE, TWO = (np.float32(v) for v in (0, 0.5, 1, 2))  # plain numbers would make all double
 BLEND = 1.5  # a spline gives way to the cubic between a footprint of one texel and this (by hand)
 
 
@@ -174,11 +179,18 @@ def _footprint(turn):
 
 
 @inner
-def _at_level(tex, x, y, p, q, r, short, kind, weights, out):
-    """What `_gather` reads at the level that suits a footprint."""
+def _level(tex, short):
+    """The level that suits a footprint: the smallest that its short axis does not pass over."""
     level = 0
     while level + 1 < tex.size.size and short >= tex.size[level + 1]:
         level += 1
+    return level
+
+
+@inner
+def _at_level(tex, x, y, p, q, r, short, kind, weights, out):
+    """What `_gather` reads at the level that suits a footprint."""
+    level = _level(tex, short)
     size = float(tex.size[level])
     if short >= 4 * size:  # nothing smaller is left: the whole picture
         p, q, r = 0.25 / size, 0.0, 0.25 / size
@@ -229,60 +241,158 @@ def _read_all(tex: Pyramid, xy: Real, turn: Real, kind: int, out: Float) -> None
 
 
 def read(tex: Pyramid, xy: Real, turn: Real, kind: int) -> Float:
-    """(p, c) values at texel coordinates with footprints, see `_gathered`; magnified pixels under a cubic filter take
-    a short cut, which differs by rounding."""
-    out = np.empty((len(xy), tex.base.shape[2]), np.float32)
-    if kind != CUBIC or tex.base.dtype.kind != "f":
+    """(p, c) values at texel coordinates with footprints, see `_gathered`; the cubic filter takes a short cut within
+    the picture, which differs by rounding."""
+    channels = tex.base.shape[2]
+    out = np.empty((len(xy), channels), np.float32)
+    if kind != CUBIC or channels > LANES:
         _read_all(tex, xy, turn, kind, out)
         return out
-    left = _magnified(tex, xy, turn, out)
+    left = _within(tex, xy, turn, ACROSS, DOWN, out)
     if left.any():
-        rest = np.empty((int(left.sum()), out.shape[1]), np.float32)
+        rest = np.empty((int(left.sum()), channels), np.float32)
         _read_all(tex, xy[left], turn[left], kind, rest)
         out[left] = rest
     return out
 
 
 @compiled
-def _magnified(tex, xy, turn, out):
-    """Catmull-Rom where the texture is magnified and its edge is not near; (p,) whether a point is left to do."""
-    width, height, channels = tex.width[0], tex.height[0], tex.base.shape[2]
-    row, reach = width * channels, 4 * channels
-    texels = tex.base.reshape(height * row)
-    columns = np.empty(reach)
+def _within(tex, xy, turn, across, down, out):
+    """Catmull-Rom where all that it reads lies within the picture; (p,) whether a point is left to do.
+
+    Args:
+        tex, xy, turn, out: as for `_gathered`, at most LANES channels.
+        across, down: ACROSS, DOWN.
+    """
+    channels = out.shape[1]
     left = np.ones(xy.shape[0], np.bool_)
+    weights = np.empty(across.size, np.float32)
+    base, reduced = ready_base(tex), tex.texels.reshape(tex.texels.size)
     for i in range(xy.shape[0]):
         x, y = xy[i]
-        a, b, c, d = turn[i]
-        e, f, g = a * a + b * b, a * c + b * d, c * c + d * d
-        if not (e <= 1 and g <= 1 and (1 - e) * (1 - g) >= f * f):  # an axis of the footprint over one texel
+        p, q, r, long, short = _footprint(turn[i])
+        level = _level(tex, short)
+        size = tex.size[level]
+        if short >= 4 * size:
             continue
-        if not (1.5 <= x < width - 1.5 and 1.5 <= y < height - 1.5):
+        x, y, p, q, r = x / size, y / size, p * size, q * size, r * size
+        det = p * r - q * q
+        reach_x, reach_y = 2 * (abs(r) + abs(q)) / det, 2 * (abs(p) + abs(q)) / det
+        w, h = tex.width[level], tex.height[level]
+        if not (
+            x - reach_x >= 0.5 and x + reach_x <= w - 1.5 and y - reach_y >= 0.5 and y + reach_y <= h - 1.5
+        ):
+            continue  # a texel more: registers reach beyond the last one's channels
+        j, k = math.ceil(x - reach_x - 0.5), math.ceil(y - reach_y - 0.5)
+        columns, rows = math.floor(x + reach_x - 0.5) - j + 1, math.floor(y + reach_y - 0.5) - k + 1
+        if max(rows, columns) > MOST:
             continue
-        j, k = int(x - 0.5), int(y - 0.5)
-        first = (k - 1) * row + (j - 1) * channels
-        above, upper = texels[first : first + reach], texels[first + row : first + row + reach]
-        first += 2 * row
-        lower, below = texels[first : first + reach], texels[first + row : first + row + reach]
-        w = _catmull_rom(y - 0.5 - k)
-        for n in range(reach):
-            columns[n] = w[0] * above[n] + w[1] * upper[n] + w[2] * lower[n] + w[3] * below[n]
-        w = _catmull_rom(x - 0.5 - j)
-        for n in range(channels):
-            m = n + 2 * channels
-            out[i, n] = (
-                w[0] * columns[n]
-                + w[1] * columns[n + channels]
-                + w[2] * columns[m]
-                + w[3] * columns[m + channels]
-            )
+        x, y = x - 0.5 - j, y - 0.5 - k
+        if level:
+            at, row = (tex.start[level] + k * w + j) * channels, w * channels
+            _weighed(reduced, at, row, columns, rows, x, y, p, q, r, across, down, weights, out[i])
+        else:
+            at, row = make_ready(tex, j, k, columns, rows, base)
+            if long == 1:
+                _four_by_four(base, at, row, x, y, out[i])
+            else:
+                _weighed(base, at, row, columns, rows, x, y, p, q, r, across, down, weights, out[i])
         left[i] = False
     return left
 
 
+def ready_base(tex):
+    """(n,) numbers of the picture, or room for what a footprint reads of one that is decoded as it is read."""
+    raise NotImplementedError("only in kernels")
+
+
+def make_ready(tex, j, k, columns, rows, base):
+    """Where in `base` the picture's texel (k, j) is, and how many numbers a row has there."""
+    raise NotImplementedError("only in kernels")
+
+
+@overload(ready_base)
+def _ready_base(tex):
+    if isinstance(tex.types[0].dtype, types.Integer):
+        return lambda tex: np.empty((MOST * MOST + 1) * LANES, np.float32)
+    return lambda tex: tex.base.reshape(tex.base.size)
+
+
+@overload(make_ready)
+def _make_ready(tex, j, k, columns, rows, base):
+    if isinstance(tex.types[0].dtype, types.Integer):
+
+        def decode(tex, j, k, columns, rows, base):
+            channels = tex.base.shape[2]
+            room = base[: rows * columns * channels].reshape(rows, columns, channels)
+            decoded(tex.base[k : k + rows, j : j + columns], tex.decode, tex.alpha, room)
+            return 0, columns * channels
+
+        return decode
+
+    def find(tex, j, k, columns, rows, base):
+        width, channels = tex.base.shape[1:]
+        return (k * width + j) * channels, width * channels
+
+    return find
+
+
+@inner
+def _four_by_four(texels, at, row, x, y, out):
+    """The plain kernel: from the texel `at` on, x and y being counted from its middle.
+
+    Args:
+        texels: (n,) numbers; `row` of them are a row.
+    """
+    across, value = _catmull_rom(x), nothing()
+    for down in _catmull_rom(y):
+        for b in range(4):
+            value = plus(value, down * across[b], texels, at + b * out.size)
+        at += row
+    for k in range(out.size):
+        out[k] = lane(value, k)
+
+
+@inner
+def _weighed(texels, at, row, columns, rows, x, y, p, q, r, across, down, weights, out):
+    """The kernel with S⁻¹ = [[p, q], [q, r]] over rows and columns of texels, eight columns at a time.
+
+    Args:
+        texels, at, row, x, y: as for `_four_by_four`.
+        across, down: ACROSS, DOWN.
+        weights: as many, changed.
+    """
+    total, value = 0.0, nothing()
+    p, q, r, y = np.float32(p), np.float32(q), np.float32(r), np.float32(y)
+    for first in range(0, columns, COLUMNS):
+        left = np.float32(x - first)
+        for t in range(
+            rows * COLUMNS
+        ):  # more than there may be, so that all is done eight at a time: 0 beyond
+            dx, dy = across[t] - left, down[t] - y
+            weights[t] = _cubic(p * dx + q * dy) * _cubic(q * dx + r * dy)
+        for a in range(rows):
+            start = at + a * row + first * out.size
+            for b in range(min(COLUMNS, columns - first)):
+                weight = weights[a * COLUMNS + b]
+                total += weight
+                value = plus(value, weight, texels, start + b * out.size)
+    for k in range(out.size):
+        out[k] = lane(value, k) / total
+
+
+@inner
+def _cubic(x):
+    """Catmull-Rom by truncated powers, in single precision and without branches."""
+    x = abs(x)
+    a, b = max(ZERO, ONE - x), max(ZERO, TWO - x)
+    return HALF * b * b * (b - ONE) + a * a * (ONE - TWO * a)
+
+
 @inner
 def _catmull_rom(t):
-    """Weights of the four texels around a place t past the second one."""
+    """Weights of the four texels around a place t past the first one, 1 <= t < 2."""
+    t -= 1
     return (
         ((-0.5 * t + 1) * t - 0.5) * t,
         (1.5 * t - 2.5) * t * t + 1,

@@ -102,7 +102,7 @@ def compact(
 def ready(pixels: NDArray, decode: Float, alpha: int) -> Float:
     """(h, w, c) stored integers decoded and premultiplied; arguments as for `compact`."""
     out = np.empty(pixels.shape, dtype=np.float32)
-    _decoded(pixels, decode, alpha, out)
+    decoded(pixels, decode, alpha, out)
     return out
 
 
@@ -217,7 +217,7 @@ def _halve_columns(a, taps, edge, out):
 
 
 @kernel
-def _decoded(pixels, decode, alpha, out):
+def decoded(pixels, decode, alpha, out):
     """Stored integers made ready."""
     h, w, c = pixels.shape
     for i in range(h):

@@ -13,7 +13,7 @@ from ..balanced.frames import UnitFrame
 from ..balanced.levels import SPACING, SPREAD, Level, Sketch, UnitProblem, match_on
 from ..balanced.meshing.mesh import closed_links
 from ..balanced.meshing.transfer import interpolate
-from ..balanced.minimise.ldl import system_of
+from ..balanced.minimise.cholesky import system_of
 from ..balanced.outline import Outline
 from ..balanced.pairs import Pairs, boundary_pairs, limited, loops_of, through
 from ..balanced.stages import STEEPEST_FINE
