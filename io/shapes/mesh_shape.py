@@ -17,12 +17,12 @@ from ...flattening.charts import Atlas, LaidOut
 from ...meshes.cut import vertex_path
 from ...meshes.disk_patch import Joined, disk_patch, sound_piece
 from ...meshes.flatten import Flattening
-from ...meshes.inserted import with_vertices
 from ...meshes.locate import Locator, barycentric
 from ...meshes.mesh import face_areas
 from ...meshes.patch import Patch
 from ...meshes.surface import Surface
 from ...pixels.texture import Placing, Texture
+from ...surfaces.inserted import with_vertices
 from ..meshes import mesh_files
 from ..meshes.obj import Obj
 from ..places import Place, vertex_of
