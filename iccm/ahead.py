@@ -26,7 +26,7 @@ SMALL = 32  # pixels of a picture that all pixels' kernels are needed for
 def _minimise() -> None:
     """Untangling and Newton's method on four triangles."""
     from .balanced.discrete import DiscreteMap
-    from .balanced.minimise.ldl import system_of
+    from .balanced.minimise.cholesky import system_of
     from .balanced.outline import Outline
     from .balanced.pairs import Pairs
     from .curve import Curve

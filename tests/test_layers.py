@@ -20,6 +20,7 @@ ORDER = (
     "io.batch",
     "io.run",
     "io.artwork",
+    "io.materials",
     "io.shapes",
     "io.meshes",
     "io.pictures",
@@ -40,7 +41,7 @@ ORDER = (
     "maps",
     "curve dissection",
     "buckets",
-    "arrays jit",
+    "arrays jit lanes",
     "parallel memory blas compilation progress",
     "errors",
 )

@@ -17,7 +17,7 @@ from .meshing.mesh import Sizes, closed_links, triangulate
 from .metric import PLANES, Metrics, rest_geometry
 from .minimise import newton
 from .minimise.energy import BOTH_AREAS, geometry
-from .minimise.ldl import BlockPattern, system_of
+from .minimise.cholesky import BlockPattern, system_of
 from .minimise.measures import turn_of
 from .minimise.sliding import BETA, HELD, SLIDING, Border, Rail, Rails
 from .minimise.untangle import LEAST_WEIGHT, STEPS, untangle
@@ -317,22 +317,17 @@ class DiscreteMap:
     ) -> tuple[Complex, Real, float, bool]:
         """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, the energy, and
         whether it settled."""
-        inside, rims = self.inside, self.rims
+        inside = self.inside
         kept, moving = (self.z, self.u) if forward else (self.u, self.z)
-        tau, border = self._border(forward)
+        tau, border = self.chains(forward)
         kinds = np.where(held, HELD, SLIDING)
         goals = moving[: self.border]
-        rails: list[Rail] = [(rim.target if forward else rim.source).rail for rim in rims]
-        own = np.repeat(np.arange(len(rims)), [rim.vertices.stop - rim.vertices.start for rim in rims])
         if self.bound:
             kinds = np.append(kinds, np.where(stay, HELD, SLIDING))
             goals = np.append(goals, inside.goals if forward else inside.z)
-            rails += [stroke[1 if forward else 0] for stroke in inside.strokes]
-            own = np.append(own, inside.own + len(rims))
         if not forward:  # outlines of filled holes stay where they are in the source
             kinds = np.append(kinds, np.full(tau.size - kinds.size, HELD))
             goals = np.append(goals, moving[goals.size : tau.size])
-            own = np.append(own, np.zeros(tau.size - own.size, np.int64))
         metrics = self.metrics if forward else self.metrics[::-1]
         gradients, areas = rest_geometry(kept, moving, self.system.corners, metrics)
         if self.weights is not None:
@@ -345,7 +340,7 @@ class DiscreteMap:
             areas,
             u,
             tau,
-            Rails.of(rails, own, len(rims)),
+            self.rails(forward, tau.size),
             border,
             kinds,
             goals,
@@ -357,7 +352,17 @@ class DiscreteMap:
         )
         return u, tau, float(energy), bool(done < steps)
 
-    def _border(self, forward: bool) -> tuple[Real, Border]:
+    def rails(self, forward: bool, count: int) -> Rails:
+        """What the first `count` vertices slide on, on the side that moves; those that stay have any."""
+        rims = self.rims
+        found: list[Rail] = [(rim.target if forward else rim.source).rail for rim in rims]
+        own = np.repeat(np.arange(len(rims)), [rim.vertices.stop - rim.vertices.start for rim in rims])
+        if self.bound:
+            found += [stroke[1 if forward else 0] for stroke in self.inside.strokes]
+            own = np.append(own, self.inside.own + len(rims))
+        return Rails.of(found, np.append(own, np.zeros(count - own.size, np.int64)), len(rims))
+
+    def chains(self, forward: bool) -> tuple[Real, Border]:
         """Arclengths of the constrained vertices on the side that moves, and the curves they lie on as chains."""
         moving, kept = (self.pairs.tau, self.pairs.s) if forward else (self.pairs.s, self.pairs.tau)
         spans, laps = np.empty(kept.size), np.zeros(kept.size)

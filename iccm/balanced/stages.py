@@ -1,5 +1,7 @@
 """The stages of a solve, from two outlines in unit coordinates to a map on the last mesh."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .. import progress
@@ -362,9 +364,16 @@ def last_level(problem: UnitProblem, settings: Settings, share: float = 1.0) -> 
 
 def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: SolveLog) -> DiscreteMap:
     """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
+    return lowered_by(lambda state, q: descended(state, theta, q, journal), state, settings)
+
+
+def lowered_by(
+    descent: Callable[[DiscreteMap, float], DiscreteMap], state: DiscreteMap, settings: Settings
+) -> DiscreteMap:
+    """As `lowered`, by what descends for a power q."""
     tried: list[DiscreteMap] = []
     for q in progress.counted("last map, worst stretch lowered", POWERS):
-        state = descended(state, theta, q, journal)
+        state = descent(state, q)
         tried.append(state)
         if _excess(state, settings) <= 1:
             return state

@@ -29,7 +29,7 @@ class Journal:
 
     def __init__(self, root: Path) -> None:
         """Read the journal of an output folder, if there is one."""
-        self.path = Path(root) / NAME
+        self.path, self._root = Path(root) / NAME, os.fspath(root)
         self._finished: dict[str, dict[str, Any]] = {}
         self._begun: set[str] = set()
         self._left: list[dict[str, Any]] = []
@@ -87,6 +87,10 @@ class Journal:
             return files.sha256(self.path.parent / output["path"]) == output["sha256"]
         except (files.InputError, TypeError, KeyError):
             return False
+
+    def place(self, path: str) -> str:
+        """An output by its name in the journal."""
+        return os.path.join(self._root, path)
 
     def _relative(self, path: str) -> str:
         return os.path.relpath(os.path.realpath(path), os.path.realpath(self.path.parent))

@@ -63,6 +63,18 @@ class Run:
     called: tuple[list[str], list[str]] = field(default_factory=lambda: ([], []))
     fits: list[Fit] = field(default_factory=list)
     _begun: dict[str, Future] = field(default_factory=dict)
+    _other: dict[tuple[str, str], Run] = field(default_factory=dict)
+
+    def showing(self, map: tuple[str, str] | None) -> Run:
+        """The same with another texture, of the kind named; one of these is kept at a time."""
+        path, kind = map or (self.job.texture, self.job.kind)
+        if (path, kind) == (self.job.texture, self.job.kind):
+            return self
+        if map not in self._other:
+            self._other.clear()
+            job = self.job.model_copy(update={"texture": path, "kind": kind})
+            self._other[path, kind] = replace(self, job=job, _begun={}, _other={})
+        return self._other[path, kind]
 
     @property
     def source(self) -> Shape:

@@ -10,7 +10,7 @@ from ..discrete import ROUNDING, folds
 from ..failure import Stuck
 from ..minimise import newton
 from ..minimise.energy import geometry
-from ..minimise.ldl import BlockPattern, system_of
+from ..minimise.cholesky import BlockPattern, system_of
 from ..minimise.sliding import FREE, HELD, NO_RAIL, SLIDING, Border, Rails
 from ..minimise.untangle import STEPS, untangle
 
