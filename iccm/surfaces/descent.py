@@ -17,8 +17,8 @@ from ..arrays import Complex, Flags, Index, Real
 from ..balanced.discrete import DiscreteMap
 from ..balanced.frames import UnitFrame
 from ..balanced.metric import rest_geometry
+from ..balanced.minimise.cholesky import BlockPattern, downhill, factorise
 from ..balanced.minimise.energy import BOTH_AREAS, assemble, geometry, total
-from ..balanced.minimise.ldl import BlockPattern, downhill, factorise
 from ..balanced.minimise.newton import (
     ARMIJO,
     LONGEST,
@@ -165,7 +165,7 @@ class Between:
 
     def energy(self, u: Complex, tau: Real) -> float:
         """Of images (n,), the boundary's vertices at arclengths tau."""
-        soup = _soup(len(self._corners))
+        soup = _soup(self.map.system)
         laid = self._laid(u, self.ground.at(u))[0].ravel()
         inside = total(soup.corners, *self._rest, laid, self.theta, self.q, BOTH_AREAS, 0.0)
         barrier = total(self._corners, *self._plane, u, self.theta, 1.0, BOTH_AREAS, 0.0)
@@ -178,8 +178,9 @@ class Between:
         laid, plane = self._laid(u, place)
         turns = np.einsum("mic,mkcj->mkij", plane, place.slopes[self._corners])
         turns[self._flat] = np.eye(2)
-        slopes, blocks = _assembled(laid, *self._rest, self.theta, self.q)
-        more, light = _assembled(u[self._corners], *self._plane, self.theta, 1.0)
+        soup = _soup(self.map.system)
+        slopes, blocks = _assembled(soup, laid, *self._rest, self.theta, self.q)
+        more, light = _assembled(soup, u[self._corners], *self._plane, self.theta, 1.0)
         return np.einsum("mkij,mki->mkj", turns, slopes) + more, turned(blocks, turns) + light
 
     def _laid(self, u: Complex, place: Landing) -> tuple[Complex, Real]:
@@ -200,18 +201,19 @@ def _normalised(vectors: Real) -> tuple[Real, Real]:
     return length, vectors / length
 
 
-def _soup(count: int) -> BlockPattern:
+def _soup(system: BlockPattern) -> BlockPattern:
     """The pattern of triangles that share no vertices, for derivatives triangle by triangle."""
-    none, each, slots = np.zeros(0, np.int64), np.arange(3 * count), np.arange(6 * count)
-    corners, slots = each.reshape(-1, 3), slots.reshape(-1, 6)
-    return BlockPattern(each, none, none, corners, slots, none, none, none, none, none, none)
+    m = len(system.corners)
+    return system._replace(corners=np.arange(3 * m).reshape(m, 3), slots=np.arange(6 * m).reshape(m, 6))
 
 
-def _assembled(laid: Complex, gradients: Complex, areas: Real, theta: float, q: float) -> tuple[Real, Real]:
+def _assembled(
+    soup: BlockPattern, laid: Complex, gradients: Complex, areas: Real, theta: float, q: float
+) -> tuple[Real, Real]:
     """(m, 3, 2) gradients and (m, 6, 2, 2) blocks of the Hessians of triangles (m, 3)."""
     m = len(laid)
     blocks, slopes = np.empty((6 * m, 4)), np.empty(3 * m, np.complex128)
-    assemble(_soup(m), gradients, areas, laid.ravel(), theta, q, BOTH_AREAS, 0.0, blocks, slopes)
+    assemble(soup, gradients, areas, laid.ravel(), theta, q, BOTH_AREAS, 0.0, blocks, slopes)
     return _parts(slopes).reshape(m, 3, 2), blocks.reshape(m, 6, 2, 2)
 
 
@@ -332,10 +334,10 @@ def _newton(
     _regularise(system, matrix, REGULAR + damping)
     gradient = gradient.copy()
     gradient[:c] = (gradient[:c] * directions.conj()).real + np.where(directions != 0, slide.slope, 0)
-    factor, pivots = np.empty((system.factor_rows.size, 4)), np.empty((n, 3))
-    if not factorise(system, matrix, factor, pivots):
+    factor = np.empty(system.fronts.room)
+    if not factorise(system, matrix, factor):
         return np.zeros(n, np.complex128), 0.0
-    step = downhill(system, factor, pivots, gradient)
+    step = downhill(system, factor, gradient)
     return step, float((gradient.conj() * step).real.sum())
 
 
@@ -356,7 +358,7 @@ def _gap_limit(border: Border, tau: Real, way: Real) -> float:
 def _matrix(system: BlockPattern, blocks: Real) -> Real:
     """(e, 4) the Hessian from blocks of triangles."""
     slots, flat = system.slots.ravel(), blocks.reshape(-1, 4)
-    return np.column_stack([np.bincount(slots, flat[:, k], system.rows.size) for k in range(4)])
+    return np.column_stack([np.bincount(slots, flat[:, k], system.columns.size) for k in range(4)])
 
 
 def _stiffen(system: BlockPattern, border: Border, slide: _Slide, matrix: Real) -> None:
