@@ -16,8 +16,8 @@ from .kernels import twice_area
 from .meshing.mesh import Sizes, closed_links, triangulate
 from .metric import PLANES, Metrics, rest_geometry
 from .minimise import newton
-from .minimise.energy import BOTH_AREAS, geometry
 from .minimise.cholesky import BlockPattern, system_of
+from .minimise.energy import BOTH_AREAS, geometry
 from .minimise.measures import turn_of
 from .minimise.sliding import BETA, HELD, SLIDING, Border, Rail, Rails
 from .minimise.untangle import LEAST_WEIGHT, STEPS, untangle

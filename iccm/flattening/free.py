@@ -11,8 +11,8 @@ import numpy as np
 
 from ..arrays import Complex, Index, Real
 from ..balanced.minimise import newton
-from ..balanced.minimise.energy import geometry, total
 from ..balanced.minimise.cholesky import BlockPattern, system_of
+from ..balanced.minimise.energy import geometry, total
 from ..balanced.minimise.sliding import HELD, NO_RAIL, Border, Rails
 from ..meshes.stretch import laid_flat
 

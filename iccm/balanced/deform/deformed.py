@@ -9,8 +9,8 @@ from ..constraints.inside import InnerConstraints
 from ..discrete import ROUNDING, folds
 from ..failure import Stuck
 from ..minimise import newton
-from ..minimise.energy import geometry
 from ..minimise.cholesky import BlockPattern, system_of
+from ..minimise.energy import geometry
 from ..minimise.sliding import FREE, HELD, NO_RAIL, SLIDING, Border, Rails
 from ..minimise.untangle import STEPS, untangle
 
