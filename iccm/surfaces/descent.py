@@ -131,6 +131,10 @@ class Between:
     q: float
 
     @cached_property
+    def _thetas(self) -> Real:
+        return np.full(len(self.map.faces), self.theta)
+
+    @cached_property
     def _rest(self) -> tuple[Complex, Real]:
         """Gradients of the hat functions on the surface, and areas."""
         map = self.map
@@ -205,12 +209,12 @@ class Between:
             gradients,
             areas,
             np.ascontiguousarray(laid.ravel()),
-            self.theta,
+            self._thetas,
             self.q,
             BOTH_AREAS,
             0.0,
         )
-        barrier = total(self.map.system.corners, *self._plane, u, self.theta, 1.0, BOTH_AREAS, 0.0)
+        barrier = total(self.map.system.corners, *self._plane, u, self._thetas, 1.0, BOTH_AREAS, 0.0)
         return float(inside + barrier + border_energy(self._border[1], tau))
 
     @cached_property
@@ -240,7 +244,7 @@ class Between:
                 gradients,
                 areas,
                 np.ascontiguousarray(laid.ravel()),
-                self.theta,
+                self._thetas,
                 self.q,
                 BOTH_AREAS,
                 0.0,
@@ -252,7 +256,7 @@ class Between:
         blocks, slope = blocks.reshape(m, 6, 2, 2), slope.reshape(m, 3)
         light, lean = np.empty((6 * m, 4)), np.empty(3 * m, np.complex128)
         flat = np.ascontiguousarray(u[self.map.system.corners].ravel())
-        assemble(soup, *self._plane, flat, self.theta, 1.0, BOTH_AREAS, 0.0, light, lean)
+        assemble(soup, *self._plane, flat, self._thetas, 1.0, BOTH_AREAS, 0.0, light, lean)
         slope = np.stack([slope.real, slope.imag], axis=-1)
         lean = lean.reshape(m, 3)
         return (
