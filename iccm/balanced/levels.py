@@ -23,6 +23,7 @@ from .meshing import sizing
 from .meshing.mesh import Sizes
 from .meshing.transfer import interpolate
 from .metric import PLANES, Metrics
+from .minimise.emphasis import BalanceField
 from .minimise.measures import stretches
 from .minimise.untangle import STEPS
 from .outline import Outline
@@ -33,6 +34,8 @@ SCREENING = ((3, 9), (5, 5))  # Newton steps, then how many maps go on; within 1
 RELEASES = 3  # rounds of released corners
 RELEASED_STEPS = 8  # of Newton after each release (by hand)
 FORWARD, BACKWARD = 8, 3  # Newton steps on the map and on its inverse, in turn
+POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others while a bound is not met
+FINE_BACKWARD = 4  # as BACKWARD, on finer meshes
 SETTLED = 1e-3  # relative decrease of a round that ends it
 POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
@@ -62,6 +65,7 @@ class UnitProblem(NamedTuple):
         partners: (i, j) that hole i of the source is to go to hole j of the target.
         metrics: of the surfaces that the two planes stand for.
         inverted: whether this is the inverse of what was given, so that the target's area is that of `source`.
+        leant: whether `theta` is that of a field, lower where K and higher where the scale is near its bound.
     """
 
     source: Curve
@@ -76,6 +80,7 @@ class UnitProblem(NamedTuple):
     partners: tuple[tuple[int, int], ...] = ()
     metrics: Metrics = PLANES
     inverted: bool = False
+    leant: bool = False
 
     @property
     def holed(self) -> bool:
@@ -276,7 +281,9 @@ def screened(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMa
     return states
 
 
-def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
+def alternated(
+    state: DiscreteMap, theta: float | BalanceField, q: float, rounds: int, backward: int
+) -> DiscreteMap:
     """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
     before = np.inf  # the energy so far may be another one, of q = 1
     for _ in range(rounds):

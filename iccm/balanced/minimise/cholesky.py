@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Index
-from ...jit import NUMPY, inner, kept, kernel
+from ...jit import NUMPY, inner, kept
 from .fronts import Fronts, fronts_of
 from .ordering import minimum_degree
 
