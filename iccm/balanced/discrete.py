@@ -77,6 +77,7 @@ class DiscreteMap:
         weights: (m,) 1, and FILLED or PASSED_OVER for triangles in holes; None where there are none.
         settled: whether the last descent ended before its steps did.
         metrics: of surfaces that the planes of source and target stand for.
+        balance: the field of θ, relative to that of the problem, that the map was made with; None where it is even.
     """
 
     source: Outline
@@ -95,6 +96,7 @@ class DiscreteMap:
     weights: Real | None = None
     settled: bool = True
     metrics: Metrics = PLANES
+    balance: BalanceField | None = None
 
     @classmethod
     def on(

@@ -9,7 +9,7 @@ from ..arrays import Complex, Index
 from .constraints import meeting
 from .discrete import DiscreteMap
 from .failure import Stuck
-from .leaning import balance, leaning
+from .leaning import balance_on, leaning
 from .levels import FINE_BACKWARD, POWERS, Level, Sketch, UnitProblem, alternated, eased, refined
 from .meshing import sizing
 from .meshing.mesh import Sizes
@@ -73,8 +73,8 @@ def last(
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
     progress.tell("last map")
     theta = leaning(problem, state)
-    state = on_finer(last_level(problem, settings, share), state, problem)
-    return lowered(state, balance(problem, state, theta), settings, journal)
+    finer = on_finer(last_level(problem, settings, share), state, problem)
+    return lowered(finer, balance_on(finer, state, theta), settings, journal)
 
 
 def last_level(problem: UnitProblem, settings: Settings, share: float = 1.0) -> Level:

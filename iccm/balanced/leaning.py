@@ -1,6 +1,7 @@
 """How much a map leans to angles: less θ than asked for where K is near its bound, as long as sizes allow it."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,19 +16,7 @@ from .minimise.measures import derivatives, within
 # within 2 x, or a p95 stretch above STRETCHED. At AMPLE nothing more is wished. The last mesh differs by 2 % of K.
 SHEARED, TOO_FAR, STRETCHED, EVEN, AMPLE = 4.88, 4.3, 4.9, 0.8, 0.903
 HOPELESS = 10.0  # K from which none of 38 got there
-SHARES = (
-    1.0,
-    0.8,
-    0.65,
-    0.55,
-    0.45,
-    0.37,
-    0.3,
-    0.25,
-    0.2,
-    0.15,
-    0.1,
-)  # of θ; each is one round from the one before
+LESS, LEAST = 0.8, 0.1  # the factor of θ from round to round, and its least share
 # Where K is small enough and sizes are even, the last mesh leans a LITTLE to angles. From .95 on, it took two of 60
 # pairs below 90 % of the area within 2 x.
 LITTLE_FROM, LITTLE = 0.98, 0.75  # the share within 2 x from which it does, and the factor of θ
@@ -36,15 +25,17 @@ LITTLE_FROM, LITTLE = 0.98, 0.75  # the share within 2 x from which it does, and
 def leaning(problem: UnitProblem, state: DiscreteMap | Sketch) -> float:
     """θ for the last mesh: a little smaller where sizes are even and, without pins, K is small enough as it is."""
     even = within(2.0, state.z, state.u, state.material, state.metrics) >= LITTLE_FROM
-    if problem.leant or problem.holed or problem.theta > 1 or not even:
+    if state.balance or problem.holed or problem.theta > 1 or not even:
         return problem.theta
     fine_already = problem.constrained or sheared(over_target(problem, state)) <= SHEARED
     return LITTLE * problem.theta if fine_already else problem.theta
 
 
-def balance(problem: UnitProblem, state: DiscreteMap, theta: float) -> float | BalanceField:
-    """θ of a map on the last mesh as its field, where it leans."""
-    return emphasised(state.z, state.u, state.faces).times(theta) if problem.leant else theta
+def balance_on(state: DiscreteMap, before: DiscreteMap | Sketch, theta: float) -> float | BalanceField:
+    """θ of a map that comes from another one, as a field if that has one."""
+    if before.balance is None:
+        return theta
+    return before.balance.carried(before.z, before.faces, state.z, state.faces).times(theta)
 
 
 def leant(problem: UnitProblem, state: DiscreteMap) -> tuple[UnitProblem, DiscreteMap]:
@@ -73,15 +64,16 @@ def leaning_on(problem: UnitProblem, state: DiscreteMap) -> Iterator[tuple[UnitP
 
     On surfaces, whose metric the field does not know of, θ is the same for all triangles.
     """
-    plane, field = problem.metrics == PLANES, None
-    for share in SHARES:
-        less = problem._replace(theta=share * problem.theta, leant=plane)
-        if plane:
-            field = emphasised(state.z, state.u, state.faces).mean(field)
-        state = alternated(
-            state, field.times(less.theta) if field else less.theta, POWERS[0], 1, FINE_BACKWARD
-        )
+    share = 1.0
+    while share >= LEAST:
+        less = problem._replace(theta=share * problem.theta)
+        balance: float | BalanceField = less.theta
+        if problem.metrics == PLANES:
+            field = emphasised(state.z, state.u, state.faces).mean(state.balance)
+            state, balance = replace(state, balance=field), field.times(less.theta)
+        state = alternated(state, balance, POWERS[0], 1, FINE_BACKWARD)
         yield less, state
+        share *= LESS
 
 
 def over_target(problem: UnitProblem, state: DiscreteMap | Sketch) -> Distortion:

@@ -65,7 +65,6 @@ class UnitProblem(NamedTuple):
         partners: (i, j) that hole i of the source is to go to hole j of the target.
         metrics: of the surfaces that the two planes stand for.
         inverted: whether this is the inverse of what was given, so that the target's area is that of `source`.
-        leant: whether `theta` is that of a field, lower where K and higher where the scale is near its bound.
     """
 
     source: Curve
@@ -80,7 +79,6 @@ class UnitProblem(NamedTuple):
     partners: tuple[tuple[int, int], ...] = ()
     metrics: Metrics = PLANES
     inverted: bool = False
-    leant: bool = False
 
     @property
     def holed(self) -> bool:
@@ -127,7 +125,7 @@ class UnitProblem(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Sketch:
     """A map without outlines: vertices, outline first, images, triangles, how many vertices are on the outline, which
-    one is the first pin's, the edges (l, 2) of strokes, and the holes' vertices and weights as of `DiscreteMap`."""
+    one is the first pin's, the edges (l, 2) of strokes, the holes' vertices and the rest as of `DiscreteMap`."""
 
     z: Complex
     u: Complex
@@ -139,6 +137,7 @@ class Sketch:
     filled: tuple[Loop, ...] = ()
     weights: Real | None = None
     metrics: Metrics = PLANES
+    balance: BalanceField | None = None
 
     @property
     def material(self) -> Index:

@@ -217,8 +217,9 @@ def by_halves(
     outline = 1 + int(np.searchsorted(half.pairs.s, half.axis - 1e-9))
     z, u = (half.u, half.z) if used.inverted else (half.z, half.u)
     z, u, faces, border = mirrored(z, u, half.faces, half.border, outline)
-    sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border)
-    whole_problem = problem._replace(theta=used.theta, leant=used.leant)
+    balance = half.balance and half.balance.twice()
+    sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border, balance=balance)
+    whole_problem = problem._replace(theta=used.theta)
     return (sketch if exact else finished(whole_problem, sketch, settings, journal)), True
 
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
+from ..meshing.transfer import interpolate
 from .energy import geometry
 
 MOST_SHEARED, MOST_SCALED = 5.0, 2.0  # the bounds: of K = s1 / s2, and of the scale and its inverse
@@ -47,6 +48,18 @@ class BalanceField(NamedTuple):
             return self
         return BalanceField(*(np.sqrt(a * b) for a, b in zip(self, other)))
 
+    def twice(self) -> "BalanceField":
+        """For the triangles and as many others, mirror images of theirs."""
+        return BalanceField(*(np.tile(values, 2) for values in self))
+
+    def carried(self, z: Complex, faces: Index, new: Complex, new_faces: Index) -> "BalanceField":
+        """From triangles of one mesh to those of another of the same shape."""
+        logarithms = np.log(self.weights) + 1j * np.log(self.thetas)
+        found = interpolate(z, faces, at_vertices(logarithms, faces, z.size), new)[new_faces].mean(axis=1)
+        most = np.abs(logarithms.imag).max()  # beyond an outline they are extended linearly
+        weights = np.clip(found.real, 0, np.log(self.weights.max()))
+        return BalanceField(np.exp(np.clip(found.imag, -most, most)), np.exp(weights))
+
 
 def emphasised(z: Complex, u: Complex, faces: Index) -> BalanceField:
     """The field for a map z -> u (n,) on triangles (m, 3) without folds, both areas taken as one; θ is 1 away from the
@@ -67,8 +80,14 @@ def bump(x: Real) -> Real:
 
 def smoothed(values: Real, faces: Index, count: int) -> Real:
     """Values of triangles (m,), averaged over those around the corners."""
-    around = np.bincount(faces.ravel(), minlength=count)
     for _ in range(SMOOTHINGS):
-        at_vertices = np.bincount(faces.ravel(), np.repeat(values, 3), count) / around
-        values = at_vertices[faces].mean(axis=1)
+        values = at_vertices(values, faces, count)[faces].mean(axis=1).real
     return values
+
+
+def at_vertices(values: Real | Complex, faces: Index, count: int) -> Complex:
+    """(n,) means of the values (m,) of the triangles around each vertex."""
+    corners, found = faces.ravel(), np.empty(count, np.complex128)
+    for part, of in ((found.real, np.real(values)), (found.imag, np.imag(values))):
+        part[:] = np.bincount(corners, np.repeat(of, 3), count)
+    return found / np.bincount(corners, minlength=count)
