@@ -61,7 +61,7 @@ def prepared(tasks: list[Task], book: Journal, *, resume: bool, make: bool = Tru
         found += [
             f"{task.place}: {wrong}" for path in job.outputs if (wrong := _unwritable(path, job.force, make))
         ]
-        ready.append(Task(task.number, task.name, task.place, job))
+        ready.append(task.holding(job))
     if found:
         raise ManifestError(found)
     return ready
