@@ -41,7 +41,7 @@ ORDER = (
     "maps",
     "curve dissection",
     "buckets",
-    "arrays jit",
+    "arrays jit lanes",
     "parallel memory blas compilation progress",
     "errors",
 )

@@ -106,26 +106,36 @@ def disk_patch(
         InputError: naming the first element at fault (see `mesh.checked`); no such piece, or one without area; a
             one-sided surface, a closed one, a handle; no seam through the points.
     """
-    joined = mesh if isinstance(mesh, Joined) else Joined.of(mesh)
-    mesh, vertex, notes = joined.mesh, joined.vertex, list(joined.notes)
-    shape, corner = _one_piece(joined, piece, notes)
-    shape, corner = _oriented(mesh, shape, corner, vertex, notes)
-    shape, vertex = taken_apart(shape, vertex, notes)
-    whole = Patch(mesh, mesh.points[vertex], shape, vertex, corner, notes=tuple(notes))
+    whole = sound_piece(mesh, piece)
     if whole.loops and whole.genus == 0:
         return whole
     if not cut:
         handles = f"has {whole.genus} handle{'s' if whole.genus > 1 else ''}"
         what = handles if whole.genus else "is closed"
         raise InputError(
-            f"{mesh.name}: the surface {what}, so it cannot be flattened whole; "
+            f"{whole.mesh.name}: the surface {what}, so it cannot be flattened whole; "
             "name a part of it (file#group) or open it with --cut"
         )
     if through is not None and not whole.genus:
-        stops = [int(np.argmin(((whole.points - point) ** 2).sum(axis=1))) for point in through]
+        stops = nearest(whole, through)
         if len(set(stops)) == len(stops):
             return opened_through(whole, stops)
     return opened(whole)
+
+
+def sound_piece(mesh: Mesh | Joined, piece: int = 1) -> Patch:
+    """One piece of the mesh, sound and oriented, but as closed as it is; arguments and errors as for `disk_patch`."""
+    joined = mesh if isinstance(mesh, Joined) else Joined.of(mesh)
+    mesh, vertex, notes = joined.mesh, joined.vertex, list(joined.notes)
+    shape, corner = _one_piece(joined, piece, notes)
+    shape, corner = _oriented(mesh, shape, corner, vertex, notes)
+    shape, vertex = taken_apart(shape, vertex, notes)
+    return Patch(mesh, mesh.points[vertex], shape, vertex, corner, notes=tuple(notes))
+
+
+def nearest(whole: Patch, points: Real) -> list[int]:
+    """The vertices nearest to points (k, 3)."""
+    return [int(np.argmin(((whole.points - point) ** 2).sum(axis=1))) for point in points]
 
 
 def _one_piece(joined: Joined, piece: int, notes: list[str]) -> tuple[Triangles, Index]:

@@ -10,19 +10,20 @@ from ..balanced.constraints.inside import InnerConstraints
 from ..balanced.discrete import FILLED, PASSED_OVER, DiscreteMap, MeshHoles
 from ..balanced.failure import Stuck
 from ..balanced.frames import UnitFrame
-from ..balanced.levels import SPACING, SPREAD, Level, UnitProblem, match_on
+from ..balanced.last_mesh import STEEPEST_FINE
+from ..balanced.levels import SPACING, SPREAD, Level, Sketch, UnitProblem, match_on
 from ..balanced.meshing.mesh import closed_links
 from ..balanced.meshing.transfer import interpolate
-from ..balanced.minimise.ldl import system_of
+from ..balanced.minimise.cholesky import system_of
 from ..balanced.outline import Outline
 from ..balanced.pairs import Pairs, boundary_pairs, limited, loops_of, through
-from ..balanced.stages import STEEPEST_FINE
 from ..curve import Curve
 from ..flattening.scaffold import filling
 from ..meshes.mesh import face_areas
 from ..meshes.stretch import Linear, laid_flat, linear
 from .refined import RefinedSurface
 from .side import Side
+from .unfolding import unfolded_nearby
 
 UNFOLDING, POLISHING = (
     200,
@@ -60,11 +61,13 @@ class OwnMap:
         state: in unit coordinates, the surface being the source.
         mesh: the triangles, as the surface has them.
         order: (n,) vertices of the mesh in the order of the map's.
+        energy: of a map between surfaces before its worst stretch was lowered.
     """
 
     state: DiscreteMap
     mesh: RefinedSurface
     order: Index
+    energy: float = np.inf
 
     def of_layout(self, flat: Complex) -> Complex:
         """Values at the surface's vertices, at those of the map."""
@@ -72,7 +75,7 @@ class OwnMap:
 
 
 def on_own_mesh(
-    side: Side, frame: UnitFrame, level: Level, state: DiscreteMap, problem: UnitProblem
+    side: Side, frame: UnitFrame, level: Level, state: DiscreteMap | Sketch, problem: UnitProblem
 ) -> OwnMap:
     """A map without folds on the surface's own triangles, from one on any mesh.
 
@@ -194,10 +197,14 @@ def _meshed(side, frame, level, state, problem, loops, pairs, holes, sizes) -> O
         metrics=(OwnMetric(maps, material), problem.metrics[1]),
     )
     unfolding: dict[str, Any] = {"steps": UNFOLDING, "polish": POLISHING, "weighed": True}
+    found = found.moved_to_border(u)
     try:
-        found = found.moved_to_border(u).unfolded(harmonic=False, **unfolding)
+        found = replace(found, u=unfolded_nearby(found))
     except Stuck:
-        found = found.unfolded(**unfolding)
+        try:
+            found = found.unfolded(harmonic=False, **unfolding)
+        except Stuck:
+            found = found.unfolded(**unfolding)
     if not material.all():  # slivers as they are: those in holes are content from here on
         content = linear(z[faces], found.u[faces])
         maps = Linear(*(np.where(material, own, new) for own, new in zip(maps, content)))
@@ -222,7 +229,7 @@ def _holding(corners: Complex, z: complex) -> int:
     """The triangle of (m, 3) whose sides a point is farthest inside of, relative to its size."""
     a, b, c = (corners - z).T
     areas = [(p.conj() * q).imag for p, q in ((b, c), (c, a), (a, b))]
-    return int(np.argmax(np.min(areas, axis=0) / np.sum(areas, axis=0)))
+    return int(np.argmax(np.min(areas / np.sum(areas, axis=0), axis=0)))
 
 
 def barycentric(corners: Complex, z: complex) -> Real:

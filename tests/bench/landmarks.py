@@ -33,7 +33,7 @@ from iccm.meshes.stretch import stretches
 from iccm.meshes.surface_distortion import on_surfaces
 from iccm.surfaces.rim_triangles import lifted
 
-from .flattening import SOURCES, fetched
+from .flattening import fetched
 from .shapes import icon
 
 SAMPLES = Path(__file__).parents[2] / "samples"
@@ -42,6 +42,7 @@ MESHES = {
     "lego": ("potpourri3d", "lego.ply"),
     "spot": ("potpourri3d", "spot.ply"),
     "bone": ("pymeshlab", "bone.ply"),
+    "fox": ("potpourri3d", "fox.ply"),
     "cow": ("pymeshlab", "cow.obj"),
     "bunny": ("pymeshlab", "bunny10k_textured.obj"),
 }
@@ -52,7 +53,7 @@ CANDIDATES = 18  # far apart, of which the first few that are inside are taken
 def path_of(name: str) -> Path:
     """The file of a mesh, fetched if need be."""
     folder, file = MESHES[name]
-    return folder / file if isinstance(folder, Path) else fetched(folder) / SOURCES[folder].folder / file
+    return (folder if isinstance(folder, Path) else fetched(folder)) / file
 
 
 def far_apart(points: np.ndarray, count: int) -> list[int]:
