@@ -61,7 +61,7 @@ def prepared(tasks: list[Task], book: Journal, *, resume: bool, make: bool = Tru
         found += [
             f"{task.place}: {wrong}" for path in job.outputs if (wrong := _unwritable(path, job.force, make))
         ]
-        ready.append(Task(task.number, task.name, task.place, job))
+        ready.append(task.holding(job))
     if found:
         raise ManifestError(found)
     return ready
@@ -145,7 +145,7 @@ def _begin(
         return _record(item, _ended("failed", f"an input went away: {error}"))
     old = book.finished(key) if resume else None
     if old is not None:
-        outputs = [{**o, "path": str(path)} for o, path in zip(old["outputs"], task.job.outputs)]
+        outputs = [{**o, "path": book.place(o["path"])} for o in old["outputs"]]
         return _record(item, {**old, "outputs": outputs}, resumed=True)
     keys[task.number] = key
     try:

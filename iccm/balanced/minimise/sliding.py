@@ -226,14 +226,14 @@ def restrict(system, kinds, directions, matrix):
         constrained[system.position[v]], way[system.position[v]] = kinds[v] != FREE, directions[v]
     for k in range(n):
         for p in range(system.starts[k], system.starts[k + 1]):
-            i = system.rows[p]
-            if constrained[i]:
-                for b in range(2):
-                    matrix[p, b] = way[i].real * matrix[p, b] + way[i].imag * matrix[p, 2 + b]
-                    matrix[p, 2 + b] = 0.0
+            i = system.columns[p]
             if constrained[k]:
+                for b in range(2):
+                    matrix[p, b] = way[k].real * matrix[p, b] + way[k].imag * matrix[p, 2 + b]
+                    matrix[p, 2 + b] = 0.0
+            if constrained[i]:
                 for b in range(0, 4, 2):
-                    matrix[p, b] = way[k].real * matrix[p, b] + way[k].imag * matrix[p, b + 1]
+                    matrix[p, b] = way[i].real * matrix[p, b] + way[i].imag * matrix[p, b + 1]
                     matrix[p, b + 1] = 0.0
     for v in range(directions.size):
         if kinds[v] == FREE:
