@@ -23,6 +23,7 @@ from .meshing import sizing
 from .meshing.mesh import Sizes
 from .meshing.transfer import interpolate
 from .metric import PLANES, Metrics
+from .minimise.emphasis import BalanceField
 from .minimise.measures import stretches
 from .minimise.untangle import STEPS
 from .outline import Outline
@@ -33,6 +34,8 @@ SCREENING = ((3, 9), (5, 5))  # Newton steps, then how many maps go on; within 1
 RELEASES = 3  # rounds of released corners
 RELEASED_STEPS = 8  # of Newton after each release (by hand)
 FORWARD, BACKWARD = 8, 3  # Newton steps on the map and on its inverse, in turn
+POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others while a bound is not met
+FINE_BACKWARD = 4  # as BACKWARD, on finer meshes
 SETTLED = 1e-3  # relative decrease of a round that ends it
 POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
@@ -122,7 +125,7 @@ class UnitProblem(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Sketch:
     """A map without outlines: vertices, outline first, images, triangles, how many vertices are on the outline, which
-    one is the first pin's, the edges (l, 2) of strokes, and the holes' vertices and weights as of `DiscreteMap`."""
+    one is the first pin's, the edges (l, 2) of strokes, the holes' vertices and the rest as of `DiscreteMap`."""
 
     z: Complex
     u: Complex
@@ -134,6 +137,7 @@ class Sketch:
     filled: tuple[Loop, ...] = ()
     weights: Real | None = None
     metrics: Metrics = PLANES
+    balance: BalanceField | None = None
 
     @property
     def material(self) -> Index:
@@ -276,7 +280,9 @@ def screened(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMa
     return states
 
 
-def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
+def alternated(
+    state: DiscreteMap, theta: float | BalanceField, q: float, rounds: int, backward: int
+) -> DiscreteMap:
     """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
     before = np.inf  # the energy so far may be another one, of q = 1
     for _ in range(rounds):

@@ -147,7 +147,7 @@ def _begin(
         return _record(item, _ended("failed", f"an input went away: {error}"))
     old = book.finished(key) if resume else None
     if old is not None:
-        outputs = [{**o, "path": str(path)} for o, path in zip(old["outputs"], task.job.outputs)]
+        outputs = [{**o, "path": book.place(o["path"])} for o in old["outputs"]]
         return _record(item, {**old, "outputs": outputs}, resumed=True)
     keys[task.number] = key
     try:

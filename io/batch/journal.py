@@ -30,7 +30,8 @@ class Journal:
 
     def __init__(self, root: Path) -> None:
         """Read the journal of an output folder, if there is one."""
-        self.path, self._root = Path(root) / NAME, os.path.realpath(root)
+        self.path, self._root = Path(root) / NAME, os.fspath(root)
+        self._real = os.path.realpath(root)
         self._finished: dict[str, int] = {}
         self._begun: set[str] = set()
         self._left: set[str] = set()
@@ -85,8 +86,12 @@ class Journal:
         except (files.InputError, TypeError, KeyError):
             return False
 
+    def place(self, path: str) -> str:
+        """An output by its name in the journal."""
+        return os.path.join(self._root, path)
+
     def _relative(self, path: str) -> str:
-        return os.path.relpath(os.path.realpath(path), self._root)
+        return os.path.relpath(os.path.realpath(path), self._real)
 
     def _lines(self) -> Iterator[tuple[int, dict[str, Any]]]:
         """Where each line starts, and what it says: results are read again when they are asked for."""

@@ -18,13 +18,16 @@ from pydantic import ValidationError
 
 from ...errors import InputError
 from .. import files, names
-from ..run.job import WRITTEN, Job, mistakes
+from ..pictures.tiles import MARK, files_of
+from ..run.job import STEM, WRITTEN, Job, mistakes
+from ..run.options import many
 from ..spec import Spec, path_of
 
 MAX_BYTES, MAX_JOBS, LONGEST = 64 << 20, 100_000, 500
 MAX_DEPTH = 8  # of lists and tables in each other; pins need three
 JOURNAL = ".iccm-journal.jsonl"
 GLOBBED = ("source", "target", "texture")
+FURTHER = ("normal", "normal_down", "data")  # textures, relative to the manifest
 TEMPLATED = ("output", *WRITTEN, "constraints")
 
 
@@ -244,15 +247,21 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
     base, name = values.pop(""), values.pop("name", None)
     fields = _fields(values, number)
     if not any(values.get(key) for key in ("output", *WRITTEN)):
-        values["output"] = (
-            "{source.stem}-{target.stem}.png" if values.get("target") else "{source.stem}-deformed.png"
-        )
+        goal = "{target.stem}" if values.get("target") else "deformed"
+        each = "-" + STEM if any(values.get(key) for key in FURTHER) else ""
+        values["output"] = f"{{source.stem}}-{goal}{each}.png"
     wrong = [f"{entry.at('name')}: name: must be text"] if not isinstance(name, str | None) else []
     streams = [key for key in GLOBBED if entry.whole.get(key) == "-"]
     wrong += [f"{entry.at(key)}: {key}: `-` is no file; a batch reads files only" for key in streams]
     filled = {}
     for key, value in values.items():
         filled[key] = _filled(value, fields, f"{entry.at(key)}: {key}", wrong) if key in TEMPLATED else value
+    for key in FURTHER:
+        given = filled.get(key)
+        if isinstance(given, str | list):
+            filled[key] = [
+                os.path.join(base, each) if isinstance(each, str) else each for each in many(given)
+            ]
     if isinstance(filled.get("constraints"), str) and filled["constraints"] != "-":
         filled["constraints"] = os.path.join(base, filled["constraints"])
     label = _filled(name or "{source.stem}-{target.stem}", fields, f"{entry.at('name')}: name", wrong)
@@ -264,15 +273,19 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
             f"{entry.at(key)}: {key}: {text}" if key else f"{entry.place}: {text}" for key, text in listed
         ]
     else:
-        wrong += [f"{entry.place}: output: {text}" for text in filter(None, map(names.mistake, job.outputs))]
+        tiles = [path.replace(MARK, "1001") for path in job.outputs]
+        wrong += [f"{entry.place}: output: {text}" for text in filter(None, map(names.mistake, tiles))]
         if not wrong:
-            wrong = [
-                f"{entry.place}: {path}: no such file" for path in job.inputs if not os.path.isfile(path)
-            ]
+            wrong = [f"{entry.place}: {path}: no such file" for path in job.inputs if not _is_there(path)]
         if not wrong:
             wrong = [f"{entry.place}: {text}" for text in _unmakeable(job)]
     found.extend(wrong)
     return None if wrong else Task.of(number, str(label).strip("-"), entry.place, job)
+
+
+def _is_there(path: str) -> bool:
+    """Whether an input is a file, or the tiles that its name stands for are."""
+    return bool(files_of(path)) if MARK in path else os.path.isfile(path)
 
 
 def _unmakeable(job: Job) -> Iterator[str]:
@@ -292,7 +305,10 @@ def _unmakeable(job: Job) -> Iterator[str]:
 
 def _fields(values: dict[str, Any], number: int) -> dict[str, str]:
     """What templates may name: {number}, {source.stem}, {source.name}, {source.id}, and so for target and texture."""
-    fields = {"number": str(number)}
+    fields = {
+        "number": str(number),
+        "stem": STEM,
+    }  # the last is filled in by the job, for each of its textures
     for key in GLOBBED:
         spec = values.get(key)
         named = Spec.of(spec if isinstance(spec, str) else "")

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-DECORATORS = ("inner", "kernel", "kept", "compiled", "njit")
+DECORATORS = ("inner", "inlined", "kernel", "kept", "compiled", "njit")
 
 
 def decorator(node: ast.AST) -> str:
@@ -33,7 +33,12 @@ def named(node: ast.AST) -> str:
 def misused(sources: dict[str, str]) -> set[str]:
     """Inner kernels that something other than a kernel names in their own module, or where they are imported."""
     trees = {name: ast.parse(source) for name, source in sources.items()}
-    inner = {node.name for tree in trees.values() for node in ast.walk(tree) if decorator(node) == "inner"}
+    inner = {
+        node.name
+        for tree in trees.values()
+        for node in ast.walk(tree)
+        if decorator(node) in ("inner", "inlined")
+    }
     found = set()
     for tree in trees.values():
         imported = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Index
-from ...jit import NUMPY, inner, kept, kernel
+from ...jit import NUMPY, inner, kept
 from .fronts import Fronts, fronts_of
 from .ordering import minimum_degree
 
@@ -112,7 +112,7 @@ def _take_up(fronts, child, factor, place, source, panel, tall, own, update):
 @inner
 def _rank_8(factor, at, tall, goal, size, columns, count):
     """Subtracts from the lower triangle of `columns` columns at `goal`, `size` apart, 8 others times themselves."""
-    for j in range(columns):
+    for _ in range(columns):
         x = factor[goal : goal + count]
         a = factor[at : at + count]
         b = factor[at + 1 * tall : at + 1 * tall + count]
@@ -135,7 +135,7 @@ def _rank_8(factor, at, tall, goal, size, columns, count):
 @inner
 def _rank_4(factor, at, tall, goal, size, columns, count):
     """Subtracts from the lower triangle of `columns` columns at `goal`, `size` apart, 4 others times themselves."""
-    for j in range(columns):
+    for _ in range(columns):
         x = factor[goal : goal + count]
         a = factor[at : at + count]
         b = factor[at + 1 * tall : at + 1 * tall + count]
@@ -152,7 +152,7 @@ def _rank_4(factor, at, tall, goal, size, columns, count):
 @inner
 def _rank_2(factor, at, tall, goal, size, columns, count):
     """Subtracts from the lower triangle of `columns` columns at `goal`, `size` apart, 2 others times themselves."""
-    for j in range(columns):
+    for _ in range(columns):
         x = factor[goal : goal + count]
         a = factor[at : at + count]
         b = factor[at + 1 * tall : at + 1 * tall + count]

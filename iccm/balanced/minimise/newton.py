@@ -89,7 +89,7 @@ def _gap_limit(border, tau, slide, most):
 
 
 @kernel
-def _moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
+def moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
     """Fills in where a share t of the step leads."""
     move(u, step, t, new_u)
     for v in range(tau.size):
@@ -161,7 +161,7 @@ def descend(
         border: the curves as chains.
         kinds: (c,) HELD, SLIDING or FREE.
         goals: (c,) where held vertices are to be; elsewhere of no account.
-        theta: weight of the area part.
+        theta: (m,) weights of the area part.
         q: power that raises the worst.
         share: of the image's area in the measure.
         steps: the most there may be.
@@ -212,7 +212,7 @@ def descend(
         )
         gained, accepted = 0.0, False
         while t > SHORTEST_STEP:
-            _moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau)
+            moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau)
             if moving and t == 1.0:
                 for v in range(c):
                     if kinds[v] == HELD:
