@@ -1,8 +1,8 @@
 """How kernels are compiled, and no more of it than is used: the first run on a fresh machine waits for it.
 
-A kernel is compiled with an entry for Python when Python calls it, and kept in Numba's cache. Where another kernel calls
-it, its code becomes part of that one's, without an entry, and is not kept for itself: that would cost every start
-a look at the disk. Nobody hands a kernel to C, so none gets an entry for that.
+A kernel is compiled with an entry for Python when Python calls it, and kept in Numba's cache. Where another kernel
+calls it, its code becomes part of that one's, without an entry, and is not kept for itself: that would cost every
+start a look at the disk. Nobody hands a kernel to C, so none gets an entry for that.
 """
 
 from collections.abc import Callable
@@ -40,6 +40,7 @@ class Kernel:
         self.py_func, self._options = function, COMMON | options
 
     def __call__(self, *args: Any) -> Any:
+        """As the function does, compiled."""
         return self.entry(*args)
 
     @cached_property

@@ -145,11 +145,18 @@ class Triangles:
         return loops
 
     def paths(
-        self, points: Real, sources: Index, usable: NDArray[np.bool_], dear: Real | None = None
+        self,
+        points: Real,
+        sources: Index,
+        usable: NDArray[np.bool_],
+        dear: Real | None = None,
+        *,
+        rims: bool = True,
     ) -> tuple[Real, Index]:
         """(n,) length of the shortest way along usable half-edges (3m,) from a source, and the vertex before each.
 
-        The vertex before a source is negative. Edges are longer by the factors `dear` (n,), the mean of both ends'.
+        The vertex before a source is negative. Edges are longer by the factors `dear` (n,), the mean of both ends', and
+        those of boundaries have no length if `rims` do not count.
         """
         from scipy.sparse import coo_matrix
         from scipy.sparse.csgraph import dijkstra
@@ -159,6 +166,8 @@ class Triangles:
         length = np.linalg.norm(points[a] - points[b], axis=1)
         if dear is not None:
             length = length * 0.5 * (dear[a] + dear[b])
+        if not rims:
+            length = np.where(self.twin[half] < 0, 0.0, length)
         graph = coo_matrix((length, (a, b)), shape=(self.count, self.count)).tocsr()
         reach, before, _ = dijkstra(
             graph, directed=False, indices=sources, min_only=True, return_predecessors=True

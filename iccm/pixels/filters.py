@@ -15,8 +15,8 @@ from numba.extending import overload
 from ..arrays import Real
 from ..jit import inlined
 from ..jit import kernel as compiled
-from ..lanes import LANES, lane, nothing, plus
 from .colour import Float
+from .lanes import LANES, lane, nothing, plus
 from .pyramid import CLAMP, CLEAR, FRAME, Pyramid
 
 NEAREST, LINEAR, CUBIC, LANCZOS, SPLINE = 0, 1, 2, 3, 4

@@ -14,9 +14,9 @@ import heapq
 import numpy as np
 
 from ..jit import kernel
+from ..maps.chebyshev import DEGREE, PixelGrid, Solved, expand, slopes, solve_nodes
 from ..maps.inverse import newton
 from ..maps.quadtree import is_inside, leaf_of
-from .chebyshev import DEGREE, PixelGrid, Solved, expand, slopes, solve_nodes
 
 __all__ = ["COARSE", "SMALLEST", "TILE", "PixelGrid", "Solved", "fill", "flood"]
 

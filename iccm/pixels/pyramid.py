@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..jit import kernel
-from ..lanes import LANES, lane, nothing, plus
 from ..memory import Memory
 from ..parallel import over_slices
 from .colour import Float
+from .lanes import LANES, lane, nothing, plus
 
 FRAME = 12  # texels around a spline's coefficients: the spline's pole to this power is 0.43 ** 12 = 4e-5
 CLAMP, CLEAR = 0, 1

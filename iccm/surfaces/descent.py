@@ -17,8 +17,8 @@ from ..arrays import Complex, Flags, Index, Real
 from ..balanced.discrete import DiscreteMap
 from ..balanced.frames import UnitFrame
 from ..balanced.metric import rest_geometry
+from ..balanced.minimise.cholesky import BlockPattern, downhill, factorise
 from ..balanced.minimise.energy import BOTH_AREAS, assemble, geometry, total
-from ..balanced.minimise.ldl import BlockPattern, downhill, factorise
 from ..balanced.minimise.newton import (
     ARMIJO,
     LONGEST,
@@ -46,19 +46,10 @@ from ..meshes.topology import Triangles
 
 BARRIER = 0.01  # weight of the energy in the plane, which keeps triangles from folding there (by hand)
 STEPS, DECREASE = 40, 1e-3  # of Newton's method, and the relative decrease that counts as none
-SHORT, LONG = (
-    0.1,
-    0.5,
-)  # shares of a step: after a shorter one the next is damped more, after a longer one less
+SHORT, LONG = 0.1, 0.5  # of a step: after a shorter share the next is damped more, after a longer one less
 DAMPED = 1e-4  # of the mean diagonal: the first damping. Without it one squeezed triangle ends the descent
-PAIRS = (
-    (0, 0),
-    (0, 1),
-    (0, 2),
-    (1, 1),
-    (1, 2),
-    (2, 2),
-)  # of a triangle's corners, as in `BlockPattern.slots`
+PAIRS = (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)
+"""Of a triangle's corners, as in `BlockPattern.slots`."""
 
 
 class Landing(NamedTuple):
@@ -133,6 +124,10 @@ class Between:
         return self.map.system.corners
 
     @cached_property
+    def _thetas(self) -> Real:
+        return np.full(len(self.map.faces), self.theta)
+
+    @cached_property
     def _rest(self) -> tuple[Complex, Real]:
         """Gradients of the hat functions on the source, and its areas."""
         map = self.map
@@ -165,10 +160,10 @@ class Between:
 
     def energy(self, u: Complex, tau: Real) -> float:
         """Of images (n,), the boundary's vertices at arclengths tau."""
-        soup = _soup(len(self._corners))
+        soup = _soup(self.map.system)
         laid = self._laid(u, self.ground.at(u))[0].ravel()
-        inside = total(soup.corners, *self._rest, laid, self.theta, self.q, BOTH_AREAS, 0.0)
-        barrier = total(self._corners, *self._plane, u, self.theta, 1.0, BOTH_AREAS, 0.0)
+        inside = total(soup.corners, *self._rest, laid, self._thetas, self.q, BOTH_AREAS, 0.0)
+        barrier = total(self._corners, *self._plane, u, self._thetas, 1.0, BOTH_AREAS, 0.0)
         return float(inside + barrier + border_energy(self.border, tau))
 
     def derivatives(self, u: Complex) -> tuple[Real, Real]:
@@ -178,8 +173,9 @@ class Between:
         laid, plane = self._laid(u, place)
         turns = np.einsum("mic,mkcj->mkij", plane, place.slopes[self._corners])
         turns[self._flat] = np.eye(2)
-        slopes, blocks = _assembled(laid, *self._rest, self.theta, self.q)
-        more, light = _assembled(u[self._corners], *self._plane, self.theta, 1.0)
+        soup = _soup(self.map.system)
+        slopes, blocks = _assembled(soup, laid, *self._rest, self._thetas, self.q)
+        more, light = _assembled(soup, u[self._corners], *self._plane, self._thetas, 1.0)
         return np.einsum("mkij,mki->mkj", turns, slopes) + more, turned(blocks, turns) + light
 
     def _laid(self, u: Complex, place: Landing) -> tuple[Complex, Real]:
@@ -200,18 +196,19 @@ def _normalised(vectors: Real) -> tuple[Real, Real]:
     return length, vectors / length
 
 
-def _soup(count: int) -> BlockPattern:
+def _soup(system: BlockPattern) -> BlockPattern:
     """The pattern of triangles that share no vertices, for derivatives triangle by triangle."""
-    none, each, slots = np.zeros(0, np.int64), np.arange(3 * count), np.arange(6 * count)
-    corners, slots = each.reshape(-1, 3), slots.reshape(-1, 6)
-    return BlockPattern(each, none, none, corners, slots, none, none, none, none, none, none)
+    m = len(system.corners)
+    return system._replace(corners=np.arange(3 * m).reshape(m, 3), slots=np.arange(6 * m).reshape(m, 6))
 
 
-def _assembled(laid: Complex, gradients: Complex, areas: Real, theta: float, q: float) -> tuple[Real, Real]:
+def _assembled(
+    soup: BlockPattern, laid: Complex, gradients: Complex, areas: Real, thetas: Real, q: float
+) -> tuple[Real, Real]:
     """(m, 3, 2) gradients and (m, 6, 2, 2) blocks of the Hessians of triangles (m, 3)."""
     m = len(laid)
     blocks, slopes = np.empty((6 * m, 4)), np.empty(3 * m, np.complex128)
-    assemble(_soup(m), gradients, areas, laid.ravel(), theta, q, BOTH_AREAS, 0.0, blocks, slopes)
+    assemble(soup, gradients, areas, laid.ravel(), thetas, q, BOTH_AREAS, 0.0, blocks, slopes)
     return _parts(slopes).reshape(m, 3, 2), blocks.reshape(m, 6, 2, 2)
 
 
@@ -332,10 +329,10 @@ def _newton(
     _regularise(system, matrix, REGULAR + damping)
     gradient = gradient.copy()
     gradient[:c] = (gradient[:c] * directions.conj()).real + np.where(directions != 0, slide.slope, 0)
-    factor, pivots = np.empty((system.factor_rows.size, 4)), np.empty((n, 3))
-    if not factorise(system, matrix, factor, pivots):
+    factor = np.empty(system.fronts.room)
+    if not factorise(system, matrix, factor):
         return np.zeros(n, np.complex128), 0.0
-    step = downhill(system, factor, pivots, gradient)
+    step = downhill(system, factor, gradient)
     return step, float((gradient.conj() * step).real.sum())
 
 
@@ -356,7 +353,7 @@ def _gap_limit(border: Border, tau: Real, way: Real) -> float:
 def _matrix(system: BlockPattern, blocks: Real) -> Real:
     """(e, 4) the Hessian from blocks of triangles."""
     slots, flat = system.slots.ravel(), blocks.reshape(-1, 4)
-    return np.column_stack([np.bincount(slots, flat[:, k], system.rows.size) for k in range(4)])
+    return np.column_stack([np.bincount(slots, flat[:, k], system.columns.size) for k in range(4)])
 
 
 def _stiffen(system: BlockPattern, border: Border, slide: _Slide, matrix: Real) -> None:

@@ -112,7 +112,7 @@ def _take_up(fronts, child, factor, place, source, panel, tall, own, update):
 @kernel
 def _rank_8(factor, at, tall, goal, size, columns, count):
     """Subtracts from the lower triangle of `columns` columns at `goal`, `size` apart, 8 others times themselves."""
-    for j in range(columns):
+    for _ in range(columns):
         x = factor[goal : goal + count]
         a = factor[at : at + count]
         b = factor[at + 1 * tall : at + 1 * tall + count]
@@ -124,7 +124,9 @@ def _rank_8(factor, at, tall, goal, size, columns, count):
         h = factor[at + 7 * tall : at + 7 * tall + count]
         a0, b0, c0, d0, e0, f0, g0, h0 = a[0], b[0], c[0], d[0], e[0], f[0], g[0], h[0]
         for i in range(count):
-            x[i] -= a0 * a[i] + b0 * b[i] + c0 * c[i] + d0 * d[i] + e0 * e[i] + f0 * f[i] + g0 * g[i] + h0 * h[i]
+            x[i] -= (
+                a0 * a[i] + b0 * b[i] + c0 * c[i] + d0 * d[i] + e0 * e[i] + f0 * f[i] + g0 * g[i] + h0 * h[i]
+            )
         at += 1
         goal += size + 1
         count -= 1
@@ -133,7 +135,7 @@ def _rank_8(factor, at, tall, goal, size, columns, count):
 @kernel
 def _rank_4(factor, at, tall, goal, size, columns, count):
     """Subtracts from the lower triangle of `columns` columns at `goal`, `size` apart, 4 others times themselves."""
-    for j in range(columns):
+    for _ in range(columns):
         x = factor[goal : goal + count]
         a = factor[at : at + count]
         b = factor[at + 1 * tall : at + 1 * tall + count]
@@ -150,7 +152,7 @@ def _rank_4(factor, at, tall, goal, size, columns, count):
 @kernel
 def _rank_2(factor, at, tall, goal, size, columns, count):
     """Subtracts from the lower triangle of `columns` columns at `goal`, `size` apart, 2 others times themselves."""
-    for j in range(columns):
+    for _ in range(columns):
         x = factor[goal : goal + count]
         a = factor[at : at + count]
         b = factor[at + 1 * tall : at + 1 * tall + count]

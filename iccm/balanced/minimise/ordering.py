@@ -42,7 +42,9 @@ def _by_superlu(faces: Index, count: int) -> Elimination:
     tails, heads, corners = faces.ravel(), np.roll(faces, -1, axis=1).ravel(), faces.ravel()
     own = np.arange(count)
     rows, columns = np.concatenate([tails, heads, own]), np.concatenate([heads, tails, own])
-    values = np.where(rows == columns, 20.0, 1.0)  # dominant, so that nothing is pivoted, and all else is dropped
+    values = np.where(
+        rows == columns, 20.0, 1.0
+    )  # dominant, so that nothing is pivoted, and all else is dropped
     graph = csc_matrix((values, (rows, columns)), (count, count))
     options = {"SymmetricMode": True}
     lu = spilu(

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from ..arrays import Complex
 from ..jit import NUMPY, kept, kernel
-from ..maps.evaluate import jet_in
-from ..maps.inverse import newton
-from ..maps.quadtree import is_inside, leaf_of
+from .evaluate import jet_in
+from .inverse import newton
+from .quadtree import is_inside, leaf_of
 
 DEGREE = 7  # of a tile's polynomial; chosen by hand, and nobody knows better
 
