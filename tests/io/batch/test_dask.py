@@ -80,7 +80,7 @@ def test_no_scheduler_is_one_line(shapes, iccm, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(600)
 def test_a_lost_worker_loses_nothing(shapes, iccm, cluster):
     values = {"method": "paper", "vertices": 40, "size": 24, "output": "{number}.png"}
     rows = [{"defaults": values}, *({"source": "blob.svg", "target": "disk.svg"} for _ in range(12))]
