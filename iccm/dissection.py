@@ -109,7 +109,9 @@ def _fronts(matrix: csr_matrix, nodes: list[tuple[int, int, list[int]]]) -> Iter
         rows = np.repeat(np.arange(end - start), np.diff(matrix.indptr[start : end + 1]))
         added = [waiting.pop(child) for child in children]
         beyond = np.unique(np.concatenate([columns[columns >= end], *(at[at >= end] for at, _ in added)]))
-        front = np.zeros((end - start + beyond.size,) * 2, complex, order="F")  # of all of it the lower half counts
+        front = np.zeros(
+            (end - start + beyond.size,) * 2, complex, order="F"
+        )  # of all of it the lower half counts
         later = columns >= start
         front[_place(columns[later], start, end, beyond), rows[later]] = values[later].conj()
         for at, update in added:
