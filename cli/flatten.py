@@ -40,7 +40,7 @@ METHODS = ("conformal", "lscm", "balanced")
 @click.option(
     "--carry-maps",
     is_flag=True,
-    help="With --uv of a GLB: carry the maps of its material to the new coordinates.",
+    help="With --uv of a GLB or OBJ: carry the maps of its materials to the new coordinates.",
 )
 @click.option("--cut", is_flag=True, help="Cut a closed surface, or one with handles, open.")
 @click.option(
@@ -105,7 +105,7 @@ def command(
             logs.log.warning(note)
     for line in flatten.summary(found):
         logs.log.info(line)
-    for name in outputs:
+    for name in [*outputs, *found.get("also_written", [])]:
         logs.log.info(f"wrote {name}")
     doubt = flatten.doubt(found)
     if doubt:

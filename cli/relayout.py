@@ -38,7 +38,8 @@ def _pictures(function):
     type=FILE,
     metavar="FILE",
     required=True,
-    help="The picture to write, one for each given; or one name with {stem} in it, the picture's own.",
+    help="What to write: NEW as .glb or .obj with all maps of OLD's materials; or pictures, one for each given, or "
+    "one name with {stem} in it, the picture's own. May be repeated.",
 )
 @click.option(
     "--size",
@@ -62,12 +63,13 @@ def _pictures(function):
 @options.of("relayout")
 @logs.options
 def command(old: str, new: str, output: tuple[str, ...], max_faces: int, **given: Any) -> int:
-    """Carry the textures of OLD to NEW, the same surface with another UV layout.
+    """Carry the materials, or textures, of OLD to NEW, the same surface with another UV layout.
 
     Triangles with the same corners go to each other, however faces are ordered; where there are none, texels are taken
     from the nearest point of OLD. Normals are turned from the old tangents to the new ones (as MikkTSpace makes them).
 
     \b
+    iccm relayout old.glb new.glb -o out.glb
     iccm relayout old.obj new.obj --texture albedo.png -o new-albedo.png
     iccm relayout old.glb new.glb --texture albedo.png --normal normal.png --data rough.png -o 'new/{stem}.png'
 
@@ -79,7 +81,7 @@ def command(old: str, new: str, output: tuple[str, ...], max_faces: int, **given
 
     kinds = {kind: given.pop(name.replace("-", "_")) for name, kind in KINDS.items()}
     report, force = given.pop("report"), given["force"]
-    wanted = relayout.pictures(kinds, output, (old, new), force)
+    wanted = relayout.wanted(kinds, output, (old, new), force)
     for mesh in (old, new):
         size_limits.faces(Spec.of(mesh).path, max_faces)
     with status.watched("carry textures"):

@@ -95,13 +95,15 @@ def attributes_of(make, points, normal, uv, rng):
     )
 
 
-def rich(points, normal, uv, faces, bump=None):
-    """The bytes of a file whose first mesh, `body`, is this surface; `bump` is its normal map."""
+def rich(points, normal, uv, faces, bump=None, **more):
+    """The bytes of a file whose first mesh, `body`, is this surface; `bump` is its normal map, and further pictures are
+    `colour`, `rough`, `occlusion` and `light`."""
     make, rng = Builder(), np.random.default_rng(3)
     file = make.file
     file.samplers.append(gl.Sampler(magFilter=9728, minFilter=9984, wrapS=33071, wrapT=33648))
-    held = (png((200, 90, 40)), bump or png((128, 128, 255)), png((0, 180, 20)))
-    colour, bump, rough = (make.texture(content, sampler=0) for content in held)
+    plain = {"colour": png((200, 90, 40)), "bump": bump or png((128, 128, 255)), "rough": png((0, 180, 20))}
+    held = {name: make.texture(content, sampler=0) for name, content in (plain | more).items()}
+    colour, bump, rough = (held[name] for name in plain)
     look = gl.PbrMetallicRoughness(
         baseColorFactor=[0.9, 0.8, 0.7, 1.0],
         baseColorTexture=gl.TextureInfo(index=colour),
@@ -110,6 +112,10 @@ def rich(points, normal, uv, faces, bump=None):
     skin = gl.Material(
         name="skin", pbrMetallicRoughness=look, normalTexture=gl.NormalMaterialTexture(index=bump, scale=0.7)
     )
+    if "occlusion" in held:
+        skin.occlusionTexture = gl.OcclusionTextureInfo(index=held["occlusion"], strength=0.8)
+    if "light" in held:
+        skin.emissiveTexture, skin.emissiveFactor = gl.TextureInfo(index=held["light"]), [1.0, 0.5, 0.5]
     file.materials += [skin, gl.Material(name="other", extras={"by": "hand"})]
     body = gl.Primitive(
         attributes=attributes_of(make, points, normal, uv, rng),

@@ -20,6 +20,7 @@ ORDER = (
     "io.batch",
     "io.run",
     "io.artwork",
+    "io.materials",
     "io.shapes",
     "io.meshes",
     "io.pictures",

@@ -16,13 +16,14 @@ from .kernels import twice_area
 from .meshing.mesh import Sizes, closed_links, triangulate
 from .metric import PLANES, Metrics, rest_geometry
 from .minimise import newton
+from .minimise.cholesky import BlockPattern, system_of
+from .minimise.emphasis import BalanceField
 from .minimise.energy import BOTH_AREAS, geometry
-from .minimise.ldl import BlockPattern, system_of
 from .minimise.measures import turn_of
 from .minimise.sliding import BETA, HELD, SLIDING, Border, Rail, Rails
 from .minimise.untangle import LEAST_WEIGHT, STEPS, untangle
 from .outline import Outline
-from .pairs import HoleMatch, Loop, Match, Pairs
+from .pairs import HoleMatch, Loop, Match, Pairs, apart
 
 SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
 
@@ -76,6 +77,7 @@ class DiscreteMap:
         weights: (m,) 1, and FILLED or PASSED_OVER for triangles in holes; None where there are none.
         settled: whether the last descent ended before its steps did.
         metrics: of surfaces that the planes of source and target stand for.
+        balance: the field of θ, relative to that of the problem, that the map was made with; None where it is even.
     """
 
     source: Outline
@@ -94,6 +96,7 @@ class DiscreteMap:
     weights: Real | None = None
     settled: bool = True
     metrics: Metrics = PLANES
+    balance: BalanceField | None = None
 
     @classmethod
     def on(
@@ -127,8 +130,7 @@ class DiscreteMap:
         anchored = np.zeros(pairs.s.size, bool)
         if anchors is not None:
             first = rims[0].vertices
-            gap = np.mod(pairs.s[first, None] - anchors.s + 0.5 * source.length, source.length)
-            anchored[first] = np.any(np.abs(gap - 0.5 * source.length) < 1e-9 * source.length, axis=1)
+            anchored[first] = ~apart(pairs.s[first], anchors.s, source.length)
         system = system_of(faces, following, z.size)
         weights = weights_of(z, faces, filled) if filled else None
         return cls(
@@ -279,7 +281,7 @@ class DiscreteMap:
         return replace(self, u=u)
 
     def forward(
-        self, theta: float, q: float, steps: int, tolerance: float, *, corners: bool
+        self, theta: float | BalanceField, q: float, steps: int, tolerance: float, *, corners: bool
     ) -> "DiscreteMap":
         """Newton steps on the image; target corners keep their vertices if `corners`.
 
@@ -296,7 +298,7 @@ class DiscreteMap:
             inside = inside.slid(u[self.border : self.constrained], tau[self.border :], stay)
         return replace(self, u=u, pairs=pairs, energy=energy, inside=inside, settled=settled)
 
-    def backward(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
+    def backward(self, theta: float | BalanceField, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Newton steps on the source, the images being kept: target corners slide along the source."""
         held = self.anchored | self.pairs.at_source
         z, s, energy, settled = self._descended(
@@ -313,43 +315,46 @@ class DiscreteMap:
         return replace(self, z=z, pairs=pairs, energy=energy, inside=inside, settled=settled)
 
     def _descended(
-        self, forward: bool, held: Flags, stay: Flags, theta: float, q: float, steps: int, tolerance: float
+        self,
+        forward: bool,
+        held: Flags,
+        stay: Flags,
+        theta: float | BalanceField,
+        q: float,
+        steps: int,
+        tolerance: float,
     ) -> tuple[Complex, Real, float, bool]:
         """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, the energy, and
         whether it settled."""
-        inside, rims = self.inside, self.rims
+        inside = self.inside
         kept, moving = (self.z, self.u) if forward else (self.u, self.z)
-        tau, border = self._border(forward)
+        tau, border = self.chains(forward)
         kinds = np.where(held, HELD, SLIDING)
         goals = moving[: self.border]
-        rails: list[Rail] = [(rim.target if forward else rim.source).rail for rim in rims]
-        own = np.repeat(np.arange(len(rims)), [rim.vertices.stop - rim.vertices.start for rim in rims])
         if self.bound:
             kinds = np.append(kinds, np.where(stay, HELD, SLIDING))
             goals = np.append(goals, inside.goals if forward else inside.z)
-            rails += [stroke[1 if forward else 0] for stroke in inside.strokes]
-            own = np.append(own, inside.own + len(rims))
         if not forward:  # outlines of filled holes stay where they are in the source
             kinds = np.append(kinds, np.full(tau.size - kinds.size, HELD))
             goals = np.append(goals, moving[goals.size : tau.size])
-            own = np.append(own, np.zeros(tau.size - own.size, np.int64))
         metrics = self.metrics if forward else self.metrics[::-1]
         gradients, areas = rest_geometry(kept, moving, self.system.corners, metrics)
         if self.weights is not None:
             gradients, areas = _shrunk(gradients, areas, self.weights, forward)
+        field = theta if isinstance(theta, BalanceField) else BalanceField.even(theta, len(self.faces))
         u = moving.copy()
         energy, done = newton.descend(
             self.system,
             self.faces,
             gradients,
-            areas,
+            areas * field.weights,
             u,
             tau,
-            Rails.of(rails, own, len(rims)),
+            self.rails(forward, tau.size),
             border,
             kinds,
             goals,
-            float(theta),
+            field.thetas,
             float(q),
             BOTH_AREAS,
             steps,
@@ -357,7 +362,17 @@ class DiscreteMap:
         )
         return u, tau, float(energy), bool(done < steps)
 
-    def _border(self, forward: bool) -> tuple[Real, Border]:
+    def rails(self, forward: bool, count: int) -> Rails:
+        """What the first `count` vertices slide on, on the side that moves; those that stay have any."""
+        rims = self.rims
+        found: list[Rail] = [(rim.target if forward else rim.source).rail for rim in rims]
+        own = np.repeat(np.arange(len(rims)), [rim.vertices.stop - rim.vertices.start for rim in rims])
+        if self.bound:
+            found += [stroke[1 if forward else 0] for stroke in self.inside.strokes]
+            own = np.append(own, self.inside.own + len(rims))
+        return Rails.of(found, np.append(own, np.zeros(count - own.size, np.int64)), len(rims))
+
+    def chains(self, forward: bool) -> tuple[Real, Border]:
         """Arclengths of the constrained vertices on the side that moves, and the curves they lie on as chains."""
         moving, kept = (self.pairs.tau, self.pairs.s) if forward else (self.pairs.s, self.pairs.tau)
         spans, laps = np.empty(kept.size), np.zeros(kept.size)

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Index, Real, distinct_rows
+from ..arrays import Flags, Index, Real, distinct_rows
 from ..errors import InputError
 from .mesh import Mesh, checked, triangulated
 from .topology import Triangles
@@ -23,6 +23,8 @@ class Charted:
         uv_faces: (m, 3) coordinates of their corners.
         normals: (k, 3) unit normals that the file states, or None.
         normal_faces: (m, 3) normals of the corners, or None.
+        stated: (m, 3, 4) tangents of the corners that the file states and on which side the bitangents are (±1), no
+            direction where it states none; or None.
     """
 
     name: str
@@ -32,6 +34,7 @@ class Charted:
     uv_faces: Index
     normals: Real | None = None
     normal_faces: Index | None = None
+    stated: Real | None = None
 
     @classmethod
     def of(cls, mesh: Mesh) -> "Charted":
@@ -66,13 +69,26 @@ class Charted:
         return np.where(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] < 0, -1, 1)
 
     @cached_property
+    def hands(self) -> Index:
+        """(m,) on which side of normal and tangent the upward bitangents of the triangles are, 1 or -1."""
+        if self.stated is None:
+            return self.mirrored
+        return np.where(self._says, np.where(self.stated[..., 3] < 0, -1, 1), self.mirrored[:, None])[:, 0]
+
+    @property
+    def _says(self) -> Flags:
+        """(m, 3) which corners the file states a tangent for."""
+        assert self.stated is not None
+        return (self.stated[..., :3] != 0).any(axis=2)
+
+    @cached_property
     def frames(self) -> tuple[Real, Real]:
         """(m, 3, 3) unit normals and tangents of the triangles' corners.
 
         As MikkTSpace (Mikkelsen, *Simulation of Wrinkled Surfaces Revisited*, 2008) has it: directions of growing u,
         made square to the normal, averaged by the angle seen along it over the triangles around a vertex that have its
-        place, normal and coordinate, and that edges of the same handedness join. Normals are those that the mesh
-        states, else averages by angle over all that share a position.
+        place, normal and coordinate, and that edges of the same handedness join. Normals and tangents are those that
+        the mesh states, where it does; other normals averages by angle over all that share a position.
         """
         at, uv = self.points[self.faces], self.uv[self.uv_faces]
         e1, e2 = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
@@ -80,7 +96,10 @@ class Charted:
         along = _unit((e1 * d2[:, 1:] - e2 * d1[:, 1:]) * self.mirrored[:, None])
         normal, group = self._normals, self._groups
         sums = _gathered(group, _angles(at, normal)[..., None] * _unit(_square(along[:, None], normal)))
-        return normal, _unit(_square(sums, normal))
+        made = _unit(_square(sums, normal))
+        if self.stated is None:
+            return normal, made
+        return normal, np.where(self._says[..., None], _unit(_square(self.stated[..., :3], normal)), made)
 
     @cached_property
     def _normals(self) -> Real:

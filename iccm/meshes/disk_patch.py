@@ -45,7 +45,15 @@ class Joined:
         shape = Triangles(number[mesh.corners[corner]], vertex.size)
         unused = int((~named).sum())
         notes = [f"{unused} vertices that no face of it uses are left out"] if unused and mesh.whole else []
-        return cls(mesh, shape, corner, vertex, tuple(notes))._welded()
+        return cls(mesh, shape, corner, vertex, tuple(notes))._welded()._mended()
+
+    def _mended(self) -> "Joined":
+        """Edges with more than two faces cut, so that as much as can be stays one surface."""
+        shape, old, count = self.shape.mended(self.mesh.points[self.vertex])
+        if not count:
+            return self
+        note = f"cut along {count} edge{'s' if count > 1 else ''} with more than two faces"
+        return Joined(self.mesh, shape, self.corner, self.vertex[old], (*self.notes, note))
 
     def _welded(self) -> "Joined":
         """Coinciding vertices joined, if that makes fewer pieces."""
@@ -98,26 +106,36 @@ def disk_patch(
         InputError: naming the first element at fault (see `mesh.checked`); no such piece, or one without area; a
             one-sided surface, a closed one, a handle; no seam through the points.
     """
-    joined = mesh if isinstance(mesh, Joined) else Joined.of(mesh)
-    mesh, vertex, notes = joined.mesh, joined.vertex, list(joined.notes)
-    shape, corner = _one_piece(joined, piece, notes)
-    shape, corner = _oriented(mesh, shape, corner, vertex, notes)
-    shape, vertex = taken_apart(shape, vertex, notes)
-    whole = Patch(mesh, mesh.points[vertex], shape, vertex, corner, notes=tuple(notes))
+    whole = sound_piece(mesh, piece)
     if whole.loops and whole.genus == 0:
         return whole
     if not cut:
         handles = f"has {whole.genus} handle{'s' if whole.genus > 1 else ''}"
         what = handles if whole.genus else "is closed"
         raise InputError(
-            f"{mesh.name}: the surface {what}, so it cannot be flattened whole; "
+            f"{whole.mesh.name}: the surface {what}, so it cannot be flattened whole; "
             "name a part of it (file#group) or open it with --cut"
         )
     if through is not None and not whole.genus:
-        stops = [int(np.argmin(((whole.points - point) ** 2).sum(axis=1))) for point in through]
+        stops = nearest(whole, through)
         if len(set(stops)) == len(stops):
             return opened_through(whole, stops)
     return opened(whole)
+
+
+def sound_piece(mesh: Mesh | Joined, piece: int = 1) -> Patch:
+    """One piece of the mesh, sound and oriented, but as closed as it is; arguments and errors as for `disk_patch`."""
+    joined = mesh if isinstance(mesh, Joined) else Joined.of(mesh)
+    mesh, vertex, notes = joined.mesh, joined.vertex, list(joined.notes)
+    shape, corner = _one_piece(joined, piece, notes)
+    shape, corner = _oriented(mesh, shape, corner, vertex, notes)
+    shape, vertex = taken_apart(shape, vertex, notes)
+    return Patch(mesh, mesh.points[vertex], shape, vertex, corner, notes=tuple(notes))
+
+
+def nearest(whole: Patch, points: Real) -> list[int]:
+    """The vertices nearest to points (k, 3)."""
+    return [int(np.argmin(((whole.points - point) ** 2).sum(axis=1))) for point in points]
 
 
 def _one_piece(joined: Joined, piece: int, notes: list[str]) -> tuple[Triangles, Index]:

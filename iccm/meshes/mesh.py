@@ -3,6 +3,7 @@
 Nothing here trusts its input. libigl does (an index out of range ends the process), so `checked` comes before it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -78,6 +79,35 @@ class Mesh:
             lines=None if self.lines is None else self.lines[faces],
             whole=False,
         )
+
+
+def united(meshes: Sequence[Mesh], name: str) -> Mesh:
+    """Several meshes of one file as one, their vertices and faces one after the other; normals if all state some."""
+    firsts = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
+    corners = np.concatenate([mesh.corners + first for mesh, first in zip(meshes, firsts)])
+    ends = np.cumsum([0, *(mesh.corners.size for mesh in meshes)])
+    starts = np.concatenate([[0], *(mesh.starts[1:] + end for mesh, end in zip(meshes, ends))])
+    uv, uv_corners = _united([(mesh.uv, mesh.uv_corners) for mesh in meshes], meshes, 2)
+    normals = [(mesh.normals, mesh.normal_corners) for mesh in meshes]
+    stated = all(values is not None for values, _ in normals)
+    normal, normal_corners = _united(normals, meshes, 3) if stated else (None, None)
+    points = np.concatenate([mesh.points for mesh in meshes])
+    return Mesh(name, points, corners, starts, uv, uv_corners, normals=normal, normal_corners=normal_corners)
+
+
+def _united(
+    said: Sequence[tuple[Real | None, Index | None]], meshes: Sequence[Mesh], width: int
+) -> tuple[Real | None, Index | None]:
+    """Values of corners of several meshes and which are whose, -1 where a mesh has none; None where none has any."""
+    if all(values is None for values, _ in said):
+        return None, None
+    given = [np.zeros((0, width)) if values is None else values for values, _ in said]
+    firsts = np.cumsum([0, *map(len, given)])
+    numbers = [
+        np.full(mesh.corners.size, -1) if at is None else np.where(at < 0, -1, at + first)
+        for (_, at), mesh, first in zip(said, meshes, firsts)
+    ]
+    return np.concatenate(given), np.concatenate(numbers)
 
 
 def checked(mesh: Mesh) -> Mesh:

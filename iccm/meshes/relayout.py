@@ -3,7 +3,8 @@
 Triangles with the same corners in both meshes go to each other; what has no partner goes to the nearest point.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,14 +53,24 @@ class Origin:
     wraps: bool = True
 
     @classmethod
-    def of(cls, old: Charted, new: Charted, width: int, height: int, tile: complex | None = None) -> "Origin":
+    def of(
+        cls,
+        old: Charted,
+        new: Charted,
+        width: int,
+        height: int,
+        tile: complex | None = None,
+        pairs: tuple[Index, Index] | None = None,
+    ) -> "Origin":
         """For a new picture of this size, of one tile of the new layout (see `layout.layout`) or of all in one.
+
+        `pairs` are `partners` of the meshes, where they are known.
 
         Raises:
             InputError: a layout that cannot be rasterised.
         """
         grid = layout(new.name, new.uv, new.uv_faces, new.twin, width, height, tile)
-        partner, order = partners(old, new)
+        partner, order = pairs or partners(old, new)
         owner = grid.owners.owner
         lonely = (owner >= 0) & (partner[owner] < 0)
         slots = np.full(owner.shape, -1, np.int64)
@@ -74,6 +85,22 @@ class Origin:
         """(h, w) texels that lie farther from the old mesh than a distance."""
         found = np.zeros(self.slots.shape, bool)
         found[self.slots >= 0] = self.distance > limit
+        return found
+
+    def reached(self, limit: float) -> Flags:
+        """(h, w) texels that lie on the old mesh, or no farther from it than a distance."""
+        return (self.grid.owners.owner >= 0) & ~self.far(limit)
+
+    def over(self, old: Charted) -> "Origin":
+        """The same places for other texture coordinates of the old mesh."""
+        return self if old is self.old else replace(self, old=old)
+
+    @cached_property
+    def triangles(self) -> Index:
+        """(h, w) triangle of the old mesh that each texel lies on, -1 outside the new layout's charts."""
+        owner = self.grid.owners.owner
+        found = np.where(owner >= 0, self.partner[owner], -1)
+        found[self.slots >= 0] = self.nearest[self.slots[self.slots >= 0]]
         return found
 
     def places(
@@ -121,7 +148,7 @@ class Origin:
 def _frame(mesh: Charted, triangle: Index, weights: Real) -> tuple[Real, Real, Real]:
     """(p, 3) normal, tangent and upward bitangent at points of triangles."""
     normal, tangent = (_at(corner[triangle], weights) for corner in mesh.frames)
-    return normal, tangent, np.cross(normal, tangent) * mesh.mirrored[triangle, None]
+    return normal, tangent, np.cross(normal, tangent) * mesh.hands[triangle, None]
 
 
 def carry(
@@ -143,12 +170,27 @@ def carry(
         padding: texels to spread colours past the charts; a thirty-second of the picture by default, -1 for all.
         threads: as many as there are processors by default.
     """
-    height, width, _ = sampler.texture.pixels.shape
-    reached = (origin.grid.owners.owner >= 0) & ~origin.far(limit)
+    reached = origin.reached(limit)
     out = np.zeros((*origin.grid.shape, sampler.channels), sampler.dtype)
+    paint(out, origin, sampler, reached, tiles=tiles, threads=threads)
+    spread(out, reached, padding)
+    return out
+
+
+def paint(
+    out: NDArray,
+    origin: Origin,
+    sampler: Sampler,
+    where: Flags,
+    *,
+    tiles: Box | None = None,
+    threads: int | None = None,
+) -> None:
+    """Fill the texels (h, w) that are marked of a picture (h, w, c) of the new layout; arguments as for `carry`."""
+    height, width, _ = sampler.texture.pixels.shape
 
     def fill(part: slice) -> None:
-        rows, columns = np.nonzero(reached[part])
+        rows, columns = np.nonzero(where[part])
         pixels = sampler(
             lambda some: origin.places(rows[some] + part.start, columns[some], (width, height), tiles),
             rows.size,
@@ -156,15 +198,14 @@ def carry(
         )
         put(out[part].reshape(-1, sampler.channels), rows * out.shape[1] + columns, pixels)
 
-    _ = (
-        origin.old.frames,
-        origin.new.frames,
-        origin.old.mirrored,
-        origin.new.mirrored,
-    )  # once, not in every thread
+    for mesh in (origin.old, origin.new):  # once, not in every thread
+        _ = mesh.frames, mesh.hands
     over_slices(fill, len(out), threads, ROWS)
-    pad(out, reached, max(4, max(out.shape[:2]) // 32) if padding is None else padding, "nearest")
-    return out
+
+
+def spread(out: NDArray, known: Flags, padding: int | None) -> None:
+    """Spread the colours of known texels past the charts; `padding` as for `carry`."""
+    pad(out, known, max(4, max(out.shape[:2]) // 32) if padding is None else padding, "nearest")
 
 
 def partners(old: Charted, new: Charted) -> tuple[Index, Index]:

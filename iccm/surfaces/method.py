@@ -10,23 +10,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Complex
-from ..balanced import fit, method, stages
+from ..balanced import fit, last_mesh, method, stages
 from ..balanced.constraints.continuation import continued
 from ..balanced.constraints.given import Pins, checked
 from ..balanced.discrete import DiscreteMap
 from ..balanced.failure import NoMapError, Stuck
 from ..balanced.frames import UnitFrame, frames_of
 from ..balanced.holes.given import Holes, named, unequal
-from ..balanced.levels import Sketch, UnitProblem
+from ..balanced.last_mesh import Meshed
+from ..balanced.leaning import leaning
+from ..balanced.levels import UnitProblem, eased
 from ..balanced.metric import LaidMetric, Metrics
 from ..balanced.solution import Settings, Solution, SolveLog
 from ..maps.triangulated.map import TriangulatedMap
 from ..meshes.flatten import Flattening
 from ..problem import Options, Problem
 from ..result import Fit
+from . import alike
+from .descent import Ground, descended
 from .own_mesh import OwnMap, on_own_mesh
 from .side import Side
+from .unfolding import unfolded_in
 
+SURE = 1.3  # energy of a map of surfaces that are alike from which down no other is looked for, by hand
 ROUNDED = 0.2  # of the tolerance: for outlines between two surfaces, by hand
 Layouts = tuple[Flattening | None, Flattening | None]
 
@@ -46,6 +52,11 @@ class _Prepared:
     frames: tuple[UnitFrame, UnitFrame]
     unit: UnitProblem
     pins: Pins
+
+    @property
+    def onto(self) -> bool:
+        """Whether the last map is on the target's own triangles; else it is on the source's."""
+        return self.sides[1].layout is not None
 
 
 def solve(problem: Problem, options: Options, layouts: Layouts, start: TriangulatedMap | None = None) -> Fit:
@@ -125,7 +136,7 @@ def _gone_on(ready: _Prepared, start: TriangulatedMap, settings: Settings) -> Di
     z, u = (side.inward(w) for side, w in zip(ready.sides, (start.source, start.image)))
     sketch = method.sketched(TriangulatedMap(z, u, start.faces, start.loops), ready.frames)
     try:
-        return continued(stages.last_level(ready.unit, settings), sketch, ready.unit)
+        return continued(last_mesh.last_level(ready.unit, settings), sketch, ready.unit)
     except Stuck:
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
 
@@ -138,62 +149,113 @@ def _solved(
     start: TriangulatedMap | None,
 ) -> tuple[Solution, bool]:
     """The map in the user's planes, and whether it is on a surface's own triangles."""
-    if start is None:
-        used, state = stages.solved(ready.unit, journal)
-    else:
-        used, state = ready.unit, _gone_on(ready, start, settings)
-    met = stages.meets(used, state)
-    forward = not used.inverted
-    ready = replace(ready, unit=ready.unit._replace(theta=used.theta))
-    given = ready.sides[0].outlines, ready.sides[1].outlines
-
-    def solution(last: DiscreteMap | Sketch, z: Complex, u: Complex) -> Solution:
-        found = method.solution_of(last, z, u, ready.frames, given, settings, journal, False, pins)
-        return replace(found, met=met)
-
+    alike = None if start is not None else _from_similarity(ready, settings, journal)
+    if alike is not None and alike.energy < SURE:
+        return _of_own(ready, alike, pins, settings, journal), True
     try:
-        if (own := _on_own(ready, state, settings, journal, forward=forward)) is not None:
-            return solution(*own), True
+        if start is None:
+            used, state = stages.solved(ready.unit, journal)
+        else:
+            used, state = ready.unit, _gone_on(ready, start, settings)
+    except NoMapError:
+        if alike is None:
+            raise
+        return _of_own(ready, alike, pins, settings, journal), True
+    met = last_mesh.meets(used, state)
+    ready = replace(ready, unit=ready.unit._replace(theta=used.theta))
+    try:
+        state_there = _own_start(ready, used, state)
+        own = None if state_there is None else _on_own(ready, state_there, settings, journal)
     except (Stuck, NoMapError):  # a surface of few triangles may leave no room
-        pass
-    last = stages.finished(used, state, settings, journal)
-    last = last if forward else stages.inverted(last)
+        own = None
+    if alike is not None and (own is None or not met or alike.energy < own.energy):
+        own, met = alike, True
+    if own is not None:
+        return replace(_of_own(ready, own, pins, settings, journal), met=met), True
+    last = last_mesh.finished(used, state, settings, journal)
+    last = stages.inverted(last) if used.inverted else last
     z, u = (
         side.outward(frame.world(w), last.outer)
         for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
     )
-    return solution(last, z, u), False
+    return replace(_solution(ready, last, z, u, pins, settings, journal), met=met), False
 
 
-def _on_own(
-    ready: _Prepared, state: DiscreteMap, settings: Settings, journal: SolveLog, *, forward: bool
-) -> tuple[DiscreteMap | Sketch, Complex, Complex] | None:
-    """The map on the own triangles of one side, and its vertices in both of the user's planes; None where it is to be
-    on others: with strokes, and where holes of the other side are to shrink.
+def _solution(
+    ready: _Prepared,
+    last: Meshed,
+    z: Complex,
+    u: Complex,
+    pins: Pins,
+    settings: Settings,
+    journal: SolveLog,
+) -> Solution:
+    """Of a map with vertices z (n,) and u (n,) in the user's planes."""
+    given = ready.sides[0].outlines, ready.sides[1].outlines
+    return method.solution_of(last, z, u, ready.frames, given, settings, journal, False, pins)
+
+
+def _of_own(ready: _Prepared, own: OwnMap, pins: Pins, settings: Settings, journal: SolveLog) -> Solution:
+    """The map on a surface's own triangles in the user's planes."""
+    onto, other, frame = ready.onto, ready.sides[not ready.onto], ready.frames[not ready.onto]
+    here = own.of_layout(ready.sides[onto].given.flat)
+    there = _sound(
+        own.state, other.outward(frame.world(own.state.u), own.state.outer), mirrored=frame.mirrored
+    )
+    if onto:
+        return _solution(ready, stages.inverted(own.state), there, here, pins, settings, journal)
+    return _solution(ready, own.state, here, there, pins, settings, journal)
+
+
+def _own_start(ready: _Prepared, used: UnitProblem, state: DiscreteMap) -> DiscreteMap | None:
+    """The map from which that on the own triangles goes on, these being its source; None where it is to be on others:
+    with strokes, and where holes of the other side are to shrink."""
+    if state.inside.strokes or (not state.bound and state.inside.z.size):
+        return None
+    if used.inverted == ready.onto:
+        return state
+    return None if state.filled else state.inverse()
+
+
+def _from_similarity(ready: _Prepared, settings: Settings, journal: SolveLog) -> OwnMap | None:
+    """The map that comes from the similarity of both layouts; None where they are not alike, or it folds."""
+    if not all(side.layout for side in ready.sides):
+        return None
+    sketch = alike.sketched(ready.unit)
+    if sketch is None:
+        return None
+    try:
+        return _on_own(ready, stages.inverted(sketch) if ready.onto else sketch, settings, journal)
+    except (Stuck, NoMapError):
+        return None
+
+
+def _on_own(ready: _Prepared, state: Meshed, settings: Settings, journal: SolveLog) -> OwnMap:
+    """The map on the own triangles of one side, from one of which that side is the source.
 
     Raises:
         Stuck: there is none.
     """
-    onto = ready.sides[1].layout is not None
-    if state.inside.strokes or (not state.bound and state.inside.z.size):
-        return None
-    if state.filled and forward == onto:
-        return None
-    problem = ready.unit.inverse() if onto else ready.unit
-    state = state if forward != onto else state.inverse()
-    side, frame = ready.sides[onto], ready.frames[onto]
-    other, other_frame = ready.sides[not onto], ready.frames[not onto]
-    own = on_own_mesh(side, frame, stages.last_level(problem, settings), state, problem)
-    own = _lowered(own, problem, settings, journal)
-    here, there = (
-        own.of_layout(side.given.flat),
-        other.outward(other_frame.world(own.state.u), own.state.outer),
-    )
-    return (stages.inverted(own.state), there, here) if onto else (own.state, here, there)
+    problem = ready.unit.inverse() if ready.onto else ready.unit
+    side, frame = ready.sides[ready.onto], ready.frames[ready.onto]
+    own = on_own_mesh(side, frame, last_mesh.last_level(problem, settings), state, problem)
+    theta = leaning(problem, own.state)
+    other = ready.sides[not ready.onto].even
+    if other is None:
+        begun = eased(own.state, problem.theta)
+        return replace(own, state=last_mesh.lowered(begun, theta, settings, journal))
+    ground = Ground(other, ready.frames[not ready.onto])
+    first = descended(own.state, ground, theta, 1.0)
+    journal.level("own", first, 1.0)
+    state = last_mesh.lowered_by(lambda state, q: descended(state, ground, theta, q), first, settings)
+    return replace(own, state=state, energy=first.energy)
 
 
-def _lowered(own: OwnMap, problem: UnitProblem, settings: Settings, journal: SolveLog) -> OwnMap:
-    """The map at rest, its worst stretch lowered."""
-    eased = stages.eased(own.state, problem.theta)
-    theta = stages.leaning(problem, own.state)
-    return replace(own, state=stages.lowered(eased, theta, settings, journal))
+def _sound(state: DiscreteMap, there: Complex, *, mirrored: bool) -> Complex:
+    """Images (n,) in the user's plane, the few triangles that fold on the way there unfolded; as they are where that
+    fails."""
+    try:
+        found = unfolded_in(there.conj() if mirrored else there, state.faces, state.constrained, state.u)
+    except Stuck:
+        return there
+    return found.conj() if mirrored else found

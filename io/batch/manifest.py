@@ -10,7 +10,7 @@ import os
 import re
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +18,16 @@ from pydantic import ValidationError
 
 from ...errors import InputError
 from .. import files, names
-from ..run.job import WRITTEN, Job, mistakes
+from ..pictures.tiles import MARK, files_of
+from ..run.job import STEM, WRITTEN, Job, mistakes
+from ..run.options import many
 from ..spec import Spec, path_of
 
 MAX_BYTES, MAX_JOBS, LONGEST = 64 << 20, 100_000, 500
 MAX_DEPTH = 8  # of lists and tables in each other; pins need three
 JOURNAL = ".iccm-journal.jsonl"
 GLOBBED = ("source", "target", "texture")
+FURTHER = ("normal", "normal_down", "data")  # textures, relative to the manifest
 TEMPLATED = ("output", *WRITTEN, "constraints")
 
 
@@ -37,14 +40,32 @@ class ManifestError(InputError):
         self.mistakes = found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Task:
-    """A job of a manifest: its number from 1, its name, and where it stands."""
+    """A job of a manifest: its number from 1, its name, and where it stands.
+
+    What differs from the defaults is kept as JSON: a `Job` takes ten times the memory, of which a hundred thousand
+    would take most of a gigabyte.
+    """
 
     number: int
     name: str
     place: str
-    job: Job
+    packed: str
+
+    @classmethod
+    def of(cls, number: int, name: str, place: str, job: Job) -> Task:
+        """Of a job."""
+        return cls(number, name, place, job.model_dump_json(exclude_defaults=True))
+
+    @property
+    def job(self) -> Job:
+        """The job."""
+        return Job.model_validate_json(self.packed)
+
+    def holding(self, job: Job) -> Task:
+        """The same with another job."""
+        return Task.of(self.number, self.name, self.place, job)
 
 
 @dataclass(frozen=True)
@@ -226,15 +247,21 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
     base, name = values.pop(""), values.pop("name", None)
     fields = _fields(values, number)
     if not any(values.get(key) for key in ("output", *WRITTEN)):
-        values["output"] = (
-            "{source.stem}-{target.stem}.png" if values.get("target") else "{source.stem}-deformed.png"
-        )
+        goal = "{target.stem}" if values.get("target") else "deformed"
+        each = "-" + STEM if any(values.get(key) for key in FURTHER) else ""
+        values["output"] = f"{{source.stem}}-{goal}{each}.png"
     wrong = [f"{entry.at('name')}: name: must be text"] if not isinstance(name, str | None) else []
     streams = [key for key in GLOBBED if entry.whole.get(key) == "-"]
     wrong += [f"{entry.at(key)}: {key}: `-` is no file; a batch reads files only" for key in streams]
     filled = {}
     for key, value in values.items():
         filled[key] = _filled(value, fields, f"{entry.at(key)}: {key}", wrong) if key in TEMPLATED else value
+    for key in FURTHER:
+        given = filled.get(key)
+        if isinstance(given, str | list):
+            filled[key] = [
+                os.path.join(base, each) if isinstance(each, str) else each for each in many(given)
+            ]
     if isinstance(filled.get("constraints"), str) and filled["constraints"] != "-":
         filled["constraints"] = os.path.join(base, filled["constraints"])
     label = _filled(name or "{source.stem}-{target.stem}", fields, f"{entry.at('name')}: name", wrong)
@@ -246,15 +273,19 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
             f"{entry.at(key)}: {key}: {text}" if key else f"{entry.place}: {text}" for key, text in listed
         ]
     else:
-        wrong += [f"{entry.place}: output: {text}" for text in filter(None, map(names.mistake, job.outputs))]
+        tiles = [path.replace(MARK, "1001") for path in job.outputs]
+        wrong += [f"{entry.place}: output: {text}" for text in filter(None, map(names.mistake, tiles))]
         if not wrong:
-            wrong = [
-                f"{entry.place}: {path}: no such file" for path in job.inputs if not os.path.isfile(path)
-            ]
+            wrong = [f"{entry.place}: {path}: no such file" for path in job.inputs if not _is_there(path)]
         if not wrong:
             wrong = [f"{entry.place}: {text}" for text in _unmakeable(job)]
     found.extend(wrong)
-    return None if wrong else Task(number, str(label).strip("-"), entry.place, job)
+    return None if wrong else Task.of(number, str(label).strip("-"), entry.place, job)
+
+
+def _is_there(path: str) -> bool:
+    """Whether an input is a file, or the tiles that its name stands for are."""
+    return bool(files_of(path)) if MARK in path else os.path.isfile(path)
 
 
 def _unmakeable(job: Job) -> Iterator[str]:
@@ -274,7 +305,10 @@ def _unmakeable(job: Job) -> Iterator[str]:
 
 def _fields(values: dict[str, Any], number: int) -> dict[str, str]:
     """What templates may name: {number}, {source.stem}, {source.name}, {source.id}, and so for target and texture."""
-    fields = {"number": str(number)}
+    fields = {
+        "number": str(number),
+        "stem": STEM,
+    }  # the last is filled in by the job, for each of its textures
     for key in GLOBBED:
         spec = values.get(key)
         named = Spec.of(spec if isinstance(spec, str) else "")
@@ -318,7 +352,7 @@ def _placed(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
             )
     values: dict[str, Any] = {field: moved.get(getattr(job, field) or "") for field in WRITTEN}
     values["output"] = tuple(moved.get(name, name) for name in job.output)
-    return replace(task, job=job.model_copy(update=values))
+    return task.holding(job.model_copy(update=values))
 
 
 def _distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> None:
@@ -326,10 +360,11 @@ def _distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> Non
 
     Names that differ only by case or by how Unicode writes a letter are one file on many disks.
     """
-    inputs = {os.path.realpath(path) for task in tasks for path in task.job.inputs}
+    jobs = [(task, job.inputs, job.outputs) for task in tasks for job in (task.job,)]
+    inputs = set(map(os.path.realpath, {path for _, read, _ in jobs for path in read}))
     owner: dict[str, tuple[Task, str]] = {}
-    for task in tasks:
-        for path in task.job.outputs:
+    for task, _, outputs in jobs:
+        for path in outputs:
             real = os.path.realpath(path)
             other, same = owner.get(names.alike(real), (None, real))
             if other is not None:
@@ -342,8 +377,8 @@ def _distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> Non
             if real in taken:
                 found.append(f"{task.place}: output: {path}: is {taken[real]}; name another file")
             owner[names.alike(real)] = task, real
-    for task in tasks:
-        for path in task.job.outputs:
+    for task, _, outputs in jobs:
+        for path in outputs:
             above = next((owner[key] for key in _above(path) if key in owner), None)
             if above:
                 found.append(

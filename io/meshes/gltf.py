@@ -142,6 +142,11 @@ class Primitive:
         return {} if number is None else self.document.tree["materials"][number]
 
     @property
+    def key(self) -> str:
+        """The number of its material, or nothing."""
+        return str(self.tree.get("material", ""))
+
+    @property
     def faces(self) -> Index:
         """(m, 3) vertices of its triangles."""
         if "indices" in self.tree:
@@ -169,6 +174,19 @@ class Primitive:
         placed = self.document.placed(self.mesh)[:3, :3]
         turned = self.document.floats(self.attributes["NORMAL"]) @ _cofactors(placed).T
         return turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-300)
+
+    @property
+    def tangents(self) -> Real | None:
+        """(n, 4) tangents of its vertices, turned as the first node turns it, and the side of bitangents; or None."""
+        if "TANGENT" not in self.attributes:
+            return None
+        placed, values = (
+            self.document.placed(self.mesh)[:3, :3],
+            self.document.floats(self.attributes["TANGENT"]),
+        )
+        along = values[:, :3] @ placed.T
+        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+        return np.column_stack([along, values[:, 3] * np.sign(np.linalg.det(placed) or 1.0)])
 
     def uv(self, info: dict[str, Any]) -> Real | None:
         """(n, 2) texture coordinates, v up, of what a `textureInfo` shows, its transform made; or None."""

@@ -55,14 +55,29 @@ def moved(material: dict[str, Any], to: int, but: set[str]) -> None:
                 transform["texCoord"] = to
 
 
-def shown(material: dict[str, Any], slot: str, texture: int) -> None:
-    """Have a slot show a texture by the first set of coordinates; scale and strength stay."""
+def bare(material: dict[str, Any], but: set[str]) -> None:
+    """Take the textures out of all slots but some, whose old numbers are to be replaced."""
+    for slot, _ in list(slots(material)):
+        *above, key = slot.split("/")
+        holder = material
+        for word in above:
+            holder = holder[word]
+        if slot in but:
+            holder[key]["index"] = -1
+        else:
+            del holder[key]
+
+
+def shown(material: dict[str, Any], slot: str, texture: int, coordinates: int = 0) -> None:
+    """Have a slot show a texture by a set of coordinates; scale and strength stay."""
     *above, key = slot.split("/")
     for word in above:
         material = material.setdefault(word, {})
     info = material.setdefault(key, {})
     info["index"] = texture
     info.pop("texCoord", None)
+    if coordinates:
+        info["texCoord"] = coordinates
     extensions = info.get("extensions", {})
     extensions.pop("KHR_texture_transform", None)
     if not extensions:

@@ -4,7 +4,7 @@ The tree and the bytes are edited, not made anew: nodes, skins, animations, othe
 even looked at. Numbers of accessors, views, textures and materials never change; new ones come last.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from typing import Any
 
@@ -20,6 +20,7 @@ from .splitting import Split
 
 ATTRIBUTE, INDEX = 34962, 34963  # what a buffer view is for
 COORDINATES = {"componentType": 5126, "type": "VEC2"}
+POINTS = {"componentType": 5126, "type": "VEC3"}
 TANGENTS = {"componentType": 5126, "type": "VEC4"}
 PLACED = ("values", "arrayOffsets", "stringOffsets")  # keys of EXT_structural_metadata that name views
 JPEG = b"\xff\xd8\xff"  # how such a file begins
@@ -76,6 +77,48 @@ class Draft:
         self._made[content, like] = number
         return number
 
+    def new_texture(self, content: bytes, sampler: dict[str, Any] | None, name: str) -> int:
+        """The number of a texture that shows a PNG or JPEG file, if possible in the place of one no more shown."""
+        textures, images = (self.tree.setdefault(key, []) for key in ("textures", "images"))
+        free = set(_textures_named(self.source.tree)) - set(_textures_named(self.tree))
+        number = min(free, default=len(textures))
+        textures[number : number + 1] = [{} if sampler is None else {"sampler": self._sampler(sampler)}]
+        place = min(self._free_images(), default=len(images))
+        images[place : place + 1] = [{"name": name, "mimeType": _type_of(content)}]
+        images[place]["bufferView"] = self.view(content)
+        textures[number]["source"] = place
+        return number
+
+    def _sampler(self, said: dict[str, Any]) -> int:
+        samplers = self.tree.setdefault("samplers", [])
+        if said not in samplers:
+            samplers.append(said)
+        return samplers.index(said)
+
+    def _free_images(self) -> set[int]:
+        """Images that textures had, and have no more."""
+        before, now = (
+            set(_named(tree.get("textures", []), "source")) for tree in (self.source.tree, self.tree)
+        )
+        return before - now
+
+    def forget(self) -> None:
+        """Remove the last textures, images and views that nothing names any more, so that no number changes."""
+        textures, images = (self.tree.get(key, []) for key in ("textures", "images"))
+        free = set(_textures_named(self.source.tree)) - set(_textures_named(self.tree))
+        while len(textures) - 1 in free:
+            textures.pop()
+        while len(images) - 1 in self._free_images():
+            images.pop()
+        views = self.tree.get("bufferViews", [])
+        named = set(_named(self.tree, "bufferView", *PLACED))
+        while views and len(views) - 1 not in named:
+            views.pop()
+            self.views.pop()
+        for key in ("textures", "images"):
+            if not self.tree.get(key, True):
+                del self.tree[key]
+
     def bytes(self) -> bytes:
         """The file, as GLB; pictures beside a .gltf go into it.
 
@@ -93,28 +136,43 @@ class Draft:
 
 
 def with_coordinates(
-    part: Primitive,
+    parts: Sequence[Primitive],
     faces: Flags,
     uv: Real,
     uv_corners: Index,
-    pictures: Mapping[str, bytes],
+    pictures: Mapping[str, Mapping[str, bytes]],
 ) -> tuple[bytes, list[str]]:
-    """The file with new first texture coordinates for some triangles of a primitive.
+    """The file with new first texture coordinates for some triangles of primitives.
 
     What reads the old ones goes on doing so: they are kept as another set then. Where new ones part, vertices are split
-    with all that they have. Where only some triangles change, these become a primitive of their own.
+    with all that they have. Where only some triangles of a primitive change, these become one of their own.
 
     Args:
-        part: the primitive.
-        faces: (m,) the triangles that change.
+        parts: the primitives, of one file.
+        faces: (m,) the triangles that change, of all primitives one after the other.
         uv: (t, 2) coordinates, v up.
         uv_corners: (c,) coordinate of each of their corners.
-        pictures: PNG or JPEG files for the new coordinates, by the slots of the material (see `gltf_materials.slots`).
+        pictures: PNG or JPEG files for the new coordinates, by material (`Primitive.key`) and slot (see
+            `gltf_materials.slots`).
 
     Returns:
         The bytes of a GLB file, and notes on textures that stay on the old coordinates.
     """
-    draft = Draft(part.document)
+    draft, notes = Draft(parts[0].document), dict[str, None]()
+    first = corner = 0
+    for part in parts:
+        own = faces[first : first + len(part.faces)]
+        corners = uv_corners[corner : corner + 3 * int(own.sum())]
+        first, corner = first + own.size, corner + corners.size
+        if own.any():
+            notes |= dict.fromkeys(_changed(draft, part, own, uv, corners, pictures.get(part.key, {})))
+    return draft.bytes(), list(notes)
+
+
+def _changed(
+    draft: Draft, part: Primitive, faces: Flags, uv: Real, uv_corners: Index, pictures: Mapping[str, bytes]
+) -> list[str]:
+    """Give triangles (m,) of a primitive new coordinates; the notes. Arguments as for `with_coordinates`."""
     primitive = _alone(draft, part, faces)
     attributes, before = primitive["attributes"], dict(part.attributes)
     count = draft.tree["accessors"][attributes["POSITION"]]["count"]
@@ -124,35 +182,57 @@ def with_coordinates(
     if kept is not None:
         attributes[f"TEXCOORD_{kept}"] = attributes.pop("TEXCOORD_0")
     _copied(draft, primitive, split, {"TEXCOORD_0"})
-    first = part.document.floats(before["TEXCOORD_0"]) if "TEXCOORD_0" in before else np.zeros((count, 2))
-    values = split.values(np.column_stack([uv[:, 0], 1 - uv[:, 1]]), first).astype("<f4")
+    old = part.document.floats(before["TEXCOORD_0"]) if "TEXCOORD_0" in before else np.zeros((count, 2))
+    values = split.values(np.column_stack([uv[:, 0], 1 - uv[:, 1]]), old).astype("<f4")
     attributes["TEXCOORD_0"] = draft.accessor(values, COORDINATES, ATTRIBUTE, attributes.get("TEXCOORD_0"))
     if split.copies.size or not faces.all() or primitive.get("mode", TRIANGLES) != TRIANGLES:
         _indexed(draft, primitive, split.number, primitive.get("indices"), split.order.size)
     _rebound(draft, primitive, pictures, kept)
     if "TANGENT" in attributes and "normalTexture" in pictures:
         _with_tangents(draft, primitive, part, split, uv, uv_corners, faces)
-    return draft.bytes(), _notes(staying, kept)
+    return _notes(staying, kept)
 
 
-def plain(points: Real, normals: Real | None, faces: Index, name: str) -> Primitive:
-    """A file with one mesh of triangles (m, 3) over points (n, 3), with normals (n, 3), to be given coordinates."""
-    empty = {"asset": {"version": "2.0", "generator": "iccm"}, "scene": 0, "scenes": [{"nodes": [0]}]}
-    primitive: dict[str, Any] = {"attributes": {}, "mode": TRIANGLES}
-    tree = empty | {
-        "nodes": [{"mesh": 0, "name": name}],
-        "meshes": [{"name": name, "primitives": [primitive]}],
-    }
-    draft = Draft(Gltf(None, tree, []))  # type: ignore[arg-type]
-    attributes = draft.tree["meshes"][0]["primitives"][0]["attributes"]
+def plain(
+    points: Real,
+    normals: Real | None,
+    faces: Index,
+    name: str,
+    uv: Real | None = None,
+    owner: Index | None = None,
+) -> Gltf:
+    """A file with one mesh.
+
+    Args:
+        points: (n, 3) positions.
+        normals: (n, 3) unit normals, or None.
+        faces: (m, 3) vertices of triangles.
+        name: of the mesh and its node.
+        uv: (n, 2) texture coordinates, v up, or None: to be given some.
+        owner: (m,) which primitive each triangle is of, one by default.
+    """
+    tree: dict[str, Any] = {"asset": {"version": "2.0", "generator": "iccm"}, "scene": 0}
+    tree |= {"scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "name": name}]}
+    attributes: dict[str, int] = {}
+    primitives = tree.setdefault("meshes", [{"name": name, "primitives": [{"attributes": attributes}]}])[0]
+    draft = Draft(Gltf(None, {}, []))  # type: ignore[arg-type]
+    draft.tree = tree
     at = points.astype("<f4")
     bounds = {"min": at.min(axis=0).tolist(), "max": at.max(axis=0).tolist()}
-    said = {"componentType": 5126, "type": "VEC3"}
-    attributes["POSITION"] = draft.accessor(at, said | bounds, ATTRIBUTE)
+    attributes["POSITION"] = draft.accessor(at, POINTS | bounds, ATTRIBUTE)
     if normals is not None:
-        attributes["NORMAL"] = draft.accessor(normals.astype("<f4"), said, ATTRIBUTE)
-    _indexed(draft, draft.tree["meshes"][0]["primitives"][0], faces.ravel(), None, len(points))
-    return Primitive(Gltf(None, draft.tree, draft.views), 0, 0)  # type: ignore[arg-type]
+        attributes["NORMAL"] = draft.accessor(normals.astype("<f4"), POINTS, ATTRIBUTE)
+    if uv is not None:
+        flipped = np.column_stack([uv[:, 0], 1 - uv[:, 1]]).astype("<f4")
+        attributes["TEXCOORD_0"] = draft.accessor(flipped, COORDINATES, ATTRIBUTE)
+    owner = np.zeros(len(faces), np.int64) if owner is None else owner
+    made: list[dict[str, Any]] = []
+    for k in range(int(owner.max()) + 1):
+        made.append({"attributes": dict(attributes), "mode": TRIANGLES})
+        primitives["primitives"] = [*made, {"attributes": attributes}]  # so that nothing is taken for unused
+        _indexed(draft, made[-1], faces[owner == k].ravel(), None, len(points))
+    primitives["primitives"] = made
+    return Gltf(None, tree, draft.views)  # type: ignore[arg-type]
 
 
 def _alone(draft: Draft, part: Primitive, faces: Flags) -> dict[str, Any]:

@@ -1,6 +1,8 @@
-"""OBJ material libraries that keep their lines: only `map_Kd` changes, and file names when the library moves."""
+"""OBJ material libraries that keep their lines: only pictures change, and file names when the library moves."""
 
 import os
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +21,8 @@ ARGUMENTS = {
 }
 ARGUMENTS |= {"-boost": 1, "-mm": 2}
 UP_TO_THREE = ("-o", "-s", "-t")
+PLACING = (*UP_TO_THREE, "-clamp")  # options of where a picture lies
+SPELT = {"map_kd": "map_Kd", "map_ke": "map_Ke", "map_pr": "map_Pr", "map_pm": "map_Pm", "map_ks": "map_Ks"}
 MAPS = ("map_", "bump", "disp", "decal", "refl", "norm")
 PLAIN = ["Ka 1 1 1", "Kd 1 1 1", "Ks 0 0 0", "illum 1"]
 
@@ -35,7 +39,7 @@ class Library:
         found: dict[str, list[str]] = {}
         current: list[str] = []
         for line in self.lines:
-            word, rest = _split(line)
+            word, rest = split(line)
             if word == "newmtl":
                 current = found.setdefault(rest, [])
             current.append(line)
@@ -44,14 +48,14 @@ class Library:
     def texture(self, material: str) -> Path | None:
         """The file of a material's `map_Kd`."""
         for line in self.materials().get(material, []):
-            word, rest = _split(line)
+            word, rest = split(line)
             if word.lower() == "map_kd" and file_name(rest):
                 return self.folder / file_name(rest).replace("\\", "/")
         return None
 
     def maps(self, material: str) -> list[str]:
         """The statements of a material that name pictures, `map_Kd` and others."""
-        words = [_split(line)[0] for line in self.materials().get(material, [])]
+        words = [split(line)[0] for line in self.materials().get(material, [])]
         return [word for word in words if word.lower().startswith(MAPS)]
 
 
@@ -75,33 +79,33 @@ def read(folder: Path, names: list[str]) -> tuple[Library, list[str]]:
     return Library(tuple(lines), folder), notes
 
 
-def bound(library: Library, rename: dict[str | None, str], plain: str, texture: Path, out: Path) -> str:
-    """The text of a library for the file `out` in which the renamed materials show the texture.
+Names = Mapping[str | None, Mapping[str, str]]
+"""Names of pictures by material (None: no material) and statement, in lower case."""
+
+
+def bound(library: Library, rename: dict[str | None, str], plain: str, shown: Names, out: Path) -> str:
+    """The text of a library for the file `out` in which the renamed materials show other pictures.
 
     Args:
         library: as read.
         rename: new material name by old; None stands for "no material".
         plain: a material for faces that had none, if that is needed.
-        texture: the picture.
+        shown: the names of the pictures, see `name_of`, by old name.
         out: the library's own path: file names become relative to its folder.
-
-    Raises:
-        InputError: the texture's name cannot stand in a material library.
     """
-    name = name_of(texture, out.parent)
     moved = [_moved(line, library.folder, out.parent) for line in library.lines]
     found = Library(tuple(moved), out.parent).materials()
     text: list[str] = []
     for line in moved:  # what stands before the first material
-        if _split(line)[0] == "newmtl":
+        if split(line)[0] == "newmtl":
             break
         text.append(line)
     for material, lines in found.items():
-        text += _with_map(lines, name) if rename.get(material) == material else lines
+        text += with_maps(lines, shown.get(material, {})) if rename.get(material) == material else lines
     for old, new in rename.items():
         if new != old or old not in found:
             body = found[old][1:] if old in found else PLAIN
-            text += _with_map([f"newmtl {new}", *body], name)
+            text += with_maps([f"newmtl {new}", *body], shown.get(old, {}))
     if plain and plain not in found:
         text += [f"newmtl {plain}", *PLAIN]
     return "\n".join(text) + "\n"
@@ -117,6 +121,12 @@ def name_of(texture: Path, folder: Path) -> str:
     if name != name.strip() or "\n" in name or "\r" in name or name.startswith("-"):
         raise InputError(f"{texture}: a material library cannot name this file; rename it")
     return name
+
+
+def picture_of(mesh: Path, material: str | None, word: str) -> Path:
+    """The file, beside a mesh, of what a statement of a material shows; None: of the only material."""
+    parts = [mesh.stem, *([] if material is None else [re.sub(r"[^\w.-]", "_", material) or "plain"]), word]
+    return mesh.with_name("-".join(parts).replace("map_", "") + ".png")
 
 
 def relative(file: Path, folder: Path) -> str:
@@ -138,7 +148,7 @@ def file_name(rest: str) -> str:
         elif option in UP_TO_THREE:
             k += 1
             for _ in range(3):
-                k += k < len(words) and _is_number(words[k])
+                k += k < len(words) and is_number(words[k])
         elif option == "":
             k += 1
         else:
@@ -146,16 +156,46 @@ def file_name(rest: str) -> str:
     return " ".join(words[k:]).strip()
 
 
-def _with_map(lines: list[str], name: str) -> list[str]:
-    """A material's lines with its map_Kd replaced: options such as scaling belong to the old coordinates."""
-    kept = [line for line in lines if _split(line)[0].lower() != "map_kd"]
-    last = max(k for k, line in enumerate(kept) if line.strip())
-    return [*kept[: last + 1], f"map_Kd {name}", *kept[last + 1 :]]
+def with_maps(lines: list[str], names: Mapping[str, str]) -> list[str]:
+    """A material's lines with other pictures: what places these belongs to the old coordinates, and is left out."""
+    own = {split(line)[0].lower(): line for line in lines}
+    kept = [line for line in lines if split(line)[0].lower() not in names]
+    last = max((k for k, line in enumerate(kept) if line.strip()), default=-1)
+    new = [_naming(own.get(word, SPELT.get(word, word)), name) for word, name in names.items()]
+    return [*kept[: last + 1], *new, *kept[last + 1 :]]
+
+
+def _naming(line: str, name: str) -> str:
+    """A statement, or its keyword, that names another picture; of its options those stay that place nothing."""
+    word, rest = split(line)
+    kept, words, k = [word], rest[: len(rest) - len(file_name(rest))].split(), 0
+    while k < len(words):
+        option = words[k].lower()
+        stop = k + 1 + ARGUMENTS.get(option, 0)
+        while option in UP_TO_THREE and stop < len(words) and is_number(words[stop]):
+            stop += 1
+        kept += [] if option in PLACING else words[k:stop]
+        k = stop
+    return " ".join([*kept, name])
+
+
+def placing(rest: str) -> tuple[tuple[float, float], tuple[float, float]]:
+    """By what a map statement multiplies texture coordinates, and what it adds: its `-s` and `-o`."""
+    found, words, k = {"-s": [1.0, 1.0], "-o": [0.0, 0.0]}, rest.split(), 0
+    while k < len(words) and (words[k].lower() in ARGUMENTS or words[k].lower() in UP_TO_THREE):
+        option, stop = words[k].lower(), k + 1 + ARGUMENTS.get(words[k].lower(), 0)
+        while option in UP_TO_THREE and stop < len(words) and is_number(words[stop]):
+            stop += 1
+        if option in found:
+            given = [float(word) for word in words[k + 1 : min(stop, k + 3)]]
+            found[option][: len(given)] = given
+        k = stop
+    return (found["-s"][0], found["-s"][1]), (found["-o"][0], found["-o"][1])
 
 
 def _moved(line: str, old: Path, new: Path) -> str:
     """A line whose file name is relative to the new folder."""
-    word, rest = _split(line)
+    word, rest = split(line)
     if old.resolve() == new.resolve() or not word.lower().startswith(MAPS):
         return line
     name = file_name(rest)
@@ -165,12 +205,14 @@ def _moved(line: str, old: Path, new: Path) -> str:
     return line[:start] + relative(old / name, new) + line[start + len(name) :]
 
 
-def _split(line: str) -> tuple[str, str]:
+def split(line: str) -> tuple[str, str]:
+    """The keyword of a line, and the rest."""
     word, _, rest = line.strip().replace("\t", " ").partition(" ")
     return word, rest.strip()
 
 
-def _is_number(word: str) -> bool:
+def is_number(word: str) -> bool:
+    """Whether a word is a number."""
     try:
         float(word)
     except ValueError:

@@ -5,7 +5,7 @@ are kept as they are but for what changes; OFF and STL, which hold no coordinate
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
@@ -15,18 +15,29 @@ from numpy.typing import NDArray
 
 from ...arrays import Index, Real, distinct_rows
 from ...errors import InputError
-from ...meshes.mesh import Mesh
+from ...meshes.mesh import Mesh, united
 from .. import files, formats
 from ..spec import Spec
-from . import gltf, gltf_materials, gltf_write, material_library, obj, obj_write, odd_forms, ply, ply_write
+from . import (
+    gltf,
+    gltf_materials,
+    gltf_write,
+    material_library,
+    obj,
+    obj_materials,
+    obj_write,
+    odd_forms,
+    ply,
+    ply_write,
+)
 from .gltf import Primitive
 from .obj import Obj
+from .obj_materials import Pictures
 from .obj_source import ObjSource
 from .ply import Ply
 
 MAX_BYTES = 4 << 30
 VIEW = re.compile(r"(?:piece[ -]?(?P<piece>\d{1,9})|uv(?:[ -]?(?P<chart>\d{1,9}))?)")
-NEW = "iccm"  # a material of ours
 PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"  # how such files begin
 
 
@@ -39,7 +50,7 @@ class MeshFile:
         mesh: its polygons, or those of the part picked.
         faces: (f,) which faces of the whole file that part is.
         obj: the file itself when it is an OBJ.
-        primitive: what of the file it is when that is a GLB or glTF.
+        primitives: what of the file it is when that is a GLB or glTF; `faces` are theirs, one after the other.
         ply: the file itself when it is a PLY.
         picture: the texture inside the file, as the PNG or JPEG file that it is there, when it has one.
         loop: number of the boundary loop picked, 1 being the longest.
@@ -55,7 +66,7 @@ class MeshFile:
     mesh: Mesh
     faces: NDArray[np.bool_]
     obj: Obj | None = None
-    primitive: Primitive | None = None
+    primitives: tuple[Primitive, ...] = ()
     ply: Ply | None = None
     picture: bytes | None = None
     loop: int = 1
@@ -86,6 +97,38 @@ def read(text: str, whole: Obj | None = None) -> MeshFile:
     Raises:
         InputError: the file cannot be read, or has no such part.
     """
+    return _opened(text, whole)[0]
+
+
+def read_all(text: str, whole: Obj | None = None) -> list[MeshFile]:
+    """As `read`; but of a file of several geometries of which none is named each, as parts of one mesh.
+
+    Raises:
+        InputError: as `read`.
+    """
+    found, picked = _opened(text, whole)
+    if found.obj or found.part or found.numbered or len(found.names) < 2:
+        return [found]
+    parts = [picked(name, 1) for name in found.names]
+    mesh = united([part.mesh for part in parts], str(found.path))
+    owner = np.repeat(np.arange(len(parts)), [part.mesh.sizes.size for part in parts])
+    primitives = tuple(primitive for part in parts for primitive in part.primitives)
+    return [
+        replace(
+            found,
+            mesh=mesh.part(owner == k, f"{found.path}#{name}"),
+            faces=owner == k,
+            primitives=primitives,
+            picture=part.picture,
+            part=name,
+            notes=(),
+        )
+        for k, (name, part) in enumerate(zip(found.names, parts))
+    ]
+
+
+def _opened(text: str, whole: Obj | None) -> tuple[MeshFile, Callable[[str | None, int], MeshFile]]:
+    """What `read` finds, and what picks another part of the file."""
     spec = Spec.of(text)
     path, suffix = spec.path, formats.suffix_of(spec.path)
     if not formats.of(path).mesh:
@@ -99,7 +142,8 @@ def read(text: str, whole: Obj | None = None) -> MeshFile:
     found = picked(part, 1 if spec.number is None else spec.number)
     piece, chart = _viewed(view)
     numbered = spec.number is not None or bool(view and view.lastgroup)
-    return replace(found, piece=piece, chart=chart, part=part, numbered=numbered, names=tuple(names))
+    found = replace(found, piece=piece, chart=chart, part=part, numbered=numbered, names=tuple(names))
+    return found, picked
 
 
 def _viewed(view: re.Match | None) -> tuple[int, int]:
@@ -164,7 +208,7 @@ def _of_gltf(path: Path) -> dict[str, MeshFile]:
 def _of_primitive(part: Primitive) -> MeshFile:
     mesh = part.triangles()
     return MeshFile(
-        part.document.path, mesh, np.ones(mesh.sizes.size, bool), primitive=part, picture=part.picture
+        part.document.path, mesh, np.ones(mesh.sizes.size, bool), primitives=(part,), picture=part.picture
     )
 
 
@@ -210,13 +254,7 @@ def _free_off(path: Path) -> MeshFile | None:
 
 def textures_of(file: MeshFile) -> list[Path]:
     """The different picture files that the materials of an OBJ's faces name, in the order of the faces."""
-    if file.obj is None:
-        return []
-    which, uses = file.obj.current("usemtl")
-    library = _library(file.obj)[0]
-    used = dict.fromkeys(which[np.flatnonzero(file.faces)].tolist())
-    found = (library.texture(uses[k].text) for k in used if k >= 0)
-    return list(dict.fromkeys(picture for picture in found if picture is not None))
+    return [] if file.obj is None else obj_materials.textures_of(file.obj, file.faces)
 
 
 def check_output(name: str) -> None:
@@ -256,7 +294,7 @@ def write(
     *,
     name: Path,
     texture: Path | bytes | None = None,
-    pictures: Mapping[str, bytes] | None = None,
+    pictures: Pictures | None = None,
     force: bool = False,
 ) -> tuple[list[str], list[str]]:
     """Write the mesh with new texture coordinates.
@@ -269,7 +307,7 @@ def write(
         out: where to write now, a temporary file beside `name`.
         name: what it will be called.
         texture: the picture to show, or its content; None to leave materials alone.
-        pictures: further ones for the new coordinates, PNG or JPEG files by the slots of a glTF material.
+        pictures: further ones for the new coordinates, PNG or JPEG files by material and slot.
         force: whether what is `written_beside` it may be replaced.
 
     Returns:
@@ -281,29 +319,15 @@ def write(
             made, said = _ply(file, uv, uv_corners, name, texture)
         else:
             held = {} if texture is None else {gltf_materials.BASE: _embeddable(texture)}
-            made, said = _glb(file, uv, uv_corners, triangles, held | dict(pictures or {}))
+            keys = {part.key for part in file.primitives} or {""}
+            every = {key: held | dict((pictures or {}).get(key, {})) for key in keys}
+            made, said = _glb(file, uv, uv_corners, triangles, every)
         out.write_bytes(made)
         return [], [f"{name}: {remark}" for remark in said]
     whole = file.obj or obj.parse(_as_obj(file.mesh), name)
     faces = file.faces if file.obj else np.ones(len(whole.face_at), bool)
-    if texture is None:
-        out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners))
-        return [], _staying(whole, faces, name, ())
-    library, *beside = (Path(other) for other in written_beside(name, texture))
-    materials, notes = _library(whole)
-    rename, plain = _renamed(whole, faces)
-    binding = obj_write.Binding(library.name, rename, plain)
-    out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners, binding))
-    shown = texture if isinstance(texture, Path) else beside[0]
-    text = material_library.bound(materials, rename, plain, shown, library)
-    content = [
-        text.encode("utf-8", "surrogateescape"),
-        *([_embeddable(texture)] if isinstance(texture, bytes) else []),
-    ]
-    for path, data in zip((library, *beside), content):
-        with files.replacing(path, force=force) as temporary:
-            temporary.write_bytes(data)
-    return [str(library), *map(str, beside)], [*notes, *_staying(whole, faces, name, ("map_kd",))]
+    shown = _embeddable(texture) if isinstance(texture, bytes) else texture
+    return obj_materials.write(whole, faces, uv, uv_corners, out, name, shown, pictures or {}, force=force)
 
 
 def as_written(uv: Real, name: str | Path) -> Real:
@@ -317,59 +341,6 @@ def as_written(uv: Real, name: str | Path) -> Real:
     )
 
 
-def written_beside(name: Path, texture: Path | bytes | None) -> list[str]:
-    """The files that `write` puts beside an output: an OBJ's material library, and a picture that is no file yet."""
-    if texture is None or name.suffix.lower() != ".obj":
-        return []
-    library = str(name.with_suffix(".mtl"))
-    if isinstance(texture, Path):
-        return [library]
-    suffix = ".jpg" if texture.startswith(JPEG) else ".png"
-    return [library, str(name.with_name(f"{name.stem}-texture{suffix}"))]
-
-
-def _staying(whole: Obj, faces: NDArray[np.bool_], name: Path, but: tuple[str, ...]) -> list[str]:
-    """A note on the pictures of materials that are shown by new coordinates, but were made for the old ones."""
-    which, uses = whole.current("usemtl")
-    library = _library(whole)[0]
-    used = [uses[k].text for k in np.unique(which[faces]) if k >= 0]
-    maps = dict.fromkeys(
-        word for material in used for word in library.maps(material) if word.lower() not in but
-    )
-    said = ", ".join(maps)
-    return (
-        [f"{name}: {said} of its materials are for the old coordinates; iccm relayout carries them"]
-        if said
-        else []
-    )
-
-
-def _library(whole: Obj) -> tuple[material_library.Library, list[str]]:
-    return material_library.read(
-        whole.path.parent, [s.text for s in whole.statements if s.keyword == "mtllib"]
-    )
-
-
-def _renamed(whole: Obj, faces: NDArray[np.bool_]) -> tuple[dict[str | None, str], str]:
-    """New material names of the faces that change: their own where no other face uses it. And one for faces without."""
-    which, uses = whole.current("usemtl")
-    names: list[str | None] = [s.text for s in uses] + [None]
-    inside = {names[k] for k in np.unique(which[faces])}
-    outside = {names[k] for k in np.unique(which[~faces])}
-    taken = {n for n in names if n}
-
-    def fresh(name: str) -> str:
-        while name in taken:
-            name += "_"
-        taken.add(name)
-        return name
-
-    rename = {
-        m: fresh(NEW if m is None else f"{m}_{NEW}") if m is None or m in outside else m for m in inside
-    }
-    return rename, fresh(f"{NEW}_plain") if None in outside else ""
-
-
 def _as_obj(mesh: Mesh) -> bytes:
     """An OBJ file of a mesh from another format."""
     points = ("v %.10g %.10g %.10g\n" * len(mesh.points)) % tuple(mesh.points.ravel().tolist())
@@ -379,10 +350,10 @@ def _as_obj(mesh: Mesh) -> bytes:
 
 
 def _glb(
-    file: MeshFile, uv: Real, uv_corners: Index, triangles: Index, pictures: Mapping[str, bytes]
+    file: MeshFile, uv: Real, uv_corners: Index, triangles: Index, pictures: Pictures
 ) -> tuple[bytes, list[str]]:
-    if file.primitive is not None:
-        return gltf_write.with_coordinates(file.primitive, file.faces, uv, uv_corners, pictures)
+    if file.primitives:
+        return gltf_write.with_coordinates(file.primitives, file.faces, uv, uv_corners, pictures)
     mesh = file.mesh
     keys = [mesh.corners[triangles].ravel()]
     if mesh.normals is not None and mesh.normal_corners is not None:
@@ -391,9 +362,10 @@ def _glb(
     first, faces = distinct_rows(rows)
     rows = rows[first]
     normals = None if len(keys) == 1 or mesh.normals is None else mesh.normals[rows[:, 1]]
-    part = gltf_write.plain(mesh.points[rows[:, 0]], normals, faces.reshape(-1, 3), file.path.stem)
+    whole = gltf_write.plain(mesh.points[rows[:, 0]], normals, faces.reshape(-1, 3), file.path.stem)
+    part = Primitive(whole, 0, 0)
     every = np.ones(len(triangles), bool)
-    return gltf_write.with_coordinates(part, every, uv, uv_corners[triangles].ravel(), pictures)
+    return gltf_write.with_coordinates([part], every, uv, uv_corners[triangles].ravel(), pictures)
 
 
 def _ply(

@@ -5,7 +5,7 @@ stay. New texture coordinates change the `vt` lines and the texture indices of `
 `usemtl`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -45,11 +45,13 @@ class Obj:
         data: its bytes.
         v: (n, 3) positions.
         vt: (t, 2) texture coordinates.
+        vn: (k, 3) normals, of any length.
         vt_at: (t,) first byte of each `vt` line.
         face_at: (f,) first byte of each `f` line.
         starts: (f + 1,) first corner of each face.
         corner_at: (c,) first byte of each corner.
         corners: (c, 2) vertex and texture coordinate of each corner.
+        normals: (c,) normal of each corner.
         relative: (c,) whether the texture index is written as a negative number.
         statements: `o`, `g`, `usemtl` and `mtllib` lines in file order.
     """
@@ -58,11 +60,13 @@ class Obj:
     data: bytes
     v: Real
     vt: Real
+    vn: Real
     vt_at: Index
     face_at: Index
     starts: Index
     corner_at: Index
     corners: Index
+    normals: Index
     relative: NDArray[np.bool_]
     statements: tuple[Statement, ...]
 
@@ -81,7 +85,24 @@ class Obj:
         has_uv = bool(len(self.vt)) and bool((self.corners[:, 1] >= 0).any())
         uv, uv_corners = (self.vt, self.corners[:, 1]) if has_uv else (None, None)
         whole = Mesh(str(self.path), self.v, self.corners[:, 0], self.starts, uv, uv_corners, 1, lines)
-        return whole if part is None else whole.part(self.faces_of(part), f"{self.path}#{part}")
+        whole = replace(whole, normals=self._unit_normals, normal_corners=self.normals)
+        found = whole if part is None else whole.part(self.faces_of(part), f"{self.path}#{part}")
+        stated = self._has_normals(found.normal_corners)
+        return found if stated else replace(found, normals=None, normal_corners=None)
+
+    @cached_property
+    def _unit_normals(self) -> Real:
+        """(k, 3) normals of length 1; NaN where there is no direction."""
+        size = np.linalg.norm(self.vn, axis=1, keepdims=True)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return self.vn / size
+
+    def _has_normals(self, corners: Index | None) -> bool:
+        """Whether all corners (c,) have a normal that is a direction."""
+        if corners is None or not len(self.vn):
+            return False
+        inside = (corners >= 0) & (corners < len(self.vn))
+        return bool(inside.all() and np.isfinite(self._unit_normals[corners]).all())
 
     def faces_of(self, part: str) -> NDArray[np.bool_]:
         """(f,) whether each face belongs to the object, group or material called `part`.
@@ -167,22 +188,34 @@ def parse(data: bytes, path: Path) -> Obj:
 
     raw = np.frombuffer(data, np.uint8)
     lines, c = obj_scan.count(raw)
-    v, vt = np.zeros((lines[obj_scan.VERTEX], 3)), np.zeros((lines[obj_scan.TEXTURE], 2))
-    vt_at, face_at, starts, corner_at, statement_at = (
+    v, vt, vn = (
+        np.zeros((lines[kind], width))
+        for kind, width in ((obj_scan.VERTEX, 3), (obj_scan.TEXTURE, 2), (obj_scan.NORMAL, 3))
+    )
+    vt_at, face_at, starts, corner_at, normals, statement_at = (
         np.zeros(k, np.int64)
-        for k in (len(vt), lines[obj_scan.FACE], lines[obj_scan.FACE] + 1, c, lines[obj_scan.STATEMENT])
+        for k in (len(vt), lines[obj_scan.FACE], lines[obj_scan.FACE] + 1, c, c, lines[obj_scan.STATEMENT])
     )
     corners, relative = np.zeros((c, 2), np.int64), np.zeros(c, bool)
-    slow = [np.zeros((a.size, 2), np.int64) for a in (v, vt)]
+    slow = [np.zeros((a.size, 2), np.int64) for a in (v, vt, vn)]
     code, at, *found = obj_scan.fill(
-        raw, v, vt, vt_at, face_at, starts, corner_at, corners, relative, statement_at, *slow
+        raw, v, vt, vn, vt_at, face_at, starts, corner_at, corners, normals, relative, statement_at, *slow
     )
     if code:
         raise InputError(f"{path}: {_place(data, at)}: {WRONG[code]}")
     for values, listed, k in zip((v, vt), slow, found):
         _convert(data, path, values, listed[:k])
+    _convert_normals(data, path, vn, slow[2][: found[2]])
     said = tuple(_statement(data, int(k)) for k in statement_at)
-    return Obj(path, data, v, vt, vt_at, face_at, starts, corner_at, corners, relative, said)
+    return Obj(path, data, v, vt, vn, vt_at, face_at, starts, corner_at, corners, normals, relative, said)
+
+
+def _convert_normals(data: bytes, path: Path, vn: Real, listed: Index) -> None:
+    """Convert their numbers; where one is none, no normal is known: they are not needed."""
+    try:
+        _convert(data, path, vn, listed)
+    except InputError:
+        vn[:] = 0
 
 
 def _convert(data: bytes, path: Path, values: Real, listed: Index) -> None:

@@ -195,14 +195,30 @@ def _slash(data, k, end):
 
 
 @kept()
-def fill(data, v, vt, vt_at, face_at, starts, corner_at, corners, relative, statement_at, slow_v, slow_vt):
+def fill(
+    data,
+    v,
+    vt,
+    vn,
+    vt_at,
+    face_at,
+    starts,
+    corner_at,
+    corners,
+    normals,
+    relative,
+    statement_at,
+    slow_v,
+    slow_vt,
+    slow_vn,
+):
     """Fill the arrays of one OBJ file (see `obj.Obj`).
 
     Returns:
-        (code, byte, slow numbers of v, of vt): code 0, or what is wrong with the line at that byte.
+        (code, byte, slow numbers of v, of vt, of vn): code 0, or what is wrong with the line at that byte.
     """
     n = np.zeros(6, np.int64)
-    c, found_v, found_vt, k = 0, 0, 0, 0
+    c, found_v, found_vt, found_vn, k = 0, 0, 0, 0, 0
     starts[0] = 0
     while k < data.size:
         line = k
@@ -213,12 +229,14 @@ def fill(data, v, vt, vt_at, face_at, starts, corner_at, corners, relative, stat
         if kind == VERTEX:
             enough, found_v = _numbers(data, _skip_blanks(data, end), v[i], 3, slow_v, 3 * i, found_v)
             if not enough:
-                return FEW_NUMBERS, line, 0, 0
+                return FEW_NUMBERS, line, 0, 0, 0
         elif kind == TEXTURE:
             vt_at[i] = line
             enough, found_vt = _numbers(data, _skip_blanks(data, end), vt[i], 1, slow_vt, 2 * i, found_vt)
             if not enough:
-                return FEW_NUMBERS, line, 0, 0
+                return FEW_NUMBERS, line, 0, 0, 0
+        elif kind == NORMAL:  # too few numbers: those that are missing stay 0
+            _, found_vn = _numbers(data, _skip_blanks(data, end), vn[i], 3, slow_vn, 3 * i, found_vn)
         elif kind == STATEMENT:
             statement_at[i] = line
         elif kind == FACE:
@@ -230,18 +248,21 @@ def fill(data, v, vt, vt_at, face_at, starts, corner_at, corners, relative, stat
                 two = _slash(data, min(one + 1, end), end)
                 corners[c, 0], good = _resolve(data, k, one, n[VERTEX])
                 corners[c, 1], fine = _resolve(data, min(one + 1, end), two, n[TEXTURE])
+                normals[c], known = _resolve(data, min(two + 1, end), end, n[NORMAL])
+                if not known:
+                    normals[c] = ABSENT
                 if not (good and fine) or one == k:
-                    return BAD_INDEX, line, 0, 0
+                    return BAD_INDEX, line, 0, 0, 0
                 relative[c] = one + 1 < end and data[one + 1] == MINUS
                 corner_at[c] = k
                 c += 1
                 k = _skip_blanks(data, max(end, k + 1))
             starts[i + 1] = c
             if c - starts[i] < 3:
-                return FEW_CORNERS, line, 0, 0
+                return FEW_CORNERS, line, 0, 0, 0
         n[kind] += 1
         k = _next_line(data, k)
-    return 0, 0, found_v, found_vt
+    return 0, 0, found_v, found_vt, found_vn
 
 
 @kept()

@@ -40,8 +40,7 @@ def retextured(
     """
     corner_changes = np.repeat(faces, np.diff(obj.starts))
     keep_old = bool((obj.corners[~corner_changes, 1] >= 0).any())
-    head = obj.data[:4096]
-    newline = b"\r\n" if b"\r\n" in head else b"\r" if b"\r" in head and b"\n" not in obj.data else b"\n"
+    newline = _newline(obj)
     at = _line_of_first_change(obj, faces, keep_old)
     edits: list[Edit] = [] if keep_old else _runs_of_lines(obj)
     edits.append((at, at, vt_text(uv, newline.decode()).encode()))
@@ -49,6 +48,17 @@ def retextured(
     if binding is not None:
         edits += _binding_edits(obj, faces, binding, newline)
     return _apply(obj, edits, changed, index)
+
+
+def rebound(obj: Obj, faces: NDArray[np.bool_], binding: Binding) -> bytes:
+    """The file's bytes with other materials for some faces; arguments as for `retextured`."""
+    nothing = np.zeros(0, np.int64)
+    return _apply(obj, _binding_edits(obj, faces, binding, _newline(obj)), nothing, nothing)
+
+
+def _newline(obj: Obj) -> bytes:
+    head = obj.data[:4096]
+    return b"\r\n" if b"\r\n" in head else b"\r" if b"\r" in head and b"\n" not in obj.data else b"\n"
 
 
 def _line_of_first_change(obj: Obj, faces: NDArray[np.bool_], keep_old: bool) -> int:

@@ -19,6 +19,7 @@ from .. import formats
 from ..files import as_text, open_input
 from ..silence import silenced
 from .image import Image, error_of, prepared, transfer_of
+from .png import SIGNATURE, PngOutput
 
 __all__ = ["MAX_PIXELS", "Image", "check", "read", "transfer_of", "write", "write_bands"]
 
@@ -26,9 +27,7 @@ MAX_PIXELS = 1 << 29
 KEPT = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
 WIDE = {"uint", "int", "uint64", "int64"}  # integers that floats cannot hold
 STRAIGHT = {"bmp", "dds", "jpeg2000", "jpegxl"}
-PNG = b"\x89PNG\r\n\x1a\n"
-# PNG about as small as by default, in a third of the time; filters are numbered by libpng, this one is "up".
-ENCODERS = {"png:compressionLevel": 4, "png:filter": 32, "jpeg:subsampling": "4:4:4"}
+ENCODERS = {"jpeg:subsampling": "4:4:4"}
 # What describes the old file's storage rather than the picture.
 FORGOTTEN: tuple[str, ...] = (
     "oiio:",
@@ -63,7 +62,7 @@ def read(
         InputError: the file is missing, not a flat picture, damaged, or too large; the colour space is unknown.
     """
     with open_input(path).open("rb") as content:
-        if content.read(len(PNG)) == PNG:
+        if content.read(len(SIGNATURE)) == SIGNATURE:
             _check_png(path, content)
     with silenced():
         return _read(path, max_pixels, colorspace, room or Memory())
@@ -221,6 +220,8 @@ def _opened(path: str | Path) -> Iterator[Any]:
     if file is None:
         oiio.geterror()
         raise _unknown(path)
+    if file.format_name() == "png":
+        file = PngOutput(file)
     try:
         yield file
     finally:

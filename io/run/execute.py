@@ -19,7 +19,7 @@ from ..spec import Spec
 from . import outputs, parts, report
 from .constraints import calling, constrained, holed, solved
 from .inputs import Inputs
-from .job import WRITTEN, Job
+from .job import STEM, WRITTEN, Job, shared
 from .outputs.output import Output
 from .phases import Phases
 from .state import Run, Tell
@@ -81,7 +81,8 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
     state.begin("found")
     with ExitStack() as stack:
         for output in wanted:
-            output.write(state, stack.enter_context(files.writing(output.name, force=job.force)))
+            path = stack.enter_context(files.writing(output.name, force=job.force))
+            output.write(state.showing(output.map), path)
         progress.tell("evaluate")
         figures = report.build(state)
         if job.report:
@@ -99,7 +100,10 @@ def with_outputs(job: Job, inputs: Inputs | None = None) -> Job:
     specs = [Spec.of(spec) for spec in (job.source, job.target) if spec]
     names = [spec.path.stem + (f"#{spec.chosen}" if spec.chosen else "") for spec in specs]
     name = "-".join(names if job.target else [*names, "deformed"]).replace("#", "-")
-    return job.model_copy(update={"output": (name + outputs.suffix_for(job, inputs or Inputs(job)),)})
+    textures, suffix = [path for path, _ in job.maps], outputs.suffix_for(job, inputs or Inputs(job))
+    if len(textures) > 1:
+        name, suffix = f"{name}-{STEM}", ".png"
+    return job.model_copy(update={"output": shared([name + suffix], textures)})
 
 
 def check(job: Job, inputs: Inputs | None = None) -> list[Output]:

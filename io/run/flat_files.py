@@ -7,9 +7,9 @@ import numpy as np
 from ...arrays import Index, Real, xy_of
 from ...errors import InputError
 from .. import formats
+from ..materials import carried_maps
 from ..meshes import mesh_files
 from ..shapes.mesh_shape import MeshShape
-from . import carried_maps
 
 PER_LINE = 8
 
@@ -70,15 +70,19 @@ def unit_uvs(shape: MeshShape) -> Real:
     return xy_of(at)
 
 
-def write_uvs(shape: MeshShape, out: Path, name: Path, carry_maps: bool = False) -> list[str]:
-    """Write the mesh with its flattening as texture coordinates; notes on what else shows them.
+def write_uvs(
+    shape: MeshShape, out: Path, name: Path, carry_maps: bool = False, force: bool = False
+) -> tuple[list[str], list[str]]:
+    """Write the mesh with its flattening as texture coordinates; what is written beside it, and notes.
 
     Raises:
         InputError: the format holds none.
     """
     uv, (corners, triangles) = unit_uvs(shape), shape.corners
     pictures = carried_maps.carried(shape.file, uv, corners) if carry_maps else None
-    return mesh_files.write(shape.file, uv, corners, triangles, out, name=name, pictures=pictures)[1]
+    return mesh_files.write(
+        shape.file, uv, corners, triangles, out, name=name, pictures=pictures, force=force
+    )
 
 
 def _path(z) -> str:

@@ -11,12 +11,13 @@ from ...flattening import METHODS
 from ...meshes import layout
 from ...meshes.flatten import overlap
 from .. import files, formats
+from ..materials import carried_maps
 from ..meshes import mesh_files
 from ..shapes import mesh_shape, onto_outline
 from ..shapes import shape as planar
 from ..shapes.mesh_shape import MeshShape
 from ..spec import Spec
-from . import carried_maps, flat_files, report
+from . import flat_files, report
 
 SCHEMA = "iccm.flatten/1"
 
@@ -137,12 +138,15 @@ def write_all(
     shape = laid.shape
     if carry_maps:
         carried_maps.check(shape.file, uv or "--uv")
+        for name in carried_maps.beside(shape.file, uv or "", shown=False):
+            files.check_output(name, force=force)
     found = figures(laid, uv)
     for name in output:
         flat_files.write(shape, stack.enter_context(files.replacing(name, force=force)))
     if uv:
         path = stack.enter_context(files.replacing(uv, force=force))
-        found["notes"] += flat_files.write_uvs(shape, path, Path(uv), carry_maps)
+        beside, notes = flat_files.write_uvs(shape, path, Path(uv), carry_maps, force)
+        found |= {"notes": found["notes"] + notes} | ({"also_written": beside} if beside else {})
     if plot:
         from .figures import surfaces
 

@@ -62,6 +62,11 @@ class Inputs:
         return constraints.read(self.job.constraints) if self.job.constraints else None
 
     def _seam(self, target: bool) -> list[Place]:
+        """The pins of the source or the target through which closed meshes on both sides are cut, in their order."""
+        return [pair[target] for pair in self._seams]
+
+    @cached_property
+    def _seams(self) -> list[tuple[Place, Place]]:
         """The pins through which closed meshes on both sides are cut; none unless there are two, all on the meshes."""
         job = self.job
         if not (job.cut and job.target and self.is_mesh(job.source) and self.is_mesh(job.target)):
@@ -69,7 +74,12 @@ class Inputs:
         more = [(pin.source, pin.target) for pin in self.listed.all_pins] if self.listed else []
         pins = [*job.pin, *more]
         flat = any(vertex_of(place) is None and len(place) == 2 for pair in pins for place in pair)
-        return [] if flat or len(pins) < 2 else [pair[target] for pair in pins]
+        if flat or len(pins) < 2 or job.plane == "uv":
+            return []
+        from ..shapes.seam_order import seam_order
+
+        wholes = self._whole(job.source), self._whole(job.target)
+        return [pins[k] for k in seam_order((job.source, job.target), wholes, pins)]
 
     def is_layout(self, text: str) -> bool:
         """Whether a spec names a mesh in the plane of its texture coordinates, as far as its form says so.
@@ -91,7 +101,10 @@ class Inputs:
             return shape.read(text, max_segments=self.job.max_segments)
         from ..shapes import mesh_shape
 
-        return mesh_shape.read(text, whole=self._whole(text), pins=self._seam(target), **self._lying(target))
+        pins = self._seam(target)
+        return mesh_shape.read(
+            text, whole=self._whole(text), pins=pins, split=not target, **self._lying(target)
+        )
 
     def shapes(self, text: str, most: int, *, target: bool = False) -> tuple[Sequence[Shape], list[str]]:
         """All shapes of a file for --parts all, the `most` largest first, and what is to be said of the others.

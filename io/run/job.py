@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from ...errors import InputError
-from .. import places
+from .. import formats, places
 from ..spec import path_of
 from .options import SOLVER, JobOptions
 
 WRITTEN = ("report", "plot", "stmap")
 """Fields that name a file to write, beside `output`."""
+STEM = "{stem}"
+"""In the name of a picture: that of the texture it is made of."""
 
 
 class _Shapes(BaseModel):
@@ -34,6 +38,29 @@ class Job(JobOptions, _Shapes):
             raise ValueError("only one output can be `-`: stdout is one stream")
         return self
 
+    @model_validator(mode="after")
+    def _a_picture_each(self) -> Job:
+        """Every texture gets a picture; the first of them is `texture`."""
+        if self.maps and not self.texture:
+            path, kind = self.maps[0]
+            name = kind.replace("-", "_")
+            self._set(texture=path, kind=kind, **{name: getattr(self, name)[1:]})
+        if self.maps and (self.output or any(getattr(self, field) for field in WRITTEN)):
+            self._set(output=shared(self.output, [path for path, _ in self.maps]))
+        return self
+
+    def _set(self, **values: Any) -> None:
+        """Change fields while it is made; it is frozen for everyone else."""
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def maps(self) -> list[tuple[str, str]]:
+        """The textures, with what their channels are."""
+        found = [(self.texture, self.kind)] if self.texture else []
+        further = {"normal": self.normal, "normal-down": self.normal_down, "data": self.data}
+        return found + [(path, kind) for kind, paths in further.items() for path in paths]
+
     @property
     def solver(self) -> dict[str, Any]:
         """What of it goes to `iccm.fit` and `iccm.deform`."""
@@ -48,8 +75,32 @@ class Job(JobOptions, _Shapes):
     @property
     def inputs(self) -> tuple[str, ...]:
         """Every file that the job reads, as a path without its `#id`; stdin is not a file."""
-        specs = [path_of(self.source), path_of(self.target or ""), self.texture, self.constraints]
+        textures = [path for path, _ in self.maps]
+        specs = [path_of(self.source), path_of(self.target or ""), *textures, self.constraints]
         return tuple(dict.fromkeys(name for name in specs if name and name != "-"))
+
+
+def is_picture(name: str) -> bool:
+    """Whether an output shows a texture: by its suffix, or as it goes to stdout."""
+    return name == "-" or formats.of(name).picture is not None
+
+
+def shared(outputs: Sequence[str], textures: Sequence[str]) -> tuple[str, ...]:
+    """Outputs with a picture for each texture, in their order, where one name with `{stem}` stands for all.
+
+    Raises:
+        ValueError: pictures too many or too few, or none for several textures.
+    """
+    pictures = [name for name in outputs if is_picture(name)]
+    if len(pictures) == 1 and STEM in pictures[0]:
+        named = [pictures[0].replace(STEM, Path(path).stem) for path in textures]
+        return tuple(each for name in outputs for each in (named if name is pictures[0] else [name]))
+    if len(textures) > 1 and len(pictures) != len(textures):
+        raise ValueError(
+            f"{len(textures)} textures and {len(pictures)} pictures: "
+            f"name one -o for each texture, or one with {STEM} in it"
+        )
+    return tuple(outputs)
 
 
 def make(values: dict[str, Any]) -> Job:

@@ -153,6 +153,14 @@ class JobOptions:
     texture: str | None = _option(
         "Picture to carry along.  [default: a numbered checkerboard]", "IMAGE", commands=EDITED
     )
+    normal: tuple[str, ...] = _option(
+        "A tangent-space normal map, y up, through the same map, as the next two: each gets an -o, or {stem} in one "
+        "stands for its name. May be repeated.", "IMAGE", default=(), parse=many,
+    )  # fmt: skip
+    normal_down: tuple[str, ...] = _option("One with y down (DirectX).", "IMAGE", default=(), parse=many)
+    data: tuple[str, ...] = _option(
+        "A picture of numbers: roughness, height, masks.", "IMAGE", default=(), parse=many
+    )
     output: tuple[str, ...] = _option(
         "What to write, by suffix: a picture (.png .jpg .tif .exr .webp .hdr), a mesh (.obj), artwork (.svg); "
         "- for a PNG on stdout. May be repeated.  [default, when nothing else is written: SOURCE-TARGET.png or "
@@ -266,7 +274,7 @@ class JobOptions:
         commands=(*EVERY, "edit", "relayout"),
     )
     kind: Literal["colour", "normal", "normal-down", "data"] = _option(
-        "What the texture's channels are; normals (y up or down) turn with the map.",
+        "What the --texture's channels are; normals (y up or down) turn with the map.",
         default="colour",
         commands=EVERY,
     )
@@ -294,7 +302,7 @@ class JobOptions:
         "Fill the texture layout that the target mesh has, not a new one.", default=False, commands=("map",)
     )
     carry_maps: bool = _option(
-        "Carry the other maps of a glTF material (normals, roughness, …) to the new coordinates, too.",
+        "Carry the other maps of a mesh's materials (normals, roughness, …) to the new coordinates, too.",
         default=False, commands=("map",),
     )  # fmt: skip
     cut: bool = _option(

@@ -1,6 +1,6 @@
 """What `iccm relayout` reads, writes and tells."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,21 +12,25 @@ from ... import __version__
 from ...arrays import Box
 from ...errors import InputError
 from ...meshes.charted import Charted
-from ...meshes.relayout import Origin, carry
+from ...meshes.relayout import Origin, carry, partners
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
-from .. import files
+from .. import files, formats
+from ..materials import relaid, written
+from ..materials.carried import How
 from ..meshes import mesh_files
+from ..meshes.mesh_files import MeshFile
 from ..pictures import image_files, tiles
 from ..pictures.image import Image
 from ..spec import Spec
 from . import report
 from .inputs import tiled
+from .job import shared
 from .raster_size import bounded
 
 SCHEMA = "iccm.relayout/1"
 TEXELS = ("overlapping_texels", "covered_texels")  # of a layout, counted in each tile
-STEM = "{stem}"  # in an output's name: that of the texture
+_Read = list[MeshFile]  # all geometries of a file
 
 
 @dataclass(frozen=True)
@@ -44,36 +48,127 @@ class CarriedPicture:
     output: str
 
 
-def pictures(given: dict[str, Sequence[str]], outputs: Sequence[str], meshes: Sequence[str], force: bool):
-    """The textures of each kind with their outputs: one for each, in order, or one name with `{stem}`.
+@dataclass(frozen=True)
+class Wanted:
+    """What is to be made.
+
+    Attributes:
+        given: textures that the user names, by kind.
+        pictures: those to write as pictures, and where.
+        mesh: the mesh to write with all that the old one's materials show, and the textures given; None: none.
+    """
+
+    given: dict[str, Sequence[str]]
+    pictures: list[CarriedPicture]
+    mesh: str | None
+
+
+def wanted(
+    given: dict[str, Sequence[str]], outputs: Sequence[str], meshes: Sequence[str], force: bool
+) -> Wanted:
+    """What outputs ask for: a mesh; and pictures, one for each texture in order, or one name with `{stem}` in it.
 
     Raises:
-        InputError: none given, an output too many or too few, named twice, or an input.
+        InputError: no texture for a picture, an output too many or too few, named twice, or an input.
     """
-    all_of = [(path, kind) for kind, paths in given.items() for path in paths]
-    if not all_of:
-        raise InputError("no texture: name one with --texture, --normal or --data")
-    if len(outputs) == 1 and STEM in outputs[0]:
-        names = [outputs[0].replace(STEM, Path(path).stem) for path, _ in all_of]
-    elif len(outputs) == len(all_of):
-        names = list(outputs)
-    else:
-        raise InputError(
-            f"{len(all_of)} textures and {len(outputs)} outputs: name one -o for each texture, or one with {STEM} in it"
-        )
-    taken = {Spec.of(mesh).path.resolve() for mesh in meshes} | {Path(path).resolve() for path, _ in all_of}
-    for name in names:
+    whole = [name for name in outputs if formats.of(name).mesh]
+    if len(whole) > 1:
+        raise InputError(f"{whole[1]}: one mesh is written at a time; name one")
+    rest = [name for name in outputs if name not in whole]
+    found = Wanted(given, _pictures(given, rest) if rest else [], whole[0] if whole else None)
+    taken = {Spec.of(mesh).path.resolve() for mesh in meshes}
+    taken |= {Path(path).resolve() for paths in given.values() for path in paths}
+    for name in [*whole, *(each.output for each in found.pictures)]:
         real = files.check_output(name, force=force)
         if real in taken:
             raise InputError(f"{name}: is an input, or named for two outputs; name another file")
         taken.add(real)
+    return found
+
+
+def _pictures(given: dict[str, Sequence[str]], outputs: Sequence[str]) -> list[CarriedPicture]:
+    all_of = [(path, kind) for kind, paths in given.items() for path in paths]
+    if not all_of:
+        cure = "name one with --texture, --normal or --data, or a .glb or .obj for all that materials show"
+        raise InputError(f"{outputs[0]}: no texture; {cure}")
+    try:
+        names = shared(outputs, [path for path, _ in all_of])
+    except ValueError as error:
+        raise InputError(str(error)) from None
     return [CarriedPicture(path, kind, name) for (path, kind), name in zip(all_of, names)]
+
+
+class _Mesh:
+    """The new mesh with the old one's materials, about to be written; all of it is checked when it is made."""
+
+    def __init__(self, wanted: Wanted, before: _Read, after: _Read, how: How, force: bool) -> None:
+        assert wanted.mesh is not None
+        look = relaid.look_of(before)
+        look = look.instead(relaid.given(wanted.given, look.dialect))
+        self.name, self.force = wanted.mesh, force
+        self.relaid = relaid.Relaid(look, after, Path(wanted.mesh), how)
+        self.relaid.check()
+        for path in written.beside(self.relaid):
+            files.check_output(path, force=force)
+
+    @property
+    def notes(self) -> list[str]:
+        """On both files, and on what has no place."""
+        return self.relaid.notes
+
+    def write(self, stack: ExitStack) -> tuple[list[str], list[Origin]]:
+        """The names of what is written, and where its texels came from."""
+        path = stack.enter_context(files.writing(self.name, force=self.force))
+        others = written.write(self.relaid, path, force=self.force)
+        return [self.name, *others], self.relaid.origins
+
+
+class _Pictures:
+    """Pictures for the new layout, about to be written; all of it is checked when it is made."""
+
+    def __init__(
+        self, wanted: Sequence[CarriedPicture], before: _Read, after: _Read, how: How, force: bool
+    ) -> None:
+        self.before, self.after = relaid.sheet_of(before), relaid.sheet_of(after)
+        self.wanted, self.how, self.force = wanted, how, force
+        self.read = [_read(each.path, self.before, how.max_pixels) for each in wanted]
+        self.size = how.size(_largest(self.read))
+        width, height = self.size
+        for each, (image, _) in zip(wanted, self.read):
+            check_kind(each.kind, image.pixels.shape[2], each.path)
+            image_files.check(each.output, image, height, width)
+        self.files = [_outputs(each.output, self.after, force) for each in wanted]
+
+    @property
+    def notes(self) -> list[str]:
+        """On the textures."""
+        return [
+            _named(each.path, note)
+            for each, (image, _) in zip(self.wanted, self.read)
+            for note in image.notes
+        ]
+
+    def write(self, stack: ExitStack) -> tuple[list[str], list[Origin]]:
+        """The names of what is written, and where its texels came from."""
+        needed = dict.fromkeys(tile for names in self.files for tile in names)
+        pairs, how = partners(self.before, self.after), self.how
+        origins = {tile: Origin.of(self.before, self.after, *self.size, tile, pairs) for tile in needed}
+        for each, (image, box), names in zip(self.wanted, self.read, self.files):
+            sampler = Sampler(
+                image.texture((0j, 1 + 1j), each.kind), how.filter, each.kind, threads=how.threads
+            )
+            for tile, name in names.items():
+                options: dict[str, Any] = {"tiles": box, "padding": how.padding, "threads": how.threads}
+                made = carry(origins[tile], sampler, how.limit, **options)
+                path = stack.enter_context(files.writing(name, force=self.force))
+                image_files.write(path, image.with_pixels(made, image.alpha))
+        return [name for names in self.files for name in names.values()], list(origins.values())
 
 
 def run(
     old: str,
     new: str,
-    wanted: Sequence[CarriedPicture],
+    wanted: Wanted,
     *,
     size: tuple[int, ...] | None,
     filter: str,
@@ -89,7 +184,7 @@ def run(
     Args:
         old: the mesh with the layout that the textures have.
         new: the mesh with the layout to make them for.
-        wanted: the textures.
+        wanted: what to make.
         size: of the new pictures, or their longer side; by default that of the largest texture.
         filter: how textures are sampled.
         limit: the largest distance between the surfaces, of the new mesh's diagonal.
@@ -104,35 +199,48 @@ def run(
     """
     from ...blas import one_thread
 
-    sources = [mesh_files.read(name) for name in (old, new)]
-    before, after = (Charted.of(source.mesh) for source in sources)
-    for mesh in (before, after):
-        if (mesh.uv_faces < 0).any():
-            raise InputError(f"{mesh.name}: some faces have no texture coordinates; give all of them some")
-    read = [_read(each.path, before, max_pixels) for each in wanted]
-    width, height = _size(size, read, max_pixels)
-    for each, (image, _) in zip(wanted, read):
-        check_kind(each.kind, image.pixels.shape[2], each.path)
-        image_files.check(each.output, image, height, width)
-    files_of = [_outputs(each.output, after, force) for each in wanted]
     with one_thread(), ExitStack() as stack:
-        needed = dict.fromkeys(tile for names in files_of for tile in names)
-        origins = {tile: Origin.of(before, after, width, height, tile) for tile in needed}
-        for each, (image, box), names in zip(wanted, read, files_of):
-            sampler = Sampler(image.texture((0j, 1 + 1j), each.kind), filter, each.kind, threads=threads)
-            for tile, name in names.items():
-                options: dict[str, Any] = {"tiles": box, "padding": padding, "threads": threads}
-                made = carry(origins[tile], sampler, limit * after.diagonal, **options)
-                path = stack.enter_context(files.writing(name, force=force))
-                image_files.write(path, image.with_pixels(made, image.alpha))
-        notes = [f"{name}: {note}" for name, source in zip((old, new), sources) for note in source.notes]
-        notes += [_named(each.path, note) for each, (image, _) in zip(wanted, read) for note in image.notes]
-        inputs = tiled([str(Spec.of(name).path) for name in (old, new)] + [each.path for each in wanted])
-        figures = _figures(list(origins.values()), limit, inputs) | {"notes": notes}
-        figures["written"] = [name for names in files_of for name in names.values()]
+        before, after = sources = [mesh_files.read_all(name) for name in (old, new)]
+        notes = [f"{each.mesh.name}: {note}" for read in sources for each in read for note in each.notes]
+        diagonal = _diagonal(after)
+        how = How(_sized(size, max_pixels), filter, limit * diagonal, padding, max_pixels, threads)
+        work: list[_Mesh | _Pictures] = []
+        if wanted.mesh:
+            work.append(_Mesh(wanted, before, after, how, force))
+        if wanted.pictures:
+            work.append(_Pictures(wanted.pictures, before, after, how, force))
+        names, origins = list[str](), list[Origin]()
+        for each in work:
+            made, where = each.write(stack)
+            names, origins, notes = names + made, origins + where, notes + each.notes
+        inputs = [str(Spec.of(name).path) for name in (old, new)]
+        inputs += [path for paths in wanted.given.values() for path in paths]
+        figures = _figures(origins, limit, diagonal, tiled(inputs))
+        figures |= {"notes": list(dict.fromkeys(notes)), "written": names}
         if report_to:
             report.write(figures, report_to, stack, force=force)
     return figures
+
+
+def _diagonal(meshes: _Read) -> float:
+    """Of the bounding box of all that is read of a file."""
+    used = np.concatenate([each.mesh.points[np.unique(each.mesh.corners)] for each in meshes])
+    return float(np.linalg.norm(np.ptp(used, axis=0))) if used.size else 0.0
+
+
+def _sized(size: tuple[int, ...] | None, most: int) -> Callable[[tuple[int, int]], tuple[int, int]]:
+    """What makes the size of a new picture of an old one's."""
+    return lambda own: own if size is None else bounded(size, complex(*own), most)
+
+
+def _largest(read: Sequence[tuple[Image, Box | None]]) -> tuple[int, int]:
+    """Width and height of the largest picture, or of a tile of it."""
+    sizes = []
+    for image, box in read:
+        height, width = image.pixels.shape[:2]
+        across = box[1] - box[0] if box else 1 + 1j
+        sizes.append((width // int(across.real), height // int(across.imag)))
+    return max(sizes, key=lambda sides: sides[0] * sides[1])
 
 
 def _read(path: str, mesh: Charted, max_pixels: int) -> tuple[Image, Box | None]:
@@ -167,25 +275,13 @@ def _named(path: str, note: str) -> str:
     return note if note.startswith(path) else f"{path}: {note}"
 
 
-def _size(
-    size: tuple[int, ...] | None, read: Sequence[tuple[Image, Box | None]], most: int
-) -> tuple[int, int]:
-    """Width and height of the new pictures: by default those of the largest, or of a tile of it."""
-    sizes = []
-    for image, box in read:
-        height, width = image.pixels.shape[:2]
-        across = box[1] - box[0] if box else 1 + 1j
-        sizes.append((width // int(across.real), height // int(across.imag)))
-    width, height = max(sizes, key=lambda sides: sides[0] * sides[1])
-    return (width, height) if size is None else bounded(size, complex(width, height), most)
-
-
-def _figures(origins: Sequence[Origin], limit: float, inputs: Sequence[str]) -> dict[str, Any]:
-    first = origins[0]
-    diagonal, partner = first.new.diagonal, first.partner
+def _figures(
+    origins: Sequence[Origin], limit: float, diagonal: float, inputs: Sequence[str]
+) -> dict[str, Any]:
+    """The report; origins of one layout, or of several parts of it."""
+    partner = np.concatenate(list({id(origin.partner): origin.partner for origin in origins}.values()))
     distance = np.concatenate([origin.distance for origin in origins])
     far = sum(int(origin.far(limit * diagonal).sum()) for origin in origins)
-    layout = {key: sum(origin.grid.report[key] for origin in origins) for key in TEXELS}
     return report.plain(
         {
             "schema": SCHEMA,
@@ -195,15 +291,22 @@ def _figures(origins: Sequence[Origin], limit: float, inputs: Sequence[str]) -> 
             "same_triangles": int((partner >= 0).sum()),
             "distance": {
                 "limit": limit,
-                "p95": float(np.quantile(distance, 0.95)) / diagonal if distance.size else 0.0,
-                "max": float(distance.max(initial=0.0)) / diagonal,
+                "p95": float(np.quantile(distance, 0.95)) / (diagonal or 1.0) if distance.size else 0.0,
+                "max": float(distance.max(initial=0.0)) / (diagonal or 1.0),
             },
             "nearest_texels": sum(int(origin.nearest.size) for origin in origins),
             "far_texels": far,
-            "layout": first.grid.report | layout,
+            "layout": _layout(origins),
             "inputs": [{"path": name, "sha256": files.sha256(name)} for name in inputs],
         }
     )
+
+
+def _layout(origins: Sequence[Origin]) -> dict[str, int]:
+    """Figures of the layout: of tiles what is in each, of parts of it all."""
+    parts = {id(origin.partner): origin.grid.report for origin in origins}
+    found = {key: sum(part[key] for part in parts.values()) for key in origins[0].grid.report}
+    return found | {key: sum(origin.grid.report[key] for origin in origins) for key in TEXELS}
 
 
 def remarks(figures: dict[str, Any]) -> list[str]:

@@ -63,6 +63,17 @@ class Run:
     called: tuple[list[str], list[str]] = field(default_factory=lambda: ([], []))
     fits: list[Fit] = field(default_factory=list)
     _begun: dict[str, Future] = field(default_factory=dict)
+    _other: dict[tuple[str, str], Run] = field(default_factory=dict)
+
+    def showing(self, map: tuple[str, str] | None) -> Run:
+        """The same with another texture, of the kind named; one of these is kept at a time."""
+        if map is None or map == (self.job.texture, self.job.kind):
+            return self
+        if map not in self._other:
+            self._other.clear()
+            job = self.job.model_copy(update={"texture": map[0], "kind": map[1]})
+            self._other[map] = replace(self, job=job, _begun={}, _other={})
+        return self._other[map]
 
     @property
     def source(self) -> Shape:

@@ -1,8 +1,9 @@
 """All charts or pieces of a mesh, each as a shape, and several of them as one."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -40,46 +41,96 @@ def read_all(
     Raises:
         InputError: there is none that is a domain, or as for `mesh_shape.read`.
     """
-    file = mesh_files.read(spec, whole)
-    if file.numbered:
+    parts = mesh_files.read_all(spec, whole)
+    if parts[0].numbered:
         return [read(spec, cut=cut, whole=whole, layout=layout, aspect=aspect)], 0
-    if file.chart or layout:
-        atlas, wide = Atlas.of(file.mesh), aspect_of(file, aspect)
-        count, word = atlas.count, "uv"
-        made, faults = _made(min(count, most), lambda k: charted(spec, file, atlas, k, wide))
-    else:
-        joined = Joined.of(file.mesh)
-        count, word = len(joined.sizes), "piece"
-        made, faults = _made(
-            min(count, most),
-            lambda k: flattened(spec, file, disk_patch(joined, cut=cut, piece=k), cut, "conformal"),
-        )
+    charts = bool(parts[0].chart) or layout
+    found = _charts(spec, parts, aspect) if charts else _pieces(spec, parts, cut)
+    found = sorted(found, key=lambda each: -each.area)
+    made, faults = _made(found[:most])
     if not made:
         raise InputError(faults[0])
-    shapes = list(made.values()) if word == "uv" else side_by_side(list(made.values()))
-    prefix = "".join(f"{part}#" for part in (file.part,) if part)
+    shapes = [shape for _, shape in made] if charts else side_by_side([shape for _, shape in made])
     extent = around([reflected(shape.curve.box, shape.mirror) for shape in shapes])
-    notes = tuple(f"left out: {fault.removeprefix(f'{file.mesh.name}: ')}" for fault in faults)
-    box = shapes[0].box if word == "uv" else extent
+    notes = tuple(f"left out: {fault.removeprefix(f'{parts[0].path}: ')}" for fault in faults)
+    box = shapes[0].box if charts else extent
     return [
         replace(
             shape,
-            part=f"{prefix}{word}-{k}",
-            names=shape.around,
+            part=name,
+            names=shape.around or tuple(filter(None, [shape.file.part])),
             extent=extent,
             box=box,
             notes=(*_common(shape), *notes),
         )
-        for k, shape in zip(made, shapes)
-    ], max(count - most, 0)
+        for (name, _), shape in zip(made, shapes)
+    ], max(len(found) - most, 0)
 
 
-def _made(count: int, make: Any) -> tuple[dict[int, MeshShape], list[str]]:
-    """The shapes that can be made, by number, and why the others cannot."""
-    made, faults = {}, []
-    for number in range(1, count + 1):
+class _Found(NamedTuple):
+    """A chart or a piece of a mesh.
+
+    Attributes:
+        area: in the layout, or in space.
+        name: as `#` picks it.
+        make: makes the shape.
+    """
+
+    area: float
+    name: str
+    make: Callable[[], MeshShape]
+
+
+def _charts(spec: str, parts: Sequence[mesh_files.MeshFile], aspect: Aspect | None) -> list[_Found]:
+    """The charts of all geometries.
+
+    Raises:
+        InputError: no geometry has any; of the first.
+    """
+    found, faults = list[_Found](), list[InputError]()
+    for file in parts:
         try:
-            made[number] = make(number)
+            atlas = Atlas.of(file.mesh)
+        except InputError as error:
+            faults.append(error)
+            continue
+        wide = aspect_of(file, aspect)
+        found += [
+            _Found(float(area), _named(file, "uv", k), partial(charted, spec, file, atlas, k, wide))
+            for k, area in enumerate(atlas.areas, 1)
+        ]
+    if not found:
+        raise faults[0]
+    return found
+
+
+def _pieces(spec: str, parts: Sequence[mesh_files.MeshFile], cut: bool) -> list[_Found]:
+    """The pieces of all geometries; errors as for `_charts`."""
+
+    def made(file: mesh_files.MeshFile, joined: Joined, number: int) -> MeshShape:
+        return flattened(spec, file, disk_patch(joined, cut=cut, piece=number), cut, "conformal")
+
+    found = []
+    for file in parts:
+        joined = Joined.of(file.mesh)
+        areas = joined.areas[joined.order]
+        found += [
+            _Found(float(area), _named(file, "piece", k), partial(made, file, joined, k))
+            for k, area in enumerate(areas, 1)
+        ]
+    return found
+
+
+def _named(file: mesh_files.MeshFile, word: str, number: int) -> str:
+    return "#".join([*filter(None, [file.part]), f"{word}-{number}"])
+
+
+def _made(found: Sequence[_Found]) -> tuple[list[tuple[str, MeshShape]], list[str]]:
+    """The shapes that can be made, with their names, and why the others cannot."""
+    made, faults = [], []
+    for each in found:
+        try:
+            made.append((each.name, each.make()))
         except InputError as error:
             faults.append(str(error))
     return made, faults

@@ -15,13 +15,14 @@ from ...errors import InputError
 from ...flattening import flatten
 from ...flattening.charts import Atlas, LaidOut
 from ...meshes.cut import vertex_path
-from ...meshes.disk_patch import disk_patch
+from ...meshes.disk_patch import Joined, disk_patch, sound_piece
 from ...meshes.flatten import Flattening
 from ...meshes.locate import Locator, barycentric
 from ...meshes.mesh import face_areas
 from ...meshes.patch import Patch
 from ...meshes.surface import Surface
 from ...pixels.texture import Placing, Texture
+from ...surfaces.inserted import with_vertices
 from ..meshes import mesh_files
 from ..meshes.obj import Obj
 from ..places import Place, vertex_of
@@ -278,6 +279,7 @@ def read(
     layout: bool = False,
     aspect: Aspect | None = None,
     pins: Sequence[Place] = (),
+    split: bool = False,
     chart: bool = False,
 ) -> MeshShape:
     """The mesh in a plane that `file`, `file#part`, `file#loop` or `file#part#loop` names.
@@ -293,6 +295,7 @@ def read(
             1 by default.
         pins: vertices and points in space through which a closed surface is to be cut, in this order; none, or at
             least two.
+        split: whether faces may be split, so that it is cut through the pins themselves, not the vertices beside them.
         chart: whether the plane is only to carry textures; see `flattening.flatten`.
 
     Raises:
@@ -302,7 +305,9 @@ def read(
     if file.chart or (layout and not file.piece):
         atlas = Atlas.of(file.mesh)
         return charted(spec, file, atlas, file.chart or 1, aspect_of(file, aspect))
-    through = np.array([_point(file, spec, place) for place in pins]) if pins else None
+    through = np.array([point_of(file, spec, place) for place in pins]) if pins else None
+    if through is not None and split:
+        file = split_at(file, through)
     piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
     return flattened(spec, file, piece, cut, method, _start_of(piece, through), chart)
 
@@ -360,7 +365,14 @@ def _laid(
     )
 
 
-def _point(file: mesh_files.MeshFile, spec: str, place: Place) -> Real:
+def split_at(file: mesh_files.MeshFile, points: Real) -> mesh_files.MeshFile:
+    """With vertices at points (k, 3), if it is one closed surface."""
+    joined = Joined.of(file.mesh)
+    whole = sound_piece(joined) if len(joined.sizes) == 1 else None
+    return file if whole is None or whole.loops else replace(file, mesh=with_vertices(whole, points))
+
+
+def point_of(file: mesh_files.MeshFile, spec: str, place: Place) -> Real:
     """A vertex, or a point in space.
 
     Raises:

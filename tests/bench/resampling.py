@@ -22,6 +22,8 @@ from iccm.pixels.preimages import Preimages
 from iccm.pixels.warp import Sampler, Texture, Warp, warp
 
 from .goals import goal
+from .speed import load
+from .speed import took as timed
 
 BOX = (-1.4 - 1.4j, 1.4 + 1.4j)
 VERTICES = 300
@@ -285,13 +287,16 @@ def command(sizes=(1024, 4096)):
     """`iccm map` from a 1024² texture, start-up included, against gdalwarp -tps and ImageMagick's Shepards."""
     for size in sizes:
         took = commands(size)
-        print(f"## The whole command on a {size}² picture, start-up included")
-        for name, seconds in took.items():
-            print(f"{name:45} {seconds:6.2f} s   {seconds / took['iccm map']:6.2f} × ours")
+        ours = took["iccm map"]
+        print(f"## The whole command on a {size}² picture, start-up included; {load()}")
+        for name, (wall, cpu) in took.items():
+            print(
+                f"{name:45} {wall:6.2f} s {wall / ours[0]:6.2f} × ours; {cpu:6.2f} CPU-s {cpu / ours[1]:6.2f} ×"
+            )
         form = "-et 0" if size == 1024 else "default"
         peer = next((name for name in took if form in name and "-multi" in name), None)
         if peer:
-            goal(f"iccm map {size}², by {peer}", took["iccm map"] / took[peer], 1)
+            goal(f"iccm map {size}², by {peer}", ours[0] / took[peer][0], 1)
         print()
 
 
@@ -329,13 +334,22 @@ def commands(size):
 
 
 def side_by_side(lines, rounds=5):
-    """The shortest wall clock time of each command, in rounds of all of them, so that other load strikes all alike."""
-    took = {name: float("inf") for name in lines}
+    """The shortest wall clock time and CPU-seconds of each command, in rounds of all of them, so that other load
+    strikes all alike; peers that fail are left out."""
+    took = {name: (float("inf"), float("inf")) for name in lines}
     for _ in range(rounds):
-        for name, line in lines.items():
-            start = time.perf_counter()
-            subprocess.run(line, check=True, capture_output=True)
-            took[name] = min(took[name], time.perf_counter() - start)
+        for name in list(took):
+            try:
+                now = timed(lines[name])
+            except subprocess.CalledProcessError as error:
+                if name.startswith("iccm"):
+                    raise
+                print(
+                    f"{name} fails here, and is left out: {error.stderr.decode(errors='replace')[:200].strip()}"
+                )
+                del took[name]
+                continue
+            took[name] = min(took[name][0], now[0]), min(took[name][1], now[1])
     return took
 
 

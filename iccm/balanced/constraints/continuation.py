@@ -10,7 +10,7 @@ from ..discrete import DiscreteMap, MeshHoles
 from ..levels import EVENED, Level, Sketch, UnitProblem, refined
 from ..meshing import sizing
 from ..meshing.mesh import closed_links
-from ..minimise.ldl import system_of
+from ..minimise.cholesky import system_of
 from ..outline import Outline
 from ..pairs import Pairs
 from .inside import InnerConstraints

@@ -14,10 +14,10 @@ goals.
 
 import numpy as np
 
-from ...jit import inner, kernel
+from ...jit import kernel
 from ..kernels import cross, move
+from .cholesky import downhill, factorise
 from .energy import assemble, total
-from .ldl import downhill, factorise
 from .sliding import (
     FREE,
     HELD,
@@ -38,7 +38,8 @@ SHORTEST_STEP = 1e-8  # below, rounding decides (by hand)
 LONGEST = 0.5  # of the energy: a step is lengthened to at most 1 / (1 - LONGEST) of Newton's
 SHARE_WHILE_MOVING = 0.9  # of the largest step without a fold: more leaves triangles too thin to go on
 GROWTH = 1.5  # of the energy in one step while vertices move
-CRAWL, CRAWLING = 0.03, 5  # vertices are stuck after so many steps of a smaller share of their way
+CRAWL, CRAWLING = 0.03, 5  # vertices are stuck after so many steps of a smaller share of their way,
+LONGER = 1.1  # none of which is longer than the one before by this: 9 of 60 drags beside a filled hole ended in vain
 REGULAR = 1e-9  # of the mean diagonal, added to it: the projected Hessian may be singular (similarities)
 
 
@@ -65,7 +66,7 @@ def largest_step(faces, u, step):
     return best
 
 
-@inner
+@kernel
 def regularise(system, matrix):
     """Adds a little to the diagonal."""
     mean = 0.0
@@ -77,7 +78,7 @@ def regularise(system, matrix):
         matrix[slot, 3] += little
 
 
-@inner
+@kernel
 def _gap_limit(border, tau, slide, most):
     """The largest share of the step, at most `most`, that keeps the outline's vertices well in order."""
     for v in range(tau.size):
@@ -88,7 +89,7 @@ def _gap_limit(border, tau, slide, most):
 
 
 @kernel
-def _moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
+def moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
     """Fills in where a share t of the step leads."""
     move(u, step, t, new_u)
     for v in range(tau.size):
@@ -98,7 +99,7 @@ def _moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
             new_u[v] = point_at(rail_of(rails, v), new_tau[v])
 
 
-@inner
+@kernel
 def _remaining(kinds, goals, u, way):
     """Fills in the way (n,) of held vertices to their goals; whether there is any."""
     moving = False
@@ -109,7 +110,7 @@ def _remaining(kinds, goals, u, way):
     return moving
 
 
-@inner
+@kernel
 def add_product(system, matrix, way, gradient):
     """Adds the matrix times the way (n,) to the gradient (n,), both x + iy of each vertex."""
     n = system.position.size
@@ -117,9 +118,9 @@ def add_product(system, matrix, way, gradient):
     for v in range(n):
         vertex[system.position[v]] = v
     for k in range(n):
-        column = vertex[k]
+        row = vertex[k]
         for p in range(system.starts[k], system.starts[k + 1]):
-            row = vertex[system.rows[p]]
+            column = vertex[system.columns[p]]
             if way[column] != 0:
                 x, y = way[column].real, way[column].imag
                 gradient[row] += complex(
@@ -132,7 +133,7 @@ def add_product(system, matrix, way, gradient):
                 )
 
 
-@inner
+@kernel
 def _restricted(kinds, directions, slope, gradient):
     """Rewrites the gradient of constrained vertices along their directions, 0 where they are held."""
     for v in range(directions.size):
@@ -160,7 +161,7 @@ def descend(
         border: the curves as chains.
         kinds: (c,) HELD, SLIDING or FREE.
         goals: (c,) where held vertices are to be; elsewhere of no account.
-        theta: weight of the area part.
+        theta: (m,) weights of the area part.
         q: power that raises the worst.
         share: of the image's area in the measure.
         steps: the most there may be.
@@ -170,12 +171,12 @@ def descend(
         The energy and the number of steps.
     """
     n, c = u.size, tau.size
-    matrix, gradient = np.empty((system.rows.size, 4)), np.empty(n, np.complex128)
-    factor, pivots = np.empty((system.factor_rows.size, 4)), np.empty((n, 3))
+    matrix, gradient = np.empty((system.columns.size, 4)), np.empty(n, np.complex128)
+    factor = np.empty(system.fronts.room)
     slope, curvature, slide = np.empty(c), np.empty(c), np.empty(c)
     directions, low, high = np.empty(c, np.complex128), np.empty(c), np.empty(c)
     new_u, new_tau, way = np.empty(n, np.complex128), np.empty(c), np.empty(n, np.complex128)
-    energy, small, crawling = np.inf, 0, 0
+    energy, small, crawling, before = np.inf, 0, 0, np.inf
     for done in range(steps):
         energy = assemble(system, gradients, weights, u, theta, q, share, 0.0, matrix, gradient)
         energy += border_energy(border, tau)
@@ -188,9 +189,9 @@ def descend(
         stiffen(system, border, directions, curvature, matrix)
         regularise(system, matrix)
         _restricted(kinds, directions, slope, gradient)
-        if not factorise(system, matrix, factor, pivots):
+        if not factorise(system, matrix, factor):
             return energy, done
-        step = downhill(system, factor, pivots, gradient)
+        step = downhill(system, factor, gradient)
         decrease = 0.0
         for v in range(n):
             decrease += gradient[v].real * step[v].real + gradient[v].imag * step[v].imag
@@ -211,7 +212,7 @@ def descend(
         )
         gained, accepted = 0.0, False
         while t > SHORTEST_STEP:
-            _moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau)
+            moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau)
             if moving and t == 1.0:
                 for v in range(c):
                     if kinds[v] == HELD:
@@ -231,7 +232,8 @@ def descend(
             tau[v] = new_tau[v]
         energy -= gained
         if moving:
-            crawling = crawling + 1 if t < CRAWL else 0
+            crawling = crawling + 1 if t < min(CRAWL, LONGER * before) else 0
+            before = t
             if crawling == CRAWLING:
                 return energy, done + 1
             continue

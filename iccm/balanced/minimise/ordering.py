@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Index
-from ...jit import inner, kernel
+from ...jit import kernel
 
 LARGE = 3000  # vertices beyond which SuperLU's ordering pays: its factors are smaller by more than it takes to import
 ROOM = 16  # entries of the factor per vertex that are made room for at first
@@ -37,21 +37,66 @@ def minimum_degree(faces: Index, count: int) -> Elimination:
 
 def _by_superlu(faces: Index, count: int) -> Elimination:
     from scipy.sparse import csc_matrix
-    from scipy.sparse.linalg import splu
+    from scipy.sparse.linalg import spilu
 
-    tails, heads = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    tails, heads, corners = faces.ravel(), np.roll(faces, -1, axis=1).ravel(), faces.ravel()
     own = np.arange(count)
     rows, columns = np.concatenate([tails, heads, own]), np.concatenate([heads, tails, own])
-    values = np.where(rows == columns, 20.0, 1.0)  # dominant, so that nothing is pivoted
+    values = np.where(
+        rows == columns, 20.0, 1.0
+    )  # dominant, so that nothing is pivoted, and all else is dropped
     graph = csc_matrix((values, (rows, columns)), (count, count))
     options = {"SymmetricMode": True}
-    lu = splu(graph, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, options=options)
+    lu = spilu(
+        graph, drop_tol=0.9, fill_factor=1, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
+    )
     order = np.argsort(lu.perm_c)
-    lower = lu.L.tocsc()
-    column = np.repeat(own, np.diff(lower.indptr))
-    below = lower.indices > column
-    ends = np.append(0, np.cumsum(np.bincount(column[below], minlength=count)))
-    return Elimination(order, ends, order[lower.indices[below]])
+    starts = np.append(0, np.cumsum(np.bincount(corners, minlength=count)))
+    around, room, ends = np.argsort(corners, kind="stable") // 3, 4 * ROOM * count, np.zeros(count + 1, int)
+    while True:
+        members = np.empty(room, np.int64)
+        if _fill(starts, around, corners, order, ends, members):
+            return Elimination(order, ends, members[: ends[-1]])
+        room *= 2
+
+
+@kernel
+def _fill(starts, around, corners, order, ends, members):
+    """Fills in the columns of the factor for an order; False where there is too little room.
+
+    Args:
+        starts: (n + 1,) where the triangles of each vertex begin in `around`.
+        around: (3m,) triangles of the vertices.
+        corners: (3m,) of the triangles.
+        order: (n,) vertices as they are eliminated.
+        ends: (n + 1,) where each column begins in `members`, written.
+        members: vertices of the columns, written.
+    """
+    n = order.size
+    rank, marked = np.empty(n, np.int64), np.full(n, -1)
+    child, sibling = np.full(n, -1), np.full(n, -1)  # of columns: each is part of that of its first row
+    for c in range(n):
+        rank[order[c]] = c
+    for c in range(n):
+        end, least = ends[c], n
+        if end + n > members.size:
+            return False
+        for p in range(starts[order[c]], starts[order[c] + 1]):
+            for v in corners[3 * around[p] : 3 * around[p] + 3]:
+                if rank[v] > c and marked[v] != c:
+                    marked[v], members[end], least = c, v, min(least, rank[v])
+                    end += 1
+        below = child[c]
+        while below >= 0:
+            for v in members[ends[below] : ends[below + 1]]:
+                if rank[v] > c and marked[v] != c:
+                    marked[v], members[end], least = c, v, min(least, rank[v])
+                    end += 1
+            below = sibling[below]
+        ends[c + 1] = end
+        if least < n:
+            sibling[c], child[least] = child[least], c
+    return True
 
 
 def _by_elements(faces: Index, count: int) -> Elimination:
@@ -69,14 +114,14 @@ def _by_elements(faces: Index, count: int) -> Elimination:
         room *= 2
 
 
-@inner
+@kernel
 def _enter(v, ring, after, before):
     """Puts a vertex first into a ring."""
     first = after[ring]
     before[first], after[v], before[v], after[ring] = v, first, ring, v
 
 
-@inner
+@kernel
 def _leave(v, after, before):
     """Takes it out."""
     after[before[v]], before[after[v]] = after[v], before[v]

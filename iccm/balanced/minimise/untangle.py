@@ -6,10 +6,10 @@ close to it else); then folds are undone with the outline held, by Newton on an 
 
 import numpy as np
 
-from ...jit import inner, kernel
+from ...jit import kernel
 from ..kernels import dot, move
+from .cholesky import downhill, factorise
 from .energy import assemble, least_determinant, total
-from .ldl import downhill, factorise
 from .newton import ARMIJO, SHORTEST_STEP, regularise
 from .sliding import restrict
 
@@ -43,7 +43,7 @@ def _stiffness(system, gradients, areas, u, matrix, gradient):
             gradient[j] += weight * (u[j] - u[i])
 
 
-@inner
+@kernel
 def _epsilon(least, before, shrink):
     """How far below zero the smoothed determinant reaches."""
     if least > 0:
@@ -69,8 +69,8 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
         polish: how many of them may be made once nothing is folded.
     """
     n = u.size
-    matrix, gradient = np.empty((system.rows.size, 4)), np.empty(n, np.complex128)
-    factor, pivots = np.empty((system.factor_rows.size, 4)), np.empty((n, 3))
+    matrix, gradient = np.empty((system.columns.size, 4)), np.empty(n, np.complex128)
+    factor = np.empty(system.fronts.room)
     still, kinds, trial = (
         np.zeros(border, np.complex128),
         np.zeros(border, np.int64),
@@ -83,9 +83,10 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
         for v in range(border):
             gradient[v] = 0j
         restrict(system, kinds, still, matrix)
-        if factorise(system, matrix, factor, pivots):
-            move(u, downhill(system, factor, pivots, gradient), 1.0, u)
+        if factorise(system, matrix, factor):
+            move(u, downhill(system, factor, gradient), 1.0, u)
     epsilon, shrink, kept, best = -1.0, 1.0, u.copy(), 0.0
+    even = np.ones(areas.size)
     for _ in range(steps):
         least = least_determinant(system.corners, gradients, u)
         if least > best:  # the smoothed energy lets thin triangles fold again
@@ -95,21 +96,21 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
                 return least
             polish -= 1
         epsilon = _epsilon(least, epsilon, shrink)
-        energy = assemble(system, gradients, areas, u, 1.0, 1.0, 0.5, epsilon, matrix, gradient)
+        energy = assemble(system, gradients, areas, u, even, 1.0, 0.5, epsilon, matrix, gradient)
         for v in range(border):
             gradient[v] = 0j
         restrict(system, kinds, still, matrix)
         regularise(system, matrix)
-        if not factorise(system, matrix, factor, pivots):
+        if not factorise(system, matrix, factor):
             break
-        step = downhill(system, factor, pivots, gradient)
+        step = downhill(system, factor, gradient)
         decrease = 0.0
         for v in range(n):
             decrease += dot(gradient[v], step[v])
         t, new_energy = 1.0, np.inf
         while t > SHORTEST_STEP:
             move(u, step, t, trial)
-            new_energy = total(system.corners, gradients, areas, trial, 1.0, 1.0, 0.5, epsilon)
+            new_energy = total(system.corners, gradients, areas, trial, even, 1.0, 0.5, epsilon)
             if new_energy <= energy + ARMIJO * t * decrease:
                 break
             t *= 0.5

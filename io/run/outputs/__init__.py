@@ -8,7 +8,7 @@ from ... import formats
 from ...pictures.tiles import MARK, name_of, number_of
 from ...spec import Spec
 from ..inputs import Inputs
-from ..job import Job
+from ..job import Job, is_picture
 from ..state import Run
 from . import checks
 from .output import Output
@@ -24,6 +24,8 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
     if job.bake and not onto_mesh:
         raise InputError(f"{job.target or job.source}: --bake needs a mesh as target")
     found = [_made(_kind(name, job), name) for name in job.output]
+    for output, map in zip((each for each in found if is_picture(each.name)), job.maps):
+        output.map = map
     found += [_made("plot.Plot", job.plot)] if job.plot else []
     found += [_made("stmap.STMap", job.stmap)] if job.stmap else []
     for output in found:
@@ -38,7 +40,7 @@ def check(run: Run, outputs: list[Output]) -> None:
         InputError: as each of them says, and a texture that cannot be carried.
     """
     for output in outputs:
-        output.check(run)
+        output.check(run.showing(output.map))
     checks.source(run)
     if run.job.texture:
         checks.texture(run)

@@ -15,9 +15,12 @@ def source(run: Run) -> None:
         return
     if not textured(run.job, run.source):
         run.note(f"{run.source.spec}: names no texture; give one with --texture")
-    elif not run.job.texture and (count := len(run.source.pictures)) > 1:
-        first = run.source.pictures[0]
-        text = f"{first!s} is taken for all of its {count} textures; file#material picks one"
+        return
+    pictures = dict.fromkeys(picture for source, _ in run.pairs for picture in source.pictures)
+    if not run.job.texture and len(pictures) > 1:
+        first = next(iter(pictures))
+        name = f"that of {run.source.part or 'one material'}" if isinstance(first, bytes) else str(first)
+        text = f"{name} is taken for all of its {len(pictures)} textures; file#part picks one"
         run.note(f"{run.source.spec}: {text}")
 
 

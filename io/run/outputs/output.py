@@ -16,11 +16,14 @@ class Output(ABC):
 
     Attributes:
         name: as the user gave it; - for stdout.
+        map: the texture that it shows and its kind, where that is not the job's first.
     """
 
     tiles: ClassVar[bool] = False  # whether it can be written tile by tile (UDIM)
     tile: complex | None = None  # the one that it is of: its lower left corner in the layout
     samples: ClassVar[bool] = False  # whether it filters the texture, which is made ready beside the solving
+
+    map: tuple[str, str] | None = None
 
     def __init__(self, name: str) -> None:
         """Nothing is checked here."""

@@ -16,11 +16,11 @@ from ....maps.triangulated.map import TriangulatedMap
 from ....meshes import layout
 from ....surfaces.rim_triangles import lifted
 from ... import formats
-from ...meshes import gltf_materials, mesh_files
+from ...materials import carried_maps
+from ...meshes import mesh_files, obj_materials
 from ...shapes.mesh_parts import joined
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
-from .. import carried_maps
 from ..framing import covered
 from ..job import Job
 from ..state import Run
@@ -52,7 +52,11 @@ class TexturedMesh(Output):
 
     def beside(self, run: Run) -> list[str]:
         """Material library and picture."""
-        return mesh_files.written_beside(Path(self.name), _shown(run))
+        found = obj_materials.written_beside(Path(self.name), _shown(run))
+        if run.job.carry_maps:
+            file, shown = as_mesh(run.whole(1)).file, _shown(run) is not None
+            found += [name for name in carried_maps.beside(file, self.name, shown=shown) if name not in found]
+        return found
 
     def write(self, run: Run, path: Path) -> None:
         """The mesh, and what stands beside it."""
@@ -92,7 +96,7 @@ def new_uvs(
         out: temporary file to write.
         name: its final name: .obj, .glb or .ply.
         texture: picture file to bind to the mesh, or its content; None writes coordinates only.
-        force: whether the files beside it may be replaced (see `mesh_files.written_beside`).
+        force: whether the files beside it may be replaced (see `obj_materials.written_beside`).
         threads: as many as there are processors by default.
         carry_maps: whether the other maps of its material are carried to the new coordinates.
 
@@ -114,8 +118,7 @@ def new_uvs(
     corners, triangles = target.corners
     pictures = None
     if carry_maps:
-        shown = (gltf_materials.BASE, gltf_materials.DIFFUSE) if texture is not None else ()
-        pictures = carried_maps.carried(target.file, uv, corners, but=shown, threads=threads)
+        pictures = carried_maps.carried(target.file, uv, corners, shown=texture is not None, threads=threads)
     written, missing = mesh_files.write(
         target.file, uv, corners, triangles, out, name=name, texture=texture, pictures=pictures, force=force
     )

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise import energy
-from iccm.balanced.minimise.ldl import system_of
+from iccm.balanced.minimise.cholesky import system_of
 
 ANGLES = 2 * np.pi * np.arange(16) / 16
 OUTLINE = np.exp(1j * ANGLES) / np.sqrt(np.pi)
@@ -19,20 +19,20 @@ POWERS = [(1.0, 1.0), (1.0, 3.0), (0.5, 1.0), (2.0, 4.0), (0.1, 2.0)]
 
 
 def assembled(u, theta=1.0, q=1.0, epsilon=0.0):
-    matrix, gradient = np.empty((SYSTEM.rows.size, 4)), np.empty(u.size, complex)
+    matrix, gradient = np.empty((SYSTEM.columns.size, 4)), np.empty(u.size, complex)
     value = energy.assemble(SYSTEM, GRADIENTS, AREAS, u, theta, q, 0.5, epsilon, matrix, gradient)
     return value, gradient, matrix
 
 
 def times(matrix, w):
     """The symmetric block matrix times a vector of the plane for each vertex."""
-    columns = np.repeat(np.arange(w.size), np.diff(SYSTEM.starts))
+    rows = np.repeat(np.arange(w.size), np.diff(SYSTEM.starts))
     blocks, at = matrix.reshape(-1, 2, 2), np.argsort(SYSTEM.position)
     x = np.stack([w.real, w.imag], axis=1)[at]
     y = np.zeros_like(x)
-    np.add.at(y, SYSTEM.rows, np.einsum("pij,pj->pi", blocks, x[columns]))
-    off = SYSTEM.rows != columns
-    np.add.at(y, columns[off], np.einsum("pji,pj->pi", blocks[off], x[SYSTEM.rows[off]]))
+    np.add.at(y, rows, np.einsum("pij,pj->pi", blocks, x[SYSTEM.columns]))
+    off = rows != SYSTEM.columns
+    np.add.at(y, SYSTEM.columns[off], np.einsum("pji,pj->pi", blocks[off], x[rows[off]]))
     return (y[:, 0] + 1j * y[:, 1])[SYSTEM.position]
 
 
@@ -112,7 +112,7 @@ def test_the_projected_hessian_is_positive(epsilon):
 
 
 def test_the_gradient_by_the_sources_area_alone():
-    matrix, gradient = np.empty((SYSTEM.rows.size, 4)), np.empty(Z.size, complex)
+    matrix, gradient = np.empty((SYSTEM.columns.size, 4)), np.empty(Z.size, complex)
     energy.assemble(SYSTEM, GRADIENTS, AREAS, BENT, 1.0, 3.0, 0.0, 0.0, matrix, gradient)
     way = np.exp(1j * np.arange(Z.size))
     ends = [

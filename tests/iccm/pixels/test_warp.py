@@ -9,7 +9,6 @@ from iccm.maps.extended_inverse import ExtendedInverse
 from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.inverse import Inverse
 from iccm.memory import Memory
-from iccm.pixels import filters
 from iccm.pixels.canvas import Band, Canvas, Diagnostics
 from iccm.pixels.checkerboard import checkerboard
 from iccm.pixels.coverage import coverage
@@ -360,16 +359,6 @@ def test_a_large_texture_is_read_as_stored_with_the_same_result(monkeypatch, dty
     top = np.iinfo(dtype).max
     assert np.array_equal(plain[0], compact[0])
     assert np.abs(plain[1].astype(float) - compact[1]).max() <= 0.01 * top + 1
-
-
-def test_the_short_cut_for_magnified_texels_differs_by_rounding(monkeypatch):
-    picture = noise((60, 50, 4), np.uint8)
-    made = []
-    for kind in (filters.CUBIC, -1):
-        monkeypatch.setattr(filters, "CUBIC", kind)  # -1: no filter takes the short cut
-        made.append(warp(IDENTITY, Texture(picture, BOX, 3), Canvas(400, 400, BOX)).pixels.astype(int))
-    assert np.abs(made[0] - made[1]).max() <= 1
-    assert (made[0] != made[1]).mean() < 1e-3
 
 
 def test_a_texture_turned_by_90_degrees_is_read_in_squares(monkeypatch):

@@ -232,7 +232,9 @@ def test_maps_are_carried_beside_a_new_texture(rich, iccm):
     pixels = np.asarray(Image.open(io.BytesIO(rough)))
     assert (pixels[4:12, 4:12] == (0, 180, 20)).all()
     refused = iccm(*words, "out.obj", "--carry-maps")
-    assert refused.code == 2 and "out.obj: --carry-maps puts pictures into a file; use .glb" in refused.err
+    assert (
+        refused.code == 2 and "out.obj: --carry-maps keeps the materials of rich.glb; use .glb" in refused.err
+    )
 
 
 def quantized(tmp_path, **said):

@@ -8,6 +8,7 @@ import pytest
 from iccm.errors import InputError
 from iccm.io.meshes import material_library, obj, obj_write
 from iccm.io.meshes.obj import parse
+from iccm.meshes.charted import Charted
 
 MIXED = """# a comment, kept
 mtllib my materials.mtl
@@ -222,10 +223,14 @@ LIBRARY = [
 LIBRARY += ["map_bump -bm 0.5 deep/bump map.png"]
 
 
+def showing(materials, name):
+    return {material: {"map_kd": name} for material in materials}
+
+
 def test_a_library_changes_in_map_kd_alone(tmp_path):
     library = material_library.Library(tuple(LIBRARY), tmp_path)
     rename = {"Red Brick": "Red Brick"}
-    text = material_library.bound(library, rename, "", tmp_path / "my fabric.png", tmp_path / "out.mtl")
+    text = material_library.bound(library, rename, "", showing(rename, "my fabric.png"), tmp_path / "out.mtl")
     expected = list(LIBRARY)
     expected[3] = "map_Kd my fabric.png"
     assert text == "\n".join(expected) + "\n"
@@ -235,7 +240,9 @@ def test_a_library_that_moves_takes_its_file_names_along(tmp_path):
     out = tmp_path / "sub"
     out.mkdir()
     library = material_library.Library(tuple(LIBRARY), tmp_path)
-    text = material_library.bound(library, {"Roof": "Roof"}, "", tmp_path / "f.png", out / "out.mtl")
+    text = material_library.bound(
+        library, {"Roof": "Roof"}, "", showing({"Roof"}, "../f.png"), out / "out.mtl"
+    )
     assert "map_Kd -s 2 2 2 ../old brick.png" in text
     assert "map_bump -bm 0.5 ../deep/bump map.png" in text
     assert text.endswith("map_Kd ../f.png\n")
@@ -244,7 +251,7 @@ def test_a_library_that_moves_takes_its_file_names_along(tmp_path):
 def test_a_shared_or_missing_material_is_made_anew(tmp_path):
     library = material_library.Library(tuple(LIBRARY), tmp_path)
     rename = {"Roof": "Roof_iccm", None: "iccm"}
-    text = material_library.bound(library, rename, "iccm_plain", tmp_path / "f.png", tmp_path / "o.mtl")
+    text = material_library.bound(library, rename, "iccm_plain", showing(rename, "f.png"), tmp_path / "o.mtl")
     found = material_library.Library(tuple(text.splitlines()), tmp_path)
     assert list(found.materials()) == ["Red Brick", "Roof", "Roof_iccm", "iccm", "iccm_plain"]
     assert found.texture("Roof") is None
@@ -274,3 +281,31 @@ def test_lines_that_end_with_a_return_alone_stay_so(shapes, iccm):
     made = (shapes / "b.obj").read_bytes()
     assert b"\n" not in made and made.count(b"\rvt ") == 5
     assert iccm("map", "square.svg", "b.obj", "-o", "c.obj").code == 0
+
+
+TILTED = (
+    b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    b"vn 0 0 2\nvn 3 0 4\nvn 1e-30 0 -1\nf 1/1/2 2/2/2 3/3/2\nf 1/1/2 3/3/-1 4/4/1\n"
+)
+
+
+def test_normals_of_corners_are_those_that_tangents_are_square_to():
+    mesh = obj.parse(TILTED, Path("t.obj")).mesh()
+    stated = np.array([[0, 0, 1], [0.6, 0, 0.8], [0, 0, -1]])
+    assert mesh.normals == pytest.approx(stated, abs=1e-12)
+    assert mesh.normal_corners.tolist() == [1, 1, 1, 1, 2, 0]
+    normal, tangent = Charted.of(mesh).frames
+    assert normal == pytest.approx(stated[[[1, 1, 1], [1, 2, 0]]])
+    assert tangent[0] == pytest.approx(
+        np.tile([0.8, 0, -0.6], (3, 1))
+    )  # u grows along x, made square to the normal
+    assert np.einsum("mki,mki->mk", normal, tangent) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "old, new", [(b"vn 0 0 2", b"vn 0 0"), (b"/-1", b""), (b"4/4/1", b"4/4/9"), (b"3 0 4", b"x 0 4")]
+)
+def test_normals_that_are_none_are_not_used(old, new):
+    mesh = obj.parse(TILTED.replace(old, new, 1), Path("t.obj")).mesh()
+    assert mesh.normals is None and mesh.normal_corners is None
+    assert Charted.of(mesh).frames[0] == pytest.approx(np.broadcast_to([0, 0, 1], (2, 3, 3)))

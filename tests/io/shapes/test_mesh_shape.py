@@ -602,7 +602,7 @@ def test_one_of_several_textures_is_carried_with_a_note(tmp_path, shapes, iccm):
     put_on_two(shapes)
     words = ["square.svg", "--method", "paper", "--vertices", "60", "--size", "32", "-o"]
     both = iccm("map", "a.obj", *words, "both.png")
-    note = "note: a.obj: red.png is taken for all of its 2 textures; file#material picks one"
+    note = "note: a.obj: red.png is taken for all of its 2 textures; file#part picks one"
     assert note in both.lines and image_files.read("both.png").pixels[16, 16].tolist() == [255, 0, 0, 255]
     one = iccm("map", "a.obj#blue", *words, "one.png")
     assert "textures" not in one.err and image_files.read("one.png").pixels[16, 16].tolist() == [

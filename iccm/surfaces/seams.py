@@ -1,0 +1,139 @@
+"""In which order the seams of two closed surfaces run through landmarks, so that they are the same seam on both.
+
+Between two landmarks there may be several geodesics that are about as long, around a limb on either side: a seam that
+takes one on the source and another one on the target twists the map between them once around. Geodesics that are the
+same leave a landmark in the same direction, as seen from the others, and are about as long; what decides is how alike
+the even layouts are.
+"""
+
+from collections.abc import Iterator
+from itertools import permutations
+
+import numpy as np
+
+from ..arrays import Complex, Index, Real
+from ..errors import InputError
+from ..flattening import even, flatten
+from ..meshes.cut import opened_through
+from ..meshes.flatten import Flattening
+from ..meshes.mesh import face_areas
+from ..meshes.patch import Patch
+from .alike import unlikeness
+
+MOST_STOPS, MOST_TRIANGLES = 8, 20_000  # beyond, the order is left as it is: it would take over ten seconds
+ASTRAY, LONGER = (
+    0.5,
+    0.2,
+)  # radians, and the logarithm of lengths' ratio, that make a way twice as dear; by hand
+TRIED = 8  # orders whose layouts are compared
+CLEAR = 0.03  # unlikeness of layouts from which down no more are
+
+
+def agreed_order(source: Patch, target: Patch, stops: Index) -> Index:
+    """(k,) the order of landmarks in which both surfaces are best cut through them.
+
+    Args:
+        source: a closed surface without handles.
+        target: likewise.
+        stops: (k, 2) vertices of both.
+    """
+    given = np.arange(len(stops))
+    large = max(len(source.faces), len(target.faces)) > MOST_TRIANGLES
+    if len(stops) < 3 or len(stops) > MOST_STOPS or large:
+        return given
+    cost = _cost(source, target, stops)
+    best, least = given, np.inf
+    for order in _orders(cost):
+        unlike = _unlikeness(source, target, stops[order])
+        if unlike < least:
+            best, least = order, unlike
+        if least < CLEAR:
+            break
+    return best
+
+
+def _orders(cost: Real) -> Iterator[Index]:
+    """The cheapest orders, each one way round."""
+    ways = np.array([way for way in permutations(range(len(cost))) if way[0] < way[-1]])
+    total = cost[ways[:, :-1], ways[:, 1:]].sum(axis=1)
+    yield from ways[np.argsort(total, kind="stable")[:TRIED]]
+
+
+def _unlikeness(source: Patch, target: Patch, stops: Index) -> float:
+    """How far the even layouts of both, cut through the stops (k, 2) in their order, are from each other."""
+    try:
+        layouts = [
+            even(flatten(opened_through(whole, side)))
+            for whole, side in zip((source, target), stops.T.tolist())
+        ]
+    except InputError:
+        return np.inf
+    ends = [
+        on_seam(layout, side) for layout, side in zip(layouts, ((source, stops[:, 0]), (target, stops[:, 1])))
+    ]
+    return unlikeness(*(layout.boundary for layout in layouts), *ends)
+
+
+def on_seam(layout: Flattening, stops: tuple[Patch, Index]) -> Complex:
+    """Where a layout that is cut through vertices of a whole surface has them, around the outline from the first on."""
+    whole, vertices = stops
+    vertex = layout.patch.vertex[layout.loop]
+    marks = whole.vertex[vertices]
+    around = np.roll(layout.loop, -int(np.flatnonzero(vertex == marks[0])[0]))
+    return layout.flat[around[np.isin(layout.patch.vertex[around], marks)]]
+
+
+def _cost(source: Patch, target: Patch, stops: Index) -> Real:
+    """(k, k) what it costs to cut along the way between two landmarks."""
+    (here, from_here), (there, from_there) = (
+        _ways(whole, side) for whole, side in zip((source, target), stops.T)
+    )
+    away = _wrapped(from_there - from_here)
+    for row, others in zip(away, ~np.eye(len(away), dtype=bool)):
+        turns = row[others]
+        turn = turns[np.abs(_wrapped(turns - turns[:, None])).sum(axis=1).argmin()]
+        row[others] = _wrapped(turns - turn)
+    ratio = np.log(np.maximum(here, 1e-300) / np.maximum(there, 1e-300))
+    astray = (away**2 + away.T**2) / ASTRAY**2 + (ratio / LONGER) ** 2
+    return 0.5 * (here + there) * (1 + astray)
+
+
+def _ways(whole: Patch, stops: Index) -> tuple[Real, Real]:
+    """(k, k) lengths of the geodesics between vertices, the area taken as one, and the angles at which each leaves its
+    first vertex, of which a full turn there is 2 π."""
+    import igl
+
+    none, every = np.zeros(0, np.int64), np.arange(whole.triangles.count)
+    faces = np.ascontiguousarray(whole.faces)
+    reach = np.array(
+        [igl.exact_geodesic(whole.points, faces, np.array([v]), none, every, none) for v in stops]
+    )
+    angles = np.zeros((len(stops), len(stops)))
+    for i, vertex in enumerate(stops):
+        around, at = _fan(whole, int(vertex))
+        steps = np.linalg.norm(whole.points[around] - whole.points[vertex], axis=1)
+        gaps = np.diff(at, append=at[0] + 2 * np.pi)
+        falls = (reach[:, around] - reach[:, [vertex]]) / steps
+        angles[i] = np.angle(-(falls * (gaps + np.roll(gaps, 1)) * np.exp(1j * at)).sum(axis=1))
+    lengths = reach[:, stops] / np.sqrt(face_areas(whole.points[whole.faces]).sum())
+    return lengths, angles
+
+
+def _fan(whole: Patch, vertex: int) -> tuple[Index, Real]:
+    """The vertices around one of a closed surface, in order, and the angles at which they are seen."""
+    first = np.argmax(whole.faces == vertex, axis=1)
+    fan = np.flatnonzero((whole.faces == vertex).any(axis=1))
+    ends = np.array([np.roll(whole.faces[t], -first[t])[1:] for t in fan])
+    after = dict(ends.tolist())
+    around = [int(ends[0, 0])]
+    while (step := after[around[-1]]) != around[0]:
+        around.append(step)
+    edges = whole.points[around] - whole.points[vertex]
+    following = np.roll(edges, -1, axis=0)
+    across = np.linalg.norm(np.cross(edges, following), axis=1)
+    corners = np.arctan2(across, (edges * following).sum(axis=1))
+    return np.array(around), 2 * np.pi * (np.cumsum(corners) - corners) / corners.sum()
+
+
+def _wrapped(angles: Real) -> Real:
+    return np.mod(angles + np.pi, 2 * np.pi) - np.pi

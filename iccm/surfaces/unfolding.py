@@ -1,0 +1,99 @@
+"""Folds undone where they are: the rest of a map is kept, which unfolding as a whole would move far away."""
+
+import numpy as np
+
+from ..arrays import Complex, Flags, Index, Real
+from ..balanced.discrete import DiscreteMap
+from ..balanced.failure import Stuck
+from ..balanced.metric import rest_geometry
+from ..balanced.minimise.cholesky import system_of
+from ..balanced.minimise.energy import geometry
+from ..balanced.minimise.untangle import untangle
+
+RINGS = (
+    2,
+    4,
+    8,
+    16,
+)  # of triangles around folds whose vertices move, the first that do; by hand, as what follows
+THIN = 0.1  # of the mean: ratio of areas from which down a triangle counts as folded
+BARE = 1e-9  # of the mean: the same where the map is to stay as it is
+STEPS, POLISHING = 100, 30
+
+
+def unfolded_nearby(map: DiscreteMap) -> Complex:
+    """(n,) images with vertices moved beside folded and thin triangles alone, the outline and pins staying.
+
+    Raises:
+        Stuck: folds remain.
+    """
+    gradients, areas = rest_geometry(map.z, map.u, map.faces, (map.metrics[0], None))
+    if map.weights is not None:
+        areas = areas * map.weights
+    image = signed_areas(map.u, map.faces)
+    folded = image * areas.sum() < THIN * areas * image.sum()
+    return _unfolded(map.u, map.faces, map.constrained, folded, gradients, areas)
+
+
+def unfolded_in(u: Complex, faces: Index, held: int, rest: Complex) -> Complex:
+    """(n,) places in another plane with vertices moved beside folded triangles alone, the first `held` staying.
+
+    Args:
+        u: places in that plane.
+        faces: (m, 3) triangles.
+        held: number of vertices that stay.
+        rest: (n,) places without folds.
+
+    Raises:
+        Stuck: folds remain.
+    """
+    gradients, areas = geometry(rest, faces)
+    image = signed_areas(u, faces)
+    return _unfolded(u, faces, held, image * areas.sum() < BARE * areas * image.sum(), gradients, areas)
+
+
+def _unfolded(u: Complex, faces: Index, held: int, folded: Flags, gradients: Complex, areas: Real) -> Complex:
+    near, grown = np.zeros(u.size, bool), 0
+    near[faces[folded]] = True
+    for rings in RINGS if folded.any() else ():
+        for _ in range(rings - grown):
+            near[faces[near[faces].any(axis=1)]] = True
+        free, grown = near.copy(), rings
+        free[:held] = False
+        new = _moved(u, faces, free, gradients, areas)
+        if (signed_areas(new, faces) > 0).all():
+            return new
+    if (signed_areas(u, faces) <= 0).any():
+        raise Stuck("no map without folds was found for this correspondence of the outlines")
+    return u
+
+
+def _moved(u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Real) -> Complex:
+    """(n,) images with those of the free vertices (n,) moved; rest shapes as large as their images, on the whole."""
+    hit = free[faces].any(axis=1)
+    if not hit.any():
+        return u
+    vertices = np.unique(faces[hit])
+    vertices = vertices[np.argsort(free[vertices], kind="stable")]
+    border = int(np.count_nonzero(~free[vertices]))
+    part = _numbered(faces[hit], vertices, u.size)
+    system = system_of(part, np.arange(border), vertices.size)
+    order = np.argsort(system.position[part], axis=1)
+    scale = np.sqrt(np.abs(signed_areas(u, faces[hit]).sum()) / areas[hit].sum())
+    own = np.ascontiguousarray(np.take_along_axis(gradients[hit], order, axis=1)) / scale
+    moved, here = u.copy(), u[vertices]
+    untangle(system, own, areas[hit] / areas[hit].sum(), here, border, False, STEPS, POLISHING)
+    moved[vertices] = here
+    return moved
+
+
+def _numbered(faces: Index, vertices: Index, count: int) -> Index:
+    number = np.full(count, -1)
+    number[vertices] = np.arange(vertices.size)
+    return number[faces]
+
+
+def signed_areas(u: Complex, faces: Index) -> Real:
+    """(m,) areas of triangles, negative where they are folded."""
+    a, b, c = u[faces].T
+    return 0.5 * ((b - a).conj() * (c - a)).imag

@@ -1,0 +1,198 @@
+"""The pictures of a look carried to new coordinates: each in a picture of its own for each material there."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Flags, Index
+from ...meshes.charted import Charted
+from ...meshes.relayout import Origin, carry, paint, spread
+from ...pixels import colour
+from ...pixels.sampler import Sampler
+from ...pixels.texture import check_kind
+from .. import files, formats
+from ..pictures import image_files
+from ..pictures.image import Image, prepared
+from .look import Coat, CoatMap, Look
+
+COLOURLESS = 1024  # texels across of a picture that no material has, but several factors make (by hand)
+Pictures = dict[str, Image]  # by slot
+FLAT = (128 / 255, 128 / 255, 1.0)  # a normal that changes nothing
+
+
+@dataclass(frozen=True)
+class How:
+    """How pictures are carried.
+
+    Attributes:
+        size: width and height of the new pictures, of the old ones; by default the largest picture's.
+        filter: see `Sampler`.
+        limit: the largest distance from the old surface, in the mesh's unit.
+        padding: texels to spread past charts; see `meshes.relayout.carry`.
+        max_pixels: of a picture that is read.
+        threads: never change the result.
+    """
+
+    size: Callable[[tuple[int, int]], tuple[int, int]] = lambda own: own
+    filter: str = "auto"
+    limit: float = np.inf
+    padding: int | None = None
+    max_pixels: int = image_files.MAX_PIXELS
+    threads: int | None = None
+
+
+@dataclass(eq=False)
+class Carrier:
+    """Makes the pictures of one material of a new layout.
+
+    Attributes:
+        look: what the pictures are of.
+        sheet: the triangles of the new layout that show the material.
+        pairs: `meshes.relayout.partners` of the look's triangles and these.
+        how: they are carried.
+    """
+
+    look: Look
+    sheet: Charted
+    pairs: tuple[Index, Index]
+    how: How = field(default_factory=How)
+
+    def __post_init__(self) -> None:
+        self.origins: dict[tuple[int, int], Origin] = {}
+        self._images: dict[Path | bytes, Image] = {}
+
+    @cached_property
+    def coats(self) -> list[int]:
+        """The materials that the new layout shows something of, the one with most texels first."""
+        origin = self.origin(self._size(self.look.maps))
+        owner = self.look.owner[origin.triangles[origin.reached(self.how.limit)]]
+        counts = np.bincount(owner, minlength=len(self.look.coats))
+        return [int(k) for k in np.argsort(-counts, kind="stable") if counts[k]]
+
+    @property
+    def coat(self) -> Coat | None:
+        """The one with most texels."""
+        return self.look.coats[self.coats[0]] if self.coats else None
+
+    @cached_property
+    def multiplied(self) -> set[str]:
+        """The slots whose pictures hold the factors of several materials, so that these come together in one."""
+        return set() if len(self.coats) < 2 else {slot for slot in self.slots if slot in self._differing}
+
+    @property
+    def _differing(self) -> set[str]:
+        coats = [self.look.coats[k] for k in self.coats]
+        slots = {slot for coat in coats for slot in coat.factors}
+        return {slot for slot in slots if len({coat.factors.get(slot) for coat in coats}) > 1}
+
+    @cached_property
+    def slots(self) -> list[str]:
+        """What there will be pictures for."""
+        there = (slot for k in self.coats for slot in self.look.coats[k].maps)
+        return list(dict.fromkeys([*there, *sorted(self._differing)]))
+
+    def image(self, slot: str) -> Image:
+        """The picture for a slot."""
+        maps = [self.look.coats[k].maps.get(slot) for k in self.coats]
+        origin = self.origin(self._size([each for each in maps if each is not None]))
+        if len(maps) > 1:
+            return self._together(slot, maps, origin)
+        assert maps[0] is not None
+        image, sampler = self._ready(maps[0])
+        there, how = self._shown(origin, maps[0]), self.how
+        pixels = carry(there, sampler, how.limit, padding=how.padding, threads=how.threads)
+        return image.with_pixels(pixels, image.alpha)
+
+    def origin(self, size: tuple[int, int]) -> Origin:
+        """Where texels of a picture of this width and height lie."""
+        if size not in self.origins:
+            self.origins[size] = Origin.of(self.look.sheet, self.sheet, *size, pairs=self.pairs)
+        return self.origins[size]
+
+    def _shown(self, origin: Origin, map: CoatMap) -> Origin:
+        return origin.over(self.look.shown_by(map))
+
+    def _size(self, maps: Iterable[CoatMap]) -> tuple[int, int]:
+        """Width and height of a new picture: those of the largest old one, unless another size is asked for."""
+        sizes = [self._read(each).pixels.shape[1::-1] for each in maps]
+        width, height = max(sizes, key=lambda sides: sides[0] * sides[1], default=(COLOURLESS, COLOURLESS))
+        return self.how.size((width, height))
+
+    def _read(self, map: CoatMap) -> Image:
+        if map.picture not in self._images:
+            self._images[map.picture] = map.image(self.how.max_pixels)
+        return self._images[map.picture]
+
+    def _ready(self, map: CoatMap, like: Image | None = None) -> tuple[Image, Sampler]:
+        image = like or self._read(map)
+        check_kind(map.kind, image.pixels.shape[2], map.where)
+        texture = image.texture((0j, 1 + 1j), map.kind)
+        return image, Sampler(texture, self.how.filter, map.kind, threads=self.how.threads)
+
+    def _together(self, slot: str, maps: list[CoatMap | None], origin: Origin) -> Image:
+        """One picture of what several materials show, with or without pictures; factors that differ go into it."""
+        read = [None if each is None else plain(self._read(each)) for each in maps]
+        coats = [self.look.coats[k] for k in self.coats]
+        kind = next((each.kind for each in maps if each is not None), "data" if "Rough" in slot else "colour")
+        factors = [coat.factors.get(slot, ()) if slot in self.multiplied else () for coat in coats]
+        deep = any(image is not None and image.pixels.dtype == np.uint16 for image in read)
+        clear = any(image is not None and image.alpha >= 0 for image in read) or any(
+            factor[3] < 1 for factor in factors if len(factor) > 3
+        )
+        dtype, top, channels = (np.uint16, 65535, 4) if deep else (np.uint8, 255, 4)
+        channels -= int(not clear)
+        reached = origin.reached(self.how.limit)
+        owner = np.where(reached, self.look.owner[origin.triangles], -1)
+        out = np.zeros((*reached.shape, channels), dtype)
+        for k, each, image, factor in zip(self.coats, maps, read, factors):
+            own = owner == k
+            if each is None or image is None:
+                level = FLAT if kind == "normal" else (1.0, 1.0, 1.0)
+                out[own] = np.rint(np.array((*level, 1.0)[:channels]) * top)
+            else:
+                _, sampler = self._ready(each, _widened(image, np.dtype(dtype), clear))
+                paint(out, self._shown(origin, each), sampler, own, threads=self.how.threads)
+            if factor:
+                _multiply(out, own, factor, srgb=kind == "colour")
+        spread(out, reached, self.how.padding)
+        return Image(out, alpha=3 if clear else -1)
+
+
+def png(image: Image) -> bytes:
+    """The picture as a PNG file."""
+    with files.scratch() as folder:
+        path = folder / "a.png"
+        image_files.write(path, image)
+        return path.read_bytes()
+
+
+def plain(image: Image) -> Image:
+    """The picture in sRGB, with integers of 8 or 16 bits and straight alpha."""
+    return prepared(image, formats.picture("a.png"))
+
+
+def _widened(image: Image, dtype: np.dtype, clear: bool) -> Image:
+    """A plain picture with three colours, alpha if it is `clear`, and this type."""
+    pixels = image.pixels if image.pixels.dtype == dtype else image.pixels.astype(dtype) * 257
+    has = image.alpha >= 0
+    colours = pixels[..., : pixels.shape[2] - has][..., [0, 0, 0] if pixels.shape[2] - has < 3 else [0, 1, 2]]
+    if not clear:
+        return Image(np.ascontiguousarray(colours))
+    alpha = pixels[..., image.alpha, None] if has else np.full_like(pixels[..., :1], np.iinfo(dtype).max)
+    return Image(np.concatenate([colours, alpha], axis=2), alpha=3)
+
+
+def _multiply(out: NDArray, own: Flags, factor: tuple[float, ...], *, srgb: bool) -> None:
+    """Multiply some pixels by linear factors of their channels."""
+    channels = out.shape[2]
+    by = np.array([*factor, 1.0, 1.0, 1.0, 1.0][:channels], np.float32)
+    if (by == 1).all():
+        return
+    alpha = 3 if channels == 4 else -1
+    said = {"srgb": srgb, "associated": False}
+    values = colour.decode(out[own][None], alpha, premultiply=False, **said) * by
+    out[own] = colour.encode(values, out.dtype, alpha, **said)[0]

@@ -1,0 +1,127 @@
+"""Looks of glTF files, and new materials for one."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Real
+from ...errors import InputError
+from ...meshes.charted import Charted
+from ..meshes import gltf_materials
+from ..meshes.gltf import Primitive
+from .look import Coat, CoatMap, Look
+
+EMISSIVE, ROUGH = "emissiveTexture", "pbrMetallicRoughness/metallicRoughnessTexture"
+
+
+def look(name: str, parts: Sequence[Primitive], *, bare: bool = False) -> Look:
+    """The look of primitives of one file.
+
+    Args:
+        name: of the file, for messages.
+        parts: the primitives; those without coordinates are left out.
+        bare: whether the sheet has the coordinates of the set itself that colours are shown by, transforms not made.
+
+    Raises:
+        InputError: none of them has coordinates.
+    """
+    parts, all_parts = [part for part in parts if has_layout(part)], parts
+    if not parts:
+        raise InputError(f"{name}: has no texture coordinates; make them with iccm flatten --uv")
+    left = len(all_parts) - len(parts)
+    notes = (f"{name}: {left} of its {len(all_parts)} geometries have no texture coordinates: left out",)
+    keys = [group[0].key for group in groups(parts)]
+    counts = [len(part.faces) for part in parts]
+    owner = np.repeat([keys.index(part.key) for part in parts], counts)
+    coats = [_coat(name, parts, key) for key in keys]
+    return Look(sheet(name, parts, bare), tuple(coats), owner, "gltf", notes if left else ())
+
+
+def groups(parts: Sequence[Primitive]) -> list[list[Primitive]]:
+    """The primitives that have coordinates, by their materials."""
+    found: dict[str, list[Primitive]] = {}
+    for part in parts:
+        if has_layout(part):
+            found.setdefault(part.key, []).append(part)
+    return list(found.values())
+
+
+def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
+    """The triangles of primitives, with the coordinates that colours are shown by; arguments as for `look`."""
+    points = [part.points for part in parts]
+    first = np.cumsum([0, *map(len, points)])
+    faces = np.concatenate([part.faces + at for part, at in zip(parts, first)])
+    normals = [part.normals for part in parts]
+    stated = all(each is not None for each in normals)
+    normal = np.concatenate(normals) if stated else None  # type: ignore[arg-type]
+    tangents = _joined([part.tangents for part in parts], points, 4)
+    uv = _joined([_layout(part, bare) for part in parts], points, 2)
+    assert uv is not None
+    corners = None if tangents is None else tangents[faces]
+    return Charted(name, np.concatenate(points), faces, uv, faces, normal, faces if stated else None, corners)
+
+
+def _joined(values: Sequence[Real | None], points: Sequence[Real], width: int) -> Real | None:
+    """Values of vertices of all parts, zeros for those that have none; None where no part has any."""
+    if all(each is None for each in values):
+        return None
+    zeros = (np.zeros((len(at), width)) for at in points)
+    return np.concatenate([zero if each is None else each for each, zero in zip(values, zeros)])
+
+
+def layout_of(part: Primitive) -> int:
+    """The set of coordinates that a primitive's colours are shown by, or the first one."""
+    wanted = gltf_materials.set_of(gltf_materials.base(part.material))
+    return wanted if f"TEXCOORD_{wanted}" in part.attributes else 0
+
+
+def has_layout(part: Primitive) -> bool:
+    """Whether a primitive has the coordinates that its colours are shown by."""
+    return part.uv(gltf_materials.base(part.material)) is not None
+
+
+def _layout(part: Primitive, bare: bool) -> Real | None:
+    return part.uv({"texCoord": layout_of(part)} if bare else gltf_materials.base(part.material))
+
+
+def _coat(name: str, parts: Sequence[Primitive], key: str) -> Coat:
+    """The material of this number."""
+    own = [part for part in parts if part.key == key]
+    material, document = own[0].material, own[0].document
+    maps, made = dict[str, CoatMap](), dict[str, Real | None]()
+    for slot, info in gltf_materials.slots(material):
+        source = document.source_of(info["index"])
+        content = None if source is None else document.image(source)
+        if content is None or any(part.uv(info) is None for part in own):
+            continue
+        key = repr((gltf_materials.set_of(info), info.get("extensions", {}).get("KHR_texture_transform")))
+        if key not in made:
+            values = [part.uv(info) if part in own else None for part in parts]
+            made[key] = _joined(values, [part.points for part in parts], 2)
+        where = f"{name}: {gltf_materials.named([slot])}"
+        sampler = document.tree["textures"][info["index"]].get("sampler")
+        options = None if sampler is None else document.tree["samplers"][sampler]
+        maps[slot] = CoatMap(content, gltf_materials.kind_of(slot), where, made[key], options)
+    return Coat(material.get("name", ""), maps, material, factors(material))
+
+
+def factors(material: dict[str, Any]) -> dict[str, tuple[float, ...]]:
+    """What the pictures of a material's colours, light, roughness and metal are multiplied by."""
+    rough = material.get("pbrMetallicRoughness", {})
+    return {
+        gltf_materials.BASE: tuple(rough.get("baseColorFactor", (1, 1, 1, 1))),
+        ROUGH: (1.0, rough.get("roughnessFactor", 1), rough.get("metallicFactor", 1)),
+        EMISSIVE: tuple(material.get("emissiveFactor", (0, 0, 0))),
+    }
+
+
+def multiplied(material: dict[str, Any], slots: set[str]) -> None:
+    """Have a material multiply pictures in these slots by 1: what they were multiplied by is in them."""
+    rough = material.setdefault("pbrMetallicRoughness", {})
+    if gltf_materials.BASE in slots:
+        rough["baseColorFactor"] = [1, 1, 1, 1]
+    if ROUGH in slots:
+        rough |= {"roughnessFactor": 1, "metallicFactor": 1}
+    if EMISSIVE in slots:
+        material["emissiveFactor"] = [1, 1, 1]

@@ -1,0 +1,157 @@
+"""A mesh with another mesh's materials, carried to its own texture coordinates: GLB and OBJ, each from either."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import InputError
+from ...meshes.charted import Charted
+from ...meshes.relayout import Origin, partners
+from .. import formats
+from ..meshes import gltf_materials
+from ..meshes.gltf import Primitive
+from ..meshes.mesh_files import MeshFile
+from ..pictures.image import Image
+from . import of_gltf, of_mtl
+from .carried import Carrier, How
+from .look import CoatMap, Look, check_pictures, part
+
+GIVEN = {
+    "gltf": {"colour": gltf_materials.BASE, "normal": "normalTexture"},
+    "mtl": {"colour": "map_kd", "normal": "norm"},
+}
+
+
+def look_of(meshes: Sequence[MeshFile], *, bare: bool = False) -> Look:
+    """The look of all that was read of a file; `bare` as for `of_gltf.look`.
+
+    Raises:
+        InputError: no coordinates, or a picture that cannot be read.
+    """
+    parts = _primitives(meshes)
+    return of_gltf.look(_name(meshes), parts, bare=bare) if parts else of_mtl.look(meshes[0])
+
+
+def sheet_of(meshes: Sequence[MeshFile]) -> Charted:
+    """The triangles of all that was read of a file, with the coordinates that colours are shown by; errors likewise."""
+    parts = _primitives(meshes)
+    return of_gltf.look(_name(meshes), parts).sheet if parts else of_mtl.sheet_of(meshes[0])
+
+
+def _primitives(meshes: Sequence[MeshFile]) -> list[Primitive]:
+    return list(meshes[0].primitives)
+
+
+def _name(meshes: Sequence[MeshFile]) -> str:
+    return meshes[0].mesh.name if len(meshes) == 1 else str(meshes[0].path)
+
+
+def given(kinds: Mapping[str, Sequence[str]], dialect: str) -> dict[str, CoatMap]:
+    """Pictures that the user names for the old coordinates, by slot.
+
+    Raises:
+        InputError: several of a kind, or one that materials have no one place for.
+    """
+    found = {}
+    for kind, paths in kinds.items():
+        slot = GIVEN[dialect].get(kind)
+        if paths and slot is None:
+            option = "--data" if kind == "data" else f"--{kind}"
+            raise InputError(
+                f"{paths[0]}: materials of a mesh have no one place for {option}; use a picture's suffix for -o"
+            )
+        if len(paths) > 1:
+            raise InputError(f"{paths[1]}: a material shows one picture of the kind; name one")
+        if paths and slot:
+            found[slot] = CoatMap(Path(paths[0]), kind, paths[0])
+    return found
+
+
+@dataclass(eq=False)
+class Relaid:
+    """A mesh about to be written with another's materials.
+
+    Attributes:
+        before: what the old mesh shows.
+        meshes: all that was read of the new mesh's file.
+        name: what the new file will be called.
+        how: pictures are carried; its limit is that of `meshes.relayout.carry`.
+    """
+
+    before: Look
+    meshes: Sequence[MeshFile]
+    name: Path
+    how: How
+
+    def __post_init__(self) -> None:
+        self.notes: list[str] = [*self.before.notes, *self.after.notes]
+
+    @cached_property
+    def after(self) -> Look:
+        """The new mesh, with coordinates as they stand in its file."""
+        return look_of(self.meshes, bare=True)
+
+    @property
+    def dialect(self) -> str:
+        """Of the new file's materials."""
+        return "gltf" if self.name.suffix.lower() == ".glb" else "mtl"
+
+    def check(self) -> None:
+        """Refuse what cannot be written or carried.
+
+        Raises:
+            InputError: a suffix that holds no materials, or not all of the new mesh; no pictures.
+        """
+        check_pictures(self.before, self.before.sheet.name)
+        own = formats.suffix_of(self.meshes[0].path)
+        if own in (".glb", ".gltf") and self.dialect != "gltf":
+            raise InputError(f"{self.name}: would lose what {self.meshes[0].path} holds; use .glb")
+        if self.name.suffix.lower() not in (".glb", ".obj"):
+            raise InputError(f"{self.name}: materials are written to .glb and .obj")
+
+    @cached_property
+    def carriers(self) -> list[Carrier]:
+        """What makes the pictures of each material of the new mesh; of those that show nothing of the old one none."""
+        first, order = partners(self.before.sheet, self.after.sheet)
+        found = []
+        for k in range(len(self.after.coats)):
+            own = np.flatnonzero(self.after.owner == k)
+            sheet, pairs = part(self.after.sheet, own), (first[own], order[own])
+            found.append(Carrier(self.before, sheet, pairs, self._uniform))
+        return found
+
+    @property
+    def _uniform(self) -> How:
+        """All pictures of one size, where two become one."""
+        if self.before.dialect == self.dialect:
+            return self.how
+        sizes = [each.image(self.how.max_pixels).pixels.shape[1::-1] for each in self.before.maps]
+        largest = max(sizes, key=lambda sides: sides[0] * sides[1])
+        return replace(self.how, size=lambda _: self.how.size(largest))
+
+    @property
+    def origins(self) -> list[Origin]:
+        """Where texels came from, for reports: of each material's largest picture."""
+        every = [list(carrier.origins.values()) for carrier in self.carriers]
+        return [max(own, key=lambda origin: origin.grid.owners.owner.size) for own in every if own]
+
+    @cached_property
+    def pictures(self) -> list[dict[str, Image]]:
+        """Of each material, by slots of the old materials."""
+        found = []
+        for carrier in self.carriers:
+            found.append({slot: carrier.image(slot) for slot in carrier.slots})
+            if len({self._mode(carrier, k) for k in carrier.coats}) > 1:
+                self.told(["materials of several kinds of transparency become one"])
+        return found
+
+    def _mode(self, carrier: Carrier, coat: int) -> str:
+        source = self.before.coats[coat].source
+        return source.get("alphaMode", "OPAQUE") if isinstance(source, dict) else ""
+
+    def told(self, notes: Iterable[str]) -> None:
+        """Add remarks on the new file, each once."""
+        self.notes += [note for note in (f"{self.name}: {each}" for each in notes) if note not in self.notes]

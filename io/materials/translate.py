@@ -1,0 +1,108 @@
+"""Pictures of one kind of material for the other: glTF's slots and MTL's statements."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..meshes import gltf_materials, material_library
+from ..pictures.image import Image
+from .carried import Pictures
+from .look import Coat
+from .of_gltf import EMISSIVE, ROUGH
+
+NORMAL = "normalTexture"
+TO_MTL = {gltf_materials.BASE: "map_kd", gltf_materials.DIFFUSE: "map_kd", NORMAL: "norm", EMISSIVE: "map_ke"}
+TO_GLTF = {"map_kd": gltf_materials.BASE, "map_ke": EMISSIVE}
+GREYS = ("map_pr", "map_pm")  # roughness and metal: green and blue of glTF's picture of both
+PLAIN = ["Ka 1 1 1", "Kd 1 1 1", "Ks 0 0 0", "illum 2"]
+
+
+def to_gltf(
+    images: Pictures, kinds: dict[str, str], coat: Coat
+) -> tuple[Pictures, dict[str, Any], list[str]]:
+    """Pictures of MTL statements, all of one size, as those of glTF's slots; the material, and what has no place."""
+    made = {TO_GLTF[word]: image for word, image in images.items() if word in TO_GLTF}
+    for word, image in images.items():
+        if kinds[word] == "normal":
+            made[NORMAL] = image
+    rough: dict[str, Any] = {"metallicFactor": 1.0 if "map_pm" in images else _number(coat, "pm", 0.0)}
+    if "map_pr" not in images:
+        rough["roughnessFactor"] = _number(coat, "pr", 1.0)
+    if any(word in images for word in GREYS):
+        made[ROUGH] = _rough(*(images.get(word) for word in GREYS))
+    if "map_kd" not in images and (colour := _numbers(coat, "kd")):
+        rough["baseColorFactor"] = [*colour, 1.0]
+    material: dict[str, Any] = {"name": coat.name or "iccm", "pbrMetallicRoughness": rough}
+    if EMISSIVE in made:
+        material["emissiveFactor"] = [1.0, 1.0, 1.0]
+    if "map_d" in images and gltf_materials.BASE in made:
+        made[gltf_materials.BASE] = _clear(made[gltf_materials.BASE], images["map_d"])
+        material["alphaMode"] = "BLEND"
+    known = {*TO_GLTF, *GREYS, "map_d"}
+    left = [word for word in images if word not in known and kinds[word] != "normal"]
+    return made, material, _left(left)
+
+
+def to_mtl(images: Pictures, coat: Coat) -> tuple[Pictures, list[str], list[str]]:
+    """Pictures of glTF's slots as those of MTL statements; the material's lines, and what has no place."""
+    made = {TO_MTL[slot]: image for slot, image in images.items() if slot in TO_MTL}
+    if ROUGH in images:
+        for k, word in enumerate(GREYS, 1):
+            made[word] = Image(np.ascontiguousarray(images[ROUGH].pixels[..., k : k + 1]))
+    base = (coat.source or {}).get("pbrMetallicRoughness", {})
+    lines = list(PLAIN)
+    if "map_kd" not in made:
+        lines[1] = "Kd {:g} {:g} {:g}".format(*base.get("baseColorFactor", (1, 1, 1))[:3])
+    if ROUGH not in images and base:
+        lines += [f"Pr {base.get('roughnessFactor', 1):g}", f"Pm {base.get('metallicFactor', 1):g}"]
+    left = [slot for slot in images if slot not in TO_MTL and slot != ROUGH]
+    return made, lines, _left([gltf_materials.named([slot]) for slot in left])
+
+
+def _left(names: Iterable[str]) -> list[str]:
+    said = ", ".join(names)
+    return [f"{said}: the other format has no place for it; left out"] if said else []
+
+
+def _rough(rough: Image | None, metal: Image | None) -> Image:
+    """Roughness in green and metal in blue; what is not given is white."""
+    given = [image for image in (rough, metal) if image is not None]
+    dtype = max((image.pixels.dtype for image in given), key=lambda d: d.itemsize)
+    out = np.full((*given[0].pixels.shape[:2], 3), np.iinfo(dtype).max, dtype)
+    for k, image in enumerate((rough, metal), 1):
+        if image is not None:
+            out[..., k] = _as(image.pixels[..., 0], dtype)
+    return Image(out)
+
+
+def _clear(base: Image, cover: Image) -> Image:
+    """A picture of colours with another one's grey as its alpha."""
+    colours = base.pixels[..., :3]
+    alpha = _as(cover.pixels[..., 0], colours.dtype)
+    return Image(np.dstack([colours if colours.shape[2] == 3 else colours[..., [0, 0, 0]], alpha]), alpha=3)
+
+
+def _as(pixels: NDArray, dtype: np.dtype) -> NDArray:
+    if pixels.dtype == dtype:
+        return pixels
+    return pixels.astype(dtype) * 257 if dtype == np.uint16 else (pixels // 257).astype(dtype)
+
+
+def _numbers(coat: Coat, word: str) -> list[float]:
+    """The numbers of a material's line of three, if it has one."""
+    for line in coat.source or []:
+        first, rest = material_library.split(line)
+        numbers = rest.split()
+        if first.lower() == word and len(numbers) >= 3 and all(map(material_library.is_number, numbers)):
+            return [float(number) for number in numbers[:3]]
+    return []
+
+
+def _number(coat: Coat, word: str, default: float) -> float:
+    for line in coat.source or []:
+        first, rest = material_library.split(line)
+        if first.lower() == word and material_library.is_number(rest):
+            return float(rest)
+    return default

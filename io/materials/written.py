@@ -1,0 +1,121 @@
+"""Meshes with carried materials as files: GLB, and OBJ with its library and pictures."""
+
+from copy import deepcopy
+from pathlib import Path
+
+from .. import files
+from ..meshes import gltf, gltf_dressed, material_library, obj_materials, obj_write
+from ..meshes.gltf_dressed import Clothes
+from ..meshes.material_library import Library
+from . import of_gltf, translate
+from .carried import Carrier, Pictures, plain, png
+from .relaid import Relaid
+
+
+def write(relaid: Relaid, out: Path, *, force: bool) -> list[str]:
+    """Write the mesh into a temporary file; the names of what is written beside it.
+
+    Raises:
+        InputError: a picture that cannot be read, or what is beside it cannot be written.
+    """
+    if relaid.dialect == "mtl":
+        return _obj(relaid, out, force)
+    out.write_bytes(_glb(relaid))
+    return []
+
+
+def beside(relaid: Relaid) -> list[Path]:
+    """All that may be written beside the mesh."""
+    if relaid.dialect == "gltf":
+        return []
+    words = {word for coat in relaid.before.coats for word in coat.maps}
+    if relaid.before.dialect == "gltf":
+        words = {*translate.TO_MTL.values(), *translate.GREYS}
+    names = [coat.name for coat in relaid.after.coats]
+    return [
+        relaid.name.with_suffix(".mtl"),
+        *(_picture(relaid, name, word) for name in names for word in words),
+    ]
+
+
+def _glb(relaid: Relaid) -> bytes:
+    primitives = relaid.meshes[0].primitives
+    if primitives:
+        document, groups = primitives[0].document, of_gltf.groups(primitives)
+    else:
+        document = gltf_dressed.sheets(relaid.meshes[0].path.stem, relaid.after.sheet, relaid.after.owner)
+        groups = [[gltf.Primitive(document, 0, k)] for k in range(len(relaid.after.coats))]
+    found = zip(relaid.carriers, relaid.pictures, groups)
+    clothes = [_clothes(relaid, *each) for each in found if each[0].coat is not None]
+    used = dict.fromkeys(name for each in clothes for name in each.material.get("extensions", {}))
+    return gltf_dressed.dressed(document, clothes, list(used))
+
+
+def _clothes(relaid: Relaid, carrier: Carrier, images: Pictures, group: list[gltf.Primitive]) -> Clothes:
+    coat, samplers = carrier.coat, {}
+    assert coat is not None
+    if relaid.before.dialect == "gltf":
+        material = deepcopy(coat.source)
+        of_gltf.multiplied(material, carrier.multiplied)
+        samplers = {slot: each.options for slot, each in coat.maps.items() if each.options}
+    else:
+        kinds = {slot: each.kind for slot, each in coat.maps.items()}
+        images, material, notes = translate.to_gltf(_plain(images), kinds, coat)
+        relaid.told(notes)
+    contents = {slot: png(image) for slot, image in images.items()}
+    return Clothes(group, material, contents, samplers, of_gltf.layout_of(group[0]))
+
+
+def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
+    whole, faces, library = relaid.meshes[0].obj, relaid.meshes[0].faces, relaid.name.with_suffix(".mtl")
+    assert whole is not None
+    rename, unclothed = obj_materials.renamed(whole, faces)
+    materials, missing = obj_materials.library_of(whole)
+    relaid.notes += missing
+    made, contents = dict[str, list[str]](), dict[Path, bytes]()
+    for carrier, images, old in zip(relaid.carriers, relaid.pictures, relaid.after.coats):
+        if carrier.coat is None:
+            continue
+        images, lines = _statements(relaid, carrier, images)
+        paths = {word: _picture(relaid, old.name, word) for word in images}
+        contents |= {paths[word]: png(image) for word, image in images.items()}
+        names = {word: material_library.name_of(path, library.parent) for word, path in paths.items()}
+        own = rename[old.name or None]
+        body = [f"newmtl {own}", *(line for line in lines if _stays(line, set(images)))]
+        made[own] = material_library.with_maps(body, names)
+    others = [line for name, lines in materials.materials().items() if name not in made for line in lines]
+    text = material_library.bound(Library(tuple(others), materials.folder), {}, unclothed, {}, library)
+    text += "".join(f"{line}\n" for lines in made.values() for line in lines)
+    contents[library] = text.lstrip("\n").encode("utf-8", "surrogateescape")
+    binding = obj_write.Binding(library.name, rename, unclothed)
+    out.write_bytes(obj_write.rebound(whole, faces, binding))
+    for path, data in contents.items():
+        with files.replacing(path, force=force) as temporary:
+            temporary.write_bytes(data)
+    return [str(path) for path in contents]
+
+
+def _statements(relaid: Relaid, carrier: Carrier, images: Pictures) -> tuple[Pictures, list[str]]:
+    """The pictures of a material by statements, and its other lines."""
+    assert carrier.coat is not None
+    if relaid.before.dialect == "mtl":
+        return images, list(carrier.coat.source or translate.PLAIN)
+    images, lines, notes = translate.to_mtl(_plain(images), carrier.coat)
+    relaid.told(notes)
+    return images, lines
+
+
+def _stays(line: str, words: set[str]) -> bool:
+    """Whether a line of an old material is one of the new: names no picture that is not carried."""
+    word = material_library.split(line)[0].lower()
+    return word != "newmtl" and (word in words or not word.startswith(material_library.MAPS))
+
+
+def _picture(relaid: Relaid, material: str, word: str) -> Path:
+    """The file of a material's picture."""
+    several = len(relaid.after.coats) > 1
+    return material_library.picture_of(relaid.name, material if several else None, word)
+
+
+def _plain(images: Pictures) -> Pictures:
+    return {slot: plain(image) for slot, image in images.items()}

@@ -1,0 +1,93 @@
+"""New materials for primitives of a glTF file that stays as it is everywhere else, and such files made of sheets."""
+
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Index, distinct_rows
+from ...meshes.charted import Charted
+from . import gltf_materials
+from .gltf import Gltf, Primitive
+from .gltf_write import Draft, plain
+
+
+@dataclass(frozen=True, eq=False)
+class Clothes:
+    """A material for primitives.
+
+    Attributes:
+        primitives: of one file.
+        material: its JSON; what it says of textures is replaced.
+        pictures: PNG or JPEG files by slot (see `gltf_materials.slots`).
+        samplers: the JSON of the samplers of these, where there are any.
+        coordinates: the number of the set that they are shown by.
+    """
+
+    primitives: Sequence[Primitive]
+    material: dict[str, Any]
+    pictures: Mapping[str, bytes]
+    samplers: Mapping[str, dict[str, Any]]
+    coordinates: int = 0
+
+
+def dressed(document: Gltf, clothes: Sequence[Clothes], used: Sequence[str] = ()) -> bytes:
+    """The file as GLB with these materials; `used` are the extensions that they need."""
+    draft = Draft(document)
+    materials = draft.tree.setdefault("materials", [])
+    held = [_own(draft, each) for each in clothes]
+    for number in held:
+        materials[number] = {}
+    for number, each in zip(held, clothes):
+        materials[number] = deepcopy(each.material)
+        _paint(draft, materials[number], each)
+        for part in each.primitives:
+            draft.tree["meshes"][part.mesh]["primitives"][part.number]["material"] = number
+    if extensions := [name for name in used if name not in draft.tree.get("extensionsUsed", [])]:
+        draft.tree.setdefault("extensionsUsed", []).extend(extensions)
+    draft.forget()
+    return draft.bytes()
+
+
+def _own(draft: Draft, clothes: Clothes) -> int:
+    """The number of the material that only these primitives show, or of a new one."""
+    own = {(part.mesh, part.number) for part in clothes.primitives}
+    number = clothes.primitives[0].tree.get("material")
+    shown = {
+        (k, n)
+        for k, mesh in enumerate(draft.tree["meshes"])
+        for n, primitive in enumerate(mesh["primitives"])
+        for variant in (primitive, *_variants(primitive))
+        if variant.get("material") == number
+    }
+    if number is not None and shown <= own:
+        return number
+    draft.tree["materials"].append({})
+    return len(draft.tree["materials"]) - 1
+
+
+def _variants(primitive: dict) -> list[dict]:
+    return primitive.get("extensions", {}).get("KHR_materials_variants", {}).get("mappings", [])
+
+
+def _paint(draft: Draft, material: dict[str, Any], clothes: Clothes) -> None:
+    """Have a material of the file show its new pictures and no others."""
+    gltf_materials.bare(material, set(clothes.pictures))
+    for slot, content in sorted(clothes.pictures.items()):
+        name = f"{material.get('name', '')} {gltf_materials.named([slot]).removesuffix('Texture')}".strip()
+        texture = draft.new_texture(content, clothes.samplers.get(slot), name)
+        gltf_materials.shown(material, slot, texture, clothes.coordinates)
+
+
+def sheets(name: str, whole: Charted, owner: Index) -> Gltf:
+    """A file with one mesh, a primitive for each number of the triangles' owner (m,), in order."""
+    keys = [whole.faces.ravel(), whole.uv_faces.ravel()]
+    keys += [] if whole.normal_faces is None else [whole.normal_faces.ravel()]
+    rows = np.stack(keys, axis=1)
+    first, number = distinct_rows(rows)
+    rows = rows[first]
+    normals = None if whole.normals is None else whole.normals[rows[:, 2]]
+    made = whole.points[rows[:, 0]], normals, number.reshape(-1, 3), name
+    return plain(*made, whole.uv[rows[:, 1]], owner)

@@ -1,0 +1,125 @@
+"""The materials of OBJ files: which of them faces have, the libraries they stand in, names for new ones."""
+
+from collections.abc import Container, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ...arrays import Flags, Index, Real
+from .. import files
+from . import material_library, obj_write
+from .obj import Obj
+
+NEW = "iccm"  # a material of ours
+JPEG = b"\xff\xd8\xff"  # how such files begin
+Pictures = Mapping[str, Mapping[str, bytes]]
+"""Picture files by material and slot: its name and MTL's statements in lower case, or its number and glTF's slots."""
+
+
+def textures_of(whole: Obj, faces: Flags) -> list[Path]:
+    """The different picture files that the materials of an OBJ's faces name, in the order of the faces."""
+    which, uses = whole.current("usemtl")
+    library = library_of(whole)[0]
+    used = dict.fromkeys(which[np.flatnonzero(faces)].tolist())
+    found = (library.texture(uses[k].text) for k in used if k >= 0)
+    return list(dict.fromkeys(picture for picture in found if picture is not None))
+
+
+def staying(whole: Obj, faces: Flags, name: Path, but: Container[str]) -> list[str]:
+    """A note on the pictures of materials that are shown by new coordinates, but were made for the old ones."""
+    which, uses = whole.current("usemtl")
+    library = library_of(whole)[0]
+    used = [uses[k].text for k in np.unique(which[faces]) if k >= 0]
+    maps = dict.fromkeys(
+        word for material in used for word in library.maps(material) if word.lower() not in but
+    )
+    said = ", ".join(maps)
+    return (
+        [f"{name}: {said} of its materials are for the old coordinates; --carry-maps carries them over"]
+        if said
+        else []
+    )
+
+
+def library_of(whole: Obj) -> tuple[material_library.Library, list[str]]:
+    """The libraries that a file names, in one, and notes on those that are missing."""
+    return material_library.read(
+        whole.path.parent, [s.text for s in whole.statements if s.keyword == "mtllib"]
+    )
+
+
+def renamed(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
+    """New material names of the faces that change: their own where no other face uses it. And one for faces without."""
+    which, uses = whole.current("usemtl")
+    names: list[str | None] = [s.text for s in uses] + [None]
+    inside = {names[k] for k in np.unique(which[faces])}
+    outside = {names[k] for k in np.unique(which[~faces])}
+    taken = {n for n in names if n}
+
+    def fresh(name: str) -> str:
+        while name in taken:
+            name += "_"
+        taken.add(name)
+        return name
+
+    rename = {
+        m: fresh(NEW if m is None else f"{m}_{NEW}") if m is None or m in outside else m for m in inside
+    }
+    return rename, fresh(f"{NEW}_plain") if None in outside else ""
+
+
+def written_beside(name: Path, texture: Path | bytes | None) -> list[str]:
+    """The files that `write` puts beside an output: an OBJ's material library, and a picture that is no file yet."""
+    if texture is None or name.suffix.lower() != ".obj":
+        return []
+    library = str(name.with_suffix(".mtl"))
+    if isinstance(texture, Path):
+        return [library]
+    suffix = ".jpg" if texture.startswith(JPEG) else ".png"
+    return [library, str(name.with_name(f"{name.stem}-texture{suffix}"))]
+
+
+def write(
+    whole: Obj,
+    faces: Flags,
+    uv: Real,
+    uv_corners: Index,
+    out: Path,
+    name: Path,
+    texture: Path | bytes | None,
+    pictures: Pictures,
+    *,
+    force: bool,
+) -> tuple[list[str], list[str]]:
+    """Write an OBJ with new texture coordinates; arguments as for `mesh_files.write`, whose answer this is."""
+    words = {word for made in pictures.values() for word in made} | ({"map_kd"} if texture else set())
+    notes = staying(whole, faces, name, words)
+    if not words:
+        out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners))
+        return [], notes
+    library, contents = name.with_suffix(".mtl"), dict[Path, bytes]()
+    own = dict[str, Path]()
+    if texture is not None:
+        own["map_kd"] = texture if isinstance(texture, Path) else Path(written_beside(name, texture)[1])
+        contents |= {own["map_kd"]: texture} if isinstance(texture, bytes) else {}
+    rename, plain = renamed(whole, faces)
+    shown = dict[str | None, dict[str, str]]()
+    for material in rename:
+        made, several = pictures.get(material or "", {}), len(pictures) > 1
+        paths = {
+            word: material_library.picture_of(name, (material or "") if several else None, word)
+            for word in made
+        }
+        contents |= {paths[word]: made[word] for word in made}
+        shown[material] = {
+            word: material_library.name_of(path, library.parent) for word, path in (own | paths).items()
+        }
+    materials, missing = library_of(whole)
+    text = material_library.bound(materials, rename, plain, shown, library)
+    binding = obj_write.Binding(library.name, rename, plain)
+    out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners, binding))
+    contents = {library: text.encode("utf-8", "surrogateescape")} | contents
+    for path, data in contents.items():
+        with files.replacing(path, force=force) as temporary:
+            temporary.write_bytes(data)
+    return [str(path) for path in contents], [*missing, *notes]

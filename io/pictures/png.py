@@ -1,0 +1,102 @@
+"""PNG files with pixels deflated by ISA-L, about as small as zlib makes them in a tenth of the time."""
+
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+from isal import isal_zlib
+from numpy.typing import NDArray
+
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+UP = 2  # the filter: what is stored is the difference from the row above
+LEVEL = 2  # of ISA-L's four: the smallest files of pictures and drawings (by hand)
+
+
+class PngOutput:
+    """A PNG file in place of OpenImageIO's own `ImageOutput`, which says what comes before the pixels.
+
+    Args:
+        said: what to ask; has not been opened.
+    """
+
+    def __init__(self, said: Any):
+        self.said, self.error = said, ""
+
+    def supports(self, what: str) -> Any:
+        """As `ImageOutput.supports`."""
+        return self.said.supports(what)
+
+    def geterror(self) -> str:
+        """As `ImageOutput.geterror`; what the system said of the file itself."""
+        return self.error or self.said.geterror()
+
+    def open(self, name: str, spec: oiio.ImageSpec) -> bool:
+        """As `ImageOutput.open`: begins the file. The header is that of a file with the first row alone."""
+        one, path = spec.copy(), Path(name)
+        one.height = one.full_height = 1
+        row = np.zeros((1, spec.width, spec.nchannels), str(spec.format))
+        if not (self.said.open(name, one) and self.said.write_image(row) and self.said.close()):
+            return False
+        before = _until_pixels(path.read_bytes(), spec.height)
+        self.stream = isal_zlib.compressobj(LEVEL)
+        self.above = np.zeros(row.size * row.itemsize, np.uint8)
+        self.file = path.open("wb", buffering=0)
+        return self._put(before)
+
+    def write_scanlines(self, first: int, end: int, z: int, rows: NDArray) -> bool:
+        """As `ImageOutput.write_scanlines`: (rows, w, c) uint8 or uint16 that follow the ones before."""
+        stored = rows.astype(rows.dtype.newbyteorder(">"), copy=False).view(np.uint8).reshape(end - first, -1)
+        lines = np.empty((len(stored), stored.shape[1] + 1), np.uint8)
+        lines[:, 0] = UP
+        np.subtract(stored[0], self.above, out=lines[0, 1:])
+        np.subtract(stored[1:], stored[:-1], out=lines[1:, 1:])
+        self.above = stored[-1].copy()
+        return self._put(chunk(b"IDAT", self.stream.compress(lines)))
+
+    def write_image(self, rows: NDArray) -> bool:
+        """As `ImageOutput.write_image`."""
+        return self.write_scanlines(0, len(rows), 0, rows)
+
+    def close(self) -> bool:
+        """As `ImageOutput.close`: ends the file."""
+        if not hasattr(self, "file"):
+            return self.said.close()
+        done = not self.error and self._put(chunk(b"IDAT", self.stream.flush()) + chunk(b"IEND", b""))
+        self.file.close()
+        return done
+
+    def _put(self, content: bytes) -> bool:
+        try:
+            left = memoryview(content)
+            while left:
+                left = left[self.file.write(left) :]
+        except OSError as error:
+            self.error = error.strerror or str(error)
+        return not self.error
+
+
+def chunk(name: bytes, content: bytes) -> bytes:
+    """A chunk of a PNG file."""
+    return len(content).to_bytes(4) + name + content + zlib.crc32(content, zlib.crc32(name)).to_bytes(4)
+
+
+def chunks(content: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """Names and contents of the chunks of a sound PNG file."""
+    at = len(SIGNATURE)
+    while at < len(content):
+        end = at + 8 + int.from_bytes(content[at : at + 4])
+        yield content[at + 4 : at + 8], content[at + 8 : end]
+        at = end + 4
+
+
+def _until_pixels(content: bytes, height: int) -> bytes:
+    """The beginning of a PNG file up to its pixels, for a picture of another height."""
+    made = SIGNATURE
+    for name, held in chunks(content):
+        if name == b"IDAT":
+            break
+        made += chunk(name, held[:4] + height.to_bytes(4) + held[8:] if name == b"IHDR" else held)
+    return made

@@ -1,0 +1,117 @@
+"""--carry-maps of an OBJ: what its materials show is in the same place of the surface by new coordinates."""
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests import rich_glb
+from tests.io.materials.test_relaid import picture, shade
+
+POINTS, NORMALS, UV, FACES = rich_glb.sheet(16)
+LEFT = POINTS[FACES].mean(axis=1)[:, 0] < 0.5
+LIBRARY = """# by hand
+newmtl left side
+Kd 0.8 0.8 0.8
+map_Kd kd.png
+map_Bump -bm 0.7 bump.png
+newmtl right
+map_Kd -s 0.5 0.5 1 kd.png
+map_Pr grey.png
+newmtl other
+map_Kd kd.png
+"""
+
+
+def parsed(path):
+    """Coordinates, and by material vertex and coordinate (m, 3, 2) of corners, as a few lines of Python read them."""
+    vt, faces, material = [], {}, None
+    for line in path.read_text().splitlines():
+        word, _, rest = line.partition(" ")
+        if word == "vt":
+            vt.append([float(x) for x in rest.split()])
+        elif word == "usemtl":
+            material = rest
+        elif word == "f":
+            faces.setdefault(material, []).append(
+                [[int(k) - 1 for k in c.split("/")[:2]] for c in rest.split()]
+            )
+    return np.array(vt), {name: np.array(corners) for name, corners in faces.items()}
+
+
+def looked_up(name, uv):
+    pixels = np.asarray(Image.open(name).convert("RGB")).astype(float)
+    at = (np.column_stack([uv[:, 0], 1 - uv[:, 1]]) * pixels.shape[1::-1]).astype(int)
+    return pixels[at[:, 1], at[:, 0]]
+
+
+@pytest.fixture
+def painted(shapes):
+    rows = ["mtllib p.mtl"] + ["v {} {} {}".format(*p) for p in POINTS] + [f"vt {u} {1 - w}" for u, w in UV]
+    for name, own in (("left side", LEFT), ("right", ~LEFT)):
+        rows += [f"usemtl {name}"] + [
+            "f " + " ".join(f"{k + 1}/{k + 1}" for k in face) for face in FACES[own]
+        ]
+    (shapes / "p.obj").write_text("\n".join(rows) + "\n")
+    (shapes / "p.mtl").write_text(LIBRARY)
+    flat = io.BytesIO()
+    Image.new("RGB", (64, 64), (128, 128, 255)).save(flat, "PNG")
+    contents = {"kd.png": picture(1), "bump.png": flat.getvalue(), "grey.png": picture(2, 1)}
+    for name, content in contents.items():
+        (shapes / name).write_bytes(content)
+    return shapes
+
+
+def test_pictures_of_several_materials_are_where_they_were(painted, iccm):
+    done = iccm("flatten", "p.obj", "--uv", "o.obj", "--carry-maps")
+    assert done.code == 0 and "old coordinates" not in done.err, done.err
+    old, before = parsed(painted / "p.obj")
+    new, after = parsed(painted / "o.obj")
+    weights = np.array([0.5, 0.3, 0.2])
+    for name, picture_name, scale in (
+        ("left side", "o-left_side-Kd.png", 1.0),
+        ("right", "o-right-Kd.png", 0.5),
+    ):
+        assert (before[name][..., 0] == after[name][..., 0]).all()
+        there, here = (
+            np.einsum("k,mkc->mc", weights, vt[f[name][..., 1]]) for vt, f in ((old, before), (new, after))
+        )
+        there = there * scale
+        wanted = shade(np.column_stack([there[:, 0], 1 - there[:, 1]]), 1)
+        assert (
+            np.quantile(np.abs(looked_up(painted / picture_name.replace("Kd", "kd"), here) - wanted), 0.99)
+            < 8
+        )
+    lines = (painted / "o.mtl").read_text().splitlines()
+    assert lines[0] == "# by hand" and "map_Bump -bm 0.7 o-left_side-bump.png" in lines
+    assert "map_Kd o-right-kd.png" in lines and "map_Pr o-right-pr.png" in lines
+    assert lines[-2:] == ["newmtl other", "map_Kd kd.png"]
+    assert looked_up(painted / "o-left_side-bump.png", np.array([[0.5, 0.5]])).tolist() == [[128, 128, 255]]
+
+
+def test_a_new_texture_comes_beside_the_maps_that_are_carried(painted, iccm):
+    words = ["map", "square.svg", "p.obj", "--texture", "grey.png", "-o", "o.obj"]
+    done = iccm(*words)
+    assert (
+        "map_Bump, map_Pr of its materials are for the old coordinates; --carry-maps carries them over"
+        in done.err
+    )
+    assert iccm(*words, "--force", "--carry-maps").code == 0
+    library = (painted / "o.mtl").read_text()
+    assert library.count("map_Kd grey.png") == 2 and "o-right-pr.png" in library
+    assert not (painted / "o-right-kd.png").exists()
+
+
+def test_what_cannot_be_carried_is_told_in_a_line(painted, iccm):
+    (painted / "o-right-pr.png").write_bytes(b"mine")
+    for mesh, out, said in (
+        ("p.obj", "o.obj", "o-right-pr.png: the file exists"),
+        ("p.obj", "o.glb", "keeps the materials of p.obj; use .obj"),
+    ):
+        done = iccm("flatten", mesh, "--uv", out, "--carry-maps")
+        assert done.code == 2 and said in done.err and len(done.lines) == 1
+        assert not (painted / out).exists()
+    (painted / "kd.png").write_bytes(b"none")
+    done = iccm("flatten", "p.obj", "--uv", "x.obj", "--carry-maps")
+    assert done.code == 2 and "kd.png" in done.err and not (painted / "x.obj").exists()

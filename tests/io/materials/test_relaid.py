@@ -1,0 +1,235 @@
+"""All that a material shows in another layout: pictures against formulas, the rest as pygltflib sees it."""
+
+import io
+import json
+
+import numpy as np
+import pytest
+from matplotlib.tri import LinearTriInterpolator, Triangulation
+from PIL import Image
+
+from iccm.io.meshes import mesh_files
+from tests import rich_glb
+from tests.io.meshes.test_gltf import body, bumps, corners, lit, whole
+
+N = 256
+POINTS, NORMALS, UV, FACES = rich_glb.sheet(16)
+C, S = np.cos(0.5), np.sin(0.5)
+TURNED = (UV - 0.5) * 0.6 @ np.array([[C, -S], [S, C]]) + 0.5
+BENT = TURNED + 0.02 * np.column_stack([np.sin(4 * UV[:, 1]), np.cos(3 * UV[:, 0])])
+
+
+def shade(uv, seed):
+    """(…, 3) in 0 … 255 at coordinates of the old layout."""
+    u, v = uv[..., 0], uv[..., 1]
+    waves = (np.sin((5 + k) * u + seed) + np.cos((4 + k + seed) * v) for k in range(3))
+    return 127 + 50 * np.stack(list(waves), axis=-1)
+
+
+def texels():
+    t = (np.arange(N) + 0.5) / N
+    return np.stack(np.meshgrid(t, t), axis=-1)
+
+
+def picture(seed, channels=3):
+    made = io.BytesIO()
+    pixels = shade(texels(), seed).round().astype(np.uint8)
+    Image.fromarray(pixels if channels == 3 else pixels[..., 0]).save(made, "PNG")
+    return made.getvalue()
+
+
+def wanted(uv, seed):
+    """What a picture has to be in another layout (n, 2), v down; NaN outside: matplotlib finds where texels lie."""
+    mesh = Triangulation(*uv.T, FACES)
+    old = np.stack(
+        [LinearTriInterpolator(mesh, w)(*np.moveaxis(texels(), -1, 0)).filled(np.nan) for w in UV.T], -1
+    )
+    return shade(old, seed)
+
+
+def off(made, uv, seed, channels=(0, 1, 2)):
+    """The share of texels inside charts that are off by more than 8 of 255."""
+    right = wanted(uv, seed)[..., list(channels)]
+    inside = np.isfinite(right).all(axis=-1)
+    assert inside.sum() > 0.2 * N * N
+    return (np.abs(made.astype(float)[inside] - right[inside]) > 8).any(axis=-1).mean()
+
+
+def pixels(content):
+    return np.asarray(Image.open(io.BytesIO(content)))
+
+
+@pytest.fixture
+def there(tmp_path, monkeypatch):
+    """A folder with old.glb and new.glb, the same surface in two layouts, and the same as OBJ."""
+    monkeypatch.chdir(tmp_path)
+    more = {"colour": picture(1), "rough": picture(2), "occlusion": picture(3), "light": picture(4)}
+    (tmp_path / "old.glb").write_bytes(rich_glb.rich(POINTS, NORMALS, UV, FACES, bumps(), **more))
+    (tmp_path / "new.glb").write_bytes(rich_glb.rich(POINTS, NORMALS, BENT, FACES))
+    write_obj(tmp_path / "old.obj", UV, "mtllib old.mtl\n", "usemtl cloth\n")
+    write_obj(tmp_path / "new.obj", BENT)
+    names = {"kd.png": picture(1), "bump.png": bumps(), "pr.png": picture(2, 1), "ks.png": picture(3)}
+    for name, content in names.items():
+        (tmp_path / name).write_bytes(content)
+    (tmp_path / "old.mtl").write_text(
+        "newmtl cloth\nKd 0.8 0.8 0.8\nPm 0.5\nmap_Kd kd.png\nmap_Bump -bm 0.7 bump.png\nmap_Pr pr.png\nmap_Ks ks.png\n"
+    )
+    return tmp_path
+
+
+def write_obj(path, uv, head="", use=""):
+    rows = ["v {} {} {}".format(*p) for p in POINTS] + [f"vt {u} {1 - v}" for u, v in uv]
+    rows += ["vn {} {} {}".format(*n) for n in NORMALS]
+    faces = ["f " + " ".join(f"{k + 1}/{k + 1}/{k + 1}" for k in face) for face in FACES]
+    path.write_text(head + "\n".join(rows) + "\n" + use + "\n".join(faces) + "\n")
+
+
+def look_of(file, number=0):
+    return file.materials[number]
+
+
+def test_all_maps_of_a_glb_go_into_another_layout_and_the_rest_of_it_stays(there, iccm):
+    done = iccm("relayout", "old.glb", "new.glb", "-o", "out.glb", "--report", "r.json")
+    assert done.code == 0, done.err
+    assert json.loads((there / "r.json").read_text())["same_triangles"] == len(FACES)
+    old, new, out = (rich_glb.read(there / name) for name in ("old.glb", "new.glb", "out.glb"))
+    whole(new, out)
+    before, after = corners(new, body(new)), corners(out, body(out))
+    assert set(before) == set(after) and all((values == after[name]).all() for name, values in before.items())
+    look, was = look_of(out), look_of(old)
+    rough = look.pbrMetallicRoughness
+    for info, seed in (
+        (rough.baseColorTexture, 1),
+        (rough.metallicRoughnessTexture, 2),
+        (look.occlusionTexture, 3),
+        (look.emissiveTexture, 4),
+    ):
+        assert off(pixels(rich_glb.picture(out, info.index)), BENT, seed) <= 0.005
+    assert rough.baseColorFactor == was.pbrMetallicRoughness.baseColorFactor
+    assert (look.occlusionTexture.strength, look.emissiveFactor) == (0.8, [1.0, 0.5, 0.5])
+    assert len(out.images) == len(out.textures) == 5
+    assert out.materials[1] == new.materials[1]
+
+
+def test_normals_look_the_same_in_space(there, iccm):
+    assert iccm("relayout", "old.glb", "new.glb#body", "-o", "out.glb").code == 0
+    old, out = (rich_glb.read(there / name) for name in ("old.glb", "out.glb"))
+    for weights in ([0.6, 0.3, 0.1], [1 / 3, 1 / 3, 1 / 3]):
+        same = np.einsum("mi,mi->m", lit(old, weights), lit(out, weights))
+        angle = np.degrees(np.arccos(np.clip(same, -1, 1)))
+        assert np.median(angle) < 1 and angle.max() < 3
+
+
+def test_a_texture_that_is_named_takes_the_place_of_the_materials_own(there, iccm):
+    (there / "mine.png").write_bytes(picture(7))
+    done = iccm("relayout", "old.glb", "new.glb", "--texture", "mine.png", "-o", "out.glb", "--size", str(N))
+    assert done.code == 0, done.err
+    out = rich_glb.read(there / "out.glb")
+    colours = rich_glb.picture(out, look_of(out).pbrMetallicRoughness.baseColorTexture.index)
+    assert off(pixels(colours), BENT, 7) <= 0.005
+    assert off(pixels(rich_glb.picture(out, look_of(out).emissiveTexture.index)), BENT, 4) <= 0.005
+
+
+def test_an_objs_materials_become_a_glbs(there, iccm):
+    done = iccm("relayout", "old.obj", "new.glb#body", "-o", "out.glb")
+    assert done.code == 0, done.err
+    assert "map_ks: the other format has no place for it" in done.err
+    new, out = (rich_glb.read(there / name) for name in ("new.glb", "out.glb"))
+    whole(new, out)
+    look = look_of(out)
+    rough = look.pbrMetallicRoughness
+    assert off(pixels(rich_glb.picture(out, rough.baseColorTexture.index)), BENT, 1) <= 0.005
+    both = pixels(rich_glb.picture(out, rough.metallicRoughnessTexture.index))
+    assert off(both[..., [1]], BENT, 2, channels=[0]) <= 0.005
+    assert rough.metallicFactor == 0.5 and (both[..., 2][both[..., 1] > 0] == 255).all()
+    old = rich_glb.read(there / "old.glb")
+    same = np.einsum("mi,mi->m", lit(old, [0.6, 0.3, 0.1]), lit(out, [0.6, 0.3, 0.1]))
+    assert np.degrees(np.arccos(np.clip(same, -1, 1))).max() < 3
+
+
+@pytest.mark.parametrize("out", ["out.obj", "out.glb"])
+@pytest.mark.parametrize("old", ["old.obj", "old.glb"])
+def test_an_obj_gets_materials(there, iccm, old, out):
+    lines = (there / "new.obj").read_text().splitlines()
+    done = iccm("relayout", old, "new.obj", "-o", out)
+    assert done.code == 0, done.err
+    if out == "out.glb":
+        file = rich_glb.read(there / out)
+        assert len(corners(file, body(file))["NORMAL"]) == FACES.size
+        made = pixels(rich_glb.picture(file, look_of(file).pbrMetallicRoughness.baseColorTexture.index))
+    else:
+        written = (there / out).read_text().splitlines()
+        assert [line for line in written if line not in ("mtllib out.mtl", "usemtl iccm")] == lines
+        made = pixels(next(map(lambda p: p.read_bytes(), mesh_files.textures_of(mesh_files.read(out)))))
+        library = (there / "out.mtl").read_text()
+        assert ("map_Bump -bm 0.7 out-bump.png" if old == "old.obj" else "map_Pm out-pm.png") in library
+        for line in library.splitlines():
+            assert not line.endswith(".png") or (there / line.split()[-1]).is_file()
+    assert off(made, BENT, 1) <= 0.005
+
+
+def test_several_materials_become_one_with_their_factors(there, iccm):
+    """Half of the old surface shows a picture times red, half of it no picture but green."""
+    file = rich_glb.read(there / "old.glb")
+    left = POINTS[FACES].mean(axis=1)[:, 0] < 0.5
+    make = rich_glb.Builder()
+    make.file, make.data = file, file.binary_blob()
+    halves = [make.accessor(FACES[own].astype(np.uint16).reshape(-1, 1), "SCALAR") for own in (left, ~left)]
+    import pygltflib as gl
+
+    look = file.materials[0]
+    look.normalTexture = look.occlusionTexture = look.emissiveTexture = None
+    look.pbrMetallicRoughness.metallicRoughnessTexture, look.emissiveFactor = None, [0, 0, 0]
+    look.pbrMetallicRoughness.baseColorFactor = [1, 0.25, 0.25, 1]
+    green = gl.PbrMetallicRoughness(baseColorFactor=[0, 0.5, 0, 1])
+    file.materials[1] = gl.Material(name="green", pbrMetallicRoughness=green)
+    one, hat = file.meshes[0].primitives[0], file.meshes[1].primitives[0]
+    one.indices = halves[0]
+    file.meshes[0].primitives.append(gl.Primitive(attributes=one.attributes, indices=halves[1], material=1))
+    hat.material = None
+    file.buffers.clear()
+    (there / "two.glb").write_bytes(make.bytes())
+    done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb")
+    assert done.code == 0, done.err
+    out = rich_glb.read(there / "out.glb")
+    rough = look_of(out).pbrMetallicRoughness
+    assert rough.baseColorFactor == [1, 1, 1, 1]
+    made = pixels(rich_glb.picture(out, rough.baseColorTexture.index)).astype(float)
+    right = wanted(BENT, 1)
+    at = np.stack(
+        [
+            LinearTriInterpolator(Triangulation(*BENT.T, FACES), POINTS[:, 0])(
+                *np.moveaxis(texels(), -1, 0)
+            ).filled(np.nan)
+        ]
+    )[0]
+    red, green = (at < 0.49), (at > 0.51)
+    linear = lambda v: np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)  # noqa: E731
+    assert (np.abs(made[red] - right[red])[:, 0] > 8).mean() <= 0.005
+    assert np.abs(linear(made[red][:, 1] / 255) - 0.25 * linear(right[red][:, 1] / 255)).max() < 0.03
+    assert (np.abs(linear(made[green] / 255) - [0, 0.5, 0]) < 0.01).all()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("old.glb", "new.glb", "-o", "out.obj"), "would lose what new.glb holds; use .glb"),
+        (("old.glb", "new.glb", "-o", "out.ply"), "use .glb"),
+        (("old.glb", "new.glb", "-o", "a.glb", "-o", "b.glb"), "one mesh is written at a time"),
+        (("old.glb", "new.glb", "-o", "new.glb", "--force"), "is an input"),
+        (("new.obj", "new.glb", "-o", "out.glb"), "new.obj: its materials show no pictures"),
+        (("old.glb", "new.glb", "--data", "kd.png", "-o", "out.glb"), "no one place for --data"),
+        (("old.obj", "new.obj", "-o", "out.gltf"), "written to .glb and .obj"),
+    ],
+)
+def test_wrong_words_are_told_in_a_line(there, iccm, words, message):
+    done = iccm("relayout", *words)
+    assert done.code == 2 and message in done.err and len(done.lines) == 1, done.err
+    assert not list(there.glob("out*"))
+
+
+def test_pictures_beside_an_obj_are_not_replaced_unasked(there, iccm):
+    (there / "out-kd.png").write_bytes(b"mine")
+    done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj")
+    assert done.code == 2 and "out-kd.png: the file exists" in done.err
+    assert (there / "out-kd.png").read_bytes() == b"mine" and not (there / "out.obj").exists()

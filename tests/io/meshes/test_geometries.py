@@ -1,0 +1,105 @@
+"""GLB files of several geometries, with --parts all."""
+
+import io
+import json
+
+import numpy as np
+import pygltflib as gl
+import pytest
+from PIL import Image
+
+from iccm.io.pictures import image_files
+from tests import rich_glb
+from tests.cli.test_charts import ramp
+from tests.io.meshes.test_gltf import corners
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 200 100">{}</svg>'
+SQUARES = '<path id="{}" d="M10 10h80v80h-80z"/><path id="{}" d="M110 10h80v80h-80z"/>'
+PLACES = {
+    "left": (0.05, 0.1, 0.4),
+    "right": (0.55, 0.2, 0.3),
+}  # of each chart: its low corner, v up, and its size
+
+
+@pytest.fixture
+def pair(shapes):
+    """pair.glb: two square sheets, a geometry, a material and a chart each; pair.svg: two squares of their names."""
+    make = rich_glb.Builder()
+    y, x = np.mgrid[0:5, 0:5] / 4
+    k = np.arange(25).reshape(5, 5)
+    a, b, c, d = k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]
+    faces = np.concatenate([np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)])
+    indices = make.accessor(faces.astype(np.uint16).reshape(-1, 1), "SCALAR")
+    for number, (name, (u, v, size)) in enumerate(PLACES.items()):
+        points = np.column_stack([x.ravel() + 1.5 * number, y.ravel(), 0 * x.ravel()])
+        uv = np.column_stack([u + size * x.ravel(), 1 - v - size * y.ravel()])
+        attributes = gl.Attributes(
+            POSITION=make.accessor(points.astype(np.float32), "VEC3"),
+            TEXCOORD_0=make.accessor(uv.astype(np.float32), "VEC2"),
+        )
+        texture = make.texture(rich_glb.png((200 * number, 50, 50)))
+        look = gl.PbrMetallicRoughness(baseColorTexture=gl.TextureInfo(index=texture))
+        make.file.materials.append(gl.Material(name=f"paint of {name}", pbrMetallicRoughness=look))
+        primitive = gl.Primitive(attributes=attributes, indices=indices, material=number)
+        make.file.meshes.append(gl.Mesh(name=name, primitives=[primitive]))
+        make.file.nodes.append(gl.Node(name=name, mesh=number))
+    make.file.scenes, make.file.scene = [gl.Scene(nodes=[0, 1])], 0
+    (shapes / "pair.glb").write_bytes(make.bytes())
+    (shapes / "pair.svg").write_text(SVG.format(SQUARES.format("right", "left")))
+    image_files.write("ramp.png", ramp())
+    return shapes
+
+
+def test_every_geometry_gets_its_partner_and_new_coordinates(pair, iccm):
+    words = ["--parts", "all", "--texture", "ramp.png", "--texture-box", "viewbox"]
+    done = iccm("map", "pair.svg", "pair.glb", *words, "-o", "out.glb", "--report", "r.json")
+    assert done.code == 0, done.err
+    parts = json.loads((pair / "r.json").read_text())["parts"]
+    assert {part["target"] for part in parts} == {"left#piece-1", "right#piece-1"}
+    old, new = rich_glb.read("pair.glb"), rich_glb.read("out.glb")
+    for number, (name, low) in enumerate({"left": 110, "right": 10}.items()):
+        primitive = new.meshes[number].primitives[0]
+        assert new.meshes[number].name == name
+        at = corners(new, primitive)
+        assert (at["POSITION"] == corners(old, old.meshes[number].primitives[0])["POSITION"]).all()
+        square = np.column_stack(
+            [(low + 80 * (at["POSITION"][:, 0] - 1.5 * number)) / 200, 0.9 - 0.8 * at["POSITION"][:, 1]]
+        )
+        assert at["TEXCOORD_0"] == pytest.approx(square, abs=2e-3)
+        look = new.materials[primitive.material]
+        shown = rich_glb.picture(new, look.pbrMetallicRoughness.baseColorTexture.index)
+        assert look.name == f"paint of {name}" and shown == (pair / "ramp.png").read_bytes()
+
+
+@pytest.mark.parametrize("words", [["--bake"], ["--plane", "uv"]])
+def test_the_layout_of_all_geometries_is_filled(pair, iccm, words):
+    given = ["--texture", "ramp.png", "--size", "200", "--padding", "0"]
+    done = iccm("map", "pair.svg", "pair.glb", "--parts", "all", *words, *given, "-o", "o.png")
+    assert done.code == 0, done.err
+    made = image_files.read("o.png").pixels.astype(int)
+    for (u, v, size), low in zip(PLACES.values(), (110, 10)):
+        for a, b in ((0.2, 0.3), (0.5, 0.5), (0.8, 0.6)):
+            row, column = int((1 - v - size * b) * 200), int((u + size * a) * 200)
+            wanted = 255 * (low + 80 * a) / 200, 255 * (0.1 + 0.8 * b)
+            assert made[row, column, :2] == pytest.approx(wanted, abs=8)
+
+
+def test_maps_of_every_material_are_carried(pair, iccm):
+    done = iccm(
+        "map", "pair.svg", "pair.glb", "--parts", "all", "--carry-maps", "-o", "out.glb", "--stmap", "m.exr"
+    )
+    assert done.code == 0, done.err
+    new = rich_glb.read("out.glb")
+    for number in (0, 1):
+        primitive = new.meshes[number].primitives[0]
+        at = corners(new, primitive)["TEXCOORD_0"].mean(axis=0)
+        info = new.materials[primitive.material].pbrMetallicRoughness.baseColorTexture
+        pixels = np.asarray(Image.open(io.BytesIO(rich_glb.picture(new, info.index))))
+        assert pixels[tuple((at[::-1] * pixels.shape[:2]).astype(int))].tolist() == [200 * number, 50, 50]
+
+
+def test_one_texture_of_several_is_told(pair, iccm):
+    done = iccm("map", "pair.glb", "pair.svg", "--parts", "all", "-o", "o.png")
+    assert done.code == 0 and "is taken for all of its 2 textures; file#part picks one" in done.err, done.err
+    named = iccm("map", "pair.glb#left", "pair.svg#left", "-o", "l.png")
+    assert named.code == 0 and "2 textures" not in named.err

@@ -1,0 +1,113 @@
+"""The pictures of a material through one map: solved once, each by its kind."""
+
+import json
+
+import numpy as np
+import pytest
+
+from iccm.io.pictures import image_files
+from iccm.io.pictures.image import Image
+from iccm.io.run import execute
+from tests.cli.test_charts import TILES, ramp, write_sheets
+
+KINDS = {"texture": "colour", "normal": "normal", "data": "data"}
+
+
+@pytest.fixture
+def material(shapes):
+    """A folder with a picture of each kind, of several sizes and depths, and a mesh with a layout."""
+    x = np.linspace(0, 1, 48)
+    n = np.stack(
+        [0.4 * np.sin(9 * x)[None] + 0 * x[:, None], 0.3 + 0 * np.outer(x, x), 1 + 0 * np.outer(x, x)], -1
+    )
+    n /= np.linalg.norm(n, axis=-1, keepdims=True)
+    image_files.write("texture.png", ramp())
+    image_files.write("normal.png", Image((128 + 127 * n).round().astype(np.uint8)))
+    image_files.write("data.tif", Image((65535 * np.outer(x, x)[..., None]).astype(np.uint16)))
+    write_sheets(shapes / "tiles.obj", TILES)
+    return shapes
+
+
+def options(name, word):
+    return [f"--{word}", name]
+
+
+@pytest.mark.parametrize(
+    "words", [["blob.svg"], ["tiles.obj#left", "--bake"], ["tiles.obj", "--plane", "uv"]]
+)
+def test_a_set_is_what_single_runs_are_and_is_solved_once(material, iccm, monkeypatch, words):
+    names = {"texture": "texture.png", "normal": "normal.png", "data": "data.tif"}
+    single = {}
+    for word, name in names.items():
+        run = ["map", "square.svg", *words, "--texture", name, "--kind", KINDS[word], "-o", f"one-{word}.tif"]
+        assert iccm(*run).code == 0
+        single[word] = image_files.read(f"one-{word}.tif")
+    solved, real = [], execute.solved
+    monkeypatch.setattr(execute, "solved", lambda *args: solved.append(1) or real(*args))
+    given = [each for word, name in names.items() for each in options(name, word)]
+    done = iccm("map", "square.svg", *words, *given, "-o", "set-{stem}.tif", "--report", "r.json")
+    assert done.code == 0, done.err
+    assert len(solved) == 1
+    for word, image in single.items():
+        made = image_files.read(f"set-{word}.tif")
+        assert made.pixels.dtype == image.pixels.dtype and (made.pixels == image.pixels).all()
+    report = json.loads((material / "r.json").read_text())
+    assert {"texture.png", "normal.png", "data.tif"} <= {entry["path"] for entry in report["inputs"]}
+
+
+def test_names_of_textures_and_of_sides_fit_together(material, iccm):
+    given = ["--normal", "normal.png", "--data", "data.tif"]
+    assert iccm("map", "square.svg", "blob.svg", *given).code == 0
+    assert (material / "square-blob-normal.png").is_file() and (material / "square-blob-data.png").is_file()
+    alone = iccm("map", "square.svg", "blob.svg", "--normal", "normal.png", "-o", "n.png")
+    assert alone.code == 0
+    assert (image_files.read("n.png").pixels == image_files.read("square-blob-normal.png").pixels).all()
+    for more, said in (
+        (["-o", "x.png"], "2 textures and 1 pictures"),
+        (["--stmap", "x.exr"], "2 textures and 0"),
+    ):
+        done = iccm("map", "square.svg", "blob.svg", *given, *more)
+        assert done.code == 2 and said in done.err and not (material / more[1]).exists()
+    grey = iccm(
+        "map",
+        "square.svg",
+        "blob.svg",
+        "--texture",
+        "texture.png",
+        "--normal",
+        "data.tif",
+        "-o",
+        "of-{stem}.png",
+    )
+    assert grey.code == 2 and "data.tif" in grey.err and not (material / "of-texture.png").exists()
+
+
+def test_a_batch_takes_sets_and_tiles(material, iccm):
+    for number in (1001, 1002, 1011):
+        image_files.write(f"skin.{number}.png", ramp(size=32))
+    jobs = [
+        {"source": "square.svg", "target": "blob.svg", "texture": "texture.png", "normal": "normal.png"},
+        {
+            "source": "tiles.obj",
+            "target": "tiles.obj",
+            "parts": "all",
+            "bake": True,
+            "texture": "skin.<UDIM>.png",
+            "output": "out.<UDIM>.png",
+        },
+    ]
+    (material / "jobs.jsonl").write_text("\n".join(map(json.dumps, jobs)))
+    done = iccm("batch", "jobs.jsonl", "--root", "made", "-j", "1")
+    assert done.code == 0, done.err + done.out
+    made = [sorted(entry["path"] for entry in json.loads(line)["outputs"]) for line in done.out.splitlines()]
+    assert made == [
+        ["made/square-blob-normal.png", "made/square-blob-texture.png"],
+        ["made/out.1001.png", "made/out.1002.png", "made/out.1011.png"],
+    ]
+    again = iccm("batch", "jobs.jsonl", "--root", "made", "-j", "1", "--resume")
+    lines = [json.loads(line) for line in again.out.splitlines()]
+    assert all(line["resumed"] for line in lines)
+    assert [sorted(entry["path"] for entry in line["outputs"]) for line in lines] == made
+    (material / "bad.jsonl").write_text(json.dumps(jobs[1] | {"texture": "no.<UDIM>.png"}))
+    refused = iccm("batch", "bad.jsonl", "--root", "made", "--check")
+    assert refused.code == 2 and "no.<UDIM>.png: no such file" in refused.err
