@@ -23,16 +23,22 @@ from .meshing import sizing
 from .meshing.mesh import Sizes
 from .meshing.transfer import interpolate
 from .metric import PLANES, Metrics
+from .minimise.emphasis import BalanceField
 from .minimise.measures import stretches
 from .minimise.untangle import STEPS
 from .outline import Outline
 from .pairs import HoleMatch, Loop, Match, Pairs, boundary_pairs, limited, loops_of, through
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
-SCREENING = ((3, 9), (5, 5))  # Newton steps, then how many maps go on; within 1 % of keeping all
+SCREENING = ((5, 9), (12, 5))
+"""Newton steps, then how many maps go on: within 1 % of settling all nine on 78 pairs."""
+PROMISING = 1.5
+"""Times the best score, up to which a map does; with 1.3 one of 60 pairs lost half of its energy."""
 RELEASES = 3  # rounds of released corners
 RELEASED_STEPS = 8  # of Newton after each release (by hand)
 FORWARD, BACKWARD = 8, 3  # Newton steps on the map and on its inverse, in turn
+POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others while a bound is not met
+FINE_BACKWARD = 4  # as BACKWARD, on finer meshes
 SETTLED = 1e-3  # relative decrease of a round that ends it
 POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
@@ -122,7 +128,7 @@ class UnitProblem(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Sketch:
     """A map without outlines: vertices, outline first, images, triangles, how many vertices are on the outline, which
-    one is the first pin's, the edges (l, 2) of strokes, and the holes' vertices and weights as of `DiscreteMap`."""
+    one is the first pin's, the edges (l, 2) of strokes, the holes' vertices and the rest as of `DiscreteMap`."""
 
     z: Complex
     u: Complex
@@ -134,6 +140,7 @@ class Sketch:
     filled: tuple[Loop, ...] = ()
     weights: Real | None = None
     metrics: Metrics = PLANES
+    balance: BalanceField | None = None
 
     @property
     def material(self) -> Index:
@@ -227,8 +234,8 @@ class Level:
         )
 
     def started(self, match: Match) -> DiscreteMap:
-        """A map without folds for a match. With holes the harmonic one folds more often than not, and its inverse
-        may not.
+        """A map without folds for a match. Where the harmonic one folds beyond repair (with holes more often than not),
+        its inverse may not.
 
         Raises:
             Stuck: none was found.
@@ -236,7 +243,7 @@ class Level:
         try:
             return self.mapped(match).unfolded()
         except Stuck:
-            if len(match.holes) != max(map(len, self.holes)) or not match.holes or self.pinned:
+            if len(match.holes) != max(map(len, self.holes)) or self.halved or self.pinned:
                 raise
         return self.inverse().mapped(match.inverse()).unfolded().inverse()
 
@@ -273,10 +280,12 @@ def screened(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMa
         tried = progress.counted(f"coarse maps, {steps} steps", states)
         states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
         states = sorted(states, key=lambda s: score(s, problem.upright))[:keep]
-    return states
+    return [s for s in states if score(s, problem.upright) <= PROMISING * score(states[0], problem.upright)]
 
 
-def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
+def alternated(
+    state: DiscreteMap, theta: float | BalanceField, q: float, rounds: int, backward: int
+) -> DiscreteMap:
     """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
     before = np.inf  # the energy so far may be another one, of q = 1
     for _ in range(rounds):

@@ -19,6 +19,7 @@ from .constraints.given import Pins, checked, place
 from .frames import UnitFrame, frames_of
 from .holes.filled import Cut, cut_out
 from .holes.given import NONE, Holes, unequal, which
+from .last_mesh import Meshed, excess
 from .levels import Sketch
 from .minimise.measures import energy_between, stretches, turn_of
 from .pairs import loops_of
@@ -85,7 +86,7 @@ def sketched(
     return Sketch(z, u, np.ascontiguousarray(faces), border.size, loops=loops)
 
 
-def _world(state: stages.Meshed, frames: tuple[UnitFrame, UnitFrame]) -> tuple[Complex, Complex]:
+def _world(state: Meshed, frames: tuple[UnitFrame, UnitFrame]) -> tuple[Complex, Complex]:
     return frames[0].world(state.z), frames[1].world(state.u)
 
 
@@ -109,7 +110,7 @@ def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
 
 
 def solution_of(
-    state: stages.Meshed,
+    state: Meshed,
     z: Complex,
     u: Complex,
     frames: tuple[UnitFrame, UnitFrame],
@@ -151,7 +152,7 @@ def solution_of(
     dilatation, stretch, _ = stretches(state.z, state.u, state.material, metrics)
     lean = turn_of(state.z, state.u, state.material, metrics) * (-1 if mirror else 1)
     turn = np.angle(np.exp(1j * lean) * frames[0].factor / frames[1].factor)
-    excess = stages.excess(state.z, state.u, state.material, settings, metrics)
+    beyond = excess(state.z, state.u, state.material, settings, metrics)
     return Solution(
         z,
         u,
@@ -165,7 +166,7 @@ def solution_of(
         journal.starts,
         {"dilatation": float(dilatation.max()), "stretch": float(stretch.max())},
         symmetric,
-        bool(max(gap, source_gap) <= settings.tolerance and excess <= 1),
+        bool(max(gap, source_gap) <= settings.tolerance and beyond <= 1),
         journal.notes,
         lines=cut.lines,
         partners=cut.partners,

@@ -1,13 +1,9 @@
 """The stages of a solve, from two outlines in unit coordinates to a map on the last mesh."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from .. import progress
-from ..arrays import Complex, Index
 from ..curve import Curve
-from ..maps.distortion import Distortion
 from . import starts
 from .constraints import continuation, meeting
 from .constraints.given import Pins, with_points
@@ -19,11 +15,20 @@ from .holes.given import Holes
 from .holes.outlines import manageable_holes
 from .holes.partners import Partners
 from .holes.rings import ring_matches
-from .levels import Level, Sketch, UnitProblem, alternated, eased, refined, released, score, screened, started
-from .meshing import sizing
-from .meshing.mesh import Sizes
-from .metric import PLANES, Metrics
-from .minimise.measures import derivatives, stretches, within
+from .last_mesh import (
+    FINE_EXACTNESS,
+    STEEPEST_FINE,
+    TRIANGLES_PER_AREA,
+    Meshed,
+    fine,
+    finished,
+    last,
+    last_level,
+    lowered,
+    meets,
+)
+from .leaning import leaning, leant
+from .levels import Level, Sketch, UnitProblem, eased, released, score, screened, started
 from .outline import manageable
 from .pairs import Match
 from .similar import similar_with_holes, similarity
@@ -34,32 +39,12 @@ COARSE, FINE = 0.1, 0.04  # mesh sizes h, of domains of area one; .08 and .03 fo
 LIMBS = 0.55
 """Over the outline's length, of area one: the coarse h of shapes with limbs, at least 0.6 of COARSE."""
 SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
-COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, of the diagonal
-FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
-STEEPEST, STEEPEST_FINE = 8.0, 20.0  # slope of a match, relative to the mean, that a mesh follows
-TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
-POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others while a bound is not met
-# Where K on 95 % of the target is above SHEARED, θ up to 1 is lowered until it is not, unless less than EVEN of the
-# target is within 2 x then, or its p95 stretch above STRETCHED: K is at most 5 on 76 % of 180 pairs (seeds 31 to 33).
-# AIMED is where K is to go on the fine mesh, from which the last one differs by 2 %; below TOO_FAR it went too far, if
-# less than AMPLE is within 2 x. From HOPELESS on none got there. K falls about as θ to the power STEEP.
-SHEARED, AIMED, TOO_FAR, HOPELESS, STRETCHED = 4.9, 4.8, 4.5, 8.7, 5.0
-EVEN, AMPLE = 0.8, 0.9
-# Where K is small enough and sizes are even, the last mesh leans a LITTLE to angles; of 24 pairs one fell below 90 % of
-# the area within 2 x by that, and two above a p95 stretch of 3.
-LITTLE_FROM, LITTLE = 0.95, 0.75  # the share within 2 x from which it does, and the factor of θ
-STEEP, LEAST_LEAN, LEANINGS = 0.4, 0.2, 3  # the share of θ that is left at least, and how many are tried
 UPRIGHT = 3.0  # weight of the turn among starts: 82 % of 40 pairs turn by less than 20°, with 2 75 %, for 1 % of energy
 STRAIGHTENINGS, STRAIGHT = 3, 0.5  # rounds, and degrees that may be left
 ROUND = 0.95  # 4π · area / length², 1 for a disc and .91 for a hexagon
-FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
-LAST_ROUNDS = 4  # of such steps; later ones where a squeezed triangle widens slowly
-UNSETTLED = "The map had not settled on its last mesh: its stretch could be smaller."
-LAST_STEPS, LAST_DECREASE = 50, 2e-3  # of Newton on the last mesh, and the relative decrease that ends them
+COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, of the diagonal
+STEEPEST = 8.0  # slope of a match, relative to the mean, that a coarse mesh follows
 SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
-
-
-Meshed = DiscreteMap | Sketch
 
 
 def constrained(
@@ -115,12 +100,6 @@ def further(
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
     theta = leaning(problem, state)
     return lowered(eased(state, problem.theta), theta, settings, journal), meets(problem, state)
-
-
-def meets(problem: UnitProblem, state: DiscreteMap) -> bool:
-    """Whether a map meets all constraints."""
-    goals = state.inside.goals[state.inside.own < 0]
-    return (state.bound or not state.inside.z.size) and bool(np.all(goals == problem.pins[:, 1]))
 
 
 def mapped(
@@ -181,7 +160,7 @@ def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple
             except Stuck:
                 continue
             if meets(*found):
-                return leant(used, state, found[1], sizes, journal)
+                return leant(*found)
             closest = closest or found
     if closest is not None:
         return closest
@@ -215,19 +194,6 @@ def ways(problem: UnitProblem) -> tuple[UnitProblem, ...]:
     return (inverse, problem) if longer else (problem, inverse)
 
 
-def finished(
-    problem: UnitProblem, state: Meshed, settings: Settings, journal: SolveLog, share: float = 1.0
-) -> Meshed:
-    """The map on the last mesh, or as it is where that folds."""
-    try:
-        return last(problem, state, settings, journal, share)
-    except Stuck:
-        journal.notes.append(
-            "The finest mesh folds: the outlines are followed as closely as the one before allows."
-        )
-        return state
-
-
 def inverted(state: Meshed) -> Sketch:
     """The inverse map."""
     loops, filled = (tuple(loop.inverse() for loop in each) for each in (state.loops, state.filled))
@@ -251,7 +217,8 @@ def by_halves(
     outline = 1 + int(np.searchsorted(half.pairs.s, half.axis - 1e-9))
     z, u = (half.u, half.z) if used.inverted else (half.z, half.u)
     z, u, faces, border = mirrored(z, u, half.faces, half.border, outline)
-    sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border)
+    balance = half.balance and half.balance.twice()
+    sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border, balance=balance)
     whole_problem = problem._replace(theta=used.theta)
     return (sketch if exact else finished(whole_problem, sketch, settings, journal)), True
 
@@ -326,155 +293,6 @@ def with_holes(problem: UnitProblem, holes: Holes, settings: Settings) -> UnitPr
     source = tuple(manageable_holes(problem.source, holes.source, settings.tolerance))
     target = tuple(manageable_holes(problem.target, holes.target, settings.tolerance))
     return problem._replace(holes=(source, target), partners=holes.partners)
-
-
-def fine(problem: UnitProblem, state: DiscreteMap, size: float, journal: SolveLog) -> DiscreteMap:
-    """The map on a finer mesh, its worst stretch lowered."""
-    progress.tell("fine map")
-    level = Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE)
-    state = on_finer(level, state, problem)
-    if problem.constrained and not meets(problem, state):
-        state = meeting.again(level, state, problem)
-    state = alternated(state, problem.theta, POWERS[0], FINE_ROUNDS, FINE_BACKWARD)
-    journal.level("fine", state, POWERS[0])
-    return state
-
-
-def on_finer(level: Level, state: Meshed, problem: UnitProblem) -> DiscreteMap:
-    """The map on the mesh of a finer level, smaller triangles where it magnifies."""
-    sizes = sizing.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
-    return eased(carried(level, state, problem, sizes), problem.theta)
-
-
-def last(
-    problem: UnitProblem, state: Meshed, settings: Settings, journal: SolveLog, share: float = 1.0
-) -> DiscreteMap:
-    """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
-    progress.tell("last map")
-    theta = leaning(problem, state)
-    state = on_finer(last_level(problem, settings, share), state, problem)
-    return lowered(state, theta, settings, journal)
-
-
-def last_level(problem: UnitProblem, settings: Settings, share: float = 1.0) -> Level:
-    """The outlines with all their vertices, and the size of the last mesh."""
-    size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
-    return Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
-
-
-def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: SolveLog) -> DiscreteMap:
-    """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
-    return lowered_by(lambda state, q: descended(state, theta, q, journal), state, settings)
-
-
-def lowered_by(
-    descent: Callable[[DiscreteMap, float], DiscreteMap], state: DiscreteMap, settings: Settings
-) -> DiscreteMap:
-    """As `lowered`, by what descends for a power q."""
-    tried: list[DiscreteMap] = []
-    for q in progress.counted("last map, worst stretch lowered", POWERS):
-        state = descent(state, q)
-        tried.append(state)
-        if _excess(state, settings) <= 1:
-            return state
-    return min(tried, key=lambda state: _excess(state, settings))
-
-
-def leaning(problem: UnitProblem, state: Meshed) -> float:
-    """θ for the last mesh: a little smaller where sizes are even and, without pins, K is small enough as it is."""
-    even = within(2.0, state.z, state.u, state.material, state.metrics) >= LITTLE_FROM
-    if problem.holed or problem.theta > 1 or not even:
-        return problem.theta
-    fine_already = problem.constrained or _sheared(over_target(problem, state)) <= SHEARED
-    return LITTLE * problem.theta if fine_already else problem.theta
-
-
-def leant(
-    problem: UnitProblem,
-    start: DiscreteMap,
-    state: DiscreteMap,
-    sizes: tuple[float, float],
-    journal: SolveLog,
-) -> tuple[UnitProblem, DiscreteMap]:
-    """The fine map with angles kept better where that is needed and sizes allow it, and the problem with its θ.
-
-    Holes that shrink need all of θ, and who asks for θ > 1 asks for even sizes; pins stay where they are met.
-
-    Args:
-        problem: with the θ asked for.
-        start: its coarse map.
-        state: its fine one.
-        sizes: of both meshes.
-        journal: of what happens.
-    """
-    first, share, steep = over_target(problem, state), 1.0, STEEP
-    found, best = first, (problem, state)
-    settled = problem.holed or problem.constrained or problem.theta > 1
-    if settled or not SHEARED < _sheared(first) < HOPELESS:
-        return best
-    level = Level.of(problem, sizes[0], *COARSE_EXACTNESS, STEEPEST)
-    for _ in range(LEANINGS):
-        share *= max((AIMED / _sheared(found)) ** (1 / steep), LEAST_LEAN / share)
-        less = problem._replace(theta=share * problem.theta)
-        try:
-            start = released(level, start, less)
-            tried = fine(less, start, sizes[1], journal)
-        except Stuck:
-            break
-        found = over_target(problem, tried)
-        far = found.within(2) < EVEN or found.quantile(found.stretches, 0.95) > STRETCHED
-        if _sheared(found) <= SHEARED and not far:
-            best = less, tried
-        if _sheared(found) > SHEARED:
-            if far or share <= LEAST_LEAN:
-                break
-        elif _sheared(found) > TOO_FAR or found.within(2) >= AMPLE:
-            break
-        steep = max(np.log(_sheared(found) / _sheared(first)) / np.log(share), 0.1)
-    return best
-
-
-def over_target(problem: UnitProblem, state: Meshed) -> Distortion:
-    """The figures of a map over the area of the target that was given."""
-    z, u, metrics = state.z, state.u, state.metrics
-    if problem.inverted:
-        z, u, metrics = u, z, metrics[::-1]
-    f_z, f_zbar, areas = derivatives(z, u, state.material, metrics)
-    return Distortion(areas * (np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2), f_z, f_zbar, 1.0)
-
-
-def _sheared(found: Distortion) -> float:
-    return found.quantile(found.dilatations, 0.95)
-
-
-def descended(state: DiscreteMap, theta: float, q: float, journal: SolveLog) -> DiscreteMap:
-    """The map on the last mesh after Newton's steps; a note where they do not settle."""
-    for _ in range(LAST_ROUNDS):
-        state = state.forward(theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
-        if state.settled:
-            break
-    journal.level("last", state, q)
-    if not state.settled and UNSETTLED not in journal.notes:
-        journal.notes.append(UNSETTLED)
-    return state
-
-
-def carried(level: Level, state: Meshed, problem: UnitProblem, sizes: Sizes) -> DiscreteMap:
-    """The map on a finer mesh, pins as they were."""
-    if isinstance(state, DiscreteMap):
-        return meeting.carried(level, state, problem.theta, sizes)
-    return refined(level, state, sizes)
-
-
-def _excess(state: DiscreteMap, settings: Settings) -> float:
-    return excess(state.z, state.u, state.material, settings, state.metrics)
-
-
-def excess(z: Complex, u: Complex, faces: Index, settings: Settings, metrics: Metrics = PLANES) -> float:
-    """How many times the bounds asked for the largest dilatation and stretch are: at most 1 where they are met."""
-    dilatation, stretch, _ = stretches(z, u, faces, metrics)
-    bounds = (settings.max_dilatation or np.inf, settings.max_stretch or np.inf)
-    return float(max(dilatation.max() / bounds[0], stretch.max() / bounds[1]))
 
 
 def onto_itself(problem: UnitProblem, match: Match, settings: Settings) -> Meshed:

@@ -10,17 +10,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Complex
-from ..balanced import fit, method, stages
+from ..balanced import fit, last_mesh, method, stages
 from ..balanced.constraints.continuation import continued
 from ..balanced.constraints.given import Pins, checked
 from ..balanced.discrete import DiscreteMap
 from ..balanced.failure import NoMapError, Stuck
 from ..balanced.frames import UnitFrame, frames_of
 from ..balanced.holes.given import Holes, named, unequal
-from ..balanced.levels import UnitProblem
+from ..balanced.last_mesh import Meshed
+from ..balanced.leaning import leaning
+from ..balanced.levels import UnitProblem, eased
 from ..balanced.metric import LaidMetric, Metrics
 from ..balanced.solution import Settings, Solution, SolveLog
-from ..balanced.stages import Meshed
 from ..maps.triangulated.map import TriangulatedMap
 from ..meshes.flatten import Flattening
 from ..problem import Options, Problem
@@ -135,7 +136,7 @@ def _gone_on(ready: _Prepared, start: TriangulatedMap, settings: Settings) -> Di
     z, u = (side.inward(w) for side, w in zip(ready.sides, (start.source, start.image)))
     sketch = method.sketched(TriangulatedMap(z, u, start.faces, start.loops), ready.frames)
     try:
-        return continued(stages.last_level(ready.unit, settings), sketch, ready.unit)
+        return continued(last_mesh.last_level(ready.unit, settings), sketch, ready.unit)
     except Stuck:
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
 
@@ -160,7 +161,7 @@ def _solved(
         if alike is None:
             raise
         return _of_own(ready, alike, pins, settings, journal), True
-    met = stages.meets(used, state)
+    met = last_mesh.meets(used, state)
     ready = replace(ready, unit=ready.unit._replace(theta=used.theta))
     try:
         state_there = _own_start(ready, used, state)
@@ -171,7 +172,7 @@ def _solved(
         own, met = alike, True
     if own is not None:
         return replace(_of_own(ready, own, pins, settings, journal), met=met), True
-    last = stages.finished(used, state, settings, journal)
+    last = last_mesh.finished(used, state, settings, journal)
     last = stages.inverted(last) if used.inverted else last
     z, u = (
         side.outward(frame.world(w), last.outer)
@@ -237,16 +238,16 @@ def _on_own(ready: _Prepared, state: Meshed, settings: Settings, journal: SolveL
     """
     problem = ready.unit.inverse() if ready.onto else ready.unit
     side, frame = ready.sides[ready.onto], ready.frames[ready.onto]
-    own = on_own_mesh(side, frame, stages.last_level(problem, settings), state, problem)
-    theta = stages.leaning(problem, own.state)
+    own = on_own_mesh(side, frame, last_mesh.last_level(problem, settings), state, problem)
+    theta = leaning(problem, own.state)
     other = ready.sides[not ready.onto].even
     if other is None:
-        eased = stages.eased(own.state, problem.theta)
-        return replace(own, state=stages.lowered(eased, theta, settings, journal))
+        begun = eased(own.state, problem.theta)
+        return replace(own, state=last_mesh.lowered(begun, theta, settings, journal))
     ground = Ground(other, ready.frames[not ready.onto])
     first = descended(own.state, ground, theta, 1.0)
     journal.level("own", first, 1.0)
-    state = stages.lowered_by(lambda state, q: descended(state, ground, theta, q), first, settings)
+    state = last_mesh.lowered_by(lambda state, q: descended(state, ground, theta, q), first, settings)
     return replace(own, state=state, energy=first.energy)
 
 

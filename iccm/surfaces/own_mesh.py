@@ -11,13 +11,13 @@ from ..balanced.constraints.inside import InnerConstraints
 from ..balanced.discrete import FILLED, PASSED_OVER, DiscreteMap, MeshHoles
 from ..balanced.failure import Stuck
 from ..balanced.frames import UnitFrame
+from ..balanced.last_mesh import STEEPEST_FINE
 from ..balanced.levels import SPACING, SPREAD, Level, Sketch, UnitProblem, match_on
 from ..balanced.meshing.mesh import closed_links
 from ..balanced.meshing.transfer import interpolate
 from ..balanced.minimise.cholesky import system_of
 from ..balanced.outline import Outline
 from ..balanced.pairs import Pairs, apart, boundary_pairs, limited, loops_of, through
-from ..balanced.stages import STEEPEST_FINE
 from ..curve import Curve
 from ..flattening.scaffold import filling
 from ..meshes.mesh import face_areas

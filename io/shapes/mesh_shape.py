@@ -280,6 +280,7 @@ def read(
     aspect: Aspect | None = None,
     pins: Sequence[Place] = (),
     split: bool = False,
+    chart: bool = False,
 ) -> MeshShape:
     """The mesh in a plane that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
@@ -295,6 +296,7 @@ def read(
         pins: vertices and points in space through which a closed surface is to be cut, in this order; none, or at
             least two.
         split: whether faces may be split, so that it is cut through the pins themselves, not the vertices beside them.
+        chart: whether the plane is only to carry textures; see `flattening.flatten`.
 
     Raises:
         InputError: in one line, naming the first element at fault.
@@ -308,25 +310,34 @@ def read(
         file = split_at(file, through)
     piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
     grow = cut and through is None  # between two meshes seams that are lengthened would differ
-    return flattened(spec, file, piece, grow, method, _start_of(piece, through))
+    return flattened(spec, file, piece, grow, method, _start_of(piece, through), chart)
 
 
 def flattened(
-    spec: str, file: mesh_files.MeshFile, piece: Patch, grow: bool, method: str, start: int = -1
+    spec: str,
+    file: mesh_files.MeshFile,
+    piece: Patch,
+    grow: bool,
+    method: str,
+    start: int = -1,
+    chart: bool = False,
 ) -> MeshShape:
     """A piece of a mesh in the plane of its flattening; arguments as for `read` and `flatten`, `start` as of
     `MeshShape`."""
     file, piece = _of_patch(file, piece)
-    flat = flatten(piece, loop=file.loop, grow=grow, method=method)
+    flat = flatten(piece, loop=file.loop, grow=grow, method=method, chart=chart)
     curve = (
         Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
     )  # may cross itself, as it comes
     notes = [*file.notes, *flat.patch.notes, *flat.notes]
     if len(flat.patch.seam):
         notes.append(f"cut open along {len(flat.patch.seam)} edges")
-    if len(flat.patch.loops) > 1:
-        holes = len(flat.patch.loops) - 1
-        notes.append(f"boundary loop {file.loop} of {holes + 1} is the outline, the others are holes")
+    loops, left = len(piece.loops), len(flat.patch.loops)
+    if loops > 1:
+        others = (
+            "the others are holes" if left == loops else f"the cut joins {loops - left} of the others to it"
+        )
+        notes.append(f"boundary loop {file.loop} of {loops} is the outline, {others}")
     return _laid(spec, file, flat, curve, curve.box, notes, start=start)
 
 

@@ -20,10 +20,11 @@ from ..failure import NoMapError, Stuck
 from ..frames import UnitFrame, frames_of
 from ..holes.filled import cut_out
 from ..holes.given import Holes, named
+from ..last_mesh import FINE_EXACTNESS
 from ..levels import Level, Sketch, refined
 from ..method import sketched
 from ..solution import Settings
-from ..stages import FINE_EXACTNESS, STEEPEST, with_constraints
+from ..stages import STEEPEST, with_constraints
 from .given import Pins, checked
 from .meeting import brought
 

@@ -9,8 +9,8 @@ from ..constraints.inside import InnerConstraints
 from ..discrete import ROUNDING, folds
 from ..failure import Stuck
 from ..minimise import newton
-from ..minimise.energy import geometry
 from ..minimise.cholesky import BlockPattern, system_of
+from ..minimise.energy import geometry
 from ..minimise.sliding import FREE, HELD, NO_RAIL, SLIDING, Border, Rails
 from ..minimise.untangle import STEPS, untangle
 
@@ -162,7 +162,7 @@ class Deformed:
         energy, _ = newton.descend(
             self.system, self.faces, gradients, areas, u, tau,
             Rails.of(rails, np.append(np.zeros(self.border, np.int64), inside.own + 1)),
-            border, kinds, goals, float(theta), float(q),
+            border, kinds, goals, np.full(len(self.faces), float(theta)), float(q),
             SHARE_FORWARD if forward else SHARE_BACKWARD, steps, tolerance,
         )  # fmt: skip
         return u, tau[self.border :], float(energy)

@@ -14,7 +14,7 @@ from ...arrays import Complex, Index
 from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
 from ...maps.triangulated.simple import fault
-from .. import orientation, stages
+from .. import last_mesh, levels, orientation
 from ..constraints.given import Pins, place, with_points
 from ..constraints.meeting import BESIDE
 from ..constraints.strokes import aimed
@@ -32,7 +32,7 @@ from .mesh import meshed
 COARSE = 0.08  # mesh size h, of a domain of area one
 TRIANGLES_PER_AREA = 4.0  # number of triangles times h²
 MOVING_STEPS, SETTLING_STEPS, SETTLED = 60, 40, 1e-7
-POWERS = stages.POWERS
+POWERS = levels.POWERS
 """Of q: at 1 a pin pulls out a spike; largest K of a square, its centre moved, 7.4, at 3 3.4."""
 UNTURNED = 1e-3  # of the constraints' spread: a best turn that turns less is none, as of points in a mirror
 SAME = 1e-9  # of the root of the area
@@ -152,7 +152,7 @@ def beside(state: Deformed, pins: Pins, even: float) -> Deformed:
 def excess(state: Deformed, settings: Settings) -> float:
     """As that of maps onto a target, lengths relative to the mean scale."""
     scale = np.sqrt(abs(sum(Curve(state.u[loop]).area for loop in state.loops)))
-    return stages.excess(state.z, state.u / scale, state.faces, settings)
+    return last_mesh.excess(state.z, state.u / scale, state.faces, settings)
 
 
 def begun(state: Deformed, start: Start) -> Deformed:
