@@ -140,16 +140,13 @@ class Sampler:
         With (p,) coverage alpha is multiplied by it; an alpha channel is appended where the texture has none.
         """
         alpha, associated = self.texture.alpha, self.texture.associated
-        last = alpha == self.channels - 1
-        colours = slice(alpha) if last else [k for k in range(self.channels) if k != alpha]
+        colours = [k for k in range(self.channels) if k != alpha]
         if alpha >= 0 and self.mixes and not associated:
             values[:, colours] /= np.where(values[:, alpha] != 0, values[:, alpha], 1)[:, None]
         if cover is not None:
-            if associated:
-                values[:, colours] *= cover[:, None]
-            if alpha >= 0:
-                values[:, alpha] *= cover
-            else:
+            scaled = colours if associated else []
+            values[:, [*scaled, *([alpha] if alpha >= 0 else [])]] *= cover[:, None]
+            if alpha < 0:
                 values, alpha = np.column_stack([values, cover]), self.channels
         return colour.encode(values[None], self.dtype, alpha, srgb=self.srgb, associated=associated)[0]
 
