@@ -23,7 +23,7 @@ from .minimise.measures import turn_of
 from .minimise.sliding import BETA, HELD, SLIDING, Border, Rail, Rails
 from .minimise.untangle import LEAST_WEIGHT, STEPS, untangle
 from .outline import Outline
-from .pairs import HoleMatch, Loop, Match, Pairs
+from .pairs import HoleMatch, Loop, Match, Pairs, apart
 
 SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
 
@@ -130,8 +130,7 @@ class DiscreteMap:
         anchored = np.zeros(pairs.s.size, bool)
         if anchors is not None:
             first = rims[0].vertices
-            gap = np.mod(pairs.s[first, None] - anchors.s + 0.5 * source.length, source.length)
-            anchored[first] = np.any(np.abs(gap - 0.5 * source.length) < 1e-9 * source.length, axis=1)
+            anchored[first] = ~apart(pairs.s[first], anchors.s, source.length)
         system = system_of(faces, following, z.size)
         weights = weights_of(z, faces, filled) if filled else None
         return cls(

@@ -46,19 +46,10 @@ from ..meshes.topology import Triangles
 
 BARRIER = 0.01  # weight of the energy in the plane, which keeps triangles from folding there (by hand)
 STEPS, DECREASE = 40, 1e-3  # of Newton's method, and the relative decrease that counts as none
-SHORT, LONG = (
-    0.1,
-    0.5,
-)  # shares of a step: after a shorter one the next is damped more, after a longer one less
+SHORT, LONG = 0.1, 0.5  # of a step: after a shorter share the next is damped more, after a longer one less
 DAMPED = 1e-4  # of the mean diagonal: the first damping. Without it one squeezed triangle ends the descent
-PAIRS = (
-    (0, 0),
-    (0, 1),
-    (0, 2),
-    (1, 1),
-    (1, 2),
-    (2, 2),
-)  # of a triangle's corners, as in `BlockPattern.slots`
+PAIRS = (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)
+"""Of a triangle's corners, as in `BlockPattern.slots`."""
 
 
 class Landing(NamedTuple):
