@@ -83,8 +83,6 @@ def command(jobs: str, root: str | None, only_check: bool, **given: Any) -> int:
 
 
 def _tasks(jobs: str, folder: Path, *, outside: bool, force: bool) -> list[Any]:
-    from dataclasses import replace
-
     from ..io.batch import manifest
 
     try:
@@ -94,7 +92,7 @@ def _tasks(jobs: str, folder: Path, *, outside: bool, force: bool) -> list[Any]:
     tasks = manifest.read(text, jobs, root=folder, outside=outside)
     if not force:
         return tasks
-    return [replace(task, job=task.job.model_copy(update={"force": True})) for task in tasks]
+    return [task.holding(task.job.model_copy(update={"force": True})) for task in tasks]
 
 
 @contextmanager

@@ -1,46 +1,76 @@
 """How kernels are compiled, and no more of it than is used: the first run on a fresh machine waits for it.
 
-Nobody hands a kernel to C, so none gets an entry for C; those that only other kernels call get none for Python either.
-Together these entries were a sixth of the time. They are part of what calls them, and not kept for themselves: that
-costs every start a look at the disk. A test proves that nothing else calls `inner` kernels, which would crash.
+A kernel is compiled with an entry for Python when Python calls it, and kept in Numba's cache. Where another kernel
+calls it, its code becomes part of that one's, without an entry, and is not kept for itself: that would cost every
+start a look at the disk. Nobody hands a kernel to C, so none gets an entry for that.
 """
 
 from collections.abc import Callable
+from functools import cached_property, update_wrapper
 from pathlib import Path
 from typing import Any
 
 from numba import njit
 
-COMMON: dict[str, Any] = {"nogil": True, "no_cfunc_wrapper": True}
+from .pipeline import Pipeline
+
+COMMON: dict[str, Any] = {"nogil": True, "no_cfunc_wrapper": True, "pipeline_class": Pipeline}
 # a division by zero gives inf, which line searches reject, instead of a branch at each one
 NUMPY: dict[str, Any] = {"error_model": "numpy"}
 
 
 def _stamp() -> tuple[tuple[int, int], ...]:
     """When the files that hold kernels were written, and their sizes."""
-    files = sorted(path for path in Path(__file__).parent.rglob("*.py") if b"jit import" in path.read_bytes())
+    files = sorted(
+        path
+        for path in Path(__file__).parent.rglob("*.py")
+        if b"numba" in path.read_bytes() or b"jit import" in path.read_bytes()
+    )
     return tuple((path.stat().st_mtime_ns, path.stat().st_size) for path in files)
 
 
 STAMP = _stamp()
 
 
-def kept(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator for kernels that Python calls, kept in numba's cache until a file with kernels changes.
+class Kernel:
+    """A function that Python and other kernels call, compiled for whichever does."""
 
-    Numba itself looks at the kernel's own file alone, and would go on with old code of kernels that this one calls.
-    """
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]):
+        update_wrapper(self, function)
+        self.py_func, self._options = function, COMMON | options
 
-    def compiled(function: Callable[..., Any]) -> Any:
-        found = njit(**COMMON | options | {"cache": True})(function)
+    def __call__(self, *args: Any) -> Any:
+        """As the function does, compiled."""
+        return self.entry(*args)
+
+    @cached_property
+    def entry(self) -> Any:
+        """What Python calls, kept in Numba's cache until a file with kernels changes.
+
+        Numba itself looks at the kernel's own file alone, and would go on with old code of kernels that this one calls.
+        """
+        found = njit(**self._options, cache=True)(self.py_func)
         file: Any = getattr(getattr(found, "_cache", None), "_cache_file", None)
         if hasattr(file, "_version"):
             # beside the version, which is read before types are unpickled, whose classes may be gone
             file._version = file._version, STAMP
         return found
 
-    return compiled
+    @cached_property
+    def part(self) -> Any:
+        """What other kernels call."""
+        return njit(**self._options, no_cpython_wrapper=True)(self.py_func)
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What Numba takes this for where a kernel names it."""
+        return self.part._numba_type_
+
+
+def kept(**options: Any) -> Callable[[Callable[..., Any]], Kernel]:
+    """A decorator for kernels with options of Numba's."""
+    return lambda function: Kernel(function, options)
 
 
 kernel = kept(**NUMPY)
-inner = njit(**COMMON | NUMPY | {"no_cpython_wrapper": True})
+inlined = kept(**NUMPY, forceinline=True)  # where a call takes long

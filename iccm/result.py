@@ -18,7 +18,7 @@ from .maps.injectivity import Certificate
 from .maps.kinds import AnyMap, Evaluated, Inverted, certified, evaluated, inverted
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
-from .meshes.surface_distortion import on_surfaces
+from .meshes.surface_distortion import apart, on_surfaces
 
 INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
 CERTAIN = 0.99
@@ -233,6 +233,7 @@ class Fit:
             "boundary": self.boundary if self.target is not None else None,
             **({"holes": self._holes_report} if self._has_pairs else {}),
             **self.distortion.report(),
+            **self._apart,
             "log10_area": {
                 name: _quantile(area, q) for name, q in (("p05", 0.05), ("median", 0.5), ("p95", 0.95))
             },
@@ -241,6 +242,12 @@ class Fit:
             "strokes": [{"error": self._stroke_error(a, b)} for a, b in self.strokes],
             "notes": [*self.notes, *self._doubts()],
         }
+
+    @property
+    def _apart(self) -> dict[str, Any]:
+        """How far points of two surfaces that go together are apart in space."""
+        source, target = self.layouts
+        return {"apart": apart(self._samples, source, target)} if source and target else {}
 
     def _doubts(self) -> list[str]:
         """What the figures say against the map, as sentences."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from os import PathLike
 from pathlib import Path
 
@@ -91,6 +92,7 @@ FORMATS = {
 }
 
 
+@lru_cache(maxsize=4096)
 def suffix_of(name: str | PathLike) -> str:
     """The suffix, in lower case."""
     return Path(name).suffix.lower()

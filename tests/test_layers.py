@@ -41,7 +41,7 @@ ORDER = (
     "maps",
     "curve dissection",
     "buckets",
-    "arrays jit lanes",
+    "arrays jit",
     "parallel memory blas compilation progress",
     "errors",
 )

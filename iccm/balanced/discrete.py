@@ -23,7 +23,7 @@ from .minimise.measures import turn_of
 from .minimise.sliding import BETA, HELD, SLIDING, Border, Rail, Rails
 from .minimise.untangle import LEAST_WEIGHT, STEPS, untangle
 from .outline import Outline
-from .pairs import HoleMatch, Loop, Match, Pairs
+from .pairs import HoleMatch, Loop, Match, Pairs, apart
 
 SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
 
@@ -130,8 +130,7 @@ class DiscreteMap:
         anchored = np.zeros(pairs.s.size, bool)
         if anchors is not None:
             first = rims[0].vertices
-            gap = np.mod(pairs.s[first, None] - anchors.s + 0.5 * source.length, source.length)
-            anchored[first] = np.any(np.abs(gap - 0.5 * source.length) < 1e-9 * source.length, axis=1)
+            anchored[first] = ~apart(pairs.s[first], anchors.s, source.length)
         system = system_of(faces, following, z.size)
         weights = weights_of(z, faces, filled) if filled else None
         return cls(
@@ -327,22 +326,17 @@ class DiscreteMap:
     ) -> tuple[Complex, Real, float, bool]:
         """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, the energy, and
         whether it settled."""
-        inside, rims = self.inside, self.rims
+        inside = self.inside
         kept, moving = (self.z, self.u) if forward else (self.u, self.z)
-        tau, border = self._border(forward)
+        tau, border = self.chains(forward)
         kinds = np.where(held, HELD, SLIDING)
         goals = moving[: self.border]
-        rails: list[Rail] = [(rim.target if forward else rim.source).rail for rim in rims]
-        own = np.repeat(np.arange(len(rims)), [rim.vertices.stop - rim.vertices.start for rim in rims])
         if self.bound:
             kinds = np.append(kinds, np.where(stay, HELD, SLIDING))
             goals = np.append(goals, inside.goals if forward else inside.z)
-            rails += [stroke[1 if forward else 0] for stroke in inside.strokes]
-            own = np.append(own, inside.own + len(rims))
         if not forward:  # outlines of filled holes stay where they are in the source
             kinds = np.append(kinds, np.full(tau.size - kinds.size, HELD))
             goals = np.append(goals, moving[goals.size : tau.size])
-            own = np.append(own, np.zeros(tau.size - own.size, np.int64))
         metrics = self.metrics if forward else self.metrics[::-1]
         gradients, areas = rest_geometry(kept, moving, self.system.corners, metrics)
         if self.weights is not None:
@@ -356,7 +350,7 @@ class DiscreteMap:
             areas * field.weights,
             u,
             tau,
-            Rails.of(rails, own, len(rims)),
+            self.rails(forward, tau.size),
             border,
             kinds,
             goals,
@@ -368,7 +362,17 @@ class DiscreteMap:
         )
         return u, tau, float(energy), bool(done < steps)
 
-    def _border(self, forward: bool) -> tuple[Real, Border]:
+    def rails(self, forward: bool, count: int) -> Rails:
+        """What the first `count` vertices slide on, on the side that moves; those that stay have any."""
+        rims = self.rims
+        found: list[Rail] = [(rim.target if forward else rim.source).rail for rim in rims]
+        own = np.repeat(np.arange(len(rims)), [rim.vertices.stop - rim.vertices.start for rim in rims])
+        if self.bound:
+            found += [stroke[1 if forward else 0] for stroke in self.inside.strokes]
+            own = np.append(own, self.inside.own + len(rims))
+        return Rails.of(found, np.append(own, np.zeros(count - own.size, np.int64)), len(rims))
+
+    def chains(self, forward: bool) -> tuple[Real, Border]:
         """Arclengths of the constrained vertices on the side that moves, and the curves they lie on as chains."""
         moving, kept = (self.pairs.tau, self.pairs.s) if forward else (self.pairs.s, self.pairs.tau)
         spans, laps = np.empty(kept.size), np.zeros(kept.size)

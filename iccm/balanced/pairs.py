@@ -182,8 +182,8 @@ def _corner_pairs(source: Outline, target: Outline, match: Match, anchors: Match
     own = s0 + np.sort(np.mod(source.corners - s0, source.length))
     goals = t0 + np.sort(np.mod(target.corners - t0, target.length))
     if anchors is not None:
-        own = own[_apart(own, anchors.s, source.length)]
-        goals = goals[_apart(goals, anchors.tau, target.length)]
+        own = own[apart(own, anchors.s, source.length)]
+        goals = goals[apart(goals, anchors.tau, target.length)]
     fixed_s = np.empty(0) if anchors is None else s0 + np.mod(anchors.s - s0, source.length)
     fixed_tau = np.empty(0) if anchors is None else t0 + np.mod(anchors.tau - t0, target.length)
     s = np.concatenate([own, np.interp(goals, match.tau, match.s), fixed_s])
@@ -200,8 +200,8 @@ def _begun_after_widest_gap(s: Real, tau: Real, kind, length: float, goal: float
     return tuple(np.roll(values, -k) for values in (s + length * later, tau + goal * later, kind))
 
 
-def _apart(values: Real, others: Real, length: float) -> Flags:
-    """Which arclengths are not those of the others."""
+def apart(values: Real, others: Real, length: float) -> Flags:
+    """Which arclengths of a closed curve are none of the others."""
     gap = np.mod(values[:, None] - others + 0.5 * length, length) - 0.5 * length
     return np.all(np.abs(gap) > 1e-9 * length, axis=1)
 

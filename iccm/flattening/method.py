@@ -25,12 +25,16 @@ STRETCHED = 1.5
 STEPS = 150  # of Newton's method; 7 to 69 were needed on 15 meshes
 FEW = 30  # of them where only the place of the stretch is wanted
 APART = 300  # with a scaffold
+KEPT = 1.3  # p95 of the dilatation at which angles count as kept
+SHARPER = 8  # rounds of lengthening a seam for it: most meshes that need some need 1 to 4
 TOLERANCE, ROUGH = 1e-5, 1e-4  # relative decrease that counts as none; while the seam grows
 SOFTER = 0.1, 0.01
 """Θ on the way from even to conformal: Newton's method does not find the way from 0 alone."""
 
 
-def flatten(patch: Patch, *, loop: int = 1, grow: bool = False, method: str = "conformal") -> Flattening:
+def flatten(
+    patch: Patch, *, loop: int = 1, grow: bool = False, method: str = "conformal", chart: bool = False
+) -> Flattening:
     """Lay a patch out in the plane.
 
     Args:
@@ -40,6 +44,8 @@ def flatten(patch: Patch, *, loop: int = 1, grow: bool = False, method: str = "c
         method: one of METHODS: "conformal", one-to-one: least squares (LSCM) where the patch is open and they are
             one-to-one, else the conformal limit of "balanced"; "lscm", least squares as they come; "balanced", of least
             symmetric Dirichlet energy and one-to-one.
+        chart: whether the layout is only to carry textures: then a seam that may be lengthened runs into holes where
+            that helps, which joins them to the outline, and goes on until angles are kept.
 
     Raises:
         InputError: there is no such loop, least squares have no solution, or nothing gave a flattening without overlap.
@@ -60,11 +66,13 @@ def flatten(patch: Patch, *, loop: int = 1, grow: bool = False, method: str = "c
     fault = overlap(plain)
     # a cut leaves a choice of many layouts without distortion of angles: one is taken whose areas are even
     growing = grow and (len(patch.seam) > 0 or fault is not None or _spread(plain) > EVEN)
+    joins = growing and chart
     if method == "balanced":
-        return _checked(_even(patch, loop, growing)[0])
+        return _checked(_even(plain, growing, joins)[0])
     if fault is None and not growing:
         return plain
-    found = _checked(_conformal(*_even(patch, loop, growing)))
+    found = _conformal(*_even(plain, growing, joins))
+    found = _checked(_sharpened(found) if joins else found)
     return replace(found, notes=() if fault is None else (f"LSCM gave {fault}: laid out without",))
 
 
@@ -93,17 +101,24 @@ def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
     return result
 
 
-def _even(patch: Patch, loop: int, growing: bool) -> tuple[Flattening, Elastic]:
-    """The layout of least symmetric Dirichlet energy, its seam long enough, and the surface as it was found on."""
+def _even(layout: Flattening, growing: bool = False, joins: bool = False) -> tuple[Flattening, Elastic]:
+    """The layout of least symmetric Dirichlet energy, its seam long enough, and the surface as it was found on.
+
+    Args:
+        layout: any, for its patch and outline.
+        growing: whether the seam may be lengthened.
+        joins: whether it may run into holes.
+    """
+    patch, outline = layout.patch, layout.loop
     for _ in range(ROUNDS + 1):
-        outline = patch.loops[loop - 1]
         sheet, start = surface(patch.points, patch.faces), _start(patch, outline)
         result = _placed(start, sheet.relaxed(_unit(start), 1, FEW if growing else STEPS, ROUGH))
         if not growing or result.strained(95) < STRETCHED:
             break
-        patch, before, loop = seams.longer(result), patch, 1
+        patch, before = seams.longer(result, joins), patch
         if patch is before:
             break
+        outline = patch.loop_of(before, outline)
     return _relaxed(start, result, sheet, 1.0), sheet
 
 
@@ -112,6 +127,26 @@ def _conformal(even: Flattening, sheet: Elastic) -> Flattening:
     for theta in SOFTER:
         even = _relaxed(even, even, sheet, theta)
     return replace(even, method="conformal")
+
+
+def _sharpened(found: Flattening) -> Flattening:
+    """The conformal layout that keeps angles best as the seam goes on, at most until it does."""
+    best, fewest = found, _lost(found)
+    for _ in range(SHARPER):
+        if fewest <= KEPT:
+            break
+        patch = seams.sharper(found)
+        if patch is found.patch:
+            break
+        outline = patch.loop_of(found.patch, found.loop)
+        found = _conformal(*_even(replace(found, patch=patch, loop=outline)))
+        best, fewest = min((best, fewest), (found, _lost(found)), key=lambda pair: pair[1])
+    return best
+
+
+def _lost(result: Flattening) -> float:
+    """How little a layout keeps angles: p95 of its dilatation, infinite where it overlaps itself."""
+    return np.inf if overlap(result) else result.dilated(95)
 
 
 def _relaxed(start: Flattening, better: Flattening, sheet: Elastic, theta: float) -> Flattening:

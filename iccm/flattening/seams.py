@@ -1,29 +1,104 @@
 """Where the seam of a surface that had to be cut is lengthened.
 
-After Gu, Gortler, Hoppe, *Geometry Images*, SIGGRAPH 2002, who cut to where the layout stretches most.
+To where a layout stretches most, after Gu, Gortler, Hoppe, *Geometry Images*, SIGGRAPH 2002, and on through vertices at
+which angles suffer, after Sheffer and Hart, *Seamster: Inconspicuous Low-Distortion Texture Seam Layout*, IEEE
+Visualization 2002. A seam that `joins` holes may run into them; ways along
+their rims cost nothing.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Index, Real
-from ..meshes.cut import extended
+from ..arrays import Flags, Index, Real
+from ..meshes.cut import cut_along
 from ..meshes.flatten import Flattening
+from ..meshes.mesh import face_angles, face_areas
 from ..meshes.patch import Patch
+from ..meshes.topology import walk
+
+# On eight meshes of the bench 3 ways at a time gave shorter seams than 6, and gains over the root of the length shorter
+# ones than gains over its power of 0.35. At 0.3 or 0.6 of what is beside a way all came out alike.
+AT_ONCE = 3
+RELIEVED = 0.3
 
 
-def longer(result: Flattening) -> Patch:
+class Ways(NamedTuple):
+    """The shortest ways from the boundary, as (n,) lengths and the vertex before each, negative at the sources."""
+
+    reach: Real
+    before: Index
+
+    @classmethod
+    def of(cls, patch: Patch, sources: Index, joins: bool) -> "Ways":
+        """From some vertices."""
+        return cls(*patch.triangles.paths(patch.points, sources, patch.drawn, rims=not joins))
+
+    def summed(self, values: Real) -> Real:
+        """(n,) sums of values at vertices along the ways, the ends included and the sources not."""
+        start = self.before < 0
+        total, before = np.where(start, 0.0, values), np.where(start, np.arange(start.size), self.before)
+        while not start[before].all():
+            total, before = total + total[before], before[before]
+        return total
+
+
+def longer(result: Flattening, joins: bool) -> Patch:
     """The patch, its seam extended to the vertex that has the largest product of stretch and distance to a boundary.
 
     The stretch is the logarithm of max(s₁, 1/s₂), averaged over a vertex's triangles. Without the distance, or with
     the most shrunk or most stretched vertex instead, seams were found that helped less.
     """
     patch = result.patch
-    border = np.unique(np.concatenate(patch.loops))
-    reach, _ = patch.triangles.paths(patch.points, border, patch.drawn)
-    score = at_vertices(patch.faces, np.log(result.strain)) * np.where(np.isfinite(reach), reach, 0)
-    return extended(patch, int(np.argmax(score)))
+    sources = result.loop if joins else np.unique(np.concatenate(patch.loops))
+    ways = Ways.of(patch, sources, joins)
+    score = at_vertices(patch.faces, np.log(result.strain)) * np.where(np.isfinite(ways.reach), ways.reach, 0)
+    return cut_along(patch, [walk(ways.before, int(np.argmax(score)))])
+
+
+def sharper(result: Flattening) -> Patch:
+    """The patch, its seam extended along the ways that pass most dilatation for the root of their length.
+
+    They end at convex vertices: at others, about which there is more than a full turn, the sides of a seam overlap.
+    """
+    patch = result.patch
+    inner = np.ones(len(patch.points), bool)
+    inner[np.concatenate(patch.loops)] = False
+    convex = inner & (turns(patch) < 2 * np.pi)
+    dilated = np.where(inner, _dilated(result), 0.0)
+    reached = np.zeros(inner.size, bool)
+    reached[result.loop] = True
+    found = []
+    for _ in range(AT_ONCE):
+        way = _worthwhile(patch, np.flatnonzero(reached), dilated, convex)
+        reached[way] = True
+        beside = np.unique(patch.faces[np.isin(patch.faces, way).any(axis=1)])
+        dilated[beside] *= RELIEVED
+        dilated[way] = 0
+        found.append(way)
+    return cut_along(patch, found)
 
 
 def at_vertices(faces: Index, values: Real) -> Real:
     """(n,) means of values (m,) over the triangles of each vertex."""
     return np.bincount(faces.ravel(), np.repeat(values, 3)) / np.bincount(faces.ravel())
+
+
+def turns(patch: Patch) -> Real:
+    """(n,) the sums of the angles about each vertex: 2π where the surface is flat, less at a tip."""
+    return np.bincount(patch.faces.ravel(), face_angles(patch.points[patch.faces]).ravel())
+
+
+def _dilated(result: Flattening) -> Real:
+    """(n,) the integral of the logarithm of the dilatation over the triangles around each vertex."""
+    faces = result.patch.faces
+    area = face_areas(result.patch.points[faces])
+    return np.bincount(faces.ravel(), np.repeat(area * np.log(np.minimum(result.dilatation, 1e3)), 3))
+
+
+def _worthwhile(patch: Patch, sources: Index, dilated: Real, ends: Flags) -> list[int]:
+    """The way to one of some ends that passes most."""
+    ways = Ways.of(patch, sources, joins=True)
+    there = ends & (ways.reach > 0) & np.isfinite(ways.reach)
+    reach = np.where(there, ways.reach, 1.0)
+    return walk(ways.before, int(np.argmax(np.where(there, ways.summed(dilated) / np.sqrt(reach), -1.0))))

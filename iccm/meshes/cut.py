@@ -83,10 +83,13 @@ def _beside_geodesic(whole: Patch, start: int, end: int) -> Real | None:
 def extended(opening: Patch, to: int) -> Patch:
     """The patch cut further, along the shortest path from its boundary to one of its inner vertices."""
     border = np.unique(np.concatenate(opening.loops))
-    way = walk(_paths(opening, border)[1], to)
-    if len(way) < 2:
-        return opening
-    return opening.cut(_on(opening, np.array(way[:-1]), np.array(way[1:])))
+    return cut_along(opening, [walk(_paths(opening, border)[1], to)])
+
+
+def cut_along(opening: Patch, ways: Sequence[Sequence[int]]) -> Patch:
+    """The patch cut along ways from vertex to vertex, itself if they have no edges."""
+    ends = np.array([edge for way in ways for edge in pairwise(way)], np.int64).reshape(-1, 2)
+    return opening.cut(_on(opening, *ends.T)) if ends.size else opening
 
 
 def vertex_path(patch: Patch, stops: list[int]) -> Index:

@@ -45,7 +45,15 @@ class Joined:
         shape = Triangles(number[mesh.corners[corner]], vertex.size)
         unused = int((~named).sum())
         notes = [f"{unused} vertices that no face of it uses are left out"] if unused and mesh.whole else []
-        return cls(mesh, shape, corner, vertex, tuple(notes))._welded()
+        return cls(mesh, shape, corner, vertex, tuple(notes))._welded()._mended()
+
+    def _mended(self) -> "Joined":
+        """Edges with more than two faces cut, so that as much as can be stays one surface."""
+        shape, old, count = self.shape.mended(self.mesh.points[self.vertex])
+        if not count:
+            return self
+        note = f"cut along {count} edge{'s' if count > 1 else ''} with more than two faces"
+        return Joined(self.mesh, shape, self.corner, self.vertex[old], (*self.notes, note))
 
     def _welded(self) -> "Joined":
         """Coinciding vertices joined, if that makes fewer pieces."""

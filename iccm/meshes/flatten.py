@@ -54,6 +54,16 @@ class Flattening:
         return np.flatnonzero(self.stretch[1] <= 0)
 
     @property
+    def dilatation(self) -> Real:
+        """(m,) s₁/s₂ of each triangle's singular values; infinite where it is turned."""
+        major, minor = self.stretch
+        return np.where(minor > 0, major / np.where(minor > 0, minor, 1.0), np.inf)
+
+    def dilated(self, percent: int) -> float:
+        """The dilatation below which this percentage of the surface lies."""
+        return self._below(self.dilatation, percent)
+
+    @property
     def strain(self) -> Real:
         """(m,) max(s₁, 1/s₂) of each triangle's singular values."""
         major, minor = self.stretch
@@ -61,20 +71,19 @@ class Flattening:
 
     def strained(self, percent: int) -> float:
         """The strain below which this percentage of the surface lies."""
-        return weighted_percentiles(self.strain, face_areas(self.patch.points[self.patch.faces]), (percent,))[
-            0
-        ]
+        return self._below(self.strain, percent)
+
+    def _below(self, values: Real, percent: int) -> float:
+        weight = face_areas(self.patch.points[self.patch.faces])
+        return weighted_percentiles(values, weight, (percent,))[0]
 
     def report(self) -> dict:
         """Conformal error (dilatation, 1 is exact), area distortion beside the mean, turned triangles, holes, seam."""
         major, minor = self.stretch
-        good = minor > 0
         weight = face_areas(self.patch.points[self.patch.faces])
-        mean = np.sqrt(weight @ np.abs(major * minor) / weight.sum())
-        major, minor = major / mean, minor / mean
-        dilatation = np.where(good, major / np.where(good, minor, 1.0), np.inf)
-        log_area = np.log10(np.maximum(major * np.abs(minor), 1e-300))
-        at = weighted_percentiles(dilatation, weight, (50, 95, 100))
+        area = np.abs(major * minor)
+        log_area = np.log10(np.maximum(area * weight.sum() / (weight @ area), 1e-300))
+        at = weighted_percentiles(self.dilatation, weight, (50, 95, 100))
         area = weighted_percentiles(log_area, weight, (5, 50, 95))
         return {
             "method": self.method,
@@ -83,6 +92,7 @@ class Flattening:
             "boundary_vertices": len(self.loop),
             "holes": len(self.patch.loops) - 1,
             "seam_edges": len(self.patch.seam),
+            "seam_length": self.patch.seam_length,
             "turned": int(self.turned.size),
             "dilatation": dict(zip(("median", "p95", "max"), at)),
             "log10_area": dict(zip(("p05", "median", "p95"), area)),

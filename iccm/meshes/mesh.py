@@ -184,6 +184,13 @@ def face_areas(triangle: Real) -> Real:
     return 0.5 * np.sqrt(np.einsum("ij,ij->i", across, across))
 
 
+def face_angles(triangle: Real) -> Real:
+    """(m, 3) angles of (m, 3, 3) triangles in space at their corners; 0 where two of them are one point."""
+    ahead, behind = np.roll(triangle, -1, axis=1) - triangle, np.roll(triangle, 1, axis=1) - triangle
+    across = np.linalg.norm(np.cross(ahead, behind), axis=-1)
+    return np.arctan2(across, np.einsum("mij,mij->mi", ahead, behind))
+
+
 def _face_of(mesh: Mesh, corner: int) -> int:
     return int(np.searchsorted(mesh.starts, corner, side="right")) - 1
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Index, Real
 from ..errors import InputError
-from .mesh import Mesh
+from .mesh import Mesh, face_areas
 from .topology import Triangles
 
 
@@ -46,6 +46,19 @@ class Patch:
 
     def _length(self, loop: Index) -> float:
         return float(np.linalg.norm(self.points[loop] - self.points[np.roll(loop, -1)], axis=1).sum())
+
+    def loop_of(self, before: "Patch", loop: Index) -> Index:
+        """The boundary loop that holds a loop of the patch that this one was cut from."""
+        half = np.flatnonzero((before.triangles.twin < 0) & (before.triangles.tail == loop[0]))[0]
+        vertex = self.triangles.tail[half]
+        return next(found for found in self.loops if vertex in found)
+
+    @property
+    def seam_length(self) -> float:
+        """Length of the edges that were cut, in square roots of the patch's area."""
+        ends = self.mesh.points[self.seam]
+        length = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum()
+        return float(length / np.sqrt(face_areas(self.points[self.faces]).sum()))
 
     @cached_property
     def drawn(self) -> NDArray[np.bool_]:

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Complex, Flags
+from ..arrays import Complex, Flags, Real
 from ..maps.distortion import Distortion
-from .flatten import Flattening
+from .flatten import Flattening, weighted_percentiles
 from .locate import Locator
 from .stretch import Linear, laid_flat, linear
 
@@ -39,6 +39,28 @@ def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening |
     painted = np.abs(flat.f_z) + np.abs(flat.f_zbar) > 0
     scale = float(np.sqrt(area[painted].sum() / before[painted].sum()))
     return replace(flat, area=area, f_z=jacobian.a, f_zbar=jacobian.b, scale=scale)
+
+
+def apart(flat: Distortion, source: Flattening, target: Flattening) -> dict[str, float]:
+    """Median, p95 and maximum over the target's area of the distance in space between points and those that they come
+    from, relative to the diagonal of the target's box: the error of a map between copies of one model in one place.
+
+    Args:
+        flat: samples of the map between the planes, with their places.
+        source: layout of the source.
+        target: likewise.
+    """
+    there = _to_surface(target, flat.w)
+    away = np.linalg.norm(_in_space(source, flat.z) - _in_space(target, flat.w), axis=1)
+    at = weighted_percentiles(away, flat.area * np.abs(there.determinant), (50, 95, 100))
+    size = np.linalg.norm(np.ptp(target.patch.points, axis=0))
+    return {name: value / float(size) for name, value in zip(("median", "p95", "max"), at)}
+
+
+def _in_space(layout: Flattening, z: Complex) -> Real:
+    """(p, 3) the points of a surface that are at z in its layout."""
+    face, place = Locator(layout)(z, 1)
+    return np.einsum("pk,pkc->pc", place, layout.patch.points[layout.patch.faces[face]])
 
 
 def _on_surface(layout: Flattening, z: Complex) -> Flags:

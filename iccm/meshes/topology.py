@@ -12,6 +12,13 @@ from numpy.typing import NDArray
 
 from ..arrays import Index, Real
 
+# Surfaces that share crowded edges, those with most edges first: each pair of them is looked at (by hand).
+MOST_SEAMS, MOST_LOOKED = (
+    64,
+    10_000_000,
+)  # the second: triangles of meshes, each as often as such a pair is looked at
+MOST_FACES = 64  # at one edge that are looked at (by hand)
+
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
@@ -63,6 +70,31 @@ class Triangles:
         twin[order[inner]], twin[order[inner + 1]] = order[inner + 1], order[inner]
         return twin
 
+    def mended(self, points: Real) -> tuple["Triangles", Index, int]:
+        """The triangles over vertices of their own at each side of edges that more than two of them share.
+
+        Of the faces at such an edge the two that go on from each other most evenly, and as they are wound, stay joined,
+        where they belong to surfaces that nothing else joins; so these do not fall into pieces. Surfaces that can be
+        flattened are joined only to what can be flattened, too: one with a boundary, and no handles.
+
+        Args:
+            points: (n, 3) of the vertices.
+
+        Returns:
+            The triangles, the old vertex (p,) of each new one, and the number of edges.
+        """
+        crowded = self.crowded_edges
+        if not crowded:
+            return self, np.arange(self.count), 0
+        twin = self.twin.copy()
+        for pairs in _seams(self, points):
+            joined = twin.copy()
+            joined[pairs[:, 0]], joined[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
+            twin = joined if _flattens(twin, joined, pairs) else twin
+        fan = _fans(twin)
+        old = self.tail[np.unique(fan, return_index=True)[1]]
+        return Triangles(fan.reshape(-1, 3), old.size), old, crowded
+
     def components(self) -> Index:
         """(m,) component of each triangle, joined across edges; the first triangle's is 0."""
         return self._components
@@ -96,9 +128,7 @@ class Triangles:
 
         Without a cut a vertex has one fan, or the surface touches itself there. With one, fans are the new vertices.
         """
-        joined = np.flatnonzero(self.twin >= 0 if cut is None else (self.twin >= 0) & ~cut)
-        other = self.twin[joined]
-        return labels(joined, 3 * (other // 3) + (other + 1) % 3, 3 * len(self.faces))
+        return _fans(self.twin if cut is None else np.where(cut, -1, self.twin))
 
     def loops(self) -> list[Index]:
         """Boundary loops as vertices, the surface on their left. Only for oriented triangles with one fan a vertex."""
@@ -115,11 +145,18 @@ class Triangles:
         return loops
 
     def paths(
-        self, points: Real, sources: Index, usable: NDArray[np.bool_], dear: Real | None = None
+        self,
+        points: Real,
+        sources: Index,
+        usable: NDArray[np.bool_],
+        dear: Real | None = None,
+        *,
+        rims: bool = True,
     ) -> tuple[Real, Index]:
         """(n,) length of the shortest way along usable half-edges (3m,) from a source, and the vertex before each.
 
-        The vertex before a source is negative. Edges are longer by the factors `dear` (n,), the mean of both ends'.
+        The vertex before a source is negative. Edges are longer by the factors `dear` (n,), the mean of both ends', and
+        those of boundaries have no length if `rims` do not count.
         """
         from scipy.sparse import coo_matrix
         from scipy.sparse.csgraph import dijkstra
@@ -129,6 +166,8 @@ class Triangles:
         length = np.linalg.norm(points[a] - points[b], axis=1)
         if dear is not None:
             length = length * 0.5 * (dear[a] + dear[b])
+        if not rims:
+            length = np.where(self.twin[half] < 0, 0.0, length)
         graph = coo_matrix((length, (a, b)), shape=(self.count, self.count)).tocsr()
         reach, before, _ = dijkstra(
             graph, directed=False, indices=sources, min_only=True, return_predecessors=True
@@ -141,6 +180,77 @@ class Triangles:
 
     def _edge_key(self, a: Index, b: Index) -> Index:
         return np.minimum(a, b) * self.count + np.maximum(a, b)
+
+
+def _fans(twin: Index) -> Index:
+    """(3m,) which fan of triangles each corner belongs to, by the other half-edge (3m,) on each one's edge or -1."""
+    joined = np.flatnonzero(twin >= 0)
+    other = twin[joined]
+    return labels(joined, 3 * (other // 3) + (other + 1) % 3, twin.size)
+
+
+def _seams(shape: Triangles, points: Real) -> list[Index]:
+    """Pairs of half-edges (k, 2) along which two surfaces could be joined, those that share most edges first."""
+    order, begins = shape._sorted_edges
+    label, found = shape.components(), dict[tuple[int, int], list[tuple[int, int]]]()
+    ends, most = np.append(begins[1:], order.size), min(MOST_SEAMS, 1 + MOST_LOOKED // len(shape.faces))
+    for a, b in zip(*(v[ends - begins > 2] for v in (begins, ends))):
+        for pair in _even(shape, points, order[a:b][:MOST_FACES]):
+            one, two = sorted(label[[pair[0] // 3, pair[1] // 3]].tolist())
+            if one != two:
+                found.setdefault((one, two), []).append(pair)
+    return [np.array(pairs) for pairs in sorted(found.values(), key=len, reverse=True)][:most]
+
+
+def _even(shape: Triangles, points: Real, half: Index) -> list[tuple[int, int]]:
+    """The half-edges (k,) of an edge in pairs that go on from each other most evenly, each once."""
+    a, b, c = (
+        points[v] for v in (shape.tail[half], shape.head[half], shape.tail[3 * (half // 3) + (half + 2) % 3])
+    )
+    along = b - a
+    out = c - a - along * (np.einsum("ki,ki->k", c - a, along) / np.einsum("ki,ki->k", along, along))[:, None]
+    out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
+    bend = np.where(shape.tail[half][:, None] == shape.head[half], out @ out.T, np.inf)
+    found = []
+    while np.isfinite(bend).any():
+        i, j = np.unravel_index(np.argmin(bend), bend.shape)
+        found.append((int(half[i]), int(half[j])))
+        bend[[i, j]], bend[:, [i, j]] = np.inf, np.inf
+    return found
+
+
+def _flattens(before: Index, after: Index, pairs: Index) -> bool:
+    """Whether surfaces joined at pairs of half-edges hang together there, and can be flattened if one of them could."""
+    label = _labels_of(before)
+    own = _labels_of(after) == _labels_of(after)[pairs[0, 0] // 3]
+    whole, half = _apart(after, own), np.cumsum(np.repeat(own, 3)) - 1
+    if not (whole.twin[half[pairs[:, 0]]] == half[pairs[:, 1]]).all():
+        return False
+    parts = (_apart(before, label == k) for k in np.unique(label[pairs // 3]))
+    return _is_open(whole) or not any(map(_is_open, parts))
+
+
+def _labels_of(twin: Index) -> Index:
+    """(m,) the surface of each triangle, joined across half-edges."""
+    inner = np.flatnonzero(twin > np.arange(twin.size))
+    return labels(inner // 3, twin[inner] // 3, twin.size // 3)
+
+
+def _apart(twin: Index, own: NDArray[np.bool_]) -> Triangles:
+    """The marked triangles (m,), all of a surface, with a vertex for each of their fans."""
+    half = np.flatnonzero(np.repeat(own, 3))
+    number = np.full(twin.size, -1)
+    number[half] = np.arange(half.size)
+    fan = _fans(np.where(twin[half] < 0, -1, number[twin[half]]))
+    return Triangles(fan.reshape(-1, 3), int(fan.max()) + 1)
+
+
+def _is_open(surface: Triangles) -> bool:
+    """Whether a surface has a boundary and no handles, by Euler's formula."""
+    border = np.flatnonzero(surface.twin < 0)
+    tail, head = surface.tail[border], surface.head[border]
+    loops = np.unique(labels(tail, head, surface.count)[tail]).size
+    return bool(loops) and surface.count - surface.edge_count + len(surface.faces) == 2 - loops
 
 
 def walk(before: Index, end: int) -> list[int]:

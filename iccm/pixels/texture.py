@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Box, Complex, Real
 from ..errors import InputError
+from ..jit import kernel
 from ..memory import Memory
 from ..parallel import over_slices
 from .colour import Float
@@ -148,7 +149,15 @@ class Texture:
         """As `Placing.places`."""
         (sx, sy), (low, high) = self.scale, self.box
         xy, turn = np.empty((z.size, 2)), np.empty((z.size, 4))
-        xy[:, 0], xy[:, 1] = (z.real - low.real) * sx, (high.imag - z.imag) * sy
-        turn[:, 0], turn[:, 1] = right.real * sx, down.real * sx
-        turn[:, 2], turn[:, 3] = -right.imag * sy, -down.imag * sy
+        _place(z, right, down, (low.real, high.imag, sx, sy), xy, turn)
         return Places(xy, turn, right, down)
+
+
+@kernel
+def _place(z, right, down, at, xy, turn):
+    """Fills in `Places` from points (p,) and derivatives (p,), `at` being the upper left corner and the scales."""
+    left, top, sx, sy = at
+    for i in range(z.size):
+        xy[i, 0], xy[i, 1] = (z[i].real - left) * sx, (top - z[i].imag) * sy
+        turn[i, 0], turn[i, 1] = right[i].real * sx, down[i].real * sx
+        turn[i, 2], turn[i, 3] = -right[i].imag * sy, -down[i].imag * sy

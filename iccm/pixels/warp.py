@@ -167,11 +167,10 @@ class Warp:
         cover = band.coverage.ravel()
         if not self.antialias:
             cover = (cover >= 0.5).astype(np.float32)
-        for first in range(
-            0, width, ACROSS
-        ):  # squares: little of the texture is read at a time, however it turns
-            i, j = np.nonzero(band.coverage[:, first : first + ACROSS])
-            part = i * width + first + j
+        numbers = width * np.arange(rows)[:, None] + np.arange(ACROSS)
+        for first in range(0, width, ACROSS):  # squares: little of the texture is read, however it turns
+            some = band.coverage[:, first : first + ACROSS] != 0
+            part = first + numbers[:, : some.shape[1]][some]
             put(out, part, self.sampler.stored(self._values(band, part), cover[part]))
             self.sampler.memory.release()
         return out.reshape(rows, width, self.channels)

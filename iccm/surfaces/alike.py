@@ -29,6 +29,7 @@ class Similarity(NamedTuple):
     shift: complex
 
     def __call__(self, z: Complex) -> Complex:
+        """Of points."""
         return self.factor * z + self.shift
 
 

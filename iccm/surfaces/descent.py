@@ -1,14 +1,15 @@
 """Newton's method on the energy of a map between two surfaces, the one that it goes to taken as it is in space.
 
-The stages before take the metric of the target where the map is at the beginning of some steps, and do not know that it
-changes as vertices move: where it changes fast, at ears and legs, they lose what they gain. Here every vertex of the map
-is a point of the target in space, an image triangle is the one that joins three of these, and the derivative of a
-vertex' place in space by its place in the plane is that of the target's triangle it is in: the energy is a function of
-the places in the plane, and is what line searches look at.
+The stages before take the metric of the target where the map is at the beginning of some steps, and do not know that
+it changes as vertices move: where it changes fast, at ears and legs, they lose more than they gain. Here every vertex
+of the map is a point of the target in space, the image of a triangle is the one that joins three of these, and the
+derivative of a point in space by its place in the plane is that of the target's triangle it is in. So the energy is a
+function of the places in the plane, and line searches look at that.
 """
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,20 +17,22 @@ from ..arrays import Complex, Flags, Index, Real
 from ..balanced.discrete import DiscreteMap
 from ..balanced.frames import UnitFrame
 from ..balanced.metric import rest_geometry
+from ..balanced.minimise.cholesky import BlockPattern, downhill, factorise
 from ..balanced.minimise.energy import BOTH_AREAS, assemble, geometry, total
-from ..balanced.minimise.ldl import BlockPattern, downhill, factorise
 from ..balanced.minimise.newton import (
     ARMIJO,
     LONGEST,
     REGULAR,
     SHARE_OF_FLIP,
     SHARE_OF_GAP,
+    SHORTEST_STEP,
     largest_step,
+    moved,
 )
-from ..balanced.minimise.newton import _moved as moved
 from ..balanced.minimise.sliding import (
     HELD,
     SLIDING,
+    Border,
     Rails,
     border_derivatives,
     border_energy,
@@ -41,26 +44,15 @@ from ..meshes.locate import Locator
 from ..meshes.mesh import face_areas
 from ..meshes.topology import Triangles
 
-BARRIER = 0.01  # weight of the energy in the plane, which keeps triangles from folding there
-STEPS, DECREASE = 40, 1e-3  # of Newton, and the relative decrease that counts as none
-SHORTEST = 1e-8  # share of a step below which none is made
-SHORT, LONG, DAMPED = (
-    0.1,
-    0.5,
-    1e-4,
-)  # shares of a step from which the next is damped more, or less; the first damping
-PAIRS = (
-    (0, 0),
-    (0, 1),
-    (0, 2),
-    (1, 1),
-    (1, 2),
-    (2, 2),
-)  # of a triangle's corners, as in `BlockPattern.slots`
+BARRIER = 0.01  # weight of the energy in the plane, which keeps triangles from folding there (by hand)
+STEPS, DECREASE = 40, 1e-3  # of Newton's method, and the relative decrease that counts as none
+SHORT, LONG = 0.1, 0.5  # of a step: after a shorter share the next is damped more, after a longer one less
+DAMPED = 1e-4  # of the mean diagonal: the first damping. Without it one squeezed triangle ends the descent
+PAIRS = (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)
+"""Of a triangle's corners, as in `BlockPattern.slots`."""
 
 
-@dataclass(frozen=True, eq=False)
-class Place:
+class Landing(NamedTuple):
     """Where the vertices of a map are on the target.
 
     Attributes:
@@ -73,7 +65,7 @@ class Place:
 
 
 class Ground:
-    """The target in space.
+    """A target in space.
 
     Args:
         layout: of it.
@@ -85,23 +77,20 @@ class Ground:
         covered = _covered(layout)
         faces = covered.patch.faces
         points = patch.points / np.sqrt(face_areas(patch.points[patch.faces]).sum())
-        self._locator, self._flat, self._corners = (
-            Locator(covered),
-            frame.unit(layout.flat)[faces],
-            points[faces],
-        )
+        self._locator = Locator(covered)
+        self._flat, self._corners = frame.unit(layout.flat)[faces], points[faces]
         sides, edges = (w[:, 1:] - w[:, :1] for w in (self._flat, self._corners))
         matrix = np.stack([sides.real, sides.imag], axis=1)  # columns are the sides
         self._slopes = edges.transpose(0, 2, 1) @ np.linalg.inv(matrix)
 
-    def at(self, u: Complex) -> Place:
+    def at(self, u: Complex) -> Landing:
         """Of places (n,) in unit coordinates; beside the surface it is extended linearly."""
         triangle, weights = self._locator(self._frame.world(u), 1)
         slopes = self._slopes[triangle]
         beside = u - np.einsum("pk,pk->p", weights, self._flat[triangle])
         points = np.einsum("pk,pkc->pc", weights, self._corners[triangle])
-        points += np.einsum("pci,pi->pc", slopes, np.column_stack([beside.real, beside.imag]))
-        return Place(points, slopes)
+        points += np.einsum("pci,pi->pc", slopes, _parts(beside))
+        return Landing(points, slopes)
 
 
 def _covered(layout: Flattening) -> Flattening:
@@ -116,10 +105,10 @@ def _covered(layout: Flattening) -> Flattening:
 
 @dataclass(frozen=True, eq=False)
 class Between:
-    """The energy of a map that is on the triangles of its source.
+    """The energy of a map between surfaces, as a function of where its vertices are.
 
     Attributes:
-        map: it, for its mesh, boundary and constraints.
+        map: it, on a mesh of its source, for its triangles, boundary and constraints.
         ground: its target.
         theta: weight of the area part.
         q: power that raises the worst.
@@ -130,26 +119,27 @@ class Between:
     theta: float
     q: float
 
+    @property
+    def _corners(self) -> Index:
+        return self.map.system.corners
+
     @cached_property
     def _thetas(self) -> Real:
         return np.full(len(self.map.faces), self.theta)
 
     @cached_property
     def _rest(self) -> tuple[Complex, Real]:
-        """Gradients of the hat functions on the surface, and areas."""
+        """Gradients of the hat functions on the source, and its areas."""
         map = self.map
-        gradients, areas = rest_geometry(map.z, map.u, map.system.corners, (map.metrics[0], None))
+        gradients, areas = rest_geometry(map.z, map.u, self._corners, (map.metrics[0], None))
         return gradients, areas if map.weights is None else areas * map.weights
 
     @cached_property
     def _plane(self) -> tuple[Complex, Real]:
         """The same in the plane, with the barrier's weights; triangles in holes rest as they do."""
-        gradients, areas = geometry(self.map.z, self.map.system.corners)
-        rest, weights = self._rest
-        return (
-            np.where(self._flat[:, None], rest, gradients),
-            BARRIER * np.where(self._flat, weights, areas),
-        )
+        (rest, weights), (gradients, areas) = self._rest, geometry(self.map.z, self._corners)
+        gradients = np.where(self._flat[:, None], rest, gradients)
+        return gradients, BARRIER * np.where(self._flat, weights, areas)
 
     @cached_property
     def _flat(self) -> Flags:
@@ -158,187 +148,68 @@ class Between:
         return np.zeros(len(map.faces), bool) if map.weights is None else map.weights != 1
 
     @cached_property
-    def _soup(self) -> BlockPattern:
-        """The pattern of triangles that share no vertices: blocks come out triangle by triangle."""
-        m, none = len(self.map.faces), np.zeros(0, np.int64)
-        each = np.arange(3 * m)
-        slots = np.arange(6 * m)
-        return BlockPattern(
-            *(
-                each,
-                none,
-                slots,
-                each.reshape(-1, 3),
-                slots.reshape(-1, 6),
-                none,
-                none,
-                none,
-                none,
-                none,
-                none,
-            )
-        )
-
-    def _laid(self, u: Complex, place: Place) -> tuple[Complex, Real]:
-        """(m, 3) image triangles laid flat, and (m, 2, 3) the directions in space of the plane that each is laid in."""
-        corners = place.points[self.map.system.corners]
-        first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        length = np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-300)
-        x = first / length
-        y = second - (second * x).sum(axis=1, keepdims=True) * x
-        height = np.maximum(np.linalg.norm(y, axis=1, keepdims=True), 1e-300)
-        y = y / height
-        sign = np.sign(self._turn)[:, None]
-        laid = np.zeros(corners.shape[:2], complex)
-        laid[:, 1], laid[:, 2] = length[:, 0], (second * x).sum(axis=1) + 1j * (height * sign)[:, 0]
-        laid[self._flat] = u[self.map.system.corners[self._flat]]
-        return laid, np.stack([x, sign * y], axis=1)
+    def _turns(self) -> Real:
+        """(m, 1) orientation of triangles with corners in the order of the system."""
+        a, b, c = self.map.z[self._corners].T
+        return np.sign(((b - a).conj() * (c - a)).imag)[:, None]
 
     @cached_property
-    def _turn(self) -> Real:
-        """(m,) orientation of triangles with corners in the order of the system."""
-        a, b, c = self.map.z[self.map.system.corners].T
-        return ((b - a).conj() * (c - a)).imag
+    def border(self) -> Border:
+        """The boundary's vertices as chains."""
+        return self.map.chains(True)[1]
 
     def energy(self, u: Complex, tau: Real) -> float:
-        """Of images (n,), the outline's vertices at tau (b,)."""
-        laid, _ = self._laid(u, self.ground.at(u))
-        gradients, areas = self._rest
-        inside = total(
-            self._soup.corners,
-            gradients,
-            areas,
-            np.ascontiguousarray(laid.ravel()),
-            self._thetas,
-            self.q,
-            BOTH_AREAS,
-            0.0,
-        )
-        barrier = total(self.map.system.corners, *self._plane, u, self._thetas, 1.0, BOTH_AREAS, 0.0)
-        return float(inside + barrier + border_energy(self._border[1], tau))
+        """Of images (n,), the boundary's vertices at arclengths tau."""
+        soup = _soup(self.map.system)
+        laid = self._laid(u, self.ground.at(u))[0].ravel()
+        inside = total(soup.corners, *self._rest, laid, self._thetas, self.q, BOTH_AREAS, 0.0)
+        barrier = total(self._corners, *self._plane, u, self._thetas, 1.0, BOTH_AREAS, 0.0)
+        return float(inside + barrier + border_energy(self.border, tau))
 
-    @cached_property
-    def _border(self):
-        return self.map._border(True)
-
-    @cached_property
-    def _rails(self) -> Rails:
-        rims = self.map.rims
-        own = np.repeat(np.arange(len(rims)), [rim.vertices.stop - rim.vertices.start for rim in rims])
-        rails = [rim.target.rail for rim in rims]
-        if self.map.bound:
-            own = np.append(own, self.map.inside.own + len(rims))
-        return Rails.of(rails, own, len(rims))
-
-    def assembled(self, u: Complex) -> tuple[float, Real, Complex]:
-        """The energy inside, blocks (m, 6, 2, 2) of the Hessian, and the gradient (m, 3) complex, by vertices."""
+    def derivatives(self, u: Complex) -> tuple[Real, Real]:
+        """(m, 3, 2) gradients at the corners of triangles, without the boundary's own, and (m, 6, 2, 2) blocks of
+        Hessians, projected to be positive semidefinite."""
         place = self.ground.at(u)
         laid, plane = self._laid(u, place)
-        gradients, areas = self._rest
-        m = len(laid)
-        blocks, slope = np.empty((6 * m, 4)), np.empty(3 * m, np.complex128)
-        soup = self._soup
-        energy = assemble(
-            *(
-                soup,
-                gradients,
-                areas,
-                np.ascontiguousarray(laid.ravel()),
-                self._thetas,
-                self.q,
-                BOTH_AREAS,
-                0.0,
-            ),
-            *(blocks, slope),
-        )
-        turns = np.einsum("mic,mkcj->mkij", plane, place.slopes[self.map.system.corners])
+        turns = np.einsum("mic,mkcj->mkij", plane, place.slopes[self._corners])
         turns[self._flat] = np.eye(2)
-        blocks, slope = blocks.reshape(m, 6, 2, 2), slope.reshape(m, 3)
-        light, lean = np.empty((6 * m, 4)), np.empty(3 * m, np.complex128)
-        flat = np.ascontiguousarray(u[self.map.system.corners].ravel())
-        assemble(soup, *self._plane, flat, self._thetas, 1.0, BOTH_AREAS, 0.0, light, lean)
-        slope = np.stack([slope.real, slope.imag], axis=-1)
-        lean = lean.reshape(m, 3)
-        return (
-            np.stack([turned(blocks, turns), light.reshape(m, 6, 2, 2)]).sum(axis=0),
-            np.einsum("mkij,mki->mkj", turns, slope) + np.stack([lean.real, lean.imag], axis=-1),
-        )
+        soup = _soup(self.map.system)
+        slopes, blocks = _assembled(soup, laid, *self._rest, self._thetas, self.q)
+        more, light = _assembled(soup, u[self._corners], *self._plane, self._thetas, 1.0)
+        return np.einsum("mkij,mki->mkj", turns, slopes) + more, turned(blocks, turns) + light
+
+    def _laid(self, u: Complex, place: Landing) -> tuple[Complex, Real]:
+        """(m, 3) images of triangles laid flat, and (m, 2, 3) the directions in space that become x and y."""
+        corners = place.points[self._corners]
+        first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        length, x = _normalised(first)
+        along = (second * x).sum(axis=1, keepdims=True)
+        height, y = _normalised(second - along * x)
+        laid = np.column_stack([0 * length, length, along + 1j * height * self._turns])
+        laid[self._flat] = u[self._corners[self._flat]]
+        return laid, np.stack([x, self._turns * y], axis=1)
 
 
-def descended(
-    map: DiscreteMap, ground: Ground, theta: float, q: float, steps: int = STEPS, tolerance: float = DECREASE
-) -> DiscreteMap:
-    """A map without folds after steps of Newton's method, corners of the target keeping their vertices.
-
-    Args:
-        map: on the triangles of a surface, or any mesh of it.
-        ground: its target.
-        theta: weight of the area part.
-        q: power that raises the worst.
-        steps: the most there may be.
-        tolerance: relative decrease that counts as none.
-    """
-    between = Between(map, ground, float(theta), float(q))
-    system, u = map.system, map.u.copy()
-    tau, border = between._border
-    tau = tau.copy()
-    c, n = tau.size, u.size
-    kinds = np.where(
-        np.append(map.anchored | map.pairs.at_target, np.ones(c - map.border, bool)), HELD, SLIDING
-    )
-    rails = between._rails
-    small, energy, damping = 0, between.energy(u, tau), 0.0
-    for _ in range(steps):
-        blocks, slopes = between.assembled(u)
-        gradient = np.zeros(n, np.complex128)
-        for part, unit in ((0, 1), (1, 1j)):
-            gradient += unit * np.bincount(system.corners.ravel(), slopes[..., part].ravel(), n)
-        slope, curvature = np.empty(c), np.empty(c)
-        border_derivatives(border, tau, slope, curvature)
-        directions, low, high = np.empty(c, np.complex128), np.empty(c), np.empty(c)
-        choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
-        ways = np.tile(np.eye(2), (n, 1, 1))
-        ways[:c, :, 0], ways[:c, :, 1] = np.column_stack([directions.real, directions.imag]), 0
-        matrix = _matrix(system, turned(blocks, ways[system.corners]))
-        _stiffen(system, border, directions, curvature, matrix, damping)
-        gradient[:c] = (gradient[:c] * directions.conj()).real + np.where(directions != 0, slope, 0)
-        factor, pivots = np.empty((system.factor_rows.size, 4)), np.empty((n, 3))
-        if not factorise(system, matrix, factor, pivots):
-            break
-        step = downhill(system, factor, pivots, gradient)
-        decrease = float((gradient.conj() * step).real.sum())
-        slide = step[:c].real
-        slide = np.where(low == 0, np.maximum(slide, 0), slide)
-        slide = np.where(high == 0, np.minimum(slide, 0), slide)
-        slide = np.where(directions == 0, 0, slide)
-        step[:c] = slide * directions
-        t = min(1 / (1 + max(decrease / energy, -LONGEST)), _gap_limit(border, tau, slide))
-        t = min(t, SHARE_OF_FLIP * largest_step(map.faces, u, step))
-        while t > SHORTEST:
-            new_u, new_tau = np.empty_like(u), np.empty_like(tau)
-            moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau)
-            after = between.energy(new_u, new_tau)
-            if after <= energy + ARMIJO * t * decrease:
-                break
-            t *= 0.5
-        else:
-            break
-        damping = max(10 * damping, DAMPED) if t < SHORT else 0.1 * damping if t > LONG else damping
-        gained = energy - after
-        u, tau, energy = new_u, new_tau, after
-        small = small + 1 if gained < tolerance * energy else 0
-        if small == 2:
-            break
-    pairs = map.pairs._replace(tau=tau[: map.border])
-    return replace(map, u=u, pairs=pairs, energy=energy)
+def _normalised(vectors: Real) -> tuple[Real, Real]:
+    """(m, 1) lengths and (m, 3) directions."""
+    length = np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)
+    return length, vectors / length
 
 
-def _gap_limit(border, tau: Real, slide: Real) -> float:
-    """The largest share of a step that keeps the outline's vertices in order."""
-    closing = slide - slide[border.following]
-    gap = tau[border.following] - tau + border.laps
-    at = closing > 0
-    return float((SHARE_OF_GAP * gap[at] / closing[at]).min(initial=np.inf))
+def _soup(system: BlockPattern) -> BlockPattern:
+    """The pattern of triangles that share no vertices, for derivatives triangle by triangle."""
+    m = len(system.corners)
+    return system._replace(corners=np.arange(3 * m).reshape(m, 3), slots=np.arange(6 * m).reshape(m, 6))
+
+
+def _assembled(
+    soup: BlockPattern, laid: Complex, gradients: Complex, areas: Real, thetas: Real, q: float
+) -> tuple[Real, Real]:
+    """(m, 3, 2) gradients and (m, 6, 2, 2) blocks of the Hessians of triangles (m, 3)."""
+    m = len(laid)
+    blocks, slopes = np.empty((6 * m, 4)), np.empty(3 * m, np.complex128)
+    assemble(soup, gradients, areas, laid.ravel(), thetas, q, BOTH_AREAS, 0.0, blocks, slopes)
+    return _parts(slopes).reshape(m, 3, 2), blocks.reshape(m, 6, 2, 2)
 
 
 def turned(blocks: Real, turns: Real) -> Real:
@@ -347,27 +218,158 @@ def turned(blocks: Real, turns: Real) -> Real:
     return np.stack(found, axis=1)
 
 
+def _parts(z: Complex) -> Real:
+    return np.stack([z.real, z.imag], axis=-1)
+
+
+class _State(NamedTuple):
+    """Images (n,), arclengths of the boundary's vertices (c,), and their energy."""
+
+    u: Complex
+    tau: Real
+    energy: float
+
+
+class _Slide(NamedTuple):
+    """Directions (c,) in which the boundary's vertices may move, limits of their steps, and slope and curvature of the
+    boundary's own energy."""
+
+    directions: Complex
+    low: Real
+    high: Real
+    slope: Real
+    curvature: Real
+
+
+def descended(
+    map: DiscreteMap,
+    ground: Ground,
+    theta: float,
+    q: float,
+    steps: int = STEPS,
+    tolerance: float = DECREASE,
+) -> DiscreteMap:
+    """A map without folds after steps of Newton's method, corners of the target keeping their vertices.
+
+    Args:
+        map: on a mesh of its source, pins at their goals.
+        ground: its target.
+        theta: weight of the area part.
+        q: power that raises the worst.
+        steps: the most there may be.
+        tolerance: relative decrease that counts as none.
+    """
+    between, tau = Between(map, ground, float(theta), float(q)), map.chains(True)[0]
+    rails = map.rails(True, tau.size)
+    kinds = np.full(tau.size, HELD)
+    kinds[: map.border] = np.where(map.anchored | map.pairs.at_target, HELD, SLIDING)
+    state, damping, small = _State(map.u, tau, between.energy(map.u, tau)), 0.0, 0
+    for _ in range(steps):
+        new, share = _stepped(between, rails, kinds, state, damping)
+        damping = max(10 * damping, DAMPED) if share < SHORT else 0.1 * damping if share > LONG else damping
+        small = small + 1 if state.energy - new.energy < tolerance * new.energy else 0
+        state = new
+        if share == 0 or small == 2:
+            break
+    pairs = map.pairs._replace(tau=state.tau[: map.border])
+    return replace(map, u=state.u, pairs=pairs, energy=state.energy, settled=small == 2)
+
+
+def _stepped(
+    between: Between, rails: Rails, kinds: Index, state: _State, damping: float
+) -> tuple[_State, float]:
+    """The map a step on, and the share of the step that was made."""
+    map, border, (u, tau, energy) = between.map, between.border, state
+    slopes, blocks = between.derivatives(u)
+    gradient = _gradient(map.system, slopes)
+    slide = _slide(rails, border, kinds, tau, gradient)
+    step, decrease = _newton(map.system, border, blocks, gradient, slide, damping)
+    way = _limited(step[: tau.size].real, slide)
+    step[: tau.size] = way * slide.directions
+    share = min(
+        1 / (1 + max(decrease / energy, -LONGEST)),
+        _gap_limit(border, tau, way),
+        SHARE_OF_FLIP * largest_step(map.faces, u, step),
+    )
+    while share > SHORTEST_STEP:
+        new_u, new_tau = np.empty_like(u), np.empty_like(tau)
+        moved(rails, u, tau, step, way, slide.low, slide.high, share, new_u, new_tau)
+        after = between.energy(new_u, new_tau)
+        if after <= energy + ARMIJO * share * decrease:
+            return _State(new_u, new_tau, after), share
+        share *= 0.5
+    return state, 0.0
+
+
+def _gradient(system: BlockPattern, slopes: Real) -> Complex:
+    """(n,) from those at the corners of triangles."""
+    corners, n = system.corners.ravel(), system.position.size
+    x, y = (np.bincount(corners, slopes[..., part].ravel(), n) for part in range(2))
+    return x + 1j * y
+
+
+def _slide(rails: Rails, border: Border, kinds: Index, tau: Real, gradient: Complex) -> _Slide:
+    """How the boundary's vertices may move."""
+    c = tau.size
+    found = _Slide(np.empty(c, np.complex128), *(np.empty(c) for _ in range(4)))
+    border_derivatives(border, tau, found.slope, found.curvature)
+    choose_directions(rails, tau, kinds, gradient, found.slope, found.directions, found.low, found.high)
+    return found
+
+
+def _newton(
+    system: BlockPattern, border: Border, blocks: Real, gradient: Complex, slide: _Slide, damping: float
+) -> tuple[Complex, float]:
+    """Newton's step, of the boundary's vertices by the way along their directions, and the decrease it promises."""
+    n, c, directions = gradient.size, slide.directions.size, slide.directions
+    ways = np.tile(np.eye(2), (n, 1, 1))
+    ways[:c, :, 0], ways[:c, :, 1] = _parts(directions), 0
+    matrix = _matrix(system, turned(blocks, ways[system.corners]))
+    _stiffen(system, border, slide, matrix)
+    _regularise(system, matrix, REGULAR + damping)
+    gradient = gradient.copy()
+    gradient[:c] = (gradient[:c] * directions.conj()).real + np.where(directions != 0, slide.slope, 0)
+    factor = np.empty(system.fronts.room)
+    if not factorise(system, matrix, factor):
+        return np.zeros(n, np.complex128), 0.0
+    step = downhill(system, factor, gradient)
+    return step, float((gradient.conj() * step).real.sum())
+
+
+def _limited(way: Real, slide: _Slide) -> Real:
+    """(c,) ways along the directions that do not leave a corner to the wrong side."""
+    way = np.where(slide.low == 0, np.maximum(way, 0), way)
+    way = np.where(slide.high == 0, np.minimum(way, 0), way)
+    return np.where(slide.directions == 0, 0, way)
+
+
+def _gap_limit(border: Border, tau: Real, way: Real) -> float:
+    """The largest share of a step that keeps the boundary's vertices in order."""
+    closing, gap = way - way[border.following], tau[border.following] - tau + border.laps
+    at = closing > 0
+    return float((SHARE_OF_GAP * gap[at] / closing[at]).min(initial=np.inf))
+
+
 def _matrix(system: BlockPattern, blocks: Real) -> Real:
-    """The Hessian from blocks of triangles."""
+    """(e, 4) the Hessian from blocks of triangles."""
     slots, flat = system.slots.ravel(), blocks.reshape(-1, 4)
-    return np.column_stack([np.bincount(slots, flat[:, k], system.rows.size) for k in range(4)])
+    return np.column_stack([np.bincount(slots, flat[:, k], system.columns.size) for k in range(4)])
 
 
-def _stiffen(
-    system: BlockPattern, border, directions: Complex, curvature: Real, matrix: Real, damping: float
-) -> None:
-    """The outline's part, ones where there is no unknown, and a little more on the diagonal."""
-    slides, after = directions != 0, border.following
-    own = system.diagonal[: directions.size]
-    np.add.at(matrix[:, 0], own[slides], curvature[slides])
-    ahead = slides[after]
-    np.add.at(matrix[:, 0], system.diagonal[after[ahead]], curvature[ahead])
-    both = slides & ahead
+def _stiffen(system: BlockPattern, border: Border, slide: _Slide, matrix: Real) -> None:
+    """Adds the boundary's own second derivatives, and ones where there is no unknown."""
+    free, after, curvature = slide.directions != 0, border.following, slide.curvature
+    own = system.diagonal[: free.size]
+    np.add.at(matrix[:, 0], own[free], curvature[free])
+    np.add.at(matrix[:, 0], own[after][free[after]], curvature[free[after]])
+    both = free & free[after]
     np.add.at(matrix[:, 0], system.ahead[both], -curvature[both])
     matrix[own, 3] += 1
-    matrix[own[~slides], 0] += 1
-    little = (REGULAR + damping) * 0.5 * (
-        matrix[system.diagonal, 0] + matrix[system.diagonal, 3]
-    ).mean() + 1e-12
+    matrix[own[~free], 0] += 1
+
+
+def _regularise(system: BlockPattern, matrix: Real, share: float) -> None:
+    """Adds a share of the mean diagonal to it."""
+    little = share * 0.5 * (matrix[system.diagonal, 0] + matrix[system.diagonal, 3]).mean() + 1e-12
     matrix[system.diagonal, 0] += little
     matrix[system.diagonal, 3] += little

@@ -1,7 +1,8 @@
 """The last map of a surface: on its own triangles, so that its texture coordinates are that map, and fold nowhere."""
 
 from dataclasses import dataclass, replace
-from typing import Any
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from ..balanced.meshing.mesh import closed_links
 from ..balanced.meshing.transfer import interpolate
 from ..balanced.minimise.cholesky import system_of
 from ..balanced.outline import Outline
-from ..balanced.pairs import Pairs, boundary_pairs, limited, loops_of, through
+from ..balanced.pairs import Pairs, apart, boundary_pairs, limited, loops_of, through
 from ..curve import Curve
 from ..flattening.scaffold import filling
 from ..meshes.mesh import face_areas
@@ -25,10 +26,7 @@ from .refined import RefinedSurface
 from .side import Side
 from .unfolding import unfolded_nearby
 
-UNFOLDING, POLISHING = (
-    200,
-    30,
-)  # steps: a bunny with holes takes over 40
+UNFOLDING, POLISHING = 200, 30  # steps: a bunny with holes takes over 40
 SAME = 1e-9  # of the length: arclengths this close are one place
 
 
@@ -98,8 +96,8 @@ def on_own_mesh(
     rims = [_outline_of(flat[loop], curve) for loop, curve in zip(loops, outlines)]
     loops = [np.roll(loop, -rim.first) for loop, rim in zip(loops, rims)]
     own = _level_of(level, rims, met, problem)
-    pairs, holes, sizes = _pairs_of(own, match_on(own, state))
-    return _meshed(side, frame, own, state, problem, loops, pairs, holes, sizes)
+    boundary = _Boundary(loops, *_pairs_of(own, match_on(own, state)))
+    return _meshed(side, frame, own, state, problem, boundary)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,62 +152,102 @@ def _pairs_of(level: Level, match) -> tuple[Pairs, MeshHoles, list[int]]:
     return Pairs.joined(pairs), MeshHoles(tuple(outlines), loops_of(rims, sizes[0])), sizes
 
 
-def _meshed(side, frame, level, state, problem, loops, pairs, holes, sizes) -> OwnMap:
+class _Boundary(NamedTuple):
+    """The boundary asked for: the surface's loops, all vertices on them, the holes, and how many vertices each loop
+    has."""
+
+    loops: list[Index]
+    pairs: Pairs
+    holes: MeshHoles
+    sizes: list[int]
+
+    @property
+    def slices(self) -> list[slice]:
+        """The vertices of each loop."""
+        ends = np.cumsum([0, *self.sizes])
+        return [slice(start, end) for start, end in pairwise(ends)]
+
+
+def _meshed(
+    side: Side,
+    frame: UnitFrame,
+    level: Level,
+    state: DiscreteMap | Sketch,
+    problem: UnitProblem,
+    boundary: _Boundary,
+) -> OwnMap:
     """The mesh with the boundary asked for, and the map on it."""
-    patch = side.given.patch
     closing = [side.loops[1 + loop.source] for loop in state.filled]
-    fills = [filling(side.given.flat, loop) for loop in (*closing, *side.passed_over)]
-    given = np.repeat(
-        [1.0, *[FILLED] * len(closing), *[PASSED_OVER] * len(side.passed_over)],
-        [len(patch.faces), *map(len, fills)],
-    )
-    mesh = RefinedSurface.of(np.concatenate([patch.faces, *fills]), len(patch.points))
+    mesh, given = _covered(side, closing)
     mesh, pinned = _with_pins(mesh, side, frame.world(problem.pins[:, 0]))
+    outlines = [level.source, *(here for here, _ in boundary.holes.outlines)]
     still = np.zeros(mesh.count, bool)
-    still[np.concatenate([*loops, pinned])] = True
-    mesh, rim = _with_boundary(
-        mesh.without_chords(still), [level.source, *(here for here, _ in holes.outlines)], loops, pairs, sizes
-    )
-    constrained = np.append(rim, pinned)
-    first = np.concatenate([constrained, *closing])
+    still[np.concatenate([*boundary.loops, pinned])] = True
+    mesh, rim = _with_boundary(mesh.without_chords(still), outlines, boundary)
+    first = np.concatenate([rim, pinned, *closing])
     order = np.append(first, np.setdiff1d(np.arange(mesh.count), first))
-    alone = [(loop.source, -1, rim.size) for loop, rim in zip(state.filled, closing)]
     faces = np.argsort(order)[mesh.faces]
-    z = frame.unit(mesh.carried(side.own.flat)[order])
-    weights = given[mesh.own]
-    material = weights == 1
+    z, weights = frame.unit(mesh.carried(side.own.flat)[order]), given[mesh.own]
+    material, constrained = weights == 1, rim.size + pinned.size
     maps = _to_surface(mesh, side, material, z[faces], mirrored=frame.mirrored)
     faces = np.ascontiguousarray(faces[:, ::-1] if frame.mirrored else faces)
-    pins = np.column_stack([z[rim.size : constrained.size], problem.pins[:, 1]])
-    u = interpolate(state.z, state.faces, state.u, z)
-    targets = [level.target, *(there for _, there in holes.outlines)]
-    ends = np.cumsum([0, *sizes])
-    for start, end, target in zip(ends, ends[1:], targets):
-        u[start:end] = target.curve.at(pairs.tau[start:end])
-    following = np.append(closed_links(sizes), np.arange(rim.size, constrained.size))
+    following = np.append(closed_links(boundary.sizes), np.arange(rim.size, constrained))
+    alone = [(loop.source, -1, each.size) for loop, each in zip(state.filled, closing)]
     found = DiscreteMap(
-        *(level.source, level.target, faces, system_of(faces, following, z.size), z, u, pairs),
-        anchored=_anchored(level, pairs.s, sizes[0]),
-        inside=InnerConstraints.of_pins(pins),
-        bound=len(pins) > 0,
-        holes=holes._replace(filled=loops_of(alone, constrained.size)),
+        *(level.source, level.target, faces, system_of(faces, following, z.size), z),
+        *(_images(state, z, level, boundary), boundary.pairs),
+        anchored=_anchored(level, boundary.pairs.s, boundary.sizes[0]),
+        inside=InnerConstraints.of_pins(np.column_stack([z[rim.size : constrained], problem.pins[:, 1]])),
+        bound=pinned.size > 0,
+        holes=boundary.holes._replace(filled=loops_of(alone, constrained)),
         weights=None if material.all() else weights,
         metrics=(OwnMetric(maps, material), problem.metrics[1]),
     )
-    unfolding: dict[str, Any] = {"steps": UNFOLDING, "polish": POLISHING, "weighed": True}
-    found = found.moved_to_border(u)
+    return OwnMap(_content(_unfolded(found), maps, material), mesh, order)
+
+
+def _covered(side: Side, closing: list[Index]) -> tuple[RefinedSurface, Real]:
+    """The surface with triangles in its holes, those `closing` and those that are passed over, and their weights."""
+    patch = side.given.patch
+    kinds = [FILLED] * len(closing) + [PASSED_OVER] * len(side.passed_over)
+    fills = [filling(side.given.flat, loop) for loop in (*closing, *side.passed_over)]
+    weights = np.repeat([1.0, *kinds], [len(patch.faces), *map(len, fills)])
+    return RefinedSurface.of(np.concatenate([patch.faces, *fills]), len(patch.points)), weights
+
+
+def _images(state: DiscreteMap | Sketch, z: Complex, level: Level, boundary: _Boundary) -> Complex:
+    """(n,) the images of vertices under the map so far, those of the boundary where they belong."""
+    u = interpolate(state.z, state.faces, state.u, z)
+    targets = [level.target, *(there for _, there in boundary.holes.outlines)]
+    for rim, target in zip(boundary.slices, targets):
+        u[rim] = target.curve.at(boundary.pairs.tau[rim])
+    return u
+
+
+def _unfolded(map: DiscreteMap) -> DiscreteMap:
+    """Without folds: those beside the boundary and pins undone where they are, or if that fails, all at once.
+
+    Raises:
+        Stuck: folds remain.
+    """
+    map = map.moved_to_border(map.u)
     try:
-        found = replace(found, u=unfolded_nearby(found))
+        return replace(map, u=unfolded_nearby(map))
     except Stuck:
-        try:
-            found = found.unfolded(harmonic=False, **unfolding)
-        except Stuck:
-            found = found.unfolded(**unfolding)
-    if not material.all():  # slivers as they are: those in holes are content from here on
-        content = linear(z[faces], found.u[faces])
-        maps = Linear(*(np.where(material, own, new) for own, new in zip(maps, content)))
-        found = replace(found, metrics=(OwnMetric(maps, material), problem.metrics[1]))
-    return OwnMap(found, mesh, order)
+        pass
+    try:
+        return map.unfolded(harmonic=False, polish=POLISHING, steps=UNFOLDING, weighed=True)
+    except Stuck:
+        return map.unfolded(polish=POLISHING, steps=UNFOLDING, weighed=True)
+
+
+def _content(map: DiscreteMap, maps: Linear, material: Flags) -> DiscreteMap:
+    """The map with triangles in holes, slivers as they are, at rest where they are."""
+    if material.all():
+        return map
+    content = linear(map.z[map.faces], map.u[map.faces])
+    maps = Linear(*(np.where(material, own, new) for own, new in zip(maps, content)))
+    return replace(map, metrics=(OwnMetric(maps, material), map.metrics[1]))
 
 
 def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[RefinedSurface, Index]:
@@ -217,45 +255,40 @@ def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[Refin
     numbers = []
     for z in places:
         flat = mesh.carried(side.own.flat)
-        face = _holding(flat[mesh.faces], z)
-        mesh, number = mesh.with_point(face, barycentric(flat[mesh.faces[face]], z))
+        mesh, number = mesh.with_point(*_holding(flat[mesh.faces], z))
         numbers.append(number)
     if len(set(numbers)) < len(numbers):
         raise Stuck("two pins on one vertex")
     return mesh, np.array(numbers, np.int64)
 
 
-def _holding(corners: Complex, z: complex) -> int:
-    """The triangle of (m, 3) whose sides a point is farthest inside of, relative to its size."""
+def _holding(corners: Complex, z: complex) -> tuple[int, Real]:
+    """The triangle of (m, 3) whose sides a point is farthest inside of, relative to its size, and the point's
+    barycentric coordinates (3,), none below 0."""
     a, b, c = (corners - z).T
-    areas = [(p.conj() * q).imag for p, q in ((b, c), (c, a), (a, b))]
-    return int(np.argmax(np.min(areas / np.sum(areas, axis=0), axis=0)))
-
-
-def barycentric(corners: Complex, z: complex) -> Real:
-    """(3,) coordinates of a point in a triangle, none below 0."""
-    a, b, c = corners - z
-    areas = np.array([(p.conjugate() * q).imag for p, q in ((b, c), (c, a), (a, b))])
-    return np.maximum(areas / areas.sum(), 0)
+    areas = np.array([(p.conj() * q).imag for p, q in ((b, c), (c, a), (a, b))])
+    shares = areas / areas.sum(axis=0)
+    face = int(np.argmax(shares.min(axis=0)))
+    return face, np.maximum(shares[:, face], 0)
 
 
 def _with_boundary(
-    mesh: RefinedSurface, outlines: list[Outline], loops: list[Index], pairs: Pairs, sizes: list[int]
+    mesh: RefinedSurface, outlines: list[Outline], boundary: _Boundary
 ) -> tuple[RefinedSurface, Index]:
     """The mesh with all vertices (b,) of the boundary, and their numbers, in order."""
-    rim = np.empty(pairs.s.size, np.int64)
+    s = boundary.pairs.s
+    rim = np.empty(s.size, np.int64)
     tails, heads, new = ([np.empty(0, np.int64)] for _ in range(3))
     shares = [np.empty(0)]
-    ends = np.cumsum([0, *sizes])
-    for start, end, loop, outline in zip(ends, ends[1:], loops, outlines):
-        edge, share = outline.curve.locate(pairs.s[start:end])
+    for part, loop, outline in zip(boundary.slices, boundary.loops, outlines):
+        edge, share = outline.curve.locate(s[part])
         length = outline.curve.lengths[edge]
         at_head = (1 - share) * length < SAME * outline.length
         edge, share = np.where(at_head, edge + 1, edge) % loop.size, np.where(at_head, 0, share)
         on = share * length < SAME * outline.length
-        rim[start:end][on] = loop[edge[on]]
+        rim[part][on] = loop[edge[on]]
         between = np.flatnonzero(~on)
-        new.append(start + between)
+        new.append(part.start + between)
         tails.append(loop[edge[between]])
         heads.append(loop[(edge[between] + 1) % loop.size])
         shares.append(share[between])
@@ -278,7 +311,5 @@ def _anchored(level: Level, s: Real, outer: int) -> Flags:
     """(b,) which vertices of the boundary never move."""
     found = np.zeros(s.size, bool)
     if level.anchors is not None:
-        length = level.source.length
-        away = np.mod(s[:outer, None] - level.anchors.s + 0.5 * length, length) - 0.5 * length
-        found[:outer] = (np.abs(away) < SAME * length).any(axis=1)
+        found[:outer] = ~apart(s[:outer], level.anchors.s, level.source.length)
     return found

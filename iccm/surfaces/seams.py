@@ -7,12 +7,11 @@ the even layouts are.
 """
 
 from collections.abc import Iterator
-from itertools import pairwise, permutations
+from itertools import permutations
 
 import numpy as np
 
 from ..arrays import Complex, Index, Real
-from ..curve import Curve
 from ..errors import InputError
 from ..flattening import even, flatten
 from ..meshes.cut import opened_through

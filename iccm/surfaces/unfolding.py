@@ -6,8 +6,8 @@ from ..arrays import Complex, Flags, Index, Real
 from ..balanced.discrete import DiscreteMap
 from ..balanced.failure import Stuck
 from ..balanced.metric import rest_geometry
+from ..balanced.minimise.cholesky import system_of
 from ..balanced.minimise.energy import geometry
-from ..balanced.minimise.ldl import system_of
 from ..balanced.minimise.untangle import untangle
 
 RINGS = (

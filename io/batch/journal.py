@@ -10,6 +10,7 @@ import hashlib
 import json
 import os
 import platform
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
@@ -30,20 +31,24 @@ class Journal:
     def __init__(self, root: Path) -> None:
         """Read the journal of an output folder, if there is one."""
         self.path, self._root = Path(root) / NAME, os.fspath(root)
-        self._finished: dict[str, dict[str, Any]] = {}
+        self._real = os.path.realpath(root)
+        self._finished: dict[str, int] = {}
         self._begun: set[str] = set()
-        self._left: list[dict[str, Any]] = []
-        for line in self._lines():
+        self._left: set[str] = set()
+        gone = lru_cache(_gone)
+        for start, line in self._lines():
             if line.get("event") == "begun":
-                self._begun.update(str(path) for path in _list(line, "outputs"))
-                self._left += [line] if _gone(line.get("by")) else []
+                outputs = [str(path) for path in _list(line, "outputs")]
+                self._begun.update(outputs)
+                self._left.update(outputs if gone(*_by(line)) else ())
             elif line.get("event") == "finished" and isinstance(line.get("key"), str):
-                self._finished[line["key"]] = line
+                self._finished[line["key"]] = start
 
     def finished(self, key: str) -> dict[str, Any] | None:
         """The result of an earlier run of this very job, if its outputs are still as it left them."""
-        line = self._finished.get(key)
-        if line is None or not isinstance(line.get("result"), dict):
+        start = self._finished.get(key)
+        line = None if start is None else self._line(start)
+        if line is None or line.get("key") != key or not isinstance(line.get("result"), dict):
             return None
         outputs = _list(line["result"], "outputs")
         return line["result"] if outputs and all(map(self._intact, outputs)) else None
@@ -68,14 +73,7 @@ class Journal:
 
         Only of batches that ran on this machine and are gone.
         """
-        removed = []
-        for line in self._left:
-            for path in map(str, _list(line, "outputs")):
-                for rest in files.siblings(self.path.parent / path):
-                    with suppress(OSError):
-                        rest.unlink()
-                        removed.append(rest)
-        return removed
+        return files.sweep(self.path.parent / path for path in sorted(self._left))
 
     def finish(self, key: str, result: dict[str, Any]) -> None:
         """Note the result of a job; its outputs with their hashes are in it."""
@@ -93,14 +91,22 @@ class Journal:
         return os.path.join(self._root, path)
 
     def _relative(self, path: str) -> str:
-        return os.path.relpath(os.path.realpath(path), os.path.realpath(self.path.parent))
+        return os.path.relpath(os.path.realpath(path), self._real)
 
-    def _lines(self) -> list[dict[str, Any]]:
-        try:
-            text = self.path.read_text(encoding="utf-8", errors="replace")
-        except OSError:
-            return []
-        return [line for line in map(_parsed, text.splitlines()) if line]
+    def _lines(self) -> Iterator[tuple[int, dict[str, Any]]]:
+        """Where each line starts, and what it says: results are read again when they are asked for."""
+        start = 0
+        with suppress(OSError), self.path.open("rb") as file:
+            for text in file:
+                if line := _parsed(text):
+                    yield start, line
+                start += len(text)
+
+    def _line(self, start: int) -> dict[str, Any] | None:
+        with suppress(OSError), self.path.open("rb") as file:
+            file.seek(start)
+            return _parsed(file.readline())
+        return None
 
     def _append(self, line: dict[str, Any]) -> None:
         # The leading newline closes a line that was torn; empty lines are skipped on reading.
@@ -131,22 +137,30 @@ def _hash(path: str, changed: int, size: int) -> str:
     return files.sha256(path)
 
 
-def _gone(by: Any) -> bool:
+def _by(line: dict[str, Any]) -> tuple[str, int]:
+    """The machine and process number of the batch that wrote a line; 0 where they are not told."""
+    match line.get("by"):
+        case [str(node), int(number)]:
+            return node, number
+    return "", 0
+
+
+def _gone(node: str, number: int) -> bool:
     """Whether the batch of this machine and process number has ended."""
-    if os.name != "posix" or not isinstance(by, list) or len(by) != 2 or by[0] != platform.node():
+    if os.name != "posix" or number <= 0 or node != platform.node():
         return False
     try:
-        os.kill(int(by[1]), 0)
+        os.kill(number, 0)
     except ProcessLookupError:
         return True
-    except (OSError, ValueError, TypeError, OverflowError):
+    except (OSError, OverflowError):
         return False
     return False
 
 
-def _parsed(line: str) -> dict[str, Any] | None:
+def _parsed(line: bytes) -> dict[str, Any] | None:
     try:
-        value = json.loads(line)
+        value = json.loads(line.decode("utf-8", errors="replace"))
     except (ValueError, RecursionError):
         return None
     return value if isinstance(value, dict) else None

@@ -10,7 +10,7 @@ import os
 import re
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -40,14 +40,32 @@ class ManifestError(InputError):
         self.mistakes = found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Task:
-    """A job of a manifest: its number from 1, its name, and where it stands."""
+    """A job of a manifest: its number from 1, its name, and where it stands.
+
+    What differs from the defaults is kept as JSON: a `Job` takes ten times the memory, of which a hundred thousand
+    would take most of a gigabyte.
+    """
 
     number: int
     name: str
     place: str
-    job: Job
+    packed: str
+
+    @classmethod
+    def of(cls, number: int, name: str, place: str, job: Job) -> Task:
+        """Of a job."""
+        return cls(number, name, place, job.model_dump_json(exclude_defaults=True))
+
+    @property
+    def job(self) -> Job:
+        """The job."""
+        return Job.model_validate_json(self.packed)
+
+    def holding(self, job: Job) -> Task:
+        """The same with another job."""
+        return Task.of(self.number, self.name, self.place, job)
 
 
 @dataclass(frozen=True)
@@ -262,7 +280,7 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
         if not wrong:
             wrong = [f"{entry.place}: {text}" for text in _unmakeable(job)]
     found.extend(wrong)
-    return None if wrong else Task(number, str(label).strip("-"), entry.place, job)
+    return None if wrong else Task.of(number, str(label).strip("-"), entry.place, job)
 
 
 def _is_there(path: str) -> bool:
@@ -334,7 +352,7 @@ def _placed(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
             )
     values: dict[str, Any] = {field: moved.get(getattr(job, field) or "") for field in WRITTEN}
     values["output"] = tuple(moved.get(name, name) for name in job.output)
-    return replace(task, job=job.model_copy(update=values))
+    return task.holding(job.model_copy(update=values))
 
 
 def _distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> None:
@@ -342,10 +360,11 @@ def _distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> Non
 
     Names that differ only by case or by how Unicode writes a letter are one file on many disks.
     """
-    inputs = {os.path.realpath(path) for task in tasks for path in task.job.inputs}
+    jobs = [(task, job.inputs, job.outputs) for task in tasks for job in (task.job,)]
+    inputs = set(map(os.path.realpath, {path for _, read, _ in jobs for path in read}))
     owner: dict[str, tuple[Task, str]] = {}
-    for task in tasks:
-        for path in task.job.outputs:
+    for task, _, outputs in jobs:
+        for path in outputs:
             real = os.path.realpath(path)
             other, same = owner.get(names.alike(real), (None, real))
             if other is not None:
@@ -358,8 +377,8 @@ def _distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> Non
             if real in taken:
                 found.append(f"{task.place}: output: {path}: is {taken[real]}; name another file")
             owner[names.alike(real)] = task, real
-    for task in tasks:
-        for path in task.job.outputs:
+    for task, _, outputs in jobs:
+        for path in outputs:
             above = next((owner[key] for key in _above(path) if key in owner), None)
             if above:
                 found.append(

@@ -103,10 +103,9 @@ class Carrier:
             return self._together(slot, maps, origin)
         assert maps[0] is not None
         image, sampler = self._ready(maps[0])
-        options = {"padding": self.how.padding, "threads": self.how.threads}
-        return image.with_pixels(
-            carry(self._shown(origin, maps[0]), sampler, self.how.limit, **options), image.alpha
-        )
+        there, how = self._shown(origin, maps[0]), self.how
+        pixels = carry(there, sampler, how.limit, padding=how.padding, threads=how.threads)
+        return image.with_pixels(pixels, image.alpha)
 
     def origin(self, size: tuple[int, int]) -> Origin:
         """Where texels of a picture of this width and height lie."""
@@ -144,7 +143,8 @@ class Carrier:
         clear = any(image is not None and image.alpha >= 0 for image in read) or any(
             factor[3] < 1 for factor in factors if len(factor) > 3
         )
-        dtype, channels = np.dtype(np.uint16 if deep else np.uint8), 4 if clear else 3
+        dtype, top, channels = (np.uint16, 65535, 4) if deep else (np.uint8, 255, 4)
+        channels -= int(not clear)
         reached = origin.reached(self.how.limit)
         owner = np.where(reached, self.look.owner[origin.triangles], -1)
         out = np.zeros((*reached.shape, channels), dtype)
@@ -152,9 +152,9 @@ class Carrier:
             own = owner == k
             if each is None or image is None:
                 level = FLAT if kind == "normal" else (1.0, 1.0, 1.0)
-                out[own] = np.rint(np.array((*level, 1.0)[:channels]) * np.iinfo(dtype).max)
+                out[own] = np.rint(np.array((*level, 1.0)[:channels]) * top)
             else:
-                _, sampler = self._ready(each, _widened(image, dtype, clear))
+                _, sampler = self._ready(each, _widened(image, np.dtype(dtype), clear))
                 paint(out, self._shown(origin, each), sampler, own, threads=self.how.threads)
             if factor:
                 _multiply(out, own, factor, srgb=kind == "colour")

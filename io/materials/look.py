@@ -111,9 +111,11 @@ class Look:
 
 def part(sheet: Charted, triangles: Flags | Index) -> Charted:
     """Some triangles of a sheet."""
-    named = {name: getattr(sheet, name) for name in ("normal_faces", "stated")}
-    rest = {name: None if values is None else values[triangles] for name, values in named.items()}
-    return replace(sheet, faces=sheet.faces[triangles], uv_faces=sheet.uv_faces[triangles], **rest)
+    normals, stated = (
+        None if values is None else values[triangles] for values in (sheet.normal_faces, sheet.stated)
+    )
+    faces, uv_faces = sheet.faces[triangles], sheet.uv_faces[triangles]
+    return replace(sheet, faces=faces, uv_faces=uv_faces, normal_faces=normals, stated=stated)
 
 
 def check_pictures(look: Look, name: str) -> None:

@@ -54,12 +54,12 @@ def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
     faces = np.concatenate([part.faces + at for part, at in zip(parts, first)])
     normals = [part.normals for part in parts]
     stated = all(each is not None for each in normals)
-    said: Any = (np.concatenate(normals), faces) if stated else (None, None)  # type: ignore[arg-type]
+    normal = np.concatenate(normals) if stated else None  # type: ignore[arg-type]
     tangents = _joined([part.tangents for part in parts], points, 4)
     uv = _joined([_layout(part, bare) for part in parts], points, 2)
     assert uv is not None
     corners = None if tangents is None else tangents[faces]
-    return Charted(name, np.concatenate(points), faces, uv, faces, *said, corners)
+    return Charted(name, np.concatenate(points), faces, uv, faces, normal, faces if stated else None, corners)
 
 
 def _joined(values: Sequence[Real | None], points: Sequence[Real], width: int) -> Real | None:

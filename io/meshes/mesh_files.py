@@ -318,9 +318,9 @@ def write(
         if name.suffix.lower() == ".ply":
             made, said = _ply(file, uv, uv_corners, name, texture)
         else:
-            shown = {} if texture is None else {gltf_materials.BASE: _embeddable(texture)}
+            held = {} if texture is None else {gltf_materials.BASE: _embeddable(texture)}
             keys = {part.key for part in file.primitives} or {""}
-            every = {key: shown | dict((pictures or {}).get(key, {})) for key in keys}
+            every = {key: held | dict((pictures or {}).get(key, {})) for key in keys}
             made, said = _glb(file, uv, uv_corners, triangles, every)
         out.write_bytes(made)
         return [], [f"{name}: {remark}" for remark in said]

@@ -87,7 +87,7 @@ class Obj:
         whole = Mesh(str(self.path), self.v, self.corners[:, 0], self.starts, uv, uv_corners, 1, lines)
         whole = replace(whole, normals=self._unit_normals, normal_corners=self.normals)
         found = whole if part is None else whole.part(self.faces_of(part), f"{self.path}#{part}")
-        stated = bool(len(self.vn)) and self._has_normals(found.normal_corners)
+        stated = self._has_normals(found.normal_corners)
         return found if stated else replace(found, normals=None, normal_corners=None)
 
     @cached_property
@@ -97,8 +97,10 @@ class Obj:
         with np.errstate(invalid="ignore", divide="ignore"):
             return self.vn / size
 
-    def _has_normals(self, corners: Index) -> bool:
+    def _has_normals(self, corners: Index | None) -> bool:
         """Whether all corners (c,) have a normal that is a direction."""
+        if corners is None or not len(self.vn):
+            return False
         inside = (corners >= 0) & (corners < len(self.vn))
         return bool(inside.all() and np.isfinite(self._unit_normals[corners]).all())
 

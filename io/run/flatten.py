@@ -65,7 +65,7 @@ def laid_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None]) 
         InputError: the mesh cannot be laid out; no such method, nor file, or no outline in it.
     """
     if method in METHODS:
-        found = LaidOut(mesh_shape.read(mesh, cut=cut, method=method), {})
+        found = LaidOut(mesh_shape.read(mesh, cut=cut, method=method, chart=True), {})
     else:
         path = Spec.of(method).path
         if not path.is_file():
@@ -162,7 +162,8 @@ def summary(found: dict[str, Any]) -> list[str]:
     error = ", ".join(f"{name} {value:.4g}" for name, value in found["dilatation"].items())
     return [
         f"mesh        {found['triangles']} triangles, {found['boundary_vertices']} boundary vertices, "
-        f"{found['holes']} holes, {found['seam_edges']} seam edges",
+        f"{found['holes']} holes, {found['seam_edges']} seam edges"
+        f" ({found['seam_length']:.3g} sides of a square of its area)",
         f"dilatation  {error} ({found['method']})",
         f"log10 area  p05 to p95 {spread:.3g}",
     ]

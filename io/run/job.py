@@ -41,19 +41,18 @@ class Job(JobOptions, _Shapes):
     @model_validator(mode="after")
     def _a_picture_each(self) -> Job:
         """Every texture gets a picture; the first of them is `texture`."""
-        (path, kind), *rest = self.maps or [(None, self.kind)]
-        if rest or path != self.texture:
-            further = {"normal": [], "normal-down": [], "data": []}
-            for other, what in rest:
-                further[what].append(other)
-            made = {"texture": path, "kind": kind} | {
-                k.replace("-", "_"): tuple(v) for k, v in further.items()
-            }
-            for name, value in made.items():
-                object.__setattr__(self, name, value)  # frozen for everyone else
-        if path and (self.output or any(getattr(self, field) for field in WRITTEN)):
-            object.__setattr__(self, "output", shared(self.output, [name for name, _ in self.maps]))
+        if self.maps and not self.texture:
+            path, kind = self.maps[0]
+            name = kind.replace("-", "_")
+            self._set(texture=path, kind=kind, **{name: getattr(self, name)[1:]})
+        if self.maps and (self.output or any(getattr(self, field) for field in WRITTEN)):
+            self._set(output=shared(self.output, [path for path, _ in self.maps]))
         return self
+
+    def _set(self, **values: Any) -> None:
+        """Change fields while it is made; it is frozen for everyone else."""
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
 
     @property
     def maps(self) -> list[tuple[str, str]]:

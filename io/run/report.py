@@ -144,6 +144,9 @@ def summary(report: dict[str, Any]) -> list[str]:
         )
     if area:
         lines.append("log10 area  " + ", ".join(f"{name} {_short(value)}" for name, value in area.items()))
+    if apart := report.get("apart"):
+        shown = ", ".join(f"{name} {_short(value)}" for name, value in apart.items())
+        lines.append(f"apart       {shown} of the diagonal, in space")
     if injective:
         lines.append(f"injective   {_injective(injective)}")
     if found := report.get("parts"):

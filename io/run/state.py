@@ -67,14 +67,13 @@ class Run:
 
     def showing(self, map: tuple[str, str] | None) -> Run:
         """The same with another texture, of the kind named; one of these is kept at a time."""
-        path, kind = map or (self.job.texture, self.job.kind)
-        if (path, kind) == (self.job.texture, self.job.kind):
+        if map is None or map == (self.job.texture, self.job.kind):
             return self
         if map not in self._other:
             self._other.clear()
-            job = self.job.model_copy(update={"texture": path, "kind": kind})
-            self._other[path, kind] = replace(self, job=job, _begun={}, _other={})
-        return self._other[path, kind]
+            job = self.job.model_copy(update={"texture": map[0], "kind": map[1]})
+            self._other[map] = replace(self, job=job, _begun={}, _other={})
+        return self._other[map]
 
     @property
     def source(self) -> Shape:

@@ -17,12 +17,12 @@ from ...flattening.charts import Atlas, LaidOut
 from ...meshes.cut import vertex_path
 from ...meshes.disk_patch import Joined, disk_patch, sound_piece
 from ...meshes.flatten import Flattening
-from ...meshes.inserted import with_vertices
 from ...meshes.locate import Locator, barycentric
 from ...meshes.mesh import face_areas
 from ...meshes.patch import Patch
 from ...meshes.surface import Surface
 from ...pixels.texture import Placing, Texture
+from ...surfaces.inserted import with_vertices
 from ..meshes import mesh_files
 from ..meshes.obj import Obj
 from ..places import Place, vertex_of
@@ -280,6 +280,7 @@ def read(
     aspect: Aspect | None = None,
     pins: Sequence[Place] = (),
     split: bool = False,
+    chart: bool = False,
 ) -> MeshShape:
     """The mesh in a plane that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
@@ -295,6 +296,7 @@ def read(
         pins: vertices and points in space through which a closed surface is to be cut, in this order; none, or at
             least two.
         split: whether faces may be split, so that it is cut through the pins themselves, not the vertices beside them.
+        chart: whether the plane is only to carry textures; see `flattening.flatten`.
 
     Raises:
         InputError: in one line, naming the first element at fault.
@@ -307,24 +309,33 @@ def read(
     if through is not None and split:
         file = split_at(file, through)
     piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
-    return flattened(spec, file, piece, cut, method, _start_of(piece, through))
+    return flattened(spec, file, piece, cut, method, _start_of(piece, through), chart)
 
 
 def flattened(
-    spec: str, file: mesh_files.MeshFile, piece: Patch, cut: bool, method: str, start: int = -1
+    spec: str,
+    file: mesh_files.MeshFile,
+    piece: Patch,
+    cut: bool,
+    method: str,
+    start: int = -1,
+    chart: bool = False,
 ) -> MeshShape:
     """A piece of a mesh in the plane of its flattening; arguments as for `read`, `start` as of `MeshShape`."""
     file, piece = _of_patch(file, piece)
-    flat = flatten(piece, loop=file.loop, grow=cut and start < 0, method=method)
+    flat = flatten(piece, loop=file.loop, grow=cut and start < 0, method=method, chart=chart)
     curve = (
         Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
     )  # may cross itself, as it comes
     notes = [*file.notes, *flat.patch.notes, *flat.notes]
     if len(flat.patch.seam):
         notes.append(f"cut open along {len(flat.patch.seam)} edges")
-    if len(flat.patch.loops) > 1:
-        holes = len(flat.patch.loops) - 1
-        notes.append(f"boundary loop {file.loop} of {holes + 1} is the outline, the others are holes")
+    loops, left = len(piece.loops), len(flat.patch.loops)
+    if loops > 1:
+        others = (
+            "the others are holes" if left == loops else f"the cut joins {loops - left} of the others to it"
+        )
+        notes.append(f"boundary loop {file.loop} of {loops} is the outline, {others}")
     return _laid(spec, file, flat, curve, curve.box, notes, start=start)
 
 

@@ -1,9 +1,42 @@
 """Goals that benches hold figures against: a line each, which `python -m tests.bench` repeats at its end."""
 
+from collections.abc import Iterator
+
 MARK = "GOAL"
+GOALS = (  # how the lines begin, in the order in which they are listed
+    "the first run",
+    "imports beyond numpy and numba",
+    "balanced solve, 50%",
+    "balanced solve, 90%",
+    "time against triangles",
+    "coordinates, all inside",
+    "coordinates, with the border",
+    "whole warp",
+    "memory of 16384²",
+    "iccm map 1024²",
+    "iccm map 4096²",
+    "a job of a batch",
+    "time on Dask's two workers",
+    "jobs lost with a worker",
+)
 
 
 def goal(name: str, found: float, most: float, unit: str = "") -> None:
     """Print whether a figure is at most what was aimed at."""
     met = "met    " if found <= most else "NOT MET"
     print(f"{MARK} {met} {name}: {found:.3g} of at most {most:.3g}{unit and ' ' + unit}", flush=True)
+
+
+def listed(said: list[str]) -> Iterator[str]:
+    """Every goal: the lines that were printed for it, or that there were none; then how many are met."""
+    lines = [line.rstrip("\n") for line in said]
+    for name in GOALS:
+        own = [line for line in lines if _named(line, name)]
+        yield from own or [f"{MARK} ?       {name}: not measured in this run"]
+    yield from (line for line in lines if not any(_named(line, name) for name in GOALS))
+    met = sum(line.startswith(f"{MARK} met") for line in lines)
+    yield f"{met} of {len(lines)} met"
+
+
+def _named(line: str, name: str) -> bool:
+    return line[len(MARK) + len(" NOT MET ") :].startswith(name)

@@ -3,16 +3,17 @@
 python -m tests.bench.landmarks [onto | copies] [NAME …]     both, of all meshes, by default
 
 onto: stretch, dilatation and folds on the surface of meshes laid onto a heart, beside the map of the conformal
-flattening's outline. copies: the distance on the surface between a point and where it goes, in diagonals, for a mesh
-and a copy with half the triangles (libigl's qslim), by six landmarks that are far apart; closed ones are cut through
-them.
+flattening's outline. copies: the distance in space between a vertex and where it comes from, in diagonals, for a mesh
+and a copy with half the triangles (libigl's qslim), by six landmarks that are far apart, vertices of the mesh and
+points of the copy; closed ones are cut through them.
 """
 
 from __future__ import annotations
 
 import argparse
-import itertools
+import json
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -22,13 +23,14 @@ import numpy as np
 import iccm
 from iccm.curve import Curve
 from iccm.errors import InputError
-from iccm.flattening import flatten
-from iccm.io.shapes import mesh_shape
+from iccm.io.run.inputs import Inputs
+from iccm.io.run.job import Job
+from iccm.io.shapes import constraints, mesh_shape
 from iccm.maps.distortion import inside_triangles as samples_of
-from iccm.meshes.disk_patch import disk_patch
+from iccm.meshes.disk_patch import sound_piece
 from iccm.meshes.flatten import Flattening
 from iccm.meshes.locate import Locator
-from iccm.meshes.mesh import Mesh, triangulated
+from iccm.meshes.mesh import triangulated
 from iccm.meshes.stretch import stretches
 from iccm.meshes.surface_distortion import on_surfaces
 from iccm.surfaces.rim_triangles import lifted
@@ -47,7 +49,6 @@ MESHES = {
     "bunny": ("pymeshlab", "bunny10k_textured.obj"),
 }
 LANDMARKS = 6
-CANDIDATES = 18  # far apart, of which the first few that are inside are taken
 
 
 def path_of(name: str) -> Path:
@@ -63,15 +64,6 @@ def far_apart(points: np.ndarray, count: int) -> list[int]:
         away = np.linalg.norm(points[:, None] - points[found], axis=2).min(axis=1)
         found.append(int(np.argmax(away)))
     return found
-
-
-def shortest_way(points: np.ndarray, faces: np.ndarray, stops: list[int]) -> list[int]:
-    """The stops in the order of the shortest way on the surface through all."""
-    none = np.zeros(0, np.int64)
-    reach = [igl.exact_geodesic(points, faces, np.array([v]), none, np.array(stops), none) for v in stops]
-    ways = itertools.permutations(range(len(stops)))
-    best = min(ways, key=lambda way: sum(reach[a][b] for a, b in itertools.pairwise(way)))
-    return [stops[k] for k in best]
 
 
 def onto(names: list[str]) -> None:
@@ -96,26 +88,52 @@ def onto(names: list[str]) -> None:
 
 
 def copies(names: list[str]) -> None:
-    """Meshes onto copies with half the triangles."""
+    """Meshes onto copies with half the triangles, as `iccm map copy.obj mesh.obj --cut --constraints marks.json`."""
     for name in names:
-        whole = mesh_shape.mesh_files.read(str(path_of(name))).mesh
-        points, faces = whole.points, whole.corners[triangulated(whole)].astype(np.int64)
-        other, other_faces = _halved(points, faces)
-        meshes = Mesh.triangles("copy", other, other_faces), Mesh.triangles(name, points, faces)
-        try:
-            here, there, pins = _laid_out(*meshes)
-        except InputError as error:
-            print(f"{name:8} {error}")
-            continue
-        start = time.process_time()
-        fit = iccm.fit(here, there, pins=pins)
+        with tempfile.TemporaryDirectory() as folder:
+            job, count = _written(name, Path(folder))
+            start = time.process_time()
+            inputs = Inputs(job)
+            here, there = inputs.shape(job.source), inputs.shape(str(job.target), target=True)
+            pins = constraints.collect(here, there, inputs.listed).pins
+            read = time.process_time() - start
+            try:
+                fit = iccm.fit(here.domain, there.domain, pins=pins)
+            except InputError as error:
+                print(f"{name:8} {error}")
+                continue
         seconds = time.process_time() - start
-        away = distances(fit, here, there)
+        away = distances(fit, *fit.layouts)
         print(
-            f"{name:8} {len(other_faces):6} -> {len(faces):6} triangles  {len(pins)} pins  "
+            f"{name:8} {count[0]:6} -> {count[1]:6} triangles  {len(pins)} pins  "
             f"median {np.median(away):.2%}  p95 {np.quantile(away, 0.95):.2%}  worst {away.max():.2%} of the diagonal  "
-            f"{fit.status.name}  {seconds:.1f} s"
+            f"{fit.status.name}  {seconds:.1f} s, {read:.1f} for seams and layouts",
+            flush=True,
         )
+
+
+def _written(name: str, folder: Path) -> tuple[Job, tuple[int, int]]:
+    """The job for a mesh and its copy, written with their landmarks, and how many triangles both have."""
+    whole = mesh_shape.mesh_files.read(str(path_of(name))).mesh
+    faces = whole.corners[triangulated(whole)].astype(np.int64)
+    patch = sound_piece(whole)
+    inner = np.setdiff1d(
+        patch.vertex, patch.vertex[np.concatenate([*patch.loops, np.zeros(0, np.int64)]).astype(int)]
+    )
+    marks = {f"m{k}": v for k, v in enumerate(inner[far_apart(whole.points[inner], LANDMARKS)].tolist())}
+    other, other_faces = _halved(whole.points, faces)
+    _write(folder / "copy.obj", other, other_faces)
+    _write(folder / "mesh.obj", whole.points, faces)
+    here = {mark: whole.points[v].tolist() for mark, v in marks.items()}
+    there = {mark: f"v{v + 1}" for mark, v in marks.items()}
+    (folder / "marks.json").write_text(json.dumps({"landmarks": {"source": here, "target": there}}))
+    source, target, listed = (str(folder / each) for each in ("copy.obj", "mesh.obj", "marks.json"))
+    return Job(source=source, target=target, constraints=listed, cut=True), (len(other_faces), len(faces))
+
+
+def _write(path: Path, points: np.ndarray, faces: np.ndarray) -> None:
+    lines = ["v {!r} {!r} {!r}".format(*map(float, point)) for point in points]
+    path.write_text("\n".join([*lines, *("f {} {} {}".format(*face) for face in (faces + 1).tolist())]))
 
 
 def _halved(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -123,50 +141,7 @@ def _halved(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return found[0], found[1]
 
 
-def _laid_out(copy: Mesh, mesh: Mesh) -> tuple[Flattening, Flattening, np.ndarray]:
-    """Both laid out, cut through the landmarks if closed, and the pins."""
-    faces = mesh.corners.reshape(-1, 3)
-    used = np.unique(faces)
-    try:
-        there = flatten(disk_patch(mesh))
-    except InputError:
-        stops = used[far_apart(mesh.points[used], LANDMARKS)].tolist()
-        through = mesh.points[shortest_way(mesh.points, faces, stops)]
-        here, there = (
-            flatten(disk_patch(each, cut=True, through=through), grow=False) for each in (copy, mesh)
-        )
-        return here, there, _both(here, there, through)
-    inner = np.setdiff1d(np.arange(len(there.flat)), np.concatenate(there.patch.loops))
-    landmarks = inner[far_apart(there.patch.points[inner], CANDIDATES)][:LANDMARKS]
-    here = flatten(disk_patch(copy))
-    return here, there, np.column_stack([_on(here, there.patch.points[landmarks]), there.flat[landmarks]])
-
-
-def _both(here: Flattening, there: Flattening, through: np.ndarray) -> np.ndarray:
-    """The landmarks on the seam, on both of its sides, as pins of the outlines."""
-    sides = []
-    for layout in (here, there):
-        outline = layout.patch.points[layout.loop]
-        first = int(np.argmin(((outline - through[0]) ** 2).sum(axis=1)))
-        around = np.roll(layout.loop, -first)
-        nearest = [int(np.argmin(((layout.patch.points - p) ** 2).sum(axis=1))) for p in through]
-        chosen = np.isin(layout.patch.vertex[around], layout.patch.vertex[nearest])
-        sides.append(layout.flat[around[chosen]])
-    return np.column_stack(sides)
-
-
-def _on(layout: Flattening, points: np.ndarray) -> np.ndarray:
-    """Where the layout has the nearest points of its surface to points in space."""
-    _, face, foot = igl.point_mesh_squared_distance(points, layout.patch.points, layout.patch.faces)
-    corners = layout.patch.points[layout.patch.faces[face]]
-    weights = [
-        np.linalg.lstsq(np.vstack([c.T, np.ones(3)]), np.append(p, 1), rcond=None)[0]
-        for c, p in zip(corners, foot)
-    ]
-    return np.einsum("pk,pk->p", np.array(weights), layout.flat[layout.patch.faces[face]])
-
-
-def distances(fit, here: Flattening, there: Flattening) -> np.ndarray:
+def distances(fit: iccm.Fit, here: Flattening, there: Flattening) -> np.ndarray:
     """Of the target's vertices from where they come from, in diagonals."""
     z = fit.inverse(there.flat)
     face, weights = Locator(here)(np.where(np.isfinite(z), z, 0), 1)

@@ -15,10 +15,8 @@ import numpy as np
 
 import iccm
 from iccm import Curve
-from iccm.balanced.discrete import DiscreteMap
-from iccm.balanced.meshing.mesh import Sizes
-from iccm.balanced.outline import Outline
-from iccm.balanced.pairs import Match, boundary_pairs
+from iccm.balanced import method
+from iccm.balanced.solution import Settings
 from iccm.io.pictures import image_files
 from iccm.pixels import preimages
 from iccm.pixels.warp import Canvas, Sampler, Texture, Warp
@@ -98,21 +96,21 @@ def cpu(work) -> float:
 
 
 def growth() -> None:
-    """Time against the size of the outline, and against the triangles of a mesh."""
-    print(f"## Growth, CPU-seconds; {load()}\noutline vertices   fit   exponent")
+    """Time against the size of the outline, and against the triangles of the last mesh, of whole solves."""
+    print(f"## Growth of balanced solves, CPU-seconds; {load()}\noutline vertices   seconds   exponent")
     iccm.fit(star(50), star(50, 3))
     table([(n, cpu(lambda n=n: iccm.fit(star(n), star(n, 3)))) for n in (100, 1000, 10_000, 100_000)])
-    print("triangles   mesh, unfold and three steps of Newton   exponent")
-    outlines = [Outline.of(Curve(z / np.sqrt(Curve(z).area)), 0.0, 0.02) for z in (star(400), star(400, 3))]
+    print("triangles   seconds   exponent")
+    uneven = Curve(star(400) + 0.2 * np.exp(1j) * star(400) ** 2)  # not symmetric: halves would be solved
     rows = []
-    for wanted in (2000, 20_000, 200_000):
-        start, size = time.process_time(), np.sqrt(2.0 / wanted)
-        match = Match(*(np.array([0.0, outline.length]) for outline in outlines))
-        pairs = boundary_pairs(*outlines, match, size)
-        state = DiscreteMap.on(*outlines, pairs, Sizes.even(0.5 * size**2), None)
-        state.unfolded().forward(1.0, 1.0, 3, 0.0, corners=True)
-        rows.append((len(state.faces), time.process_time() - start))
+    for wanted in (2000, 6000, 20_000, 60_000, 200_000):
+        start = time.process_time()
+        found = method.solve(uneven, Curve(star(400, 3)), Settings(triangles=wanted))
+        rows.append((len(found.faces), time.process_time() - start))
     table(rows)
+    (few, short), (many, long) = rows[-2:]
+    grown = np.log((long - rows[0][1]) / (short - rows[0][1])) / np.log(many / few)
+    goal("time against triangles, exponent from 60,000 to 200,000 without coarse maps", grown, 1.5)
 
 
 def table(rows: list[tuple[int, float]]) -> None:

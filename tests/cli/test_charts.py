@@ -248,3 +248,22 @@ def test_a_part_called_like_a_chart_is_meant_before_it(sheets, iccm):
     assert shape.read("f.svg#outline").curve.area == pytest.approx(1)
     assert iccm("flatten", "named.obj#uv-2", "-o", "u.svg").code == 0
     assert shape.read("u.svg#outline").curve.area == pytest.approx(0.25**2)
+
+
+def test_artwork_goes_onto_a_chart(sheets, iccm):
+    """The square of the drawing goes onto the square chart with all that is in it; the tile is the canvas."""
+    (sheets / "art.svg").write_text(
+        SVG.format('<path id="rim" d="M10 10h80v80h-80z"/><path id="dot" d="M30 50h20v10h-20z" fill="red"/>')
+    )
+    done = iccm("map", "art.svg#rim", "pair.obj#left", "--plane", "uv", "-o", "o.svg")
+    assert done.code == 0, done.err
+    (low, _), (size, _) = PAIR["left"][0], PAIR["left"][1]
+    box = shape.read("o.svg#dot").curve.box
+    left, bottom = low + size * 0.25, PAIR["left"][0][1] + size * (0.5 - 0.125)
+    assert box[0] == pytest.approx(complex(left, bottom), abs=1e-3)
+    assert box[1] == pytest.approx(complex(left + size * 0.25, bottom + size * 0.125), abs=1e-3)
+    assert 'viewBox="0 -1 1 1"' in (sheets / "o.svg").read_text()
+    mirrored = iccm("map", "art.svg#rim", "pair.obj#right#uv", "-o", "m.svg")
+    assert mirrored.code == 2 and "mirrored" in mirrored.err and not (sheets / "m.svg").exists()
+    flat = iccm("map", "art.svg#rim", "pair.obj#right", "-o", "m.svg")
+    assert flat.code == 2 and "or a chart (mesh#uv)" in flat.err

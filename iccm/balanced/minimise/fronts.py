@@ -59,7 +59,9 @@ def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
     panels = np.append(0, np.cumsum(4 * columns * (columns + wide)))
     order = np.empty(n, np.int64)
     order[place] = found.order
-    return order, Fronts(starts, beyond_starts, beyond, above, panels, int(panels[-1]) + _waiting(wide, above))
+    return order, Fronts(
+        starts, beyond_starts, beyond, above, panels, int(panels[-1]) + _waiting(wide, above)
+    )
 
 
 def _waiting(wide: Index, parents: Index) -> int:

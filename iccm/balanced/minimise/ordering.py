@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Index
-from ...jit import inner, kernel
+from ...jit import kernel
 
 LARGE = 3000  # vertices beyond which SuperLU's ordering pays: its factors are smaller by more than it takes to import
 ROOM = 16  # entries of the factor per vertex that are made room for at first
@@ -42,7 +42,9 @@ def _by_superlu(faces: Index, count: int) -> Elimination:
     tails, heads, corners = faces.ravel(), np.roll(faces, -1, axis=1).ravel(), faces.ravel()
     own = np.arange(count)
     rows, columns = np.concatenate([tails, heads, own]), np.concatenate([heads, tails, own])
-    values = np.where(rows == columns, 20.0, 1.0)  # dominant, so that nothing is pivoted, and all else is dropped
+    values = np.where(
+        rows == columns, 20.0, 1.0
+    )  # dominant, so that nothing is pivoted, and all else is dropped
     graph = csc_matrix((values, (rows, columns)), (count, count))
     options = {"SymmetricMode": True}
     lu = spilu(
@@ -112,14 +114,14 @@ def _by_elements(faces: Index, count: int) -> Elimination:
         room *= 2
 
 
-@inner
+@kernel
 def _enter(v, ring, after, before):
     """Puts a vertex first into a ring."""
     first = after[ring]
     before[first], after[v], before[v], after[ring] = v, first, ring, v
 
 
-@inner
+@kernel
 def _leave(v, after, before):
     """Takes it out."""
     after[before[v]], before[after[v]] = after[v], before[v]

@@ -8,6 +8,7 @@ from pathlib import Path
 from ....errors import InputError
 from ... import formats
 from ...artwork import carry_parts, check
+from ...meshes.mesh_files import names_layout
 from ...spec import Spec
 from .. import framing
 from ..job import Job
@@ -19,20 +20,29 @@ class Artwork(Output):
     """An SVG of what the source file draws."""
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
-        """An SVG as source, and a planar target."""
+        """An SVG as source, and a planar target, or a chart of a mesh's layout."""
         if formats.suffix_of(self.name) != ".svg":
             raise InputError(f"{self.name}: artwork is written as .svg; compress that")
-        if formats.suffix_of(Spec.of(job.source).path) not in (".svg", ".svgz") or onto_mesh:
+        drawn = formats.suffix_of(Spec.of(job.source).path) in (".svg", ".svgz")
+        flat = not onto_mesh or job.plane == "uv" or names_layout(job.target or "")
+        if not drawn or not flat or job.bake:
             raise InputError(
-                f"{self.name}: artwork is carried from an SVG to a planar shape; use a picture's suffix"
+                f"{self.name}: artwork is carried from an SVG to a planar shape or a chart (mesh#uv); "
+                "use a picture's suffix"
             )
 
     def check(self, run: Run) -> None:
         """A drawing that can be carried.
 
         Raises:
-            InputError: it is malformed, or too much.
+            InputError: it is malformed, or too much; the chart is mirrored.
         """
+        for _, target in run.pairs:
+            if target.mirror is not None:
+                chart = f"#{target.part}" if target.part else "this chart"
+                raise InputError(
+                    f"{target.spec}: its layout shows {chart} mirrored, and artwork is not; use a picture's suffix"
+                )
         check(run.source, run.target)
         for note in framing.remarks(run.job, run.source, run.target):
             run.note(note)

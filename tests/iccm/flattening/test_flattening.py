@@ -9,10 +9,12 @@ from iccm.errors import InputError
 from iccm.flattening import METHODS, flatten
 from iccm.flattening.free import surface
 from iccm.flattening.scaffold import FRAME, apart, frame, outside
+from iccm.flattening.seams import Ways, turns
 from iccm.meshes import tutte
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import Flattening, overlap
 from iccm.meshes.mesh import Mesh, face_areas
+from iccm.meshes.topology import walk
 
 
 def grid(n, m, place):
@@ -110,9 +112,85 @@ def test_a_conformal_layout_of_a_cut_surface_has_less_spread_of_areas_than_least
     assert spread["conformal"] < 0.8 * spread["lscm"]
 
 
-@pytest.mark.parametrize("turns", [1.3, 2.5])
-def test_a_ramp_that_winds_comes_apart(turns):
-    patch = disk_patch(winding(turns))
+def tube(around=16, along=25, length=6.0):
+    """An open cylinder of radius 1 and its two loops: only that it closes keeps it from the plane."""
+    u, v = np.meshgrid(2 * np.pi * np.arange(around) / around, np.linspace(0, length, along), indexing="ij")
+    points = np.column_stack([np.cos(u).ravel(), v.ravel(), -np.sin(u).ravel()])
+    k = np.arange(around * along).reshape(around, along)
+    a, b = k, np.roll(k, -1, axis=0)
+    quads = np.stack([a[:, :-1], b[:, :-1], b[:, 1:], a[:, 1:]], axis=-1).reshape(-1, 4)
+    return Mesh.triangles("tube", points, np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]]))
+
+
+def box(n=3):
+    """A closed cube of side 2, each face n × n squares: all that keeps it from the plane are its eight corners."""
+    x = np.linspace(-1, 1, n + 1)
+    grids = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1).reshape(-1, 3)
+    from scipy.spatial import ConvexHull
+
+    points = grids[np.abs(grids).max(axis=1) == 1]
+    # on a sphere for the hull alone, so that it has every point as a vertex
+    faces = ConvexHull(points / np.linalg.norm(points, axis=1, keepdims=True)).simplices
+    a, b, c = points[faces.T]
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) < 0
+    return Mesh.triangles("box", points, np.where(inward[:, None], faces[:, ::-1], faces))
+
+
+@pytest.mark.parametrize("method", ["conformal", "balanced"])
+def test_the_seam_of_a_chart_joins_holes_where_that_unrolls_the_surface(method):
+    patch = disk_patch(tube())
+    holed, chart = (flatten(patch, grow=True, method=method, chart=chart) for chart in (False, True))
+    assert len(holed.patch.loops) == 2
+    assert len(chart.patch.loops) == 1 and overlap(chart) is None
+    assert chart.strained(100) == pytest.approx(1, abs=1e-3)
+    assert holed.strained(95) > 1.2
+    side = np.sqrt(face_areas(patch.points[patch.faces]).sum())
+    assert chart.patch.seam_length == pytest.approx(6 / side)
+
+
+def test_the_outline_stays_the_one_that_was_chosen_as_the_seam_grows():
+    mesh = tube()
+    mesh = mesh.part(
+        np.linalg.norm(mesh.points[mesh.corners].reshape(-1, 3, 3).mean(axis=1) - [1, 0, 0], axis=1) > 0.5,
+        "slit",
+    )
+    patch = disk_patch(mesh)
+    lengths = [len(loop) for loop in patch.loops]
+    found = flatten(patch, loop=2, grow=True)
+    chosen = set(patch.vertex[patch.loops[1]].tolist())
+    assert len(lengths) > 1 and chosen <= set(found.patch.vertex[found.loop].tolist())
+
+
+def test_the_seam_of_a_chart_goes_on_through_convex_vertices_until_angles_are_kept():
+    patch = disk_patch(box(), cut=True)
+    short, chart = (flatten(patch, grow=True, chart=chart) for chart in (False, True))
+    assert short.dilated(95) > 1.3 >= chart.dilated(95)
+    assert overlap(chart) is None
+    assert chart.patch.seam_length > short.patch.seam_length
+    ends, degree = np.unique(chart.patch.seam, return_counts=True)
+    corners = np.flatnonzero((np.abs(patch.mesh.points) == 1).all(axis=1))
+    assert np.isin(ends[degree == 1], corners).sum() >= 3
+
+
+def test_sums_along_ways_are_those_of_a_walk():
+    patch = disk_patch(grid(9, 7, dome))
+    ways = Ways.of(patch, patch.loops[0][:3], joins=False)
+    values = np.random.default_rng(5).random(len(patch.points))
+    sums = ways.summed(values)
+    for vertex in range(len(values)):
+        assert sums[vertex] == pytest.approx(values[walk(ways.before, vertex)[:-1]].sum())
+
+
+def test_angles_about_the_corners_of_a_box_are_three_right_ones():
+    patch = disk_patch(box(), cut=True)
+    around = np.bincount(patch.vertex, turns(patch), minlength=len(patch.mesh.points))
+    corner = (np.abs(patch.mesh.points) == 1).all(axis=1)
+    np.testing.assert_allclose(around, np.where(corner, 1.5 * np.pi, 2 * np.pi))
+
+
+@pytest.mark.parametrize("laps", [1.3, 2.5])
+def test_a_ramp_that_winds_comes_apart(laps):
+    patch = disk_patch(winding(laps))
     assert overlap(flatten(patch, method="lscm")) == "an outline that crosses itself"
     found = flatten(patch)
     assert found.method == "conformal" and "crosses itself" in found.notes[0]

@@ -11,7 +11,7 @@ from iccm.io.meshes import mesh_files, obj
 from iccm.io.run import flat_files
 from iccm.io.shapes import mesh_shape
 from iccm.io.spec import Spec
-from iccm.meshes.disk_patch import disk_patch
+from iccm.meshes.disk_patch import Joined, disk_patch
 from iccm.meshes.flatten import overlap
 from iccm.meshes.mesh import Mesh, checked, triangulated
 
@@ -97,6 +97,80 @@ def test_a_vertex_where_the_surface_touches_itself_is_split():
     assert len(patch.loops) == 2  # what was inside and outside of the tie is one boundary now
 
 
+def sheet(n, height):
+    """2 n² triangles over the unit square, and the vertices of the grid (n + 1, n + 1)."""
+    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+    k = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    a, b, c, d = k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]
+    faces = np.concatenate([np.stack(each, -1).reshape(-1, 3) for each in ((a, b, c), (a, c, d))])
+    return np.column_stack([x.ravel(), y.ravel(), height(x, y).ravel()]), faces, k
+
+
+def with_wall(points, faces, seam, top):
+    """A strip from vertices of a mesh up to other points, one for each of them."""
+    upper = len(points) + np.arange(len(seam))
+    strip = np.concatenate(
+        [np.stack([seam[:-1], seam[1:], upper[1:]], -1), np.stack([seam[:-1], upper[1:], upper[:-1]], -1)]
+    )
+    return np.concatenate([points, top]), np.concatenate([faces, strip])
+
+
+def test_a_surface_with_a_fin_stays_whole():
+    """It is bent at the fin, so that neither of its halves goes on into it as evenly as into the other."""
+    points, faces, k = sheet(8, lambda x, y: 0.4 * np.abs(x - 0.5))
+    seam = k[4]
+    joined = Joined.of(Mesh.triangles("fin", *with_wall(points, faces, seam, points[seam] + [0, 0, 0.3])))
+    assert joined.sizes == [len(faces), 16]
+    patch = disk_patch(joined)
+    assert "cut along 8 edges with more than two faces" in patch.notes
+    assert len(patch.loops) == 1 and patch.genus == 0 and len(patch.faces) == len(faces)
+    fin = disk_patch(joined, piece=2)
+    assert len(fin.faces) == 16 and set(fin.vertex[: len(fin.points)]) >= set(seam)
+
+
+def ball(n=8):
+    """A sphere of quadrilaterals, cut in two, and its poles; vertices lie on the equator."""
+    t, p = np.meshgrid(np.linspace(0, 2 * np.pi, 2 * n, False), np.linspace(-1, 1, n + 1)[1:-1] * np.pi / 2)
+    points = np.stack([np.cos(p) * np.cos(t), np.cos(p) * np.sin(t), np.sin(p)], -1).reshape(-1, 3)
+    k = np.arange(len(points)).reshape(t.shape)
+    a, b, c, d = k[:-1], np.roll(k[:-1], -1, 1), np.roll(k[1:], -1, 1), k[1:]
+    low, high = (np.full(2 * n, len(points) + side) for side in (0, 1))
+    faces = [(a, b, c), (a, c, d), (np.roll(k[0], -1), k[0], low), (k[-1], np.roll(k[-1], -1), high)]
+    faces = np.concatenate([np.stack(each, -1).reshape(-1, 3) for each in faces])
+    return np.concatenate([points, [[0, 0, -1], [0, 0, 1]]]), faces
+
+
+def test_what_could_not_be_flattened_whole_stays_apart():
+    """A ball with a wall inside: its halves can be flattened, together they are closed."""
+    points, faces = ball()
+    edge = np.flatnonzero(np.abs(points[:, 2]) < 1e-9)
+    edge = edge[np.argsort(np.arctan2(points[edge, 1], points[edge, 0]))]
+    middle = len(points)
+    wall = np.stack([edge, np.roll(edge, -1), np.full(edge.size, middle)], -1)
+    mesh = Mesh.triangles("ball", np.concatenate([points, [[0, 0, 0]]]), np.concatenate([faces, wall]))
+    joined = Joined.of(mesh)
+    assert sorted(joined.sizes) == sorted([len(faces) // 2, len(faces) // 2, len(wall)])
+    for piece in (1, 2, 3):
+        assert len(disk_patch(joined, piece=piece).loops) == 1
+    alone = Joined.of(Mesh.triangles("ball", points, faces))
+    assert alone.sizes == [len(faces)] and not alone.notes
+
+
+def test_boxes_that_share_an_edge_are_what_each_is_alone():
+    import trimesh
+
+    box = trimesh.creation.box()
+    both = trimesh.util.concatenate([box, box.copy().apply_translation([1, 1, 0])])
+    both.merge_vertices()
+    assert len(both.vertices) == 14
+    joined = Joined.of(Mesh.triangles("boxes", both.vertices, both.faces))
+    assert joined.sizes == [12, 12] and joined.notes == ("cut along 1 edge with more than two faces",)
+    for piece in (1, 2):
+        with pytest.raises(InputError, match="is closed"):
+            disk_patch(joined, piece=piece)
+        assert len(disk_patch(joined, piece=piece, cut=True).loops) == 1
+
+
 FLAWED = {  # what is told, and how many triangles are flattened
     "repeated index": (SQUARE + "f 1 2 3\nf 1 3 3\n", None, 1),
     "a quad that is a triangle": (SQUARE + "f 1 2 3 3\nf 1 3 4\n", None, 2),
@@ -104,7 +178,7 @@ FLAWED = {  # what is told, and how many triangles are flattened
     "all on one place": (SQUARE + "v 1 1 0\nv 1 1 0\nf 1 2 3\nf 1 3 4\nf 3 5 6\n", None, 2),
     "three faces on an edge": (
         TWO + "v 2 2 2\nf 1 3 5\n",
-        "2 other pieces of 2 triangles that no edge connects to it left out; #piece-2 picks another",
+        "1 other piece of 2 triangles that no edge connects to it left out; #piece-2 picks another",
         1,
     ),
     "two pieces": (

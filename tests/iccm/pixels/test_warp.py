@@ -9,7 +9,6 @@ from iccm.maps.extended_inverse import ExtendedInverse
 from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.inverse import Inverse
 from iccm.memory import Memory
-from iccm.pixels import filters
 from iccm.pixels.canvas import Band, Canvas, Diagnostics
 from iccm.pixels.checkerboard import checkerboard
 from iccm.pixels.coverage import coverage
@@ -360,29 +359,6 @@ def test_a_large_texture_is_read_as_stored_with_the_same_result(monkeypatch, dty
     top = np.iinfo(dtype).max
     assert np.array_equal(plain[0], compact[0])
     assert np.abs(plain[1].astype(float) - compact[1]).max() <= 0.01 * top + 1
-
-
-@pytest.mark.parametrize("size", [400, 50, 7])
-@pytest.mark.parametrize("channels", [1, 3, 4])
-def test_the_short_cut_within_the_texture_differs_by_rounding(monkeypatch, size, channels):
-    sheared = conformal(lambda z: z + 0.4j * z.conj() + 0.2 * z**2)
-    texture = Texture(noise((120, 110, channels), np.float32), BOX, 3 if channels == 4 else -1)
-    made = []
-    for kind in (filters.CUBIC, -1):
-        monkeypatch.setattr(filters, "CUBIC", kind)  # -1: no filter takes the short cut
-        made.append(warp(sheared, texture, Canvas(size, size, BOX)).pixels)
-    assert np.abs(made[0] - made[1]).max() < 1e-5
-    assert np.ptp(made[0]) > 0.5
-
-
-def test_the_short_cut_leaves_little_to_do():
-    """Kernels of any shape over a texture that they do not leave."""
-    rng = np.random.default_rng(4)
-    texture = Sampler(Texture(noise((300, 300, 3), np.uint8), BOX)).pyramid
-    xy, turn = rng.uniform(120, 180, (500, 2)), rng.normal(0, 3, (500, 4))
-    assert not filters._within(
-        texture, xy, turn, filters.ACROSS, filters.DOWN, np.empty((500, 3), np.float32)
-    ).any()
 
 
 def test_a_texture_turned_by_90_degrees_is_read_in_squares(monkeypatch):

@@ -9,9 +9,9 @@ import scipy.optimize
 
 import iccm
 from iccm.balanced.frames import UnitFrame
+from iccm.balanced.levels import POWERS
 from iccm.balanced.metric import LaidMetric, rest_geometry
 from iccm.balanced.minimise.energy import density
-from iccm.balanced.levels import POWERS
 from iccm.curve import Curve
 from iccm.errors import InputError
 from iccm.flattening import even, flatten

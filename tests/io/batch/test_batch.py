@@ -64,7 +64,9 @@ def play(tmp_path, monkeypatch):
         (tmp_path / name).write_text(name)
 
     def run(script, policy=None, **options):
-        tasks = [Task(n, s, f"job {n}", Job(source=s, report=f"{s}.json")) for n, s in enumerate("abcde", 1)]
+        tasks = [
+            Task.of(n, s, f"job {n}", Job(source=s, report=f"{s}.json")) for n, s in enumerate("abcde", 1)
+        ]
         pool = Scripted(script, options.pop("size", 2))
         results = list(
             dispatch.execute(tasks, pool, Journal(tmp_path), policy or dispatch.Policy(), **options)
@@ -224,7 +226,7 @@ def test_outputs_that_cannot_be_written_are_all_told_before_anything_runs(tmp_pa
     jobs = [
         Job(source="a", report=str(tmp_path / name)) for name in ("there.json", "file/x.json", "sub/new.json")
     ]
-    tasks = [Task(n, "", f"job {n}", job) for n, job in enumerate(jobs, 1)]
+    tasks = [Task.of(n, "", f"job {n}", job) for n, job in enumerate(jobs, 1)]
     for resume in (False, True):
         with pytest.raises(ManifestError) as caught:
             dispatch.prepared(tasks, Journal(tmp_path), resume=resume)

@@ -602,7 +602,7 @@ def test_one_of_several_textures_is_carried_with_a_note(tmp_path, shapes, iccm):
     put_on_two(shapes)
     words = ["square.svg", "--method", "paper", "--vertices", "60", "--size", "32", "-o"]
     both = iccm("map", "a.obj", *words, "both.png")
-    note = "note: a.obj: red.png is taken for all of its 2 textures; file#material picks one"
+    note = "note: a.obj: red.png is taken for all of its 2 textures; file#part picks one"
     assert note in both.lines and image_files.read("both.png").pixels[16, 16].tolist() == [255, 0, 0, 255]
     one = iccm("map", "a.obj#blue", *words, "one.png")
     assert "textures" not in one.err and image_files.read("one.png").pixels[16, 16].tolist() == [
@@ -675,6 +675,32 @@ def test_triangles_turned_over_in_what_is_written_are_told(tmp_path, monkeypatch
     sound = iccm("flatten", "steep.obj", "--uv", "sound.obj", "--report", "sound.json")
     assert sound.code == 0
     assert json.loads((tmp_path / "sound.json").read_text())["uv"] == {"flipped": 0, "degenerate": 0}
+
+
+def test_a_tube_is_cut_from_hole_to_hole_for_a_layout_and_keeps_its_hole_for_a_map(
+    tmp_path, monkeypatch, iccm
+):
+    monkeypatch.chdir(tmp_path)
+    sheet = write_mesh(tmp_path / "sheet.obj", 24, uv=False).read_text().splitlines()
+    x, y, _ = np.array([line.split()[1:] for line in sheet if line.startswith("v ")], float).T
+    around = np.column_stack([np.cos(2 * np.pi * x), 6 * y, -np.sin(2 * np.pi * x)]).round(6) + 0.0
+    points = ["v {:f} {:f} {:f}".format(*place) for place in around[:600]]  # what follows closes the tube
+    quads = np.array([line.split()[1:] for line in sheet if line.startswith("f ")], int)
+    faces = ["f {} {} {} {}".format(*quad) for quad in np.where(quads > 600, quads - 600, quads)]
+    (tmp_path / "tube.obj").write_text("\n".join(points + faces))
+    found = {}
+    for name, words in {"cut": ["--cut"], "whole": []}.items():
+        assert iccm("flatten", "tube.obj", *words, "--report", f"{name}.json").code == 0
+        found[name] = json.loads((tmp_path / f"{name}.json").read_text())
+    assert found["whole"]["holes"] == 1 and found["whole"]["seam_length"] == 0
+    assert found["cut"]["holes"] == 0 and found["cut"]["overlap"] is None
+    assert found["cut"]["seam_length"] == pytest.approx(6 / np.sqrt(6 * 48 * np.sin(np.pi / 24)), rel=1e-4)
+    assert found["cut"]["dilatation"]["max"] < 1.001
+    assert (
+        found["cut"]["notes"][-1]
+        == "boundary loop 1 of 2 is the outline, the cut joins 1 of the others to it"
+    )
+    assert len(mesh_shape.read("tube.obj", cut=True).holes) == 1
 
 
 def test_rounding_of_the_file_counts(tmp_path):

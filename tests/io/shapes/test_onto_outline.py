@@ -8,6 +8,8 @@ import pytest
 from iccm.cli import run
 from iccm.errors import InputError
 from iccm.io.meshes import mesh_files
+from iccm.io.run.inputs import Inputs
+from iccm.io.run.job import Job
 from iccm.io.shapes import constraints, mesh_shape
 from iccm.meshes.layout import turned_over
 
@@ -116,6 +118,38 @@ def test_landmarks_open_closed_meshes_alike(folder):
     away = np.linalg.norm(came - patch.points, axis=1) / np.linalg.norm(np.ptp(patch.points, axis=0))
     assert np.median(away) < 0.02  # the edges of the coarse one are 0.04 long
     assert away.max() < 0.15
+
+
+def test_landmarks_in_any_order_are_met_in_the_midst_of_faces(folder):
+    write(folder / "fine.obj", *ball(900))
+    points, faces = ball(300)
+    lines = ["v {:.6f} {:.6f} {:.6f}".format(*p) for p in points]
+    lines += ["vt {:.6f} {:.6f}".format(*p) for p in points[:, ::2] / 3 + 0.5]
+    lines += ["f {0}/{0} {1}/{1} {2}/{2}".format(*(face + 1)) for face in faces]
+    (folder / "coarse.obj").write_text("\n".join(lines))
+    spots = np.array([[0, 0, 1.4], [0.1, 0.75, 0.3], [0, -0.8, 0], [0.9, 0.1, 0.4], [0, 0, -1.4], [-1, 0, 0]])
+    target = mesh_files.read("fine.obj").mesh.points
+    named = {f"m{k}": f"v{1 + np.argmin(((target - spot) ** 2).sum(axis=1))}" for k, spot in enumerate(spots)}
+    exact = {name: target[int(number[1:]) - 1].tolist() for name, number in named.items()}
+    (folder / "marks.json").write_text(json.dumps({"landmarks": {"source": exact, "target": named}}))
+    job = Job(source="coarse.obj", target="fine.obj", constraints="marks.json", cut=True)
+    inputs = Inputs(job)
+    one, other = inputs.shape(job.source), inputs.shape(job.target, target=True)
+    found = constraints.collect(one, other, inputs.listed)
+    assert len(found.pins) == 10
+    for at, there in zip(one.to_space(found.pins[:, 0]), other.to_space(found.pins[:, 1])):
+        assert (
+            np.linalg.norm(at - there) < 0.03
+        )  # the coarse one is that far inside, and its edges are 0.25 long
+    words = ["--constraints", "marks.json", "-o", "new.obj", "--report", "r.json"]
+    code = command("map", "coarse.obj", "fine.obj", "--cut", *words)
+    report = json.loads((folder / "r.json").read_text())
+    assert code == 0 and report["status"] == "reached"
+    assert report["apart"]["median"] < 0.01
+    assert report["apart"]["p95"] < 0.03
+    new = mesh_files.read("new.obj").mesh
+    away = np.linalg.norm(new.uv[new.uv_corners] - (new.points[new.corners][:, ::2] / 3 + 0.5), axis=1)
+    assert np.median(away) < 0.015
 
 
 def test_a_landmark_of_one_side_is_refused(folder):

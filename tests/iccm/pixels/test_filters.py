@@ -1,0 +1,78 @@
+"""Filters against their definition, worked out in double precision with NumPy's singular values."""
+
+import numpy as np
+import pytest
+
+from iccm.pixels import filters, pyramid
+from iccm.pixels.filters import LONGEST
+
+KERNELS = {
+    "linear": (1, lambda x: np.maximum(0, 1 - np.abs(x))),
+    "cubic": (2, lambda x: np.where(x < 1, (1.5 * x - 2.5) * x**2 + 1, np.where(x < 2, (1 - x) * (2 - x)**2 / 2, 0))),
+    "lanczos": (3, lambda x: np.where(x < 3, np.sinc(x) * np.sinc(x / 3), 0)),
+}  # fmt: skip
+
+
+def axes(turn):
+    """S, no axis of which is under one texel or an eighth of the longest; that of a point where it is not finite."""
+    matrix = turn.reshape(2, 2)
+    if not np.isfinite(matrix).all():
+        return np.eye(2)
+    vectors, values, _ = np.linalg.svd(matrix)
+    values = np.maximum(values, 1)
+    return vectors @ np.diag(np.maximum(values, values.max() / LONGEST)) @ vectors.T
+
+
+def defined(tex, level, place, stretch, name):
+    """The mean of a level's texels around a place, weighed by k(u) k(v), (u, v) = S⁻¹ d."""
+    size, h, w = tex.size[level], tex.height[level], tex.width[level]
+    held = tex.base if level == 0 else tex.texels[tex.start[level] :][: h * w].reshape(h, w, -1)
+    radius, kernel = KERNELS[name]
+    if np.linalg.eigvalsh(stretch).min() >= 4 * size:
+        stretch = 4 * size * np.eye(2)
+    x, y = place / size
+    reach = int(radius * np.linalg.norm(stretch / size, 2) * 1.5) + 2
+    i, j = (np.arange(int(v) - reach, int(v) + reach) for v in (y, x))
+    away = np.stack(np.meshgrid(j + 0.5 - x, i + 0.5 - y), axis=2) @ np.linalg.inv(stretch / size)
+    weights = kernel(np.abs(away[..., 0])) * kernel(np.abs(away[..., 1]))
+    texels = held[np.clip(i, 0, h - 1)][:, np.clip(j, 0, w - 1)].astype(float)
+    if tex.edge == pyramid.CLEAR:
+        texels[(i < 0) | (i >= h)] = 0
+        texels[:, (j < 0) | (j >= w)] = 0
+    return np.einsum("ij,ijk->k", weights, texels) / weights.sum()
+
+
+@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize("channels", [1, 3, 4, 6])
+@pytest.mark.parametrize("edge", [pyramid.CLAMP, pyramid.CLEAR])
+@pytest.mark.parametrize("shape", [(60, 45), (3, 5), (1, 1)])
+def test_a_filter_is_what_it_is_defined_to_be(name, channels, edge, shape):
+    rng = np.random.default_rng(5)
+    tex = pyramid.pyramid(rng.random((*shape, channels), dtype=np.float32), edge)
+    xy = rng.uniform(-4, np.array(shape[::-1]) + 4, (60, 2))
+    turn = rng.normal(0, 1, (60, 4)) * 10 ** rng.uniform(-1, 1.5, (60, 1))
+    xy[0], turn[0] = np.round(xy[0]) + 0.5, (1, 0, 0, 1)
+    turn[1], turn[2] = np.nan, 0
+    found = filters.read(tex, xy, turn, filters.FILTERS[name])
+    for place, each, value in zip(xy, turn, found):
+        stretch = axes(each)
+        short = np.linalg.eigvalsh(stretch).min()
+        level = int(np.flatnonzero(tex.size <= short * (1 + 1e-12)).max())
+        assert value == pytest.approx(defined(tex, level, place, stretch, name), abs=2e-6)
+
+
+def test_the_longest_kernel_has_room():
+    """Axes of 32 and 4 texels: the most before a level is left, and the smallest level has no next one."""
+    tex = pyramid.compact(
+        np.full((300, 300, 1), 200, np.uint8), np.linspace(0, 1, 256, dtype=np.float32)[:, None], -1, 0
+    )
+    for lean in np.linspace(0, np.pi, 33):
+        turn = np.array([[np.cos(lean), -np.sin(lean)], [np.sin(lean), np.cos(lean)]]) @ np.diag(
+            [31.99, 3.999]
+        )
+        stretch = axes(turn.ravel())
+        reach = 3 * np.abs(stretch).sum(axis=1).max()
+        assert 2 * reach + 1 <= filters.MOST
+        assert filters.read(
+            tex, np.full((1, 2), 150.0), turn.reshape(1, 4), filters.LANCZOS
+        ) == pytest.approx(200 / 255)

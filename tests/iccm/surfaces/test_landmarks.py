@@ -1,0 +1,178 @@
+"""Meshes of one surface onto each other: the way back is known. What stands out of them is not lost; seams agree."""
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull, Delaunay
+
+import iccm
+from iccm.arrays import xy_of
+from iccm.balanced import stages
+from iccm.balanced.levels import UnitProblem
+from iccm.balanced.metric import LaidMetric
+from iccm.flattening import even, flatten
+from iccm.meshes.disk_patch import disk_patch, nearest, sound_piece
+from iccm.meshes.locate import Locator
+from iccm.meshes.mesh import Mesh, face_areas
+from iccm.surfaces import alike, descent, seams, unfolding
+from iccm.surfaces.inserted import with_vertices
+
+HORNS = np.array([0.45, -0.25 + 0.4j, -0.3 - 0.35j])
+
+
+def horned(n, seed):
+    """A disc out of which three horns stand, on about n points spread by chance."""
+    rng = np.random.default_rng(seed)
+    z = np.sqrt(rng.uniform(0, 0.97, n)) * np.exp(2j * np.pi * rng.uniform(size=n))
+    around = HORNS[rng.integers(3, size=n)] + 0.17 * (rng.standard_normal(n) + 1j * rng.standard_normal(n))
+    z = np.concatenate([z, around[np.abs(around) < 0.97], np.exp(2j * np.pi * np.arange(80) / 80)])
+    faces = Delaunay(xy_of(z)).simplices
+    a, b, c = z[faces.T]
+    turned = ((b - a).conj() * (c - a)).imag < 0
+    faces = np.where(turned[:, None], faces[:, ::-1], faces)
+    height = sum(0.9 * np.exp(-(np.abs(z - horn) ** 2) / 0.02) for horn in HORNS)
+    return Mesh.triangles("horned", np.column_stack([z.real, z.imag, height]), faces)
+
+
+def capsule(n, long=3.0):
+    """A closed, rounded cylinder along z."""
+    k = np.arange(n) + 0.5
+    high, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
+    unit = np.column_stack([np.cos(turn) * (1 - high**2) ** 0.5, np.sin(turn) * (1 - high**2) ** 0.5, high])
+    faces = ConvexHull(unit).simplices
+    a, b, c = unit[faces.T]
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a) < 0
+    width = np.minimum(1, 2.2 * np.sqrt(1 - np.abs(high)) / np.sqrt(1 - high**2).clip(1e-9))[:, None]
+    return Mesh.triangles(
+        "capsule", unit * (1, 1, long) * width ** (1, 1, 0), np.where(inward[:, None], faces[:, ::-1], faces)
+    )
+
+
+def away(fit, here, there):
+    """Distances in space, relative to the diagonal, of the target's vertices from where they come from."""
+    z = fit.inverse(there.flat)
+    face, weights = Locator(here)(z, 1)
+    came = np.einsum("pk,pkc->pc", weights, here.patch.points[here.patch.faces[face]])
+    size = np.linalg.norm(np.ptp(there.patch.points, axis=0))
+    return np.linalg.norm(came - there.patch.points, axis=1) / size
+
+
+def on_rim(layout, step):
+    """Every step-th of the points on the rim, in order."""
+    return layout.flat[np.argsort(layout.patch.vertex)[-80::step]]
+
+
+def test_horns_go_onto_horns_without_landmarks_on_them():
+    here, there = (flatten(disk_patch(horned(*how))) for how in ((500, 1), (900, 2)))
+    rims = [on_rim(even(each), 20) for each in (here, there)]
+    assert alike.unlikeness(even(here).boundary, even(there).boundary, *rims) < 0.05
+    fit = iccm.fit(here, there, pins=np.column_stack([on_rim(each, 40) for each in (here, there)]))
+    assert fit.status.ok
+    found = away(fit, here, there)
+    assert np.median(found) < 0.01
+    assert np.quantile(found, 0.95) < 0.03
+
+
+@pytest.fixture(scope="module")
+def shaken():
+    """A map of a surface onto a copy, on its own triangles, its inner vertices away from where they belong."""
+    here, there = (even(flatten(disk_patch(horned(*how)))) for how in ((120, 3), (200, 4)))
+    frames = [descent.UnitFrame.of(each.boundary) for each in (here, there)]
+    curves = [frame.curve(each.boundary) for frame, each in zip(frames, (here, there))]
+    metrics = tuple(LaidMetric.of(each, frame) for each, frame in zip((here, there), frames))
+    problem = UnitProblem(*curves, 1.0, 0.0, metrics=metrics)
+    level = stages.Level.of(problem, 0.08, 1e-3, 1e-3, 20.0)
+    match = alike._between(*curves, (curves[0].z[:1], curves[1].z[[0]]))
+    state = level.mapped(match).unfolded()
+    return state, descent.Ground(there, frames[1])
+
+
+def test_the_gradient_is_that_of_the_energy(shaken):
+    state, ground = shaken
+    between = descent.Between(state, ground, 0.8, 1.0)
+    tau, _ = state.chains(True)
+    gradient = descent._gradient(state.system, between.derivatives(state.u)[0])
+    step = 1e-7
+    for v in np.random.default_rng(1).integers(state.border, state.u.size, 12):
+        found = []
+        for way in (1, 1j):
+            ends = [state.u + sign * step * way * (np.arange(state.u.size) == v) for sign in (1, -1)]
+            found.append(np.subtract(*(between.energy(u, tau) for u in ends)) / (2 * step))
+        scale = 1e-4 * max(1, abs(gradient[v]))
+        assert abs(complex(*found) - gradient[v]) < scale
+
+
+def test_newtons_method_lowers_the_energy_and_folds_nothing(shaken):
+    state, ground = shaken
+    tau, _ = state.chains(True)
+    before = descent.Between(state, ground, 1.0, 1.0).energy(state.u, tau)
+    found = descent.descended(state, ground, 1.0, 1.0)
+    again = descent.Between(found, ground, 1.0, 1.0).energy(found.u, found.chains(True)[0])
+    assert found.energy == pytest.approx(again)
+    assert found.energy < 0.9 * before
+    assert (unfolding.signed_areas(found.u, found.faces) > 0).all()
+    outline = found.target.curve
+    assert np.abs(outline.at(outline.closest(found.u[: found.border])) - found.u[: found.border]).max() < 1e-9
+
+
+def test_a_fold_is_undone_and_the_rest_stays(shaken):
+    state, _ = shaken
+    u = state.u.copy()
+    inner = np.flatnonzero(np.abs(u) < 0.2)
+    worst = int(inner[np.argmin(np.abs(u[inner]))])
+    rings = np.zeros(u.size, bool)
+    rings[worst] = True
+    for _ in range(3):
+        rings[state.faces[rings[state.faces].any(axis=1)]] = True
+    u[worst] += 0.25
+    assert (unfolding.signed_areas(u, state.faces) <= 0).any()
+    found = unfolding.unfolded_in(u, state.faces, state.border, state.u)
+    assert (unfolding.signed_areas(found, state.faces) > 0).all()
+    moved = np.abs(found - state.u) > 1e-12
+    assert moved.sum() < 0.5 * u.size
+    np.testing.assert_array_equal(found[: state.border], state.u[: state.border])
+
+
+def test_seams_take_an_order_in_which_they_are_the_same_on_both():
+    fine, coarse = capsule(1600), capsule(900)
+    turn = np.array([0, np.pi, 0.3, np.pi / 2])
+    high = np.array([-2.2, -0.2, 1.9, 2.5])
+    stops = []
+    for mesh, ahead in ((coarse, -0.12), (fine, 0.12)):  # one is reached around either side
+        angles = turn + ahead * np.array([0, 1, 0, 0])
+        points = np.column_stack([np.cos(angles), np.sin(angles), high])
+        stops.append(nearest(sound_piece(mesh), points))
+    wholes = sound_piece(coarse), sound_piece(fine)
+    numbers = np.array(stops).T
+    assert seams._unlikeness(*wholes, numbers) > 0.15  # a turn around the axis
+    order = seams.agreed_order(*wholes, numbers)
+    assert sorted(order) == [0, 1, 2, 3]
+    assert seams._unlikeness(*wholes, numbers[order]) < 0.05
+
+
+def test_seams_of_one_surface_agree_in_any_order():
+    whole = sound_piece(capsule(500))
+    stops = np.array(nearest(whole, np.array([[0, 0, 3], [1, 0, 1], [0, 1, -1], [0, 0, -3.0]])))
+    found = seams.agreed_order(whole, whole, np.column_stack([stops, stops]))
+    assert sorted(found) == [0, 1, 2, 3]
+    assert seams._unlikeness(whole, whole, np.column_stack([stops, stops])[found]) < 1e-6
+
+
+@pytest.mark.parametrize("spot", [(0.3, 0.2), (0.5, 0.5), (0.25, 0.5), (0, 0)])
+def test_vertices_are_inserted_where_they_are_asked_for(spot):
+    x, y = np.meshgrid(np.linspace(0, 1, 3), np.linspace(0, 1, 3), indexing="ij")
+    k = np.arange(9).reshape(3, 3)
+    a, b, c, d = k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]
+    quads = np.stack([a, b, c, d], axis=-1).reshape(-1)
+    points = np.column_stack([x.ravel(), y.ravel(), x.ravel() * y.ravel()])
+    uv = points[:, :2] @ [[2, 1], [0, 3.0]] + 0.5
+    mesh = Mesh("sheet", points, quads, 4 * np.arange(5), uv=uv, uv_corners=quads)
+    found = with_vertices(sound_piece(mesh), np.array([[*spot, spot[0] * spot[1]]]))
+    faces = found.corners.reshape(-1, 3)
+    old = sound_piece(mesh)
+    assert face_areas(found.points[faces]).sum() == pytest.approx(face_areas(old.points[old.faces]).sum())
+    np.testing.assert_array_equal(found.points[:9], points)
+    there = found.points[np.abs(found.points[:, :2] - spot).max(axis=1) < 0.1]
+    assert len(there) == 1
+    np.testing.assert_allclose(
+        found.uv[found.uv_corners], found.points[found.corners][:, :2] @ [[2, 1], [0, 3.0]] + 0.5, atol=1e-12
+    )
