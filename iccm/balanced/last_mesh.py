@@ -9,12 +9,12 @@ from ..arrays import Complex, Index
 from .constraints import meeting
 from .discrete import DiscreteMap
 from .failure import Stuck
-from .leaning import balance_on, leaning
 from .levels import FINE_BACKWARD, FINE_ROUNDS, POWERS, Level, Sketch, UnitProblem, alternated, eased, refined
 from .meshing import sizing
 from .meshing.mesh import Sizes
 from .metric import PLANES, Metrics
 from .minimise.emphasis import BalanceField
+from .minimise.leaning import balance_on, leaning
 from .minimise.measures import stretches
 from .solution import Settings, SolveLog
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..maps.distortion import Distortion
-from .discrete import DiscreteMap
-from .levels import FINE_BACKWARD, POWERS, SETTLED, Sketch, UnitProblem, alternated
-from .metric import PLANES
-from .minimise.emphasis import BalanceField, emphasised
-from .minimise.measures import derivatives, within
+from ...maps.distortion import Distortion
+from ..discrete import DiscreteMap
+from ..levels import FINE_BACKWARD, POWERS, SETTLED, Sketch, UnitProblem, alternated
+from ..metric import PLANES
+from .emphasis import BalanceField, emphasised
+from .measures import derivatives, within
 
 # Where K on 95 % of the target is above SHEARED, θ is lowered until it is not, but for less than EVEN of the target
 # within 2 x, or a p95 stretch above STRETCHED. At AMPLE nothing more is wished. The last mesh differs by 2 % of K.
