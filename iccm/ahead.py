@@ -91,7 +91,7 @@ def _cached(kernel: jit.Kernel) -> bool:
     if not hasattr(kernel.entry, "stats"):
         return True  # NUMBA_DISABLE_JIT: nothing is compiled at all
     source = Path(kernel.py_func.__code__.co_filename)
-    indices = Path(kernel.entry.stats.cache_path).glob(f"{source.stem}.{kernel.__name__}-*.nbi")
+    indices = Path(kernel.entry.stats.cache_path).glob(f"{source.stem}.{kernel.py_func.__name__}-*.nbi")
     newest = max(written for written, _ in jit.STAMP)
     return any(index.stat().st_mtime_ns >= newest for index in indices)
 

@@ -49,7 +49,7 @@ class Kernel:
 
         Numba itself looks at the kernel's own file alone, and would go on with old code of kernels that this one calls.
         """
-        found = njit(**self._options, cache=True)(self.py_func)
+        found = njit(**self._options | {"cache": True})(self.py_func)
         file: Any = getattr(getattr(found, "_cache", None), "_cache_file", None)
         if hasattr(file, "_version"):
             # beside the version, which is read before types are unpickled, whose classes may be gone
@@ -59,7 +59,7 @@ class Kernel:
     @cached_property
     def part(self) -> Any:
         """What other kernels call."""
-        return njit(**self._options, no_cpython_wrapper=True)(self.py_func)
+        return njit(**self._options | {"no_cpython_wrapper": True})(self.py_func)
 
     @property
     def _numba_type_(self) -> Any:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from numba import _dynfunc
+from numba import _dynfunc  # type: ignore[attr-defined]
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
@@ -19,8 +19,9 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.typed_passes import NativeLowering
 from numba.core.typing import templates
 
-OVERLOAD = templates._OverloadFunctionTemplate
-GET_CALL_TYPE, BUILD_IMPL = types.Function.get_call_type, OVERLOAD._build_impl
+FUNCTION: Any = types.Function
+OVERLOAD: Any = templates._OverloadFunctionTemplate
+GET_CALL_TYPE, BUILD_IMPL = FUNCTION.get_call_type, OVERLOAD._build_impl
 
 _signatures: dict[Any, Any] = {}
 
@@ -111,12 +112,12 @@ def _shortcuts(*options: Any) -> Iterator[None]:
         self._impl_keys[found.args] = implementation
         return found
 
-    before = types.Function.get_call_type, OVERLOAD._build_impl
-    types.Function.get_call_type, OVERLOAD._build_impl = call_type, _build_part
+    before = FUNCTION.get_call_type, OVERLOAD._build_impl
+    FUNCTION.get_call_type, OVERLOAD._build_impl = call_type, _build_part
     try:
         yield
     finally:
-        types.Function.get_call_type, OVERLOAD._build_impl = before
+        FUNCTION.get_call_type, OVERLOAD._build_impl = before
 
 
 def _build_part(self: Any, key: Any, args: Any, kws: Any) -> Any:

@@ -39,11 +39,8 @@ def test_what_is_in_the_cache_is_not_missing(tmp_path):
     class Kernel:
         """As much of a kernel as is asked."""
 
-        __name__ = "f"
         entry = type("Entry", (), {"stats": type("Stats", (), {"cache_path": str(tmp_path)})})
-        py_func = type(
-            "Function", (), {"__code__": type("Code", (), {"co_filename": str(tmp_path / "m.py")})}
-        )
+        py_func = type("f", (), {"__code__": type("Code", (), {"co_filename": str(tmp_path / "m.py")})})
 
     (tmp_path / "m.py").write_text("")
     assert not ahead._cached(Kernel())
