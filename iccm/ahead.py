@@ -27,6 +27,7 @@ def _minimise() -> None:
     """Untangling and Newton's method on four triangles."""
     from .balanced.discrete import DiscreteMap
     from .balanced.minimise.cholesky import system_of
+    from .balanced.minimise.energy import energy_of
     from .balanced.outline import Outline
     from .balanced.pairs import Pairs
     from .curve import Curve
@@ -37,6 +38,7 @@ def _minimise() -> None:
     pairs = Pairs(s, s.copy(), corners, corners)
     system = system_of(FAN, np.roll(np.arange(4), -1), z.size)
     state = DiscreteMap(outline, outline, FAN, system, z, z, pairs, ~corners)
+    energy_of(z, z, FAN)
     state.unfolded().forward(1.0, 1.0, 1, 1e-3, corners=True)
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg import blas, solve_triangular
 from scipy.sparse import csr_matrix
 
 from . import progress
@@ -109,16 +109,21 @@ def _fronts(matrix: csr_matrix, nodes: list[tuple[int, int, list[int]]]) -> Iter
         rows = np.repeat(np.arange(end - start), np.diff(matrix.indptr[start : end + 1]))
         added = [waiting.pop(child) for child in children]
         beyond = np.unique(np.concatenate([columns[columns >= end], *(at[at >= end] for at, _ in added)]))
-        front = np.zeros((end - start + beyond.size,) * 2, complex)
+        front = np.zeros(
+            (end - start + beyond.size,) * 2, complex, order="F"
+        )  # of all of it the lower half counts
         later = columns >= start
         front[_place(columns[later], start, end, beyond), rows[later]] = values[later].conj()
         for at, update in added:
             place = _place(at, start, end, beyond)
-            front[np.ix_(place, place)] += update
+            front.T[np.ix_(place, place)] += update.T  # row by row
         own = end - start
         inner = np.linalg.cholesky(front[:own, :own])
-        outer = solve_triangular(inner, front[own:, :own].conj().T, lower=True, check_finite=False).conj().T
-        waiting[number] = beyond, front[own:, own:] - outer @ outer.conj().T
+        outer, rest = front[own:, :own], front[own:, own:]
+        if beyond.size:
+            outer = blas.ztrsm(1.0, inner, outer, side=1, lower=1, trans_a=2)
+            rest = blas.zherk(-1.0, outer, 1.0, rest, lower=1)
+        waiting[number] = beyond, rest
         yield Front(start, end, beyond, inner, outer)
 
 

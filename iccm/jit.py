@@ -73,5 +73,4 @@ def kept(**options: Any) -> Callable[[Callable[..., Any]], Kernel]:
 
 
 kernel = kept(**NUMPY)
-inner = kernel  # by its former name
 inlined = kept(**NUMPY, forceinline=True)  # where a call takes long

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,6 @@ from .spec import Spec
 
 MOST = 20  # of each kind that are listed (by hand)
 MAX_FACES = 5_000_000
-MAX_FACES_KEPT = 1 << 40  # whoever asks for more of them has raised the limit
 
 
 def describe(path: Path, *, max_faces: int = MAX_FACES) -> dict[str, Any]:
@@ -26,10 +26,9 @@ def describe(path: Path, *, max_faces: int = MAX_FACES) -> dict[str, Any]:
         InputError: the file is missing, of a kind that iccm does not read, wrong, or a mesh of more than `max_faces`.
     """
     files.open_input(path)
-    size_limits.faces(path, max_faces)
     kinds: dict[str, Callable[[Path], dict[str, Any]]] = {
         "picture": _picture,
-        "mesh": _mesh,
+        "mesh": partial(_mesh, max_faces=max_faces),
         "constraints": _constraints,
         "manifest": _manifest,
         "drawing": _shape,
@@ -93,12 +92,14 @@ def _picture(path: Path) -> dict[str, Any]:
     }
 
 
-def _mesh(path: Path) -> dict[str, Any]:
+def _mesh(path: Path, max_faces: int) -> dict[str, Any]:
     from .meshes import mesh_files
     from .meshes.obj_source import ObjSource
 
-    source = ObjSource(path, MAX_FACES_KEPT) if formats.suffix_of(path) == ".obj" else None
-    if source and source.faces <= 1:
+    source = ObjSource(path, max_faces) if formats.suffix_of(path) == ".obj" else None
+    if source is None:
+        size_limits.faces(path, max_faces)
+    elif size_limits.refuse(path, source.faces, max_faces) <= 1:
         return _shape(path)
     file = mesh_files.read(str(path), source.obj if source else None)
     mesh = file.mesh

@@ -23,6 +23,7 @@ NEEDED = {
     "numba": "numba",
     "libigl": "igl",
     "OpenImageIO": "OpenImageIO",
+    "isal": "isal",
     "opencv-python-headless": "cv2",
     "scikit-image": "skimage",
     "trimesh": "trimesh",

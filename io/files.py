@@ -7,7 +7,7 @@ import re
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from io import BufferedReader
 from pathlib import Path
@@ -210,15 +210,26 @@ def _sibling(path: Path) -> Path:
     return Path(name)
 
 
-def siblings(path: Path) -> Iterator[Path]:
-    """The temporary files for `path` that a process left when it was killed."""
-    with suppress(OSError):
-        start, drawn = f".{path.stem[:32]}.", re.compile(r"[a-z0-9_]{8}")
-        for found in path.parent.iterdir():
-            name = found.name
-            middle = name[len(start) : len(name) - len(path.suffix)]
-            if name.startswith(start) and name.endswith(path.suffix) and drawn.fullmatch(middle):
-                yield found
+def sweep(paths: Iterable[str | os.PathLike]) -> list[Path]:
+    """Remove the temporary files for these paths that killed processes left; each folder is looked through once."""
+    folders: dict[Path, set[tuple[str, str]]] = {}
+    for path in map(Path, paths):
+        folders.setdefault(path.parent, set()).add((path.stem[:32], path.suffix))
+    removed = []
+    for folder, wanted in folders.items():
+        with suppress(OSError):
+            for found in list(folder.iterdir()):
+                if any((match[1], match[2]) in wanted for match in _temporary(found.name)):
+                    with suppress(OSError):
+                        found.unlink()
+                        removed.append(found)
+    return removed
+
+
+def _temporary(name: str) -> list[re.Match[str]]:
+    """What the name of a temporary file says: the beginning of the stem, and the suffix."""
+    forms = (r"\.(.*)\.[a-z0-9_]{8}(\.[^.]+)", r"\.(.*)\.[a-z0-9_]{8}()")
+    return [match for form in forms if (match := re.fullmatch(form, name, re.DOTALL))]
 
 
 def _umask() -> int:

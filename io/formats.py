@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from os import PathLike
 from pathlib import Path
 
@@ -92,7 +91,6 @@ FORMATS = {
 }
 
 
-@lru_cache(maxsize=4096)
 def suffix_of(name: str | PathLike) -> str:
     """The suffix, in lower case."""
     return Path(name).suffix.lower()

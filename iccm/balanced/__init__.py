@@ -3,11 +3,13 @@
 solution       what is asked (Settings), what is given (Solution)
 method         solve(): frames, stages, checks in the numbers that are returned
 stages         coarse starts, fine mesh, last mesh; halves of symmetric pairs; the inverse where that is easier
+leaning        less θ where K is near its bound         emphasis   θ as a field: what counts more, and where
+last_mesh      the fine mesh and the last one, with every vertex of both outlines
 levels         one level of outlines and mesh size: screening, releasing corners, carrying a map to a finer mesh
 starts         correspondences to start from            pairs      arclength pairs that a mesh's outline is made of
 discrete       a map in the making: mesh, image, steps   untangle   a first map without folds
 newton         projected Newton with a sliding outline   sliding    directions and energy of the outline's vertices
-energy         the density, its derivatives, assembly    ldl        block LDLᵀ of Newton's matrices
+energy         the density, its derivatives, assembly    cholesky   block factors of Newton's matrices
 mesh, delaunay quality triangulations                    sizing     smaller triangles where the map magnifies
 constraints    pins and strokes: given, inside (vertices), meeting them, routes around, continuation of an earlier map
 deform         shapes moved by pins and strokes alone, their outlines free

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..jit import inner, kernel
+from ..jit import kernel
 
 
 @kernel
@@ -17,7 +17,7 @@ def dot(a, b):
     return a.real * b.real + a.imag * b.imag
 
 
-@inner
+@kernel
 def twice_area(z, a, b, c):
     """Twice the signed area of the triangle of vertices a, b, c of z."""
     return cross(z[b] - z[a], z[c] - z[a])
@@ -43,7 +43,7 @@ def located(knots, s):
     return edge, s - knots[edge]
 
 
-@inner
+@kernel
 def set_row(table, row, first, second, third):
     """Writes the three numbers of a row; no tuple, whose assignment compiles slowly."""
     table[row, 0], table[row, 1], table[row, 2] = first, second, third

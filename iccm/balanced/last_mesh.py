@@ -9,19 +9,18 @@ from ..arrays import Complex, Index
 from .constraints import meeting
 from .discrete import DiscreteMap
 from .failure import Stuck
-from .leaning import balance_on, leaning
-from .levels import FINE_BACKWARD, POWERS, Level, Sketch, UnitProblem, alternated, eased, refined
+from .levels import FINE_BACKWARD, FINE_ROUNDS, POWERS, Level, Sketch, UnitProblem, alternated, eased, refined
 from .meshing import sizing
 from .meshing.mesh import Sizes
 from .metric import PLANES, Metrics
 from .minimise.emphasis import BalanceField
+from .minimise.leaning import balance_on, leaning
 from .minimise.measures import stretches
 from .solution import Settings, SolveLog
 
 FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
 STEEPEST_FINE = 20.0  # slope of a match, relative to the mean, that a mesh follows
 TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
-FINE_ROUNDS = 8  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
 LAST_ROUNDS = 4  # of such steps; later ones where a squeezed triangle widens slowly
 UNSETTLED = "The map had not settled on its last mesh: its stretch could be smaller."
 LAST_STEPS, LAST_DECREASE = 50, 2e-3  # of Newton on the last mesh, and the relative decrease that ends them

@@ -27,8 +27,8 @@ from .last_mesh import (
     lowered,
     meets,
 )
-from .leaning import leaning, leant
 from .levels import Level, Sketch, UnitProblem, eased, released, score, screened, started
+from .minimise.leaning import leaning, leant
 from .outline import manageable
 from .pairs import Match
 from .similar import similar_with_holes, similarity

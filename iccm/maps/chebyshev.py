@@ -7,7 +7,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from ..arrays import Complex
-from ..jit import NUMPY, inner, kept, kernel
+from ..jit import NUMPY, kept, kernel
 from .evaluate import jet_in
 from .inverse import newton
 from .quadtree import is_inside, leaf_of
@@ -61,7 +61,7 @@ def slopes(a, b):
     return p + q, 1j * (p - q)
 
 
-@inner
+@kernel
 def solve_nodes(t, grid, r, c, r1, c1, seed, tol, values):
     """Solves at the tile's Chebyshev points, in a snake from a corner. False at the first failure."""
     hx, hy = 0.5 * (c1 - c), 0.5 * (r1 - r)
@@ -91,7 +91,7 @@ def solve_nodes(t, grid, r, c, r1, c1, seed, tol, values):
     return True, z
 
 
-@inner
+@kernel
 def expand(t, grid, r, c, r1, c1, values, tol, out, where):
     """Fills the tile from the polynomial through the values if it is accurate enough; says whether it was."""
     n = POINTS.size

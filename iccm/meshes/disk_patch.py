@@ -146,12 +146,13 @@ def _one_piece(joined: Joined, piece: int, notes: list[str]) -> tuple[Triangles,
     chosen = joined.order[piece - 1]
     if not area[chosen] > 0:
         raise InputError(f"{name}: no face has an area; is this a mesh of lines?")
+    if area.size == 1:
+        return shape, joined.corner
     own = shape.components() == chosen
-    if area.size > 1:
-        others = f"{area.size - 1} other piece{'s' if area.size > 2 else ''} of {(~own).sum()} triangles"
-        notes.append(
-            f"{others} that no edge connects to it left out; #piece-{2 if piece == 1 else 1} picks another"
-        )
+    others = f"{area.size - 1} other piece{'s' if area.size > 2 else ''} of {(~own).sum()} triangles"
+    notes.append(
+        f"{others} that no edge connects to it left out; #piece-{2 if piece == 1 else 1} picks another"
+    )
     return Triangles(shape.faces[own], shape.count), joined.corner[own]
 
 
@@ -176,6 +177,10 @@ def taken_apart(shape: Triangles, vertex: Index, notes: list[str]) -> tuple[Tria
     """A vertex for every fan of triangles: edges with more than two faces and bow ties come apart."""
     crowded = shape.crowded_edges
     fan = shape.fans()
+    used = np.zeros(shape.count, bool)
+    used[shape.tail] = True
+    if used.all() and not crowded and fan.max() < shape.count:  # as many fans as vertices
+        return shape, vertex
     old = shape.tail[np.unique(fan, return_index=True)[1]]
     split = old.size - np.unique(old).size
     if crowded:

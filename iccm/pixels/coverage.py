@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Complex
-from ..jit import inner, kernel
+from ..jit import kernel
 
 NOTHING = 1e-6
 """Area of a pixel that round-off may leave or take, by hand: far above round-off, far below a byte."""
@@ -78,7 +78,7 @@ def _cover(low, high, sign, area, turns, out, inside):
         area[width], area[width + 1], turns[width] = 0.0, 0.0, 0
 
 
-@inner
+@kernel
 def _add(a, b, sign, i, area, turns, width):
     """Adds what the segment from a up to b does to row i."""
     slope = (b.real - a.real) / (b.imag - a.imag)
@@ -92,7 +92,7 @@ def _add(a, b, sign, i, area, turns, width):
         _span(area, min(x0, x1), max(x0, x1), sign * (y1 - y0), width)
 
 
-@inner
+@kernel
 def _span(out, x0, x1, height, width):
     """Spreads `height` over the pixels that a piece of a segment within one row passes, x0 <= x1.
 

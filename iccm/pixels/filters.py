@@ -13,7 +13,7 @@ from numba import types
 from numba.extending import overload
 
 from ..arrays import Real
-from ..jit import inlined, inner
+from ..jit import inlined
 from ..jit import kernel as compiled
 from .colour import Float
 from .lanes import LANES, lane, nothing, plus
@@ -93,7 +93,7 @@ def _nearest(tex, xy, out):
                 out[n, k] = ready(tex, i, j, k)
 
 
-@inner
+@compiled
 def _cubic(x):
     """Catmull-Rom by truncated powers, in single precision and without branches."""
     x = abs(x)
@@ -101,13 +101,13 @@ def _cubic(x):
     return HALF * b * b * (b - ONE) + a * a * (ONE - TWO * a)
 
 
-@inner
+@compiled
 def _linear(x):
     """The tent."""
     return max(ZERO, ONE - abs(x))
 
 
-@inner
+@compiled
 def _lanczos(x):
     """Lanczos with three lobes."""
     x = abs(float(x))
@@ -140,7 +140,7 @@ def _weigh(x, y, p, q, r, kind, count, across, down, weights):
             weights[t] = _cubic(p * dx + q * dy) * _cubic(q * dx + r * dy)
 
 
-@inner
+@compiled
 def _weighed(texels, at, row, columns, rows, x, y, p, q, r, kind, across, down, weights, out):
     """The mean of rows and columns of texels, weighed by the kernel, eight columns and four channels at a time.
 
@@ -166,7 +166,7 @@ def _weighed(texels, at, row, columns, rows, x, y, p, q, r, kind, across, down, 
             out[k] = lane(value, k - part) / total
 
 
-@inner
+@compiled
 def _magnified(texels, at, row, x, y, out):
     """The plain cubic kernel; arguments as for `_weighed`."""
     across = _catmull_rom(x)
@@ -180,7 +180,7 @@ def _magnified(texels, at, row, x, y, out):
             out[k] = lane(value, k - part)
 
 
-@inner
+@compiled
 def _catmull_rom(t):
     """Weights of the four texels around a place t past the first one, 1 <= t <= 2."""
     t -= 1
@@ -192,7 +192,7 @@ def _catmull_rom(t):
     )
 
 
-@inner
+@compiled
 def _copied(tex, level, i, j, rows, columns, patch):
     """Texels of a level from (i, j) on, ready, into the beginning of `patch`; beyond the edge what lies there."""
     w, h, c, n = tex.width[level], tex.height[level], tex.base.shape[2], 0
@@ -210,7 +210,7 @@ def _copied(tex, level, i, j, rows, columns, patch):
                 n += 1
 
 
-@inner
+@compiled
 def _quintic(t, weights):
     """The six quintic B-splines that reach t in [0, 1) after the third knot."""
     for k in range(6):
@@ -223,7 +223,7 @@ def _quintic(t, weights):
             weights[k] = (3 - x) ** 5 / 120 if x < 3 else 0.0
 
 
-@inner
+@compiled
 def _smooth(spline, x, y, across, down, out):
     """The spline through the texels at (x, y)."""
     h, w = spline.shape[:2]
@@ -239,7 +239,7 @@ def _smooth(spline, x, y, across, down, out):
                 out[k] += weight * spline[i + a - 2 + FRAME, j + b - 2 + FRAME, k]
 
 
-@inner
+@compiled
 def _footprint(turn):
     """`_shape` of a footprint (4,); one that is not finite counts as a point."""
     p, q, r, long, short = _shape(turn[0], turn[1], turn[2], turn[3])

@@ -13,7 +13,7 @@ import heapq
 
 import numpy as np
 
-from ..jit import inner, kernel
+from ..jit import kernel
 from ..maps.chebyshev import DEGREE, PixelGrid, Solved, expand, slopes, solve_nodes
 from ..maps.inverse import newton
 from ..maps.quadtree import is_inside, leaf_of
@@ -110,7 +110,7 @@ def flood(t, grid, inside, seeds, tol):
     return out
 
 
-@inner
+@kernel
 def _clearance(inside):
     """How far each point is from those outside, the grid's surroundings among them: in thirds of a step, 4 aslant."""
     rows, width = inside.shape
@@ -128,7 +128,7 @@ def _clearance(inside):
     return out[1:-1, 1:-1]
 
 
-@inner
+@kernel
 def _state(full, some, r, c, r1, c1):
     whole, empty = True, True
     for i in range(r // SMALLEST, (r1 - 1) // SMALLEST + 1):
@@ -162,7 +162,7 @@ def _pixels(t, grid, inside, r, c, r1, c1, seed, tol, out):
     return done, z
 
 
-@inner
+@kernel
 def _guess(t, out, i, j, otherwise):
     """The source point expected for pixel (i, j) from a neighbour, if it lies inside the source."""
     rows, width = out.z.shape

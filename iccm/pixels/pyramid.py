@@ -17,7 +17,7 @@ CLAMP, CLEAR = 0, 1
 STRIP, LEAST_ROWS = 1 << 20, 64
 """Numbers of a picture, and rows of a wide one, that are worked on at a time (by hand)."""
 PIECE = 1024  # numbers of a row that are added up in the processor's nearest cache
-HALO = 20  # rows around them that two reductions by two reach: 6 + 2 · 6, in whole fours
+HALO = (0, 6, 20)  # rows around them that so many reductions by two reach: 6 + 2 · 6, in whole fours
 
 
 class Pyramid(NamedTuple):
@@ -156,7 +156,7 @@ def _shrink(
     by = 1 << halvings
 
     def strip(rows: slice) -> None:
-        above, below = min(rows.start, HALO), min(height - rows.stop, HALO)
+        above, below = min(rows.start, HALO[halvings]), min(height - rows.stop, HALO[halvings])
         part = read(slice(rows.start - above, rows.stop + below))
         for _ in range(halvings):
             part = _reduced(part, edge)

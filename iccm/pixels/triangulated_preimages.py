@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Complex
-from ..jit import inner, kernel
+from ..jit import kernel
 from ..maps.triangulated.map import TriangulatedMap
 from ..parallel import in_order
 from . import inverse_tiles
@@ -206,7 +206,7 @@ def _fill(corners, powers, chosen, reach, row, covered, z, right, down, state):
     return count
 
 
-@inner
+@kernel
 def _span(c, y, width):
     """The pixels first .. last - 1 of the line at y that lie in a triangle."""
     low, high = np.inf, -np.inf

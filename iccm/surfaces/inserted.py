@@ -1,5 +1,7 @@
 """Vertices at given points of a surface, in the midst of its faces."""
 
+from typing import Any
+
 import numpy as np
 
 from ..arrays import Index, Real
@@ -21,11 +23,11 @@ def with_vertices(whole: Patch, points: Real) -> Mesh:
     for point in points:
         refined = refined.with_point(*_nearest(refined.carried(mesh.points), refined.faces, point))[0]
     space = refined.carried(mesh.points)
-    more = {"base": mesh.base, "whole": mesh.whole}
+    more: dict[str, Any] = {"base": mesh.base, "whole": mesh.whole}
     if mesh.uv is None or mesh.uv_corners is None:
         return Mesh.triangles(mesh.name, space, refined.faces, **more)
     corners = mesh.uv_corners[whole.corner][refined.own]
-    split = np.flatnonzero((refined.faces != faces[refined.own]).any(axis=1))
+    split = np.flatnonzero(np.any(refined.faces != faces[refined.own], axis=1))
     own = np.repeat(refined.own[split], 3)
     weights = barycentric(mesh.points[faces[own]], space[refined.faces[split]].reshape(-1, 3))
     uv = np.einsum("pk,pkc->pc", weights, mesh.uv[mesh.uv_corners[whole.corner]][own])

@@ -18,9 +18,9 @@ from ..balanced.failure import NoMapError, Stuck
 from ..balanced.frames import UnitFrame, frames_of
 from ..balanced.holes.given import Holes, named, unequal
 from ..balanced.last_mesh import Meshed
-from ..balanced.leaning import leaning
 from ..balanced.levels import UnitProblem, eased
 from ..balanced.metric import LaidMetric, Metrics
+from ..balanced.minimise.leaning import leaning
 from ..balanced.solution import Settings, Solution, SolveLog
 from ..maps.triangulated.map import TriangulatedMap
 from ..meshes.flatten import Flattening

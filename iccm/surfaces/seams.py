@@ -71,7 +71,7 @@ def _unlikeness(source: Patch, target: Patch, stops: Index) -> float:
     ends = [
         on_seam(layout, side) for layout, side in zip(layouts, ((source, stops[:, 0]), (target, stops[:, 1])))
     ]
-    return unlikeness(*(layout.boundary for layout in layouts), *ends)
+    return unlikeness(layouts[0].boundary, layouts[1].boundary, ends[0], ends[1])
 
 
 def on_seam(layout: Flattening, stops: tuple[Patch, Index]) -> Complex:

@@ -124,6 +124,8 @@ def execute(
             running[pool.submit(_payload(item.task.job, policy))] = item
             item.began = time.monotonic()
         for item, result in _ended_ones(running, pool, policy):
+            if result is None:
+                files.sweep(item.task.job.outputs)
             if result is None and item.attempt <= policy.retries:
                 warn(f"{item.task.place}: its worker died; running it again")
                 pending.appendleft(_Running(item.task, item.attempt + 1, 0.0))

@@ -73,13 +73,7 @@ class Journal:
 
         Only of batches that ran on this machine and are gone.
         """
-        removed = []
-        for path in sorted(self._left):
-            for rest in files.siblings(self.path.parent / path):
-                with suppress(OSError):
-                    rest.unlink()
-                    removed.append(rest)
-        return removed
+        return files.sweep(self.path.parent / path for path in sorted(self._left))
 
     def finish(self, key: str, result: dict[str, Any]) -> None:
         """Note the result of a job; its outputs with their hashes are in it."""

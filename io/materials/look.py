@@ -111,9 +111,8 @@ class Look:
 
 def part(sheet: Charted, triangles: Flags | Index) -> Charted:
     """Some triangles of a sheet."""
-    normals, stated = (
-        None if values is None else values[triangles] for values in (sheet.normal_faces, sheet.stated)
-    )
+    normals = None if sheet.normal_faces is None else sheet.normal_faces[triangles]
+    stated = None if sheet.stated is None else sheet.stated[triangles]
     faces, uv_faces = sheet.faces[triangles], sheet.uv_faces[triangles]
     return replace(sheet, faces=faces, uv_faces=uv_faces, normal_faces=normals, stated=stated)
 

@@ -53,8 +53,9 @@ def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
     first = np.cumsum([0, *map(len, points)])
     faces = np.concatenate([part.faces + at for part, at in zip(parts, first)])
     normals = [part.normals for part in parts]
-    stated = all(each is not None for each in normals)
-    normal = np.concatenate(normals) if stated else None  # type: ignore[arg-type]
+    known = [each for each in normals if each is not None]
+    stated = len(known) == len(parts)
+    normal: Real | None = np.concatenate(known) if stated else None
     tangents = _joined([part.tangents for part in parts], points, 4)
     uv = _joined([_layout(part, bare) for part in parts], points, 2)
     assert uv is not None

@@ -57,7 +57,7 @@ Weight = Annotated[float, Field(gt=0, le=1e12, strict=True)]
 
 
 class _Entry(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     name: str = Field(default="", max_length=200)
     weight: Weight = 1.0
 
@@ -80,7 +80,7 @@ class Stroke(_Entry):
 class ConstrainedFile(BaseModel):
     """A shape that places belong to: the file's name, and width and height of its canvas."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     file: str = ""
     size: tuple[Size, Size]
 
@@ -88,7 +88,7 @@ class ConstrainedFile(BaseModel):
 class ConstrainedFiles(BaseModel):
     """The shapes that constraints belong to."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     source: ConstrainedFile | None = None
     target: ConstrainedFile | None = None
 
@@ -96,7 +96,7 @@ class ConstrainedFiles(BaseModel):
 class Landmarks(BaseModel):
     """Named places of the source and of the target; the same name in both makes a pin."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     source: dict[str, Place] = {}
     target: dict[str, Place] = {}
 
@@ -104,7 +104,7 @@ class Landmarks(BaseModel):
 class Listed(BaseModel):
     """What a constraints file holds."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     files: ConstrainedFiles = ConstrainedFiles()
     pins: list[Pin] = []
     strokes: list[Stroke] = []

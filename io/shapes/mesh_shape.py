@@ -309,21 +309,23 @@ def read(
     if through is not None and split:
         file = split_at(file, through)
     piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
-    return flattened(spec, file, piece, cut, method, _start_of(piece, through), chart)
+    grow = cut and through is None  # between two meshes seams that are lengthened would differ
+    return flattened(spec, file, piece, grow, method, _start_of(piece, through), chart)
 
 
 def flattened(
     spec: str,
     file: mesh_files.MeshFile,
     piece: Patch,
-    cut: bool,
+    grow: bool,
     method: str,
     start: int = -1,
     chart: bool = False,
 ) -> MeshShape:
-    """A piece of a mesh in the plane of its flattening; arguments as for `read`, `start` as of `MeshShape`."""
+    """A piece of a mesh in the plane of its flattening; arguments as for `read` and `flatten`, `start` as of
+    `MeshShape`."""
     file, piece = _of_patch(file, piece)
-    flat = flatten(piece, loop=file.loop, grow=cut and start < 0, method=method, chart=chart)
+    flat = flatten(piece, loop=file.loop, grow=grow, method=method, chart=chart)
     curve = (
         Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
     )  # may cross itself, as it comes

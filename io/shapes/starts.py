@@ -29,7 +29,7 @@ Corner = Annotated[int, Field(ge=0, lt=MOST, strict=True)]
 class StartingMap(BaseModel):
     """Triangles with their corners in both shapes, in the units of their files."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     source: Vertices
     target: Vertices
     triangles: Annotated[list[tuple[Corner, Corner, Corner]], Field(min_length=1, max_length=MOST)]

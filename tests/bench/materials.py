@@ -25,7 +25,7 @@ from iccm.meshes.rasterise import rasterise
 FOLDER = Path(__file__).parents[2] / "build" / "materials"
 PACKAGES = ("@webxr-input-profiles/assets@1.0.20", "gltf-validator@2.0.0-dev.3.10")
 PROFILES = FOLDER / "node_modules" / "@webxr-input-profiles" / "assets" / "dist" / "profiles"
-NAMES = [
+NAMES = (
     "generic-touchpad/right",
     "generic-trigger-squeeze/right",
     "htc-vive-focus-3/left",
@@ -35,7 +35,7 @@ NAMES = [
     "pico-neo3/left",
     "samsung-odyssey/right",
     "yvr-touch/right",
-]
+)
 SCRIPT = """
 const validator = require("gltf-validator"), fs = require("fs");
 validator.validateBytes(new Uint8Array(fs.readFileSync(process.argv[2])))

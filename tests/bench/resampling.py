@@ -1,4 +1,4 @@
-"""Measurements of resampling: python -m tests.bench.resampling [coordinates quality scaling command large]
+"""Measurements of resampling: python -m tests.bench.resampling [coordinates quality scaling command batch memory large]
 
 Every figure is a ratio within one run: times on a shared machine mean little by themselves.
 """
@@ -22,7 +22,7 @@ from iccm.pixels.preimages import Preimages
 from iccm.pixels.warp import Sampler, Texture, Warp, warp
 
 from .goals import goal
-from .speed import load
+from .speed import ICCM, load
 from .speed import took as timed
 
 BOX = (-1.4 - 1.4j, 1.4 + 1.4j)
@@ -300,37 +300,93 @@ def command(sizes=(1024, 4096)):
         print()
 
 
+def bent(z, by=0.2):
+    """The target that belongs to points of the source."""
+    return z + by * z**2
+
+
+def drawn(path, z):
+    """An SVG file of a polygon about the middle of 1024²."""
+    points = " ".join(f"{512 + 360 * v.real:.3f},{512 - 360 * v.imag:.3f}" for v in z)
+    path.write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1024 1024"><polygon points="{points}"/></svg>'
+    )
+
+
+def inputs(path, targets=(0.2,)):
+    """A texture t.png, a source a.svg, and targets b0.svg, … bent by so much; the control points of each."""
+    noise = np.random.default_rng(0).integers(0, 256, (1024, 1024, 3), dtype=np.uint8)
+    cv2.imwrite(str(path / "t.png"), noise)
+    drawn(path / "a.svg", shape(400))
+    z = 360 * shape(200)
+    found = []
+    for k, by in enumerate(targets):
+        drawn(path / f"b{k}.svg", bent(shape(400), by))
+        w = 360 * bent(shape(200), by)
+        found.append([(512 + a.real, 512 - a.imag, 512 + b.real, 512 - b.imag) for a, b in zip(z, w)])
+    return found
+
+
 def commands(size):
-    """The shortest wall clock time of each command on a picture of size²."""
-    rng = np.random.default_rng(0)
+    """The shortest wall clock time, and CPU-seconds, of each command on a picture of size²."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
-        cv2.imwrite(str(path / "t.png"), rng.integers(0, 256, (1024, 1024, 3), dtype=np.uint8))
-        for name, z in (("a", shape(400)), ("b", shape(400) + 0.2 * shape(400) ** 2)):
-            points = " ".join(f"{512 + 360 * v.real:.3f},{512 - 360 * v.imag:.3f}" for v in z)
-            (path / f"{name}.svg").write_text(
-                f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1024 1024"><polygon points="{points}"/></svg>'
-            )
-        iccm = [
+        (pairs,) = inputs(path)
+        ours = [ICCM, "map", f"{path}/a.svg", f"{path}/b0.svg", "--texture", f"{path}/t.png"]
+        lines = {"iccm map": [*ours, "-o", f"{path}/o.png", "--force", "--size", f"{size}x{size}", "-q"]}
+        lines |= gdal(path, pairs, size) | (magick(path, pairs) if size == 1024 else {})
+        return side_by_side(lines, 5 if size == 1024 else 3)
+
+
+def batch(count=30, few=2, rounds=2):
+    """Seconds a job of `iccm batch` beyond start-up, two at a time, against gdalwarp's default, two at a time."""
+    print(f"## {count} pairs at 1024², seconds a job beyond start-up, two at a time; {load()}")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder)
+        points = inputs(path, np.linspace(0.02, 0.2, count))
+        lines = {f"iccm batch of {n}": batched(path, n) for n in (count, few)}
+        for k, pairs in enumerate(points):
+            made = gdal(path, pairs, 1024, f"g{k}")
+            if not made:
+                return
+            (path / f"g{k}.sh").write_text(" ".join(made["gdalwarp -tps default"]))
+        lines["gdalwarp"] = ["sh", "-c", f"ls {path}/g*.sh | xargs -P 2 -n 1 sh"]
+        took = side_by_side(lines, rounds)
+    (all_of_it, some), theirs = (took[f"iccm batch of {n}"] for n in (count, few)), took["gdalwarp"]
+    for kind, a, b, c in zip(("wall clock", "CPU"), all_of_it, some, theirs):
+        job, other = (a - b) / (count - few), c / count
+        print(f"{kind:10} iccm {job:.3f} s a job, gdalwarp -tps default {other:.3f} s")
+        goal(f"a job of a batch by gdalwarp's default, {kind}", job / other, 1)
+    print()
+
+
+def batched(path, count):
+    """The command for the first jobs of a batch."""
+    job = {"source": "a.svg", "texture": "t.png", "size": "1024x1024"}
+    rows = [{**job, "target": f"b{k}.svg", "output": f"o{k}.png"} for k in range(count)]
+    (path / f"{count}.jsonl").write_text("\n".join(map(json.dumps, rows)))
+    return [ICCM, "batch", f"{path}/{count}.jsonl", "-j", "2", "-q", "--force"]
+
+
+def memory(size=16384):
+    """The largest resident size of `iccm map` that makes a picture of size²."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder)
+        inputs(path)
+        line = [
             sys.executable,
             "-m",
-            "iccm.cli",
+            "tests.bench.resampling",
+            "peak",
             "map",
             f"{path}/a.svg",
-            f"{path}/b.svg",
-            "--texture",
-            f"{path}/t.png",
+            f"{path}/b0.svg",
         ]
-        if shutil.which("iccm", path=str(Path(sys.executable).parent)):
-            iccm[:3] = [str(Path(sys.executable).parent / "iccm")]
-        z = shape(200)
-        pairs = [
-            (512 + 360 * a.real, 512 - 360 * a.imag, 512 + 360 * b.real, 512 - 360 * b.imag)
-            for a, b in zip(z, z + 0.2 * z**2)
-        ]
-        lines = {"iccm map": [*iccm, "-o", f"{path}/o.png", "--force", "--size", f"{size}x{size}", "-q"]}
-        lines |= gdal(path, pairs, size) | (magick(path, pairs) if size == 1024 else {})
-        return side_by_side(lines, 5 if size == 1024 else 2)
+        line += ["--texture", f"{path}/t.png", "-o", f"{path}/o.png", "--size", f"{size}x{size}", "-q"]
+        found = float(subprocess.run(line, capture_output=True, text=True, check=True).stdout)
+    print(f"## iccm map --size {size}: {found:.2f} GB at most")
+    goal(f"memory of {size}², GB", found, 1)
+    print()
 
 
 def side_by_side(lines, rounds=5):
@@ -353,22 +409,22 @@ def side_by_side(lines, rounds=5):
     return took
 
 
-def gdal(path, pairs, out):
+def gdal(path, pairs, out, name="g"):
     """Thin-plate spline by GDAL; -et 0 is its exact form, the default interpolates it. On one thread and on all."""
     if not shutil.which("gdalwarp"):
         print("gdalwarp is not installed: apt-get install gdal-bin")
         return {}
     points = [str(v) for a, b, c, d in pairs for v in ("-gcp", a, b, c, 1024 - d)]
-    subprocess.run(["gdal_translate", "-q", *points, f"{path}/t.png", f"{path}/t.tif"], check=True)
+    subprocess.run(["gdal_translate", "-q", *points, f"{path}/t.png", f"{path}/{name}t.tif"], check=True)
     size = ["-te", "0", "0", "1024", "1024", "-ts", str(out), str(out)]
     return {
-        f"gdalwarp -tps {form:7}{' -multi, all threads' * bool(threads)}": [
+        f"gdalwarp -tps {form}{' -multi, all threads' * bool(threads)}": [
             *["gdalwarp", "-q", "-tps", "-r", "cubic", "-overwrite"],
             *form.split()[:2] * (form != "default"),
             *threads,
             *size,
-            f"{path}/t.tif",
-            f"{path}/g.tif",
+            f"{path}/{name}t.tif",
+            f"{path}/{name}.tif",
         ]
         for form in ("default", "-et 0")
         for threads in ([], ["-multi", "-wo", "NUM_THREADS=ALL_CPUS"])
@@ -397,8 +453,14 @@ def peak():
 def main(asked):
     """Runs the parts that are named, or all."""
     parts = {"coordinates": coordinates, "quality": quality, "scaling": scaling, "command": command}
+    parts |= {"batch": batch, "memory": memory}
     if asked[:1] == ["one"]:
         return one(int(asked[1]), *asked[2:])
+    if asked[:1] == ["peak"]:
+        from iccm import cli
+
+        cli.run(asked[1:])
+        return print(peak())
     for name in asked or parts:
         (large if name == "large" else parts[name])()
     return None

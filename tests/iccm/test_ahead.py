@@ -37,10 +37,10 @@ def test_a_job_compiles_nothing_that_was_not_compiled_ahead(tmp_path):
 
 def test_what_is_in_the_cache_is_not_missing(tmp_path):
     class Kernel:
-        """As much of a dispatcher as is asked."""
+        """As much of a kernel as is asked."""
 
         __name__ = "f"
-        stats = type("Stats", (), {"cache_path": str(tmp_path)})
+        entry = type("Entry", (), {"stats": type("Stats", (), {"cache_path": str(tmp_path)})})
         py_func = type(
             "Function", (), {"__code__": type("Code", (), {"co_filename": str(tmp_path / "m.py")})}
         )

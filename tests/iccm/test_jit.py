@@ -1,85 +1,129 @@
-"""Kernels without an entry for Python are called by other kernels alone: from Python that ends the process."""
+"""Kernels: compiled for Python and for other kernels apart, and anew when one that they call has changed."""
 
-import ast
 import os
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import pytest
+from numba.core import event, types
+from numba.core.errors import TypingError
+
+from iccm.jit import inlined, kept, kernel
+
 ROOT = Path(__file__).parents[2]
-DECORATORS = ("inner", "inlined", "kernel", "kept", "compiled", "njit")
 
 
-def decorator(node: ast.AST) -> str:
-    """The name of what compiles a function; empty if nothing does."""
-    if not isinstance(node, ast.FunctionDef):
-        return ""
-    names = [ast.unparse(each).partition("(")[0] for each in node.decorator_list]
-    return next((name for name in names if name in DECORATORS), "")
+@kernel
+def longest(sides):
+    """Numba's own functions, of several types of arguments."""
+    out = np.zeros(2)
+    out[0], out[1] = max(sides[0], sides[1]), max(1, int(sides[2]))
+    return out
 
 
-def outside(tree: ast.AST):
-    """The nodes of a module outside its kernels."""
-    for node in ast.iter_child_nodes(tree):
-        if not decorator(node):
-            yield node
-            yield from outside(node)
+@inlined
+def ratio(a, b):
+    return a / b
 
 
-def named(node: ast.AST) -> str:
-    return node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""
+@kept()
+def checked(a, b):
+    if b < 0:
+        raise ValueError("negative")
+    return ratio(a, b)
 
 
-def misused(sources: dict[str, str]) -> set[str]:
-    """Inner kernels that something other than a kernel names in their own module, or where they are imported."""
-    trees = {name: ast.parse(source) for name, source in sources.items()}
-    inner = {
-        node.name
-        for tree in trees.values()
-        for node in ast.walk(tree)
-        if decorator(node) in ("inner", "inlined")
-    }
-    found = set()
-    for tree in trees.values():
-        imported = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-        here = {alias.asname or alias.name for node in imported for alias in node.names}
-        here |= {node.name for node in ast.walk(tree) if decorator(node)}
-        loose = {named(node) for node in outside(tree) if isinstance(node, ast.Name)} & here
-        loose |= {named(node) for node in outside(tree) if isinstance(node, ast.Attribute)}
-        found |= loose & inner
-    return found
+@kernel
+def both(sides):
+    found = longest(sides)
+    return checked(found[0], found[1])
 
 
-def test_inner_kernels_are_called_by_kernels_alone():
-    files = [path for part in ("iccm", "io", "tests") for path in (ROOT / part).rglob("*.py")]
-    assert not misused({str(path): path.read_text(encoding="utf-8") for path in files})
+def test_a_kernel_is_called_by_python_and_by_kernels():
+    sides = np.array([3.0, 4.0, 2.5])
+    assert both(sides) == 2.0
+    assert np.array_equal(longest(sides), [4.0, 2.0])
+    assert both.py_func(sides) == 2.0
 
 
-def test_the_scan_sees_a_call_from_python():
-    kernels = "@inner\ndef f(x):\n    return x\n\n@kernel\ndef g(x):\n    return f(x)\n"
-    assert not misused({"a": kernels})
-    assert misused({"a": kernels + "\ndef h(x):\n    return f(x)\n"}) == {"f"}
-    assert misused({"a": kernels, "b": "from a import f\nf(1)\n"}) == {"f"}
-    assert misused({"a": kernels, "b": "import a\na.f(1)\n"}) == {"f"}
+def test_a_division_by_zero_is_what_the_one_called_says():
+    assert ratio(1.0, 0.0) == np.inf
+    assert checked(1.0, 0.0) == np.inf
+
+    @kept()
+    def strict(a, b):
+        return a / b
+
+    with pytest.raises(ZeroDivisionError):
+        strict(1.0, 0.0)
+
+
+def test_what_a_called_kernel_raises_is_raised():
+    with pytest.raises(ValueError, match="negative"):
+        checked(1.0, -1.0)
+
+    @kernel
+    def caller(b):
+        return checked(1.0, b) + 1
+
+    assert caller(1.0) == 2.0
+    with pytest.raises(ValueError, match="negative"):
+        caller(-1.0)
+
+
+def test_numba_is_left_as_it_was():
+    before = types.Function.get_call_type
+
+    @kernel
+    def wrong(a):
+        return a + None
+
+    with pytest.raises(TypingError):
+        wrong(1)
+    assert types.Function.get_call_type is before
+    assert "iccm" not in before.__module__
+
+
+def test_a_call_by_a_kernel_leaves_python_its_own():
+    """One that was compiled as a part has no entry: what Python calls is compiled by itself."""
+
+    @kernel
+    def square(x):
+        return x * x
+
+    @kernel
+    def more(x):
+        return square(x) + 1
+
+    assert more(3) == 10
+    with event.install_recorder("numba:compile") as heard:
+        assert square(3) == 9
+    assert heard.buffer
 
 
 def test_a_kernel_follows_the_kernels_that_it_calls(tmp_path):
     """Numba's own stamp is that of one file: what another file changes would not be seen. What is kept under a class
     that is gone is no longer readable."""
-    (tmp_path / "caller.py").write_text(
-        "from jit import kernel\nimport called\nf = called.f\n@kernel\ndef g(x):\n    return f(x)\n"
+    package = tmp_path / "package"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "caller.py").write_text(
+        "from .jit import kernel\nfrom . import called\nf = called.f\n@kernel\ndef g(x):\n    return f(x)\n"
     )
-    (tmp_path / "jit.py").write_text((ROOT / "iccm" / "jit.py").read_text(encoding="utf-8"))
+    for name in ("jit.py", "pipeline.py"):
+        (package / name).write_text((ROOT / "iccm" / name).read_text(encoding="utf-8"))
     said = []
     for number in (1, 2):
-        (tmp_path / "called.py").write_text(
-            "from typing import NamedTuple\nfrom jit import inner\n"
+        (package / "called.py").write_text(
+            "from typing import NamedTuple\nfrom .jit import kernel\n"
             f"class Kind{number}(NamedTuple):\n    x: int\nKind = Kind{number}\n"
-            f"@inner\ndef f(kind):\n    return kind.x + {number}\n"
+            f"@kernel\ndef f(kind):\n    return kind.x + {number}\n"
         )
-        os.utime(tmp_path / "called.py", (10**9 + number, 10**9 + number))
+        os.utime(package / "called.py", (10**9 + number, 10**9 + number))
         done = subprocess.run(
-            [sys.executable, "-c", "import caller; print(caller.g(caller.called.Kind(0)))"],
+            [sys.executable, "-c", "from package import caller; print(caller.g(caller.called.Kind(0)))"],
             cwd=tmp_path, env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}, capture_output=True, text=True, check=True,
         )  # fmt: skip
         said.append(done.stdout.strip())

@@ -143,4 +143,15 @@ def test_temporary_files_of_an_output_are_known_by_their_names(tmp_path):
         others = [tmp_path / name for name in (".picture.png", ".picture.abc.png", "picture.abcdefgh.png")]
         for path in others:
             path.touch()
-        assert list(files.siblings(out)) == [temporary]
+        assert files.sweep([tmp_path / "other.png", tmp_path / "picture.tif"]) == []
+        assert files.sweep([out]) == [temporary] and all(path.exists() for path in others)
+        temporary.touch()
+
+
+@pytest.mark.parametrize(
+    "name", ["picture", "a.b.jsonl", "x" * 60 + ".png", "two\nlines.png", ".hidden", "p.abcdefgh"]
+)
+def test_temporary_files_of_any_name_are_swept(tmp_path, name):
+    with files.replacing(tmp_path / name) as temporary:
+        assert files.sweep([tmp_path / name, tmp_path / "gone" / name]) == [temporary]
+        temporary.touch()

@@ -6,7 +6,7 @@ edge opposite each of them, -1 on the outline. Both have room for more triangles
 
 import numpy as np
 
-from ...jit import inner, kernel
+from ...jit import kernel
 from ..kernels import cross, dot, set_row, twice_area
 
 FLAT = 1e-13  # of the squared edges: an ear with less area is three points on a line but for rounding
@@ -16,7 +16,7 @@ THIN = 1e-14  # twice the area, of a domain of area one, that a flip may leave
 MOST_FLIPS = 2_000_000  # a bound that no mesh comes near
 
 
-@inner
+@kernel
 def in_circle(z, a, b, c, d):
     """Whether d lies inside the circle of the counter-clockwise triangle a, b, c by more than rounding."""
     u, v, w = z[a] - z[d], z[b] - z[d], z[c] - z[d]
@@ -28,7 +28,7 @@ def in_circle(z, a, b, c, d):
     return first + second + third > ROUNDING * (abs(first) + abs(second) + abs(third))
 
 
-@inner
+@kernel
 def relink(across, t, old, new):
     """Tells triangle t, unless it is -1, that its neighbour old is now new."""
     if t >= 0:
@@ -38,7 +38,7 @@ def relink(across, t, old, new):
                 return
 
 
-@inner
+@kernel
 def _is_ear(z, before, i, after, following):
     """Whether the corner i of the remaining polygon can be cut off."""
     a, b, c = z[before], z[i], z[after]
@@ -122,7 +122,7 @@ def flip(faces, across, t, k):
     relink(across, beyond_ca, t, u)
 
 
-@inner
+@kernel
 def push(stack, t):
     """Puts a triangle on the stack, whose first entry counts what is on it, unless it is full."""
     if stack[0] + 1 < stack.size:

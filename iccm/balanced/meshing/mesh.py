@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...jit import inner, kernel
+from ...jit import kernel
 from ..failure import Stuck
 from ..kernels import cross, dot, set_row, twice_area
 from .delaunay import clip_ears, flip, in_circle, joined, legalise, opposite, push, relink
@@ -109,7 +109,7 @@ def closed_links(sizes: Sequence[int]) -> Index:
     return np.concatenate([np.empty(0, np.int64), *loops])
 
 
-@inner
+@kernel
 def _limit(point, corner, side, areas):
     """The area limit at a point."""
     i = min(max(int((point.real - corner.real) / side), 0), areas.shape[0] - 1)
@@ -117,7 +117,7 @@ def _limit(point, corner, side, areas):
     return areas[i, j]
 
 
-@inner
+@kernel
 def _circumcentre(a, b, c):
     """The circumcentre of a triangle and the square of its circumradius."""
     u, v = a - c, b - c
@@ -144,7 +144,7 @@ def _walk(z, faces, across, t, point, links):
     return -1
 
 
-@inner
+@kernel
 def _encroaches(z, faces, across, t, new, cavity, mark, stamp, links):
     """Whether the vertex new, inside t, sees an edge of the outline or of a line in its cavity under too wide an
     angle."""
@@ -168,7 +168,7 @@ def _encroaches(z, faces, across, t, new, cavity, mark, stamp, links):
     return False
 
 
-@inner
+@kernel
 def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
     """Puts the vertex new into triangle t; False where it lies on an edge."""
     a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
@@ -190,7 +190,7 @@ def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
     return True
 
 
-@inner
+@kernel
 def _wanted(z, faces, t, corner, side, areas, only_large):
     """Whether triangle t is too large or too thin, and the point that would mend it."""
     a, b, c = z[faces[t, 0]], z[faces[t, 1]], z[faces[t, 2]]
@@ -272,7 +272,7 @@ def _split_chords(z, vertices, given, faces, across, triangles, stack, links):
     return vertices, triangles
 
 
-@inner
+@kernel
 def _holder(z, faces, triangles, point):
     """The triangle that holds a point: the one of whose sides it is farthest inside."""
     best, holder = -np.inf, 0
@@ -353,7 +353,7 @@ def _carve(faces, across, triangles, first, last, links, stack):
     return left
 
 
-@inner
+@kernel
 def _side(z, p, q, v):
     """On which side of the line from p to q the vertex v lies: 1, -1, or 0 where rounding decides."""
     ahead, to = z[q] - z[p], z[v] - z[p]

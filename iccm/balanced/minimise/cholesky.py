@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Index
-from ...jit import NUMPY, inner, kept
+from ...jit import NUMPY, kept, kernel
 from .fronts import Fronts, fronts_of
 from .ordering import minimum_degree
 
@@ -70,7 +70,7 @@ def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
     return BlockPattern(position, starts, keys % count, corners, slots, diagonal, ahead, fronts)
 
 
-@inner
+@kernel
 def _assemble(system, matrix, front, factor, place, panel, tall, update):
     """Adds a front's part of the matrix to its columns, and fills in where its rows are."""
     fronts = system.fronts
@@ -91,7 +91,7 @@ def _assemble(system, matrix, front, factor, place, panel, tall, update):
             factor[slot + tall + 1] = matrix[p, 3]
 
 
-@inner
+@kernel
 def _take_up(fronts, child, factor, place, source, panel, tall, own, update):
     """Adds what a child has left to the columns and the rest of its parent's front."""
     beyond = fronts.beyond[fronts.beyond_starts[child] : fronts.beyond_starts[child + 1]]
@@ -109,7 +109,7 @@ def _take_up(fronts, child, factor, place, source, panel, tall, own, update):
                 factor[row + 1] += left[2 * q + 1]
 
 
-@inner
+@kernel
 def _rank_8(factor, at, tall, goal, size, columns, count):
     """Subtracts from the lower triangle of `columns` columns at `goal`, `size` apart, 8 others times themselves."""
     for _ in range(columns):
@@ -132,7 +132,7 @@ def _rank_8(factor, at, tall, goal, size, columns, count):
         count -= 1
 
 
-@inner
+@kernel
 def _rank_4(factor, at, tall, goal, size, columns, count):
     """Subtracts from the lower triangle of `columns` columns at `goal`, `size` apart, 4 others times themselves."""
     for _ in range(columns):
@@ -149,7 +149,7 @@ def _rank_4(factor, at, tall, goal, size, columns, count):
         count -= 1
 
 
-@inner
+@kernel
 def _rank_2(factor, at, tall, goal, size, columns, count):
     """Subtracts from the lower triangle of `columns` columns at `goal`, `size` apart, 2 others times themselves."""
     for _ in range(columns):
@@ -164,7 +164,7 @@ def _rank_2(factor, at, tall, goal, size, columns, count):
         count -= 1
 
 
-@inner
+@kernel
 def _eliminated(factor, panel, tall, own, update):
     """Eliminates the `own` columns of a front; False where they are not positive definite."""
     beyond = tall - own

@@ -16,7 +16,7 @@ Energies*, 2019).
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...jit import inner, kernel
+from ...jit import kernel
 from ..kernels import dot
 
 BOTH_AREAS = 0.5  # share of the image's area in the measure
@@ -42,7 +42,7 @@ def density(p, d, theta, q, share):
     return core * power(core, q - 1) * (1 - share + share * d)
 
 
-@inner
+@kernel
 def density_derivatives(p, d, theta, q, share):
     """W and its derivatives W_p, W_d, W_pp, W_pd, W_dd."""
     area, area1, area2 = 0.5 * (d + 1 / d), 0.5 * (1 - 1 / (d * d)), 1 / (d * d * d)
@@ -69,7 +69,7 @@ def density_derivatives(p, d, theta, q, share):
     )
 
 
-@inner
+@kernel
 def untangling_derivatives(p, d, epsilon):
     """A density that is finite for folded triangles, with the derivatives of `density_derivatives`.
 
@@ -113,7 +113,7 @@ def hat_gradients(corners, z, gradients, areas):
         areas[t] = abs(area)
 
 
-@inner
+@kernel
 def wirtinger(corners, gradients, u, t):
     """f_z and f_z̄ on triangle t."""
     a, b = 0j, 0j
@@ -140,7 +140,7 @@ def total(corners, gradients, weights, u, theta, q, share, epsilon):
     return energy
 
 
-@inner
+@kernel
 def least_determinant(corners, gradients, u):
     """The smallest determinant of all triangles."""
     least = np.inf

@@ -14,7 +14,7 @@ goals.
 
 import numpy as np
 
-from ...jit import inner, kernel
+from ...jit import kernel
 from ..kernels import cross, move
 from .cholesky import downhill, factorise
 from .energy import assemble, total
@@ -66,7 +66,7 @@ def largest_step(faces, u, step):
     return best
 
 
-@inner
+@kernel
 def regularise(system, matrix):
     """Adds a little to the diagonal."""
     mean = 0.0
@@ -78,7 +78,7 @@ def regularise(system, matrix):
         matrix[slot, 3] += little
 
 
-@inner
+@kernel
 def _gap_limit(border, tau, slide, most):
     """The largest share of the step, at most `most`, that keeps the outline's vertices well in order."""
     for v in range(tau.size):
@@ -99,7 +99,7 @@ def moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
             new_u[v] = point_at(rail_of(rails, v), new_tau[v])
 
 
-@inner
+@kernel
 def _remaining(kinds, goals, u, way):
     """Fills in the way (n,) of held vertices to their goals; whether there is any."""
     moving = False
@@ -110,7 +110,7 @@ def _remaining(kinds, goals, u, way):
     return moving
 
 
-@inner
+@kernel
 def add_product(system, matrix, way, gradient):
     """Adds the matrix times the way (n,) to the gradient (n,), both x + iy of each vertex."""
     n = system.position.size
@@ -133,7 +133,7 @@ def add_product(system, matrix, way, gradient):
                 )
 
 
-@inner
+@kernel
 def _restricted(kinds, directions, slope, gradient):
     """Rewrites the gradient of constrained vertices along their directions, 0 where they are held."""
     for v in range(directions.size):

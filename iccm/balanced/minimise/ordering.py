@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Index
-from ...jit import inner, kernel
+from ...jit import kernel
 
 LARGE = 3000  # vertices beyond which SuperLU's ordering pays: its factors are smaller by more than it takes to import
 ROOM = 16  # entries of the factor per vertex that are made room for at first
@@ -114,14 +114,14 @@ def _by_elements(faces: Index, count: int) -> Elimination:
         room *= 2
 
 
-@inner
+@kernel
 def _enter(v, ring, after, before):
     """Puts a vertex first into a ring."""
     first = after[ring]
     before[first], after[v], before[v], after[ring] = v, first, ring, v
 
 
-@inner
+@kernel
 def _leave(v, after, before):
     """Takes it out."""
     after[before[v]], before[after[v]] = after[v], before[v]

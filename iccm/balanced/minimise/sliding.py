@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...jit import inner, kernel
+from ...jit import kernel
 from ..kernels import dot, located
 
 HELD, SLIDING, FREE = 0, 1, 2  # kinds of constrained vertices
@@ -139,7 +139,7 @@ def way_to_corners(rail, s):
     return on or behind > -near or ahead < near, behind, ahead
 
 
-@inner
+@kernel
 def gap_ahead(border, tau, v):
     """Arclength from outline vertex v to the next one."""
     return tau[border.following[v]] - tau[v] + border.laps[v]
@@ -210,7 +210,7 @@ def choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
             directions[v], low[v], high[v] = backward, behind, 0.0
 
 
-@inner
+@kernel
 def restrict(system, kinds, directions, matrix):
     """Rewrites the blocks of constrained vertices: first unknown along the direction, the missing ones 1.
 
@@ -243,7 +243,7 @@ def restrict(system, kinds, directions, matrix):
             matrix[system.diagonal[v], 0] = 1.0
 
 
-@inner
+@kernel
 def stiffen(system, border, directions, curvature, matrix):
     """Adds the outline's second derivatives to a restricted matrix."""
     for v in range(directions.size):

@@ -6,7 +6,7 @@ close to it else); then folds are undone with the outline held, by Newton on an 
 
 import numpy as np
 
-from ...jit import inner, kernel
+from ...jit import kernel
 from ..kernels import dot, move
 from .cholesky import downhill, factorise
 from .energy import assemble, least_determinant, total
@@ -43,7 +43,7 @@ def _stiffness(system, gradients, areas, u, matrix, gradient):
             gradient[j] += weight * (u[j] - u[i])
 
 
-@inner
+@kernel
 def _epsilon(least, before, shrink):
     """How far below zero the smoothed determinant reaches."""
     if least > 0:

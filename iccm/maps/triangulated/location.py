@@ -10,7 +10,7 @@ import numpy as np
 
 from ...arrays import Complex, Real
 from ...buckets import BucketGrid
-from ...jit import inner, kernel
+from ...jit import kernel
 from ...parallel import over_slices
 from .adjacency import Index
 
@@ -86,7 +86,7 @@ def _locate(control, boxes, grid, z, rounding, patch, place):
                     break
 
 
-@inner
+@kernel
 def _bucket(x, size):
     """Number of a bucket; -1 for NaN."""
     n = np.floor(x / size)
@@ -118,7 +118,7 @@ def solve(c, z):
     return l1, l2, away
 
 
-@inner
+@kernel
 def _pulled_in(l1, l2):
     """Parameters with no barycentric coordinate below -BESIDE."""
     l0 = max(1 - l1 - l2, -BESIDE)
@@ -127,7 +127,7 @@ def _pulled_in(l1, l2):
     return l1 / total, l2 / total
 
 
-@inner
+@kernel
 def _step(c, u, v, r0, l1, l2):
     """The step of Newton's method from given parameters."""
     l0 = 1 - l1 - l2

@@ -64,7 +64,9 @@ def play(tmp_path, monkeypatch):
         (tmp_path / name).write_text(name)
 
     def run(script, policy=None, **options):
-        tasks = [Task.of(n, s, f"job {n}", Job(source=s, report=f"{s}.json")) for n, s in enumerate("abcde", 1)]
+        tasks = [
+            Task.of(n, s, f"job {n}", Job(source=s, report=f"{s}.json")) for n, s in enumerate("abcde", 1)
+        ]
         pool = Scripted(script, options.pop("size", 2))
         results = list(
             dispatch.execute(tasks, pool, Journal(tmp_path), policy or dispatch.Policy(), **options)

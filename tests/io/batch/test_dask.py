@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -19,8 +20,8 @@ def free_port():
 
 
 @pytest.fixture
-def scheduler(tmp_path):
-    """The address of a scheduler with two workers of one thread each, in processes of their own."""
+def cluster(tmp_path):
+    """The address of a scheduler with two workers of one thread each, in processes of their own, and these."""
     port = free_port()
     address = f"tcp://127.0.0.1:{port}"
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path}
@@ -30,18 +31,23 @@ def scheduler(tmp_path):
     processes = [subprocess.Popen(start, **quiet)]
     worker = [*dask[:2], "distributed.cli.dask_worker", address, *common, "--nthreads", "1", "--no-nanny"]
     processes += [subprocess.Popen(worker, **quiet) for _ in range(2)]
-    yield address
+    from distributed import Client
+
+    with Client(address, timeout="30s") as client:
+        client.wait_for_workers(2, timeout=30)
+    yield address, processes[1:]
     for process in processes:
         process.kill()
         process.wait(10)
 
 
+@pytest.fixture
+def scheduler(cluster):
+    return cluster[0]
+
+
 @pytest.mark.slow
 def test_the_same_batch_on_a_cluster(shapes, iccm, scheduler):
-    from distributed import Client
-
-    with Client(scheduler, timeout="30s") as client:
-        client.wait_for_workers(2, timeout=30)
     values = {"method": "paper", "vertices": 40, "size": 24, "output": "{source.stem}-{target.stem}.png"}
     rows = [
         {"defaults": values},
@@ -71,3 +77,23 @@ def test_no_scheduler_is_one_line(shapes, iccm, monkeypatch):
     began = time.monotonic()
     typed = iccm("batch", "jobs.jsonl", "--dask", f"tcp://127.0.0.1:{free_port()}")
     assert typed.code == 2 and "no scheduler answers" in typed.err and time.monotonic() - began < 60
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_a_lost_worker_loses_nothing(shapes, iccm, cluster):
+    values = {"method": "paper", "vertices": 40, "size": 24, "output": "{number}.png"}
+    rows = [{"defaults": values}, *({"source": "blob.svg", "target": "disk.svg"} for _ in range(12))]
+    (shapes / "jobs.jsonl").write_text("\n".join(map(json.dumps, rows)))
+    line = [sys.executable, "-c", "from iccm.cli import main; main()", "batch", "jobs.jsonl", "--root", "far"]
+    address, workers = cluster
+    batch = subprocess.Popen(
+        [*line, "--dask", address], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
+    said = [json.loads(batch.stdout.readline()) for _ in range(3)]
+    workers[0].send_signal(signal.SIGKILL)
+    said += map(json.loads, batch.stdout)
+    assert batch.wait(100) == 0 and sorted(row["job"] for row in said) == list(range(1, 13))
+    assert {row["status"] for row in said} == {"done"}
+    pictures = {path.read_bytes() for path in (shapes / "far").glob("*.png")}
+    assert len(list((shapes / "far").glob("*.png"))) == 12 and len(pictures) == 1
