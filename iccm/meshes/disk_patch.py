@@ -177,10 +177,6 @@ def taken_apart(shape: Triangles, vertex: Index, notes: list[str]) -> tuple[Tria
     """A vertex for every fan of triangles: edges with more than two faces and bow ties come apart."""
     crowded = shape.crowded_edges
     fan = shape.fans()
-    used = np.zeros(shape.count, bool)
-    used[shape.tail] = True
-    if used.all() and not crowded and fan.max() < shape.count:  # as many fans as vertices
-        return shape, vertex
     old = shape.tail[np.unique(fan, return_index=True)[1]]
     split = old.size - np.unique(old).size
     if crowded:

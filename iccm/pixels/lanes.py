@@ -12,6 +12,7 @@ from numba.extending import intrinsic, models, register_model
 LANES = 4
 STORED, FOUR = (ir.VectorType(kind, LANES) for kind in (ir.FloatType(), ir.DoubleType()))
 NUMBER = ir.IntType(32)
+within: Any = intrinsic  # kernels leave out the first argument, which types do not say
 
 
 class FourNumbers(types.Type):
@@ -27,7 +28,7 @@ class _Register(models.PrimitiveModel):
         super().__init__(manager, kind, FOUR)
 
 
-@intrinsic
+@within
 def nothing(typing):
     """Four zeros."""
 
@@ -37,7 +38,7 @@ def nothing(typing):
     return FourNumbers()(), build
 
 
-@intrinsic
+@within
 def plus(typing, total, weight, numbers, at):
     """The total plus weight times numbers[at : at + 4] of a float32 array (n,); whether they exist is not looked at."""
 
@@ -54,7 +55,7 @@ def plus(typing, total, weight, numbers, at):
     return FourNumbers()(FourNumbers(), types.float64, numbers, types.intp), build
 
 
-@intrinsic
+@within
 def lane(typing, four, number):
     """One of the four."""
 

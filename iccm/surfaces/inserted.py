@@ -31,9 +31,9 @@ def with_vertices(whole: Patch, points: Real) -> Mesh:
     own = np.repeat(refined.own[split], 3)
     weights = barycentric(mesh.points[faces[own]], space[refined.faces[split]].reshape(-1, 3))
     uv = np.einsum("pk,pkc->pc", weights, mesh.uv[mesh.uv_corners[whole.corner]][own])
-    known = (corners[split] >= 0).all(axis=1)
+    known = corners[split].min(axis=1, keepdims=True) >= 0
     numbers = len(mesh.uv) + np.arange(len(uv)).reshape(-1, 3)
-    corners[split] = np.where(known[:, None], numbers, -1)
+    corners[split] = np.where(known, numbers, -1)
     more |= {"uv": np.concatenate([mesh.uv, uv]), "uv_corners": corners.ravel()}
     return Mesh.triangles(mesh.name, space, refined.faces, **more)
 

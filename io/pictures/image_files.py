@@ -216,7 +216,7 @@ def _unknown(path: str | Path) -> InputError:
 
 @contextmanager
 def _opened(path: str | Path) -> Iterator[Any]:
-    file = oiio.ImageOutput.create(str(path))
+    file: Any = oiio.ImageOutput.create(str(path))
     if file is None:
         oiio.geterror()
         raise _unknown(path)

@@ -25,7 +25,7 @@ from ..pictures.image import Image
 from ..spec import Spec
 from . import report
 from .inputs import tiled
-from .job import shared
+from .job import STEM
 from .raster_size import bounded
 
 SCHEMA = "iccm.relayout/1"
@@ -91,10 +91,13 @@ def _pictures(given: dict[str, Sequence[str]], outputs: Sequence[str]) -> list[C
     if not all_of:
         cure = "name one with --texture, --normal or --data, or a .glb or .obj for all that materials show"
         raise InputError(f"{outputs[0]}: no texture; {cure}")
-    try:
-        names = shared(outputs, [path for path, _ in all_of])
-    except ValueError as error:
-        raise InputError(str(error)) from None
+    names = outputs
+    if len(outputs) == 1 and STEM in outputs[0]:
+        names = [outputs[0].replace(STEM, Path(path).stem) for path, _ in all_of]
+    if len(names) != len(all_of):
+        raise InputError(
+            f"{len(all_of)} textures and {len(outputs)} outputs: name one -o for each texture, or one with {STEM} in it"
+        )
     return [CarriedPicture(path, kind, name) for (path, kind), name in zip(all_of, names)]
 
 

@@ -29,13 +29,13 @@ def goal(name: str, found: float, most: float, unit: str = "") -> None:
 
 def listed(said: list[str]) -> Iterator[str]:
     """Every goal: the lines that were printed for it, or that there were none; then how many are met."""
-    lines = [line.rstrip("\n") for line in said]
+    lines, all_of_them = [line.rstrip("\n") for line in said], []
     for name in GOALS:
         own = [line for line in lines if _named(line, name)]
-        yield from own or [f"{MARK} ?       {name}: not measured in this run"]
-    yield from (line for line in lines if not any(_named(line, name) for name in GOALS))
-    met = sum(line.startswith(f"{MARK} met") for line in lines)
-    yield f"{met} of {len(lines)} met"
+        all_of_them += own or [f"{MARK} ?       {name}: not measured in this run"]
+    all_of_them += [line for line in lines if not any(_named(line, name) for name in GOALS)]
+    yield from all_of_them
+    yield f"{sum(line.startswith(f'{MARK} met') for line in all_of_them)} of {len(all_of_them)} met"
 
 
 def _named(line: str, name: str) -> bool:

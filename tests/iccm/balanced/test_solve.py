@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import iccm
-from iccm.balanced import NoMapError, Settings, last_mesh, solve, stages
+from iccm.balanced import NoMapError, Settings, last_mesh, solve, stages, starts
 from iccm.balanced.discrete import folds
 from iccm.balanced.failure import Stuck
 from iccm.balanced.holes import discs
@@ -206,6 +206,17 @@ def test_a_spiral_onto_a_star_by_way_of_a_disc():
     level = Level.of(problem, 0.06, *stages.COARSE_EXACTNESS, stages.STEEPEST)
     found = discs.through_disc(level, 1.0)
     assert len(found) >= 6 and not any(folds(state.faces, state.u) for state in found)
+
+
+def test_a_block_onto_a_spiral_starts_from_the_inverse():
+    """The harmonic map into a spiral folds beyond repair, that out of it does not."""
+    curves = (Curve((c.z - c.z.mean()) / np.sqrt(c.area)) for c in (SQUARE, spiral(3)))
+    level = Level.of(UnitProblem(*curves, 1.0, 0.0), 0.06, *stages.COARSE_EXACTNESS, stages.STEEPEST)
+    for match in starts.arclength_matches(level.source.curve, level.target.curve)[:2]:
+        with pytest.raises(Stuck):
+            level.mapped(match).unfolded()
+        state = level.started(match)
+        assert not folds(state.faces, state.u)
 
 
 def test_a_spiral_onto_a_square():
