@@ -10,11 +10,22 @@ from functools import cached_property, update_wrapper
 from pathlib import Path
 from typing import Any
 
+import numba
 from numba import njit
 
-from .pipeline import Pipeline
+KNOWN = (0, 68)
+"""The version of Numba whose insides `pipeline` knows; others compile in their own way, which takes longer."""
 
-COMMON: dict[str, Any] = {"nogil": True, "no_cfunc_wrapper": True, "pipeline_class": Pipeline}
+
+def _compiler() -> dict[str, Any]:
+    if numba.version_info[:2] != KNOWN:
+        return {}
+    from .pipeline import Pipeline
+
+    return {"pipeline_class": Pipeline}
+
+
+COMMON: dict[str, Any] = {"nogil": True, "no_cfunc_wrapper": True} | _compiler()
 # a division by zero gives inf, which line searches reject, instead of a branch at each one
 NUMPY: dict[str, Any] = {"error_model": "numpy"}
 

@@ -81,19 +81,25 @@ def sharper(result: Flattening) -> Patch:
 
 def at_vertices(faces: Index, values: Real) -> Real:
     """(n,) means of values (m,) over the triangles of each vertex."""
-    return np.bincount(faces.ravel(), np.repeat(values, 3)) / np.bincount(faces.ravel())
+    return _sums(faces, np.repeat(values, 3)) / np.bincount(faces.ravel())
+
+
+def _sums(faces: Index, values: Real) -> Real:
+    """(n,) sums of values (3m,) at corners."""
+    sums: Real = np.bincount(faces.ravel(), values).astype(float)
+    return sums
 
 
 def turns(patch: Patch) -> Real:
     """(n,) the sums of the angles about each vertex: 2π where the surface is flat, less at a tip."""
-    return np.bincount(patch.faces.ravel(), face_angles(patch.points[patch.faces]).ravel())
+    return _sums(patch.faces, face_angles(patch.points[patch.faces]).ravel())
 
 
 def _dilated(result: Flattening) -> Real:
     """(n,) the integral of the logarithm of the dilatation over the triangles around each vertex."""
     faces = result.patch.faces
     area = face_areas(result.patch.points[faces])
-    return np.bincount(faces.ravel(), np.repeat(area * np.log(np.minimum(result.dilatation, 1e3)), 3))
+    return _sums(faces, np.repeat(area * np.log(np.minimum(result.dilatation, 1e3)), 3))
 
 
 def _worthwhile(patch: Patch, sources: Index, dilated: Real, ends: Flags) -> list[int]:

@@ -84,7 +84,7 @@ class Flattening:
         area = np.abs(major * minor)
         log_area = np.log10(np.maximum(area * weight.sum() / (weight @ area), 1e-300))
         at = weighted_percentiles(self.dilatation, weight, (50, 95, 100))
-        area = weighted_percentiles(log_area, weight, (5, 50, 95))
+        spread = weighted_percentiles(log_area, weight, (5, 50, 95))
         return {
             "method": self.method,
             "vertices": len(self.flat),
@@ -95,7 +95,7 @@ class Flattening:
             "seam_length": self.patch.seam_length,
             "turned": int(self.turned.size),
             "dilatation": dict(zip(("median", "p95", "max"), at)),
-            "log10_area": dict(zip(("p05", "median", "p95"), area)),
+            "log10_area": dict(zip(("p05", "median", "p95"), spread)),
             "notes": [*self.patch.notes, *self.notes],
         }
 
