@@ -87,7 +87,10 @@ class RefinedSurface:
         return self._with(np.asarray(hit.any(axis=1)), parts, own, parents, weights)
 
     def without_chords(self, still: Flags) -> "RefinedSurface":
-        """With a vertex in the middle of every inner edge that joins two vertices marked in `still` (n,)."""
+        """With a vertex in the middle of every inner edge that joins two vertices marked in `still` (n,), so that no
+        triangle has two edges on the boundary; in the middle of the triangle where there is only one."""
+        if len(self.faces) == 1:
+            return self.with_point(0, np.full(3, 1 / 3))[0]
         shape = Triangles(self.faces, self.count)
         chords = np.flatnonzero(
             (shape.twin > np.arange(shape.twin.size)) & still[shape.tail] & still[shape.head]
