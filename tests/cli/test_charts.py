@@ -133,6 +133,7 @@ def test_without_names_parts_go_by_place(sheets, iccm):
     assert at(pixels("b.png"), 0.65, 0.65)[0] == pytest.approx(255 * 0.75, abs=6)
 
 
+@pytest.mark.slow
 def test_all_charts_of_a_mesh_onto_those_of_another(sheets, iccm):
     """Three tiles onto one picture, each chart onto its partner in space; and onto itself nothing changes."""
     image_files.write("skin.1001.png", ramp(0, 0.5))

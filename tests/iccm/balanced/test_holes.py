@@ -262,6 +262,7 @@ def test_shapes_whose_outlines_give_no_start_go_by_way_of_a_circle_domain():
         )
 
 
+@pytest.mark.slow
 def test_a_spiral_with_two_holes_goes_onto_a_square_with_two():
     spiral, face = crooked(), domain(box(), 0.2 * STEPS - 0.5, 0.2 * STEPS + 0.5)
     check(solved(spiral, face), spiral, face)

@@ -82,6 +82,7 @@ def test_names_of_textures_and_of_sides_fit_together(material, iccm):
     assert grey.code == 2 and "data.tif" in grey.err and not (material / "of-texture.png").exists()
 
 
+@pytest.mark.slow
 def test_a_batch_takes_sets_and_tiles(material, iccm):
     for number in (1001, 1002, 1011):
         image_files.write(f"skin.{number}.png", ramp(size=32))
