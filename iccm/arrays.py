@@ -36,6 +36,13 @@ def xy_of(z: Complex) -> Real:
     return np.stack([z.real, z.imag], axis=-1)
 
 
+def at_vertices(values: Real, faces: Index, count: int) -> Real:
+    """(n,) means of the values (m,) of the triangles (m, 3) around each of `count` vertices."""
+    corners = faces.ravel()
+    means: Real = np.bincount(corners, np.repeat(values, 3), count) / np.bincount(corners, minlength=count)
+    return means
+
+
 def distinct_rows(rows: NDArray) -> tuple[Index, Index]:
     """Where each of the different rows of (n, k) comes first, in ascending order of rows, and (n,) which each row is.
 

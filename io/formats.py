@@ -8,6 +8,8 @@ from pathlib import Path
 
 from ..errors import InputError
 
+BEGINNINGS = {b"\x89PNG\r\n\x1a\n": ".png", b"\xff\xd8\xff": ".jpg"}  # of files
+
 
 @dataclass(frozen=True)
 class PictureFormat:
@@ -119,3 +121,10 @@ def check(name: str | PathLike, what: str, option: str) -> None:
     """
     if not getattr(of(name), what):
         raise InputError(f"{name}: unknown suffix for {option}; use one of {' '.join(holding(what))}")
+
+
+def suffix_of_content(content: bytes) -> str:
+    """The suffix of a picture's file by its first bytes: ".png", ".jpg", ".webp", or "" for others."""
+    if content[8:12] == b"WEBP":
+        return ".webp"
+    return next((suffix for begin, suffix in BEGINNINGS.items() if content.startswith(begin)), "")

@@ -1,11 +1,26 @@
 """Triangulations to test with, and maps made of them."""
 
 import numpy as np
-from scipy.spatial import Delaunay
+from scipy.spatial import ConvexHull, Delaunay
 
 from iccm.curve import Curve
 from iccm.maps.triangulated.map import TriangulatedMap
 from tests.shapes import refined
+
+
+def spiral_points(n):
+    """(n, 3) points of the unit sphere, evenly spread."""
+    k = np.arange(n) + 0.5
+    high, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
+    return np.column_stack([np.cos(turn) * (1 - high**2) ** 0.5, np.sin(turn) * (1 - high**2) ** 0.5, high])
+
+
+def hull(points):
+    """(m, 3) triangles of the convex hull of points around the origin, counter-clockwise from outside."""
+    faces = ConvexHull(points).simplices
+    a, b, c = points[faces.T]
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) < 0
+    return np.where(inward[:, None], faces[:, ::-1], faces)
 
 
 def lattice(n):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Complex, Index
+from ..arrays import Complex, Index, at_vertices
 from ..errors import InputError
 from ..meshes import tutte
 from ..meshes.cut import extended
@@ -193,6 +193,8 @@ def _spread(result: Flattening) -> float:
 
 def _most_shrunk(result: Flattening) -> int:
     """The inner vertex around which the plane shows the surface smallest."""
-    mean = seams.at_vertices(result.patch.faces, np.log(np.maximum(np.abs(result.stretch[0]), 1e-300)))
+    mean = at_vertices(
+        np.log(np.maximum(np.abs(result.stretch[0]), 1e-300)), result.patch.faces, len(result.flat)
+    )
     mean[np.concatenate(result.patch.loops)] = np.inf
     return int(np.argmin(mean))

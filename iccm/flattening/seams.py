@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Flags, Index, Real
+from ..arrays import Flags, Index, Real, at_vertices
 from ..meshes.cut import cut_along
 from ..meshes.flatten import Flattening
 from ..meshes.mesh import face_angles, face_areas
@@ -52,7 +52,8 @@ def longer(result: Flattening, joins: bool) -> Patch:
     patch = result.patch
     sources = result.loop if joins else np.unique(np.concatenate(patch.loops))
     ways = Ways.of(patch, sources, joins)
-    score = at_vertices(patch.faces, np.log(result.strain)) * np.where(np.isfinite(ways.reach), ways.reach, 0)
+    strain = at_vertices(np.log(result.strain), patch.faces, len(patch.points))
+    score = strain * np.where(np.isfinite(ways.reach), ways.reach, 0)
     return cut_along(patch, [walk(ways.before, int(np.argmax(score)))])
 
 
@@ -77,11 +78,6 @@ def sharper(result: Flattening) -> Patch:
         dilated[way] = 0
         found.append(way)
     return cut_along(patch, found)
-
-
-def at_vertices(faces: Index, values: Real) -> Real:
-    """(n,) means of values (m,) over the triangles of each vertex."""
-    return _sums(faces, np.repeat(values, 3)) / np.bincount(faces.ravel())
 
 
 def _sums(faces: Index, values: Real) -> Real:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Complex, Flags, Index, Real
+from ..arrays import Complex, Flags, Index, Real, xy_of
 from ..balanced.discrete import DiscreteMap
 from ..balanced.frames import UnitFrame
 from ..balanced.metric import rest_geometry
@@ -24,10 +24,12 @@ from ..balanced.minimise.newton import (
     LONGEST,
     REGULAR,
     SHARE_OF_FLIP,
-    SHARE_OF_GAP,
     SHORTEST_STEP,
+    gap_limit,
     largest_step,
     moved,
+    regularise,
+    restrict_gradient,
 )
 from ..balanced.minimise.sliding import (
     HELD,
@@ -37,6 +39,8 @@ from ..balanced.minimise.sliding import (
     border_derivatives,
     border_energy,
     choose_directions,
+    restrict,
+    stiffen,
 )
 from ..flattening.scaffold import filling
 from ..meshes.flatten import Flattening
@@ -89,7 +93,7 @@ class Ground:
         slopes = self._slopes[triangle]
         beside = u - np.einsum("pk,pk->p", weights, self._flat[triangle])
         points = np.einsum("pk,pkc->pc", weights, self._corners[triangle])
-        points += np.einsum("pci,pi->pc", slopes, _parts(beside))
+        points += np.einsum("pci,pi->pc", slopes, xy_of(beside))
         return Landing(points, slopes)
 
 
@@ -209,17 +213,13 @@ def _assembled(
     m = len(laid)
     blocks, slopes = np.empty((6 * m, 4)), np.empty(3 * m, np.complex128)
     assemble(soup, gradients, areas, laid.ravel(), thetas, q, BOTH_AREAS, 0.0, blocks, slopes)
-    return _parts(slopes).reshape(m, 3, 2), blocks.reshape(m, 6, 2, 2)
+    return xy_of(slopes).reshape(m, 3, 2), blocks.reshape(m, 6, 2, 2)
 
 
 def turned(blocks: Real, turns: Real) -> Real:
     """Blocks (m, 6, 2, 2) of triangles' corners in other coordinates, which turns (m, 3, 2, 2) take to these."""
     found = [turns[:, i].transpose(0, 2, 1) @ blocks[:, k] @ turns[:, j] for k, (i, j) in enumerate(PAIRS)]
     return np.stack(found, axis=1)
-
-
-def _parts(z: Complex) -> Real:
-    return np.stack([z.real, z.imag], axis=-1)
 
 
 class _State(NamedTuple):
@@ -283,12 +283,11 @@ def _stepped(
     slopes, blocks = between.derivatives(u)
     gradient = _gradient(map.system, slopes)
     slide = _slide(rails, border, kinds, tau, gradient)
-    step, decrease = _newton(map.system, border, blocks, gradient, slide, damping)
+    step, decrease = _newton(map.system, border, kinds, blocks, gradient, slide, damping)
     way = _limited(step[: tau.size].real, slide)
     step[: tau.size] = way * slide.directions
     share = min(
-        1 / (1 + max(decrease / energy, -LONGEST)),
-        _gap_limit(border, tau, way),
+        gap_limit(border, tau, way, 1 / (1 + max(decrease / energy, -LONGEST))),
         SHARE_OF_FLIP * largest_step(map.faces, u, step),
     )
     while share > SHORTEST_STEP:
@@ -318,20 +317,23 @@ def _slide(rails: Rails, border: Border, kinds: Index, tau: Real, gradient: Comp
 
 
 def _newton(
-    system: BlockPattern, border: Border, blocks: Real, gradient: Complex, slide: _Slide, damping: float
+    system: BlockPattern,
+    border: Border,
+    kinds: Index,
+    blocks: Real,
+    gradient: Complex,
+    slide: _Slide,
+    damping: float,
 ) -> tuple[Complex, float]:
     """Newton's step, of the boundary's vertices by the way along their directions, and the decrease it promises."""
-    n, c, directions = gradient.size, slide.directions.size, slide.directions
-    ways = np.tile(np.eye(2), (n, 1, 1))
-    ways[:c, :, 0], ways[:c, :, 1] = _parts(directions), 0
-    matrix = _matrix(system, turned(blocks, ways[system.corners]))
-    _stiffen(system, border, slide, matrix)
-    _regularise(system, matrix, REGULAR + damping)
-    gradient = gradient.copy()
-    gradient[:c] = (gradient[:c] * directions.conj()).real + np.where(directions != 0, slide.slope, 0)
+    matrix, gradient = _matrix(system, blocks), gradient.copy()
+    restrict(system, kinds, slide.directions, matrix)
+    stiffen(system, border, slide.directions, slide.curvature, matrix)
+    regularise(system, matrix, REGULAR + damping)
+    restrict_gradient(kinds, slide.directions, slide.slope, gradient)
     factor = np.empty(system.fronts.room)
     if not factorise(system, matrix, factor):
-        return np.zeros(n, np.complex128), 0.0
+        return np.zeros_like(gradient), 0.0
     step = downhill(system, factor, gradient)
     return step, float((gradient.conj() * step).real.sum())
 
@@ -343,33 +345,7 @@ def _limited(way: Real, slide: _Slide) -> Real:
     return np.where(slide.directions == 0, 0, way)
 
 
-def _gap_limit(border: Border, tau: Real, way: Real) -> float:
-    """The largest share of a step that keeps the boundary's vertices in order."""
-    closing, gap = way - way[border.following], tau[border.following] - tau + border.laps
-    at = closing > 0
-    return float((SHARE_OF_GAP * gap[at] / closing[at]).min(initial=np.inf))
-
-
 def _matrix(system: BlockPattern, blocks: Real) -> Real:
     """(e, 4) the Hessian from blocks of triangles."""
     slots, flat = system.slots.ravel(), blocks.reshape(-1, 4)
     return np.column_stack([np.bincount(slots, flat[:, k], system.columns.size) for k in range(4)])
-
-
-def _stiffen(system: BlockPattern, border: Border, slide: _Slide, matrix: Real) -> None:
-    """Adds the boundary's own second derivatives, and ones where there is no unknown."""
-    free, after, curvature = slide.directions != 0, border.following, slide.curvature
-    own = system.diagonal[: free.size]
-    np.add.at(matrix[:, 0], own[free], curvature[free])
-    np.add.at(matrix[:, 0], own[after][free[after]], curvature[free[after]])
-    both = free & free[after]
-    np.add.at(matrix[:, 0], system.ahead[both], -curvature[both])
-    matrix[own, 3] += 1
-    matrix[own[~free], 0] += 1
-
-
-def _regularise(system: BlockPattern, matrix: Real, share: float) -> None:
-    """Adds a share of the mean diagonal to it."""
-    little = share * 0.5 * (matrix[system.diagonal, 0] + matrix[system.diagonal, 3]).mean() + 1e-12
-    matrix[system.diagonal, 0] += little
-    matrix[system.diagonal, 3] += little

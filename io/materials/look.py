@@ -11,11 +11,9 @@ import numpy as np
 from ...arrays import Flags, Index, Real
 from ...errors import InputError
 from ...meshes.charted import Charted
-from .. import files
+from .. import files, formats
 from ..pictures import image_files
 from ..pictures.image import Image
-
-PNG, WEBP = b"\x89PNG\r\n\x1a\n", b"WEBP"
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +43,7 @@ class CoatMap:
         if isinstance(self.picture, Path):
             return image_files.read(self.picture, max_pixels=max_pixels)
         with files.scratch() as folder:
-            path = folder / f"a{_suffix(self.picture)}"
+            path = folder / f"a{formats.suffix_of_content(self.picture) or '.jpg'}"
             path.write_bytes(self.picture)
             try:
                 return image_files.read(path, max_pixels=max_pixels)
@@ -132,7 +130,3 @@ def check_pictures(look: Look, name: str) -> None:
 def known(names: Iterable[str]) -> str:
     """Names for messages, each once."""
     return ", ".join(dict.fromkeys(names))
-
-
-def _suffix(content: bytes) -> str:
-    return ".png" if content.startswith(PNG) else ".webp" if content[8:12] == WEBP else ".jpg"

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Flags, Index, Real
 from ...meshes.charted import Charted
+from .. import formats
 from . import gltf_materials
 from .gltf import TRIANGLES, Gltf, Primitive, glb
 from .gltf_materials import set_of
@@ -23,7 +24,6 @@ COORDINATES = {"componentType": 5126, "type": "VEC2"}
 POINTS = {"componentType": 5126, "type": "VEC3"}
 TANGENTS = {"componentType": 5126, "type": "VEC4"}
 PLACED = ("values", "arrayOffsets", "stringOffsets")  # keys of EXT_structural_metadata that name views
-JPEG = b"\xff\xd8\xff"  # how such a file begins
 
 
 class Draft:
@@ -352,9 +352,7 @@ def _notes(staying: list[str], kept: int | None) -> list[str]:
 
 
 def _type_of(content: bytes) -> str:
-    if content[8:12] == b"WEBP":
-        return "image/webp"
-    return "image/jpeg" if content.startswith(JPEG) else "image/png"
+    return {".webp": "image/webp", ".jpg": "image/jpeg"}.get(formats.suffix_of_content(content), "image/png")
 
 
 def _named(tree: Any, *keys: str) -> Iterator[int]:

@@ -38,7 +38,6 @@ from .ply import Ply
 
 MAX_BYTES = 4 << 30
 VIEW = re.compile(r"(?:piece[ -]?(?P<piece>\d{1,9})|uv(?:[ -]?(?P<chart>\d{1,9}))?)")
-PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"  # how such files begin
 
 
 @dataclass(frozen=True, eq=False)
@@ -391,7 +390,7 @@ def _embeddable(texture: Path | bytes) -> bytes:
     from PIL import Image, UnidentifiedImageError
 
     content = texture if isinstance(texture, bytes) else files.open_input(texture).read_bytes()
-    if content.startswith((PNG, JPEG)):
+    if formats.suffix_of_content(content) in (".png", ".jpg"):
         return content
     try:
         made = BytesIO()

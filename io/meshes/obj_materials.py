@@ -6,12 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from ...arrays import Flags, Index, Real
-from .. import files
+from .. import files, formats
 from . import material_library, obj_write
 from .obj import Obj
 
 NEW = "iccm"  # a material of ours
-JPEG = b"\xff\xd8\xff"  # how such files begin
 Pictures = Mapping[str, Mapping[str, bytes]]
 """Picture files by material and slot: its name and MTL's statements in lower case, or its number and glTF's slots."""
 
@@ -75,7 +74,7 @@ def written_beside(name: Path, texture: Path | bytes | None) -> list[str]:
     library = str(name.with_suffix(".mtl"))
     if isinstance(texture, Path):
         return [library]
-    suffix = ".jpg" if texture.startswith(JPEG) else ".png"
+    suffix = ".jpg" if formats.suffix_of_content(texture) == ".jpg" else ".png"
     return [library, str(name.with_name(f"{name.stem}-texture{suffix}"))]
 
 

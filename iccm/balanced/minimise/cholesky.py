@@ -71,7 +71,7 @@ def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
 
 
 @kernel
-def _assemble(system, matrix, front, factor, place, panel, tall, update):
+def _assemble(system, matrix, front, factor, place, panel, tall):
     """Adds a front's part of the matrix to its columns, and fills in where its rows are."""
     fronts = system.fronts
     first, end = fronts.starts[front], fronts.starts[front + 1]
@@ -220,7 +220,7 @@ def factorise(system, matrix, factor):
         update = sources[top]
         factor[panel : panel + own * tall] = 0.0
         factor[update : update + beyond * beyond] = 0.0
-        _assemble(system, matrix, front, factor, place, panel, tall, update)
+        _assemble(system, matrix, front, factor, place, panel, tall)
         while top > 0 and fronts.parents[waiting[top - 1]] == front:
             top -= 1
             _take_up(fronts, waiting[top], factor, place, sources[top], panel, tall, own, update)

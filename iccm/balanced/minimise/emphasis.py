@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Complex, Index, Real
+from ...arrays import Complex, Index, Real, at_vertices
 from ..meshing.transfer import interpolate
-from .energy import geometry
+from .measures import stretches
 
 MOST_SHEARED, MOST_SCALED = 5.0, 2.0  # the bounds: of K = s1 / s2, and of the scale and its inverse
 NEAR = 0.2  # width of the bumps, of logarithms: .15 and .3 did for fewer of 67 pairs
@@ -54,21 +54,20 @@ class BalanceField(NamedTuple):
 
     def carried(self, z: Complex, faces: Index, new: Complex, new_faces: Index) -> "BalanceField":
         """From triangles of one mesh to those of another of the same shape."""
-        logarithms = np.log(self.weights) + 1j * np.log(self.thetas)
-        found = interpolate(z, faces, at_vertices(logarithms, faces, z.size), new)[new_faces].mean(axis=1)
-        most = np.abs(logarithms.imag).max()  # beyond an outline they are extended linearly
-        weights = np.clip(found.real, 0, np.log(self.weights.max()))
-        return BalanceField(np.exp(np.clip(found.imag, -most, most)), np.exp(weights))
+        weights, thetas = np.log(self.weights), np.log(self.thetas)
+        means = at_vertices(weights, faces, z.size) + 1j * at_vertices(thetas, faces, z.size)
+        found = interpolate(z, faces, means, new)[new_faces].mean(axis=1)
+        most = np.abs(thetas).max()  # beyond an outline they are extended linearly
+        carried = np.clip(found.real, 0, weights.max())
+        return BalanceField(np.exp(np.clip(found.imag, -most, most)), np.exp(carried))
 
 
 def emphasised(z: Complex, u: Complex, faces: Index) -> BalanceField:
     """The field for a map z -> u (n,) on triangles (m, 3) without folds, both areas taken as one; θ is 1 away from the
     bounds."""
-    gradients, _ = geometry(z, faces)
-    values = u[faces]
-    a, b = np.abs((gradients * values).sum(1)), np.abs((gradients.conj() * values).sum(1))
-    sheared = bump(np.log((a + b) / np.maximum(a - b, 1e-300) / MOST_SHEARED))
-    scaled = bump(np.abs(0.5 * np.log(np.maximum(a * a - b * b, 1e-300))) - np.log(MOST_SCALED))
+    dilatations, _, determinants = stretches(z, u, faces)
+    sheared = bump(np.log(dilatations / MOST_SHEARED))
+    scaled = bump(np.abs(0.5 * np.log(np.maximum(determinants, 1e-300))) - np.log(MOST_SCALED))
     leaning = np.exp(smoothed(scaled - sheared, faces, z.size))
     return BalanceField(leaning, 1 + WEIGHT * smoothed(sheared, faces, z.size))
 
@@ -81,13 +80,5 @@ def bump(x: Real) -> Real:
 def smoothed(values: Real, faces: Index, count: int) -> Real:
     """Values of triangles (m,), averaged over those around the corners."""
     for _ in range(SMOOTHINGS):
-        values = at_vertices(values, faces, count)[faces].mean(axis=1).real
+        values = at_vertices(values, faces, count)[faces].mean(axis=1)
     return values
-
-
-def at_vertices(values: Real | Complex, faces: Index, count: int) -> Complex:
-    """(n,) means of the values (m,) of the triangles around each vertex."""
-    corners, found = faces.ravel(), np.empty(count, np.complex128)
-    for part, of in ((found.real, np.real(values)), (found.imag, np.imag(values))):
-        part[:] = np.bincount(corners, np.repeat(of, 3), count)
-    return found / np.bincount(corners, minlength=count)

@@ -67,19 +67,19 @@ def largest_step(faces, u, step):
 
 
 @kernel
-def regularise(system, matrix):
-    """Adds a little to the diagonal."""
+def regularise(system, matrix, share):
+    """Adds a share of the mean diagonal to it."""
     mean = 0.0
     for slot in system.diagonal:
         mean += 0.5 * (matrix[slot, 0] + matrix[slot, 3])
-    little = REGULAR * mean / system.diagonal.size + 1e-12
+    little = share * mean / system.diagonal.size + 1e-12
     for slot in system.diagonal:
         matrix[slot, 0] += little
         matrix[slot, 3] += little
 
 
 @kernel
-def _gap_limit(border, tau, slide, most):
+def gap_limit(border, tau, slide, most):
     """The largest share of the step, at most `most`, that keeps the outline's vertices well in order."""
     for v in range(tau.size):
         closing = slide[v] - slide[border.following[v]]
@@ -134,7 +134,7 @@ def add_product(system, matrix, way, gradient):
 
 
 @kernel
-def _restricted(kinds, directions, slope, gradient):
+def restrict_gradient(kinds, directions, slope, gradient):
     """Rewrites the gradient of constrained vertices along their directions, 0 where they are held."""
     for v in range(directions.size):
         if kinds[v] == FREE:
@@ -187,8 +187,8 @@ def descend(
             add_product(system, matrix, way, gradient)
         restrict(system, kinds, directions, matrix)
         stiffen(system, border, directions, curvature, matrix)
-        regularise(system, matrix)
-        _restricted(kinds, directions, slope, gradient)
+        regularise(system, matrix, REGULAR)
+        restrict_gradient(kinds, directions, slope, gradient)
         if not factorise(system, matrix, factor):
             return energy, done
         step = downhill(system, factor, gradient)
@@ -207,7 +207,7 @@ def descend(
             step[v] = slide[v] * directions[v] + way[v]
         t = 1.0 if moving else 1 / (1 + max(decrease / energy, -LONGEST))  # decrease < 0: Newton's for log E
         t = min(
-            _gap_limit(border, tau, slide, t),
+            gap_limit(border, tau, slide, t),
             (SHARE_WHILE_MOVING if moving else SHARE_OF_FLIP) * largest_step(faces, u, step),
         )
         gained, accepted = 0.0, False

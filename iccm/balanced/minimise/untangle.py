@@ -10,7 +10,7 @@ from ...jit import kernel
 from ..kernels import dot, move
 from .cholesky import downhill, factorise
 from .energy import assemble, least_determinant, total
-from .newton import ARMIJO, SHORTEST_STEP, regularise
+from .newton import ARMIJO, REGULAR, SHORTEST_STEP, regularise
 from .sliding import restrict
 
 LEAST_WEIGHT = 0.08  # of an edge: cotangents of obtuse angles are negative and would fold
@@ -100,7 +100,7 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
         for v in range(border):
             gradient[v] = 0j
         restrict(system, kinds, still, matrix)
-        regularise(system, matrix)
+        regularise(system, matrix, REGULAR)
         if not factorise(system, matrix, factor):
             break
         step = downhill(system, factor, gradient)

@@ -15,6 +15,7 @@ from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import Flattening, overlap
 from iccm.meshes.mesh import Mesh, face_areas
 from iccm.meshes.topology import walk
+from tests.triangulations import hull
 
 
 def grid(n, m, place):
@@ -40,12 +41,7 @@ def sphere(n=24, m=16):
     points = np.stack([np.cos(u) * np.sin(v), np.cos(v), np.sin(u) * np.sin(v)], axis=-1).reshape(-1, 3)
     points = np.vstack([points, [0, 1, 0], [0, -1, 0]])
     points *= 1 + 0.02 * np.random.default_rng(3).standard_normal((len(points), 1))
-    from scipy.spatial import ConvexHull
-
-    faces = ConvexHull(points / np.linalg.norm(points, axis=1, keepdims=True)).simplices
-    a, b, c = points[faces.T]
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) < 0
-    return Mesh.triangles("sphere", points, np.where(inward[:, None], faces[:, ::-1], faces))
+    return Mesh.triangles("sphere", points, hull(points / np.linalg.norm(points, axis=1, keepdims=True)))
 
 
 def winding(turns, n=90, m=9):
@@ -126,14 +122,9 @@ def box(n=3):
     """A closed cube of side 2, each face n × n squares: all that keeps it from the plane are its eight corners."""
     x = np.linspace(-1, 1, n + 1)
     grids = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1).reshape(-1, 3)
-    from scipy.spatial import ConvexHull
-
     points = grids[np.abs(grids).max(axis=1) == 1]
     # on a sphere for the hull alone, so that it has every point as a vertex
-    faces = ConvexHull(points / np.linalg.norm(points, axis=1, keepdims=True)).simplices
-    a, b, c = points[faces.T]
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) < 0
-    return Mesh.triangles("box", points, np.where(inward[:, None], faces[:, ::-1], faces))
+    return Mesh.triangles("box", points, hull(points / np.linalg.norm(points, axis=1, keepdims=True)))
 
 
 @pytest.mark.parametrize("method", ["conformal", "balanced"])

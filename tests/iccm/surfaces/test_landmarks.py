@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.spatial import ConvexHull, Delaunay
+from scipy.spatial import Delaunay
 
 import iccm
 from iccm.arrays import xy_of
@@ -15,6 +15,7 @@ from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh, face_areas
 from iccm.surfaces import alike, descent, seams, unfolding
 from iccm.surfaces.inserted import with_vertices
+from tests.triangulations import hull, spiral_points
 
 HORNS = np.array([0.45, -0.25 + 0.4j, -0.3 - 0.35j])
 
@@ -35,16 +36,10 @@ def horned(n, seed):
 
 def capsule(n, long=3.0):
     """A closed, rounded cylinder along z."""
-    k = np.arange(n) + 0.5
-    high, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
-    unit = np.column_stack([np.cos(turn) * (1 - high**2) ** 0.5, np.sin(turn) * (1 - high**2) ** 0.5, high])
-    faces = ConvexHull(unit).simplices
-    a, b, c = unit[faces.T]
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a) < 0
+    unit = spiral_points(n)
+    high = unit[:, 2]
     width = np.minimum(1, 2.2 * np.sqrt(1 - np.abs(high)) / np.sqrt(1 - high**2).clip(1e-9))[:, None]
-    return Mesh.triangles(
-        "capsule", unit * (1, 1, long) * width ** (1, 1, 0), np.where(inward[:, None], faces[:, ::-1], faces)
-    )
+    return Mesh.triangles("capsule", unit * (1, 1, long) * width ** (1, 1, 0), hull(unit))
 
 
 def away(fit, here, there):

@@ -12,6 +12,7 @@ from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
 from iccm.io.shapes import constraints, mesh_shape
 from iccm.meshes.layout import turned_over
+from tests.triangulations import hull, spiral_points
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="{}">'
 CURVES = "M50 30C60 5 100 10 95 45C90 70 50 95 50 95C50 95 10 70 5 45C0 10 40 5 50 30Z"
@@ -36,15 +37,8 @@ def sheet(n=12):
 
 def ball(n):
     """A closed ellipsoid with three different axes; finer or coarser."""
-    from scipy.spatial import ConvexHull
-
-    k = np.arange(n) + 0.5
-    high, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
-    unit = np.column_stack([np.cos(turn) * (1 - high**2) ** 0.5, np.sin(turn) * (1 - high**2) ** 0.5, high])
-    faces = ConvexHull(unit).simplices
-    a, b, c = unit[faces.T]
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a) < 0
-    return unit * (1.0, 0.8, 1.4), np.where(inward[:, None], faces[:, ::-1], faces)
+    unit = spiral_points(n)
+    return unit * (1.0, 0.8, 1.4), hull(unit)
 
 
 def command(*words):
