@@ -16,6 +16,14 @@ from ...pixels.pyramid import strip_rows
 from ...pixels.texture import Texture
 from ..formats import PictureFormat
 
+USUAL = {  # what files call the two spaces that are worked in: a look at OpenColorIO's own names takes 30 ms
+    "sRGB": "sRGB",
+    "srgb_rec709_scene": "sRGB",
+    "lin_rec709": "lin_rec709",
+    "lin_rec709_scene": "lin_rec709",
+}
+TRANSFERS = {"sRGB": "srgb", "lin_rec709": "linear"}
+
 
 @dataclass(frozen=True, eq=False)
 class Image:
@@ -70,6 +78,8 @@ class Image:
 @cache
 def transfer_of(colorspace: str) -> str | None:
     """ "srgb" or "linear" for the spaces that the filters decode themselves, None for the others."""
+    if colorspace in USUAL:
+        return TRANSFERS[USUAL[colorspace]]
     config = oiio.ColorConfig()
     if config.equivalent(colorspace, "sRGB"):
         return "srgb"
@@ -77,6 +87,17 @@ def transfer_of(colorspace: str) -> str | None:
     if colorspace == "data" or resolved in ("Raw", "ACEScg", "ACES2065-1") or "Linear" in resolved:
         return "linear"
     return None
+
+
+@cache
+def usual_of(said: str) -> str | None:
+    """A colour space as a file calls it, by one of the usual names where it has one; None where nobody knows it."""
+    if said in USUAL:
+        return USUAL[said]
+    config = oiio.ColorConfig()
+    if config.resolve(said) not in config.getColorSpaceNames():
+        return None
+    return next((name for name in TRANSFERS if config.equivalent(said, name)), said)
 
 
 def prepared(image: Image, format: PictureFormat) -> Image:

@@ -18,7 +18,7 @@ from ...pixels.pyramid import strip_rows
 from .. import formats
 from ..files import as_text, open_input
 from ..silence import silenced
-from .image import Image, error_of, prepared, transfer_of
+from .image import Image, error_of, prepared, transfer_of, usual_of
 from .png import SIGNATURE, PngOutput
 
 __all__ = ["MAX_PIXELS", "Image", "check", "read", "transfer_of", "write", "write_bands"]
@@ -335,11 +335,7 @@ def _space(spec: oiio.ImageSpec, dtype: np.dtype) -> str:
     except UnicodeDecodeError:
         said = ""
     said = said if isinstance(said, str) and said.isprintable() else ""
-    config = oiio.ColorConfig()
-    if said and config.resolve(said) in config.getColorSpaceNames():
-        usual = [name for name in ("sRGB", "lin_rec709") if config.equivalent(said, name)]
-        return usual[0] if usual else said
-    return "lin_rec709" if dtype.kind == "f" else "sRGB"
+    return (said and usual_of(said)) or ("lin_rec709" if dtype.kind == "f" else "sRGB")
 
 
 def _metadata(spec: oiio.ImageSpec) -> tuple[dict[str, Any], bool]:
