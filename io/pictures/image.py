@@ -70,6 +70,8 @@ class Image:
 @cache
 def transfer_of(colorspace: str) -> str | None:
     """ "srgb" or "linear" for the spaces that the filters decode themselves, None for the others."""
+    if colorspace == "sRGB":
+        return "srgb"
     config = oiio.ColorConfig()
     if config.equivalent(colorspace, "sRGB"):
         return "srgb"

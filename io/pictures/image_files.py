@@ -1,5 +1,6 @@
 """Pictures in files: read as stored (straight alpha, own depth), written with colour space and metadata kept."""
 
+import os
 import tempfile
 import zlib
 from collections.abc import Iterable, Iterator
@@ -27,6 +28,10 @@ MAX_PIXELS = 1 << 29
 KEPT = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
 WIDE = {"uint", "int", "uint64", "int64"}  # integers that floats cannot hold
 STRAIGHT = {"bmp", "dds", "jpeg2000", "jpegxl"}
+SRGB = (
+    "sRGB",
+    "srgb_rec709_scene",
+)  # the names of it in OpenImageIO's own configuration, which is read slowly
 ENCODERS = {"jpeg:subsampling": "4:4:4"}
 # What describes the old file's storage rather than the picture.
 FORGOTTEN: tuple[str, ...] = (
@@ -335,6 +340,8 @@ def _space(spec: oiio.ImageSpec, dtype: np.dtype) -> str:
     except UnicodeDecodeError:
         said = ""
     said = said if isinstance(said, str) and said.isprintable() else ""
+    if said in SRGB and not os.environ.get("OCIO"):
+        return "sRGB"
     config = oiio.ColorConfig()
     if said and config.resolve(said) in config.getColorSpaceNames():
         usual = [name for name in ("sRGB", "lin_rec709") if config.equivalent(said, name)]

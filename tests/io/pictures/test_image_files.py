@@ -428,3 +428,10 @@ def test_that_colours_under_alpha_0_are_lost_is_told_where_they_are_kept_apart(c
     job = circles.model_copy(update={"texture": "straight.png", "output": ("o.webp",), **change})
     notes = [note for note in run(job).notes if "keeps no colours where alpha is 0" in note]
     assert len(notes) == told
+
+
+@pytest.mark.parametrize("name", image_files.SRGB)
+def test_the_names_of_srgb_are_those_of_the_libraries_own_configuration(name):
+    config = oiio.ColorConfig()
+    assert config.resolve(name) in config.getColorSpaceNames()
+    assert config.equivalent(name, "sRGB")
