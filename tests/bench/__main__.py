@@ -1,11 +1,16 @@
 """All measurements, one after the other: python -m tests.bench [--quick] [NAME ...]. Each runs alone too, with options.
 
-All of it takes about an hour on two quiet cores; --quick, a quarter of that, looks at fewer shapes and jobs. Ends with
-the goals of speed, met or not; the exit code tells only whether every bench came to its end.
+All of it takes about half an hour on two quiet cores; --quick, a third of that, looks at fewer shapes and jobs. What a
+bench prints is shown as it comes, and all of it ends with the goals of speed, met or not; the exit code tells only
+whether every bench came to its end.
 """
 
+import contextlib
+import os
+import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -64,19 +69,35 @@ def run(name: str, options: list[str]) -> tuple[str, list[str]]:
     """How a bench ended, in a process of its own: what one measures does not depend on what another has compiled or
     allocated; and the goals it spoke of."""
     line = [sys.executable, "-u", "-m", f"tests.bench.{name}", *options]
-    process = subprocess.Popen(line, cwd=HERE.parents[1], stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        line, cwd=HERE.parents[1], stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
     assert process.stdout is not None
-    goals, start = [], time.monotonic()
-    for said in process.stdout:
-        print(said, end="", flush=True)
-        if said.startswith(MARK):
-            goals.append(said)
-        if time.monotonic() - start > LONGEST:
-            process.kill()
-            process.wait()
-            return f"given up after {LONGEST} s", goals
-    code = process.wait()
+    goals, late = [], threading.Event()
+    watch = threading.Timer(LONGEST, lambda: (late.set(), stop(process)))
+    watch.start()
+    try:
+        for said in process.stdout:
+            print(said, end="", flush=True)
+            if said.startswith(MARK):
+                goals.append(said)
+        code = process.wait()
+    finally:
+        watch.cancel()
+        stop(process)
+    if late.is_set():
+        return f"given up after {LONGEST} s", goals
     return "done" if code == 0 else f"failed, exit code {code}", goals
+
+
+def stop(process: subprocess.Popen) -> None:
+    """End a bench and all that it has started."""
+    if hasattr(os, "killpg"):
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
+    process.wait()
 
 
 if __name__ == "__main__":
