@@ -14,6 +14,7 @@ from scipy.sparse import csr_matrix
 
 from . import progress
 from .arrays import Complex, Index, Real
+from .blas import on_one_thread
 
 LEAF = 96  # vertices that are not divided further (by hand)
 
@@ -35,6 +36,7 @@ class Front(NamedTuple):
     outer: Any
 
 
+@on_one_thread
 def solve(matrix: csr_matrix, points: Real, right: Complex) -> Complex:
     """(n,) the solution of a Hermitian positive definite system of which every unknown belongs to a point (n, 3).
 
