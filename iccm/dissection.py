@@ -14,6 +14,7 @@ from scipy.sparse import csr_matrix
 
 from . import progress
 from .arrays import Complex, Index, Real
+from .blas import on_one_thread
 
 LEAF = 96  # vertices that are not divided further (by hand)
 STRIP = 64  # columns that are added at once, so that they stay in the processor's memory (by hand)
@@ -51,6 +52,7 @@ class Front(NamedTuple):
     outer: Any
 
 
+@on_one_thread
 def solve(matrix: Hermitian, points: Real, right: Complex) -> Complex:
     """(n,) the solution of a Hermitian positive definite system of which every unknown belongs to a point (n, 3).
 

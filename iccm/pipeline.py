@@ -13,9 +13,11 @@ from typing import Any
 
 from numba import _dynfunc  # type: ignore[attr-defined]
 from numba.core import types
+from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
+from numba.core.runtime.nrt import rtsys
 from numba.core.typed_passes import NativeLowering
 from numba.core.typing import templates
 
@@ -24,6 +26,17 @@ OVERLOAD: Any = templates._OverloadFunctionTemplate
 GET_CALL_TYPE, BUILD_IMPL = FUNCTION.get_call_type, OVERLOAD._build_impl
 
 _signatures: dict[Any, Any] = {}
+
+
+class Kept(FunctionCache):
+    """Numba's cache of a kernel, without what only compiling needs: what Numba knows of all of Python and NumPy, the
+    import of which takes longer than that of all our kernels."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The code for a signature; None if it is not there."""
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
 
 class _Whole(JITCodeLibrary):
