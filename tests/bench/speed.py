@@ -62,6 +62,7 @@ def first() -> None:
 
 
 LISTED = "from iccm import cli; import sys; cli.run(sys.argv[1:]); print(*sys.modules)"
+WHOLE = ("iccm", "numba", "scipy", "cv2", "pydantic", "shapely", "OpenImageIO")
 AGAIN = "import importlib, sys\nfor name in sys.argv[1:]: importlib.import_module(name)"
 
 
@@ -75,7 +76,7 @@ def imports() -> None:
         line = [sys.executable, "-c", LISTED, *job]
         listed = subprocess.run(line, capture_output=True, text=True, check=True).stdout.split()
     again = [sys.executable, "-c", AGAIN]
-    own = [name for name in listed if name.split(".")[0] in ("iccm", "numba", "shapely", "OpenImageIO")]
+    own = [name for name in listed if name.split(".")[0] in WHOLE]
     rounds = [(took([*again, "numpy", "numba"])[1], took([*again, *own])[1]) for _ in range(7)]
     base, all_of_it = (min(times) for times in zip(*rounds))
     print(f"numpy and numba {base:.2f} CPU-s, iccm map {all_of_it:.2f}, {len(listed)} modules; {load()}")
