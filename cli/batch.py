@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import logging
 import os
@@ -61,6 +62,8 @@ def command(jobs: str, root: str | None, only_check: bool, **given: Any) -> int:
     """
     from ..io.batch import dispatch
     from ..io.batch.journal import Journal
+
+    gc.enable()  # it runs long
 
     folder = Path(root if root is not None else os.path.dirname(jobs) or ".")
     tasks = _tasks(jobs, folder, outside=given["outside"], force=given["force"])

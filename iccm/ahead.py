@@ -71,7 +71,7 @@ def _pixels() -> None:
 # the longest first; one kernel of each, compiled last, tells whether it is there
 PARTS: dict[str, tuple[Callable[[], None], str, str]] = {
     "minimise": (_minimise, "balanced.minimise.newton", "descend"),
-    "pixels": (_pixels, "pixels.filters", "_gathered"),
+    "pixels": (_pixels, "pixels.filters", "_painted"),
     "mesh": (_mesh, "balanced.meshing.mesh", "_split_chords"),
 }
 

@@ -17,7 +17,6 @@ from .meshing.mesh import Sizes, closed_links, triangulate
 from .metric import PLANES, Metrics, rest_geometry
 from .minimise import newton
 from .minimise.cholesky import BlockPattern, system_of
-from .minimise.emphasis import BalanceField
 from .minimise.energy import BOTH_AREAS, geometry
 from .minimise.measures import turn_of
 from .minimise.sliding import BETA, HELD, SLIDING, Border, Rail, Rails
@@ -77,7 +76,6 @@ class DiscreteMap:
         weights: (m,) 1, and FILLED or PASSED_OVER for triangles in holes; None where there are none.
         settled: whether the last descent ended before its steps did.
         metrics: of surfaces that the planes of source and target stand for.
-        balance: the field of θ, relative to that of the problem, that the map was made with; None where it is even.
     """
 
     source: Outline
@@ -96,7 +94,6 @@ class DiscreteMap:
     weights: Real | None = None
     settled: bool = True
     metrics: Metrics = PLANES
-    balance: BalanceField | None = None
 
     @classmethod
     def on(
@@ -281,7 +278,7 @@ class DiscreteMap:
         return replace(self, u=u)
 
     def forward(
-        self, theta: float | BalanceField, q: float, steps: int, tolerance: float, *, corners: bool
+        self, theta: float, q: float, steps: int, tolerance: float, *, corners: bool
     ) -> "DiscreteMap":
         """Newton steps on the image; target corners keep their vertices if `corners`.
 
@@ -298,7 +295,7 @@ class DiscreteMap:
             inside = inside.slid(u[self.border : self.constrained], tau[self.border :], stay)
         return replace(self, u=u, pairs=pairs, energy=energy, inside=inside, settled=settled)
 
-    def backward(self, theta: float | BalanceField, q: float, steps: int, tolerance: float) -> "DiscreteMap":
+    def backward(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Newton steps on the source, the images being kept: target corners slide along the source."""
         held = self.anchored | self.pairs.at_source
         z, s, energy, settled = self._descended(
@@ -319,7 +316,7 @@ class DiscreteMap:
         forward: bool,
         held: Flags,
         stay: Flags,
-        theta: float | BalanceField,
+        theta: float,
         q: float,
         steps: int,
         tolerance: float,
@@ -341,20 +338,19 @@ class DiscreteMap:
         gradients, areas = rest_geometry(kept, moving, self.system.corners, metrics)
         if self.weights is not None:
             gradients, areas = _shrunk(gradients, areas, self.weights, forward)
-        field = theta if isinstance(theta, BalanceField) else BalanceField.even(theta, len(self.faces))
         u = moving.copy()
         energy, done = newton.descend(
             self.system,
             self.faces,
             gradients,
-            areas * field.weights,
+            areas,
             u,
             tau,
             self.rails(forward, tau.size),
             border,
             kinds,
             goals,
-            field.thetas,
+            float(theta),
             float(q),
             BOTH_AREAS,
             steps,

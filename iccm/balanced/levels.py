@@ -23,7 +23,6 @@ from .meshing import sizing
 from .meshing.mesh import Sizes
 from .meshing.transfer import interpolate
 from .metric import PLANES, Metrics
-from .minimise.emphasis import BalanceField
 from .minimise.measures import stretches
 from .minimise.untangle import STEPS
 from .outline import Outline
@@ -130,7 +129,7 @@ class UnitProblem(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Sketch:
     """A map without outlines: vertices, outline first, images, triangles, how many vertices are on the outline, which
-    one is the first pin's, the edges (l, 2) of strokes, the holes' vertices and the rest as of `DiscreteMap`."""
+    one is the first pin's, the edges (l, 2) of strokes, and the holes' vertices and weights as of `DiscreteMap`."""
 
     z: Complex
     u: Complex
@@ -142,7 +141,6 @@ class Sketch:
     filled: tuple[Loop, ...] = ()
     weights: Real | None = None
     metrics: Metrics = PLANES
-    balance: BalanceField | None = None
 
     @property
     def material(self) -> Index:
@@ -285,9 +283,7 @@ def screened(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMa
     return [s for s in states if score(s, problem.upright) <= PROMISING * score(states[0], problem.upright)]
 
 
-def alternated(
-    state: DiscreteMap, theta: float | BalanceField, q: float, rounds: int, backward: int
-) -> DiscreteMap:
+def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
     """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
     before = np.inf  # the energy so far may be another one, of q = 1
     for _ in range(rounds):

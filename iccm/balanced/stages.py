@@ -1,5 +1,7 @@
 """The stages of a solve, from two outlines in unit coordinates to a map on the last mesh."""
 
+from functools import partial
+
 import numpy as np
 
 from .. import progress
@@ -160,7 +162,7 @@ def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple
             except Stuck:
                 continue
             if meets(*found):
-                return leant(*found)
+                return leant(*found, partial(again, sizes=sizes, journal=journal), state)
             closest = closest or found
     if closest is not None:
         return closest
@@ -172,6 +174,19 @@ def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple
     raise NoMapError(
         "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
     )
+
+
+def again(
+    problem: UnitProblem, start: DiscreteMap, sizes: tuple[float, float], journal: SolveLog
+) -> tuple[DiscreteMap, DiscreteMap]:
+    """The coarse map and the fine one, of such mesh sizes, that go on from a coarse one with another θ.
+
+    Raises:
+        Stuck: they fold.
+    """
+    level = Level.of(problem, sizes[0], *COARSE_EXACTNESS, STEEPEST)
+    start = released(level, start, problem)
+    return start, fine(problem, start, sizes[1], journal)
 
 
 def coarse_size(problem: UnitProblem) -> float:
@@ -217,8 +232,7 @@ def by_halves(
     outline = 1 + int(np.searchsorted(half.pairs.s, half.axis - 1e-9))
     z, u = (half.u, half.z) if used.inverted else (half.z, half.u)
     z, u, faces, border = mirrored(z, u, half.faces, half.border, outline)
-    balance = half.balance and half.balance.twice()
-    sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border, balance=balance)
+    sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border)
     whole_problem = problem._replace(theta=used.theta)
     return (sketch if exact else finished(whole_problem, sketch, settings, journal)), True
 

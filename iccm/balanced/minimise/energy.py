@@ -134,7 +134,7 @@ def total(corners, gradients, weights, u, theta, q, share, epsilon):
         if epsilon > 0:
             energy += weights[t] * untangling_derivatives(aa + bb, aa - bb, epsilon)[0]
         elif aa > bb:
-            energy += weights[t] * density(aa + bb, aa - bb, theta[t], q, share)
+            energy += weights[t] * density(aa + bb, aa - bb, theta, q, share)
         else:
             return np.inf
     return energy
@@ -172,7 +172,7 @@ def assemble(system, gradients, weights, u, theta, q, share, epsilon, matrix, gr
         gradients: (m, 3) of the hat functions, in the order of `system.corners`.
         weights: (m,) areas of the source's triangles, times weights if there are any.
         u: (n,) images, without folds unless epsilon > 0.
-        theta: (m,) weights of the area part.
+        theta: weight of the area part.
         q: power that raises the worst.
         share: of the image's area in the measure: ½, or 0 for the source's alone.
         epsilon: 0, or how far untangling reaches below zero.
@@ -189,7 +189,7 @@ def assemble(system, gradients, weights, u, theta, q, share, epsilon, matrix, gr
         if epsilon > 0:
             w, w_p, w_d, w_pp, w_pd, w_dd = untangling_derivatives(aa + bb, aa - bb, epsilon)
         else:
-            w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(aa + bb, aa - bb, theta[t], q, share)
+            w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(aa + bb, aa - bb, theta, q, share)
         energy += weight * w
         size_a, size_b = np.sqrt(aa), np.sqrt(bb)
         unit_a = a / size_a if size_a > 1e-140 else 1 + 0j
@@ -242,9 +242,7 @@ def energy_of(z: Complex, u: Complex, faces: Index, theta: float = 1.0, q: float
     _, images = geometry(u, faces)
     z, u = z / np.sqrt(areas.sum()), u / np.sqrt(images.sum())
     gradients, areas = geometry(z, faces)
-    return float(
-        total(faces, gradients, areas, u, np.full(len(faces), float(theta)), float(q), BOTH_AREAS, 0.0)
-    )
+    return float(total(faces, gradients, areas, u, float(theta), float(q), BOTH_AREAS, 0.0))
 
 
 def geometry(z: Complex, corners: Index) -> tuple[Complex, Real]:
