@@ -92,7 +92,7 @@ class Triangles:
             joined[pairs[:, 0]], joined[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
             twin = joined if _flattens(twin, joined, pairs) else twin
         fan = _fans(twin)
-        old = self.tail[np.unique(fan, return_index=True)[1]]
+        old = self.tail[firsts(fan, int(fan.max()) + 1)]
         return Triangles(fan.reshape(-1, 3), old.size), old, crowded
 
     def components(self) -> Index:
@@ -267,8 +267,15 @@ def labels(a: Index, b: Index, count: int) -> Index:
     from scipy.sparse.csgraph import connected_components
 
     graph = coo_matrix((np.ones(a.size, np.int8), (a, b)), shape=(count, count))
-    label = connected_components(graph, directed=False)[1].astype(np.int64)
-    first = np.unique(label, return_index=True)[1]
-    rank = np.empty(first.size, np.int64)
-    rank[np.argsort(first)] = np.arange(first.size)
+    number, label = connected_components(graph, directed=False)
+    first = firsts(label, number)
+    rank = np.empty(number, np.int64)
+    rank[np.argsort(first)] = np.arange(number)
     return rank[label]
+
+
+def firsts(label: Index, count: int) -> Index:
+    """(count,) where each of the labels 0 .. count - 1, all of which are there, comes first."""
+    first = np.empty(count, np.int64)
+    first[label[::-1]] = np.arange(label.size)[::-1]  # of several the last one is kept
+    return first
