@@ -103,7 +103,9 @@ def _pool(count: int, given: dict[str, Any]) -> Iterator[Any]:
     from ..io.batch import pools
 
     if given["dask"]:
-        pool: pools.Pool = pools.Dask(given["dask"])
+        # A job that waits at a worker would lose time to --timeout, and begin after a failure.
+        prompt = given["timeout"] is not None or given["fail_fast"]
+        pool: pools.Pool = pools.Dask(given["dask"], ahead=not prompt)
     else:
         pool = pools.Processes(max(1, min(given["workers"] or os.cpu_count() or 1, count)), given["threads"])
     try:
