@@ -14,6 +14,7 @@ from scipy.sparse import csr_matrix
 
 from . import progress
 from .arrays import Complex, Index, Real
+from .blas import on_one_thread
 
 LEAF = 96  # vertices that are not divided further (by hand)
 STRIP = 64  # columns that are added at once, so that they stay in the processor's memory (by hand)
@@ -51,6 +52,7 @@ class Front(NamedTuple):
     outer: Any
 
 
+@on_one_thread
 def solve(matrix: Hermitian, points: Real, right: Complex) -> Complex:
     """(n,) the solution of a Hermitian positive definite system of which every unknown belongs to a point (n, 3).
 
@@ -93,10 +95,10 @@ def dissected(ends: Index, points: Real) -> tuple[Index, list[tuple[int, int, li
         points: (n, 3) where they are.
     """
     order, nodes = np.empty(len(points), np.int64), list[tuple[int, int, list[int]]]()
-    side = np.zeros(len(points), np.int8)
+    side, xyz = np.zeros(len(points), np.int8), np.ascontiguousarray(points.T)
 
     def divide(vertices: Index, ends: Index, start: int) -> int:
-        *parts, last = _divided(ends, points, vertices, side) if vertices.size > LEAF else [(vertices, ends)]
+        *parts, last = _divided(ends, xyz, vertices, side) if vertices.size > LEAF else [(vertices, ends)]
         children = []
         for part, inner in parts:
             if part.size:
@@ -110,20 +112,24 @@ def dissected(ends: Index, points: Real) -> tuple[Index, list[tuple[int, int, li
     return order, nodes
 
 
-def _divided(ends: Index, points: Real, vertices: Index, side: np.ndarray) -> list[tuple[Index, Index]]:
-    """Two parts that are not coupled, and the vertices between them, each with the ends of what is coupled inside."""
-    at = points[vertices]
-    along = at[:, np.argmax(np.ptp(at, axis=0))]
-    first = np.zeros(vertices.size, bool)
-    first[np.argpartition(along, vertices.size // 2)[: vertices.size // 2]] = True
-    side[vertices] = ~first
-    sides = side[ends]
-    crossing = ends[:, sides[0] != sides[1]]
+def _divided(ends: Index, xyz: Real, vertices: Index, side: np.ndarray) -> list[tuple[Index, Index]]:
+    """Two parts that are not coupled, and the vertices between them, each with the ends of what is coupled inside.
+
+    Taken by their numbers, not by flags, which takes five times as long.
+    """
+    at = xyz.take(vertices, axis=1)
+    half = np.argpartition(at[np.argmax(np.ptp(at, axis=1))], vertices.size // 2)
+    side[vertices] = OTHER
+    side[vertices[half[: vertices.size // 2]]] = ONE
+    one, other = side.take(ends)
+    crossing = ends.take(np.flatnonzero(one != other), axis=1)
     side[crossing[side[crossing] == ONE]] = BETWEEN
-    sides = side[ends]
-    inner = sides[0] == sides[1]
+    (one, other), own = side.take(ends), side.take(vertices)
     return [
-        (vertices[side[vertices] == part], ends[:, inner & (sides[0] == part)])
+        (
+            vertices.take(np.flatnonzero(own == part)),
+            ends.take(np.flatnonzero((one == part) & (other == part)), axis=1),
+        )
         for part in (ONE, OTHER, BETWEEN)
     ]
 

@@ -14,12 +14,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from ...errors import InputError
 from .. import files, names
 from ..pictures.tiles import MARK, files_of
-from ..run.job import STEM, WRITTEN, Job, mistakes
+from ..run.job import STEM, WRITTEN, Job, JobError
 from ..run.options import many
 from ..spec import Spec, path_of
 
@@ -266,8 +264,8 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
     label = _filled(name or "{source.stem}-{target.stem}", fields, f"{entry.at('name')}: name", wrong)
     try:
         job = Job(**filled)
-    except (ValidationError, TypeError) as error:
-        listed = mistakes(error) if isinstance(error, ValidationError) else [("", "keys must be text")]
+    except (JobError, TypeError) as error:
+        listed = error.mistakes if isinstance(error, JobError) else [("", "keys must be text")]
         wrong += [
             f"{entry.at(key)}: {key}: {text}" if key else f"{entry.place}: {text}" for key, text in listed
         ]

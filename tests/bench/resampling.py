@@ -333,8 +333,11 @@ def commands(size):
         (pairs,) = inputs(path)
         ours = [ICCM, "map", f"{path}/a.svg", f"{path}/b0.svg", "--texture", f"{path}/t.png"]
         lines = {"iccm map": [*ours, "-o", f"{path}/o.png", "--force", "--size", f"{size}x{size}", "-q"]}
-        lines |= gdal(path, pairs, size) | (magick(path, pairs) if size == 1024 else {})
-        return side_by_side(lines, 5 if size == 1024 else 3)
+        if size > 1024:  # the exact form takes a minute there
+            lines |= gdal(path, pairs, size, forms=("default",))
+        else:
+            lines |= gdal(path, pairs, size) | magick(path, pairs)
+        return side_by_side(lines)
 
 
 def batch(count=30, few=2, rounds=2):
@@ -411,7 +414,7 @@ def side_by_side(lines, rounds=5):
     return took
 
 
-def gdal(path, pairs, out, name="g"):
+def gdal(path, pairs, out, name="g", forms=("default", "-et 0")):
     """Thin-plate spline by GDAL; -et 0 is its exact form, the default interpolates it. On one thread and on all."""
     if not shutil.which("gdalwarp"):
         return {}
@@ -427,7 +430,7 @@ def gdal(path, pairs, out, name="g"):
             f"{path}/{name}t.tif",
             f"{path}/{name}.tif",
         ]
-        for form in ("default", "-et 0")
+        for form in forms
         for threads in ([], ["-multi", "-wo", "NUM_THREADS=ALL_CPUS"])
     }
 

@@ -78,7 +78,9 @@ def imports() -> None:
     again = [sys.executable, "-c", AGAIN]
     rounds = [(took([*again, "numpy", "numba"])[1], took([*again, *listed])[1]) for _ in range(7)]
     base, all_of_it = np.median(rounds, axis=0)
-    print(f"numpy and numba {base:.2f} CPU-s, iccm map {all_of_it:.2f}, {len(listed)} modules (medians of 7)")
+    print(
+        f"numpy and numba {base:.2f} CPU-s, iccm map {all_of_it:.2f}, {len(listed)} modules (medians of 7); {load()}"
+    )
     goal("imports beyond numpy and numba", all_of_it - base, 0.35, "CPU-s")
 
 

@@ -237,6 +237,18 @@ def test_angles_are_kept_better_where_that_is_needed_and_sizes_allow_it(monkeypa
     assert np.array_equal(hopeless.dilatations, long.dilatations)  # no θ would do
 
 
+def test_sizes_are_even_where_angles_cannot_be_kept(monkeypatch):
+    panel_with_tail = np.array([0, 1, 1 + 0.35j, 6 + 0.35j, 6 + 0.65j, 1 + 0.65j, 1 + 1j, 1j]) * np.exp(0.3j)
+    pair = SQUARE, Curve.domain(panel_with_tail)
+    even, angular = (iccm.fit(*pair, balance=balance).distortion for balance in (1.0, 0.9))
+    monkeypatch.setattr(leaning, "MOST_MORE", 0.0)
+    before = iccm.fit(*pair).distortion
+    assert before.within(2) < 0.8 < leaning.AMPLE <= even.within(2)
+    assert angular.within(2) < 0.8  # who asks for angles gets no more sizes
+    figures = [d.quantile(d.dilatations, 0.95) for d in (before, even)]
+    assert leaning.HOPELESS < figures[0] < figures[1] < 2 * figures[0]
+
+
 def test_more_balance_evens_the_areas():
     even = [np.var(np.log(areas(solve(STAR, SHIELD, replace(SMALL, theta=t))))) for t in (0.25, 4.0)]
     assert even[1] < 0.6 * even[0]
