@@ -13,6 +13,8 @@ GOALS = (  # how the lines begin, in the order in which they are listed
     "coordinates, with the border",
     "whole warp",
     "memory of 16384²",
+    "large meshes: processor time",
+    "large meshes: memory",
     "iccm map 1024²",
     "iccm map 4096²",
     "a job of a batch",
