@@ -86,7 +86,8 @@ def with_constraints(
     anchors = tuple(tuple(side.tolist()) for side in pins.outer.T)
     curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
     curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
-    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]))
+    ends = anchors[0], anchors[1]
+    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, ends, bounded=settings.bounded)
     return with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
 
 
@@ -117,7 +118,8 @@ def mapped(
     """
     upright = 0.0 if settings.turn is None else UPRIGHT
     simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
-    problem = with_holes(UnitProblem(simple, goal, settings.theta, upright), holes, settings)
+    problem = UnitProblem(simple, goal, settings.theta, upright, bounded=settings.bounded)
+    problem = with_holes(problem, holes, settings)
     same = similarity(source, target, turns=settings.turn is None)
     same = same and similar_with_holes(problem, same)
     if same is not None:
@@ -227,7 +229,8 @@ def by_halves(
     curves = [Curve(half.curve.z / root) for half, root in zip((source, target), roots)]
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target))]
     simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
-    half_problem = UnitProblem(simple, goal, problem.theta, 0.0, (anchors[0], anchors[1]), halved=True)
+    both = anchors[0], anchors[1]
+    half_problem = UnitProblem(simple, goal, problem.theta, 0.0, both, halved=True, bounded=problem.bounded)
     used, half = solved(half_problem, journal, share=0.5)
     exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:

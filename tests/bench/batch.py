@@ -13,6 +13,7 @@ import argparse
 import contextlib
 import itertools
 import json
+import logging
 import os
 import shutil
 import signal
@@ -21,7 +22,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -156,15 +157,17 @@ def two_workers() -> Iterator[Any]:
     """A local Dask cluster of two workers."""
     from distributed import LocalCluster
 
-    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+    quiet = {"dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, **quiet) as cluster:
         yield cluster
 
 
-def beside(manifest: Path, chunks: int, what: str) -> float:
+def beside(made: Callable[[Path, int], Path], count: int, chunks: int, what: str) -> float:
     """The time of a Dask cluster of two workers by that of `-j 2`: the median of so many runs of each, by turns."""
-    with two_workers() as cluster:
+    with tempfile.TemporaryDirectory() as name, two_workers() as cluster:
         ways = {"-j": ("-j", "2"), "dask": ("--dask", cluster.scheduler_address)}
-        run(manifest, *ways["dask"], cluster=cluster)  # workers import
+        run(made(Path(name), 8), *ways["dask"], cluster=cluster)  # workers import
+        manifest = made(Path(name), count // chunks)
         rounds = []
         for number in range(chunks):
             names = list(ways)[:: 1 if number % 2 else -1]
@@ -181,14 +184,10 @@ def beside(manifest: Path, chunks: int, what: str) -> float:
 
 def dask(given: argparse.Namespace) -> None:
     """Throughput of small and of usual jobs."""
-    with tempfile.TemporaryDirectory() as name:
-        manifest = small(Path(name), given.small // given.chunks)
-        ratio = beside(manifest, given.chunks, f"{given.small} small jobs (a square onto itself, 16 px)")
-    goal(f"{DASK}, small jobs", ratio, 1 / 0.9)
-    with tempfile.TemporaryDirectory() as name:
-        manifest = jobs(Path(name), given.jobs // given.chunks)
-        ratio = beside(manifest, given.chunks, f"{given.jobs} usual jobs (blobs, balanced, 1024²)")
-    goal(f"{DASK}, usual jobs", ratio, 1 / 0.9)
+    what = f"{given.small} small jobs (a square onto itself, 16 px)"
+    goal(f"{DASK}, small jobs", beside(small, given.small, given.chunks, what), 1 / 0.9)
+    what = f"{given.jobs} usual jobs (blobs, balanced, 1024²)"
+    goal(f"{DASK}, usual jobs", beside(jobs, given.jobs, given.chunks, what), 1 / 0.9)
 
 
 def lost(given: argparse.Namespace) -> None:
@@ -241,9 +240,11 @@ def alone(manifest: Path) -> float:
 def memory(given: argparse.Namespace) -> None:
     """Memory of all processes over many small jobs: it should not grow."""
     with tempfile.TemporaryDirectory() as name:
-        found = run(small(Path(name), given.small), "-j", "2")
+        found = run(small(Path(name), min(given.small, 2000)), "-j", "2")
     tenths = [max(part) for part in np.array_split(found.memory[len(found.memory) // 10 :], 9) if len(part)]
-    print(f"{given.small} small jobs in {found.seconds:.0f} s; MiB of all processes, from a tenth on:")
+    print(
+        f"{min(given.small, 2000)} small jobs in {found.seconds:.0f} s; MiB of all processes, from a tenth on:"
+    )
     print("  " + " ".join(f"{value:.0f}" for value in tenths), flush=True)
 
 
