@@ -1,9 +1,5 @@
-"""From many coarse starts to one fine map.
-
-Coarse maps for all starts, a few Newton steps, the best go on; corners are released, so that those of one outline may
-pass those of the other, and pinned again on a new mesh; the best of all goes to the fine mesh, where the worst stretch
-is lowered (q = 3).
-"""
+"""One level of outlines and mesh size: maps without folds for correspondences of the outlines, Newton steps on a map
+and its inverse in turn, a map carried to the mesh of another level."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
