@@ -17,8 +17,8 @@ from typing import Any
 from ...errors import InputError
 from .. import files, names
 from ..pictures.tiles import MARK, files_of
-from ..run.job import STEM, WRITTEN, Job, JobError
-from ..run.options import many
+from ..run.job import STEM, WRITTEN, Job
+from ..run.options import JobError, many
 from ..spec import Spec, path_of
 
 MAX_BYTES, MAX_JOBS, LONGEST = 64 << 20, 100_000, 500

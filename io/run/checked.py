@@ -8,8 +8,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from .. import places
-from .job import JobError
-from .options import JobOptions
+from .options import JobError, JobOptions
 
 
 class _Shapes(BaseModel):

@@ -12,24 +12,12 @@ from typing import Any, Literal, Union, get_args, get_origin
 from ...errors import InputError
 from .. import formats
 from ..spec import path_of
-from .options import SOLVER, JobOptions, Option, described
+from .options import SOLVER, JobError, JobOptions, Option, described
 
 WRITTEN = ("report", "plot", "stmap")
 """Fields that name a file to write, beside `output`."""
 STEM = "{stem}"
 """In the name of a picture: that of the texture it is made of."""
-
-
-class JobError(ValueError):
-    """Values that make no job.
-
-    Attributes:
-        mistakes: (key, what is wrong) of each.
-    """
-
-    def __init__(self, mistakes: list[tuple[str, str]]):
-        super().__init__("; ".join(f"{key}: {text}" if key else text for key, text in mistakes))
-        self.mistakes = mistakes
 
 
 class Job(JobOptions):
