@@ -7,8 +7,9 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from ...errors import JobError
 from .. import places
-from .options import JobError, JobOptions
+from .options import JobOptions
 
 
 class _Shapes(BaseModel):

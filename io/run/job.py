@@ -9,10 +9,10 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
 
-from ...errors import InputError
+from ...errors import InputError, JobError
 from .. import formats
 from ..spec import path_of
-from .options import SOLVER, JobError, JobOptions, Option, described
+from .options import SOLVER, JobOptions, Option, described
 
 WRITTEN = ("report", "plot", "stmap")
 """Fields that name a file to write, beside `output`."""

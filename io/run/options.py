@@ -17,18 +17,6 @@ CERTIFIED = 0.99  # share of the source's area that `--require-injective` asks f
 MOST_BALANCE = 10  # beyond 4 areas hardly change, and angles pay for it
 
 
-class JobError(ValueError):
-    """Values that make no job.
-
-    Attributes:
-        mistakes: (key, what is wrong) of each.
-    """
-
-    def __init__(self, mistakes: list[tuple[str, str]]):
-        super().__init__("; ".join(f"{key}: {text}" if key else text for key, text in mistakes))
-        self.mistakes = mistakes
-
-
 @dataclass(frozen=True)
 class Option:
     """What is to be said of an option beside its name and type.
