@@ -103,12 +103,12 @@ def _mesh(path: Path, max_faces: int) -> dict[str, Any]:
         return _shape(path)
     file = mesh_files.read(str(path), source.obj if source else None)
     mesh = file.mesh
-    sizes, counts = np.unique(mesh.sizes, return_counts=True)
+    counts = np.bincount(mesh.sizes)
     return {
         "kind": "mesh",
         "vertices": len(mesh.points),
         "faces": len(mesh.sizes),
-        "sides": {str(size): int(count) for size, count in zip(sizes, counts)},
+        "sides": {str(size): int(counts[size]) for size in np.flatnonzero(counts)},
         "parts": list(file.names)[:MOST],
         "parts_in_all": len(file.names),
         "textures": ["in the file"]

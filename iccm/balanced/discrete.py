@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -192,7 +193,7 @@ class DiscreteMap:
         away = float(np.abs(u - self.inside.goals).max(initial=0.0))
         return away if away > ROUNDING else 0.0
 
-    @property
+    @cached_property
     def turn(self) -> float:
         """Radians by which the picture is turned."""
         return turn_of(self.z, self.u, self.material, self.metrics)
@@ -360,24 +361,29 @@ class DiscreteMap:
 
     def rails(self, forward: bool, count: int) -> Rails:
         """What the first `count` vertices slide on, on the side that moves; those that stay have any."""
-        rims = self.rims
+        rims, own = self.rims, np.zeros(count, np.int64)
         found: list[Rail] = [(rim.target if forward else rim.source).rail for rim in rims]
-        own = np.repeat(np.arange(len(rims)), [rim.vertices.stop - rim.vertices.start for rim in rims])
+        for k, rim in enumerate(rims):
+            own[rim.vertices] = k
         if self.bound:
             found += [stroke[1 if forward else 0] for stroke in self.inside.strokes]
-            own = np.append(own, self.inside.own + len(rims))
-        return Rails.of(found, np.append(own, np.zeros(count - own.size, np.int64)), len(rims))
+            own[self.border : self.constrained] = self.inside.own + len(rims)
+        return Rails.of(found, own, len(rims))
 
     def chains(self, forward: bool) -> tuple[Real, Border]:
         """Arclengths of the constrained vertices on the side that moves, and the curves they lie on as chains."""
         moving, kept = (self.pairs.tau, self.pairs.s) if forward else (self.pairs.s, self.pairs.tau)
-        spans, laps = np.empty(kept.size), np.zeros(kept.size)
-        for rim in self.rims:
-            length, lap = rim.lengths if forward else rim.lengths[::-1]
-            spans[rim.vertices] = np.diff(kept[rim.vertices], append=kept[rim.vertices.start] + length)
-            laps[rim.vertices.stop - 1] = lap
-        on_axis = np.mod(self.pairs.s, self.source.length) > self.axis - 1e-9 * self.source.length
-        border = Border(_following(self.rims), spans, np.where(on_axis, 0.0, BETA), laps)
+        spans, laps, rims = np.empty(kept.size), np.zeros(kept.size), self.rims
+        spans[:-1] = kept[1:] - kept[:-1]
+        for rim in rims:
+            (length, lap), last = rim.lengths if forward else rim.lengths[::-1], rim.vertices.stop - 1
+            spans[last] = kept[rim.vertices.start] + length - kept[last]
+            laps[last] = lap
+        stiffness = np.full(kept.size, BETA)
+        if self.axis < np.inf:
+            on_axis = np.mod(self.pairs.s, self.source.length) > self.axis - 1e-9 * self.source.length
+            stiffness[on_axis] = 0.0
+        border = Border(_following(rims), spans, stiffness, laps)
         if self.bound:
             tau, chains = self.inside.chains(forward, self.border)
             moving, border = np.append(moving, tau), border.then(chains)

@@ -4,7 +4,6 @@ from functools import partial
 
 import numpy as np
 
-from .. import progress
 from ..curve import Curve
 from . import starts
 from .constraints import continuation, meeting
@@ -29,15 +28,19 @@ from .last_mesh import (
     lowered,
     meets,
 )
-from .levels import Level, Sketch, UnitProblem, eased, released, score, screened, started
+from .levels import Level, Sketch, UnitProblem, eased, score, started
 from .minimise.leaning import leaning, leant
+from .minimise.racing import raced, released, screened
 from .outline import manageable
 from .pairs import Match
 from .similar import similar_with_holes, similarity
 from .solution import Settings, SolveLog
 from .symmetry import Half, half_of, mirrored
 
-COARSE, FINE = 0.1, 0.04  # mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of these
+COARSE, FINE = (
+    0.1,
+    0.05,
+)  # mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of .1 and .04
 LIMBS = 0.55
 """Over the outline's length, of area one: the coarse h of shapes with limbs, at least 0.6 of COARSE."""
 SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
@@ -83,7 +86,8 @@ def with_constraints(
     anchors = tuple(tuple(side.tolist()) for side in pins.outer.T)
     curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
     curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
-    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]))
+    ends = anchors[0], anchors[1]
+    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, ends, bounded=settings.bounded)
     return with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
 
 
@@ -114,7 +118,8 @@ def mapped(
     """
     upright = 0.0 if settings.turn is None else UPRIGHT
     simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
-    problem = with_holes(UnitProblem(simple, goal, settings.theta, upright), holes, settings)
+    problem = UnitProblem(simple, goal, settings.theta, upright, bounded=settings.bounded)
+    problem = with_holes(problem, holes, settings)
     same = similarity(source, target, turns=settings.turn is None)
     same = same and similar_with_holes(problem, same)
     if same is not None:
@@ -224,7 +229,8 @@ def by_halves(
     curves = [Curve(half.curve.z / root) for half, root in zip((source, target), roots)]
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target))]
     simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
-    half_problem = UnitProblem(simple, goal, problem.theta, 0.0, (anchors[0], anchors[1]), halved=True)
+    both = anchors[0], anchors[1]
+    half_problem = UnitProblem(simple, goal, problem.theta, 0.0, both, halved=True, bounded=problem.bounded)
     used, half = solved(half_problem, journal, share=0.5)
     exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:
@@ -242,12 +248,7 @@ def coarse(
 ) -> DiscreteMap:
     """The best map of all starts on coarse meshes, for outlines and corners of a certain fineness."""
     level = Level.of(problem, size, *exactness, STEEPEST)
-    free = problem.upright == 0 and level.anchors is None
-    matches = starts.candidates(
-        level.source.curve, level.target.curve, starts.ANY_TURN if free else starts.TURNS
-    )
-    if problem.holed:
-        matches = with_partners(level, matches, problem)
+    matches = correspondences(level, problem)
     if problem.constrained:
         return meeting.coarse(level, matches, problem, journal)
     states = started(level, matches)
@@ -257,18 +258,23 @@ def coarse(
     if most > 1 or (most and not states):
         states += circle_starts(level, matches, problem.theta)
     states = screened(states or through_disc(level, problem.theta), problem)
-    settled = []
-    for state in progress.counted("coarse maps, corners released", states):
-        try:
-            settled.append(released(level, state, problem))
-        except Stuck:
-            continue
-    if not settled:
-        raise Stuck("no start")
-    best = min(settled, key=lambda state: score(state, problem.upright))
-    best = straightened(level, best, problem)
+    best = straightened(level, raced(level, states, problem), problem)
     journal.level("coarse", best, 1.0)
     return best
+
+
+def correspondences(level: Level, problem: UnitProblem) -> list[Match]:
+    """The correspondences of the outlines to start from."""
+    curves = level.source.curve, level.target.curve
+    free = problem.upright == 0 and level.anchors is None
+    matches = starts.candidates(*curves, starts.ANY_TURN if free else starts.TURNS)
+    if problem.holed:
+        return with_partners(level, matches, problem)
+    if problem.halved:  # whose ends leave arclengths no shift
+        return matches[: 1 - starts.ARCLENGTHS]
+    if problem.upright > 0 and not problem.constrained:
+        return starts.upright_ones(matches, *curves) or matches
+    return matches
 
 
 def straightened(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:

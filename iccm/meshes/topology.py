@@ -95,6 +95,13 @@ class Triangles:
         old = self.tail[firsts(fan, int(fan.max()) + 1)]
         return Triangles(fan.reshape(-1, 3), old.size), old, crowded
 
+    def apart(self, fan: Index) -> "Triangles":
+        """The triangles over their fans (3m,) as vertices; neighbours stay neighbours."""
+        found = Triangles(fan.reshape(-1, 3), int(fan.max()) + 1)
+        if not self.crowded_edges:  # so they need not be looked for again
+            found.__dict__["twin"] = self.twin
+        return found
+
     def components(self) -> Index:
         """(m,) component of each triangle, joined across edges; the first triangle's is 0."""
         return self._components

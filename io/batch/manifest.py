@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ...errors import InputError
+from ...errors import InputError, JobError
 from .. import files, names
 from ..pictures.tiles import MARK, files_of
-from ..run.job import STEM, WRITTEN, Job, JobError
+from ..run.job import STEM, WRITTEN, Job
 from ..run.options import many
 from ..spec import Spec, path_of
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from ...errors import JobError
 from .. import places
-from .job import JobError
 from .options import JobOptions
 
 

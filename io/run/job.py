@@ -9,7 +9,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
 
-from ...errors import InputError
+from ...errors import InputError, JobError
 from .. import formats
 from ..spec import path_of
 from .options import SOLVER, JobOptions, Option, described
@@ -18,18 +18,6 @@ WRITTEN = ("report", "plot", "stmap")
 """Fields that name a file to write, beside `output`."""
 STEM = "{stem}"
 """In the name of a picture: that of the texture it is made of."""
-
-
-class JobError(ValueError):
-    """Values that make no job.
-
-    Attributes:
-        mistakes: (key, what is wrong) of each.
-    """
-
-    def __init__(self, mistakes: list[tuple[str, str]]):
-        super().__init__("; ".join(f"{key}: {text}" if key else text for key, text in mistakes))
-        self.mistakes = mistakes
 
 
 class Job(JobOptions):
@@ -64,7 +52,7 @@ class Job(JobOptions):
             vars(self).update({"texture": path, "kind": kind, name: getattr(self, name)[1:]})
         if self.maps and (self.output or any(getattr(self, field) for field in WRITTEN)):
             try:
-                vars(self)["output"] = shared(self.output, [path for path, _ in self.maps])
+                vars(self)["output"] = shared(self.output, self.maps)
             except ValueError as error:
                 raise JobError([("", str(error))]) from None
 
@@ -188,20 +176,29 @@ def is_picture(name: str) -> bool:
     return name == "-" or formats.of(name).picture is not None
 
 
-def shared(outputs: Sequence[str], textures: Sequence[str]) -> tuple[str, ...]:
-    """Outputs with a picture for each texture, in their order, where one name with `{stem}` stands for all.
+def is_mesh(name: str) -> bool:
+    """Whether an output is a mesh that shows textures by new coordinates, by its suffix."""
+    return name != "-" and formats.of(name).uv
+
+
+def shared(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """Outputs with a picture for each of the maps, in their order, where one name with `{stem}` stands for all; none
+    where a mesh shows them: one of colours, one of normals.
 
     Raises:
         ValueError: pictures too many or too few, or none for several textures.
     """
+    textures, kinds = zip(*maps) if maps else ((), ())
     pictures = [name for name in outputs if is_picture(name)]
     if len(pictures) == 1 and STEM in pictures[0]:
         named = [pictures[0].replace(STEM, Path(path).stem) for path in textures]
         return tuple(each for name in outputs for each in (named if name is pictures[0] else [name]))
-    if len(textures) > 1 and len(pictures) != len(textures):
+    alone = not pictures and any(map(is_mesh, outputs)) and sorted(kinds) == ["colour", "normal"]
+    if len(textures) > 1 and len(pictures) != len(textures) and not alone:
+        also = "; a mesh by itself takes one --texture and one --normal" if any(map(is_mesh, outputs)) else ""
         raise ValueError(
             f"{len(textures)} textures and {len(pictures)} pictures: "
-            f"name one -o for each texture, or one with {STEM} in it"
+            f"name one -o for each texture, or one with {STEM} in it{also}"
         )
     return tuple(outputs)
 

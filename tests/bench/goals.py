@@ -16,6 +16,8 @@ GOALS = (  # how the lines begin, in the order in which they are listed
     "whole warp by cv2.remap and encode, CPU",
     "PNG encoding",
     "memory of 16384²",
+    "large meshes: processor time",
+    "large meshes: memory",
     "iccm map 1024²",
     "iccm map 4096²",
     "a job of a batch by gdalwarp's default, wall clock",

@@ -52,7 +52,7 @@ def leant(
     Holes that shrink need all of θ, and pins stay where they are met.
 
     Args:
-        problem: with the θ asked for. Below 1 it is never raised, above 1 never lowered.
+        problem: with the θ asked for. Below 1, or with bounds, it is never raised, above 1 never lowered.
         state: its fine map.
         again: the coarse and the fine map of a problem with less θ, from a coarse one.
         start: the coarse map.
@@ -63,7 +63,7 @@ def leant(
     found = None
     if problem.theta <= 1 and sheared(first) < HOPELESS:
         found = to_angles(problem, first, again, start)
-    if found is None and problem.theta >= 1 and first.within(2) < AMPLE:
+    if found is None and problem.theta >= 1 and not problem.bounded and first.within(2) < AMPLE:
         found = to_sizes(problem, state, first)
     return found or (problem, state)
 

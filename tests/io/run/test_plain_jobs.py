@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from iccm.errors import JobError
 from iccm.io.run.checked import CheckedJob, checked
-from iccm.io.run.job import DEFAULTS, HINTS, Job, JobError, _plain
+from iccm.io.run.job import DEFAULTS, HINTS, Job, _plain
 
 ODD = st.one_of(
     st.none(), st.booleans(), st.integers(-3, 200_000), st.floats(), st.sampled_from([1e200, -0.0, 0.5, 1.0]),
