@@ -38,6 +38,10 @@ class Status(Enum):
     GAP = "The image of the boundary is not within the tolerance of the target."
     BOUNDS = "The bounds on dilatation or stretch cannot be met: the closest map is given."
     FOLDED = "The image of the boundary is within the tolerance, but the map folds, or may fold, far from it."
+    TWISTED = (
+        "The image of the boundary is within the tolerance, but between the surfaces the map is twisted or squeezed "
+        "(stretch, dilatation): give landmarks there, or others."
+    )
     MET = "Pins and strokes are met."
     OVERLAP = "Pins and strokes are met and nothing folds, but the outline overlaps itself."
     PINS = "Not all pins and strokes could be met: the closest map without folds is given."
@@ -87,8 +91,13 @@ class Fit:
 
     @cached_property
     def status(self) -> Status:
-        """How the solver ended, judged by all that the report knows: a target is not reached by a map that folds."""
-        return Status.FOLDED if self.ended is Status.REACHED and self.lost > MOST_LOST else self.ended
+        """How the solver ended, judged by all that the report knows: a target is not reached by a map that folds, a
+        surface not by one that twists another."""
+        if self.ended is not Status.REACHED:
+            return self.ended
+        if self.lost > MOST_LOST:
+            return Status.FOLDED
+        return Status.TWISTED if all(self.layouts) and self.distortion.strain else self.ended
 
     @cached_property
     def certificate(self) -> Certificate:

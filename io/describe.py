@@ -172,9 +172,9 @@ def _loop(file: Any, patch: Any, number: int) -> dict[str, Any]:
 
 
 def _constraints(path: Path) -> dict[str, Any]:
-    from .shapes import constraints
+    from .shapes import listing
 
-    listed = constraints.read(path)
+    listed = listing.read(path)
     return {
         "kind": "constraints",
         **{key: len(value) for key, value in vars(listed).items() if hasattr(value, "__len__")},

@@ -17,7 +17,6 @@ from .method import solve as solved
 from .solution import Settings, Solution
 
 LAYERED = "Where the shape overlaps itself pictures show what is farther from the {}."
-STRETCHED, DILATED = 5.0, 10.0  # over 5 % of the target: from here pictures look like combed stripes
 
 
 def solve(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
@@ -133,11 +132,10 @@ def _status(found: Solution, drawn: bool, settings: Settings) -> Status:
 
 def strain(found: Distortion) -> list[str]:
     """A sentence where the stretch cannot be small: a ring, a bar or a spiral onto a block, or the other way round."""
-    stretch, dilatation = (found.quantile(each, 0.95) for each in (found.stretches, found.dilatations))
-    if stretch <= STRETCHED and dilatation <= DILATED:
+    if found.strain is None:
         return []
     return [
         "The shapes differ so much that the picture is stretched strongly: "
-        f"on 5 % of the target lengths change by more than {stretch:.1f} times, "
-        f"and by {dilatation:.0f} times as much one way as the other."
+        "on 5 % of the target lengths change by more than {:.1f} times, "
+        "and by {:.0f} times as much one way as the other.".format(*found.strain)
     ]

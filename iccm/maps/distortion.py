@@ -14,6 +14,8 @@ from ..arrays import Complex, Real
 from .triangulated.map import TriangulatedMap
 from .triangulated.patches import cross
 
+STRETCHED, DILATED = 5.0, 10.0  # over 5 % of the target: from here pictures look like combed stripes
+
 
 @dataclass(frozen=True, eq=False)
 class Distortion:
@@ -55,6 +57,12 @@ class Distortion:
         """The share of the target whose scale is within a factor of the mean."""
         near = (self.scales <= factor) & (self.scales >= 1 / factor)
         return min(1.0, float(self.area @ near / self.area.sum()))
+
+    @cached_property
+    def strain(self) -> tuple[float, float] | None:
+        """Stretch and dilatation beyond which 5 % of the target are, where that is far; else None."""
+        stretch, dilatation = (self.quantile(each, 0.95) for each in (self.stretches, self.dilatations))
+        return (stretch, dilatation) if stretch > STRETCHED or dilatation > DILATED else None
 
     @property
     def turn(self) -> float:

@@ -90,7 +90,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
         else fit.straight(map, found.lines)
     )
     result = replace(fit.fitted(problem, found, map, (holes, pins), settings, drawn=True), layouts=layouts)
-    if not (len(pins) or len(strokes)):
+    if not (len(pins) or len(strokes)) or all(layouts):
         result.notes.extend(fit.strain(result.distortion))
     return result
 

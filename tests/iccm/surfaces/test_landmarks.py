@@ -171,3 +171,20 @@ def test_vertices_are_inserted_where_they_are_asked_for(spot):
     np.testing.assert_allclose(
         found.uv[found.uv_corners], found.points[found.corners][:, :2] @ [[2, 1], [0, 3.0]] + 0.5, atol=1e-12
     )
+
+
+def sheet(width, n=9):
+    """A flat sheet, 1 high."""
+    x, y = (each.ravel() for each in np.meshgrid(np.linspace(0, width, n), np.linspace(0, 1, n)))
+    xy = np.column_stack([x, y])
+    return Mesh.triangles("sheet", np.column_stack([xy, 0 * x]), Delaunay(xy).simplices)
+
+
+@pytest.mark.parametrize(("width", "status"), [(1.2, "REACHED"), (40, "TWISTED")])
+def test_a_surface_that_is_squeezed_onto_another_is_not_reached(width, status):
+    here, there = (flatten(disk_patch(sheet(each))) for each in (1, width))
+    corners = [layout.flat[np.abs(layout.patch.points).sum(axis=1).argmin()] for layout in (here, there)]
+    fit = iccm.fit(here, there, pins=[corners])
+    assert fit.status.name == status
+    assert fit.status.ok == (status == "REACHED")
+    assert any("stretched strongly" in note for note in fit.notes) == (status == "TWISTED")
