@@ -1,9 +1,5 @@
-"""From many coarse starts to one fine map.
-
-Coarse maps for all starts, a few Newton steps, the best go on; corners are released, so that those of one outline may
-pass those of the other, and pinned again on a new mesh; the best of all goes to the fine mesh, where the worst stretch
-is lowered (q = 3).
-"""
+"""One level of outlines and mesh size: maps without folds for correspondences of the outlines, Newton steps on a map
+and its inverse in turn, a map carried to the mesh of another level."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -32,7 +28,7 @@ RELEASED_STEPS = 8  # of Newton after each release (by hand)
 FORWARD, BACKWARD = 8, 3  # Newton steps on the map and on its inverse, in turn
 POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others while a bound is not met
 FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
-SETTLED = 3e-3  # relative decrease of a round that ends it; 1e-3 took a tenth longer for maps as good
+SETTLED = 1e-3  # relative decrease of a round that ends it
 POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
 SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing

@@ -14,18 +14,16 @@ from .measures import derivatives, within
 # Where K on 95 % of the target is above SHEARED, θ up to 1 is lowered until it is not, unless less than EVEN of the
 # target is within 2 x then, or its p95 stretch above STRETCHED. AIMED is where K is to go on the fine mesh, from which
 # the last one differs by 2 %; below TOO_FAR it went too far, if less than AMPLE is within 2 x. From HOPELESS on none
-# of 180 pairs (seeds 31 to 33) got there. K falls about as θ to the power STEEP.
-SHEARED, AIMED, TOO_FAR, HOPELESS, STRETCHED = 4.9, 4.8, 4.5, 8.7, 5.0
+# of 180 pairs (seeds 31 to 33) got there by way of a coarse map, from FARTHEST on none of 330 (35, 61 to 63) at all.
+# K falls about as θ to the power STEEP.
+SHEARED, AIMED, TOO_FAR, HOPELESS, FARTHEST, STRETCHED = 4.9, 4.8, 4.5, 8.7, 10.5, 5.0
 EVEN, AMPLE = 0.8, 0.9
 STEEP, LEAST_LEAN, LEANINGS = 0.4, 0.2, 3  # the share of θ that is left at least, and how many are tried
 # Where no θ does, θ from 1 on is raised instead, so that AMPLE of the target is within 2 x: by so much for what is
 # missing, which is enough for 28 of 32 such pairs of seed 35, and a K that is DEARER than that is too dear (by eye).
 MORE, MORE_EACH, MOST_MORE = 0.2, 10.0, 1.5
-EVENINGS, NEARLY, DEARER = (
-    2,
-    0.98,
-    1.9,
-)  # rounds with it; how near the fine mesh comes to the last one; factor of K
+EVENINGS, NEARLY = 2, 0.98  # rounds with it, and how near the fine mesh comes to the last one
+DEARER = 1.9
 # Where K is small enough and sizes are even, the last mesh leans a LITTLE to angles. From .95 on, it took two of 240
 # pairs below 90 % of the area within 2 x.
 LITTLE_FROM, LITTLE = 0.98, 0.75  # the share within 2 x from which it does, and the factor of θ
@@ -61,8 +59,8 @@ def leant(
     if problem.holed or problem.constrained or sheared(first) <= SHEARED:
         return problem, state
     found = None
-    if problem.theta <= 1 and sheared(first) < HOPELESS:
-        found = to_angles(problem, first, again, start)
+    if problem.theta <= 1 and sheared(first) < FARTHEST:
+        found = to_angles(problem, state, first, again, start)
     if found is None and problem.theta >= 1 and not problem.bounded and first.within(2) < AMPLE:
         found = to_sizes(problem, state, first)
     return found or (problem, state)
@@ -70,34 +68,64 @@ def leant(
 
 def to_angles(
     problem: UnitProblem,
+    state: DiscreteMap,
     first: Distortion,
     again: Callable[[UnitProblem, DiscreteMap], tuple[DiscreteMap, DiscreteMap]],
     start: DiscreteMap,
 ) -> tuple[UnitProblem, DiscreteMap] | None:
-    """The problem with less θ, and its fine map whose K is small enough; None where sizes do not allow it.
+    """The problem with less θ, and a fine map whose K is small enough: one that goes on from the fine map, or, where
+    that does not do, one that goes on from the coarse map; None where sizes do not allow it.
 
     Args:
-        problem: see `leant`, as for `again` and `start`.
+        problem: see `leant`, as for `state`, `again` and `start`.
         first: the figures with all of θ.
+    """
+
+    def onward(less: UnitProblem) -> DiscreteMap:
+        nonlocal state
+        state = alternated(state, less.theta, POWERS[0], 1, FINE_BACKWARD)
+        return state
+
+    def anew(less: UnitProblem) -> DiscreteMap:
+        nonlocal start
+        start, fine = again(less, start)
+        return fine
+
+    found = searched(problem, first, onward)
+    if found is None and sheared(first) < HOPELESS:
+        found = searched(problem, first, anew)
+    return found
+
+
+def searched(
+    problem: UnitProblem, first: Distortion, mapped: Callable[[UnitProblem], DiscreteMap]
+) -> tuple[UnitProblem, DiscreteMap] | None:
+    """The problem with less θ and its map, whose K is small enough; by a few secants of log K over log θ.
+
+    Args:
+        problem: with all of θ.
+        first: the figures with that.
+        mapped: the map for less θ; raises Stuck where there is none.
     """
     found, share, steep, best = first, 1.0, STEEP, None
     for _ in range(LEANINGS):
         share *= max((AIMED / sheared(found)) ** (1 / steep), LEAST_LEAN / share)
         less = problem._replace(theta=share * problem.theta)
         try:
-            start, tried = again(less, start)
+            tried = mapped(less)
         except Stuck:
             break
         found = over_target(problem, tried)
         far = found.within(2) < EVEN or stretched(found) > STRETCHED
-        if sheared(found) <= SHEARED and not far:
-            best = less, tried
-        if sheared(found) > SHEARED:
-            if far or share <= LEAST_LEAN:
-                break
-        elif sheared(found) > TOO_FAR or found.within(2) >= AMPLE:
-            break
         steep = max(np.log(sheared(found) / sheared(first)) / np.log(share), 0.1)
+        if sheared(found) > SHEARED:
+            if far or sheared(first) * LEAST_LEAN**steep > SHEARED or share <= LEAST_LEAN:
+                break
+            continue
+        if not far:
+            best = less, tried
+        if sheared(found) > TOO_FAR or found.within(2) >= AMPLE:
+            break
     return best
 
 
