@@ -28,7 +28,7 @@ PROMISING = 1.5
 the slowest tenth; with 1.2 it is 0.9 % more."""
 ALIKE = 1e-3, np.radians(1.0)  # of the score, and of the turn: two maps so close end as the same one
 SETTLING, ROUNDS = 2, 4
-"""Rounds of steps on a new mesh: of all maps, and of those that are left. With 1 and 2 worse maps won for 2 of 95 pairs."""
+"""Rounds of steps on a new mesh: of all maps, of those that are left. With 1 and 2 worse maps won for 2 of 95 pairs."""
 CLOSE, FINALISTS = 1.1, 2
 """Times the best score up to which corners are released, and of how many maps at most: on 16 pairs, with all maps
 released to the end, the winner was among these, or another within 0.5 %."""
