@@ -22,7 +22,7 @@ STEEPEST_FINE = 20.0  # slope of a match, relative to the mean, that a mesh foll
 TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
 LAST_ROUNDS = 4  # of such steps; later ones where a squeezed triangle widens slowly
 UNSETTLED = "The map had not settled on its last mesh: its stretch could be smaller."
-LAST_STEPS, LAST_DECREASE = 50, 5e-3  # of Newton on the last mesh, and the relative decrease that ends them
+LAST_STEPS, LAST_DECREASE = 50, 2e-3  # of Newton on the last mesh, and the relative decrease that ends them
 
 
 Meshed = DiscreteMap | Sketch

@@ -29,6 +29,7 @@ from .last_mesh import (
     meets,
 )
 from .levels import Level, Sketch, UnitProblem, eased, score, started
+from .metric import PLANES
 from .minimise.leaning import leaning, leant
 from .minimise.racing import raced, released, screened
 from .outline import manageable
@@ -37,10 +38,9 @@ from .similar import similar_with_holes, similarity
 from .solution import Settings, SolveLog
 from .symmetry import Half, half_of, mirrored
 
-COARSE, FINE = (
-    0.1,
-    0.05,
-)  # mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of .1 and .04
+COARSE, FINE, FINER = 0.1, 0.05, 0.04
+"""Mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of .1 and .04. Plain shapes do with FINE; a
+surface's metric, which triangles average, holes and pins get FINER."""
 LIMBS = 0.55
 """Over the outline's length, of area one: the coarse h of shapes with limbs, at least 0.6 of COARSE."""
 SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
@@ -159,7 +159,10 @@ def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple
     for smaller in SMALLER:
         for used in ways(problem):
             try:
-                sizes = coarse_size(used) * smaller / np.sqrt(share), FINE * smaller / np.sqrt(share)
+                sizes = (
+                    coarse_size(used) * smaller / np.sqrt(share),
+                    fine_size(used) * smaller / np.sqrt(share),
+                )
                 state = coarse(used, sizes[0], journal)
                 if not meets(used, state) and closest is not None:
                     continue
@@ -198,6 +201,12 @@ def coarse_size(problem: UnitProblem) -> float:
     """The coarse mesh size: smaller where an outline is long for its area."""
     length = max(problem.source.length, problem.target.length)
     return COARSE * float(np.clip(LIMBS / (COARSE * length), 0.6, 1.0))
+
+
+def fine_size(problem: UnitProblem) -> float:
+    """The fine mesh size."""
+    plain = problem.metrics == PLANES and not (problem.holed or problem.constrained)
+    return FINE if plain else FINER
 
 
 def ways(problem: UnitProblem) -> tuple[UnitProblem, ...]:
