@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import blas, lapack
 from scipy.sparse import csr_matrix
 
@@ -19,6 +20,7 @@ from .blas import on_one_thread
 LEAF = 96  # vertices that are not divided further (by hand)
 STRIP = 64  # columns that are added at once, so that they stay in the processor's memory (by hand)
 ONE, OTHER, BETWEEN = 0, 1, 2  # sides of a division
+Numbers = NDArray[np.integer]  # of 32 bits where that saves memory
 
 
 class Hermitian(NamedTuple):
@@ -31,7 +33,7 @@ class Hermitian(NamedTuple):
     """
 
     diagonal: Real
-    ends: Index
+    ends: Numbers
     values: Complex
 
 
@@ -85,7 +87,7 @@ def _ordered(matrix: Hermitian, order: Index) -> tuple[Real, csr_matrix]:
     return matrix.diagonal[order], csr_matrix((values, ends), (order.size,) * 2)
 
 
-def dissected(ends: Index, points: Real) -> tuple[Index, list[tuple[int, int, list[int]]]]:
+def dissected(ends: Numbers, points: Real) -> tuple[Index, list[tuple[int, int, list[int]]]]:
     """An order of elimination (n,), and its tree: start, end and children of each node, children first.
 
     Vertices are halved along the longest side of their box; those of one half next to the other come last.
@@ -97,7 +99,7 @@ def dissected(ends: Index, points: Real) -> tuple[Index, list[tuple[int, int, li
     order, nodes = np.empty(len(points), np.int64), list[tuple[int, int, list[int]]]()
     side, xyz = np.zeros(len(points), np.int8), np.ascontiguousarray(points.T)
 
-    def divide(vertices: Index, ends: Index, start: int) -> int:
+    def divide(vertices: Numbers, ends: Numbers, start: int) -> int:
         *parts, last = _divided(ends, xyz, vertices, side) if vertices.size > LEAF else [(vertices, ends)]
         children = []
         for part, inner in parts:
@@ -112,7 +114,7 @@ def dissected(ends: Index, points: Real) -> tuple[Index, list[tuple[int, int, li
     return order, nodes
 
 
-def _divided(ends: Index, xyz: Real, vertices: Index, side: np.ndarray) -> list[tuple[Index, Index]]:
+def _divided(ends: Numbers, xyz: Real, vertices: Numbers, side: np.ndarray) -> list[tuple[Numbers, Numbers]]:
     """Two parts that are not coupled, and the vertices between them, each with the ends of what is coupled inside.
 
     Taken by their numbers, not by flags, which takes five times as long.

@@ -65,9 +65,13 @@ def _number() -> Any:
 def _place() -> Any:
     from pydantic import BeforeValidator, Discriminator, Tag
 
-    plane, space = (tuple.__class_getitem__((Number,) * count) for count in (2, 3))
-    forms = Annotated[plane, Tag("plane")] | Annotated[space, Tag("space")] | Annotated[str, Tag("vertex")]
-    return Annotated[forms, Discriminator(_kind), BeforeValidator(read)]
+    return Annotated[
+        Annotated[tuple[Number, Number], Tag("plane")]
+        | Annotated[tuple[Number, Number, Number], Tag("space")]
+        | Annotated[str, Tag("vertex")],
+        Discriminator(_kind),
+        BeforeValidator(read),
+    ]
 
 
 def _pair() -> Any:

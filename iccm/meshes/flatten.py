@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from ..arrays import Complex, Index, Real, xy_of
 from ..curve import Curve
@@ -158,7 +159,7 @@ def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
     return found if np.isfinite(found).all() else None
 
 
-def _form(patch: Patch) -> tuple[Real, Index, Complex]:
+def _form(patch: Patch) -> tuple[Real, NDArray[np.integer], Complex]:
     """Diagonal, ends of edges and values there of the form; not finite where a triangle has no area."""
     triangles = patch.triangles
     flat = laid_flat(patch.points[patch.faces])
@@ -166,7 +167,7 @@ def _form(patch: Patch) -> tuple[Real, Index, Complex]:
     area = (sides[:, 0].conj() * sides[:, 1]).imag
     with np.errstate(invalid="ignore", divide="ignore"):
         sides /= np.sqrt(area)[:, None]
-    diagonal = np.bincount(triangles.tail, (sides.real**2 + sides.imag**2).ravel())
+    diagonal = np.bincount(triangles.tail, (sides.real**2 + sides.imag**2).ravel()).astype(float, copy=False)
     values = (sides.conj() * np.roll(sides, -1, axis=1)).ravel()
     twin = triangles.twin
     once = np.flatnonzero(twin < np.arange(twin.size))  # an edge, by one of its half-edges

@@ -215,7 +215,8 @@ def _even(shape: Triangles, points: Real, half: Index) -> list[tuple[int, int]]:
         points[v] for v in (shape.tail[half], shape.head[half], shape.tail[3 * (half // 3) + (half + 2) % 3])
     )
     along = b - a
-    out = c - a - along * (np.einsum("ki,ki->k", c - a, along) / np.einsum("ki,ki->k", along, along))[:, None]
+    square = np.maximum(np.einsum("ki,ki->k", along, along), 1e-300)  # the ends may be one point
+    out = c - a - along * (np.einsum("ki,ki->k", c - a, along) / square)[:, None]
     out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
     bend = np.where(shape.tail[half][:, None] == shape.head[half], out @ out.T, np.inf)
     found = []

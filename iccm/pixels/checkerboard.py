@@ -1,6 +1,7 @@
 """A test picture that tells where a texel came from: numbered cells whose hue and lightness say the place."""
 
 import colorsys
+from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise
 
@@ -53,7 +54,7 @@ def _arc(x: float, y: float, width: float, height: float, start: int, end: int) 
 
 HEIGHT, WIDTH = 0.27, 0.68  # of digits' strokes, by the cell; by that height
 BOLD, GAP = 0.22, 0.24  # how thick they are, and how far apart, by their height
-STROKES = (
+STROKES: tuple[Sequence[Sequence[tuple[float, float]]], ...] = (
     [_arc(0.5, 0.5, 0.5, 0.5, 0, 360)],
     [[(0.1, 0.2), (0.55, 0), (0.55, 1)], [(0.1, 1), (1, 1)]],
     [[*_arc(0.47, 0.28, 0.45, 0.28, 190, 400), (0, 1), (1, 1)]],
