@@ -1,0 +1,87 @@
+"""The seam of one surface as it runs on another one that is about as long everywhere: where geodesic distances from
+landmarks are the same."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from ..arrays import Flags, Index, Real
+from ..meshes.cut import way_through
+from ..meshes.locate import barycentric
+from ..meshes.mesh import Mesh, face_areas
+from ..meshes.patch import Patch
+from ..meshes.topology import Triangles
+from .refined import ON_EDGE, RefinedSurface
+
+FINE = 20_000  # triangles on which ways are looked for, by hand
+SAMPLES = 8  # of each edge of a seam
+ASTRAY = 0.01  # of the root of the area: difference of distances that makes a way twice as long, by hand
+
+
+def distances(points: Real, faces: Index, stops: Index) -> Real:
+    """(n, k) geodesic distances from vertices, the area taken as one."""
+    import igl
+
+    none, every, faces = np.zeros(0, np.int64), np.arange(len(points)), np.ascontiguousarray(faces)
+    reach = [igl.exact_geodesic(points, faces, np.array([v]), none, every, none) for v in stops]
+    return np.column_stack(reach) / np.sqrt(face_areas(points[faces]).sum())
+
+
+def same_way(source: Patch, target: Patch, stops: Index, way: list[int]) -> Real:
+    """(p, 3) where a way on the target runs on the source, in straight lines from point to point on its triangles.
+
+    Args:
+        source: a closed surface.
+        target: likewise.
+        stops: (k, 2) landmarks, vertices of both, in order.
+        way: vertices of the target, through the landmarks.
+
+    Raises:
+        InputError: it would cross itself.
+    """
+    fine = RefinedSurface.of(source.faces, source.triangles.count)
+    while len(fine.faces) < FINE:
+        fine = fine.without_chords(np.ones(fine.count, bool))
+    points = fine.carried(source.points)
+    here, there = (
+        distances(*each)
+        for each in ((points, fine.faces, stops[:, 0]), (target.points, target.faces, stops[:, 1]))
+    )
+    here = here * _lengthened(here[stops[:, 0]], there[stops[:, 1]])
+    mesh = Mesh.triangles(source.mesh.name, points, fine.faces)
+    whole = Patch(
+        mesh,
+        points,
+        Triangles(fine.faces, fine.count),
+        np.arange(fine.count),
+        np.arange(3 * len(fine.faces)).reshape(-1, 3),
+    )
+    ends = [way.index(stop) for stop in stops[:, 1]]
+    dear = [1 + (_off(here, there[way[i : j + 1]]) / ASTRAY) ** 2 for i, j in pairwise(ends)]
+    found = points[way_through(whole, stops[:, 0].tolist(), dear)]
+    return found[_on_edges(source, found)]
+
+
+def _lengthened(here: Real, there: Real) -> Real:
+    """(k,) by how much distances (k, k) from each landmark to the others are longer there."""
+    others = ~np.eye(len(here), dtype=bool)
+    return np.array([np.median(b[on] / a[on]) for a, b, on in zip(here.T, there.T, others)])
+
+
+def _off(values: Real, goals: Real) -> Real:
+    """(n,) distances of values (n, k) to the polyline of goals (p, k)."""
+    from scipy.spatial import cKDTree
+
+    share = np.arange(SAMPLES)[:, None, None] / SAMPLES
+    samples = (goals[:-1] * (1 - share) + goals[1:] * share).reshape(-1, goals.shape[1])
+    return cKDTree(np.concatenate([samples, goals[-1:]])).query(values)[0]
+
+
+def _on_edges(whole: Patch, points: Real) -> Flags:
+    """(p,) which points (p, 3) of a surface are on its edges."""
+    import igl
+
+    faces = np.ascontiguousarray(whole.faces)
+    _, face, foot = igl.point_mesh_squared_distance(points, np.ascontiguousarray(whole.points), faces)
+    weights = barycentric(whole.points[faces[face]], foot)
+    return np.asarray((weights < ON_EDGE).any(axis=1))
