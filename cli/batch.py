@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import logging
 import os
@@ -62,6 +63,8 @@ def command(jobs: str, root: str | None, only_check: bool, **given: Any) -> int:
     from ..io.batch import dispatch
     from ..io.batch.journal import Journal
 
+    gc.enable()  # it runs long
+
     folder = Path(root if root is not None else os.path.dirname(jobs) or ".")
     tasks = _tasks(jobs, folder, outside=given["outside"], force=given["force"])
     book = Journal(folder)
@@ -100,7 +103,9 @@ def _pool(count: int, given: dict[str, Any]) -> Iterator[Any]:
     from ..io.batch import pools
 
     if given["dask"]:
-        pool: pools.Pool = pools.Dask(given["dask"])
+        # A job that waits at a worker would lose time to --timeout, and begin after a failure.
+        prompt = given["timeout"] is not None or given["fail_fast"]
+        pool: pools.Pool = pools.Dask(given["dask"], ahead=not prompt)
     else:
         pool = pools.Processes(max(1, min(given["workers"] or os.cpu_count() or 1, count)), given["threads"])
     try:

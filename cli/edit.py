@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from typing import Any
 
 import click
@@ -48,6 +49,7 @@ def command(**given: Any) -> int:
     port, browser = given.pop("port"), not given.pop("no_browser")
     given.pop("threads")
     stopping.patient()
+    gc.enable()  # it runs long
     session = Session(make(options.values(given)))
     for note in session.notes:
         logs.tell(note)

@@ -23,8 +23,15 @@ FAN = np.array([(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)])  # the square and i
 SMALL = 32  # pixels of a picture that all pixels' kernels are needed for
 
 
+def _order() -> None:
+    """The order of a factorisation's unknowns, and its fronts."""
+    from .balanced.minimise.cholesky import system_of
+
+    system_of(FAN, np.roll(np.arange(4), -1), FAN.max() + 1)
+
+
 def _minimise() -> None:
-    """Untangling and Newton's method on four triangles."""
+    """Untangling and Newton's method on four triangles; the energy first, since `_order` is compiled meanwhile."""
     from .balanced.discrete import DiscreteMap
     from .balanced.minimise.cholesky import system_of
     from .balanced.minimise.energy import energy_of
@@ -32,13 +39,14 @@ def _minimise() -> None:
     from .balanced.pairs import Pairs
     from .curve import Curve
 
+    z: Complex = np.append(SQUARE, 0)
+    energy_of(z, z, FAN)
     outline = Outline.of(Curve(SQUARE), 0.0, 0.0)
-    s, z = outline.curve.knots[:-1], np.append(SQUARE, 0)
+    s = outline.curve.knots[:-1]
     corners = np.ones(4, bool)
     pairs = Pairs(s, s.copy(), corners, corners)
     system = system_of(FAN, np.roll(np.arange(4), -1), z.size)
     state = DiscreteMap(outline, outline, FAN, system, z, z, pairs, ~corners)
-    energy_of(z, z, FAN)
     state.unfolded().forward(1.0, 1.0, 1, 1e-3, corners=True)
 
 
@@ -68,10 +76,11 @@ def _pixels() -> None:
         warp(map, Texture(picture, box), Canvas(size, size, box), threads=1)
 
 
-# the longest first; one kernel of each, compiled last, tells whether it is there
+# the longest first, then what it needs, too; one kernel of each, compiled last, tells whether it is there
 PARTS: dict[str, tuple[Callable[[], None], str, str]] = {
     "minimise": (_minimise, "balanced.minimise.newton", "descend"),
-    "pixels": (_pixels, "pixels.filters", "_gathered"),
+    "order": (_order, "balanced.minimise.fronts", "_grouped"),
+    "pixels": (_pixels, "pixels.filters", "_painted"),
     "mesh": (_mesh, "balanced.meshing.mesh", "_split_chords"),
 }
 

@@ -1,5 +1,6 @@
 """How many threads linear algebra takes: one, so that results do not depend on the machine, nor on its variables."""
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, wraps
@@ -7,7 +8,6 @@ from threading import Lock
 from typing import Any, TypeVar
 
 import numpy as np
-import scipy.linalg  # brings a BLAS of its own, and is imported by Numba with its first kernel anyway
 from threadpoolctl import ThreadpoolController
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -18,19 +18,20 @@ class _Users:
 
     def __init__(self) -> None:
         self.lock, self.count = Lock(), 0
-        self.limits: Any = None
+        self.limits: dict[bool, Any] = {}  # with SciPy's library and without
 
     def enter(self) -> None:
         with self.lock:
-            if not self.count:
-                self.limits = _libraries().limit(limits=1, user_api="blas")
+            scipy = "scipy.linalg" in sys.modules
+            if scipy not in self.limits:
+                self.limits[scipy] = _libraries(scipy).limit(limits=1, user_api="blas")
             self.count += 1
 
     def leave(self) -> None:
         with self.lock:
             self.count -= 1
-            if not self.count:
-                self.limits.restore_original_limits()
+            while not self.count and self.limits:
+                self.limits.popitem()[1].restore_original_limits()
 
 
 _users = _Users()
@@ -41,6 +42,7 @@ def one_thread() -> Iterator[None]:
     """BLAS on one thread, in the whole process, as long as any caller is inside; then as before.
 
     Its sums depend on the number of its threads, and systems of some hundred unknowns take longer on many than on one.
+    SciPy has a library of its own, and is slow to import: what uses it enters here, too, once it has imported it.
     """
     _users.enter()
     try:
@@ -61,7 +63,7 @@ def on_one_thread(function: Function) -> Function:
 
 
 @cache
-def _libraries() -> ThreadpoolController:
-    """The libraries that NumPy and SciPy, loaded by now, brought."""
-    assert np and scipy.linalg
+def _libraries(scipy: bool) -> ThreadpoolController:
+    """The libraries that NumPy brought, and SciPy if it is loaded."""
+    assert np
     return ThreadpoolController()

@@ -23,3 +23,15 @@ class ConstraintError(InputError):
     def __init__(self, message: str, pins: Iterable[int] = (), strokes: Iterable[int] = ()):
         super().__init__(message)
         self.pins, self.strokes = tuple(int(k) for k in pins), tuple(int(k) for k in strokes)
+
+
+class JobError(ValueError):
+    """Values that make no job.
+
+    Attributes:
+        mistakes: (key, what is wrong) of each.
+    """
+
+    def __init__(self, mistakes: list[tuple[str, str]]):
+        super().__init__("; ".join(f"{key}: {text}" if key else text for key, text in mistakes))
+        self.mistakes = mistakes

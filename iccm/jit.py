@@ -17,8 +17,11 @@ KNOWN = (0, 68)
 """The version of Numba whose insides `pipeline` knows; others compile in their own way, which takes longer."""
 
 
+KNOWS = numba.version_info[:2] == KNOWN
+
+
 def _compiler() -> dict[str, Any]:
-    if numba.version_info[:2] != KNOWN:
+    if not KNOWS:
         return {}
     from .pipeline import Pipeline
 
@@ -61,6 +64,10 @@ class Kernel:
         Numba itself looks at the kernel's own file alone, and would go on with old code of kernels that this one calls.
         """
         found = njit(**self._options | {"cache": True})(self.py_func)
+        if KNOWS and hasattr(found, "_cache"):
+            from .pipeline import Kept
+
+            found._cache = Kept(self.py_func)
         file: Any = getattr(getattr(found, "_cache", None), "_cache_file", None)
         if hasattr(file, "_version"):
             # beside the version, which is read before types are unpickled, whose classes may be gone

@@ -13,9 +13,11 @@ from typing import Any
 
 from numba import _dynfunc  # type: ignore[attr-defined]
 from numba.core import types
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
+from numba.core.runtime.nrt import rtsys
 from numba.core.typed_passes import NativeLowering
 from numba.core.typing import templates
 
@@ -24,6 +26,34 @@ OVERLOAD: Any = templates._OverloadFunctionTemplate
 GET_CALL_TYPE, BUILD_IMPL = FUNCTION.get_call_type, OVERLOAD._build_impl
 
 _signatures: dict[Any, Any] = {}
+
+
+class _Code(CompileResultCacheImpl):
+    """What is kept of a kernel: without the modules of Numba's own functions in it, which would be imported again. They
+    stand for the constants of a function, and are left out where it has none."""
+
+    def reduce(self, data: Any) -> Any:
+        """What is written of a compiled kernel."""
+        *made, environments = super().reduce(data)
+        needed = (each for each in environments if each.consts or _is_ours(each.globals["__name__"]))
+        return *made, tuple(needed)
+
+
+def _is_ours(module: str) -> bool:
+    return module.partition(".")[0] != "numba"
+
+
+class Kept(FunctionCache):
+    """Numba's cache of a kernel, without what only compiling needs: what Numba knows of all of Python and NumPy, the
+    import of which takes longer than that of all our kernels."""
+
+    _impl_class = _Code
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The code for a signature; None if it is not there."""
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
 
 class _Whole(JITCodeLibrary):

@@ -103,12 +103,12 @@ def _mesh(path: Path, max_faces: int) -> dict[str, Any]:
         return _shape(path)
     file = mesh_files.read(str(path), source.obj if source else None)
     mesh = file.mesh
-    sizes, counts = np.unique(mesh.sizes, return_counts=True)
+    counts = np.bincount(mesh.sizes)
     return {
         "kind": "mesh",
         "vertices": len(mesh.points),
         "faces": len(mesh.sizes),
-        "sides": {str(size): int(count) for size, count in zip(sizes, counts)},
+        "sides": {str(size): int(counts[size]) for size in np.flatnonzero(counts)},
         "parts": list(file.names)[:MOST],
         "parts_in_all": len(file.names),
         "textures": ["in the file"]
@@ -172,9 +172,9 @@ def _loop(file: Any, patch: Any, number: int) -> dict[str, Any]:
 
 
 def _constraints(path: Path) -> dict[str, Any]:
-    from .shapes import constraints
+    from .shapes import listing
 
-    listed = constraints.read(path)
+    listed = listing.read(path)
     return {
         "kind": "constraints",
         **{key: len(value) for key, value in vars(listed).items() if hasattr(value, "__len__")},

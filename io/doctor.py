@@ -87,7 +87,6 @@ def _threads() -> Iterator[Finding]:
         "cores", str(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count())
     )
     names = (
-        "OPENBLAS_NUM_THREADS",
         "OMP_NUM_THREADS",
         "NUMBA_NUM_THREADS",
         "NUMBA_CACHE_DIR",

@@ -25,7 +25,8 @@ def replacing(path: str | os.PathLike, *, force: bool = False) -> Iterator[Path]
     """A temporary sibling of `path`, with its suffix, that takes its place when the block ends well.
 
     The content is flushed to the disk before the rename, so that a crash or a full disk never leaves a torn
-    file; when the block fails nothing is left behind and an old `path` is untouched.
+    file; when the block fails nothing is left behind and an old `path` is untouched. The folder is not waited for:
+    after a crash there may be the file from before.
 
     Args:
         path: what to write. A symbolic link is followed: the file that it names is replaced.
@@ -44,7 +45,6 @@ def replacing(path: str | os.PathLike, *, force: bool = False) -> Iterator[Path]
         _probe(temporary)
         _flush(temporary)
         os.replace(temporary, path)
-        _flush(path.parent)
     except InputError as error:  # what is wrong with the temporary file is wrong with this one
         raise InputError(str(error).replace(str(temporary), str(given))) from error
     except OSError as error:
@@ -250,8 +250,6 @@ def _probe(path: Path) -> None:
 
 
 def _flush(path: Path) -> None:
-    if os.name == "nt" and path.is_dir():  # Windows opens no folders, and needs no flushing of them
-        return
     handle = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
     try:
         os.fsync(handle)

@@ -5,9 +5,8 @@ so, and `x,y,z` or [x, y, z] the point of the surface nearest to a point in spac
 """
 
 import re
+from collections.abc import Callable
 from typing import Annotated, Any
-
-from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 LARGEST = 1e100
 TAGS = ("plane", "space", "vertex")  # what pydantic calls the forms of a place in the path to a mistake
@@ -42,14 +41,47 @@ def _kind(value: Any) -> str:
     return "space" if isinstance(value, list | tuple) and len(value) == 3 else "plane"
 
 
-Number = Annotated[float, Field(allow_inf_nan=False, ge=-LARGEST, le=LARGEST, strict=True)]
-Place = Annotated[
-    Annotated[tuple[Number, Number], Tag("plane")]
-    | Annotated[tuple[Number, Number, Number], Tag("space")]
-    | Annotated[str, Tag("vertex")],
-    Discriminator(_kind),
-    BeforeValidator(read),
-]
+class Checked:
+    """What pydantic checks of a type, made when it asks: it is slow to import, and most jobs name no place.
+
+    Args:
+        type: makes the type with its checks.
+    """
+
+    def __init__(self, type: Callable[[], Any]):
+        self.type = type
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        """The schema of the type with its checks."""
+        return handler.generate_schema(self.type())
+
+
+def _number() -> Any:
+    from pydantic import Field
+
+    return Annotated[float, Field(allow_inf_nan=False, ge=-LARGEST, le=LARGEST, strict=True)]
+
+
+def _place() -> Any:
+    from pydantic import BeforeValidator, Discriminator, Tag
+
+    return Annotated[
+        Annotated[tuple[Number, Number], Tag("plane")]
+        | Annotated[tuple[Number, Number, Number], Tag("space")]
+        | Annotated[str, Tag("vertex")],
+        Discriminator(_kind),
+        BeforeValidator(read),
+    ]
+
+
+def _pair() -> Any:
+    from pydantic import BeforeValidator
+
+    return Annotated[tuple[Place, Place], BeforeValidator(_pin)]
+
+
+Number = Annotated[float, Checked(_number)]
+Place = Annotated[tuple[float, float] | tuple[float, float, float] | str, Checked(_place)]
 
 
 def written(place: Place) -> str:
@@ -77,4 +109,4 @@ def _pin(value: Any) -> Any:
     return value
 
 
-Pin = Annotated[tuple[Place, Place], BeforeValidator(_pin)]
+Pin = Annotated[tuple[Place, Place], Checked(_pair)]

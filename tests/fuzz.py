@@ -277,7 +277,7 @@ def read(kind: str, folder: Path, data: bytes) -> None:
     from iccm.io import describe
     from iccm.io.batch import manifest
     from iccm.io.pictures import image_files, stmap_files
-    from iccm.io.shapes import constraints, mesh_shape, shape
+    from iccm.io.shapes import listing, mesh_shape, shape
 
     path = folder / f"x.{SUFFIXES.get(kind, kind)}"
     path.write_bytes(data)
@@ -321,7 +321,7 @@ def read(kind: str, folder: Path, data: bytes) -> None:
         image_files.write(folder / f"o.{kind}", image)
         shape.read(str(path))
     elif kind == "json":
-        constraints.read(path)
+        listing.read(path)
     else:
         (folder / "a.svg").write_bytes(SVG)
         manifest.read(manifest.load(str(path)), str(path), root=folder)

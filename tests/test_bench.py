@@ -110,6 +110,29 @@ def test_every_bench_of_the_list_is_a_module():
     assert set(missing) <= {"meshes"}
 
 
+def test_a_bench_that_hangs_is_given_up_and_every_goal_is_listed(tmp_path, monkeypatch, capsys):
+    from tests.bench import __main__ as bench
+    from tests.bench.goals import GOALS
+
+    here = tmp_path / "tests" / "bench"
+    here.mkdir(parents=True)
+    (here / "hangs.py").write_text(
+        "import subprocess, sys\nprint('GOAL met     the first run, x: 1 of at most 8')\n"
+        "subprocess.run([sys.executable, '-c', 'import time; time.sleep(600)'])"
+    )
+    (here / "ends.py").write_text("print('GOAL NOT MET imports beyond numpy and numba: 1 of at most 0.35')")
+    monkeypatch.setattr(bench, "HERE", here)
+    monkeypatch.setattr(bench, "ORDER", ("hangs", "ends"))
+    monkeypatch.setattr(bench, "LONGEST", 5)
+    assert bench.main([]) == 1
+    said = capsys.readouterr().out
+    assert "given up after 5 s" in said
+    first, second, *others, count = said[said.rindex(" goals") :].splitlines()[1:]
+    assert first.startswith("GOAL met     the first run, x") and second.startswith("GOAL NOT MET imports")
+    assert len(others) == len(GOALS) - 2 and all("not measured in this run" in line for line in others)
+    assert count == f"1 of {len(GOALS)} met"
+
+
 def test_the_bench_of_dragging_follows_pins_that_it_places(tmp_path):
     from iccm.io.edit.session import Session
     from iccm.io.run.job import make

@@ -9,7 +9,7 @@ import pytest
 from iccm.cli import COMMANDS
 from iccm.io.batch import manifest
 from iccm.io.check import compare
-from iccm.io.run.job import Job
+from iccm.io.run.options import described
 
 README = (Path(__file__).parents[1] / "README.md").read_text()
 RECIPES = re.findall(r"<!-- tested -->\n```sh\n(.*?)```", README, re.DOTALL)
@@ -66,16 +66,16 @@ def test_the_python_of_the_readme_runs():
 
 
 def test_the_constraints_of_the_readme_are_valid(folder):
-    from iccm.io.shapes import constraints
+    from iccm.io.shapes import listing
 
     (folder / "c.json").write_text(blocks("json")[0])
-    assert len(constraints.read(folder / "c.json").pins) == 1
+    assert len(listing.read(folder / "c.json").pins) == 1
 
 
 def test_the_readme_knows_every_command_and_option():
     for command in COMMANDS:
         assert f"iccm {command}" in README, command
-    for field in set(Job.model_fields) - {"source", "target", "output"}:
+    for field in set(described()) - {"output"}:
         assert f"--{field.replace('_', '-')}" in README, field
 
 

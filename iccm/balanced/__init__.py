@@ -3,9 +3,10 @@
 solution       what is asked (Settings), what is given (Solution)
 method         solve(): frames, stages, checks in the numbers that are returned
 stages         coarse starts, fine mesh, last mesh; halves of symmetric pairs; the inverse where that is easier
-leaning        less θ where K is near its bound         emphasis   θ as a field: what counts more, and where
+leaning        less θ where K is near its bound, more where it is beyond
 last_mesh      the fine mesh and the last one, with every vertex of both outlines
-levels         one level of outlines and mesh size: screening, releasing corners, carrying a map to a finer mesh
+levels         one level of outlines and mesh size: meshes for correspondences, carrying a map to a finer mesh
+racing         from many coarse maps to the best one
 starts         correspondences to start from            pairs      arclength pairs that a mesh's outline is made of
 discrete       a map in the making: mesh, image, steps   untangle   a first map without folds
 newton         projected Newton with a sliding outline   sliding    directions and energy of the outline's vertices

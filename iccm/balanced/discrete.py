@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,6 @@ from .meshing.mesh import Sizes, closed_links, triangulate
 from .metric import PLANES, Metrics, rest_geometry
 from .minimise import newton
 from .minimise.cholesky import BlockPattern, system_of
-from .minimise.emphasis import BalanceField
 from .minimise.energy import BOTH_AREAS, geometry
 from .minimise.measures import turn_of
 from .minimise.sliding import BETA, HELD, SLIDING, Border, Rail, Rails
@@ -77,7 +77,6 @@ class DiscreteMap:
         weights: (m,) 1, and FILLED or PASSED_OVER for triangles in holes; None where there are none.
         settled: whether the last descent ended before its steps did.
         metrics: of surfaces that the planes of source and target stand for.
-        balance: the field of θ, relative to that of the problem, that the map was made with; None where it is even.
     """
 
     source: Outline
@@ -96,7 +95,6 @@ class DiscreteMap:
     weights: Real | None = None
     settled: bool = True
     metrics: Metrics = PLANES
-    balance: BalanceField | None = None
 
     @classmethod
     def on(
@@ -195,7 +193,7 @@ class DiscreteMap:
         away = float(np.abs(u - self.inside.goals).max(initial=0.0))
         return away if away > ROUNDING else 0.0
 
-    @property
+    @cached_property
     def turn(self) -> float:
         """Radians by which the picture is turned."""
         return turn_of(self.z, self.u, self.material, self.metrics)
@@ -281,7 +279,7 @@ class DiscreteMap:
         return replace(self, u=u)
 
     def forward(
-        self, theta: float | BalanceField, q: float, steps: int, tolerance: float, *, corners: bool
+        self, theta: float, q: float, steps: int, tolerance: float, *, corners: bool
     ) -> "DiscreteMap":
         """Newton steps on the image; target corners keep their vertices if `corners`.
 
@@ -298,7 +296,7 @@ class DiscreteMap:
             inside = inside.slid(u[self.border : self.constrained], tau[self.border :], stay)
         return replace(self, u=u, pairs=pairs, energy=energy, inside=inside, settled=settled)
 
-    def backward(self, theta: float | BalanceField, q: float, steps: int, tolerance: float) -> "DiscreteMap":
+    def backward(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Newton steps on the source, the images being kept: target corners slide along the source."""
         held = self.anchored | self.pairs.at_source
         z, s, energy, settled = self._descended(
@@ -319,7 +317,7 @@ class DiscreteMap:
         forward: bool,
         held: Flags,
         stay: Flags,
-        theta: float | BalanceField,
+        theta: float,
         q: float,
         steps: int,
         tolerance: float,
@@ -341,20 +339,19 @@ class DiscreteMap:
         gradients, areas = rest_geometry(kept, moving, self.system.corners, metrics)
         if self.weights is not None:
             gradients, areas = _shrunk(gradients, areas, self.weights, forward)
-        field = theta if isinstance(theta, BalanceField) else BalanceField.even(theta, len(self.faces))
         u = moving.copy()
         energy, done = newton.descend(
             self.system,
             self.faces,
             gradients,
-            areas * field.weights,
+            areas,
             u,
             tau,
             self.rails(forward, tau.size),
             border,
             kinds,
             goals,
-            field.thetas,
+            float(theta),
             float(q),
             BOTH_AREAS,
             steps,
@@ -364,24 +361,29 @@ class DiscreteMap:
 
     def rails(self, forward: bool, count: int) -> Rails:
         """What the first `count` vertices slide on, on the side that moves; those that stay have any."""
-        rims = self.rims
+        rims, own = self.rims, np.zeros(count, np.int64)
         found: list[Rail] = [(rim.target if forward else rim.source).rail for rim in rims]
-        own = np.repeat(np.arange(len(rims)), [rim.vertices.stop - rim.vertices.start for rim in rims])
+        for k, rim in enumerate(rims):
+            own[rim.vertices] = k
         if self.bound:
             found += [stroke[1 if forward else 0] for stroke in self.inside.strokes]
-            own = np.append(own, self.inside.own + len(rims))
-        return Rails.of(found, np.append(own, np.zeros(count - own.size, np.int64)), len(rims))
+            own[self.border : self.constrained] = self.inside.own + len(rims)
+        return Rails.of(found, own, len(rims))
 
     def chains(self, forward: bool) -> tuple[Real, Border]:
         """Arclengths of the constrained vertices on the side that moves, and the curves they lie on as chains."""
         moving, kept = (self.pairs.tau, self.pairs.s) if forward else (self.pairs.s, self.pairs.tau)
-        spans, laps = np.empty(kept.size), np.zeros(kept.size)
-        for rim in self.rims:
-            length, lap = rim.lengths if forward else rim.lengths[::-1]
-            spans[rim.vertices] = np.diff(kept[rim.vertices], append=kept[rim.vertices.start] + length)
-            laps[rim.vertices.stop - 1] = lap
-        on_axis = np.mod(self.pairs.s, self.source.length) > self.axis - 1e-9 * self.source.length
-        border = Border(_following(self.rims), spans, np.where(on_axis, 0.0, BETA), laps)
+        spans, laps, rims = np.empty(kept.size), np.zeros(kept.size), self.rims
+        spans[:-1] = kept[1:] - kept[:-1]
+        for rim in rims:
+            (length, lap), last = rim.lengths if forward else rim.lengths[::-1], rim.vertices.stop - 1
+            spans[last] = kept[rim.vertices.start] + length - kept[last]
+            laps[last] = lap
+        stiffness = np.full(kept.size, BETA)
+        if self.axis < np.inf:
+            on_axis = np.mod(self.pairs.s, self.source.length) > self.axis - 1e-9 * self.source.length
+            stiffness[on_axis] = 0.0
+        border = Border(_following(rims), spans, stiffness, laps)
         if self.bound:
             tau, chains = self.inside.chains(forward, self.border)
             moving, border = np.append(moving, tau), border.then(chains)

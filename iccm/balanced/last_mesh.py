@@ -13,8 +13,7 @@ from .levels import FINE_BACKWARD, FINE_ROUNDS, POWERS, Level, Sketch, UnitProbl
 from .meshing import sizing
 from .meshing.mesh import Sizes
 from .metric import PLANES, Metrics
-from .minimise.emphasis import BalanceField
-from .minimise.leaning import balance_on, leaning
+from .minimise.leaning import leaning
 from .minimise.measures import stretches
 from .solution import Settings, SolveLog
 
@@ -72,8 +71,8 @@ def last(
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
     progress.tell("last map")
     theta = leaning(problem, state)
-    finer = on_finer(last_level(problem, settings, share), state, problem)
-    return lowered(finer, balance_on(finer, state, theta), settings, journal)
+    state = on_finer(last_level(problem, settings, share), state, problem)
+    return lowered(state, theta, settings, journal)
 
 
 def last_level(problem: UnitProblem, settings: Settings, share: float = 1.0) -> Level:
@@ -82,9 +81,7 @@ def last_level(problem: UnitProblem, settings: Settings, share: float = 1.0) -> 
     return Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
 
 
-def lowered(
-    state: DiscreteMap, theta: float | BalanceField, settings: Settings, journal: SolveLog
-) -> DiscreteMap:
+def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: SolveLog) -> DiscreteMap:
     """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
     return lowered_by(lambda state, q: descended(state, theta, q, journal), state, settings)
 
@@ -102,7 +99,7 @@ def lowered_by(
     return min(tried, key=lambda state: _excess(state, settings))
 
 
-def descended(state: DiscreteMap, theta: float | BalanceField, q: float, journal: SolveLog) -> DiscreteMap:
+def descended(state: DiscreteMap, theta: float, q: float, journal: SolveLog) -> DiscreteMap:
     """The map on the last mesh after Newton's steps; a note where they do not settle."""
     for _ in range(LAST_ROUNDS):
         state = state.forward(theta, q, LAST_STEPS, LAST_DECREASE, corners=True)

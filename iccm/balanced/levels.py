@@ -1,9 +1,5 @@
-"""From many coarse starts to one fine map.
-
-Coarse maps for all starts, a few Newton steps, the best go on; corners are released, so that those of one outline may
-pass those of the other, and pinned again on a new mesh; the best of all goes to the fine mesh, where the worst stretch
-is lowered (q = 3).
-"""
+"""One level of outlines and mesh size: maps without folds for correspondences of the outlines, Newton steps on a map
+and its inverse in turn, a map carried to the mesh of another level."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -19,24 +15,15 @@ from .constraints.strokes import StrokePair, inside
 from .discrete import DiscreteMap, MeshHoles
 from .failure import Stuck
 from .holes.outlines import outlines_of, rim_spacing, spaced
-from .meshing import sizing
 from .meshing.mesh import Sizes
 from .meshing.transfer import interpolate
 from .metric import PLANES, Metrics
-from .minimise.emphasis import BalanceField
 from .minimise.measures import stretches
 from .minimise.untangle import STEPS
 from .outline import Outline
 from .pairs import HoleMatch, Loop, Match, Pairs, boundary_pairs, limited, loops_of, through
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
-SCREENING = ((3, 9), (5, 5))
-"""Newton steps, then how many maps go on: within 2 % of settling all nine on 78 pairs. More steps, (5, 9), (12, 5), are
-within 1 %, and turn pictures on: 24 % of 45 pairs by more than 20° instead of 20 %."""
-PROMISING = 1.5
-"""Times the best score, up to which a map does: 0.2 % more energy in the mean of 78 pairs, and a third less time for
-the slowest tenth; with 1.2 it is 0.9 % more."""
-RELEASES = 3  # rounds of released corners
 RELEASED_STEPS = 8  # of Newton after each release (by hand)
 FORWARD, BACKWARD = 8, 3  # Newton steps on the map and on its inverse, in turn
 POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others while a bound is not met
@@ -48,7 +35,7 @@ SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may 
 MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
 EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
-GOOD_ENOUGH = 1e-4  # relative decrease of a Newton step that counts as none
+GOOD_ENOUGH = 5e-4  # relative decrease of a Newton step that counts as none
 PATIENT = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes that 40 leave folded
 STROKE_SAMPLES = 8  # of each stroke, which starts are compared by (by hand)
 NO_PINS = np.empty((0, 2), np.complex128)
@@ -70,6 +57,7 @@ class UnitProblem(NamedTuple):
         partners: (i, j) that hole i of the source is to go to hole j of the target.
         metrics: of the surfaces that the two planes stand for.
         inverted: whether this is the inverse of what was given, so that the target's area is that of `source`.
+        bounded: whether bounds on K or the stretch are asked for.
     """
 
     source: Curve
@@ -84,6 +72,7 @@ class UnitProblem(NamedTuple):
     partners: tuple[tuple[int, int], ...] = ()
     metrics: Metrics = PLANES
     inverted: bool = False
+    bounded: bool = False
 
     @property
     def holed(self) -> bool:
@@ -130,7 +119,7 @@ class UnitProblem(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Sketch:
     """A map without outlines: vertices, outline first, images, triangles, how many vertices are on the outline, which
-    one is the first pin's, the edges (l, 2) of strokes, the holes' vertices and the rest as of `DiscreteMap`."""
+    one is the first pin's, the edges (l, 2) of strokes, and the holes' vertices and weights as of `DiscreteMap`."""
 
     z: Complex
     u: Complex
@@ -142,7 +131,6 @@ class Sketch:
     filled: tuple[Loop, ...] = ()
     weights: Real | None = None
     metrics: Metrics = PLANES
-    balance: BalanceField | None = None
 
     @property
     def material(self) -> Index:
@@ -276,18 +264,7 @@ def started(level: Level, matches: list[Match]) -> list[DiscreteMap]:
     return states
 
 
-def screened(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMap]:
-    """The best maps after a few steps, best first."""
-    for steps, keep in SCREENING:
-        tried = progress.counted(f"coarse maps, {steps} steps", states)
-        states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
-        states = sorted(states, key=lambda s: score(s, problem.upright))[:keep]
-    return [s for s in states if score(s, problem.upright) <= PROMISING * score(states[0], problem.upright)]
-
-
-def alternated(
-    state: DiscreteMap, theta: float | BalanceField, q: float, rounds: int, backward: int
-) -> DiscreteMap:
+def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
     """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
     before = np.inf  # the energy so far may be another one, of q = 1
     for _ in range(rounds):
@@ -297,42 +274,6 @@ def alternated(
             break
         before = state.energy
     return state
-
-
-def released(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
-    """The best map of a few rounds: corners pinned on a new mesh, settled, released."""
-    best, best_score = None, np.inf
-    for attempt in range(1 + RELEASES):
-        if attempt:
-            state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
-        try:
-            state = restarted(level, state)
-        except Stuck:
-            if attempt:
-                break  # on the mesh that it has, it may still get somewhere
-        state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
-        new_score = score(state, problem.upright)
-        improved = new_score < best_score
-        if improved:
-            best, best_score = state, new_score
-        if not improved:
-            break
-    if best is None:
-        raise Stuck("no map without folds was found for this correspondence of the outlines")
-    return best
-
-
-def restarted(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """A map on a new mesh for the same match: a new one, or where that folds the same one, at last on triangles that
-    are smaller where it magnifies."""
-    try:
-        return level.started(state.match)
-    except Stuck:
-        pass
-    try:
-        return refined(level, state)
-    except Stuck:
-        return refined(level, state, sizing.graded(state.z, state.u, state.faces, 0.5 * level.size**2))
 
 
 def projected(curve: Curve, points: Complex) -> Real:

@@ -1,8 +1,9 @@
 """The stages of a solve, from two outlines in unit coordinates to a map on the last mesh."""
 
+from functools import partial
+
 import numpy as np
 
-from .. import progress
 from ..curve import Curve
 from . import starts
 from .constraints import continuation, meeting
@@ -27,15 +28,19 @@ from .last_mesh import (
     lowered,
     meets,
 )
-from .levels import Level, Sketch, UnitProblem, eased, released, score, screened, started
+from .levels import Level, Sketch, UnitProblem, eased, score, started
+from .metric import PLANES
 from .minimise.leaning import leaning, leant
+from .minimise.racing import raced, released, screened
 from .outline import manageable
 from .pairs import Match
 from .similar import similar_with_holes, similarity
 from .solution import Settings, SolveLog
 from .symmetry import Half, half_of, mirrored
 
-COARSE, FINE = 0.1, 0.04  # mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of these
+COARSE, FINE, FINER = 0.1, 0.05, 0.04
+"""Mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of .1 and .04. Plain shapes do with FINE; a
+surface's metric, which triangles average, holes and pins get FINER."""
 LIMBS = 0.55
 """Over the outline's length, of area one: the coarse h of shapes with limbs, at least 0.6 of COARSE."""
 SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
@@ -81,7 +86,8 @@ def with_constraints(
     anchors = tuple(tuple(side.tolist()) for side in pins.outer.T)
     curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
     curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
-    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, (anchors[0], anchors[1]))
+    ends = anchors[0], anchors[1]
+    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, ends, bounded=settings.bounded)
     return with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
 
 
@@ -112,7 +118,8 @@ def mapped(
     """
     upright = 0.0 if settings.turn is None else UPRIGHT
     simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
-    problem = with_holes(UnitProblem(simple, goal, settings.theta, upright), holes, settings)
+    problem = UnitProblem(simple, goal, settings.theta, upright, bounded=settings.bounded)
+    problem = with_holes(problem, holes, settings)
     same = similarity(source, target, turns=settings.turn is None)
     same = same and similar_with_holes(problem, same)
     if same is not None:
@@ -152,7 +159,10 @@ def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple
     for smaller in SMALLER:
         for used in ways(problem):
             try:
-                sizes = coarse_size(used) * smaller / np.sqrt(share), FINE * smaller / np.sqrt(share)
+                sizes = (
+                    coarse_size(used) * smaller / np.sqrt(share),
+                    fine_size(used) * smaller / np.sqrt(share),
+                )
                 state = coarse(used, sizes[0], journal)
                 if not meets(used, state) and closest is not None:
                     continue
@@ -160,7 +170,7 @@ def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple
             except Stuck:
                 continue
             if meets(*found):
-                return leant(*found)
+                return leant(*found, partial(again, sizes=sizes, journal=journal), state)
             closest = closest or found
     if closest is not None:
         return closest
@@ -174,10 +184,29 @@ def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple
     )
 
 
+def again(
+    problem: UnitProblem, start: DiscreteMap, sizes: tuple[float, float], journal: SolveLog
+) -> tuple[DiscreteMap, DiscreteMap]:
+    """The coarse map and the fine one, of such mesh sizes, that go on from a coarse one with another θ.
+
+    Raises:
+        Stuck: they fold.
+    """
+    level = Level.of(problem, sizes[0], *COARSE_EXACTNESS, STEEPEST)
+    start = released(level, start, problem)
+    return start, fine(problem, start, sizes[1], journal)
+
+
 def coarse_size(problem: UnitProblem) -> float:
     """The coarse mesh size: smaller where an outline is long for its area."""
     length = max(problem.source.length, problem.target.length)
     return COARSE * float(np.clip(LIMBS / (COARSE * length), 0.6, 1.0))
+
+
+def fine_size(problem: UnitProblem) -> float:
+    """The fine mesh size."""
+    plain = problem.metrics == PLANES and not (problem.holed or problem.constrained)
+    return FINE if plain else FINER
 
 
 def ways(problem: UnitProblem) -> tuple[UnitProblem, ...]:
@@ -209,7 +238,8 @@ def by_halves(
     curves = [Curve(half.curve.z / root) for half, root in zip((source, target), roots)]
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target))]
     simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
-    half_problem = UnitProblem(simple, goal, problem.theta, 0.0, (anchors[0], anchors[1]), halved=True)
+    both = anchors[0], anchors[1]
+    half_problem = UnitProblem(simple, goal, problem.theta, 0.0, both, halved=True, bounded=problem.bounded)
     used, half = solved(half_problem, journal, share=0.5)
     exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:
@@ -217,8 +247,7 @@ def by_halves(
     outline = 1 + int(np.searchsorted(half.pairs.s, half.axis - 1e-9))
     z, u = (half.u, half.z) if used.inverted else (half.z, half.u)
     z, u, faces, border = mirrored(z, u, half.faces, half.border, outline)
-    balance = half.balance and half.balance.twice()
-    sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border, balance=balance)
+    sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border)
     whole_problem = problem._replace(theta=used.theta)
     return (sketch if exact else finished(whole_problem, sketch, settings, journal)), True
 
@@ -228,12 +257,7 @@ def coarse(
 ) -> DiscreteMap:
     """The best map of all starts on coarse meshes, for outlines and corners of a certain fineness."""
     level = Level.of(problem, size, *exactness, STEEPEST)
-    free = problem.upright == 0 and level.anchors is None
-    matches = starts.candidates(
-        level.source.curve, level.target.curve, starts.ANY_TURN if free else starts.TURNS
-    )
-    if problem.holed:
-        matches = with_partners(level, matches, problem)
+    matches = correspondences(level, problem)
     if problem.constrained:
         return meeting.coarse(level, matches, problem, journal)
     states = started(level, matches)
@@ -243,18 +267,23 @@ def coarse(
     if most > 1 or (most and not states):
         states += circle_starts(level, matches, problem.theta)
     states = screened(states or through_disc(level, problem.theta), problem)
-    settled = []
-    for state in progress.counted("coarse maps, corners released", states):
-        try:
-            settled.append(released(level, state, problem))
-        except Stuck:
-            continue
-    if not settled:
-        raise Stuck("no start")
-    best = min(settled, key=lambda state: score(state, problem.upright))
-    best = straightened(level, best, problem)
+    best = straightened(level, raced(level, states, problem), problem)
     journal.level("coarse", best, 1.0)
     return best
+
+
+def correspondences(level: Level, problem: UnitProblem) -> list[Match]:
+    """The correspondences of the outlines to start from."""
+    curves = level.source.curve, level.target.curve
+    free = problem.upright == 0 and level.anchors is None
+    matches = starts.candidates(*curves, starts.ANY_TURN if free else starts.TURNS)
+    if problem.holed:
+        return with_partners(level, matches, problem)
+    if problem.halved:  # whose ends leave arclengths no shift
+        return matches[: 1 - starts.ARCLENGTHS]
+    if problem.upright > 0 and not problem.constrained:
+        return starts.upright_ones(matches, *curves) or matches
+    return matches
 
 
 def straightened(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:

@@ -21,34 +21,59 @@ SMOOTH = 0.01  # of the length: the chord beyond a sample's ends over which its 
 DIFFERENT = 0.12  # mean distance on the unit circle from which two matches count as two
 STEPS = np.array([(1, 1), (1, 2), (2, 1), (1, 3), (3, 1), (2, 3), (3, 2), (1, 4), (4, 1), (3, 4), (4, 3)])
 ARCLENGTHS = 8  # shifts of the arclength correspondence
+MOST_TURNED = np.radians(100)
+"""Of the similarity that fits a match best: of 16 pairs, no map that turned by more than 60° went on as upright."""
 TURNS = ((0.0, 5), (0.6, 2), (-0.6, 2))  # of elastic starts, and how many of each
 ANY_TURN = (0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2)
 """The same where the turn is left to the shapes."""
 
 
 @kernel
-def best_path(score, steps):
-    """The monotone path from (0, 0) to (n, n) with the largest score: its score, rows and columns.
+def step_gains(score, steps, gains):
+    """Fills in the gain of every step from every pair of samples.
 
     Args:
-        score: (n, n) gain of matching sample i of one curve with sample j of the other.
+        score: (n, 3n) gain of matching sample i of one curve with sample j of the other, three times over.
         steps: (k, 2) steps that a path is made of.
+        gains: (k, n, 2n) zeros, written; steps that leave the rows gain nothing.
     """
     n = score.shape[0]
+    for k in range(steps.shape[0]):
+        a, b = steps[k, 0], steps[k, 1]
+        count = max(a, b)
+        for i in range(n + 1 - a):
+            for m in range(count):
+                row, first = score[i + (m * a) // count], (m * b) // count
+                for j in range(2 * n):
+                    gains[k, i, j] += row[first + j]
+            for j in range(2 * n):
+                gains[k, i, j] *= np.sqrt(a * b) / count
+
+
+@kernel
+def best_path(gains, steps, shift):
+    """The monotone path from (0, shift) to (n, n + shift) with the largest score: its score, rows and columns, these
+    from 0 to n.
+
+    Args:
+        gains: (k, n, 2n) of `step_gains`.
+        steps: (k, 2) steps that a path is made of.
+        shift: sample of the second curve, from 0 to n - 1.
+    """
+    n = gains.shape[1]
     best, came = np.full((n + 1, n + 1), -np.inf), np.zeros((n + 1, n + 1), np.int64)
     best[0, 0] = 0.0
     for i in range(1, n + 1):
-        for j in range(1, n + 1):
-            for k in range(steps.shape[0]):
-                a, b = steps[k, 0], steps[k, 1]
-                if i < a or j < b or best[i - a, j - b] == -np.inf:
-                    continue
-                gain, count = 0.0, max(a, b)
-                for m in range(count):
-                    gain += score[i - a + (m * a) // count, j - b + (m * b) // count]
-                value = best[i - a, j - b] + gain / count * np.sqrt(a * b)
-                if value > best[i, j]:
-                    best[i, j], came[i, j] = value, k
+        row, ways = best[i], came[i]
+        for k in range(steps.shape[0]):
+            a, b = steps[k, 0], steps[k, 1]
+            if i < a:
+                continue
+            before, more = best[i - a], gains[k, i - a, shift:]
+            for j in range(n + 1 - b):  # a row at a time, which processors do several of at once
+                value = before[j] + more[j]
+                if value > row[j + b]:
+                    row[j + b], ways[j + b] = value, k
     rows, columns = np.zeros(2 * n + 2, np.int64), np.zeros(2 * n + 2, np.int64)
     i, j, at = n, n, rows.size
     while True:
@@ -75,10 +100,12 @@ def elastic_matches(source: Curve, target: Curve, turn: float) -> Iterator[Match
     goals, places = _samples(target)
     angles = (tangents[:, None] * goals.conj()).real
     score = angles - POSITION * np.abs(middles[:, None] - places) ** 2
+    gains = np.zeros((len(STEPS), SAMPLES, 2 * SAMPLES))
+    step_gains(np.tile(score, 3), STEPS, gains)
     found = []
     for k in range(SHIFTS):
         shift = k * SAMPLES // SHIFTS
-        value, rows, columns = best_path(np.roll(score, -shift, axis=1), STEPS)
+        value, rows, columns = best_path(gains, STEPS, shift)
         s, tau = rows / SAMPLES * source.length, (columns + shift) / SAMPLES * target.length
         found.append((-value, k, Match(s, tau)))
     return (match for _, _, match in sorted(found, key=lambda entry: entry[:2]))
@@ -130,3 +157,8 @@ def implied_turn(match: Match, source: Curve, target: Curve) -> float:
     """Radians of the similarity that fits a match best."""
     s = source.length * np.arange(SAMPLES) / SAMPLES
     return float(np.angle(np.sum(source.at(s).conj() * target.at(match.at(s)))))
+
+
+def upright_ones(matches: list[Match], source: Curve, target: Curve) -> list[Match]:
+    """The matches that do not turn the picture over."""
+    return [match for match in matches if abs(implied_turn(match, source, target)) < MOST_TURNED]

@@ -19,6 +19,7 @@ import shapely
 
 from .. import progress
 from ..arrays import Complex, Real, xy_of
+from ..blas import on_one_thread
 from ..curve import Curve, boundary_samples
 from ..maps.harmonic import HarmonicMap
 from ..paper.algorithm1 import assemble, discretised, finish, iterate
@@ -65,6 +66,7 @@ ULPS = 16  # least distance of vertices in the user's coordinates, in units of t
 CROWDED = 1e-14  # harmonic measure, below which the places on the source are not told apart
 
 
+@on_one_thread
 def solve(problem: Problem, settings: Options) -> Fit:
     """See `iccm.fit`. Solved from a canonical vertex and hand, so that the result does not depend on the input's."""
     if problem.handedness < 0:

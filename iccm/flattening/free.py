@@ -79,7 +79,7 @@ class Elastic:
             Border.still(still),
             np.full(self.held, HELD),
             u[: self.held].copy(),
-            np.full(len(self.faces), float(theta)),
+            float(theta),
             1.0,
             SURFACE_ALONE,
             steps,
@@ -89,8 +89,8 @@ class Elastic:
 
     def energy(self, u: Complex, theta: float) -> float:
         """Of positions (n,); infinite with folds."""
-        corners, thetas = self.system.corners, np.full(len(self.faces), float(theta))
-        return float(total(corners, self.gradients, self.weights, u, thetas, 1.0, SURFACE_ALONE, 0.0))
+        corners = self.system.corners
+        return float(total(corners, self.gradients, self.weights, u, float(theta), 1.0, SURFACE_ALONE, 0.0))
 
 
 def surface(points: Real, faces: Index) -> Elastic:

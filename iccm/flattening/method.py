@@ -9,7 +9,6 @@ from ..errors import InputError
 from ..meshes import tutte
 from ..meshes.cut import extended
 from ..meshes.flatten import Flattening, lscm, overlap, upright
-from ..meshes.mesh import face_areas
 from ..meshes.patch import Patch
 from . import seams
 from .free import Elastic, surface
@@ -174,7 +173,7 @@ def _placed(result: Flattening, flat: Complex) -> Flattening:
 
 def _unit(result: Flattening) -> Complex:
     """Positions at an area of one."""
-    return result.flat / np.sqrt(face_areas(result.patch.points[result.patch.faces]).sum())
+    return result.flat / np.sqrt(result.patch.areas.sum())
 
 
 def _checked(result: Flattening) -> Flattening:

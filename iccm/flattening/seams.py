@@ -13,7 +13,7 @@ import numpy as np
 from ..arrays import Flags, Index, Real, at_vertices
 from ..meshes.cut import cut_along
 from ..meshes.flatten import Flattening
-from ..meshes.mesh import face_angles, face_areas
+from ..meshes.mesh import face_angles
 from ..meshes.patch import Patch
 from ..meshes.topology import walk
 
@@ -94,7 +94,7 @@ def turns(patch: Patch) -> Real:
 def _dilated(result: Flattening) -> Real:
     """(n,) the integral of the logarithm of the dilatation over the triangles around each vertex."""
     faces = result.patch.faces
-    area = face_areas(result.patch.points[faces])
+    area = result.patch.areas
     return _sums(faces, np.repeat(area * np.log(np.minimum(result.dilatation, 1e3)), 3))
 
 

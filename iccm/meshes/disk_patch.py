@@ -10,7 +10,7 @@ from ..errors import InputError
 from .cut import opened, opened_through
 from .mesh import Mesh, checked, face_areas, proper, triangulated
 from .patch import Patch
-from .topology import Triangles
+from .topology import Triangles, firsts
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,10 +177,11 @@ def taken_apart(shape: Triangles, vertex: Index, notes: list[str]) -> tuple[Tria
     """A vertex for every fan of triangles: edges with more than two faces and bow ties come apart."""
     crowded = shape.crowded_edges
     fan = shape.fans()
-    old = shape.tail[np.unique(fan, return_index=True)[1]]
-    split = old.size - np.unique(old).size
+    apart = shape.apart(fan)
+    old = shape.tail[firsts(fan, apart.count)]
+    split = int(old.size - np.count_nonzero(np.bincount(old)))
     if crowded:
         notes.append(f"cut along {crowded} edge{'s' if crowded > 1 else ''} with more than two faces")
     elif split:
         notes.append(f"split at {split} vert{'ices' if split > 1 else 'ex'} where the surface touches itself")
-    return Triangles(fan.reshape(-1, 3), old.size), vertex[old]
+    return apart, vertex[old]

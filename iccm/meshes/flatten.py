@@ -9,10 +9,10 @@ from functools import cached_property
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from ..arrays import Complex, Index, Real, xy_of
 from ..curve import Curve
-from .mesh import face_areas
 from .patch import Patch
 from .stretch import laid_flat, stretches
 
@@ -74,13 +74,12 @@ class Flattening:
         return self._below(self.strain, percent)
 
     def _below(self, values: Real, percent: int) -> float:
-        weight = face_areas(self.patch.points[self.patch.faces])
-        return weighted_percentiles(values, weight, (percent,))[0]
+        return weighted_percentiles(values, self.patch.areas, (percent,))[0]
 
     def report(self) -> dict:
         """Conformal error (dilatation, 1 is exact), area distortion beside the mean, turned triangles, holes, seam."""
         major, minor = self.stretch
-        weight = face_areas(self.patch.points[self.patch.faces])
+        weight = self.patch.areas
         area = np.abs(major * minor)
         log_area = np.log10(np.maximum(area * weight.sum() / (weight @ area), 1e-300))
         at = weighted_percentiles(self.dilatation, weight, (50, 95, 100))
@@ -137,30 +136,44 @@ def lscm(patch: Patch, outline: Index) -> Complex:
 
 def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
     """As `lscm`, by the Hermitian form |Σ Wⱼ uⱼ|² / 2A of each triangle (Lévy et al., §2.3); None if it is singular."""
-    from scipy.sparse import csr_matrix
-
     from .. import dissection
 
-    flat = laid_flat(patch.points[patch.faces])
-    edges = np.roll(flat, -2, axis=1) - np.roll(flat, -1, axis=1)
-    area = ((flat[:, 1] - flat[:, 0]).conj() * (flat[:, 2] - flat[:, 0])).imag
-    if not (area > 0).all():
+    diagonal, ends, values = form = _form(patch)
+    if not np.isfinite(diagonal).all():
         return None
-    edges = edges / np.sqrt(area)[:, None]
-    faces = patch.faces.astype(np.int32)  # half the memory
-    values = (edges.conj()[:, :, None] * edges[:, None, :]).ravel()
-    ends = np.repeat(faces, 3, axis=1).ravel(), np.tile(faces, (1, 3)).ravel()
-    matrix = csr_matrix((values, ends), (len(patch.points),) * 2)
-    del values, ends
-    free = np.setdiff1d(np.arange(len(patch.points)), pins)
-    found = np.empty(len(patch.points), complex)
+    free = np.ones(len(patch.points), bool)
+    free[pins] = False
+    found, right = np.zeros((2, free.size), complex)
     found[pins] = at
+    held = ~free[ends].all(axis=0)
+    for (row, column), value in zip(ends.T[held].tolist(), values[held].tolist()):
+        right[row] -= value * found[column]
+        right[column] -= value.conjugate() * found[row]
+    number = np.cumsum(free, dtype=np.int32) - 1
+    inner = dissection.Hermitian(diagonal[free], number[ends[:, ~held]], values[~held])
+    del form, values, ends, number
     try:
-        inner = matrix[free]
-        found[free] = dissection.solve(inner[:, free], patch.points[free], -(inner[:, pins] @ at))
+        found[free] = dissection.solve(inner, patch.points[free], right[free])
     except np.linalg.LinAlgError:
         return None
     return found if np.isfinite(found).all() else None
+
+
+def _form(patch: Patch) -> tuple[Real, NDArray[np.integer], Complex]:
+    """Diagonal, ends of edges and values there of the form; not finite where a triangle has no area."""
+    triangles = patch.triangles
+    flat = laid_flat(patch.points[patch.faces])
+    sides = np.roll(flat, -2, axis=1) - np.roll(flat, -1, axis=1)
+    area = (sides[:, 0].conj() * sides[:, 1]).imag
+    with np.errstate(invalid="ignore", divide="ignore"):
+        sides /= np.sqrt(area)[:, None]
+    diagonal = np.bincount(triangles.tail, (sides.real**2 + sides.imag**2).ravel()).astype(float, copy=False)
+    values = (sides.conj() * np.roll(sides, -1, axis=1)).ravel()
+    twin = triangles.twin
+    once = np.flatnonzero(twin < np.arange(twin.size))  # an edge, by one of its half-edges
+    other = twin[once]
+    of_edges = values[once] + np.where(other < 0, 0, values[other].conj())
+    return diagonal, np.stack([triangles.tail[once], triangles.head[once]]).astype(np.int32), of_edges
 
 
 def farthest(points: Real) -> tuple[int, int]:

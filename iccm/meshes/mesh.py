@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Index, Real, xy_of
 from ..errors import InputError
+from ..parallel import over_slices
 
 MOST_EARS = 100  # corners of a polygon that is cut into ears, which takes their number to the third power
 
@@ -180,8 +181,15 @@ def proper(faces: Index) -> NDArray[np.bool_]:
 
 def face_areas(triangle: Real) -> Real:
     """(m,) areas of (m, 3, 3) triangles in space."""
-    across = np.cross(triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0])
-    return 0.5 * np.sqrt(np.einsum("ij,ij->i", across, across))
+    areas = np.empty(len(triangle))
+
+    def work(part: slice) -> None:
+        a, b, c = np.moveaxis(triangle[part], 1, 0)
+        across = np.cross(b - a, c - a)
+        areas[part] = 0.5 * np.sqrt(np.einsum("ij,ij->i", across, across))
+
+    over_slices(work, len(triangle))
+    return areas
 
 
 def face_angles(triangle: Real) -> Real:

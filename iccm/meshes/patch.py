@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ..arrays import Index, Real
 from ..errors import InputError
 from .mesh import Mesh, face_areas
-from .topology import Triangles
+from .topology import Triangles, firsts
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,12 @@ class Patch:
         """Length of the edges that were cut, in square roots of the patch's area."""
         ends = self.mesh.points[self.seam]
         length = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum()
-        return float(length / np.sqrt(face_areas(self.points[self.faces]).sum()))
+        return float(length / np.sqrt(self.areas.sum()))
+
+    @cached_property
+    def areas(self) -> Real:
+        """(m,) of the triangles."""
+        return face_areas(self.points[self.faces])
 
     @cached_property
     def drawn(self) -> NDArray[np.bool_]:
@@ -90,7 +95,7 @@ class Patch:
     def cut(self, half_edges: NDArray[np.bool_]) -> "Patch":
         """The patch opened along the edges under the marked half-edges (3m,)."""
         fan = self.triangles.fans(half_edges)
-        first = np.unique(fan, return_index=True)[1]
+        first = firsts(fan, int(fan.max()) + 1)
         old = self.triangles.tail[first]
         inner = np.flatnonzero(half_edges & (self.triangles.twin > np.arange(half_edges.size)))
         edges = np.column_stack(

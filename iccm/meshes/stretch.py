@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Complex, Real
+from ..parallel import over_slices
 
 SLIVER = 1e-4
 """Of the longest side: triangles lower than this count as so high, those without area too (by hand)."""
@@ -43,22 +44,41 @@ def laid_flat(space: Real) -> Complex:
 
     All have an area: a sliver is made a little higher, a triangle that is a point is equilateral and small.
     """
+    flat, length = np.empty(space.shape[:2], complex), np.empty(len(space))
+
+    def work(part: slice) -> None:
+        flat[part], length[part] = _laid_flat(space[part])
+
+    over_slices(work, len(space))
+    point = length == 0
+    if point.any():
+        small = SLIVER * length.mean() + 1e-300
+        flat[point] = small * np.array([0, 1, np.exp(1j * np.pi / 3)])
+    return flat
+
+
+def _laid_flat(space: Real) -> tuple[Complex, Real]:
+    """The copies of triangles, of no size where they are points, and the lengths of their longest sides."""
     sides = np.linalg.norm(np.roll(space, -1, axis=1) - space, axis=-1)
     order = (np.argmax(sides, axis=1)[:, None] + np.arange(3)) % 3  # the longest side first
     a, b, c = np.moveaxis(np.take_along_axis(space, order[..., None], axis=1), 1, 0)
     length = sides.max(axis=1)
-    point = length == 0
-    length = np.where(point, SLIVER * length.mean() + 1e-300, length)
-    x = np.einsum("ij,ij->i", b - a, c - a) / length
-    y = np.maximum(np.linalg.norm(np.cross(b - a, c - a), axis=1) / length, SLIVER * length)
-    top = np.where(point, length * np.exp(1j * np.pi / 3), x + 1j * y)
+    by = np.where(length == 0, 1.0, length)
+    x = np.einsum("ij,ij->i", b - a, c - a) / by
+    y = np.maximum(np.linalg.norm(np.cross(b - a, c - a), axis=1) / by, SLIVER * length)
     flat = np.empty(space.shape[:2], complex)
-    np.put_along_axis(flat, order, np.stack([0 * top, length + 0j, top], axis=1), axis=1)
-    return flat
+    np.put_along_axis(flat, order, np.stack([0j * x, length + 0j, x + 1j * y], axis=1), axis=1)
+    return flat, length
 
 
 def stretches(space: Real, plane: Complex) -> tuple[Real, Real]:
     """Singular values of the affine maps of (m, 3, 3) triangles in space to (m, 3) in the plane, the smaller signed."""
-    along = linear(laid_flat(space), plane)
-    conformal, anti = np.abs(along.a), np.abs(along.b)
-    return conformal + anti, conformal - anti
+    flat, (major, minor) = laid_flat(space), np.empty((2, len(space)))
+
+    def work(part: slice) -> None:
+        along = linear(flat[part], plane[part])
+        conformal, anti = np.abs(along.a), np.abs(along.b)
+        major[part], minor[part] = conformal + anti, conformal - anti
+
+    over_slices(work, len(space))
+    return major, minor

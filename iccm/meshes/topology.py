@@ -92,8 +92,15 @@ class Triangles:
             joined[pairs[:, 0]], joined[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
             twin = joined if _flattens(twin, joined, pairs) else twin
         fan = _fans(twin)
-        old = self.tail[np.unique(fan, return_index=True)[1]]
+        old = self.tail[firsts(fan, int(fan.max()) + 1)]
         return Triangles(fan.reshape(-1, 3), old.size), old, crowded
+
+    def apart(self, fan: Index) -> "Triangles":
+        """The triangles over their fans (3m,) as vertices; neighbours stay neighbours."""
+        found = Triangles(fan.reshape(-1, 3), int(fan.max()) + 1)
+        if not self.crowded_edges:  # so they need not be looked for again
+            found.__dict__["twin"] = self.twin
+        return found
 
     def components(self) -> Index:
         """(m,) component of each triangle, joined across edges; the first triangle's is 0."""
@@ -208,7 +215,8 @@ def _even(shape: Triangles, points: Real, half: Index) -> list[tuple[int, int]]:
         points[v] for v in (shape.tail[half], shape.head[half], shape.tail[3 * (half // 3) + (half + 2) % 3])
     )
     along = b - a
-    out = c - a - along * (np.einsum("ki,ki->k", c - a, along) / np.einsum("ki,ki->k", along, along))[:, None]
+    square = np.maximum(np.einsum("ki,ki->k", along, along), 1e-300)  # the ends may be one point
+    out = c - a - along * (np.einsum("ki,ki->k", c - a, along) / square)[:, None]
     out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
     bend = np.where(shape.tail[half][:, None] == shape.head[half], out @ out.T, np.inf)
     found = []
@@ -267,8 +275,15 @@ def labels(a: Index, b: Index, count: int) -> Index:
     from scipy.sparse.csgraph import connected_components
 
     graph = coo_matrix((np.ones(a.size, np.int8), (a, b)), shape=(count, count))
-    label = connected_components(graph, directed=False)[1].astype(np.int64)
-    first = np.unique(label, return_index=True)[1]
-    rank = np.empty(first.size, np.int64)
-    rank[np.argsort(first)] = np.arange(first.size)
+    number, label = connected_components(graph, directed=False)
+    first = firsts(label, number)
+    rank = np.empty(number, np.int64)
+    rank[np.argsort(first)] = np.arange(number)
     return rank[label]
+
+
+def firsts(label: Index, count: int) -> Index:
+    """(count,) where each of the labels 0 .. count - 1, all of which are there, comes first."""
+    first = np.empty(count, np.int64)
+    first[label[::-1]] = np.arange(label.size)[::-1]  # of several the last one is kept
+    return first

@@ -8,10 +8,12 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
 from ..arrays import Complex, Index, Real, xy_of
+from ..blas import on_one_thread
 from .patch import Patch
 from .topology import Triangles
 
 
+@on_one_thread
 def convex(patch: Patch, outline: Index) -> Complex:
     """(p,) positions in the unit disk, one to one but for rounding; holes are closed for it.
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from .. import progress
 from ..arrays import Complex, Real
+from ..blas import on_one_thread
 from ..curve import Curve, resampled_knots
 from ..errors import InputError
 from ..problem import MOST_VERTICES, Options, Problem, measure_of
@@ -25,6 +26,7 @@ UNITS = {
 HALVINGS = 6  # of a first-order step that does not lower the energy
 
 
+@on_one_thread
 def solve(problem: Problem, settings: Options) -> Fit:
     """The map onto a target: Algorithm 1, from arclength or from the constraints."""
     polygon, s = discretised(problem.source, settings.vertices)
@@ -36,6 +38,7 @@ def solve(problem: Problem, settings: Options) -> Fit:
     return finish(problem, basis.polygon, *basis.split(x), energies, status)
 
 
+@on_one_thread
 def deform(problem: Problem, settings: Options) -> Fit:
     """The map without a target, by the constraints alone (§3.3)."""
     polygon, _ = discretised(problem.source, settings.vertices)

@@ -1,8 +1,10 @@
 """A test picture that tells where a texel came from: numbered cells whose hue and lightness say the place."""
 
 import colorsys
+from collections.abc import Sequence
+from functools import cache
+from itertools import pairwise
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,8 +37,47 @@ def _cell(i: int, j: int, cells: int) -> list[int]:
 
 def _number(out: NDArray[np.uint8], text: str, x: float, y: float, cell: float, light: int) -> None:
     """Writes text centred at (x, y), dark on light cells and light on dark ones."""
-    font, scale = cv2.FONT_HERSHEY_DUPLEX, cell / 64
-    thick = max(1, round(cell / 40))
-    (w, h), _ = cv2.getTextSize(text, font, scale, thick)
-    ink = (60, 50, 45) if light else (255, 252, 245)
-    cv2.putText(out, text, (round(x - w / 2), round(y + h / 2)), font, scale, ink, thick, cv2.LINE_AA)
+    digits = [_drawn(digit, HEIGHT * cell) for digit in text]
+    mask = np.concatenate(digits, axis=1)
+    top, left = round(y - mask.shape[0] / 2), round(x - mask.shape[1] / 2)
+    place = out[max(0, top) : top + mask.shape[0], max(0, left) : left + mask.shape[1]]
+    ink = np.array((60, 50, 45) if light else (255, 252, 245))
+    share = mask[: place.shape[0], : place.shape[1], None]
+    place[:] = np.round(place + share * (ink - place))
+
+
+def _arc(x: float, y: float, width: float, height: float, start: int, end: int) -> list[tuple[float, float]]:
+    """Points of an ellipse's arc around (x, y), by its half axes; degrees from the right downwards."""
+    angles = np.radians(np.linspace(start, end, 1 + (end - start) // 15))
+    return list(zip(x + width * np.cos(angles), y + height * np.sin(angles)))
+
+
+HEIGHT, WIDTH = 0.27, 0.68  # of digits' strokes, by the cell; by that height
+BOLD, GAP = 0.22, 0.24  # how thick they are, and how far apart, by their height
+STROKES: tuple[Sequence[Sequence[tuple[float, float]]], ...] = (
+    [_arc(0.5, 0.5, 0.5, 0.5, 0, 360)],
+    [[(0.1, 0.2), (0.55, 0), (0.55, 1)], [(0.1, 1), (1, 1)]],
+    [[*_arc(0.47, 0.28, 0.45, 0.28, 190, 400), (0, 1), (1, 1)]],
+    [_arc(0.45, 0.25, 0.45, 0.25, 200, 450), _arc(0.45, 0.75, 0.53, 0.25, 270, 520)],
+    [[(0.75, 1), (0.75, 0), (0, 0.7), (1, 0.7)]],
+    [[(0.95, 0), (0.12, 0), (0.1, 0.46), *_arc(0.45, 0.68, 0.53, 0.32, 235, 510)]],
+    [_arc(0.5, 0.68, 0.5, 0.32, 0, 360), _arc(0.9, 0.68, 0.9, 0.68, 180, 270)],
+    [[(0, 0), (1, 0), (0.4, 1)]],
+    [_arc(0.5, 0.23, 0.44, 0.23, 0, 360), _arc(0.5, 0.74, 0.53, 0.26, 0, 360)],
+    [_arc(0.5, 0.32, 0.5, 0.32, 0, 360), _arc(0.1, 0.32, 0.9, 0.68, 0, 90)],
+)
+"""The digits: lines in a box of one by one, y down."""
+
+
+@cache
+def _drawn(digit: str, height: float) -> NDArray[np.float32]:
+    """(rows, columns) how much of each pixel a digit covers, with the gap to its neighbours."""
+    rows, columns = round((1 + 2 * BOLD) * height), round((WIDTH + BOLD + GAP) * height)
+    x, y = np.meshgrid(np.arange(columns) - (columns - 1) / 2, np.arange(rows) - (rows - 1) / 2)
+    z, nearest = x + 1j * y, np.full((rows, columns), np.inf)
+    for stroke in STROKES[int(digit)]:
+        points = [height * complex(WIDTH * (u - 0.5), v - 0.5) for u, v in stroke]
+        for a, b in pairwise(points):
+            along = np.clip(((z - a) * (b - a).conjugate()).real / abs(b - a) ** 2, 0, 1)
+            nearest = np.minimum(nearest, np.abs(z - a - along * (b - a)))
+    return np.clip(BOLD / 2 * height + 0.5 - nearest, 0, 1).astype(np.float32)

@@ -69,7 +69,7 @@ def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool, associated
     out = np.empty(values.shape, dtype=dtype)
     if srgb and dtype == np.uint8:
         channels = values.shape[2]
-        _encode_bytes(values.reshape(-1, channels), alpha, *_byte_edges(), out.reshape(-1, channels))
+        _encode_bytes(values.reshape(-1, channels), alpha, *byte_edges(), out.reshape(-1, channels))
         return out
     top = np.iinfo(dtype).max if dtype.kind != "f" else 0
     for k in range(values.shape[2]):
@@ -83,8 +83,9 @@ def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool, associated
 
 
 @cache
-def _byte_edges() -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
-    """Linear values at which sRGB bytes 0 .. 255 begin (and infinity), and the byte where each of FINE cells starts."""
+def byte_edges() -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
+    """Linear values at which sRGB bytes 0 .. 255 begin (and infinity), and the byte where each of FINE cells starts, in
+    none of which begins more than one other."""
     edges = linear_from_srgb((np.arange(256) - 0.5) / 255)
     start = np.searchsorted(edges, np.arange(FINE + 1) / FINE, side="right") - 1
     return np.append(edges, np.inf), start.astype(np.uint8)
@@ -92,18 +93,21 @@ def _byte_edges() -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
 
 @kept()
 def _encode_bytes(values, alpha, edges, start, out):
-    """Linear values (p, c) as sRGB bytes, by looking up instead of raising to powers."""
+    """Linear values (p, c) as sRGB bytes."""
     for i in range(values.shape[0]):
-        for channel in range(values.shape[1]):
-            v = values[i, channel]
-            v = min(v, 1.0) if v > 0 else 0.0  # NaN too
-            if channel == alpha:
-                out[i, channel] = np.uint8(np.rint(v * 255))
-                continue
-            code = np.int64(start[int(v * FINE)])
-            while v >= edges[code + 1]:
-                code += 1
-            out[i, channel] = code
+        for k in range(values.shape[1]):
+            v = unit(values[i, k])
+            if k == alpha:
+                out[i, k] = np.uint8(np.rint(v * 255))
+            else:
+                code = np.int64(start[int(v * FINE)])
+                out[i, k] = code + (v >= edges[code + 1])
+
+
+@kept()
+def unit(v):
+    """A number cut off at 0 and 1; one that is not is 0."""
+    return min(v, 1.0) if v > 0 else 0.0
 
 
 def tables(dtype: np.dtype, channels: int, alpha: int, *, srgb: bool) -> Float:

@@ -11,13 +11,16 @@ import math
 import numpy as np
 from numba import types
 from numba.extending import overload
+from numpy.typing import NDArray
 
 from ..arrays import Real
 from ..jit import inlined
 from ..jit import kernel as compiled
-from .colour import Float
-from .lanes import LANES, lane, nothing, plus
+from .canvas import Band
+from .colour import FINE, Float, byte_edges, unit
+from .lanes import LANES, keep, lane, nothing, plus
 from .pyramid import CLAMP, CLEAR, FRAME, Pyramid
+from .texture import Corner, place
 
 NEAREST, LINEAR, CUBIC, LANCZOS, SPLINE = 0, 1, 2, 3, 4
 FILTERS = {"nearest": NEAREST, "linear": LINEAR, "cubic": CUBIC, "lanczos": LANCZOS, "spline": SPLINE}
@@ -167,17 +170,19 @@ def _weighed(texels, at, row, columns, rows, x, y, p, q, r, kind, across, down, 
 
 
 @compiled
-def _magnified(texels, at, row, x, y, out):
-    """The plain cubic kernel; arguments as for `_weighed`."""
-    across = _catmull_rom(x)
-    for part in range(0, out.size, LANES):
+def _magnified(texels, at, row, x, y, c, out, first):
+    """The plain cubic kernel, into out[first : first + c] and beyond, by LANES at most; other arguments as for
+    `_weighed`."""
+    a0, a1, a2, a3 = _catmull_rom(x)
+    for part in range(0, c, LANES):
         value, start = nothing(), at + part
         for down in _catmull_rom(y):
-            for b in range(4):
-                value = plus(value, down * across[b], texels, start + b * out.size)
+            value = plus(value, down * a0, texels, start)
+            value = plus(value, down * a1, texels, start + c)
+            value = plus(value, down * a2, texels, start + 2 * c)
+            value = plus(value, down * a3, texels, start + 3 * c)
             start += row
-        for k in range(part, min(out.size, part + LANES)):
-            out[k] = lane(value, k - part)
+        keep(value, out, first + part)
 
 
 @compiled
@@ -240,29 +245,35 @@ def _smooth(spline, x, y, across, down, out):
 
 
 @compiled
-def _footprint(turn):
-    """`_shape` of a footprint (4,); one that is not finite counts as a point."""
-    p, q, r, long, short = _shape(turn[0], turn[1], turn[2], turn[3])
+def _footprint(xx, xy, yx, yy):
+    """`_shape` of a footprint; one that is not finite counts as a point."""
+    p, q, r, long, short = _shape(xx, xy, yx, yy)
     if not long < 1e12:
         return 1.0, 0.0, 1.0, 1.0, 1.0
     return p, q, r, long, short
 
 
 @compiled
-def _gathered(tex, xy, turn, kind, across, down, out):
-    """Filters at texel coordinates xy (p, 2) with footprints turn (p, 4) = xx, xy, yx, yy into out (p, c).
+def _gathered(tex, xy, turn, kind, across, down, weights, patch, out):
+    """Filters at texel coordinates xy (p, 2) with footprints turn (p, 4) = xx, xy, yx, yy into out (p c + LANES,).
 
     x is to the right, y down, and the first texel's centre at 0.5. ACROSS and DOWN are given, as a kernel would keep
-    copies of them. Arrays are taken out of `tex` before the loop: to do so takes longer than a texel.
+    copies of them, and as many weights, and a patch (`patch_of`), to be written. Arrays are taken out of `tex` before
+    the loop: to do so takes longer than a texel.
     """
-    c, radius = out.shape[1], RADIUS[kind]
+    c, radius = tex.base.shape[2], RADIUS[kind]
     base, reduced = ready_base(tex), tex.texels.reshape(tex.texels.size)
     sizes, starts, widths, heights = tex.size, tex.start, tex.width, tex.height
-    weights = np.empty(across.size, np.float32)
-    patch = np.empty(MOST * MOST * c + LANES, np.float32)
+    large = base.size and widths[0] * c >= LANES
     for n in range(xy.shape[0]):
-        x, y = xy[n]
-        p, q, r, _, short = _footprint(turn[n])
+        x, y = xy[n, 0], xy[n, 1]
+        p, q, r, long, short = _footprint(turn[n, 0], turn[n, 1], turn[n, 2], turn[n, 3])
+        if kind == CUBIC and long == 1.0 and large:  # magnified: the short way to the same
+            j, i = math.ceil(x - 2.5), math.ceil(y - 2.5)
+            if i >= 0 and j >= 0 and math.floor(y + 1.5) + 1 < heights[0] and math.floor(x + 1.5) < widths[0]:
+                at = (i * widths[0] + j) * c
+                _magnified(base, at, widths[0] * c, x - 0.5 - j, y - 0.5 - i, c, out, n * c)
+                continue
         level = 0
         while level + 1 < sizes.size and short >= sizes[level + 1]:
             level += 1
@@ -279,18 +290,61 @@ def _gathered(tex, xy, turn, kind, across, down, out):
         x, y = x - 0.5 - j, y - 0.5 - i
         # a row more: a register reaches beyond the last texel's channels
         within = i >= 0 and j >= 0 and i + rows < h and j + columns <= w and w * c >= LANES
-        at, row = (i * w + j) * c, w * c
+        at, row, value = (i * w + j) * c, w * c, out[n * c : (n + 1) * c]
         if not within or (level == 0 and base.size == 0):
             _copied(tex, level, i, j, rows, columns, patch)
             at, row = np.int64(0), columns * c  # plain 0 would be a type of its own
-            _weighed(patch, at, row, columns, rows, x, y, p, q, r, kind, across, down, weights, out[n])
+            _weighed(patch, at, row, columns, rows, x, y, p, q, r, kind, across, down, weights, value)
         elif level:
             at += starts[level] * c
-            _weighed(reduced, at, row, columns, rows, x, y, p, q, r, kind, across, down, weights, out[n])
-        elif kind == CUBIC and p == 1 and r == 1:
-            _magnified(base, at, row, x, y, out[n])
+            _weighed(reduced, at, row, columns, rows, x, y, p, q, r, kind, across, down, weights, value)
         else:
-            _weighed(base, at, row, columns, rows, x, y, p, q, r, kind, across, down, weights, out[n])
+            _weighed(base, at, row, columns, rows, x, y, p, q, r, kind, across, down, weights, value)
+
+
+@compiled
+def _painted(tex, z, right, down, cover, columns, at, kind, alpha, room, edges, start, out):
+    """sRGB bytes of pixels (rows, width) that are covered, in some of their columns: place, filter and encode one after
+    the other, a row at a time, which stays in the processor's nearest cache.
+
+    Args:
+        tex: the picture.
+        z, right, down, cover: as in `Band`.
+        columns: the first, and the one after the last.
+        at: as for `place`.
+        kind: of FILTERS.
+        alpha: the channel that is, or c: appended.
+        room: ACROSS, DOWN, weights and patch, as for `_gathered`.
+        edges, start: of `colour.byte_edges`.
+        out: (rows, width, c), or one channel more, written where anything is covered.
+    """
+    c, most = tex.base.shape[2], columns[1] - columns[0]
+    across, below, weights, patch = room
+    held, values = np.empty(most, np.int64), np.empty(most * c + LANES, np.float32)
+    places, turns = np.empty((most, 2)), np.empty((most, 4))
+    for i in range(z.shape[0]):
+        count = 0
+        for j in range(columns[0], columns[1]):
+            if cover[i, j] != 0:
+                x, y, xx, xy, yx, yy = place(z[i, j], right[i, j], down[i, j], at)
+                places[count, 0], places[count, 1] = x, y
+                turns[count, 0], turns[count, 1], turns[count, 2], turns[count, 3] = xx, xy, yx, yy
+                held[count] = j
+                count += 1
+        _gathered(tex, places[:count], turns[:count], kind, across, below, weights, patch, values)
+        for n in range(count):
+            j = held[n]
+            share, opaque = cover[i, j], np.float32(1)
+            if alpha < c:
+                opaque = values[n * c + alpha]
+                share *= opaque
+            if opaque == 0:
+                opaque = np.float32(1)
+            for k in range(c):
+                v = unit(values[n * c + k] / opaque)
+                code = np.int64(start[int(v * FINE)])
+                out[i, j, k] = code + (v >= edges[code + 1])
+            out[i, j, alpha] = np.uint8(np.rint(unit(share) * 255))
 
 
 @compiled
@@ -298,7 +352,7 @@ def _splined(spline, xy, turn, out):
     """Puts the spline in the place of the cubic's values, which it gives way to where the texture is shrunk."""
     mixed, across, down = np.empty(out.shape[1]), np.empty(6), np.empty(6)
     for n in range(xy.shape[0]):
-        long = _footprint(turn[n])[3]
+        long = _footprint(turn[n, 0], turn[n, 1], turn[n, 2], turn[n, 3])[3]
         share = max(0.0, (BLEND - long) / (BLEND - 1))
         if share > 0:
             _smooth(spline, xy[n, 0], xy[n, 1], across, down, mixed)
@@ -306,16 +360,41 @@ def _splined(spline, xy, turn, out):
                 out[n, k] = mixed[k] if share == 1 else share * mixed[k] + (1 - share) * out[n, k]
 
 
+def _room(channels: int) -> tuple[Float, Float, Float, Float]:
+    """ACROSS, DOWN, and memory for `_gathered`."""
+    weights, patch = np.empty_like(ACROSS), np.empty(MOST * MOST * channels + LANES, np.float32)
+    return ACROSS, DOWN, weights, patch
+
+
+def paint(
+    tex: Pyramid,
+    band: Band,
+    columns: tuple[int, int],
+    at: Corner,
+    kind: int,
+    alpha: int,
+    out: NDArray[np.uint8],
+) -> None:
+    """sRGB bytes of a band's pixels that are covered, in some of its columns; arguments as for `_painted`. `kind` is a
+    kernel's: NEAREST and SPLINE are no such."""
+    room = _room(tex.base.shape[2])
+    _painted(
+        tex, band.z, band.right, band.down, band.coverage, columns, at, kind, alpha, room, *byte_edges(), out
+    )
+
+
 def read(tex: Pyramid, xy: Real, turn: Real, kind: int) -> Float:
     """(p, c) values at texel coordinates with footprints, see `_gathered`.
 
     What is seldom asked for is a kernel of its own, which the first run need not compile.
     """
-    out = np.empty((len(xy), tex.base.shape[2]), np.float32)
+    c = tex.base.shape[2]
+    numbers = np.empty(len(xy) * c + LANES, np.float32)
+    out = numbers[:-LANES].reshape(-1, c)
     if kind == NEAREST:
         _nearest(tex, xy, out)
         return out
-    _gathered(tex, xy, turn, CUBIC if kind == SPLINE else kind, ACROSS, DOWN, out)
+    _gathered(tex, xy, turn, CUBIC if kind == SPLINE else kind, *_room(c), numbers)
     if kind == SPLINE and tex.spline.size:
         _splined(tex.spline, xy, turn, out)
     return out

@@ -56,8 +56,22 @@ def plus(typing, total, weight, numbers, at):
 
 
 @within
+def keep(typing, four, numbers, at):
+    """Writes them to numbers[at : at + 4] of a float32 array (n,); whether they exist is not looked at."""
+
+    def build(context, builder, signature, given):
+        value, array, at = given
+        data = context.make_array(signature.args[1])(context, builder, array).data
+        place = builder.bitcast(builder.gep(data, [at]), STORED.as_pointer())
+        builder.store(builder.fptrunc(value, STORED), place).align = 4
+        return context.get_dummy_value()
+
+    return types.none(FourNumbers(), numbers, types.intp), build
+
+
+@within
 def lane(typing, four, number):
-    """One of the four."""
+    """One of the four. Of a sum that is not a loop's, LLVM adds up each by itself: `keep` all then."""
 
     def build(context, builder, signature, given):
         return builder.extract_element(given[0], builder.trunc(given[1], NUMBER))

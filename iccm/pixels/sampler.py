@@ -9,6 +9,7 @@ from ..errors import InputError
 from ..memory import Memory
 from ..parallel import over_slices
 from . import colour, filters, pyramid
+from .canvas import Band
 from .colour import Float
 from .normals import turned
 from .texture import Places, Texture, check_kind, mend, strip_bytes
@@ -133,6 +134,18 @@ class Sampler:
             up = self.kind == "normal"
             values[:, :3] = turned(values[:, :3], turn, self.dtype, up=up, mirrored=mirrored)
         return values
+
+    @property
+    def paints(self) -> bool:
+        """Whether `paint` knows this kind of pictures: sRGB bytes, read by a kernel."""
+        kernel = self.filter not in (filters.NEAREST, filters.SPLINE)
+        return self.srgb and self.dtype == np.uint8 and not self.texture.associated and kernel
+
+    def paint(self, band: Band, columns: tuple[int, int], out: NDArray[np.uint8]) -> None:
+        """Pixels of some columns of a band, whose points lie in the texture's plane, at once; the same as `values` and
+        `stored` make."""
+        alpha = self.texture.alpha if self.texture.alpha >= 0 else self.channels
+        filters.paint(self.pyramid, band, columns, self.texture.corner, self.filter, alpha, out)
 
     def stored(self, values: Float, cover: Float | None = None) -> NDArray:
         """(p, c) filtered values, which may be changed, unpremultiplied and encoded.

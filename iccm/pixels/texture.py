@@ -14,6 +14,7 @@ from ..parallel import over_slices
 from .colour import Float
 from .pyramid import strip_rows
 
+Corner = tuple[float, float, float, float]
 MENDING = 48  # bytes that each texel takes on the way where some are not finite (by hand)
 
 
@@ -145,19 +146,32 @@ class Texture:
         size = self.box[1] - self.box[0]
         return self.pixels.shape[1] / size.real, self.pixels.shape[0] / size.imag
 
+    @property
+    def corner(self) -> Corner:
+        """The upper left corner's x and y in the source's plane, and the scale."""
+        return (self.box[0].real, self.box[1].imag, *self.scale)
+
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
         """As `Placing.places`."""
-        (sx, sy), (low, high) = self.scale, self.box
         xy, turn = np.empty((z.size, 2)), np.empty((z.size, 4))
-        _place(z, right, down, (low.real, high.imag, sx, sy), xy, turn)
+        _places(z, right, down, self.corner, xy, turn)
         return Places(xy, turn, right, down)
 
 
 @kernel
-def _place(z, right, down, at, xy, turn):
-    """Fills in `Places` from points (p,) and derivatives (p,), `at` being the upper left corner and the scales."""
+def place(z, right, down, at):
+    """The six numbers of a point in `Places`, from its derivatives and a texture's `corner`."""
     left, top, sx, sy = at
+    return (
+        *((z.real - left) * sx, (top - z.imag) * sy),
+        *(right.real * sx, down.real * sx, -right.imag * sy, -down.imag * sy),
+    )
+
+
+@kernel
+def _places(z, right, down, at, xy, turn):
+    """Fills in `Places` from points (p,) and derivatives (p,)."""
     for i in range(z.size):
-        xy[i, 0], xy[i, 1] = (z[i].real - left) * sx, (top - z[i].imag) * sy
-        turn[i, 0], turn[i, 1] = right[i].real * sx, down[i].real * sx
-        turn[i, 2], turn[i, 3] = -right[i].imag * sy, -down[i].imag * sy
+        xy[i, 0], xy[i, 1], turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3] = place(
+            z[i], right[i], down[i], at
+        )

@@ -162,18 +162,23 @@ class Warp:
 
     def _finish(self, band: Band) -> NDArray:
         """Stored pixels of a band; zero where nothing is."""
-        rows, width = band.coverage.shape
-        out = np.zeros((rows * width, self.channels), dtype=self.dtype)
-        cover = band.coverage.ravel()
-        if not self.antialias:
-            cover = (cover >= 0.5).astype(np.float32)
-        numbers = width * np.arange(rows)[:, None] + np.arange(ACROSS)
+        out = np.zeros((*band.coverage.shape, self.channels), dtype=self.dtype)
+        simple = self.sampler.paints and self.placing is self.sampler.texture
+        paint = self.sampler.paint if simple and self.antialias and band.mixed is None else self._put
+        width = out.shape[1]
         for first in range(0, width, ACROSS):  # squares: little of the texture is read, however it turns
-            some = band.coverage[:, first : first + ACROSS] != 0
-            part = first + numbers[:, : some.shape[1]][some]
-            put(out, part, self.sampler.stored(self._values(band, part), cover[part]))
+            paint(band, (first, min(first + ACROSS, width)), out)
             self.sampler.memory.release()
-        return out.reshape(rows, width, self.channels)
+        return out
+
+    def _put(self, band: Band, columns: tuple[int, int], out: NDArray) -> None:
+        """Pixels of some columns of a band, of any kind."""
+        cover = band.coverage[:, slice(*columns)]
+        i, j = np.nonzero(cover)
+        part, share = i * out.shape[1] + columns[0] + j, cover[i, j]
+        if not self.antialias:
+            share = (share >= 0.5).astype(np.float32)
+        put(out.reshape(-1, self.channels), part, self.sampler.stored(self._values(band, part), share))
 
     def _values(self, band: Band, at: NDArray[np.intp]) -> NDArray:
         """Filtered values of the band's pixels numbered `at`; two places that are seen in one are mixed, if colours

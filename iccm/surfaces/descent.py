@@ -128,10 +128,6 @@ class Between:
         return self.map.system.corners
 
     @cached_property
-    def _thetas(self) -> Real:
-        return np.full(len(self.map.faces), self.theta)
-
-    @cached_property
     def _rest(self) -> tuple[Complex, Real]:
         """Gradients of the hat functions on the source, and its areas."""
         map = self.map
@@ -166,8 +162,8 @@ class Between:
         """Of images (n,), the boundary's vertices at arclengths tau."""
         soup = _soup(self.map.system)
         laid = self._laid(u, self.ground.at(u))[0].ravel()
-        inside = total(soup.corners, *self._rest, laid, self._thetas, self.q, BOTH_AREAS, 0.0)
-        barrier = total(self._corners, *self._plane, u, self._thetas, 1.0, BOTH_AREAS, 0.0)
+        inside = total(soup.corners, *self._rest, laid, float(self.theta), self.q, BOTH_AREAS, 0.0)
+        barrier = total(self._corners, *self._plane, u, float(self.theta), 1.0, BOTH_AREAS, 0.0)
         return float(inside + barrier + border_energy(self.border, tau))
 
     def derivatives(self, u: Complex) -> tuple[Real, Real]:
@@ -178,8 +174,8 @@ class Between:
         turns = np.einsum("mic,mkcj->mkij", plane, place.slopes[self._corners])
         turns[self._flat] = np.eye(2)
         soup = _soup(self.map.system)
-        slopes, blocks = _assembled(soup, laid, *self._rest, self._thetas, self.q)
-        more, light = _assembled(soup, u[self._corners], *self._plane, self._thetas, 1.0)
+        slopes, blocks = _assembled(soup, laid, *self._rest, float(self.theta), self.q)
+        more, light = _assembled(soup, u[self._corners], *self._plane, float(self.theta), 1.0)
         return np.einsum("mkij,mki->mkj", turns, slopes) + more, turned(blocks, turns) + light
 
     def _laid(self, u: Complex, place: Landing) -> tuple[Complex, Real]:
@@ -207,12 +203,12 @@ def _soup(system: BlockPattern) -> BlockPattern:
 
 
 def _assembled(
-    soup: BlockPattern, laid: Complex, gradients: Complex, areas: Real, thetas: Real, q: float
+    soup: BlockPattern, laid: Complex, gradients: Complex, areas: Real, theta: float, q: float
 ) -> tuple[Real, Real]:
     """(m, 3, 2) gradients and (m, 6, 2, 2) blocks of the Hessians of triangles (m, 3)."""
     m = len(laid)
     blocks, slopes = np.empty((6 * m, 4)), np.empty(3 * m, np.complex128)
-    assemble(soup, gradients, areas, laid.ravel(), thetas, q, BOTH_AREAS, 0.0, blocks, slopes)
+    assemble(soup, gradients, areas, laid.ravel(), theta, q, BOTH_AREAS, 0.0, blocks, slopes)
     return xy_of(slopes).reshape(m, 3, 2), blocks.reshape(m, 6, 2, 2)
 
 

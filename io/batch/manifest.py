@@ -14,12 +14,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
-from ...errors import InputError
+from ...errors import InputError, JobError
 from .. import files, names
 from ..pictures.tiles import MARK, files_of
-from ..run.job import STEM, WRITTEN, Job, mistakes
+from ..run.job import STEM, WRITTEN, Job
 from ..run.options import many
 from ..spec import Spec, path_of
 
@@ -109,15 +107,14 @@ def read(text: str, name: str, *, root: Path, outside: bool = False) -> list[Tas
                 raise ManifestError([f"{name}: more than {MAX_JOBS} jobs; split the manifest"])
             task = _task(len(tasks) + 1, entry, values, found)
             if task:
-                tasks.append(task)
-    placed = [_placed(task, root, outside, found) for task in tasks]
-    _distinct(placed, {os.path.realpath(path): what for path, what in _taken(name, root)}, found)
-    if not found and not placed:
+                tasks.append(_placed(task, root, outside, found))
+    _distinct(tasks, {os.path.realpath(path): what for path, what in _taken(name, root)}, found)
+    if not found and not tasks:
         found.append(f"{name}: no jobs; add [[job]] tables, or one JSON object a line")
     if found:
         once = dict.fromkeys(line for line in found if ": [defaults]: " in line)
         raise ManifestError([*once, *(line for line in found if line not in once)])
-    return placed
+    return tasks
 
 
 def _taken(name: str, root: Path) -> Iterator[tuple[str, str]]:
@@ -267,8 +264,8 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
     label = _filled(name or "{source.stem}-{target.stem}", fields, f"{entry.at('name')}: name", wrong)
     try:
         job = Job(**filled)
-    except (ValidationError, TypeError) as error:
-        listed = mistakes(error) if isinstance(error, ValidationError) else [("", "keys must be text")]
+    except (JobError, TypeError) as error:
+        listed = error.mistakes if isinstance(error, JobError) else [("", "keys must be text")]
         wrong += [
             f"{entry.at(key)}: {key}: {text}" if key else f"{entry.place}: {text}" for key, text in listed
         ]
@@ -360,30 +357,41 @@ def _distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> Non
 
     Names that differ only by case or by how Unicode writes a letter are one file on many disks.
     """
-    jobs = [(task, job.inputs, job.outputs) for task in tasks for job in (task.job,)]
-    inputs = set(map(os.path.realpath, {path for _, read, _ in jobs for path in read}))
-    owner: dict[str, tuple[Task, str]] = {}
-    for task, _, outputs in jobs:
-        for path in outputs:
+    inputs: set[str] = set()
+    outputs: list[tuple[str, ...]] = []  # of each task; no more is kept, as there may be a hundred thousand
+    for task in tasks:
+        job = task.job
+        inputs.update(job.inputs)
+        outputs.append(job.outputs)
+    inputs = set(map(os.path.realpath, inputs))
+    owner: dict[str, Task] = {}
+    for task, paths in zip(tasks, outputs):
+        for path in paths:
             real = os.path.realpath(path)
-            other, same = owner.get(names.alike(real), (None, real))
+            other = owner.get(names.alike(real))
             if other is not None:
                 both = f"{other.place} writes it too" if other is not task else "it is named twice"
-                if same != real:
+                if (same := _written(other, real)) != real:
                     both = f"{other.place} writes {same}, which is the same file on many disks"
                 found.append(f"{task.place}: output: {path}: {both}; use a template such as {{source.stem}}")
             if real in inputs:
                 found.append(f"{task.place}: output: {path}: is also an input of the batch")
             if real in taken:
                 found.append(f"{task.place}: output: {path}: is {taken[real]}; name another file")
-            owner[names.alike(real)] = task, real
-    for task, _, outputs in jobs:
-        for path in outputs:
-            above = next((owner[key] for key in _above(path) if key in owner), None)
+            owner[names.alike(real)] = task
+    for task, paths in zip(tasks, outputs):
+        for path in paths:
+            above = next(((owner[key], key) for key in _above(path) if key in owner), None)
             if above:
                 found.append(
-                    f"{task.place}: output: {path}: {above[0].place} writes {above[1]}, which is no folder"
+                    f"{task.place}: output: {path}: {above[0].place} writes {_written(*above)}, which is no folder"
                 )
+
+
+def _written(task: Task, name: str) -> str:
+    """The output of a task that is the same file as another, on many disks."""
+    real = map(os.path.realpath, task.job.outputs)
+    return next(path for path in real if names.alike(path) == names.alike(name))
 
 
 def _above(path: str) -> Iterator[str]:

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import InputError
 from .. import files, formats
-from ..run.job import mistakes
+from ..run.checked import mistakes
 
 MAX_BYTES = 1 << 28
 

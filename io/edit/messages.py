@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError,
 from ...errors import InputError
 from ..places import Place as Spot
 from ..run.options import MAX_SIDE, MOST_BALANCE
-from ..shapes.constraints import Pin, Stroke
+from ..shapes.listing import Pin, Stroke
 
 MOST_PINS, MOST_STROKES, MOST_POINTS = 500, 100, 2000
 

@@ -29,8 +29,8 @@ from ..run.inputs import Inputs
 from ..run.job import Job
 from ..run.outputs import suffix_for
 from ..run.report import plain
-from ..shapes import constraints
-from ..shapes.constraints import Listed, Pin, Stroke
+from ..shapes import constraints, listing
+from ..shapes.listing import Listed, Pin, Stroke
 from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
 from ..shapes.starts import StartingMap
@@ -58,7 +58,7 @@ class Session:
         source, target = inputs.shape(job.source), inputs.shape(job.target or "")
         self.job, self.suffix = job, suffix_for(job, inputs)
         self.drawn = bool(source.pins or source.strokes)
-        listed = constraints.read(job.constraints) if job.constraints else Listed()
+        listed = listing.read(job.constraints) if job.constraints else Listed()
         self.first = _scene(job, source, target, listed)
         self.source, self.target = (replace(shape, pins={}, strokes={}) for shape in (source, target))
         self.core(self.first)

@@ -12,8 +12,12 @@ from .carried import Pictures
 from .look import Coat
 from .of_gltf import EMISSIVE, ROUGH
 
-NORMAL = "normalTexture"
-TO_MTL = {gltf_materials.BASE: "map_kd", gltf_materials.DIFFUSE: "map_kd", NORMAL: "norm", EMISSIVE: "map_ke"}
+TO_MTL = {
+    gltf_materials.BASE: "map_kd",
+    gltf_materials.DIFFUSE: "map_kd",
+    gltf_materials.NORMALS: "norm",
+    EMISSIVE: "map_ke",
+}
 TO_GLTF = {"map_kd": gltf_materials.BASE, "map_ke": EMISSIVE}
 GREYS = ("map_pr", "map_pm")  # roughness and metal: green and blue of glTF's picture of both
 PLAIN = ["Ka 1 1 1", "Kd 1 1 1", "Ks 0 0 0", "illum 2"]
@@ -26,7 +30,7 @@ def to_gltf(
     made = {TO_GLTF[word]: image for word, image in images.items() if word in TO_GLTF}
     for word, image in images.items():
         if kinds[word] == "normal":
-            made[NORMAL] = image
+            made[gltf_materials.NORMALS] = image
     rough: dict[str, Any] = {"metallicFactor": 1.0 if "map_pm" in images else _number(coat, "pm", 0.0)}
     if "map_pr" not in images:
         rough["roughnessFactor"] = _number(coat, "pr", 1.0)

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 BASE = "pbrMetallicRoughness/baseColorTexture"
+NORMALS = "normalTexture"
 DIFFUSE = "extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture"  # what programs show that know it
 NEW = {"name": "iccm", "pbrMetallicRoughness": {"metallicFactor": 0.0}}
 COLOURS = ("basecolor", "diffuse", "emissive", "sheencolor", "specularcolor")

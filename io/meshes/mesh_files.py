@@ -293,6 +293,7 @@ def write(
     *,
     name: Path,
     texture: Path | bytes | None = None,
+    normals: Path | None = None,
     pictures: Pictures | None = None,
     force: bool = False,
 ) -> tuple[list[str], list[str]]:
@@ -306,6 +307,7 @@ def write(
         out: where to write now, a temporary file beside `name`.
         name: what it will be called.
         texture: the picture to show, or its content; None to leave materials alone.
+        normals: a normal map to show, y up; not in PLY.
         pictures: further ones for the new coordinates, PNG or JPEG files by material and slot.
         force: whether what is `written_beside` it may be replaced.
 
@@ -317,7 +319,8 @@ def write(
         if name.suffix.lower() == ".ply":
             made, said = _ply(file, uv, uv_corners, name, texture)
         else:
-            held = {} if texture is None else {gltf_materials.BASE: _embeddable(texture)}
+            given = {gltf_materials.BASE: texture, gltf_materials.NORMALS: normals}
+            held = {slot: _embeddable(picture) for slot, picture in given.items() if picture is not None}
             keys = {part.key for part in file.primitives} or {""}
             every = {key: held | dict((pictures or {}).get(key, {})) for key in keys}
             made, said = _glb(file, uv, uv_corners, triangles, every)
@@ -326,7 +329,9 @@ def write(
     whole = file.obj or obj.parse(_as_obj(file.mesh), name)
     faces = file.faces if file.obj else np.ones(len(whole.face_at), bool)
     shown = _embeddable(texture) if isinstance(texture, bytes) else texture
-    return obj_materials.write(whole, faces, uv, uv_corners, out, name, shown, pictures or {}, force=force)
+    return obj_materials.write(
+        whole, faces, uv, uv_corners, out, name, shown, normals, pictures or {}, force=force
+    )
 
 
 def as_written(uv: Real, name: str | Path) -> Real:

@@ -122,8 +122,9 @@ class Obj:
         """Names of the objects, groups and materials that have faces, in file order."""
         used: set[tuple[str, str]] = set()
         for keyword in ("o", "g", "usemtl"):
-            which, said = self.current(keyword)
-            used |= {(keyword, name) for k in np.unique(which) if k >= 0 for name in _names_of(said[k])}
+            said = [s for s in self.statements if s.keyword == keyword]
+            first = np.searchsorted(self.face_at, [s.at for s in said] + [len(self.data)])  # faces after each
+            used |= {(keyword, name) for k in np.flatnonzero(np.diff(first)) for name in _names_of(said[k])}
         named = ((s.keyword, name) for s in self.statements for name in _names_of(s))
         return list(dict.fromkeys(name for keyword, name in named if (keyword, name) in used))
 

@@ -11,6 +11,7 @@ from . import material_library, obj_write
 from .obj import Obj
 
 NEW = "iccm"  # a material of ours
+NORMALS = "norm"  # the statement that shows a normal map
 Pictures = Mapping[str, Mapping[str, bytes]]
 """Picture files by material and slot: its name and MTL's statements in lower case, or its number and glTF's slots."""
 
@@ -67,12 +68,12 @@ def renamed(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
     return rename, fresh(f"{NEW}_plain") if None in outside else ""
 
 
-def written_beside(name: Path, texture: Path | bytes | None) -> list[str]:
+def written_beside(name: Path, texture: Path | bytes | None, normals: Path | None = None) -> list[str]:
     """The files that `write` puts beside an output: an OBJ's material library, and a picture that is no file yet."""
-    if texture is None or name.suffix.lower() != ".obj":
+    if (texture is None and normals is None) or name.suffix.lower() != ".obj":
         return []
     library = str(name.with_suffix(".mtl"))
-    if isinstance(texture, Path):
+    if not isinstance(texture, bytes):
         return [library]
     suffix = ".jpg" if formats.suffix_of_content(texture) == ".jpg" else ".png"
     return [library, str(name.with_name(f"{name.stem}-texture{suffix}"))]
@@ -86,12 +87,14 @@ def write(
     out: Path,
     name: Path,
     texture: Path | bytes | None,
+    normals: Path | None,
     pictures: Pictures,
     *,
     force: bool,
 ) -> tuple[list[str], list[str]]:
     """Write an OBJ with new texture coordinates; arguments as for `mesh_files.write`, whose answer this is."""
     words = {word for made in pictures.values() for word in made} | ({"map_kd"} if texture else set())
+    words |= {NORMALS} if normals else set()
     notes = staying(whole, faces, name, words)
     if not words:
         out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners))
@@ -101,6 +104,7 @@ def write(
     if texture is not None:
         own["map_kd"] = texture if isinstance(texture, Path) else Path(written_beside(name, texture)[1])
         contents |= {own["map_kd"]: texture} if isinstance(texture, bytes) else {}
+    own |= {NORMALS: normals} if normals is not None else {}
     rename, plain = renamed(whole, faces)
     shown = dict[str | None, dict[str, str]]()
     for material in rename:

@@ -1,5 +1,6 @@
 """Pictures as they are stored, and what formats make of them: colour space, association of alpha, depth."""
 
+import os
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
@@ -15,6 +16,14 @@ from ...pixels import colour
 from ...pixels.pyramid import strip_rows
 from ...pixels.texture import Texture
 from ..formats import PictureFormat
+
+USUAL = {  # what the two spaces that are worked in are called: a look at OpenColorIO's own configuration takes 30 ms
+    "sRGB": "sRGB",
+    "srgb_rec709_scene": "sRGB",
+    "lin_rec709": "lin_rec709",
+    "lin_rec709_scene": "lin_rec709",
+}
+TRANSFERS = {"sRGB": "srgb", "lin_rec709": "linear"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +76,16 @@ class Image:
         return made
 
 
+def own_configuration() -> bool:
+    """Whether a studio has its own configuration of OpenColorIO, whose names may mean something else."""
+    return bool(os.environ.get("OCIO"))
+
+
 @cache
 def transfer_of(colorspace: str) -> str | None:
     """ "srgb" or "linear" for the spaces that the filters decode themselves, None for the others."""
+    if colorspace in USUAL and not own_configuration():
+        return TRANSFERS[USUAL[colorspace]]
     config = oiio.ColorConfig()
     if config.equivalent(colorspace, "sRGB"):
         return "srgb"
@@ -77,6 +93,17 @@ def transfer_of(colorspace: str) -> str | None:
     if colorspace == "data" or resolved in ("Raw", "ACEScg", "ACES2065-1") or "Linear" in resolved:
         return "linear"
     return None
+
+
+@cache
+def usual_of(said: str) -> str | None:
+    """A colour space as a file calls it, by one of the usual names where it has one; None where nobody knows it."""
+    if said in USUAL and not own_configuration():
+        return USUAL[said]
+    config = oiio.ColorConfig()
+    if config.resolve(said) not in config.getColorSpaceNames():
+        return None
+    return next((name for name in TRANSFERS if config.equivalent(said, name)), said)
 
 
 def prepared(image: Image, format: PictureFormat) -> Image:

@@ -18,7 +18,7 @@ from ...pixels.pyramid import strip_rows
 from .. import formats
 from ..files import as_text, open_input
 from ..silence import silenced
-from .image import Image, error_of, prepared, transfer_of
+from .image import Image, error_of, prepared, transfer_of, usual_of
 from .png import SIGNATURE, PngOutput
 
 __all__ = ["MAX_PIXELS", "Image", "check", "read", "transfer_of", "write", "write_bands"]
@@ -144,8 +144,11 @@ def check(path: str | Path, like: Image, height: int, width: int) -> None:
     """
     if formats.of(path).picture is None:
         raise _unknown(path)
-    side = max(height, width)
-    row = np.zeros((1, side, like.pixels.shape[2]), like.pixels.dtype)
+    side, channels, dtype = max(height, width), like.pixels.shape[2], like.pixels.dtype
+    kind = (Path(path).suffix, side, channels, dtype, like.alpha, like.associated, like.colorspace)
+    if any(metadata is like.metadata and kind == known for metadata, known in _passed):
+        return
+    row = np.zeros((1, side, channels), dtype)
     with tempfile.TemporaryDirectory() as folder:
         trial = Path(folder) / f"trial{Path(path).suffix}"
         try:
@@ -153,6 +156,11 @@ def check(path: str | Path, like: Image, height: int, width: int) -> None:
         except InputError as error:
             text = str(error).replace(str(trial), str(path)).replace(f"{side}x1", f"{width}x{height}")
             raise InputError(text) from error
+    _passed[:] = [(like.metadata, kind)]
+
+
+_passed: list[tuple[dict[str, Any], Any]] = []
+"""The last picture that passed: in a batch the next one is often of its kind."""
 
 
 def write(path: str | Path, image: Image) -> None:
@@ -335,11 +343,7 @@ def _space(spec: oiio.ImageSpec, dtype: np.dtype) -> str:
     except UnicodeDecodeError:
         said = ""
     said = said if isinstance(said, str) and said.isprintable() else ""
-    config = oiio.ColorConfig()
-    if said and config.resolve(said) in config.getColorSpaceNames():
-        usual = [name for name in ("sRGB", "lin_rec709") if config.equivalent(said, name)]
-        return usual[0] if usual else said
-    return "lin_rec709" if dtype.kind == "f" else "sRGB"
+    return (said and usual_of(said)) or ("lin_rec709" if dtype.kind == "f" else "sRGB")
 
 
 def _metadata(spec: oiio.ImageSpec) -> tuple[dict[str, Any], bool]:

@@ -37,6 +37,10 @@ class PngOutput:
         """As `ImageOutput.open`: begins the file. The header is that of a file with the first row alone."""
         one, path = spec.copy(), Path(name)
         one.height = one.full_height = 1
+        if one.get_string_attribute("oiio:ColorSpace") == "sRGB":
+            one.erase_attribute(
+                "oiio:ColorSpace"
+            )  # it means the same, and is not looked up in a configuration
         row = np.zeros((1, spec.width, spec.nchannels), str(spec.format))
         if not (self.said.open(name, one) and self.said.write_image(row) and self.said.close()):
             return False

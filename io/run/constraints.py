@@ -13,7 +13,7 @@ from .job import Job
 
 if TYPE_CHECKING:
     from ...result import Fit
-    from ..shapes.constraints import Listed
+    from ..shapes.listing import Listed
     from ..shapes.shape import Shape
 
 
@@ -29,10 +29,10 @@ def constrained(
     Raises:
         InputError: a name without its partner, a place that a file does not have, a point outside the source.
     """
-    from ..shapes.constraints import Pin, pairs_at
+    from ..shapes.constraints import pairs_at
 
     pins, strokes, called, start = _drawn(job, source, target, listed)
-    pairs = [pairs_at(source, target, Pin(source=here, target=there)) for here, there in job.pin]
+    pairs = [pairs_at(source, target, here, there) for here, there in job.pin]
     typed = [each for pair in pairs for each in pair]
     pins = np.concatenate([np.reshape(pins, (-1, 2)), np.reshape(np.array(typed, dtype=complex), (-1, 2))])
     inside(source, "pin", list(pins[:, 0]))

@@ -100,10 +100,10 @@ def with_outputs(job: Job, inputs: Inputs | None = None) -> Job:
     specs = [Spec.of(spec) for spec in (job.source, job.target) if spec]
     names = [spec.path.stem + (f"#{spec.chosen}" if spec.chosen else "") for spec in specs]
     name = "-".join(names if job.target else [*names, "deformed"]).replace("#", "-")
-    textures, suffix = [path for path, _ in job.maps], outputs.suffix_for(job, inputs or Inputs(job))
-    if len(textures) > 1:
+    suffix = outputs.suffix_for(job, inputs or Inputs(job))
+    if len(job.maps) > 1:
         name, suffix = f"{name}-{STEM}", ".png"
-    return job.model_copy(update={"output": shared([name + suffix], textures)})
+    return job.model_copy(update={"output": shared([name + suffix], job.maps)})
 
 
 def check(job: Job, inputs: Inputs | None = None) -> list[Output]:

@@ -22,7 +22,7 @@ from .job import Job
 
 if TYPE_CHECKING:
     from ...surfaces.inserted import Opening
-    from ..shapes.constraints import Listed
+    from ..shapes.listing import Listed
 
 MAX_BYTES = 1 << 26
 _MAP = re.compile(rb"^[ \t]*(?:map_\w+|bump|norm|disp|decal)[ \t]+([^\r\n]+)", re.MULTILINE | re.IGNORECASE)
@@ -58,9 +58,11 @@ class Inputs:
         Raises:
             InputError: it is wrong.
         """
-        from ..shapes import constraints
+        if not self.job.constraints:
+            return None
+        from ..shapes import listing
 
-        return constraints.read(self.job.constraints) if self.job.constraints else None
+        return listing.read(self.job.constraints)
 
     def _seam(self, target: bool) -> list[Place]:
         """The pins of the source or the target through which closed meshes on both sides are cut, in their order."""

@@ -155,7 +155,7 @@ class JobOptions:
     )
     normal: tuple[str, ...] = _option(
         "A tangent-space normal map, y up, through the same map, as the next two: each gets an -o, or {stem} in one "
-        "stands for its name. May be repeated.", "IMAGE", default=(), parse=many,
+        "stands for its name; a mesh (-o x.glb) shows one itself. May be repeated.", "IMAGE", default=(), parse=many,
     )  # fmt: skip
     normal_down: tuple[str, ...] = _option("One with y down (DirectX).", "IMAGE", default=(), parse=many)
     data: tuple[str, ...] = _option(

@@ -183,12 +183,8 @@ class Run:
         return self._begun["sampler"].result() if "sampler" in self._begun else self._sampler()
 
     def _sampler(self) -> Sampler:
-        from ...pixels.sampler import Sampler
-
-        job = self.job
         with self.phases.timed("prepare"):
-            placed = self.image.texture(self.box, kind=job.kind, room=self.room)
-            return Sampler(placed, job.filter, job.kind, job.edge, memory=self.room, threads=self.threads)
+            return texture.sampler_of(self.job, self.image, self.box, self.room, self.threads)
 
     @cached_property
     def found(self) -> dict[str, Any]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...arrays import Box
@@ -12,9 +13,13 @@ from .job import Job
 
 if TYPE_CHECKING:
     from ...memory import Memory
+    from ...pixels.sampler import Sampler
     from ..pictures.image_files import Image
     from ..pictures.tiles import TiledImage
     from ..shapes.shape import Shape
+
+CHEQUERED = 1024  # pixels a side of the checkerboard
+KEPT = 1 << 24  # numbers of a picture that is kept for the next job (by hand)
 
 
 def on_mesh(job: Job, source: Shape) -> bool:
@@ -54,6 +59,36 @@ def box_of(job: Job, source: Shape, tiles: Box | None = None) -> Box:
     return framing.covered(job, source) if textured(job, source) else framing.chequered(job, source)
 
 
+class Latest:
+    """What was made last, while it is small: jobs of a batch that follow each other often share their texture."""
+
+    def __init__(self) -> None:
+        self._held: tuple[Any, Any] | None = None
+
+    def get(self, key: Any, size: Callable[[Any], int], make: Callable[[], Any]) -> Any:
+        """What is there for a key, which is never None, or what is made; `size` tells its numbers."""
+        if self._held is not None and self._held[0] == key:
+            return self._held[1]
+        made = make()
+        self._held = (key, made) if key is not None and size(made) <= KEPT else None
+        return made
+
+
+_read, _ready = Latest(), Latest()
+
+
+def sampler_of(job: Job, image: Image, box: Box, room: Memory, threads: int | None) -> Sampler:
+    """The picture in its place in the source's plane, ready to be filtered."""
+    from ...pixels.sampler import Sampler
+
+    def make() -> Sampler:
+        placed = image.texture(box, kind=job.kind, room=room)
+        return Sampler(placed, job.filter, job.kind, job.edge, memory=room, threads=threads)
+
+    key = None if job.memory else (image, box, job.kind, job.filter, job.edge)
+    return _ready.get(key, lambda made: made.texture.pixels.size, make)
+
+
 def image_of(job: Job, source: Shape, room: Memory) -> Image:
     """The picture to carry along: --texture, the mesh's own, or a checkerboard.
 
@@ -63,15 +98,29 @@ def image_of(job: Job, source: Shape, room: Memory) -> Image:
     from ..pictures import image_files
 
     limits = _limits(job, room)
-    if job.texture:
-        return image_files.read(job.texture, **limits)
+    if name := job.texture:
+        key = None if job.memory else (_stamp(name), job.max_pixels, job.colorspace)
+        return _read.get(key, _numbers, lambda: image_files.read(name, **limits))
     if source.pictures:
         from ..shapes import mesh_texture
 
         return mesh_texture.read(source, **limits)
     from ...pixels.checkerboard import checkerboard
 
-    return image_files.Image(checkerboard(1024))
+    return _read.get(CHEQUERED, _numbers, lambda: image_files.Image(checkerboard(CHEQUERED)))
+
+
+def _numbers(image: Image) -> int:
+    return image.pixels.size
+
+
+def _stamp(name: str) -> tuple[str, int, int] | None:
+    """A file, when it was written and its size; None where there is none."""
+    try:
+        seen = os.stat(name)
+    except (OSError, ValueError):
+        return None
+    return os.path.realpath(name), seen.st_mtime_ns, seen.st_size
 
 
 def _limits(job: Job, room: Memory) -> dict[str, Any]:

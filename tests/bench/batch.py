@@ -1,13 +1,19 @@
-"""Batches: speed-up of two workers over one, overhead a job, memory over many jobs.
+"""Batches: a local Dask cluster of two workers beside `-j 2`, a lost worker, speed-up, overhead, memory over many jobs.
 
-python -m tests.bench.batch [--jobs 200] [--many 2000] [--rounds 2]
+python -m tests.bench.batch [dask | lost | workers | memory …] [--jobs 40] [--small 1000] [--chunks 4]
+
+Throughput is taken between the first result of a run and its last, so that start-up counts on neither side, and in
+chunks by turns, so that other load on the machine strikes both alike. Processor time is that of the command, of its
+workers, and of Dask's scheduler: it hardly depends on the load.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import itertools
 import json
+import logging
 import os
 import shutil
 import signal
@@ -16,14 +22,28 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import psutil
 
-from .goals import goal
+from iccm.io.pictures import image_files
+
+from .goals import goal, unmeasured
 
 ICCM = str(Path(sys.executable).parent / "iccm")
-OPTIONS = {"method": "paper", "vertices": 60, "max_iterations": 20}
+SMALL = {"method": "paper", "vertices": 20, "max_iterations": 2, "size": 16, "texture": "t.png"}
+DASK = "time on Dask's two workers by that of -j 2"
+LOST = "jobs lost with a worker"
+
+
+def drawing(points: np.ndarray) -> str:
+    """An SVG of a polygon in 100 by 100."""
+    listed = " ".join(f"{z.real:.3f},{z.imag:.3f}" for z in points)
+    return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><polygon points="{listed}"/></svg>'
 
 
 def blob(seed: int) -> str:
@@ -31,115 +51,175 @@ def blob(seed: int) -> str:
     rng = np.random.default_rng(seed)
     t = np.linspace(0, 2 * np.pi, 80, endpoint=False)
     r = 35 + sum(rng.normal() * 4 / k * np.cos(k * t + rng.uniform(0, 6)) for k in range(2, 6))
-    points = " ".join(f"{50 + a * np.cos(s):.3f},{50 + a * np.sin(s):.3f}" for a, s in zip(r, t))
-    return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><polygon points="{points}"/></svg>'
+    return drawing(50 + 50j + r * np.exp(1j * t))
 
 
 def jobs(folder: Path, count: int, **more: object) -> Path:
-    """A manifest of `count` different jobs."""
+    """A manifest of `count` different jobs between random shapes, with the usual options."""
     side = int(np.ceil(np.sqrt(count)))
     for n in range(side):
         (folder / f"{n}.svg").write_text(blob(n))
-    rows: list[dict] = [{"defaults": {**OPTIONS, **more}}]
-    for a, b in itertools.islice(itertools.product(range(side), repeat=2), count):
-        rows.append({"source": f"{a}.svg", "target": f"{b}.svg", "output": "{source.stem}-{target.stem}.png"})
-    (folder / "jobs.jsonl").write_text("\n".join(map(json.dumps, rows)))
-    return folder / "jobs.jsonl"
+    pairs = itertools.islice(itertools.product(range(side), repeat=2), count)
+    named = {"output": "{source.stem}-{target.stem}.png", **more}
+    return listed(folder, [{"source": f"{a}.svg", "target": f"{b}.svg", **named} for a, b in pairs])
 
 
-def folder(manifest: Path, where: int | str) -> Path:
-    """Where outputs of so many workers, or of a cluster, go."""
-    return manifest.parent / f"out{where}".replace(":", "-").replace("/", "-")
+def small(folder: Path, count: int) -> Path:
+    """A manifest of jobs that take as little as a job can: a square onto itself, 16 px of a texture of 16 px."""
+    (folder / "a.svg").write_text(drawing(np.array([0, 100, 100 + 100j, 100j])))
+    image_files.write(folder / "t.png", image_files.Image(np.zeros((16, 16, 3), np.uint8)))
+    job = {"source": "a.svg", "target": "a.svg", "output": "{number}.png", **SMALL}
+    return listed(folder, [job] * count)
 
 
-def batch(manifest: Path, workers: int | str) -> tuple[float, list[dict], list[int]]:
-    """Seconds, results, and the memory in KiB of parent and workers over time; on so many workers, or on a cluster."""
-    root = folder(manifest, workers)
-    where = ["--dask", workers] if isinstance(workers, str) else ["-j", str(workers)]
-    command = [ICCM, "batch", str(manifest), "--root", str(root), *where, "-q"]
-    start = time.perf_counter()
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    memory: list[int] = []
-    watcher = threading.Thread(target=_watch, args=(process, memory), daemon=True)
-    watcher.start()
-    out, _ = process.communicate()
+def listed(folder: Path, rows: list[dict]) -> Path:
+    """The manifest of some jobs."""
+    path = folder / "jobs.jsonl"
+    path.write_text("\n".join(map(json.dumps, rows)))
+    return path
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What a batch took.
+
+    Attributes:
+        seconds: of the whole command, start-up included.
+        steady: seconds a job between the first result and the last.
+        used: processor time a job, of the same ones.
+        inside: seconds of all jobs, as their results tell them.
+        memory: MiB of the command and its workers over time.
+    """
+
+    seconds: float
+    steady: float
+    used: float
+    inside: float
+    memory: list[float]
+
+
+def run(manifest: Path, *where: str, cluster: Any = None) -> Batch:
+    """Run a manifest on so many workers, or on a cluster."""
+    root, given = manifest.parent / "out", len(manifest.read_text().splitlines())
+    memory, ended, results, start = [], [], [], time.perf_counter()
+    with command(manifest, root, *where) as process:
+        threading.Thread(target=watch, args=(process.pid, memory), daemon=True).start()
+        for number, line in enumerate(process.stdout, 1):
+            ended.append(time.perf_counter())
+            results.append(json.loads(line))
+            if number == 1:
+                before = processor_time(process.pid, cluster)
+            elif number == given:
+                used = processor_time(process.pid, cluster) - before
     seconds = time.perf_counter() - start
-    results = [json.loads(line) for line in out.splitlines()]
+    shutil.rmtree(root)
     assert all(result["status"] in ("done", "poor") for result in results), results[0]
-    return seconds, results, memory
+    count = len(results) - 1
+    inside = sum(result["seconds"] for result in results)
+    return Batch(seconds, (ended[-1] - ended[0]) / count, used / count, inside, memory)
 
 
-def _watch(process: subprocess.Popen, memory: list[int]) -> None:
-    while process.poll() is None:
-        memory.append(sum(map(resident, descendants(process.pid))))
-        time.sleep(0.25)
+def command(manifest: Path, root: Path, *where: str) -> subprocess.Popen:
+    """The running `iccm batch`."""
+    line = [ICCM, "batch", str(manifest), "--root", str(root), *where, "-q"]
+    return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
 
 
-def descendants(pid: int) -> list[int]:
-    """Processes that come from `pid`, the process itself included."""
-    parents = {}
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            parents[int(stat.parent.name)] = int(stat.read_text().rpartition(")")[2].split()[1])
-        except OSError:
-            continue
-    found = [pid]
-    for one in found:
-        found += [child for child, parent in parents.items() if parent == one]
-    return found
+def processor_time(pid: int, cluster: Any) -> float:
+    """CPU-seconds so far of a command and its workers, or a cluster's, and this process, which is its scheduler."""
+    command = psutil.Process(pid)
+    running = [command, *command.children(recursive=True)]
+    if cluster:
+        running += [psutil.Process(), *(psutil.Process(w.process.pid) for w in cluster.workers.values())]
+    times = [process.cpu_times() for process in running]
+    return sum(used.user + used.system for used in times)
 
 
-def resident(pid: int) -> int:
-    """Memory of a process in KiB, of what it shares with others its share."""
-    try:
-        rollup = Path(f"/proc/{pid}/smaps_rollup").read_text()
-    except OSError:
-        return 0
-    return int(rollup.partition("\nPss:")[2].split()[0])
+def watch(pid: int, memory: list[float]) -> None:
+    """Note what a process and those that come from it hold, of what is shared their share, until it ends."""
+    with contextlib.suppress(psutil.NoSuchProcess):
+        process = psutil.Process(pid)
+        while process.is_running():
+            memory.append(sum(map(held, [process, *process.children(recursive=True)])))
+            time.sleep(0.25)
 
 
-def beside(manifest: Path, rounds: int) -> tuple[float, float]:
-    """The least seconds of `-j 2` and of a local Dask cluster of two workers that runs already, in turn."""
+def held(process: psutil.Process) -> float:
+    """MiB of a process."""
+    with contextlib.suppress(psutil.Error):
+        found = process.memory_full_info()
+        return getattr(found, "pss", found.uss) / 2**20
+    return 0.0
+
+
+@contextlib.contextmanager
+def two_workers() -> Iterator[Any]:
+    """A local Dask cluster of two workers."""
     from distributed import LocalCluster
 
-    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
-        address = cluster.scheduler_address
-        taken: dict[int | str, list[float]] = {2: [], address: []}
-        for _ in range(rounds + 1):
-            for where, seconds in taken.items():
-                seconds.append(batch(manifest, where)[0])
-                shutil.rmtree(folder(manifest, where))
-    return min(taken[2][1:]), min(taken[address][1:])  # in the first round workers import
+    quiet = {"dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, **quiet) as cluster:
+        yield cluster
 
 
-def lost(manifest: Path, count: int) -> int:
+def beside(made: Callable[[Path, int], Path], count: int, chunks: int, what: str) -> float:
+    """The time of a Dask cluster of two workers by that of `-j 2`: the median of so many runs of each, by turns."""
+    with tempfile.TemporaryDirectory() as name, two_workers() as cluster:
+        ways = {"-j": ("-j", "2"), "dask": ("--dask", cluster.scheduler_address)}
+        run(made(Path(name), 8), *ways["dask"], cluster=cluster)  # workers import
+        manifest = made(Path(name), count // chunks)
+        rounds = []
+        for number in range(chunks):
+            names = list(ways)[:: 1 if number % 2 else -1]
+            rounds.append({name: run(manifest, *ways[name], cluster=cluster) for name in names})
+    ratios = [found["dask"].steady / found["-j"].steady for found in rounds]
+    print(f"{what}, by turns, milliseconds a job between the first result and the last; processor time a job")
+    for name, label in (("-j", "-j 2"), ("dask", "Dask, two workers")):
+        wall, used = (np.array([getattr(r[name], key) for r in rounds]) * 1e3 for key in ("steady", "used"))
+        each = " ".join(f"{value:.1f}" for value in wall)
+        print(f"  {label:18} {np.median(wall):7.1f} ({each}); {np.median(used):7.1f}")
+    print(f"  Dask by -j 2, run by run: {' '.join(f'{ratio:.3f}' for ratio in ratios)}", flush=True)
+    return float(np.median(ratios))
+
+
+def dask(given: argparse.Namespace) -> None:
+    """Throughput of small and of usual jobs."""
+    what = f"{given.small} small jobs (a square onto itself, 16 px)"
+    goal(f"{DASK}, small jobs", beside(small, given.small, given.chunks, what), 1 / 0.9)
+    what = f"{given.jobs} usual jobs (blobs, balanced, 1024²)"
+    goal(f"{DASK}, usual jobs", beside(jobs, given.jobs, given.chunks, what), 1 / 0.9)
+
+
+def lost(given: argparse.Namespace) -> None:
     """How many jobs are not done on a Dask cluster one of whose two workers is killed in the midst of them."""
-    from distributed import LocalCluster
-
-    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
-        address = cluster.scheduler_address
-        line = [
-            ICCM,
-            "batch",
-            str(manifest),
-            "--root",
-            str(folder(manifest, "lost")),
-            "--dask",
-            address,
-            "-q",
-        ]
-        process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        assert process.stdout is not None
-        ended = []
-        for number, said in enumerate(process.stdout):
-            ended.append(json.loads(said)["status"])
-            if number == count // 4:
-                os.kill(cluster.workers[0].process.pid, signal.SIGKILL)
-        process.wait()
-    return count - sum(status in ("done", "poor") for status in ended)
+    with tempfile.TemporaryDirectory() as name, two_workers() as cluster:
+        manifest, ended = small(Path(name), 100), []
+        with command(manifest, Path(name) / "out", "--dask", cluster.scheduler_address) as process:
+            for line in process.stdout:
+                ended.append(json.loads(line)["status"])
+                if len(ended) == 25:
+                    os.kill(cluster.workers[0].process.pid, signal.SIGKILL)
+    done = sum(status in ("done", "poor") for status in ended)
+    print(f"100 small jobs on Dask, one of two workers killed after 25: {done} done")
+    goal(LOST, 100 - done, 0)
 
 
-def alone(manifest: Path, count: int) -> float:
+def workers(given: argparse.Namespace) -> None:
+    """Two workers beside one, and beside the same work in one process without a batch."""
+    with tempfile.TemporaryDirectory() as name:
+        manifest = jobs(Path(name), given.jobs)
+        one, two = run(manifest, "-j", "1"), run(manifest, "-j", "2")
+        base = alone(manifest)
+    per = 1000 / given.jobs
+    print(f"{given.jobs} usual jobs: {one.seconds:.1f} s on one worker, {two.seconds:.1f} s on two")
+    print(f"  {one.steady / two.steady:.2f} x as fast between the first result and the last")
+    print(
+        f"  one process without a batch {base:.1f} s; more in a batch {per * (one.seconds - base):.1f} ms a job,"
+    )
+    print(f"  of which outside the job itself {per * (one.seconds - one.inside):.1f} ms (start-up included)")
+
+
+def alone(manifest: Path) -> float:
     """Seconds for the same work in one process without a batch, its imports done before."""
     code = (
         "import sys, time, pathlib, os\n"
@@ -153,39 +233,39 @@ def alone(manifest: Path, count: int) -> float:
         "for task in tasks: run.run(task.job.model_copy(update={'force': True}), threads=1)\n"
         "print(time.perf_counter() - start)\n"
     )
-    command = [sys.executable, "-c", code, str(manifest), str(manifest.parent / "alone")]
-    return float(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    line = [sys.executable, "-c", code, str(manifest), str(manifest.parent / "alone")]
+    return float(subprocess.run(line, capture_output=True, text=True, check=True).stdout)
+
+
+def memory(given: argparse.Namespace) -> None:
+    """Memory of all processes over many small jobs: it should not grow."""
+    with tempfile.TemporaryDirectory() as name:
+        found = run(small(Path(name), min(given.small, 2000)), "-j", "2")
+    tenths = [max(part) for part in np.array_split(found.memory[len(found.memory) // 10 :], 9) if len(part)]
+    print(
+        f"{min(given.small, 2000)} small jobs in {found.seconds:.0f} s; MiB of all processes, from a tenth on:"
+    )
+    print("  " + " ".join(f"{value:.0f}" for value in tenths), flush=True)
 
 
 def main() -> None:
-    """Print the three tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--jobs", type=int, default=200)
-    parser.add_argument("--many", type=int, default=2000)
-    parser.add_argument("--rounds", type=int, default=2)
-    given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as name:
-        manifest = jobs(Path(name), given.jobs, size=400)
-        one, results, _ = batch(manifest, 1)
-        base = alone(manifest, given.jobs)
-        two, cluster = beside(manifest, given.rounds)
-        missing = lost(manifest, given.jobs)
-    inside = sum(result["seconds"] for result in results)
-    print(f"{given.jobs} jobs: {one:.1f} s on one worker, {two:.1f} s on two: {one / two:.2f} x as fast")
-    print(
-        f"one process without a batch {base:.1f} s; overhead a job {1000 * (one - base) / given.jobs:.1f} ms,"
+    """Print the tables."""
+    parts = {part.__name__: part for part in (dask, lost, workers, memory)}
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    print(f"of which outside the job itself {1000 * (one - inside) / given.jobs:.1f} ms (start-up included)")
-    print(f"on a Dask cluster of two workers that runs already: {cluster:.1f} s")
-    goal("time on Dask's two workers by that of -j 2", cluster / two, 1 / 0.9)
-    goal("jobs lost with a worker", missing, 0)
-    if given.many:
-        with tempfile.TemporaryDirectory() as name:
-            manifest = jobs(Path(name), given.many, size=32, vertices=20, max_iterations=2)
-            seconds, _, memory = batch(manifest, 2)
-        tenths = [max(part) / 1024 for part in np.array_split(memory[len(memory) // 10 :], 9) if len(part)]
-        print(f"{given.many} small jobs in {seconds:.0f} s; memory of all processes in MiB, from a tenth on:")
-        print("  " + " ".join(f"{value:.0f}" for value in tenths))
+    parser.add_argument("parts", nargs="*", help=f"{', '.join(parts)}; all of them by default")
+    parser.add_argument("--jobs", type=int, default=40, help="usual jobs")
+    parser.add_argument("--small", type=int, default=1000, help="small jobs")
+    parser.add_argument("--chunks", type=int, default=4, help="runs that either is divided into")
+    given = parser.parse_args()
+    for name in given.parts or parts:
+        try:
+            parts[name](given)
+        except ImportError as error:
+            print(f"{name}: left out: {error}")
+            for missed in {"dask": (DASK,), "lost": (LOST,)}.get(name, ()):
+                unmeasured(missed, str(error))
 
 
 if __name__ == "__main__":

@@ -8,16 +8,27 @@ GOALS = (  # how the lines begin, in the order in which they are listed
     "imports beyond numpy and numba",
     "balanced solve, 50%",
     "balanced solve, 90%",
+    "time against outline vertices",
     "time against triangles",
     "coordinates, all inside",
     "coordinates, with the border",
-    "whole warp",
+    "whole warp by cv2.remap and encode, wall clock",
+    "whole warp by cv2.remap and encode, CPU",
+    "PNG encoding",
     "memory of 16384²",
+    "large meshes: processor time",
+    "large meshes: memory",
     "iccm map 1024²",
     "iccm map 4096²",
-    "a job of a batch",
-    "time on Dask's two workers",
+    "a job of a batch by gdalwarp's default, wall clock",
+    "a job of a batch by gdalwarp's default, CPU",
+    "time on Dask's two workers by that of -j 2, small jobs",
+    "time on Dask's two workers by that of -j 2, usual jobs",
     "jobs lost with a worker",
+    "many jobs, time",
+    "many jobs, memory",
+    "many jobs, journal",
+    "many jobs, manifest",
 )
 
 
@@ -25,6 +36,11 @@ def goal(name: str, found: float, most: float, unit: str = "") -> None:
     """Print whether a figure is at most what was aimed at."""
     met = "met    " if found <= most else "NOT MET"
     print(f"{MARK} {met} {name}: {found:.3g} of at most {most:.3g}{unit and ' ' + unit}", flush=True)
+
+
+def unmeasured(name: str, why: str) -> None:
+    """Print why there is no figure: a peer that is not installed."""
+    print(f"{MARK} ?       {name}: {why}", flush=True)
 
 
 def listed(said: list[str]) -> Iterator[str]:

@@ -24,6 +24,7 @@ from iccm.io.batch.journal import Journal
 from iccm.io.run.report import plain
 
 from .batch import jobs
+from .goals import goal
 
 FIGURES = {
     "boundary": {"hausdorff": 0.0123456789, "mean": 0.0012345678, "given": 0.00345678901},
@@ -104,24 +105,35 @@ def main() -> None:
     for count in (given.jobs // 10, given.jobs):
         with tempfile.TemporaryDirectory() as name:
             path = jobs(Path(name), count)
-            for rows, resume in ((fresh, False), (again, True)):
-                line = [
-                    sys.executable,
-                    "-c",
-                    f"from tests.bench.many import *; hand_out({str(path)!r}, {resume})",
-                ]
-                rows.append((count, json.loads(subprocess.run(line, capture_output=True, text=True).stdout)))
-            sizes.append(
-                (path.stat().st_size / count, (path.parent / "out" / manifest.JOURNAL).stat().st_size / count)
-            )
+            journal = path.parent / "out" / manifest.JOURNAL
+            fresh.append((count, measured(path, False)))
+            again.append((count, measured(path, True)))
+            sizes.append((path.stat().st_size / count, journal.stat().st_size / count))
     table(fresh, "from scratch")
     table(again, "with --resume, all done")
     print(f"bytes a job: {sizes[-1][0]:.0f} of the manifest, {sizes[-1][1]:.0f} of the journal")
-    (few, small), (count, large) = fresh
-    grown = np.log(
-        sum(v for k, v in large.items() if k[0] == "s") / sum(v for k, v in small.items() if k[0] == "s")
+    goals(fresh, sizes[-1][1])
+
+
+def measured(path: Path, resume: bool) -> dict[str, float]:
+    """What a manifest took, in a process of its own."""
+    line = [sys.executable, "-c", f"from tests.bench.many import *; hand_out({str(path)!r}, {resume})"]
+    return json.loads(subprocess.run(line, capture_output=True, text=True, check=True).stdout)
+
+
+def goals(rows: list[tuple[int, dict[str, float]]], journal: float) -> None:
+    """What ten times as many jobs take, of which a million is ten times more."""
+    (few, some), (count, all_of_them) = rows
+    spent = [sum(v for k, v in said.items() if k.startswith("s ")) for said in (some, all_of_them)]
+    grown = np.log(spent[1] / spent[0]) / np.log(count / few)
+    held = (all_of_them["MiB jobs"] - some["MiB jobs"]) * 1024 / (count - few)
+    print(
+        f"for each job more {held:.2f} KiB in the process, {1e3 * spent[1] / count:.2f} ms of processor time"
     )
-    print(f"time grows with the power {grown / np.log(count / few):.2f} of the jobs")
+    goal(f"many jobs, time, exponent from {few:,} to {count:,}", grown, 1.05)
+    goal("many jobs, memory of the process, a job", held, 2, "KiB")
+    goal("many jobs, journal, a job", journal / 1024, 1, "KiB")
+    goal("many jobs, manifest read, a job", 1e3 * all_of_them["s manifest"] / count, 0.5, "CPU-ms")
 
 
 if __name__ == "__main__":

@@ -1,11 +1,13 @@
 """Meshes: OBJ files against libigl, all around LSCM against LSCM, a million triangles baked, angles against size.
 
-python -m tests.bench.meshes [files | flattening | repair | baking | angles …] [--rebake MESH PICTURE]
+python -m tests.bench.meshes [files | flattening | large | repair | baking | angles …] [--rebake MESH PICTURE]
 """
 
 from __future__ import annotations
 
 import argparse
+import os
+import subprocess
 import sys
 import tempfile
 import time
@@ -30,6 +32,9 @@ from iccm.pixels.sampler import Sampler
 from iccm.pixels.warp import Texture
 
 from . import surfaces
+from .goals import goal
+
+COMMAND = str(Path(sys.executable).with_name("iccm"))
 
 
 def best(work: Callable, repeats: int = 3) -> tuple[float, float, object]:
@@ -91,6 +96,44 @@ def flattening() -> None:
     print(
         f"patch, {len(mesh.points)} vertices  checks {checks:.2f} s   LSCM {solve:.2f} s   all else {rest:.2f} s"
     )
+
+
+def large() -> None:
+    """The command on four times the triangles: processor seconds count, which neighbours on a machine change little."""
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for n in (370, 740):
+            mesh, path = triangles(n), Path(folder) / f"{n}.obj"
+            with path.open("w") as file:
+                np.savetxt(file, mesh.points, fmt="v %.9f %.9f %.9f")
+                np.savetxt(file, mesh.corners.reshape(-1, 3) + 1, fmt="f %d %d %d")
+            words = [
+                "flatten",
+                "--method",
+                "lscm",
+                "--force",
+                "--uv",
+                str(path.with_suffix(".uv.obj")),
+                str(path),
+            ]
+            runs = [used([COMMAND, *words]) for _ in range(2)]
+            found[n] = [min(values) for values in zip(*runs)]
+            wall, user, system, peak = found[n]
+            used_up = f"{wall:.1f} s, {user:.1f} + {system:.1f} s of processor, {peak:.2f} GB"
+            print(f"flatten --method lscm, {2 * n * n} triangles   {used_up}")
+    small, big = found.values()
+    goal("large meshes: processor time of four times the triangles", sum(big[1:3]) / sum(small[1:3]), 4, "x")
+    goal("large meshes: memory of a million triangles", big[3], 3, "GB")
+
+
+def used(words: list[str]) -> tuple[float, float, float, float]:
+    """Seconds on the wall, of the processor in the program and in the system, and GB at most, of a command."""
+    start = time.perf_counter()
+    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = status
+    assert status == 0, words
+    return time.perf_counter() - start, usage.ru_utime, usage.ru_stime, usage.ru_maxrss / 1e6
 
 
 def repair() -> None:
@@ -166,7 +209,7 @@ def rebake(mesh: str, picture: str) -> None:
 
 def main() -> int:
     """Everything, or what is named."""
-    parts = (files, flattening, repair, baking, angles)
+    parts = (files, flattening, large, repair, baking, angles)
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     names = [part.__name__ for part in parts]
     parser.add_argument("parts", nargs="*", help=f"{', '.join(names)}; all of them by default")

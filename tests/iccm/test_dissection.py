@@ -22,23 +22,36 @@ def system(n, seed):
     values = rng.normal(size=len(pairs)) + 1j * rng.normal(size=len(pairs))
     half = csr_matrix((values, pairs.T), (n, n))
     whole = half + half.getH()
-    most = np.asarray(abs(whole).sum(axis=1)).ravel()
-    return (whole + diags(1 + most)).tocsr(), points
+    most = 1 + np.asarray(abs(whole).sum(axis=1)).ravel()
+    return dissection.Hermitian(most, pairs.T, values), (whole + diags(most)).toarray(), points
 
 
 @pytest.mark.parametrize("n", [1, 50, 97, 900])
 def test_the_solution_is_that_of_the_dense_matrix(n):
-    matrix, points = system(n, n)
+    matrix, dense, points = system(n, n)
     right = np.exp(1j * np.arange(n))
     found = dissection.solve(matrix, points, right)
-    assert found == pytest.approx(np.linalg.solve(matrix.toarray(), right), abs=1e-12)
+    assert found == pytest.approx(np.linalg.solve(dense, right), abs=1e-12)
+
+
+def test_entries_in_one_place_add_up():
+    diagonal, ends, values = system(300, 4)[0]
+    points, right = system(300, 4)[2], np.ones(300, complex)
+    halves = dissection.Hermitian(
+        diagonal, np.hstack([ends, ends[::-1]]), np.append(0.3 * values, 0.7 * values.conj())
+    )
+    one, other = (
+        dissection.solve(matrix, points, right)
+        for matrix in (dissection.Hermitian(diagonal, ends, values), halves)
+    )
+    assert other == pytest.approx(one, abs=1e-12)
 
 
 def test_parts_are_not_coupled_but_by_what_comes_after_them():
-    matrix, points = system(900, 1)
-    order, nodes = dissection.dissected(matrix, points)
+    matrix, dense, points = system(900, 1)
+    order, nodes = dissection.dissected(matrix.ends, points)
     assert sorted(order) == list(range(900)) and nodes[-1][1] == 900
-    coupled = matrix[order][:, order].toarray() != 0
+    coupled = dense[np.ix_(order, order)] != 0
     begins = {}
     for number, (start, _, children) in enumerate(nodes):
         begins[number] = min([start, *(begins[child] for child in children)])
@@ -50,10 +63,10 @@ def test_parts_are_not_coupled_but_by_what_comes_after_them():
 
 
 def test_a_matrix_that_is_not_definite_is_refused():
-    matrix, points = system(300, 2)
-    matrix = matrix - 1e3 * csr_matrix(np.eye(300))
+    matrix, _, points = system(300, 2)
+    matrix = matrix._replace(diagonal=matrix.diagonal - 1e3)
     with pytest.raises(np.linalg.LinAlgError):
-        dissection.solve(matrix.tocsr(), points, np.ones(300, complex))
+        dissection.solve(matrix, points, np.ones(300, complex))
 
 
 def test_least_squares_of_large_patches_are_libigls(monkeypatch):

@@ -10,6 +10,7 @@ import pytest
 from numba.core import types
 from numba.core.errors import TypingError
 
+from iccm import jit
 from iccm.jit import inlined, kept, kernel
 
 ROOT = Path(__file__).parents[2]
@@ -128,6 +129,50 @@ def test_a_kernel_follows_the_kernels_that_it_calls(tmp_path):
         )  # fmt: skip
         said.append(done.stdout.strip())
     assert said == ["1", "2"]
+
+
+KEPT = """
+import sys
+import numpy as np
+from package.jit import kernel
+
+@kernel
+def work(n, z):
+    out = np.zeros(n)
+    out[: n - 1] = np.arange(n - 1) ** 1.5
+    if n > 5:
+        raise ValueError("more than", n)
+    return out.sum() + abs(z ** 3) + np.hypot(3.0, min(n, 4)) + np.cumsum(out)[-1] + int(round(2.6))
+
+if __name__ == "__main__":
+    from package import work as own
+    said = [own.work(4, 1 + 2j)]
+    for n in (-1, 6):
+        try:
+            own.work(n, 0j)
+        except ValueError as error:
+            said.append(str(error))
+    print(said, len(own.work.entry._cache_hits), "numba.np.arrayobj" in sys.modules)
+"""
+
+
+def test_a_kernel_from_the_cache_works_without_what_compiling_needs(tmp_path):
+    """Also where Numba's own functions in it raise, and where it does so with a number."""
+    package = tmp_path / "package"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "work.py").write_text(KEPT)
+    for name in ("jit.py", "pipeline.py"):
+        (package / name).write_text((ROOT / "iccm" / name).read_text(encoding="utf-8"))
+    line = [sys.executable, "-m", "package.work"]
+    run = [
+        subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=True).stdout.rsplit(" ", 2)
+        for _ in range(2)
+    ]
+    assert run[0][0] == run[1][0] and "negative dimensions" in run[0][0] and "more than" in run[0][0]
+    assert [hits for _, hits, _ in run] == ["0", "1"]
+    if jit.KNOWS:
+        assert run[1][2] == "False\n"
 
 
 def test_all_kernels_are_compiled_here():

@@ -7,7 +7,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from iccm.io import places
 from iccm.io.run.job import Job
-from iccm.io.shapes import constraints
+from iccm.io.shapes import listing
 
 PLACE = TypeAdapter(places.Place)
 FORMS = [
@@ -34,7 +34,7 @@ def test_every_form_everywhere(tmp_path, given, place):
         "strokes": [{"source": [given, 2], "target": [1, "v2"]}],
     }
     (tmp_path / "c.json").write_text(json.dumps(listed))
-    found = constraints.read(tmp_path / "c.json")
+    found = listing.read(tmp_path / "c.json")
     assert (found.pins[0].source, found.pins[0].target) == (place, (0, 1))
     assert (found.strokes[0].source, found.strokes[0].target) == ([place, "v2"], ["v1", "v2"])
 

@@ -162,7 +162,7 @@ class Deformed:
         energy, _ = newton.descend(
             self.system, self.faces, gradients, areas, u, tau,
             Rails.of(rails, np.append(np.zeros(self.border, np.int64), inside.own + 1)),
-            border, kinds, goals, np.full(len(self.faces), float(theta)), float(q),
+            border, kinds, goals, float(theta), float(q),
             SHARE_FORWARD if forward else SHARE_BACKWARD, steps, tolerance,
         )  # fmt: skip
         return u, tau[self.border :], float(energy)

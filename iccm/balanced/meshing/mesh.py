@@ -104,9 +104,10 @@ def triangulate(
 
 def closed_links(sizes: Sequence[int]) -> Index:
     """(k,) the next vertex on each of several loops of given sizes, which follow each other."""
-    starts = np.cumsum([0, *sizes])
-    loops = [start + (np.arange(size) + 1) % size for start, size in zip(starts, sizes)]
-    return np.concatenate([np.empty(0, np.int64), *loops])
+    links, end = np.arange(1, sum(sizes) + 1), 0
+    for size in sizes:
+        links[end + size - 1], end = end, end + size
+    return links
 
 
 @kernel

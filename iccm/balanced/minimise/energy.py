@@ -16,7 +16,7 @@ Energies*, 2019).
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...jit import kernel
+from ...jit import inlined, kernel
 from ..kernels import dot
 
 BOTH_AREAS = 0.5  # share of the image's area in the measure
@@ -45,17 +45,20 @@ def density(p, d, theta, q, share):
 @kernel
 def density_derivatives(p, d, theta, q, share):
     """W and its derivatives W_p, W_d, W_pp, W_pd, W_dd."""
-    area, area1, area2 = 0.5 * (d + 1 / d), 0.5 * (1 - 1 / (d * d)), 1 / (d * d * d)
-    grown = power(area, theta)
-    grown1 = theta * grown / area * area1
-    grown2 = theta * grown / area * ((theta - 1) / area * area1 * area1 + area2)
-    core, core_p = p / d * grown, grown / d
-    core_pd = grown1 / d - grown / (d * d)
+    inverse = 1 / d
+    area, area1, area2 = 0.5 * (d + inverse), 0.5 * (1 - inverse * inverse), inverse * inverse * inverse
+    grown, less = power(area, theta), 1 / area
+    grown1 = theta * grown * less * area1
+    grown2 = theta * grown * less * ((theta - 1) * less * area1 * area1 + area2)
+    core_p = grown * inverse
+    core, core_pd = p * core_p, (grown1 - core_p) * inverse
     core_d = p * core_pd
-    core_dd = p * (grown2 / d - 2 * grown1 / (d * d) + 2 * grown / (d * d * d))
-    below = power(core, q - 2) if q > 1 else 1 / core
-    first, second = q * below * core, q * (q - 1) * below
-    value = below * core * core
+    core_dd = p * inverse * (grown2 - 2 * core_pd)
+    value, first, second = core, 1.0, 0.0
+    if q > 1:
+        below = power(core, q - 2)
+        first, second = q * below * core, q * (q - 1) * below
+        value = below * core * core
     pp, pd = second * core_p * core_p, first * core_pd + second * core_p * core_d
     dd = first * core_dd + second * core_d * core_d
     core_p, core_d, area = first * core_p, first * core_d, 1 - share + share * d
@@ -134,7 +137,7 @@ def total(corners, gradients, weights, u, theta, q, share, epsilon):
         if epsilon > 0:
             energy += weights[t] * untangling_derivatives(aa + bb, aa - bb, epsilon)[0]
         elif aa > bb:
-            energy += weights[t] * density(aa + bb, aa - bb, theta[t], q, share)
+            energy += weights[t] * density(aa + bb, aa - bb, theta, q, share)
         else:
             return np.inf
     return energy
@@ -152,15 +155,24 @@ def least_determinant(corners, gradients, u):
 
 @kernel
 def _projected(first, second, coupling):
-    """Eigenvalues, negative ones set to zero, of [[first, coupling], [coupling, second]], and the cosine and sine of
-    the larger one's eigenvector."""
-    middle, half = 0.5 * (first + second), 0.5 * (first - second)
-    radius = np.sqrt(half * half + coupling * coupling)
-    cosine, sine = 1.0, 0.0
-    if radius > 0:
-        cosine = np.sqrt(max(0.5 * (1 + half / radius), 0.0))
-        sine = np.sqrt(max(0.5 * (1 - half / radius), 0.0)) * (1.0 if coupling >= 0 else -1.0)
-    return max(middle + radius, 0.0), max(middle - radius, 0.0), cosine, sine
+    """The matrix [[first, coupling], [coupling, second]] with negative eigenvalues set to zero: its three entries."""
+    middle, determinant = 0.5 * (first + second), first * second - coupling * coupling
+    if middle >= 0 and determinant >= 0:
+        return first, second, coupling
+    radius = np.sqrt(max(middle * middle - determinant, 0.0))
+    if not middle + radius > 0:
+        return 0.0, 0.0, 0.0
+    share, small = 0.5 * (middle + radius) / radius, middle - radius
+    return share * (first - small), share * (second - small), share * coupling
+
+
+@inlined
+def _add(matrix, slot, r, s, x, y, a, b):
+    """Adds the block r aᵀ + s bᵀ + (i x)(i a)ᵀ + (i y)(i b)ᵀ of complex numbers taken as vectors."""
+    matrix[slot, 0] += r.real * a.real + s.real * b.real + x.imag * a.imag + y.imag * b.imag
+    matrix[slot, 1] += r.real * a.imag + s.real * b.imag - x.imag * a.real - y.imag * b.real
+    matrix[slot, 2] += r.imag * a.real + s.imag * b.real - x.real * a.imag - y.real * b.imag
+    matrix[slot, 3] += r.imag * a.imag + s.imag * b.imag + x.real * a.real + y.real * b.real
 
 
 @kernel
@@ -172,7 +184,7 @@ def assemble(system, gradients, weights, u, theta, q, share, epsilon, matrix, gr
         gradients: (m, 3) of the hat functions, in the order of `system.corners`.
         weights: (m,) areas of the source's triangles, times weights if there are any.
         u: (n,) images, without folds unless epsilon > 0.
-        theta: (m,) weights of the area part.
+        theta: weight of the area part.
         q: power that raises the worst.
         share: of the image's area in the measure: ½, or 0 for the source's alone.
         epsilon: 0, or how far untangling reaches below zero.
@@ -182,54 +194,44 @@ def assemble(system, gradients, weights, u, theta, q, share, epsilon, matrix, gr
     matrix.fill(0.0)
     gradient.fill(0j)
     energy = 0.0
-    radial_a, radial_b = np.empty(3, np.complex128), np.empty(3, np.complex128)
     for t in range(system.corners.shape[0]):
         a, b = wirtinger(system.corners, gradients, u, t)
         aa, bb, weight = dot(a, a), dot(b, b), weights[t]
         if epsilon > 0:
             w, w_p, w_d, w_pp, w_pd, w_dd = untangling_derivatives(aa + bb, aa - bb, epsilon)
         else:
-            w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(aa + bb, aa - bb, theta[t], q, share)
+            w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(aa + bb, aa - bb, theta, q, share)
         energy += weight * w
         size_a, size_b = np.sqrt(aa), np.sqrt(bb)
-        unit_a = a / size_a if size_a > 1e-140 else 1 + 0j
-        unit_b = b / size_b if size_b > 1e-140 else 1 + 0j
+        unit_a = a * (1 / size_a) if size_a > 1e-140 else 1 + 0j
+        unit_b = b * (1 / size_b) if size_b > 1e-140 else 1 + 0j
         along_a, along_b = 2 * weight * (w_p + w_d), 2 * weight * (w_p - w_d)
-        large, small, cosine, sine = _projected(
+        radial_a, radial_b, both = _projected(
             along_a + 4 * weight * (w_pp + 2 * w_pd + w_dd) * aa,
             along_b + 4 * weight * (w_pp - 2 * w_pd + w_dd) * bb,
             4 * weight * (w_pp - w_dd) * size_a * size_b,
         )
-        for k in range(3):
-            radial_a[k] = unit_a * gradients[t, k].conjugate()
-            radial_b[k] = unit_b * gradients[t, k]
-            gradient[system.corners[t, k]] += along_a * size_a * radial_a[k] + along_b * size_b * radial_b[k]
         around_a, around_b = max(along_a, 0.0), max(along_b, 0.0)
-        pair = 0
-        for k in range(3):
-            first, second = (
-                cosine * radial_a[k] + sine * radial_b[k],
-                cosine * radial_b[k] - sine * radial_a[k],
-            )
-            third, fourth = 1j * radial_a[k], 1j * radial_b[k]
-            first, second, third, fourth = large * first, small * second, around_a * third, around_b * fourth
-            for m in range(k, 3):
-                e, f = cosine * radial_a[m] + sine * radial_b[m], cosine * radial_b[m] - sine * radial_a[m]
-                g, h = radial_a[m], radial_b[m]
-                slot = system.slots[t, pair]
-                pair += 1
-                matrix[slot, 0] += (
-                    first.real * e.real + second.real * f.real - third.real * g.imag - fourth.real * h.imag
-                )
-                matrix[slot, 1] += (
-                    first.real * e.imag + second.real * f.imag + third.real * g.real + fourth.real * h.real
-                )
-                matrix[slot, 2] += (
-                    first.imag * e.real + second.imag * f.real - third.imag * g.imag - fourth.imag * h.imag
-                )
-                matrix[slot, 3] += (
-                    first.imag * e.imag + second.imag * f.imag + third.imag * g.real + fourth.imag * h.real
-                )
+        a0, b0 = unit_a * gradients[t, 0].conjugate(), unit_b * gradients[t, 0]
+        a1, b1 = unit_a * gradients[t, 1].conjugate(), unit_b * gradients[t, 1]
+        a2, b2 = unit_a * gradients[t, 2].conjugate(), unit_b * gradients[t, 2]
+        along_a, along_b = along_a * size_a, along_b * size_b
+        gradient[system.corners[t, 0]] += along_a * a0 + along_b * b0
+        gradient[system.corners[t, 1]] += along_a * a1 + along_b * b1
+        gradient[system.corners[t, 2]] += along_a * a2 + along_b * b2
+        slots = system.slots[t]
+        r, s = radial_a * a0 + both * b0, both * a0 + radial_b * b0
+        x, y = around_a * a0, around_b * b0
+        _add(matrix, slots[0], r, s, x, y, a0, b0)
+        _add(matrix, slots[1], r, s, x, y, a1, b1)
+        _add(matrix, slots[2], r, s, x, y, a2, b2)
+        r, s = radial_a * a1 + both * b1, both * a1 + radial_b * b1
+        x, y = around_a * a1, around_b * b1
+        _add(matrix, slots[3], r, s, x, y, a1, b1)
+        _add(matrix, slots[4], r, s, x, y, a2, b2)
+        r, s = radial_a * a2 + both * b2, both * a2 + radial_b * b2
+        x, y = around_a * a2, around_b * b2
+        _add(matrix, slots[5], r, s, x, y, a2, b2)
     return energy
 
 
@@ -242,9 +244,7 @@ def energy_of(z: Complex, u: Complex, faces: Index, theta: float = 1.0, q: float
     _, images = geometry(u, faces)
     z, u = z / np.sqrt(areas.sum()), u / np.sqrt(images.sum())
     gradients, areas = geometry(z, faces)
-    return float(
-        total(faces, gradients, areas, u, np.full(len(faces), float(theta)), float(q), BOTH_AREAS, 0.0)
-    )
+    return float(total(faces, gradients, areas, u, float(theta), float(q), BOTH_AREAS, 0.0))
 
 
 def geometry(z: Complex, corners: Index) -> tuple[Complex, Real]:

@@ -39,8 +39,7 @@ def energy_between(z: Complex, u: Complex, faces: Index, theta: float, metrics: 
     if metrics == PLANES:
         return energy_of(z, u, faces, theta)
     gradients, areas = rest_geometry(z, u, faces, metrics)
-    thetas = np.full(len(faces), float(theta))
-    return float(total(faces, gradients, areas, u, thetas, 1.0, BOTH_AREAS, 0.0))
+    return float(total(faces, gradients, areas, u, float(theta), 1.0, BOTH_AREAS, 0.0))
 
 
 def within(factor: float, z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> float:

@@ -161,7 +161,7 @@ def descend(
         border: the curves as chains.
         kinds: (c,) HELD, SLIDING or FREE.
         goals: (c,) where held vertices are to be; elsewhere of no account.
-        theta: (m,) weights of the area part.
+        theta: weight of the area part.
         q: power that raises the worst.
         share: of the image's area in the measure.
         steps: the most there may be.

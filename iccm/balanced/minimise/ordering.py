@@ -12,7 +12,9 @@ import numpy as np
 from ...arrays import Index
 from ...jit import kernel
 
-LARGE = 3000  # vertices beyond which SuperLU's ordering pays: its factors are smaller by more than it takes to import
+LARGE = 8000
+"""Vertices beyond which SuperLU's ordering pays. Measured: SciPy takes 0.2 CPU-seconds to import; at 4,000 vertices its
+ordering saves 15 ms and a tenth of the factor, at 12,000 60 ms, at 50,000 half a second and a third of the work."""
 ROOM = 16  # entries of the factor per vertex that are made room for at first
 
 

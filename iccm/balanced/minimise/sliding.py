@@ -60,8 +60,9 @@ class Rails(NamedTuple):
     def of(cls, rails: Sequence[Rail], own: Index, loops: int = 1) -> "Rails":
         """The rails put together; the first `loops` are closed curves, the others strokes there and back again."""
         ends = [np.inf if k < loops else 0.5 * rail.knots[-1] for k, rail in enumerate(rails)]
-        sizes = np.array([[part.size for part in rail] for rail in rails], np.int64)
-        starts = np.concatenate([np.zeros((1, 3), np.int64), np.cumsum(sizes, axis=0)])
+        starts = np.cumsum([(0, 0, 0), *(tuple(part.size for part in rail) for rail in rails)], axis=0)
+        if len(rails) == 1:  # as a rule
+            return cls(*rails[0], starts, own, np.array(ends))
         knots, vertices, corners = (np.concatenate(parts) for parts in zip(*rails))
         return cls(knots, vertices, corners, starts, own, np.array(ends))
 

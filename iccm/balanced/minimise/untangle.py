@@ -86,7 +86,6 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
         if factorise(system, matrix, factor):
             move(u, downhill(system, factor, gradient), 1.0, u)
     epsilon, shrink, kept, best = -1.0, 1.0, u.copy(), 0.0
-    even = np.ones(areas.size)
     for _ in range(steps):
         least = least_determinant(system.corners, gradients, u)
         if least > best:  # the smoothed energy lets thin triangles fold again
@@ -96,7 +95,7 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
                 return least
             polish -= 1
         epsilon = _epsilon(least, epsilon, shrink)
-        energy = assemble(system, gradients, areas, u, even, 1.0, 0.5, epsilon, matrix, gradient)
+        energy = assemble(system, gradients, areas, u, 1.0, 1.0, 0.5, epsilon, matrix, gradient)
         for v in range(border):
             gradient[v] = 0j
         restrict(system, kinds, still, matrix)
@@ -110,7 +109,7 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
         t, new_energy = 1.0, np.inf
         while t > SHORTEST_STEP:
             move(u, step, t, trial)
-            new_energy = total(system.corners, gradients, areas, trial, even, 1.0, 0.5, epsilon)
+            new_energy = total(system.corners, gradients, areas, trial, 1.0, 1.0, 0.5, epsilon)
             if new_energy <= energy + ARMIJO * t * decrease:
                 break
             t *= 0.5

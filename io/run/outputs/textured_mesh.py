@@ -40,19 +40,28 @@ class TexturedMesh(Output):
         if not onto_mesh:
             raise InputError(f"{self.name}: a mesh is written for a mesh as target; {job.target} is none")
         formats.check(self.name, "uv", "-o")
+        if _normals(job) is None:
+            return
+        if self.name.lower().endswith(".ply"):
+            raise InputError(f"{self.name}: PLY has no place for a normal map; use .glb or .obj")
+        if job.carry_maps:
+            raise InputError(
+                f"{self.name}: --normal takes the place of the normals that --carry-maps carries; leave one out"
+            )
 
     def check(self, run: Run) -> None:
         """Texture coordinates of a mesh source, and a texture that the format can show."""
         for source, _ in run.pairs:
             if source.is_mesh:
                 _ = as_mesh(source).uv_faces
-        mesh_files.check_texture(Path(self.name), _shown(run))
+        for texture in (_shown(run), _normals(run.job)):
+            mesh_files.check_texture(Path(self.name), texture)
         if run.job.carry_maps:
             carried_maps.check(as_mesh(run.target).file, self.name)
 
     def beside(self, run: Run) -> list[str]:
         """Material library and picture."""
-        found = obj_materials.written_beside(Path(self.name), _shown(run))
+        found = obj_materials.written_beside(Path(self.name), _shown(run), _normals(run.job))
         if run.job.carry_maps:
             file, shown = as_mesh(run.whole(1)).file, _shown(run) is not None
             found += [name for name in carried_maps.beside(file, self.name, shown=shown) if name not in found]
@@ -62,7 +71,7 @@ class TexturedMesh(Output):
         """The mesh, and what stands beside it."""
         box, name = covered(run.job, run.source), Path(self.name)
         options: dict[str, Any] = {"texture": _shown(run), "force": run.job.force, "threads": run.threads}
-        options["carry_maps"] = run.job.carry_maps
+        options |= {"carry_maps": run.job.carry_maps, "normals": _normals(run.job)}
         with run.phases.timed("write"):
             figures = new_uvs(parts_of(run), box, path, name=name, **options)
         for note in figures.pop("material_notes"):
@@ -73,7 +82,13 @@ class TexturedMesh(Output):
 
 def _shown(run: Run) -> Path | bytes | None:
     """The picture that a mesh with new coordinates shows: --texture, or that of a mesh source."""
-    return Path(run.job.texture) if run.job.texture else next(iter(run.source.pictures), None)
+    given = [path for path, kind in run.job.maps[:1] if kind != "normal"]
+    return Path(given[0]) if given else next(iter(run.source.pictures), None)
+
+
+def _normals(job: Job) -> Path | None:
+    """The normal map that such a mesh shows."""
+    return next((Path(path) for path, kind in job.maps if kind == "normal"), None)
 
 
 def new_uvs(
@@ -83,6 +98,7 @@ def new_uvs(
     *,
     name: Path,
     texture: Path | bytes | None = None,
+    normals: Path | None = None,
     force: bool = False,
     threads: int | None = None,
     carry_maps: bool = False,
@@ -96,6 +112,7 @@ def new_uvs(
         out: temporary file to write.
         name: its final name: .obj, .glb or .ply.
         texture: picture file to bind to the mesh, or its content; None writes coordinates only.
+        normals: a normal map to bind to it, y up, for OBJ and GLB.
         force: whether the files beside it may be replaced (see `obj_materials.written_beside`).
         threads: as many as there are processors by default.
         carry_maps: whether the other maps of its material are carried to the new coordinates.
@@ -120,7 +137,16 @@ def new_uvs(
     if carry_maps:
         pictures = carried_maps.carried(target.file, uv, corners, shown=texture is not None, threads=threads)
     written, missing = mesh_files.write(
-        target.file, uv, corners, triangles, out, name=name, texture=texture, pictures=pictures, force=force
+        target.file,
+        uv,
+        corners,
+        triangles,
+        out,
+        name=name,
+        texture=texture,
+        normals=normals,
+        pictures=pictures,
+        force=force,
     )
     if parts[0][2].is_mesh:
         figures["torn_triangles"] = sum(torn for _, torn in found)

@@ -7,7 +7,16 @@ from hypothesis import strategies as st
 
 from iccm.balanced.outline import Outline, manageable
 from iccm.balanced.pairs import Match, boundary_pairs, limited, through
-from iccm.balanced.starts import Different, arclength_matches, elastic_matches
+from iccm.balanced.starts import (
+    STEPS,
+    Different,
+    arclength_matches,
+    best_path,
+    elastic_matches,
+    implied_turn,
+    step_gains,
+    upright_ones,
+)
 from iccm.curve import Curve
 
 
@@ -69,6 +78,41 @@ def test_a_shape_matches_itself_elastically():
     s = np.linspace(0, curve.length, 50)
     gap = np.mod(best.at(s) - s + 0.5 * curve.length, curve.length) - 0.5 * curve.length
     assert np.abs(gap).max() < 1e-9
+
+
+def gain(score, i, j, a, b):
+    """Of one step from (i, j), the score of the samples that it passes over its own length."""
+    count, size = max(a, b), len(score)
+    passed = [score[i + m * a // count, (j + m * b // count) % size] for m in range(count)]
+    return np.mean(passed) * np.sqrt(a * b)
+
+
+def test_the_best_path_is_that_of_all_paths():
+    n, shift = 6, 2
+    score = np.random.default_rng(5).standard_normal((n, n))
+    gains = np.zeros((len(STEPS), n, 2 * n))
+    step_gains(np.tile(score, 3), STEPS, gains)
+    value, rows, columns = best_path(gains, STEPS, shift)
+
+    def best(i, j):
+        if (i, j) == (n, n):
+            return 0.0
+        ahead = [(a, b) for a, b in STEPS if i + a <= n and j + b <= n]
+        return max((gain(score, i, j + shift, a, b) + best(i + a, j + b) for a, b in ahead), default=-np.inf)
+
+    steps = zip(rows, columns, np.diff(rows), np.diff(columns))
+    assert value == pytest.approx(best(0, 0))
+    assert value == pytest.approx(sum(gain(score, i, j + shift, a, b) for i, j, a, b in steps))
+    assert (rows[0], columns[0], rows[-1], columns[-1]) == (0, 0, n, n)
+
+
+def test_starts_that_turn_the_picture_over_are_left_out():
+    curve = polygon([1.0, 0.5, 0.9, 0.4, 1.0, 0.7, 0.3])
+    curve = Curve(curve.z - curve.z.mean())
+    matches = arclength_matches(curve, curve)
+    kept = upright_ones(matches, curve, curve)
+    assert 3 <= len(kept) < len(matches) and kept[0] is matches[0]
+    assert max(abs(implied_turn(match, curve, curve)) for match in kept) < np.radians(100)
 
 
 def test_a_turned_shape_matches_at_that_turn():

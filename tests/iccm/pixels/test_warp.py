@@ -1,5 +1,7 @@
 """Warping: the identity, places to the pixel, filters against truth, edges, formats of pixels, threads."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -359,6 +361,34 @@ def test_a_large_texture_is_read_as_stored_with_the_same_result(monkeypatch, dty
     top = np.iinfo(dtype).max
     assert np.array_equal(plain[0], compact[0])
     assert np.abs(plain[1].astype(float) - compact[1]).max() <= 0.01 * top + 1
+
+
+@pytest.mark.parametrize(
+    "filter, channels, alpha, edge",
+    [
+        ("cubic", 3, -1, "clamp"),
+        ("cubic", 4, 3, "transparent"),
+        ("cubic", 4, 0, "clamp"),
+        ("cubic", 6, -1, "transparent"),
+        ("linear", 1, -1, "transparent"),
+        ("lanczos", 2, 1, "clamp"),
+    ],
+)
+def test_pixels_made_at_once_are_those_made_step_by_step(monkeypatch, filter, channels, alpha, edge):
+    picture = noise((90, 130, channels), np.uint8, 5)
+    picture[20:50, 30:60, alpha] = 0
+    picture[50:, :, alpha] |= 200
+    texture = Texture(picture, (-0.9 - 1j, 1.1 + 1j), alpha)
+    map = conformal(lambda z: z + 0.2 * z**2)
+    for limit in (1 << 40, 0):
+        monkeypatch.setattr("iccm.pixels.sampler.LARGE", limit)
+        sampler = Sampler(texture, filter, edge=edge)
+        assert sampler.paints
+        for size in (20, 300):  # bands of 128 rows, columns in squares of 256
+            canvas = Canvas(size, size, BOX)
+            at_once = whole(Warp(map, sampler, canvas)).pixels
+            step_by_step = whole(Warp(map, sampler, canvas, placing=replace(texture))).pixels
+            assert np.array_equal(at_once, step_by_step)
 
 
 def test_a_texture_turned_by_90_degrees_is_read_in_squares(monkeypatch):

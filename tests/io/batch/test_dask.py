@@ -79,6 +79,36 @@ def test_no_scheduler_is_one_line(shapes, iccm, monkeypatch):
     assert typed.code == 2 and "no scheduler answers" in typed.err and time.monotonic() - began < 60
 
 
+@pytest.mark.parametrize("more, ahead", [((), True), (("--timeout", "9"), False), (("--fail-fast",), False)])
+def test_jobs_wait_at_workers_unless_that_is_seen(shapes, iccm, monkeypatch, more, ahead):
+    from iccm.errors import InputError
+    from iccm.io.batch import pools
+
+    def refusing(address, *, ahead):
+        raise InputError(f"ahead: {ahead}")
+
+    monkeypatch.setattr(pools, "Dask", refusing)
+    (shapes / "jobs.jsonl").write_text('{"source": "blob.svg", "target": "disk.svg"}')
+    assert f"ahead: {ahead}" in iccm("batch", "jobs.jsonl", "--dask", "tcp://host:1", *more).err
+
+
+def test_a_thread_is_given_two_jobs_when_they_may_wait(monkeypatch):
+    from iccm.io.batch import pools
+
+    class Cluster:
+        def __init__(self, address, timeout):
+            pass
+
+        def nthreads(self):
+            return {"a": 2, "b": 1}
+
+        def get_executor(self, **options):
+            return None
+
+    monkeypatch.setattr("distributed.Client", Cluster)
+    assert (pools.Dask("tcp://host:1").size, pools.Dask("tcp://host:1", ahead=True).size) == (3, 6)
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_a_lost_worker_loses_nothing(shapes, iccm, cluster):

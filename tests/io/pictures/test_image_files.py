@@ -9,6 +9,7 @@ import pytest
 
 from iccm.errors import InputError
 from iccm.io.pictures import image_files
+from iccm.io.pictures.image import TRANSFERS, USUAL
 from iccm.io.pictures.image_files import Image
 from iccm.io.run.execute import run
 from iccm.io.run.job import Job
@@ -143,6 +144,14 @@ def test_formats_convert_what_they_cannot_hold(tmp_path):
     assert np.abs(png.pixels[..., :3] / 65535 - 0.5).max() < 1e-4
     image_files.write(tmp_path / "a.jpg", Image(np.zeros((8, 8, 4), np.uint8), 3))
     assert image_files.read(tmp_path / "a.jpg").pixels.min() > 250  # transparent: white paper
+
+
+@pytest.mark.parametrize("name", USUAL)
+def test_usual_colour_spaces_are_what_opencolorio_takes_them_for(name):
+    config = oiio.ColorConfig()
+    assert config.resolve(name) in config.getColorSpaceNames()
+    assert config.equivalent(name, USUAL[name])
+    assert [other for other in TRANSFERS if config.equivalent(name, other)] == [USUAL[name]]
 
 
 def test_other_colour_spaces_go_through_opencolorio():

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from iccm.io.meshes import gltf, gltf_materials
 from iccm.io.pictures import image_files
 from iccm.io.pictures.image import Image
 from iccm.io.run import execute
@@ -80,6 +81,37 @@ def test_names_of_textures_and_of_sides_fit_together(material, iccm):
         "of-{stem}.png",
     )
     assert grey.code == 2 and "data.tif" in grey.err and not (material / "of-texture.png").exists()
+
+
+def test_a_mesh_shows_a_set_itself(material, iccm):
+    write_sheets(material / "sheet.obj", {"sheet": TILES["left"]})
+    given = ["--texture", "texture.png", "--normal", "normal.png"]
+    done = iccm("map", "square.svg", "sheet.obj", *given, "-o", "x.glb", "-o", "x.obj")
+    assert done.code == 0, done.err
+    whole = gltf.read(material / "x.glb")
+    (shown,) = whole.tree["materials"]
+    slots = {slot: whole.image(whole.source_of(info["index"])) for slot, info in gltf_materials.slots(shown)}
+    assert slots == {
+        gltf_materials.BASE: (material / "texture.png").read_bytes(),
+        gltf_materials.NORMALS: (material / "normal.png").read_bytes(),
+    }
+    assert (material / "x.mtl").read_text().split()[-4:] == ["map_Kd", "texture.png", "norm", "normal.png"]
+    alone = iccm("map", "square.svg", "sheet.obj", *given[2:], "-o", "n.obj")
+    assert alone.code == 0 and "map_Kd" not in (material / "n.mtl").read_text()
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["-o", "x.ply"], "PLY has no place for a normal map"),
+        (["-o", "x.glb", "--data", "data.tif"], "a mesh by itself takes one --texture and one --normal"),
+        (["-o", "x.obj", "--carry-maps"], "leave one out"),
+    ],
+)
+def test_what_a_mesh_cannot_show_is_refused(material, iccm, more, said):
+    given = ["--texture", "texture.png", "--normal", "normal.png"]
+    done = iccm("map", "square.svg", "tiles.obj#left", *given, *more)
+    assert done.code == 2 and said in done.err and not (material / more[1]).exists()
 
 
 @pytest.mark.slow

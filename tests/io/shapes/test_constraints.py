@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from iccm import InputError
-from iccm.io.shapes import constraints
+from iccm.io.shapes import constraints, listing
 from iccm.io.shapes import shape as shapes
 
 
@@ -20,7 +20,7 @@ def shape(tmp_path, name, extra, box="0 0 100 100"):
 def listed(tmp_path, content):
     path = tmp_path / "c.json"
     path.write_text(content if isinstance(content, str) else json.dumps(content))
-    return constraints.read(path)
+    return listing.read(path)
 
 
 def test_drawn_pairs_by_name_whatever_the_order(tmp_path):
@@ -126,7 +126,7 @@ def test_bad_files_are_one_line(tmp_path, content, message):
     path = tmp_path / "c.json"
     path.write_bytes(content.encode("latin-1"))
     with pytest.raises(InputError, match=message) as caught:
-        constraints.read(path)
+        listing.read(path)
     assert "\n" not in str(caught.value) and str(caught.value).startswith(str(path))
 
 

@@ -325,7 +325,7 @@ def test_pull_back_is_threads_free(tmp_path):
 
 
 def test_constraints_name_vertices_and_points_in_space(tmp_path, shapes):
-    from iccm.io.shapes import constraints
+    from iccm.io.shapes import constraints, listing
     from iccm.io.shapes import shape as planar
 
     mesh = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj", n=4)))
@@ -333,7 +333,7 @@ def test_constraints_name_vertices_and_points_in_space(tmp_path, shapes):
     pins = [{"source": [30, 40], "target": "v13"}, {"source": [50, 50], "target": [0.26, 0.01, 0]}]
     strokes = [{"source": [[20, 20], [80, 20]], "target": [1, 5, 25]}]
     (tmp_path / "c.json").write_text(json.dumps({"pins": pins, "strokes": strokes}))
-    found = constraints.collect(plane, mesh, constraints.read(tmp_path / "c.json"))
+    found = constraints.collect(plane, mesh, listing.read(tmp_path / "c.json"))
     assert found.pins[:, 0].tolist() == [30 - 40j, 50 - 50j]
     assert found.pins[0, 1] == mesh.vertex(13)
     assert (
@@ -341,7 +341,7 @@ def test_constraints_name_vertices_and_points_in_space(tmp_path, shapes):
     )  # the nearest point of the surface, not of its vertices
     assert found.strokes[0][1].z.tolist() == mesh.along(["v1", "v5", "v25"], "a").z.tolist()
     with pytest.raises(InputError, match=r"square\.svg: v13 is a place on a mesh, and this is none"):
-        constraints.collect(plane, plane, constraints.read(tmp_path / "c.json"))
+        constraints.collect(plane, plane, listing.read(tmp_path / "c.json"))
 
 
 def test_points_of_the_surface_are_found_again_and_points_beside_it_by_the_nearest(tmp_path):

@@ -10,7 +10,7 @@ from iccm.errors import InputError
 from iccm.io.meshes import mesh_files
 from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
-from iccm.io.shapes import constraints, mesh_shape
+from iccm.io.shapes import constraints, listing, mesh_shape
 from iccm.meshes.layout import turned_over
 from tests.triangulations import hull, spiral_points
 
@@ -94,7 +94,7 @@ def test_landmarks_open_closed_meshes_alike(folder):
     spots = np.array([[0, 0, 1.4], [0, 0.8, 0], [1, 0, 0], [0, -0.8, 0], [-1, 0, 0], [0, 0, -1.4]])
     marks = {f"m{k}": spot.tolist() for k, spot in enumerate(spots)}
     (folder / "marks.json").write_text(json.dumps({"landmarks": {"source": marks, "target": marks}}))
-    listed = constraints.read(folder / "marks.json")
+    listed = listing.read(folder / "marks.json")
     places = [pin.source for pin in listed.all_pins]
     one, other = (mesh_shape.read(f"{name}.obj", cut=True, pins=places) for name in ("coarse", "fine"))
     found = constraints.collect(one, other, listed)
@@ -152,4 +152,4 @@ def test_a_landmark_of_one_side_is_refused(folder):
     )
     sheet_shape = mesh_shape.read("sheet.obj")
     with pytest.raises(InputError, match="landmarks: nose: given for the source alone"):
-        constraints.collect(sheet_shape, sheet_shape, constraints.read(folder / "marks.json"))
+        constraints.collect(sheet_shape, sheet_shape, listing.read(folder / "marks.json"))

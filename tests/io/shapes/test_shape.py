@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from iccm import InputError
-from iccm.io.shapes import constraints, shape
+from iccm.io.shapes import listing, shape
 
 SAMPLES = Path(__file__).resolve().parents[3] / "samples"
 RICH = """<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 100 100"
@@ -78,7 +78,7 @@ def mutated(data, rng):
 def test_mutated_files_are_shapes_or_one_line(tmp_path, suffix, data):
     rng = random.Random(7)
     path = tmp_path / f"x{suffix}"
-    read = constraints.read if suffix == ".json" else lambda path: shape.read(str(path))
+    read = listing.read if suffix == ".json" else lambda path: shape.read(str(path))
     refused = 0
     for _ in range(250):
         path.write_bytes(mutated(data, rng))

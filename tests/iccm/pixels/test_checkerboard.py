@@ -1,0 +1,50 @@
+"""The numbered checkerboard: what its digits tell, and at every size."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from iccm.pixels.checkerboard import STROKES, _drawn, checkerboard
+
+HEIGHT = 30.0
+
+
+def test_each_digit_tells_itself_and_a_mirror():
+    drawn = [_drawn(str(k), HEIGHT) for k in range(10)]
+    ink = drawn[8].sum()
+    for k, digit in enumerate(drawn):
+        for other in drawn[k + 1 :]:
+            assert np.abs(digit - other).sum() > 0.1 * ink
+        if k not in (0, 8):
+            assert np.abs(digit - digit[:, ::-1]).sum() > 0.1 * ink
+    assert np.allclose(drawn[6], drawn[9][::-1, ::-1], atol=1e-6)
+
+
+def test_a_line_covers_its_length_times_its_thickness():
+    """The stem of the 4 stands alone at its foot: a row of it is as wide as the line is thick."""
+    rows = _drawn("4", 200.0).sum(axis=1)
+    assert rows[int(0.99 * rows.size) - 45] == pytest.approx(0.22 * 200, rel=0.02)
+    assert len(STROKES) == 10
+
+
+@pytest.mark.parametrize(("size", "cells"), [(7, 8), (64, 8), (100, 3), (1024, 8)])
+def test_numbers_stand_in_the_middle_of_their_cells(size, cells):
+    picture = checkerboard(size, cells)
+    assert picture.shape == (size, size, 3) and picture.dtype == np.uint8
+    if size < 64:
+        return
+    edges = np.round(np.linspace(0, size, cells + 1)).astype(int)
+    for i in range(cells):
+        cell = picture[edges[i] : edges[i + 1], edges[-2] : edges[-1]].astype(int)
+        marked = np.argwhere(np.abs(cell - cell[0, 0]).sum(axis=2) > 100)
+        middle = (marked.min(axis=0) + marked.max(axis=0)) / 2
+        assert np.abs(middle - (np.array(cell.shape[:2]) - 1) / 2).max() <= 2 + 0.05 * size / cells
+
+
+def test_it_is_made_without_opencv():
+    script = (
+        "import sys; from iccm.pixels.checkerboard import checkerboard as c; c(); print('cv2' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout == "False\n"

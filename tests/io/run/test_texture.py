@@ -1,0 +1,60 @@
+"""Textures that jobs share are read, and made ready, once; what has changed is read anew."""
+
+import os
+
+import numpy as np
+import pytest
+
+from iccm.errors import InputError
+from iccm.io.pictures import image_files
+from iccm.io.pictures.image import Image
+from iccm.io.run import texture
+from iccm.io.run.job import Job
+from iccm.memory import Memory
+
+BOX = (0j, 1 + 1j)
+
+
+class Blank:
+    pictures = ()
+
+
+def made(**options):
+    job = Job(source="a.svg", target="b.svg", **options)
+    image = texture.image_of(job, Blank(), Memory())
+    return image, texture.sampler_of(job, image, options.pop("box", BOX), Memory(), 1)
+
+
+@pytest.fixture
+def grey(tmp_path):
+    path = tmp_path / "a.png"
+    image_files.write(path, Image(np.full((8, 8, 3), 100, np.uint8)))
+    return path
+
+
+def test_the_next_job_finds_the_same_texture(grey):
+    (image, sampler), (again, same) = made(texture=str(grey)), made(texture=str(grey))
+    assert again is image and same is sampler
+    assert made()[1] is made()[1]  # the checkerboard
+
+
+def test_what_is_asked_or_written_otherwise_is_made_anew(grey):
+    image, sampler = made(texture=str(grey))
+    again, other = made(texture=str(grey), filter="linear")
+    assert again is image and other is not sampler
+    assert made(texture=str(grey), colorspace="data")[0] is not image
+    assert made(texture=str(grey), memory="1G")[0] is not made(texture=str(grey), memory="1G")[0]
+    image_files.write(grey, Image(np.full((8, 8, 3), 200, np.uint8)))
+    os.utime(grey, ns=(1, 1))
+    assert (made(texture=str(grey))[0].pixels == 200).all()
+    grey.unlink()
+    with pytest.raises(InputError, match="no such file"):
+        made(texture=str(grey))
+    with pytest.raises(InputError, match="max-pixels"):
+        image_files.write(grey, image)
+        made(texture=str(grey), max_pixels=9)
+
+
+def test_a_large_texture_is_not_kept(grey, monkeypatch):
+    monkeypatch.setattr(texture, "KEPT", 100)
+    assert made(texture=str(grey))[0] is not made(texture=str(grey))[0]
