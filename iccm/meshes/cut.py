@@ -33,8 +33,8 @@ def opened(whole: Patch) -> Patch:
 
 
 def opened_through(whole: Patch, stops: Sequence[int]) -> Patch:
-    """A closed surface without handles cut along `way_through`, by ways that keep to geodesics, so they hardly depend on
-    the triangles."""
+    """A closed surface without handles cut along ways through vertices that keep to geodesics, so that they hardly
+    depend on the triangles."""
     return opened_along(whole, way_through(whole, stops))
 
 

@@ -58,8 +58,8 @@ def agreed_order(source: Patch, target: Patch, stops: Index) -> Index:
 
 
 def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
-    """A closed surface opened where the seam of another one runs; None where that makes their layouts no more alike, or triangles are so small that edges are
-    about geodesics.
+    """A closed surface opened where the seam of another one runs; None where that makes their layouts no more alike, or
+    triangles are so small that edges are about geodesics.
 
     Args:
         source: a closed surface without handles.

@@ -16,8 +16,8 @@ from .mesh_shape import point_of, split_at
 def seam_order(
     specs: tuple[str, str], wholes: tuple[Obj | None, Obj | None], pins: Sequence[tuple[Place, Place]]
 ) -> tuple[list[int], Opening | None]:
-    """Numbers of the pins in the order in which both meshes are best cut through them, if both are closed, and where the
-    source is best cut, if not along geodesics.
+    """Numbers of the pins in the order in which both meshes are best cut through them, if both are closed, and where
+    the source is best cut, if not along geodesics.
 
     Args:
         specs: of source and target.
