@@ -12,7 +12,7 @@ from ..curve import Curve
 from ..jit import kernel
 from ..maps.triangulated.patches import NO_LINES
 from .constraints.inside import InnerConstraints
-from .failure import Stuck
+from .failure import Tangled
 from .kernels import twice_area
 from .meshing.mesh import Sizes, closed_links, triangulate
 from .metric import PLANES, Metrics, rest_geometry
@@ -264,7 +264,7 @@ class DiscreteMap:
         less if `weighed`.
 
         Raises:
-            Stuck: folds remain.
+            Tangled: folds remain.
         """
         gradients, areas = rest_geometry(self.z, self.u, self.system.corners, (self.metrics[0], None))
         if weighed and self.weights is not None:
@@ -275,7 +275,7 @@ class DiscreteMap:
         )
         least = untangle(self.system, gradients, areas, u, self.constrained, harmonic, steps, polish)
         if not least > 0 or folds(self.faces, u):
-            raise Stuck("no map without folds was found for this correspondence of the outlines")
+            raise Tangled(u)
         return replace(self, u=u)
 
     def forward(

@@ -125,7 +125,7 @@ def straight(map: TriangulatedMap, lines: Index) -> TriangulatedMap:
 def _status(found: Solution, drawn: bool, settings: Settings) -> Status:
     if not found.met:
         return Status.PINS
-    if found.gap > settings.tolerance:
+    if max(found.gap, found.source_gap) > settings.tolerance:
         return Status.GAP
     return Status.REACHED if found.reached and drawn else Status.BOUNDS
 

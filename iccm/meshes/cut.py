@@ -33,30 +33,48 @@ def opened(whole: Patch) -> Patch:
 
 
 def opened_through(whole: Patch, stops: Sequence[int]) -> Patch:
-    """A closed surface without handles cut along ways from each of some vertices to the next, which touch neither each
-    other nor the other vertices, and keep to geodesics: so they hardly depend on the triangles.
+    """A closed surface without handles cut along ways through vertices that keep to geodesics, so that they hardly
+    depend on the triangles."""
+    return opened_along(whole, way_through(whole, stops))
+
+
+def opened_along(whole: Patch, way: Sequence[int]) -> Patch:
+    """A closed surface without handles cut along a way of vertices."""
+    if len(way) == 2:  # one edge alone does not open a surface
+        way = _detour(whole, list(way))
+    return whole.cut(_on(whole, np.array(way[:-1]), np.array(way[1:])))
+
+
+def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None = None) -> list[int]:
+    """The vertices along ways from each of some vertices to the next, which touch neither each other nor the other
+    vertices.
+
+    Args:
+        whole: a closed surface.
+        stops: (k,) vertices.
+        dear: for each way (n,) factors of lengths; by default they are large beside geodesics.
 
     Raises:
         InputError: there are no such ways.
     """
-    free, tails, heads = np.ones(whole.triangles.count, bool), [], []
+    free, found = np.ones(whole.triangles.count, bool), list(stops[:1])
     free[list(stops)] = False
-    for start, end in pairwise(stops):
-        dear = _beside_geodesic(whole, start, end)
+    for k, (start, end) in enumerate(pairwise(stops)):
+        joined = ((whole.faces == start).any(axis=1) & (whole.faces == end).any(axis=1)).any()
+        if joined and dear is None:
+            found.append(end)
+            continue
+        factors = _beside_geodesic(whole, start, end) if dear is None else dear[k]
         free[[start, end]] = True
         usable = whole.drawn & free[whole.triangles.tail] & free[whole.triangles.head]
-        way = walk(whole.triangles.paths(whole.points, np.array([start]), usable, dear)[1], end)
+        way = walk(whole.triangles.paths(whole.points, np.array([start]), usable, factors)[1], end)
         if way[-1] != start:
             raise InputError(
                 f"{whole.mesh.name}: no seam leads through the pins in their order without crossing itself"
             )
         free[way] = False
-        tails += way[:-1]
-        heads += way[1:]
-    if len(tails) == 1:  # one edge alone does not open a surface
-        way = _detour(whole, [tails[0], heads[0]])
-        tails, heads = way[:-1], way[1:]
-    return whole.cut(_on(whole, np.array(tails), np.array(heads)))
+        found += way[-2::-1]
+    return found
 
 
 def _beside_geodesic(whole: Patch, start: int, end: int) -> Real | None:

@@ -1,6 +1,7 @@
-"""Vertices at given points of a surface, in the midst of its faces."""
+"""Vertices at given points of a surface, in the midst of its faces, and edges along ways through them."""
 
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,14 @@ from ..meshes.patch import Patch
 from .refined import RefinedSurface
 
 NEAR = 0.03  # barycentric coordinate under which a point is taken to the edge opposite, by hand: no thin triangles
+MOST_CROSSED = 1000  # triangles between two points of a way, by hand: far more than any should
+
+
+class Opening(NamedTuple):
+    """Triangles of a closed surface, split so that it can be cut along edges from point to point (p, 3)."""
+
+    mesh: Mesh
+    points: Real
 
 
 def with_vertices(whole: Patch, points: Real) -> Mesh:
@@ -18,10 +27,88 @@ def with_vertices(whole: Patch, points: Real) -> Mesh:
 
     New vertices come after the mesh's own; texture coordinates lie between those of the corners around.
     """
-    mesh, faces = whole.mesh, whole.vertex[whole.faces]
-    refined = RefinedSurface.of(faces, len(mesh.points))
+    return _as_mesh(whole, _at_points(whole, points)[0])
+
+
+def with_way(whole: Patch, points: Real) -> Opening | None:
+    """The same, with edges along the straight ways from each point to the next; None where the way crosses itself, or
+    gets lost."""
+    refined, stops = _at_points(whole, points)
+    way = stops[:1]
+    for stop in stops[1:]:
+        if stop != way[-1]:
+            refined, crossed = _straight(refined, whole.mesh.points, way[-1], stop)
+            way += crossed
+    joined = {(a, b) for face in refined.faces.tolist() for a, b in pairwise([*face, face[0]])}
+    if len(set(way)) < len(way) or not joined.issuperset(pairwise(way)):
+        return None
+    mesh = _as_mesh(whole, refined)
+    return Opening(mesh, mesh.points[way])
+
+
+def _at_points(whole: Patch, points: Real) -> tuple[RefinedSurface, list[int]]:
+    """With vertices at points (k, 3), and their numbers."""
+    space, numbers = whole.mesh.points, []
+    refined = RefinedSurface.of(whole.vertex[whole.faces], len(space))
     for point in points:
-        refined = refined.with_point(*_nearest(refined.carried(mesh.points), refined.faces, point))[0]
+        refined, number = refined.with_point(*_nearest(refined.carried(space), refined.faces, point))
+        numbers.append(number)
+    return refined, numbers
+
+
+def _straight(refined: RefinedSurface, points: Real, here: int, end: int) -> tuple[RefinedSurface, list[int]]:
+    """With edges from one vertex to another, in the plane of the surface's normal at each step, and the vertices on the
+    way; nothing after where it gets lost.
+
+    Args:
+        refined: the triangles.
+        points: (n, 3) of the first mesh.
+        here: where the way begins.
+        end: where it ends.
+    """
+    way: list[int] = []
+    for _ in range(MOST_CROSSED):
+        fan = np.flatnonzero((refined.faces == here).any(axis=1))
+        corners = refined.faces[fan]
+        if (corners == end).any():
+            return refined, [*way, end]
+        corners = np.take_along_axis(corners, (np.argmax(corners == here, 1)[:, None] + np.arange(3)) % 3, 1)
+        space = refined.carried(points)
+        found = _crossing(space[corners], space[end])
+        if found is None:
+            break
+        t, share = found
+        place = np.where(refined.faces[fan[t]] == corners[t, 2], share, 1 - share)
+        refined, here = refined.with_point(fan[t], np.where(refined.faces[fan[t]] == here, 0, place))
+        way.append(here)
+    return refined, way
+
+
+def _crossing(fan: Real, end: Real) -> tuple[int, float] | None:
+    """Which triangle of those around a vertex the straight way to a point leads through, and where on the side
+    opposite it leaves; at a corner if close by. None where it leads nowhere.
+
+    Args:
+        fan: (k, 3, 3) corners, the vertex first.
+        end: (3,) the point.
+    """
+    sides = fan[:, 1:] - fan[:, :1]
+    normal = np.cross(sides[:, 0], sides[:, 1]).sum(axis=0)
+    ahead = end - fan[0, 0]
+    beside = sides @ np.cross(normal, ahead)
+    gap = beside[:, 0] - beside[:, 1]
+    share = np.divide(beside[:, 0], gap, out=np.full(len(fan), -1.0), where=gap != 0)
+    far = (sides[:, 0] + share[:, None] * (sides[:, 1] - sides[:, 0])) @ ahead
+    far[(share < 0) | (share > 1)] = 0
+    t = int(np.argmax(far))
+    if far[t] <= 0:
+        return None
+    near = np.array([0.0, 1.0])[np.abs(share[t] - [0, 1]) < NEAR]
+    return t, float(near[0] if near.size else share[t])
+
+
+def _as_mesh(whole: Patch, refined: RefinedSurface) -> Mesh:
+    mesh, faces = whole.mesh, whole.vertex[whole.faces]
     space = refined.carried(mesh.points)
     more: dict[str, Any] = {"base": mesh.base, "whole": mesh.whole}
     if mesh.uv is None or mesh.uv_corners is None:

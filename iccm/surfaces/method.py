@@ -237,8 +237,9 @@ def _on_own(ready: _Prepared, state: Meshed, settings: Settings, journal: SolveL
         Stuck: there is none.
     """
     problem = ready.unit.inverse() if ready.onto else ready.unit
-    side, frame = ready.sides[ready.onto], ready.frames[ready.onto]
-    own = on_own_mesh(side, frame, last_mesh.last_level(problem, settings), state, problem)
+    step = -1 if ready.onto else 1
+    level = last_mesh.last_level(problem, settings)
+    own = on_own_mesh(ready.sides[::step], ready.frames[::step], level, state, problem)
     theta = leaning(problem, own.state)
     other = ready.sides[not ready.onto].even
     if other is None:

@@ -1,5 +1,6 @@
 """The last map of a surface: on its own triangles, so that its texture coordinates are that map, and fold nowhere."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -9,7 +10,7 @@ import numpy as np
 from ..arrays import Complex, Flags, Index, Real
 from ..balanced.constraints.inside import InnerConstraints
 from ..balanced.discrete import FILLED, PASSED_OVER, DiscreteMap, MeshHoles
-from ..balanced.failure import Stuck
+from ..balanced.failure import Stuck, Tangled
 from ..balanced.frames import UnitFrame
 from ..balanced.last_mesh import STEEPEST_FINE
 from ..balanced.levels import SPACING, SPREAD, Level, Sketch, UnitProblem, match_on
@@ -24,9 +25,11 @@ from ..meshes.mesh import face_areas
 from ..meshes.stretch import Linear, laid_flat, linear
 from .refined import RefinedSurface
 from .side import Side
-from .unfolding import unfolded_nearby
+from .unfolding import signed_areas, unfolded_nearby
 
 UNFOLDING, POLISHING = 200, 30  # steps: a bunny with holes takes over 40
+ROOM = 4  # times that triangles around folds are halved, by hand
+COARSE = 4000  # triangles from which down edges are halved between surfaces: median errors fall by 20 to 40 %
 SAME = 1e-9  # of the length: arclengths this close are one place
 
 
@@ -67,37 +70,49 @@ class OwnMap:
     order: Index
     energy: float = np.inf
 
+    def near(self, hit: Flags) -> Flags:
+        """(n,) the mesh's vertices whose triangles touch some of the map's (m,)."""
+        faces = self.state.faces
+        beside = np.isin(faces, faces[hit]).any(axis=1)
+        found = np.zeros(self.mesh.count, bool)
+        found[self.order[faces[beside]]] = True
+        return found
+
     def of_layout(self, flat: Complex) -> Complex:
         """Values at the surface's vertices, at those of the map."""
         return self.mesh.carried(flat)[self.order]
 
 
 def on_own_mesh(
-    side: Side, frame: UnitFrame, level: Level, state: DiscreteMap | Sketch, problem: UnitProblem
+    sides: Sequence[Side],
+    frames: Sequence[UnitFrame],
+    level: Level,
+    state: DiscreteMap | Sketch,
+    problem: UnitProblem,
 ) -> OwnMap:
     """A map without folds on the surface's own triangles, from one on any mesh.
 
     Args:
-        side: the surface, source of the map.
-        frame: of its unit coordinates.
-        level: the other side's outlines with all their vertices.
+        sides: the surface, source of the map, and what it is mapped to.
+        frames: of their unit coordinates.
+        level: the outlines; on surfaces all vertices are added to them.
         state: the map so far.
         problem: what is solved, the surface being the source.
 
     Raises:
         Stuck: none was found.
     """
-    flat = frame.unit(side.own.flat)
     met = [loop.source for loop in state.loops]
-    loops = [
-        loop[::-1] if frame.mirrored else loop for loop in (side.loops[k] for k in (0, *(1 + k for k in met)))
-    ]
-    outlines = [problem.source, *(problem.holes[0][k] for k in met)]
-    rims = [_outline_of(flat[loop], curve) for loop, curve in zip(loops, outlines)]
+    loops, rims = _rims(sides[0], frames[0], met, (problem.source, problem.holes[0]))
     loops = [np.roll(loop, -rim.first) for loop, rim in zip(loops, rims)]
-    own = _level_of(level, rims, met, problem)
+    own = _with_exact(level, rims, met, target=False)
+    if sides[1].even is not None:  # a vertex that hardly shows in one layout may in another
+        goals = [loop.target for loop in state.loops]
+        _, there = _rims(sides[1], frames[1], goals, (problem.target, problem.holes[1]))
+        own = _with_exact(own, there, goals, target=True)
+    own = _anchored_again(own, problem)
     boundary = _Boundary(loops, *_pairs_of(own, match_on(own, state)))
-    return _meshed(side, frame, own, state, problem, boundary)
+    return _meshed(sides[0], frames[0], own, state, problem, boundary)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,18 +138,35 @@ def _outline_of(z: Complex, simple: Curve) -> _ExactOutline:
     return _ExactOutline(Outline(curve, curve.knots[:-1], origins), first)
 
 
-def _level_of(level: Level, rims: list[_ExactOutline], met: list[int], problem: UnitProblem) -> Level:
-    """The level with the surface's exact outlines as those of the source, of the holes `met` with partners."""
-    outer, holes = rims[0].outline, list(level.holes[0])
+def _rims(
+    side: Side, frame: UnitFrame, met: list[int], simple: tuple[Curve, Sequence[Curve]]
+) -> tuple[list[Index], list[_ExactOutline]]:
+    """A surface's loops and outlines, the outer one and those of the holes `met`, in unit coordinates; `simple` are
+    those of the problem."""
+    flat, outlines = frame.unit(side.own.flat), [simple[0], *(simple[1][k] for k in met)]
+    loops = [side.loops[k] for k in (0, *(1 + k for k in met))]
+    loops = [loop[::-1] if frame.mirrored else loop for loop in loops]
+    return loops, [_outline_of(flat[loop], curve) for loop, curve in zip(loops, outlines)]
+
+
+def _with_exact(level: Level, rims: list[_ExactOutline], met: list[int], *, target: bool) -> Level:
+    """The level with a surface's exact outlines, of the source or the target, and of the holes `met` with partners."""
+    both = [list(holes) for holes in level.holes]
     for hole, rim in zip(met, rims[1:]):
-        holes[hole] = rim.outline
-    anchors = level.anchors
-    if anchors is not None:
-        s = outer.curve.closest(np.array(problem.anchors[0]))
-        order = np.argsort(s)
-        tau = level.target.arclengths(problem.anchors[1])[order]
-        anchors = anchors._replace(s=s[order], tau=tau[0] + np.mod(tau - tau[0], level.target.length))
-    return replace(level, source=outer, anchors=anchors, holes=(tuple(holes), level.holes[1]))
+        both[target][hole] = rim.outline
+    found = replace(level, holes=(tuple(both[0]), tuple(both[1])))
+    return replace(found, target=rims[0].outline) if target else replace(found, source=rims[0].outline)
+
+
+def _anchored_again(level: Level, problem: UnitProblem) -> Level:
+    """The level with pins on its outlines where these have them now."""
+    if level.anchors is None:
+        return level
+    s = level.source.curve.closest(np.array(problem.anchors[0]))
+    order = np.argsort(s)
+    tau = level.target.arclengths(problem.anchors[1])[order]
+    tau = tau[0] + np.mod(tau - tau[0], level.target.length)
+    return replace(level, anchors=level.anchors._replace(s=s[order], tau=tau))
 
 
 def _pairs_of(level: Level, match) -> tuple[Pairs, MeshHoles, list[int]]:
@@ -176,7 +208,7 @@ def _meshed(
     problem: UnitProblem,
     boundary: _Boundary,
 ) -> OwnMap:
-    """The mesh with the boundary asked for, and the map on it."""
+    """The mesh with the boundary asked for, and the map on it; where triangles have no room, on smaller ones."""
     closing = [side.loops[1 + loop.source] for loop in state.filled]
     mesh, given = _covered(side, closing)
     mesh, pinned = _with_pins(mesh, side, frame.world(problem.pins[:, 0]))
@@ -184,26 +216,55 @@ def _meshed(
     still = np.zeros(mesh.count, bool)
     still[np.concatenate([*boundary.loops, pinned])] = True
     mesh, rim = _with_boundary(mesh.without_chords(still), outlines, boundary)
-    first = np.concatenate([rim, pinned, *closing])
-    order = np.append(first, np.setdiff1d(np.arange(mesh.count), first))
-    faces = np.argsort(order)[mesh.faces]
-    z, weights = frame.unit(mesh.carried(side.own.flat)[order]), given[mesh.own]
-    material, constrained = weights == 1, rim.size + pinned.size
-    maps = _to_surface(mesh, side, material, z[faces], mirrored=frame.mirrored)
-    faces = np.ascontiguousarray(faces[:, ::-1] if frame.mirrored else faces)
-    following = np.append(closed_links(boundary.sizes), np.arange(rim.size, constrained))
-    alone = [(loop.source, -1, each.size) for loop, each in zip(state.filled, closing)]
-    found = DiscreteMap(
-        *(level.source, level.target, faces, system_of(faces, following, z.size), z),
-        *(_images(state, z, level, boundary), boundary.pairs),
-        anchored=_anchored(level, boundary.pairs.s, boundary.sizes[0]),
-        inside=InnerConstraints.of_pins(np.column_stack([z[rim.size : constrained], problem.pins[:, 1]])),
-        bound=pinned.size > 0,
-        holes=boundary.holes._replace(filled=loops_of(alone, constrained)),
-        weights=None if material.all() else weights,
-        metrics=(OwnMetric(maps, material), problem.metrics[1]),
-    )
-    return OwnMap(_content(_unfolded(found), maps, material), mesh, order)
+    if problem.metrics[1] is not None and len(mesh.faces) < COARSE:
+        mesh = mesh.without_chords(np.ones(mesh.count, bool))
+    on = _On(side, frame, level, problem, boundary, [rim, pinned, *closing])
+    for rounds in reversed(range(ROOM)):
+        own = on.map(mesh, given[mesh.own], state)
+        try:
+            return replace(own, state=_content(_unfolded(own.state, harmonic=not rounds)))
+        except Tangled as left:
+            if not rounds:
+                raise
+            mesh = mesh.without_chords(own.near(signed_areas(left.u, own.state.faces) <= 0))
+    raise AssertionError
+
+
+class _On(NamedTuple):
+    """What stays as it is while triangles are made smaller; `first` are vertices of the boundary, of pins and of the
+    holes to be filled."""
+
+    side: Side
+    frame: UnitFrame
+    level: Level
+    problem: UnitProblem
+    boundary: _Boundary
+    first: list[Index]
+
+    def map(self, mesh: RefinedSurface, weights: Real, state: DiscreteMap | Sketch) -> OwnMap:
+        """The map so far on a mesh, whatever folds there."""
+        side, frame, boundary, (rim, pinned) = self.side, self.frame, self.boundary, self.first[:2]
+        first = np.concatenate(self.first)
+        order = np.append(first, np.setdiff1d(np.arange(mesh.count), first))
+        faces = np.argsort(order)[mesh.faces]
+        z = frame.unit(mesh.carried(side.own.flat)[order])
+        material, constrained = weights == 1, rim.size + pinned.size
+        maps = _to_surface(mesh, side, material, z[faces], mirrored=frame.mirrored)
+        faces = np.ascontiguousarray(faces[:, ::-1] if frame.mirrored else faces)
+        following = np.append(closed_links(boundary.sizes), np.arange(rim.size, constrained))
+        alone = [(loop.source, -1, each.size) for loop, each in zip(state.filled, self.first[2:])]
+        pins = np.column_stack([z[rim.size : constrained], self.problem.pins[:, 1]])
+        found = DiscreteMap(
+            *(self.level.source, self.level.target, faces, system_of(faces, following, z.size), z),
+            *(_images(state, z, self.level, boundary), boundary.pairs),
+            anchored=_anchored(self.level, boundary.pairs.s, boundary.sizes[0]),
+            inside=InnerConstraints.of_pins(pins),
+            bound=pinned.size > 0,
+            holes=boundary.holes._replace(filled=loops_of(alone, constrained)),
+            weights=None if material.all() else weights,
+            metrics=(OwnMetric(maps, material), self.problem.metrics[1]),
+        )
+        return OwnMap(found, mesh, order)
 
 
 def _covered(side: Side, closing: list[Index]) -> tuple[RefinedSurface, Real]:
@@ -224,30 +285,35 @@ def _images(state: DiscreteMap | Sketch, z: Complex, level: Level, boundary: _Bo
     return u
 
 
-def _unfolded(map: DiscreteMap) -> DiscreteMap:
-    """Without folds: those beside the boundary and pins undone where they are, or if that fails, all at once.
+def _unfolded(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
+    """Without folds: those beside the boundary and pins undone where they are, or if that fails, all at once, at last
+    from the `harmonic` map.
 
     Raises:
-        Stuck: folds remain.
+        Tangled: folds remain.
     """
     map = map.moved_to_border(map.u)
     try:
         return replace(map, u=unfolded_nearby(map))
-    except Stuck:
+    except Tangled:
         pass
     try:
         return map.unfolded(harmonic=False, polish=POLISHING, steps=UNFOLDING, weighed=True)
-    except Stuck:
+    except Tangled:
+        if not harmonic:
+            raise
         return map.unfolded(polish=POLISHING, steps=UNFOLDING, weighed=True)
 
 
-def _content(map: DiscreteMap, maps: Linear, material: Flags) -> DiscreteMap:
+def _content(map: DiscreteMap) -> DiscreteMap:
     """The map with triangles in holes, slivers as they are, at rest where they are."""
-    if material.all():
+    metric = map.metrics[0]
+    assert isinstance(metric, OwnMetric)
+    if metric.material.all():
         return map
     content = linear(map.z[map.faces], map.u[map.faces])
-    maps = Linear(*(np.where(material, own, new) for own, new in zip(maps, content)))
-    return replace(map, metrics=(OwnMetric(maps, material), map.metrics[1]))
+    maps = Linear(*(np.where(metric.material, own, new) for own, new in zip(metric.maps, content)))
+    return replace(map, metrics=(OwnMetric(maps, metric.material), map.metrics[1]))
 
 
 def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[RefinedSurface, Index]:

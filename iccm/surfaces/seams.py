@@ -6,7 +6,7 @@ same leave a landmark in the same direction, as seen from the others, and are ab
 the even layouts are.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import permutations
 
 import numpy as np
@@ -14,11 +14,14 @@ import numpy as np
 from ..arrays import Complex, Index, Real
 from ..errors import InputError
 from ..flattening import even, flatten
-from ..meshes.cut import opened_through
+from ..meshes.cut import opened_along, opened_through, way_through
+from ..meshes.disk_patch import nearest, sound_piece
 from ..meshes.flatten import Flattening
 from ..meshes.mesh import face_areas
 from ..meshes.patch import Patch
 from .alike import unlikeness
+from .inserted import Opening, with_way
+from .trilateration import same_way
 
 MOST_STOPS, MOST_TRIANGLES = 8, 20_000  # beyond, the order is left as it is: it would take over ten seconds
 ASTRAY, LONGER = (
@@ -26,6 +29,8 @@ ASTRAY, LONGER = (
     0.2,
 )  # radians, and the logarithm of lengths' ratio, that make a way twice as dear; by hand
 TRIED = 8  # orders whose layouts are compared
+FEWEST_STOPS = 4  # of a seam that is looked for by distances: from three points two places are as far
+COARSE = 3000  # triangles, by hand: with more an edge beside a geodesic is close to it
 CLEAR = 0.03  # unlikeness of layouts from which down no more are
 
 
@@ -52,6 +57,34 @@ def agreed_order(source: Patch, target: Patch, stops: Index) -> Index:
     return best
 
 
+def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
+    """A closed surface opened where the seam of another one runs; None where that makes their layouts no more alike, or
+    triangles are so small that edges are about geodesics.
+
+    Args:
+        source: a closed surface without handles.
+        target: likewise.
+        stops: (k, 2) vertices of both, in the order of the seam.
+    """
+    if len(stops) < FEWEST_STOPS or len(target.faces) > COARSE:
+        return None
+    try:
+        way = way_through(target, stops[:, 1].tolist())
+        found = with_way(source, same_way(source, target, stops, way))
+        if found is None:
+            return None
+        split, there = sound_piece(found.mesh), opened_along(target, way)
+        marks = np.column_stack([nearest(split, source.points[stops[:, 0]]), stops[:, 1]])
+        again = opened_along(split, nearest(split, found.points))
+        unlike = _layouts_unlikeness(
+            (source, target), (opened_through(source, stops[:, 0].tolist()), there), stops
+        )
+        alike = _layouts_unlikeness((split, target), (again, there), marks)
+    except InputError:
+        return None
+    return found if alike < unlike else None
+
+
 def _orders(cost: Real) -> Iterator[Index]:
     """The cheapest orders, each one way round."""
     ways = np.array([way for way in permutations(range(len(cost))) if way[0] < way[-1]])
@@ -61,16 +94,22 @@ def _orders(cost: Real) -> Iterator[Index]:
 
 def _unlikeness(source: Patch, target: Patch, stops: Index) -> float:
     """How far the even layouts of both, cut through the stops (k, 2) in their order, are from each other."""
+    wholes = source, target
     try:
-        layouts = [
-            even(flatten(opened_through(whole, side)))
-            for whole, side in zip((source, target), stops.T.tolist())
-        ]
+        opened = [opened_through(whole, side) for whole, side in zip(wholes, stops.T.tolist())]
+        return _layouts_unlikeness(wholes, opened, stops)
     except InputError:
         return np.inf
-    ends = [
-        on_seam(layout, side) for layout, side in zip(layouts, ((source, stops[:, 0]), (target, stops[:, 1])))
-    ]
+
+
+def _layouts_unlikeness(wholes: tuple[Patch, Patch], opened: Sequence[Patch], stops: Index) -> float:
+    """The same of surfaces that are opened.
+
+    Raises:
+        InputError: one has no even layout.
+    """
+    layouts = [even(flatten(patch)) for patch in opened]
+    ends = [on_seam(layout, side) for layout, side in zip(layouts, zip(wholes, stops.T))]
     return unlikeness(layouts[0].boundary, layouts[1].boundary, ends[0], ends[1])
 
 

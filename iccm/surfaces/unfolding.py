@@ -4,7 +4,7 @@ import numpy as np
 
 from ..arrays import Complex, Flags, Index, Real
 from ..balanced.discrete import DiscreteMap
-from ..balanced.failure import Stuck
+from ..balanced.failure import Tangled
 from ..balanced.metric import rest_geometry
 from ..balanced.minimise.cholesky import system_of
 from ..balanced.minimise.energy import geometry
@@ -25,7 +25,7 @@ def unfolded_nearby(map: DiscreteMap) -> Complex:
     """(n,) images with vertices moved beside folded and thin triangles alone, the outline and pins staying.
 
     Raises:
-        Stuck: folds remain.
+        Tangled: folds remain.
     """
     gradients, areas = rest_geometry(map.z, map.u, map.faces, (map.metrics[0], None))
     if map.weights is not None:
@@ -45,7 +45,7 @@ def unfolded_in(u: Complex, faces: Index, held: int, rest: Complex) -> Complex:
         rest: (n,) places without folds.
 
     Raises:
-        Stuck: folds remain.
+        Tangled: folds remain.
     """
     gradients, areas = geometry(rest, faces)
     image = signed_areas(u, faces)
@@ -64,7 +64,7 @@ def _unfolded(u: Complex, faces: Index, held: int, folded: Flags, gradients: Com
         if (signed_areas(new, faces) > 0).all():
             return new
     if (signed_areas(u, faces) <= 0).any():
-        raise Stuck("no map without folds was found for this correspondence of the outlines")
+        raise Tangled(u)
     return u
 
 

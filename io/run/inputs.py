@@ -21,6 +21,7 @@ from ..spec import Spec
 from .job import Job
 
 if TYPE_CHECKING:
+    from ...surfaces.inserted import Opening
     from ..shapes.listing import Listed
 
 MAX_BYTES = 1 << 26
@@ -65,23 +66,25 @@ class Inputs:
 
     def _seam(self, target: bool) -> list[Place]:
         """The pins of the source or the target through which closed meshes on both sides are cut, in their order."""
-        return [pair[target] for pair in self._seams]
+        return [pair[target] for pair in self._seams[0]]
 
     @cached_property
-    def _seams(self) -> list[tuple[Place, Place]]:
-        """The pins through which closed meshes on both sides are cut; none unless there are two, all on the meshes."""
+    def _seams(self) -> tuple[list[tuple[Place, Place]], Opening | None]:
+        """The pins through which closed meshes on both sides are cut; none unless there are two, all on the meshes. And
+        where the source is cut, if not along geodesics."""
         job = self.job
         if not (job.cut and job.target and self.is_mesh(job.source) and self.is_mesh(job.target)):
-            return []
+            return [], None
         more = [(pin.source, pin.target) for pin in self.listed.all_pins] if self.listed else []
         pins = [*job.pin, *more]
         flat = any(vertex_of(place) is None and len(place) == 2 for pair in pins for place in pair)
         if flat or len(pins) < 2 or job.plane == "uv":
-            return []
+            return [], None
         from ..shapes.seam_order import seam_order
 
         wholes = self._whole(job.source), self._whole(job.target)
-        return [pins[k] for k in seam_order((job.source, job.target), wholes, pins)]
+        order, opening = seam_order((job.source, job.target), wholes, pins)
+        return [pins[k] for k in order], opening
 
     def is_layout(self, text: str) -> bool:
         """Whether a spec names a mesh in the plane of its texture coordinates, as far as its form says so.
@@ -103,9 +106,9 @@ class Inputs:
             return shape.read(text, max_segments=self.job.max_segments)
         from ..shapes import mesh_shape
 
-        pins = self._seam(target)
+        more = {"split": not target, "opening": None if target else self._seams[1]}
         return mesh_shape.read(
-            text, whole=self._whole(text), pins=pins, split=not target, **self._lying(target)
+            text, whole=self._whole(text), pins=self._seam(target), **more, **self._lying(target)
         )
 
     def shapes(self, text: str, most: int, *, target: bool = False) -> tuple[Sequence[Shape], list[str]]:

@@ -22,7 +22,7 @@ from ...meshes.mesh import face_areas
 from ...meshes.patch import Patch
 from ...meshes.surface import Surface
 from ...pixels.texture import Placing, Texture
-from ...surfaces.inserted import with_vertices
+from ...surfaces.inserted import Opening, with_vertices
 from ..meshes import mesh_files
 from ..meshes.obj import Obj
 from ..places import Place, vertex_of
@@ -281,6 +281,7 @@ def read(
     pins: Sequence[Place] = (),
     split: bool = False,
     chart: bool = False,
+    opening: Opening | None = None,
 ) -> MeshShape:
     """The mesh in a plane that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
@@ -297,6 +298,7 @@ def read(
             least two.
         split: whether faces may be split, so that it is cut through the pins themselves, not the vertices beside them.
         chart: whether the plane is only to carry textures; see `flattening.flatten`.
+        opening: split where the mesh is cut, in the place of the ways between pins.
 
     Raises:
         InputError: in one line, naming the first element at fault.
@@ -306,7 +308,9 @@ def read(
         atlas = Atlas.of(file.mesh)
         return charted(spec, file, atlas, file.chart or 1, aspect_of(file, aspect))
     through = np.array([point_of(file, spec, place) for place in pins]) if pins else None
-    if through is not None and split:
+    if opening is not None:
+        file, through = replace(file, mesh=opening.mesh), opening.points
+    elif through is not None and split:
         file = split_at(file, through)
     piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
     grow = cut and through is None  # between two meshes seams that are lengthened would differ

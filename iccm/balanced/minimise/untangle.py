@@ -118,7 +118,7 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
         move(u, step, t, u)
         shrink = SHRINK if new_energy > (1 - SLOW) * energy else 1.0
     least = least_determinant(system.corners, gradients, u)
-    if least >= best:
+    if least >= best or best == 0:
         return least
     for v in range(n):
         u[v] = kept[v]

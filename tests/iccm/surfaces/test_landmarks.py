@@ -1,5 +1,6 @@
 """Meshes of one surface onto each other: the way back is known. What stands out of them is not lost; seams agree."""
 
+import igl
 import numpy as np
 import pytest
 from scipy.spatial import Delaunay
@@ -10,10 +11,15 @@ from iccm.balanced import stages
 from iccm.balanced.levels import UnitProblem
 from iccm.balanced.metric import LaidMetric
 from iccm.flattening import even, flatten
+from iccm.io.run.inputs import Inputs
+from iccm.io.run.job import Job
+from iccm.io.shapes import constraints
+from iccm.io.shapes.listing import Listed, Pin
 from iccm.meshes.disk_patch import disk_patch, nearest, sound_piece
 from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh, face_areas
-from iccm.surfaces import alike, descent, seams, unfolding
+from iccm.result import Status
+from iccm.surfaces import alike, descent, seams, trilateration, unfolding
 from iccm.surfaces.inserted import with_vertices
 from tests.triangulations import hull, spiral_points
 
@@ -54,6 +60,74 @@ def away(fit, here, there):
 def on_rim(layout, step):
     """Every step-th of the points on the rim, in order."""
     return layout.flat[np.argsort(layout.patch.vertex)[-80::step]]
+
+
+LIMBS = np.array([[1, 0, 0.2], [-6, 8, 0], [-5, -7, 5], [1, 3, 10], [2, -2, -10], [3, 9, -4.0]])
+LIMBS /= np.linalg.norm(LIMBS, axis=1, keepdims=True)
+
+
+def limbed(n):
+    """A closed surface out of which six limbs stand."""
+    unit = spiral_points(n)
+    far = np.linalg.norm(unit[:, None] - LIMBS, axis=2)
+    return Mesh.triangles(
+        "limbed", unit * (1 + 0.9 * np.exp(-(far**2) / 0.08).sum(axis=1))[:, None], hull(unit)
+    )
+
+
+def written(mesh, path):
+    """The path of a mesh as a file."""
+    path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in mesh.points.tolist()))
+    with path.open("a") as file:
+        file.writelines(f"f {a} {b} {c}\n" for a, b, c in (mesh.corners.reshape(-1, 3) + 1).tolist())
+    return str(path)
+
+
+def test_meshes_of_few_triangles_go_onto_each_other_by_landmarks(tmp_path):
+    meshes = limbed(160), limbed(320)
+    source, target = (written(mesh, tmp_path / f"{k}.obj") for k, mesh in enumerate(meshes))
+    points = meshes[1].points
+    tips = [int(np.argmax(points @ limb)) for limb in LIMBS]
+    pins = [(tuple(points[tip].tolist()), f"v{tip + 1}") for tip in tips]
+    inputs = Inputs(Job(source=source, target=target, pin=pins, cut=True))
+    here, there = inputs.shape(source), inputs.shape(target, target=True)
+    marks = constraints.collect(here, there, Listed(pins=[Pin(source=a, target=b) for a, b in pins])).pins
+    fit = iccm.fit(here.domain, there.domain, pins=marks)
+    assert fit.status is Status.REACHED
+    apart = away(fit, *fit.layouts)
+    assert np.median(apart) < 0.008  # 0.0165 with seams along the edges, and no more triangles
+    assert np.quantile(apart, 0.95) < 0.035
+
+
+@pytest.mark.parametrize("n", [160, 400])
+def test_distances_are_geodesic(n):
+    whole = sound_piece(capsule(n))
+    fine, stops = trilateration.halved(whole.points, whole.faces), np.array([0, n // 3])
+    found = trilateration.distances(fine, fine.carried(whole.points), stops)[:n]
+    none, faces = np.zeros(0, np.int64), np.ascontiguousarray(whole.faces)
+    exact = [
+        igl.exact_geodesic(whole.points, faces, stops[k : k + 1], none, np.arange(n), none) for k in (0, 1)
+    ]
+    exact = np.column_stack(exact) / np.sqrt(face_areas(whole.points[whole.faces]).sum())
+    assert (found > exact - 1e-9).all()
+    assert np.median(found - exact) < 0.005
+
+
+def test_distances_on_flat_triangles_are_those_in_the_plane():
+    """Of a cube whose triangles were halved before: libigl's exact ones may not end there."""
+    x, y, z = np.indices((2, 2, 2)).reshape(3, -1)
+    corners = np.column_stack([x, y, z]).astype(float)
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = np.array([t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))])
+    once = trilateration.halved(corners, faces)
+    points = once.carried(corners)
+    again = trilateration.halved(points, once.faces)
+    places = again.carried(points)
+    found = trilateration.distances(again, places, np.array([0]))[:, 0] * np.sqrt(6)
+    beside = places.min(axis=1) == 0  # on the three sides around the first corner
+    straight = np.linalg.norm(places, axis=1)[beside]
+    np.testing.assert_allclose(found[beside], straight, rtol=0.02)
+    assert (found[~beside] > np.linalg.norm(places, axis=1)[~beside] + 0.01).all()
 
 
 def test_horns_go_onto_horns_without_landmarks_on_them():
