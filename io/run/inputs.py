@@ -106,9 +106,13 @@ class Inputs:
             return shape.read(text, max_segments=self.job.max_segments)
         from ..shapes import mesh_shape
 
-        more = {"split": not target, "opening": None if target else self._seams[1]}
         return mesh_shape.read(
-            text, whole=self._whole(text), pins=self._seam(target), **more, **self._lying(target)
+            text,
+            whole=self._whole(text),
+            pins=self._seam(target),
+            split=not target,
+            opening=None if target else self._seams[1],
+            **self._lying(target),
         )
 
     def shapes(self, text: str, most: int, *, target: bool = False) -> tuple[Sequence[Shape], list[str]]:
