@@ -12,7 +12,6 @@ from typing import Any
 
 from ...errors import InputError
 from .. import files
-from ..run.job import Job
 from . import journal
 from .journal import Journal
 from .manifest import ManifestError, Task
@@ -121,7 +120,7 @@ def execute(
                 failed |= known["status"] not in GOOD
                 yield known
                 break  # so that signals are seen between two skipped jobs
-            running[pool.submit(_payload(item.task.job, policy))] = item
+            running[pool.submit(_payload(item, pool, policy))] = item
             item.began = time.monotonic()
         for item, result in _ended_ones(running, pool, policy):
             if result is None:
@@ -134,6 +133,8 @@ def execute(
             failed |= record["status"] not in GOOD
             _finish(keys.pop(item.task.number, None), record, book, warn)
             yield record
+    if pool.runs_again:  # nobody told which workers were lost
+        files.sweep(path for task in tasks for path in task.job.outputs)
 
 
 def _begin(
@@ -145,6 +146,9 @@ def _begin(
         key = journal.key(task.job)
     except (InputError, OSError) as error:
         return _record(item, _ended("failed", f"an input went away: {error}"))
+    wrong = next((w for path in task.job.outputs if (w := _unwritable(path, task.job.force, False))), None)
+    if wrong and item.attempt == 1:
+        return _record(item, _ended("failed", wrong))
     old = book.finished(key) if resume else None
     if old is not None:
         outputs = [{**o, "path": book.place(o["path"])} for o in old["outputs"]]
@@ -199,8 +203,11 @@ def _answer(future: Future) -> dict[str, Any] | None:
         return None
 
 
-def _payload(job: Job, policy: Policy) -> dict[str, Any]:
-    return {"job": job.model_dump(mode="json"), "threads": policy.threads, "folder": os.getcwd()}
+def _payload(item: _Running, pool: Pool, policy: Policy) -> dict[str, Any]:
+    job = item.task.job.model_dump(mode="json")
+    if pool.runs_again or item.attempt > 1:
+        job["force"] = True  # a worker that is lost may have written its files before
+    return {"job": job, "threads": policy.threads, "folder": os.getcwd()}
 
 
 def _ended(status: str, message: str) -> dict[str, Any]:

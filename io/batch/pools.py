@@ -20,9 +20,10 @@ PATIENCE = "10s"  # for a cluster to answer (by hand)
 
 
 class Pool(Protocol):
-    """`size` jobs at a time."""
+    """`size` jobs at a time; `runs_again`: one whose worker is lost may be run a second time, and nobody is told."""
 
     size: int
+    runs_again: bool
 
     def submit(self, payload: dict[str, Any]) -> Future:
         """Start a job; the future's exception means that its worker died."""
@@ -40,6 +41,8 @@ class Processes:
     A pool of one process is broken by its own job only, and can be killed when its time is up; one pool of many
     would lose every pending job when any worker dies.
     """
+
+    runs_again = False
 
     def __init__(self, size: int, threads: int) -> None:
         """Start `size` workers, each with `threads` threads."""
@@ -121,6 +124,8 @@ class Dask:
 
     `size` is the number of its threads, or twice that, when jobs may wait at a worker for the one before to end.
     """
+
+    runs_again = True
 
     def __init__(self, address: str, *, ahead: bool = False) -> None:
         """Connect to a scheduler; `ahead`: jobs may be submitted before a thread is free for them.

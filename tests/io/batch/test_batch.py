@@ -31,6 +31,8 @@ target = "[bd]*.svg"
 class Scripted:
     """A pool whose jobs end as a script says: a status, "dies" or "hangs", by source and attempt."""
 
+    runs_again = False
+
     def __init__(self, script, size=2):
         self.size, self.script = size, script
         self.started, self.abandoned = [], []
@@ -293,3 +295,40 @@ def test_the_wrong_manifest_and_the_failing_job_have_their_exit_codes(shapes, ic
         "failed",
     ]
     assert "outside the shape" in typed.err and (shapes / "s.json").exists()
+
+
+class Forgetful:
+    """A pool that does its jobs here, and loses the first worker when its files are written: told, or run again."""
+
+    size = 1
+
+    def __init__(self, runs_again):
+        self.runs_again, self.lost = runs_again, 0
+
+    def submit(self, payload):
+        future, result = Future(), worker.work(payload)
+        if not self.lost:
+            self.lost += 1
+            if not self.runs_again:
+                future.set_exception(RuntimeError("the worker died"))
+                return future
+            result = worker.work(payload)
+        future.set_result(result)
+        return future
+
+    def abandon(self, futures):
+        pass
+
+    def close(self):
+        pass
+
+
+@pytest.mark.parametrize("runs_again", [False, True])
+def test_what_a_lost_worker_had_written_does_not_stand_in_the_way(shapes, monkeypatch, runs_again):
+    monkeypatch.chdir(shapes)
+    job = Job(source="blob.svg", target="disk.svg", method="paper", vertices=40, size="24", output=("o.png",))
+    pool, policy = Forgetful(runs_again), dispatch.Policy(retries=1)
+    task = Task.of(1, "o", "job 1", job)
+    first, second = (list(dispatch.execute([task], pool, Journal(shapes), policy)) for _ in range(2))
+    assert pool.lost and first[0]["status"] in ("done", "poor"), first
+    assert second[0]["status"] == "failed" and "o.png" in second[0]["message"]  # a file of somebody else's
