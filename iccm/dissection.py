@@ -62,7 +62,7 @@ def solve(matrix: Hermitian, points: Real, right: Complex) -> Complex:
         numpy.linalg.LinAlgError: it is not positive definite.
     """
     order, nodes = dissected(matrix.ends, points)
-    fronts = list(_fronts(*_ordered(matrix, order), nodes))
+    fronts = [front for front in _fronts(*_ordered(matrix, order), nodes) if front.end > front.start]
     found = right[order]
     for front in fronts:
         own = blas.ztrsv(front.inner, found[front.start : front.end], lower=1)

@@ -34,6 +34,17 @@ def test_the_solution_is_that_of_the_dense_matrix(n):
     assert found == pytest.approx(np.linalg.solve(dense, right), abs=1e-12)
 
 
+def test_parts_that_nothing_couples_are_solved_each():
+    matrix, dense, points = system(300, 7)
+    twice = dissection.Hermitian(
+        np.tile(matrix.diagonal, 2), np.hstack([matrix.ends, matrix.ends + 300]), np.tile(matrix.values, 2)
+    )
+    right = np.exp(1j * np.arange(600))
+    found = dissection.solve(twice, np.vstack([points, 9 + points]), right)
+    expected = [np.linalg.solve(dense, half) for half in (right[:300], right[300:])]
+    assert found == pytest.approx(np.concatenate(expected), abs=1e-12)
+
+
 def test_entries_in_one_place_add_up():
     diagonal, ends, values = system(300, 4)[0]
     points, right = system(300, 4)[2], np.ones(300, complex)
