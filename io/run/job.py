@@ -186,14 +186,20 @@ def shared(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tuple[str
     where a mesh shows them: one of colours, one of normals.
 
     Raises:
-        ValueError: pictures too many or too few, or none for several textures.
+        ValueError: pictures too many or too few, or none for several textures, or for one that a mesh does not show.
     """
     textures, kinds = zip(*maps) if maps else ((), ())
     pictures = [name for name in outputs if is_picture(name)]
     if len(pictures) == 1 and STEM in pictures[0]:
         named = [pictures[0].replace(STEM, Path(path).stem) for path in textures]
         return tuple(each for name in outputs for each in (named if name is pictures[0] else [name]))
-    alone = not pictures and any(map(is_mesh, outputs)) and sorted(kinds) == ["colour", "normal"]
+    alone = not pictures and any(map(is_mesh, outputs))
+    if alone and (unshown := {"normal-down", "data"}.intersection(kinds)):
+        raise ValueError(
+            f"a mesh by itself shows a --texture and a --normal; name a picture for {sorted(unshown)[0]} too, "
+            "such as -o made.png"
+        )
+    alone = alone and sorted(kinds) == ["colour", "normal"]
     if len(textures) > 1 and len(pictures) != len(textures) and not alone:
         also = "; a mesh by itself takes one --texture and one --normal" if any(map(is_mesh, outputs)) else ""
         raise ValueError(

@@ -104,7 +104,8 @@ def test_a_mesh_shows_a_set_itself(material, iccm):
     ("more", "said"),
     [
         (["-o", "x.ply"], "PLY has no place for a normal map"),
-        (["-o", "x.glb", "--data", "data.tif"], "a mesh by itself takes one --texture and one --normal"),
+        (["-o", "x.glb", "--data", "data.tif"], "name a picture for data too"),
+        (["-o", "x.glb", "--normal", "texture.png"], "a mesh by itself takes one --texture and one --normal"),
         (["-o", "x.obj", "--carry-maps"], "leave one out"),
     ],
 )
@@ -112,6 +113,14 @@ def test_what_a_mesh_cannot_show_is_refused(material, iccm, more, said):
     given = ["--texture", "texture.png", "--normal", "normal.png"]
     done = iccm("map", "square.svg", "tiles.obj#left", *given, *more)
     assert done.code == 2 and said in done.err and not (material / more[1]).exists()
+
+
+@pytest.mark.parametrize(
+    "given", [["--normal-down", "normal.png"], ["--texture", "data.tif", "--kind", "data"]]
+)
+def test_a_mesh_does_not_show_as_colours_what_is_none(material, iccm, given):
+    done = iccm("map", "square.svg", "tiles.obj#left", *given, "-o", "x.glb")
+    assert done.code == 2 and "name a picture for" in done.err and not (material / "x.glb").exists()
 
 
 @pytest.mark.slow
