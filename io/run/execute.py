@@ -94,7 +94,11 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
 
 
 def with_outputs(job: Job, inputs: Inputs | None = None) -> Job:
-    """The job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else."""
+    """The job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else.
+
+    Raises:
+        InputError: that mesh would not show the texture.
+    """
     if job.output or any(getattr(job, field) for field in WRITTEN):
         return job
     specs = [Spec.of(spec) for spec in (job.source, job.target) if spec]
@@ -103,7 +107,10 @@ def with_outputs(job: Job, inputs: Inputs | None = None) -> Job:
     suffix = outputs.suffix_for(job, inputs or Inputs(job))
     if len(job.maps) > 1:
         name, suffix = f"{name}-{STEM}", ".png"
-    return job.model_copy(update={"output": shared([name + suffix], job.maps)})
+    try:
+        return job.model_copy(update={"output": shared([name + suffix], job.maps)})
+    except ValueError as error:
+        raise InputError(str(error)) from None
 
 
 def check(job: Job, inputs: Inputs | None = None) -> list[Output]:
