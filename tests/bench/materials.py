@@ -62,6 +62,8 @@ def turned(source: Path, out: Path) -> None:
         at, stride = (view.byteOffset or 0) + (said.byteOffset or 0), view.byteStride or 8
         uv = np.ndarray((said.count, 2), "<f4", blob, at, (stride, 4))
         uv[:] = np.stack([1 - uv[:, 1], uv[:, 0]], axis=-1)
+        if said.min or said.max:
+            said.min, said.max = uv.min(axis=0).tolist(), uv.max(axis=0).tolist()
     file.set_binary_blob(bytes(blob))
     file.save_binary(str(out))
 
