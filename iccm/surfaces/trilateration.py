@@ -13,10 +13,8 @@ from ..meshes.patch import Patch
 from ..meshes.topology import Triangles
 from .refined import ON_EDGE, RefinedSurface
 
-FINE, HALVINGS = (
-    10_000,
-    3,
-)  # triangles on which ways are looked for, and how often edges are halved at most, by hand
+FINE, HALVINGS = 10_000, 3
+"""Triangles on which ways are looked for, and how often edges are halved at most (by hand)."""
 SAMPLES = 8  # of each edge of a seam
 ASTRAY = 0.01  # of the root of the area: difference of distances that makes a way twice as long, by hand
 

@@ -115,7 +115,7 @@ def execute(
             pending.clear()
         while pending and len(running) < pool.size:
             item = pending.popleft()
-            known = _begin(item, book, keys, resume, warn)
+            known = _begin(item, book, keys, resume, warn, unasked=pool.runs_again)
             if known is not None:
                 failed |= known["status"] not in GOOD
                 yield known
@@ -138,17 +138,27 @@ def execute(
 
 
 def _begin(
-    item: _Running, book: Journal, keys: dict[int, str], resume: bool, warn: Callable[[str], None]
+    item: _Running,
+    book: Journal,
+    keys: dict[int, str],
+    resume: bool,
+    warn: Callable[[str], None],
+    *,
+    unasked: bool,
 ) -> dict[str, Any] | None:
-    """Note the beginning of a job; its result when there is no need to run it."""
+    """Note the beginning of a job; its result when there is no need to run it. Where it may be run again `unasked`, it
+    cannot tell its own files from others' when it writes them: that is looked at here."""
     task = item.task
     try:
         key = journal.key(task.job)
     except (InputError, OSError) as error:
         return _record(item, _ended("failed", f"an input went away: {error}"))
-    wrong = next((w for path in task.job.outputs if (w := _unwritable(path, task.job.force, False))), None)
-    if wrong and item.attempt == 1:
-        return _record(item, _ended("failed", wrong))
+    if unasked and item.attempt == 1:
+        wrong = next(
+            (w for path in task.job.outputs if (w := _unwritable(path, task.job.force, False))), None
+        )
+        if wrong:
+            return _record(item, _ended("failed", wrong))
     old = book.finished(key) if resume else None
     if old is not None:
         outputs = [{**o, "path": book.place(o["path"])} for o in old["outputs"]]

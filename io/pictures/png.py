@@ -40,7 +40,7 @@ class PngOutput:
         if one.get_string_attribute("oiio:ColorSpace") == "sRGB":
             one.erase_attribute(
                 "oiio:ColorSpace"
-            )  # it means the same, and is not looked up in a configuration
+            )  # a PNG means it anyway; a look into a configuration is spared
         row = np.zeros((1, spec.width, spec.nchannels), str(spec.format))
         if not (self.said.open(name, one) and self.said.write_image(row) and self.said.close()):
             return False
