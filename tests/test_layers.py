@@ -43,6 +43,7 @@ ORDER = (
     "buckets",
     "arrays jit",
     "parallel memory blas compilation pipeline progress",
+    "shortcuts",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}

@@ -113,7 +113,7 @@ def test_a_kernel_follows_the_kernels_that_it_calls(tmp_path):
     (package / "caller.py").write_text(
         "from .jit import kernel\nfrom . import called\nf = called.f\n@kernel\ndef g(x):\n    return f(x)\n"
     )
-    for name in ("jit.py", "pipeline.py"):
+    for name in ("jit.py", "pipeline.py", "shortcuts.py"):
         (package / name).write_text((ROOT / "iccm" / name).read_text(encoding="utf-8"))
     said = []
     for number in (1, 2):
@@ -162,7 +162,7 @@ def test_a_kernel_from_the_cache_works_without_what_compiling_needs(tmp_path):
     package.mkdir()
     (package / "__init__.py").write_text("")
     (package / "work.py").write_text(KEPT)
-    for name in ("jit.py", "pipeline.py"):
+    for name in ("jit.py", "pipeline.py", "shortcuts.py"):
         (package / name).write_text((ROOT / "iccm" / name).read_text(encoding="utf-8"))
     line = [sys.executable, "-m", "package.work"]
     run = [
