@@ -21,10 +21,9 @@ from numba.core.typed_passes import NativeLowering
 
 from .shortcuts import BUILD_IMPL, shortcuts
 
-NEEDLESS = (  # passes over our kernels, which have no closures, `with`, `literally` and the like, nor functions to inline
+NEEDLESS = (  # of our kernels, which have no closures, no `with`, nothing literal, and no functions to inline
     untyped_passes.WithLifting,
     untyped_passes.InlineClosureLikes,
-    untyped_passes.RewriteDynamicRaises,
     untyped_passes.MakeFunctionToJitFunction,
     untyped_passes.InlineInlinables,
     untyped_passes.FindLiterallyCalls,
@@ -34,6 +33,7 @@ NEEDLESS = (  # passes over our kernels, which have no closures, `with`, `litera
     typed_passes.AnnotateTypes,
     typed_passes.DumpParforDiagnostics,
 )
+
 
 class _Code(CompileResultCacheImpl):
     """What is kept of a kernel: without the modules of Numba's own functions in it, which would be imported again. They
@@ -134,7 +134,9 @@ class _ArrayRewrites(typed_passes.NopythonRewrites):
 
     def run_pass(self, state: Any) -> bool:
         """Whether something has changed."""
-        results = (found.return_type for term, found in state.calltypes.items() if "binop" in getattr(term, "op", ""))
+        results = (
+            found.return_type for term, found in state.calltypes.items() if "binop" in getattr(term, "op", "")
+        )
         return any(isinstance(type, types.Array) for type in results) and super().run_pass(state)
 
 
