@@ -56,15 +56,14 @@ def _is_ear(z, before, i, after, following):
 
 
 @kernel
-def clip_ears(z, count, faces, across):
-    """Triangulates the simple counter-clockwise polygon z[:count]; the number of triangles, or -1 where it fails.
+def clip_ears(z, following, before, beyond, side, faces, across):
+    """Triangulates the simple counter-clockwise polygon z (n,); the number of triangles, or -1 where it fails.
 
-    `across` must hold -1 everywhere.
+    `across` must hold -1 everywhere; the arrays before it (n,) are written.
 
     Meisters, *Polygons have ears*, 1975. Every remaining edge remembers the triangle on its other side.
     """
-    following, before = np.empty(count, np.int64), np.empty(count, np.int64)
-    beyond, side = np.empty(count, np.int64), np.empty(count, np.int64)
+    count = z.size
     for v in range(count):  # array expressions compile slowly
         following[v], before[v] = (v + 1) % count, (v - 1) % count
         beyond[v], side[v] = -1, 0

@@ -18,12 +18,14 @@ from ..kernels import cross, dot, set_row, twice_area
 from .delaunay import clip_ears, flip, in_circle, joined, legalise, opposite, push, relink
 
 LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement no longer settles
+LEAST_SINE2 = float(np.sin(np.radians(LEAST_ANGLE)) ** 2)
 ENCROACHED = -0.3  # cosine under which an edge of the outline may be seen from a new point: found by trial
 FLAT = 1e-11  # twice the area, of a domain of area one, below which a new point counts as on an edge
 ROUNDS = 60  # of refinement; 8 are the most that icons needed
 MOST_RECOVERIES = 60  # sweeps of flips for one edge of a line; a few are the most that strokes needed
 ON_LINE = 1e-15  # distance, in a domain of area one, at which three vertices are on a line
 THIN_FLIP = 1e-13  # twice the area that a flip for an edge of a line may leave
+WIDEST = 4000  # triangles that a new vertex may take the place of
 FARTHEST_WALK = 200  # triangles from a bad one to its circumcentre
 
 
@@ -86,18 +88,18 @@ def triangulate(
     for vertex, place in rays:
         all_links[vertex] = border + rims + place
     faces, across = np.empty((2 * room, 3), np.int64), np.full((2 * room, 3), -1)
-    triangles = clip_ears(z, border, faces, across)
+    triangles = clip_ears(z[:border], *np.empty((4, border), np.int64), faces, across)
     a, b, c = z[faces[: max(triangles, 0)]].T
     if triangles < 0 or not ((b - a).conj() * (c - a)).imag.min() > 0:
         raise Stuck("the outline is too thin to be triangulated in double precision")
-    stack = np.zeros(8 * room, np.int64)
+    stack, mark, cavity = np.zeros(8 * room, np.int64), np.zeros(2 * room, np.int64), np.empty(WIDEST, np.int64)
     if inside.size:
         triangles = _given(z, border, given, faces, across, triangles, stack, all_links)
     if triangles < 0:
         raise Stuck("a stroke, or the outline of a hole, cannot be kept by the mesh")
     if rims:
         triangles = _carve(faces, across, triangles, border, border + rims, all_links, stack)
-    vertices, triangles = _refine(z, given, faces, across, triangles, stack, 0, all_links, *sizes)
+    vertices, triangles = _refine(z, given, faces, across, triangles, stack, mark, cavity, 0, all_links, *sizes)
     vertices, triangles = _split_chords(z, vertices, given, faces, across, triangles, stack, all_links)
     return z[:vertices].copy(), faces[:triangles].copy()
 
@@ -111,10 +113,10 @@ def closed_links(sizes: Sequence[int]) -> Index:
 
 
 @kernel
-def _limit(point, corner, side, areas):
+def _limit(x, y, corner, side, areas):
     """The area limit at a point."""
-    i = min(max(int((point.real - corner.real) / side), 0), areas.shape[0] - 1)
-    j = min(max(int((point.imag - corner.imag) / side), 0), areas.shape[1] - 1)
+    i = min(max(int((x - corner.real) / side), 0), areas.shape[0] - 1)
+    j = min(max(int((y - corner.imag) / side), 0), areas.shape[1] - 1)
     return areas[i, j]
 
 
@@ -122,8 +124,8 @@ def _limit(point, corner, side, areas):
 def _circumcentre(a, b, c):
     """The circumcentre of a triangle and the square of its circumradius."""
     u, v = a - c, b - c
-    turned = (u * dot(v, v) - v * dot(u, u)) * (0.5 / cross(u, v))
-    offset = complex(-turned.imag, turned.real)
+    uu, vv, half = dot(u, u), dot(v, v), 0.5 / cross(u, v)
+    offset = complex((v.imag * uu - u.imag * vv) * half, (u.real * vv - v.real * uu) * half)
     return c + offset, dot(offset, offset)
 
 
@@ -196,19 +198,23 @@ def _wanted(z, faces, t, corner, side, areas, only_large):
     """Whether triangle t is too large or too thin, and the point that would mend it."""
     a, b, c = z[faces[t, 0]], z[faces[t, 1]], z[faces[t, 2]]
     centre, radius2 = _circumcentre(a, b, c)
-    large = 0.5 * cross(b - a, c - a) > _limit((a + b + c) / 3, corner, side, areas)
+    whole = a + b + c
+    large = 0.5 * cross(b - a, c - a) > _limit(whole.real / 3, whole.imag / 3, corner, side, areas)
     shortest2 = min(dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c))
-    thin = shortest2 < 4 * radius2 * np.sin(np.radians(LEAST_ANGLE)) ** 2
+    thin = shortest2 < 4 * radius2 * LEAST_SINE2
     return large or (thin and not only_large), centre
 
 
 @kernel
-def _refine(z, vertices, faces, across, triangles, stack, fixed, links, corner, side, areas):
-    """Inserts circumcentres, of large triangles first, until none is left that can be mended."""
+def _refine(z, vertices, faces, across, triangles, stack, mark, cavity, fixed, links, corner, side, areas):
+    """Inserts circumcentres, of large triangles first, until none is left that can be mended.
+
+    `mark` holds a zero for each triangle that there is room for, `cavity` has room for the triangles of a cavity.
+    """
     for t in range(triangles):
         push(stack, t)
     legalise(z, faces, across, stack, fixed, links)
-    mark, cavity, stamp = np.zeros(faces.shape[0], np.int64), np.empty(4000, np.int64), 0
+    stamp = 0
     for sweep in range(ROUNDS):
         before = vertices
         for t in range(triangles):
