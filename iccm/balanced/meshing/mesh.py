@@ -187,8 +187,9 @@ def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
     set_row(across, v, beyond_c, t, u)
     relink(across, beyond_b, t, u)
     relink(across, beyond_c, t, v)
-    for triangle in (t, u, v):
-        push(stack, triangle)
+    push(stack, t)
+    push(stack, u)
+    push(stack, v)
     legalise(z, faces, across, stack, fixed, links)
     return True
 
@@ -255,8 +256,10 @@ def _split(z, new, faces, across, t, k, triangles, stack, outline, links):
     set_row(across, u2, t2, u, beyond_dc)
     relink(across, beyond_ca, t, t2)
     relink(across, beyond_dc, u, u2)
-    for triangle in (t, t2, u, u2):
-        push(stack, triangle)
+    push(stack, t)
+    push(stack, t2)
+    push(stack, u)
+    push(stack, u2)
     legalise(z, faces, across, stack, outline, links)
 
 
