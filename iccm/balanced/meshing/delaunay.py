@@ -56,6 +56,13 @@ def _is_ear(z, before, i, after, following):
 
 
 @kernel
+def _join(across, u, k, t):
+    """Tells triangle u, unless it is -1, that t is opposite its corner k."""
+    if u >= 0:
+        across[u, k] = t
+
+
+@kernel
 def clip_ears(z, following, before, beyond, side, faces, across):
     """Triangulates the simple counter-clockwise polygon z (n,); the number of triangles, or -1 where it fails.
 
@@ -79,9 +86,8 @@ def clip_ears(z, following, before, beyond, side, faces, across):
             continue
         set_row(faces, t, p, i, q)
         across[t, 0], across[t, 2] = beyond[i], beyond[p]
-        for v in (p, i):
-            if beyond[v] >= 0:
-                across[beyond[v], side[v]] = t
+        _join(across, beyond[p], side[p], t)
+        _join(across, beyond[i], side[i], t)
         beyond[p], side[p] = t, 1
         following[p], before[q] = q, p
         left, idle, i, t = left - 1, 0, following[q], t + 1
@@ -89,9 +95,9 @@ def clip_ears(z, following, before, beyond, side, faces, across):
     c = following[b]
     set_row(faces, t, a, b, c)
     set_row(across, t, beyond[b], beyond[c], beyond[a])
-    for v in (a, b, c):
-        if beyond[v] >= 0:
-            across[beyond[v], side[v]] = t
+    _join(across, beyond[a], side[a], t)
+    _join(across, beyond[b], side[b], t)
+    _join(across, beyond[c], side[c], t)
     return t + 1
 
 
