@@ -92,15 +92,20 @@ def triangulate(
     a, b, c = z[faces[: max(triangles, 0)]].T
     if triangles < 0 or not ((b - a).conj() * (c - a)).imag.min() > 0:
         raise Stuck("the outline is too thin to be triangulated in double precision")
-    stack, mark, cavity = np.zeros(8 * room, np.int64), np.zeros(2 * room, np.int64), np.empty(WIDEST, np.int64)
+    stack, mark, cavity = (
+        np.zeros(8 * room, np.int64),
+        np.zeros(2 * room, np.int64),
+        np.empty(WIDEST, np.int64),
+    )
     if inside.size:
         triangles = _given(z, border, given, faces, across, triangles, stack, all_links)
     if triangles < 0:
         raise Stuck("a stroke, or the outline of a hole, cannot be kept by the mesh")
     if rims:
         triangles = _carve(faces, across, triangles, border, border + rims, all_links, stack)
-    vertices, triangles = _refine(z, given, faces, across, triangles, stack, mark, cavity, 0, all_links, *sizes)
-    vertices, triangles = _split_chords(z, vertices, given, faces, across, triangles, stack, all_links)
+    vertices, triangles = _split_chords(
+        z, given, faces, across, triangles, stack, 0, all_links, mark, cavity, sizes
+    )
     return z[:vertices].copy(), faces[:triangles].copy()
 
 
@@ -113,11 +118,11 @@ def closed_links(sizes: Sequence[int]) -> Index:
 
 
 @kernel
-def _limit(x, y, corner, side, areas):
+def _limit(x, y, sizes):
     """The area limit at a point."""
-    i = min(max(int((x - corner.real) / side), 0), areas.shape[0] - 1)
-    j = min(max(int((y - corner.imag) / side), 0), areas.shape[1] - 1)
-    return areas[i, j]
+    i = min(max(int((x - sizes.corner.real) / sizes.side), 0), sizes.areas.shape[0] - 1)
+    j = min(max(int((y - sizes.corner.imag) / sizes.side), 0), sizes.areas.shape[1] - 1)
+    return sizes.areas[i, j]
 
 
 @kernel
@@ -195,19 +200,19 @@ def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
 
 
 @kernel
-def _wanted(z, faces, t, corner, side, areas, only_large):
+def _wanted(z, faces, t, sizes, only_large):
     """Whether triangle t is too large or too thin, and the point that would mend it."""
     a, b, c = z[faces[t, 0]], z[faces[t, 1]], z[faces[t, 2]]
     centre, radius2 = _circumcentre(a, b, c)
     whole = a + b + c
-    large = 0.5 * cross(b - a, c - a) > _limit(whole.real / 3, whole.imag / 3, corner, side, areas)
+    large = 0.5 * cross(b - a, c - a) > _limit(whole.real / 3, whole.imag / 3, sizes)
     shortest2 = min(dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c))
     thin = shortest2 < 4 * radius2 * LEAST_SINE2
     return large or (thin and not only_large), centre
 
 
 @kernel
-def _refine(z, vertices, faces, across, triangles, stack, mark, cavity, fixed, links, corner, side, areas):
+def _refine(z, vertices, faces, across, triangles, stack, fixed, links, mark, cavity, sizes):
     """Inserts circumcentres, of large triangles first, until none is left that can be mended.
 
     `mark` holds a zero for each triangle that there is room for, `cavity` has room for the triangles of a cavity.
@@ -219,7 +224,7 @@ def _refine(z, vertices, faces, across, triangles, stack, mark, cavity, fixed, l
     for sweep in range(ROUNDS):
         before = vertices
         for t in range(triangles):
-            wanted, point = _wanted(z, faces, t, corner, side, areas, sweep == 0)
+            wanted, point = _wanted(z, faces, t, sizes, sweep == 0)
             if not wanted or vertices + 1 >= z.size:
                 continue
             holder = _walk(z, faces, across, t, point, links)
@@ -264,8 +269,12 @@ def _split(z, new, faces, across, t, k, triangles, stack, outline, links):
 
 
 @kernel
-def _split_chords(z, vertices, given, faces, across, triangles, stack, links):
-    """Splits inner edges that join two of the first `given` vertices, but for those of lines, until there are none."""
+def _split_chords(z, given, faces, across, triangles, stack, fixed, links, mark, cavity, sizes):
+    """Refines the mesh, then splits inner edges that join two of the first `given` vertices, but for those of lines,
+    until there are none. One kernel, which compiles faster than two."""
+    vertices, triangles = _refine(
+        z, given, faces, across, triangles, stack, fixed, links, mark, cavity, sizes
+    )
     for _ in range(ROUNDS):
         before = vertices
         for t in range(triangles):
