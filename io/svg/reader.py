@@ -42,10 +42,11 @@ def read(
     """The outlines that an SVG shows, or those of the element or group that has the id or Inkscape label `chosen`.
 
     Only what is displayed counts: no `defs`, `display: none`, text or images, and what clip paths and masks leave.
-    Every outline is one region of what an element's fill shows; SVG closes the open runs of a filled shape, and so does this, with a note. Without
-    `chosen`, shapes that are not filled are no candidates, unless nothing is: then the outlines are those of all that
-    the strokes paint. `chosen` may be `silhouette`, the union of all that is painted, and `canvas`, where no element is
-    called so. A chosen shape without a fill is its closed runs; an open one is refused unless its ends all but meet.
+    Every outline is one region of what an element's fill shows; SVG closes the open runs of a filled shape, and so does
+    this, with a note. Without `chosen`, shapes that are not filled are no candidates, unless nothing is: then the
+    outlines are those of all that the strokes paint. `chosen` may be `silhouette`, the union of all that is painted,
+    and `canvas`, where no element is called so. A chosen shape without a fill is its closed runs; an open one is
+    refused unless its ends all but meet.
 
     Raises:
         InputError: not SVG, malformed attributes, malformed pins or strokes, or more work than its budget (`budget`).

@@ -295,7 +295,7 @@ class Walk:
 
 
 def _viewed(state: Inherited, attributes: Mapping[str, str]) -> Inherited:
-    """The state inside a nested svg or a symbol, which cuts off what reaches out of its rectangle unless told not to."""
+    """The state inside a nested svg or a symbol, which is cut off at its rectangle unless it overflows."""
     inner = inside_viewport(state, attributes)
     overflows = attributes.get("overflow", "hidden").strip() in ("visible", "auto")
     if overflows or inner.size is None or min(inner.size) <= 0:

@@ -39,7 +39,8 @@ LEFT = [  # what is drawn, and what of it is seen
     (DISC + '<rect width="40" height="40" clip-path="url(#c)"/>', 100 * math.pi),
     (DISC + f'<g style="clip-path: url(&quot;#c&quot;)">{BLOCK}</g>', 100 * math.pi),
     (DISC + f'<g transform="scale(2 1)"><g clip-path="url(#c)">{BLOCK}</g></g>', 200 * math.pi),
-    (DISC.replace("<clipPath", '<clipPath transform="scale(.5)"') + f'<g clip-path="url(#c)">{BLOCK}</g>', 25 * math.pi),
+    (DISC.replace('id="c"', 'id="c" transform="scale(.5)"')
+     + f'<g clip-path="url(#c)">{BLOCK}</g>', 25 * math.pi),
     (DISC + f'<g clip-path="url(#c)"><g clip-path="url(#c)" transform="translate(10)">{BLOCK}</g></g>',
      100 * (2 * math.pi / 3 - math.sqrt(3) / 2)),
     ('<clipPath id="d"><path d="M0 0h9v9H0z"/></clipPath>'
@@ -94,7 +95,7 @@ def test_a_clip_may_part_a_shape_or_hide_it(svg):
     [
         f'<g clip-path="url(#nowhere)">{BLOCK}</g>',
         f'<g clip-path="circle(10px)">{BLOCK}</g>',
-        f'<clipPath id="c" clipPathUnits="objectBoundingBox"><path d="M0 0h1v1z"/></clipPath><g clip-path="url(#c)">{BLOCK}</g>',
+        f'<clipPath id="c" clipPathUnits="objectBoundingBox"/><g clip-path="url(#c)">{BLOCK}</g>',
         f'<path id="c" d="M0 0h1v1z"/><g clip-path="url(#c)">{BLOCK}</g>',
     ],
 )  # fmt: skip
