@@ -117,7 +117,7 @@ def execute(
             )
             pending.clear()
         known = None
-        while pending and len(running) < pool.size and known is None:
+        while pending and known is None and len(running) < _room(pool, running, pending):
             items = []
             for item in _bundle(pending, pool.together(len(pending))):
                 known = _begin(item, book, keys, resume, warn, unasked=pool.runs_again)
@@ -143,6 +143,13 @@ def execute(
                 yield record
     if pool.runs_again:  # nobody told which workers were lost
         files.sweep(path for task in tasks for path in task.job.outputs)
+
+
+def _room(pool: Pool, running: dict[Future, list[_Running]], pending: deque[_Running]) -> int:
+    """How many bundles may be under way. What waits at a worker goes down with it, and would be blamed as well: where
+    a job may have killed one, none waits."""
+    suspicious = pending[0].alone or any(items[0].alone for items in running.values())
+    return pool.size + (0 if suspicious else pool.ahead)
 
 
 def _bundle(pending: deque[_Running], count: int) -> Iterator[_Running]:

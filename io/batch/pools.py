@@ -22,8 +22,8 @@ from ...errors import InputError
 from . import worker
 
 GRACE = 3.0  # seconds in which a worker ends by itself (by hand)
-AHEAD = 2  # jobs that a thread of a cluster is given at a time, so that it need not wait for the next one: 200 jobs of
-# 50 ms on two workers took 48 to 101 ms each with 1, 29 and 32 with 2, 27 and 64 with 3 (a busy machine; 25 is least)
+AHEAD = 1  # tasks that wait at a thread of a cluster for the one before to end, so that it need not wait itself: 200 of
+# 50 ms on two workers took 48 to 101 ms each with 0, 29 and 32 with 1, 27 and 64 with 2 (a busy machine; 25 is least)
 TASK = 0.5  # seconds that several short jobs in one task take together (by hand); TODO measured
 MOST = 64  # jobs of a task (by hand)
 RECENT = 15  # jobs that tell how long the next will take (by hand)
@@ -31,9 +31,16 @@ PATIENCE = "10s"  # for a cluster to answer (by hand)
 
 
 class Pool(Protocol):
-    """`size` bundles of jobs at a time; `runs_again`: what a lost worker ran may be run a second time, untold."""
+    """Takes bundles of jobs.
+
+    Attributes:
+        size: how many run at a time.
+        ahead: how many more it is given, which wait for one of them to end.
+        runs_again: whether what a lost worker ran may be run a second time, and nobody is told.
+    """
 
     size: int
+    ahead: int
     runs_again: bool
 
     def together(self, left: int) -> int:
@@ -57,6 +64,7 @@ class Processes:
     would lose every pending job when any worker dies.
     """
 
+    ahead = 0
     runs_again = False
 
     def __init__(self, size: int, threads: int) -> None:
@@ -141,8 +149,8 @@ class _Lane:
 class Dask:
     """An existing Dask cluster. A job that runs there cannot be killed.
 
-    `size` is the number of its threads, or twice that, when jobs may wait at a worker for the one before to end. Then
-    short ones travel several in one task, which costs client, scheduler and worker as much as a task of one.
+    `size` is the number of its threads. When jobs may wait at a worker for the one before to end, short ones travel
+    several in one task, which costs client, scheduler and worker as much as a task of one.
     """
 
     runs_again = True
@@ -169,17 +177,17 @@ class Dask:
             raise InputError(
                 f"--dask: {address}: the scheduler has no workers; start some with `dask worker {address}`"
             )
-        self.size *= AHEAD if ahead else 1
-        self._ahead = ahead
+        self.ahead = AHEAD * self.size if ahead else 0
         self._recent: tuple[float, ...] = ()  # seconds of the jobs that ended last
         self._executor = self._client.get_executor(pure=False, retries=0)
 
     def together(self, left: int) -> int:
         """As many as take about TASK seconds by those that ended last; fewer towards the end, so that all threads
         have some."""
-        if not (self._ahead and self._recent):
+        if not (self.ahead and self._recent):
             return 1
-        return max(1, min(MOST, int(TASK / max(median(self._recent), 1e-3)), left // self.size))
+        short = int(TASK / max(median(self._recent), TASK / MOST))
+        return max(1, min(short, left // (self.size + self.ahead)))
 
     def submit(self, payloads: list[dict[str, Any]]) -> Future:
         """Start jobs somewhere."""

@@ -37,8 +37,7 @@ FIGURES = {
 class Trivial:
     """A pool that is done at once."""
 
-    size = 2
-    runs_again = False
+    size, ahead, runs_again = 2, 0, False
 
     def together(self, left: int) -> int:
         """One by one."""
