@@ -4,7 +4,6 @@ A triangulation is two arrays: `faces` (t, 3), counter-clockwise vertices, and `
 edge opposite each of them, -1 on the outline. Both have room for more triangles than there are.
 """
 
-
 from ...jit import kernel
 from ..kernels import cross, dot, set_row, twice_area
 
