@@ -37,8 +37,11 @@ class Scripted:
         self.size, self.script = size, script
         self.started, self.abandoned = [], []
 
-    def submit(self, payload):
-        name = payload["job"]["source"]
+    def together(self, left):
+        return 1
+
+    def submit(self, payloads):
+        name = payloads[0]["job"]["source"]
         self.started.append(name)
         ends = self.script.get(name, ["done"])
         end = ends[min(self.started.count(name), len(ends)) - 1]
@@ -47,7 +50,7 @@ class Scripted:
             future.set_exception(RuntimeError("the worker died"))
         elif end != "hangs":
             future.set_result(
-                {"status": end, "message": end, "outputs": [], "figures": {}, "notes": [], "seconds": 0}
+                [{"status": end, "message": end, "outputs": [], "figures": {}, "notes": [], "seconds": 0}]
             )
         return future
 
@@ -138,11 +141,11 @@ def test_a_worker_that_died_between_two_jobs_does_not_answer_with_the_old_result
     pool = pools.Processes(1, 1)
     try:
         payload = {"folder": str(tmp_path), "job": {"source": "none.svg", "report": "r.json"}, "threads": 1}
-        assert pool.submit(payload).result(60)["status"] == "failed"
+        assert pool.submit([payload]).result(60)[0]["status"] == "failed"
         os.kill(pool._lanes[0]._pid.result(), signal.SIGKILL)
         with pytest.raises(BrokenExecutor):
-            pool.submit(payload).result(60)
-        assert pool.submit(payload).result(60)["status"] == "failed"  # by a new worker
+            pool.submit([payload]).result(60)
+        assert pool.submit([payload]).result(60)[0]["status"] == "failed"  # by a new worker
     finally:
         pool.close()
 
@@ -305,14 +308,17 @@ class Forgetful:
     def __init__(self, runs_again):
         self.runs_again, self.lost = runs_again, 0
 
-    def submit(self, payload):
-        future, result = Future(), worker.work(payload)
+    def together(self, left):
+        return 1
+
+    def submit(self, payloads):
+        future, result = Future(), worker.several(payloads)
         if not self.lost:
             self.lost += 1
             if not self.runs_again:
                 future.set_exception(RuntimeError("the worker died"))
                 return future
-            result = worker.work(payload)
+            result = worker.several(payloads)
         future.set_result(result)
         return future
 
