@@ -22,6 +22,7 @@ CLIPS = {  # what cuts an element off, the element that it names, and what says 
     "clip-path": ("clipPath", "clipPathUnits"),
     "mask": ("mask", "maskContentUnits"),
 }
+UNREAD = frozenset(["image", "text", "foreignObject"])  # what no shape is read from
 _URL = re.compile(r"""url\(\s*["']?#([^"')]+?)["']?\s*\)""")
 _INHERITED = (
     *("fill", "stroke", "fill-rule", "visibility", "clip-rule", "paint-order"),
@@ -36,7 +37,8 @@ class Clip:
 
     Attributes:
         name: the property that asks for it, for messages.
-        properties: of the element that draws it; None where there is none, or it depends on the box of what it cuts.
+        properties: of the element that draws it; None where there is none, it depends on the box of what it cuts, or
+            holds pictures or text.
         shapes: what this draws, in the root's user units.
     """
 
@@ -168,6 +170,7 @@ class Walk:
 
     def __init__(self, ids: Mapping[str, Element], sheet: css.Sheet):
         self.ids, self.sheet, self.copies = ids, sheet, Copies()
+        self.unread: dict[int, bool] = {}
         self.clips: dict[tuple[int, Affine, tuple[float, float] | None], Clip] = {}
 
     def count(self, element: Element, outer: Inherited) -> None:
@@ -248,13 +251,14 @@ class Walk:
         if len(state.used) > MAX_LINKS:
             raise InputError(f"clip paths, masks and <use> refer to each other more than {MAX_LINKS} deep")
         own = self.own(found)
-        if own.get(units) == "objectBoundingBox":
+        if id(found) not in self.unread:
+            self.unread[id(found)] = any(local(each) in UNREAD for each in found.iter())
+        if self.unread[id(found)] or own.get(units) == "objectBoundingBox":
             return Clip(name)
         place = id(found), state.affine, state.size
         if place not in self.clips:
-            self.clips[place] = Clip(
-                name, own, tuple(self.children(found, self._inside_clip(found, own, state)))
-            )
+            shapes = tuple(self.children(found, self._inside_clip(found, own, state)))
+            self.clips[place] = Clip(name, own, shapes)
         return self.clips[place]
 
     def _inside_clip(self, found: Element, own: Mapping[str, str], state: Inherited) -> Inherited:

@@ -96,6 +96,7 @@ def test_a_clip_may_part_a_shape_or_hide_it(svg):
         f'<g clip-path="url(#nowhere)">{BLOCK}</g>',
         f'<g clip-path="circle(10px)">{BLOCK}</g>',
         f'<clipPath id="c" clipPathUnits="objectBoundingBox"/><g clip-path="url(#c)">{BLOCK}</g>',
+        f'<clipPath id="c"><text>a</text></clipPath><g clip-path="url(#c)">{BLOCK}</g>',
         f'<path id="c" d="M0 0h1v1z"/><g clip-path="url(#c)">{BLOCK}</g>',
     ],
 )  # fmt: skip
