@@ -17,7 +17,7 @@ from . import worker
 GRACE = 3.0  # seconds in which a worker ends by itself (by hand)
 AHEAD = 1  # tasks that wait at a thread of a cluster for the one before to end, so that it need not wait itself: 200 of
 # 50 ms on two workers took 48 to 101 ms each with 0, 29 and 32 with 1, 27 and 64 with 2 (a busy machine; 25 is least)
-TASK = 0.5  # seconds that short jobs in one task take together: 2 % of it is what Dask takes for a task (8.6 ms)
+TASK = 0.5  # seconds that short jobs take together in one task, 2 % of which Dask takes for itself (8.6 ms)
 MOST = 64  # jobs of a task (by hand)
 RECENT = 15  # jobs that tell how long the next will take (by hand)
 PATIENCE = "10s"  # for a cluster to answer (by hand)
