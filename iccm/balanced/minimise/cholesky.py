@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Index
+from ...arrays import Index, Real
 from ...jit import NUMPY, kept, kernel
 from .fronts import Fronts, fronts_of
 from .ordering import minimum_degree
@@ -23,6 +23,7 @@ class BlockPattern(NamedTuple):
 
     Attributes:
         position: (n,) row of each vertex in the order of elimination.
+        order: (n,) the vertex of each row.
         starts: (n + 1,) where each row of the upper triangle begins in `columns`.
         columns: (e,) its block columns, ascending: the diagonal comes first.
         corners: (m, 3) vertices of the triangles in ascending position.
@@ -33,6 +34,7 @@ class BlockPattern(NamedTuple):
     """
 
     position: Index
+    order: Index
     starts: Index
     columns: Index
     corners: Index
@@ -40,6 +42,34 @@ class BlockPattern(NamedTuple):
     diagonal: Index
     ahead: Index
     fronts: Fronts
+
+
+class Factor(NamedTuple):
+    """A factor L of a matrix H = L Lᵀ, and room for what makes and applies it.
+
+    Attributes:
+        values: (room,) columns of the fronts, and what waits for their parents.
+        place: (n,) where the rows of a front are in it.
+        waiting: (f,) fronts whose parents have not come yet, a stack.
+        sources: (f + 1,) where what each of them has left begins in `values`.
+        unknowns: (2n,) of a system that is solved.
+        part: (2n,) of those, the ones in a front.
+    """
+
+    values: Real
+    place: Index
+    waiting: Index
+    sources: Index
+    unknowns: Real
+    part: Real
+
+    @classmethod
+    def of(cls, system: BlockPattern) -> "Factor":
+        """Room for the factors of matrices with a pattern."""
+        n, number = system.position.size, system.fronts.parents.size
+        place, waiting = np.empty(n, np.int64), np.empty(number, np.int64)
+        sources = np.empty(number + 1, np.int64)
+        return cls(np.empty(system.fronts.room), place, waiting, sources, *np.empty((2, 2 * n)))
 
 
 def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
@@ -67,7 +97,7 @@ def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
     ahead = np.searchsorted(keys, ends.min(axis=0) * count + ends.max(axis=0))
     starts = np.searchsorted(keys, np.arange(count + 1) * count)
     corners = np.ascontiguousarray(corners)
-    return BlockPattern(position, starts, keys % count, corners, slots, diagonal, ahead, fronts)
+    return BlockPattern(position, order, starts, keys % count, corners, slots, diagonal, ahead, fronts)
 
 
 @kernel
@@ -206,29 +236,28 @@ def factorise(system, matrix, factor):
     Args:
         system: its pattern.
         matrix: (e, 4) blocks xx, xy, yx, yy of the upper triangle.
-        factor: (room,) columns of the fronts, written, and room for what waits for their parents.
+        factor: written.
     """
-    fronts = system.fronts
+    fronts, values, place = system.fronts, factor.values, factor.place
+    waiting, sources, top = factor.waiting, factor.sources, 0
     number = fronts.parents.size
-    place = np.empty(system.position.size, np.int64)
-    waiting, sources, top = np.empty(number, np.int64), np.empty(number + 1, np.int64), 0
     sources[0] = fronts.panels[number]
     for front in range(number):
         own = 2 * (fronts.starts[front + 1] - fronts.starts[front])
         beyond = 2 * (fronts.beyond_starts[front + 1] - fronts.beyond_starts[front])
         panel, tall = fronts.panels[front], own + beyond
         update = sources[top]
-        factor[panel : panel + own * tall] = 0.0
-        factor[update : update + beyond * beyond] = 0.0
-        _assemble(system, matrix, front, factor, place, panel, tall)
+        values[panel : panel + own * tall] = 0.0
+        values[update : update + beyond * beyond] = 0.0
+        _assemble(system, matrix, front, values, place, panel, tall)
         while top > 0 and fronts.parents[waiting[top - 1]] == front:
             top -= 1
-            _take_up(fronts, waiting[top], factor, place, sources[top], panel, tall, own, update)
-        if not _eliminated(factor, panel, tall, own, update):
+            _take_up(fronts, waiting[top], values, place, sources[top], panel, tall, own, update)
+        if not _eliminated(values, panel, tall, own, update):
             return False
         goal = sources[top]
         if goal < update:
-            goals, left = factor[goal : goal + beyond * beyond], factor[update : update + beyond * beyond]
+            goals, left = values[goal : goal + beyond * beyond], values[update : update + beyond * beyond]
             for i in range(beyond * beyond):
                 goals[i] = left[i]
         if beyond > 0:
@@ -239,51 +268,43 @@ def factorise(system, matrix, factor):
 
 
 @kept(**DENSE)
-def downhill(system, factor, gradient):
-    """The step -H⁻¹ g (n,) for the factor of H and a gradient (n,), both complex, x + iy of each vertex."""
+def downhill(system, factor, gradient, step):
+    """Fills in the step -H⁻¹ g (n,) for the factor of H and a gradient (n,), both complex, x + iy of each vertex."""
     fronts, n = system.fronts, system.position.size
-    u, part = np.empty(2 * n), np.empty(2 * n)
+    u, part, values = factor.unknowns, factor.part, factor.values
     for v in range(n):
         at = 2 * system.position[v]
         u[at], u[at + 1] = -gradient[v].real, -gradient[v].imag
     for front in range(fronts.parents.size):
-        own = u[2 * fronts.starts[front] : 2 * fronts.starts[front + 1]]
+        first, own = 2 * fronts.starts[front], 2 * (fronts.starts[front + 1] - fronts.starts[front])
         beyond = fronts.beyond[fronts.beyond_starts[front] : fronts.beyond_starts[front + 1]]
-        rest, at = part[: 2 * beyond.size], fronts.panels[front]
-        rest[:] = 0.0
-        for j in range(own.size):
-            own[j] /= factor[at]
-            s, later = own[j], own[j + 1 :]
-            column = factor[at + 1 : at + 1 + later.size]
+        tall, at = own + 2 * beyond.size, fronts.panels[front]
+        for i in range(tall):
+            part[i] = u[first + i] if i < own else 0.0
+        for j in range(own):
+            part[j] /= values[at]
+            s, later = part[j], part[j + 1 : tall]
+            column = values[at + 1 : at + tall - j]
             for i in range(later.size):
                 later[i] -= s * column[i]
-            at += 1 + later.size
-            column = factor[at : at + rest.size]
-            for i in range(rest.size):
-                rest[i] += s * column[i]
-            at += rest.size + j + 1
+            u[first + j] = s
+            at += tall + 1
         for p in range(beyond.size):
-            u[2 * beyond[p]] -= rest[2 * p]
-            u[2 * beyond[p] + 1] -= rest[2 * p + 1]
+            u[2 * beyond[p]] += part[own + 2 * p]
+            u[2 * beyond[p] + 1] += part[own + 2 * p + 1]
     for front in range(fronts.parents.size - 1, -1, -1):
-        own = u[2 * fronts.starts[front] : 2 * fronts.starts[front + 1]]
+        first, own = 2 * fronts.starts[front], 2 * (fronts.starts[front + 1] - fronts.starts[front])
         beyond = fronts.beyond[fronts.beyond_starts[front] : fronts.beyond_starts[front + 1]]
-        rest, at = part[: 2 * beyond.size], fronts.panels[front + 1]
+        tall, at = own + 2 * beyond.size, fronts.panels[front + 1]
         for p in range(beyond.size):
-            rest[2 * p], rest[2 * p + 1] = u[2 * beyond[p]], u[2 * beyond[p] + 1]
-        for j in range(own.size - 1, -1, -1):
-            s, later = own[j], own[j + 1 :]
-            column = factor[at - rest.size : at]
-            for i in range(rest.size):
-                s -= rest[i] * column[i]
-            at -= rest.size + later.size
-            column = factor[at : at + later.size]
+            part[own + 2 * p], part[own + 2 * p + 1] = u[2 * beyond[p]], u[2 * beyond[p] + 1]
+        for j in range(own - 1, -1, -1):
+            s, later, column = u[first + j], part[j + 1 : tall], values[at - (tall - j - 1) : at]
             for i in range(later.size):
                 s -= later[i] * column[i]
-            own[j] = s / factor[at - 1]
-            at -= j + 1
-    solution = np.empty(n, np.complex128)
+            part[j] = s / values[at - (tall - j)]
+            u[first + j] = part[j]
+            at -= tall
     for v in range(n):
         at = 2 * system.position[v]
-        solution[v] = complex(u[at], u[at + 1])
-    return solution
+        step[v] = complex(u[at], u[at + 1])

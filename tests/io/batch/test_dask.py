@@ -7,8 +7,11 @@ import socket
 import subprocess
 import sys
 import time
+from concurrent.futures import Future
 
 import pytest
+
+from iccm.io.batch import pools
 
 pytest.importorskip("distributed")
 
@@ -70,8 +73,6 @@ def test_the_same_batch_on_a_cluster(shapes, iccm, scheduler):
 
 
 def test_no_scheduler_is_one_line(shapes, iccm, monkeypatch):
-    from iccm.io.batch import pools
-
     monkeypatch.setattr(pools, "PATIENCE", "1s")
     (shapes / "jobs.jsonl").write_text('{"source": "blob.svg", "target": "disk.svg"}')
     began = time.monotonic()
@@ -82,7 +83,6 @@ def test_no_scheduler_is_one_line(shapes, iccm, monkeypatch):
 @pytest.mark.parametrize("more, ahead", [((), True), (("--timeout", "9"), False), (("--fail-fast",), False)])
 def test_jobs_wait_at_workers_unless_that_is_seen(shapes, iccm, monkeypatch, more, ahead):
     from iccm.errors import InputError
-    from iccm.io.batch import pools
 
     def refusing(address, *, ahead):
         raise InputError(f"ahead: {ahead}")
@@ -92,21 +92,46 @@ def test_jobs_wait_at_workers_unless_that_is_seen(shapes, iccm, monkeypatch, mor
     assert f"ahead: {ahead}" in iccm("batch", "jobs.jsonl", "--dask", "tcp://host:1", *more).err
 
 
-def test_a_thread_is_given_two_jobs_when_they_may_wait(monkeypatch):
-    from iccm.io.batch import pools
+class Cluster:
+    """A cluster of three threads, and its executor, whose tasks end as jobs of 20 ms do."""
 
-    class Cluster:
-        def __init__(self, address, timeout):
-            pass
+    def __init__(self, address, timeout):
+        pass
 
-        def nthreads(self):
-            return {"a": 2, "b": 1}
+    def nthreads(self):
+        return {"a": 2, "b": 1}
 
-        def get_executor(self, **options):
-            return None
+    def get_executor(self, **options):
+        return self
 
+    def submit(self, work, payloads):
+        future = Future()
+        future.set_result([{"seconds": 0.02}] * len(payloads))
+        return future
+
+
+def test_jobs_wait_at_a_thread_when_they_may(monkeypatch):
     monkeypatch.setattr("distributed.Client", Cluster)
-    assert (pools.Dask("tcp://host:1").size, pools.Dask("tcp://host:1", ahead=True).size) == (3, 6)
+    given = [pools.Dask("tcp://host:1", ahead=ahead) for ahead in (False, True)]
+    assert [(pool.size, pool.ahead) for pool in given] == [(3, 0), (3, 3)]
+
+
+def test_short_jobs_travel_together_as_long_as_all_threads_have_some(monkeypatch):
+    monkeypatch.setattr("distributed.Client", Cluster)
+    pool, prompt = (pools.Dask("tcp://host:1", ahead=ahead) for ahead in (True, False))
+    assert pool.together(1000) == 1  # nothing is known of them
+    for each in (pool, prompt):
+        each.submit([{}, {}])
+    assert [pool.together(left) for left in (1000, 150, 60, 12, 6, 1)] == [25, 25, 10, 2, 1, 1]
+    assert prompt.together(1000) == 1
+
+
+def test_long_jobs_travel_alone(monkeypatch):
+    monkeypatch.setattr("distributed.Client", Cluster)
+    monkeypatch.setattr(pools, "TASK", 0.01)
+    pool = pools.Dask("tcp://host:1", ahead=True)
+    pool.submit([{}])
+    assert pool.together(1000) == 1
 
 
 @pytest.mark.slow
