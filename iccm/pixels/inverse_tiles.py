@@ -88,10 +88,7 @@ def flood(t, grid, inside, seeds, tol):
     rows, width = inside.shape
     clearance = _clearance(inside)
     out = np.full((rows, width), complex(np.nan, np.nan))
-    queue, ready = (
-        [(0, 1, 0, 0, 0, 0)],
-        [(0, 0, 0, 0, 0)],
-    )  # of these types, and without comprehensions: see `pipeline`
+    queue, ready = [(0, 1, 0, 0, 0, 0)], [(0, 0, 0, 0, 0)]  # for their types; kernels have no comprehensions
     queue.clear()
     ready.clear()
     for i in range(rows):
