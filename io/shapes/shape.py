@@ -338,7 +338,7 @@ def _names_in(
     low, high = hole.box
     near = (low.real <= starts.real) & (starts.real <= high.real)
     near &= (low.imag <= starts.imag) & (starts.imag <= high.imag)
-    inside = [others[k] for k in np.flatnonzero(near) if hole.contains(others[k].z).all()]
+    inside = [others[k] for k in np.flatnonzero(near).tolist() if hole.contains(others[k].z).all()]
     return tuple(dict.fromkeys(name for other in inside for name in other.names if name not in outline.names))
 
 

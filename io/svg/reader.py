@@ -57,6 +57,9 @@ def read(
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     drawing, detail = Drawing([], document.canvas, flip=True), Detail(flatness, Budget(max_segments))
+    if count := document.unread:
+        rules = f"{count} style rule{'s' * (count > 1)}"
+        drawing.notes.append(f"{rules} not read: a selector of more than a tag, classes and an id")
     shown = []
     _affordable(path, document.shapes, max_segments)
     for drawn in document.shapes:

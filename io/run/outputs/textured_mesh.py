@@ -31,6 +31,8 @@ from .output import Output
 class TexturedMesh(Output):
     """A mesh with new texture coordinates."""
 
+    shows = True
+
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """A mesh as target, and a suffix that holds texture coordinates."""
         if job.target is None:

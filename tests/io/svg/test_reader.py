@@ -274,6 +274,14 @@ def test_entities_of_plain_words_are_read(tmp_path):
     assert shapes.read(f"{tmp_path}/a.svg#silhouette").curve.area == 50
 
 
+def test_style_rules_that_are_not_read_are_told(svg):
+    body = '<rect class="a" width="9" height="9"/>'
+    assert svg(f"<style>g>.a{{fill:none}} .a:hover{{fill:red}}</style>{body}").notes == (
+        "2 style rules not read: a selector of more than a tag, classes and an id",
+    )
+    assert not svg(f"<style>.a{{fill:red}}</style>{body}").notes
+
+
 def test_a_clip_is_told(svg):
     shape = svg('<g clip-path="url(#c)"><rect width="9" height="9"/></g>')
     assert shape.curve.area == 81 and "clip-path is ignored" in shape.notes[0]
