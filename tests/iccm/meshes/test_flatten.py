@@ -182,7 +182,9 @@ def test_a_hole_turned_inside_out_is_an_overlap():
     z = np.concatenate([r * np.exp(2j * np.pi * np.arange(spokes) / spokes) for r in radii])
     k = np.arange(spokes * (len(radii) - 1)).reshape(-1, spokes)
     quads = np.stack([k, k + spokes, np.roll(k, -1, 1) + spokes, np.roll(k, -1, 1)], axis=-1).reshape(-1, 4)
-    faces = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    middle = z.size + np.arange(len(quads))
+    faces = np.vstack([np.column_stack([quads[:, [j, (j + 1) % 4]], middle]) for j in range(4)])
+    z = np.concatenate([z, z[quads].mean(axis=1)])
     piece = disk_patch(Mesh.triangles("ring", np.column_stack([z.real, z.imag, 0 * z.real]), faces))
     z = piece.points[:, 0] + 1j * piece.points[:, 1]
     outline = max(piece.loops, key=lambda loop: np.abs(z[loop]).max())
