@@ -50,10 +50,12 @@ class TexturedMesh(Output):
             )
 
     def check(self, run: Run) -> None:
-        """Texture coordinates of a mesh source, and a texture that the format can show."""
+        """Texture coordinates of a mesh source, and a texture that the format can show; tell which are not shown."""
         for source, _ in run.pairs:
             if source.is_mesh:
                 _ = as_mesh(source).uv_faces
+        for path in _unshown(run.job):
+            run.note(f"{self.name}: does not show {path}; a mesh shows a --texture of colours and a --normal")
         for texture in (_shown(run), _normals(run.job)):
             mesh_files.check_texture(Path(self.name), texture)
         if run.job.carry_maps:
@@ -82,13 +84,22 @@ class TexturedMesh(Output):
 
 def _shown(run: Run) -> Path | bytes | None:
     """The picture that a mesh with new coordinates shows: --texture, or that of a mesh source."""
-    given = [path for path, kind in run.job.maps[:1] if kind != "normal"]
-    return Path(given[0]) if given else next(iter(run.source.pictures), None)
+    return _first(run.job, "colour") or next(iter(run.source.pictures), None)
 
 
 def _normals(job: Job) -> Path | None:
     """The normal map that such a mesh shows."""
-    return next((Path(path) for path, kind in job.maps if kind == "normal"), None)
+    return _first(job, "normal")
+
+
+def _first(job: Job, kind: str) -> Path | None:
+    return next((Path(path) for path, is_kind in job.maps if is_kind == kind), None)
+
+
+def _unshown(job: Job) -> list[str]:
+    """The textures that such a mesh has no place for: numbers, normals with y down, further normals."""
+    shown = _first(job, "colour"), _normals(job)
+    return [path for path, _ in job.maps if Path(path) not in shown]
 
 
 def new_uvs(
