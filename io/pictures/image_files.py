@@ -19,7 +19,7 @@ from .. import formats
 from ..files import as_text, open_input
 from ..silence import silenced
 from .image import Image, error_of, prepared, transfer_of, usual_of
-from .png import SIGNATURE, PngOutput
+from .png import PngOutput
 
 __all__ = ["MAX_PIXELS", "Image", "check", "read", "transfer_of", "write", "write_bands"]
 
@@ -62,7 +62,7 @@ def read(
         InputError: the file is missing, not a flat picture, damaged, or too large; the colour space is unknown.
     """
     with open_input(path).open("rb") as content:
-        if content.read(len(SIGNATURE)) == SIGNATURE:
+        if content.read(len(formats.PNG)) == formats.PNG:
             _check_png(path, content)
     with silenced():
         return _read(path, max_pixels, colorspace, room or Memory())
@@ -287,6 +287,26 @@ def _holes(pixels: NDArray, room: Memory) -> int:
             count += int((~finite).any(axis=2).sum())
         room.release()
     return count
+
+
+def clipped(path: str | Path, image: Image) -> str | None:
+    """What a picture loses in a file that holds 0 to 1 only, as a sentence."""
+    format, pixels = formats.picture(path), image.pixels
+    if format.light != "display" or pixels.dtype.kind != "f":
+        return None
+    count, highest, step = 0, 0.0, strip_rows(*pixels.shape[1:])
+    for row in range(0, len(pixels), step):
+        part = pixels[row : row + step]
+        beyond = ((part > 1) | (part < 0)) & np.isfinite(part)
+        count += int(beyond.any(axis=2).sum())
+        highest = max(highest, float(part[beyond].max(initial=0)))
+    if not count:
+        return None
+    top = f", up to {highest:.3g}," if highest > 1 else ""
+    return (
+        f"{formats.suffix_of(path)} holds 0 to 1; {count / pixels[..., 0].size:.1%} of the texels are beyond{top} "
+        "and are clipped; .exr, .hdr and .tif keep them"
+    )
 
 
 def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int, whole: bool) -> tuple[str, ...]:

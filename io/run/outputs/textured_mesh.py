@@ -14,7 +14,7 @@ from ....maps.extended_inverse import ExtendedInverse
 from ....maps.kinds import AnyMap
 from ....maps.triangulated.map import TriangulatedMap
 from ....meshes import layout
-from ....surfaces.rim_triangles import lifted
+from ....surfaces.rim_triangles import lifted, opened
 from ... import formats
 from ...materials import carried_maps
 from ...meshes import mesh_files, obj_materials
@@ -30,6 +30,8 @@ from .output import Output
 
 class TexturedMesh(Output):
     """A mesh with new texture coordinates."""
+
+    shows = True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """A mesh as target, and a suffix that holds texture coordinates."""
@@ -50,10 +52,12 @@ class TexturedMesh(Output):
             )
 
     def check(self, run: Run) -> None:
-        """Texture coordinates of a mesh source, and a texture that the format can show."""
+        """Texture coordinates of a mesh source, and a texture that the format can show; tell which are not shown."""
         for source, _ in run.pairs:
             if source.is_mesh:
                 _ = as_mesh(source).uv_faces
+        for path in _unshown(run.job):
+            run.note(f"{self.name}: does not show {path}; a mesh shows a --texture of colours and a --normal")
         for texture in (_shown(run), _normals(run.job)):
             mesh_files.check_texture(Path(self.name), texture)
         if run.job.carry_maps:
@@ -82,13 +86,22 @@ class TexturedMesh(Output):
 
 def _shown(run: Run) -> Path | bytes | None:
     """The picture that a mesh with new coordinates shows: --texture, or that of a mesh source."""
-    given = [path for path, kind in run.job.maps[:1] if kind != "normal"]
-    return Path(given[0]) if given else next(iter(run.source.pictures), None)
+    return _first(run.job, "colour") or next(iter(run.source.pictures), None)
 
 
 def _normals(job: Job) -> Path | None:
     """The normal map that such a mesh shows."""
-    return next((Path(path) for path, kind in job.maps if kind == "normal"), None)
+    return _first(job, "normal")
+
+
+def _first(job: Job, kind: str) -> Path | None:
+    return next((Path(path) for path, is_kind in job.maps if is_kind == kind), None)
+
+
+def _unshown(job: Job) -> list[str]:
+    """The textures that such a mesh has no place for: numbers, normals with y down, further normals."""
+    shown = _first(job, "colour"), _normals(job)
+    return [path for path, _ in job.maps if Path(path) not in shown]
 
 
 def new_uvs(
@@ -163,14 +176,13 @@ def new_uvs(
 
 
 def _pulled(part: MeshShape, map: AnyMap, pull: ExtendedInverse) -> Complex:
-    """Where a mesh's vertices come from; triangles with all corners on a straight side of the source are lifted."""
+    """Where a mesh's vertices come from; triangles for which the source's outline leaves no room are given some."""
     flat = part.flattening
     z = pull(flat.flat)
-    return (
-        lifted(z, flat.patch.faces, flat.loop, Curve(map.polygon).diagonal)
-        if isinstance(map, TriangulatedMap)
-        else z
-    )
+    if not isinstance(map, TriangulatedMap):
+        return z
+    faces = flat.patch.faces
+    return opened(lifted(z, faces, flat.loop, Curve(map.polygon).diagonal), faces)
 
 
 def _uv_of(source: Shape, box: Box, z: Complex, target: MeshShape, threads: int | None) -> tuple[Real, int]:

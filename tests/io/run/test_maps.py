@@ -125,6 +125,25 @@ def test_a_mesh_does_not_show_as_colours_what_is_none(material, iccm, given):
     assert not (material / "x.glb").exists()
 
 
+@pytest.mark.parametrize("given", [["--data", "data.tif"], ["--normal-down", "normal.png"]])
+def test_a_mesh_beside_a_picture_shows_colours_alone(material, iccm, given):
+    """Of numbers and DirectX normals a picture is made; the mesh gets its coordinates, and a note tells the rest."""
+    write_sheets(material / "sheet.obj", {"sheet": TILES["left"]})
+    out = ["-o", "made.png", "-o", "x.glb", "-o", "x.obj"]
+    alone = iccm("map", "square.svg", "sheet.obj", *given, *out)
+    assert alone.code == 0, alone.err
+    assert f"x.glb: does not show {given[1]}" in alone.err and f"x.obj: does not show {given[1]}" in alone.err
+    assert not gltf.read(material / "x.glb").tree.get("images") and not (material / "x.mtl").exists()
+    both = iccm(
+        "map", "square.svg", "sheet.obj", "--texture", "texture.png", *given, "-o", "t.png", *out, "--force"
+    )
+    assert both.code == 0 and f"does not show {given[1]}" in both.err and "show texture.png" not in both.err
+    whole = gltf.read(material / "x.glb")
+    (shown,) = whole.tree["materials"]
+    assert [slot for slot, _ in gltf_materials.slots(shown)] == [gltf_materials.BASE]
+    assert (material / "x.mtl").read_text().split()[-2:] == ["map_Kd", "texture.png"]
+
+
 @pytest.mark.slow
 def test_a_batch_takes_sets_and_tiles(material, iccm):
     for number in (1001, 1002, 1011):
