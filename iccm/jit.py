@@ -91,4 +91,7 @@ def kept(**options: Any) -> Callable[[Callable[..., Any]], Kernel]:
 
 
 kernel = kept(**NUMPY)
-inlined = kept(**NUMPY, forceinline=True)  # where a call takes long
+inlined = kept(**NUMPY, _nrt=False, forceinline=True)  # where a call takes long
+in_place = kept(
+    **NUMPY, _nrt=False
+)  # makes no array: without counts of references, which take the compiler's time

@@ -2,28 +2,28 @@
 
 import numpy as np
 
-from ..jit import kernel
+from ..jit import in_place
 
 
-@kernel
+@in_place
 def cross(a, b):
     """The determinant of two vectors of the plane, complex numbers."""
     return a.real * b.imag - a.imag * b.real
 
 
-@kernel
+@in_place
 def dot(a, b):
     """The scalar product of two vectors of the plane, complex numbers."""
     return a.real * b.real + a.imag * b.imag
 
 
-@kernel
+@in_place
 def twice_area(z, a, b, c):
     """Twice the signed area of the triangle of vertices a, b, c of z."""
     return cross(z[b] - z[a], z[c] - z[a])
 
 
-@kernel
+@in_place
 def located(knots, s):
     """The edge of a closed polyline that holds arclength s, and the arclength from that edge's start.
 
@@ -43,13 +43,13 @@ def located(knots, s):
     return edge, s - knots[edge]
 
 
-@kernel
+@in_place
 def set_row(table, row, first, second, third):
     """Writes the three numbers of a row; no tuple, whose assignment compiles slowly."""
     table[row, 0], table[row, 1], table[row, 2] = first, second, third
 
 
-@kernel
+@in_place
 def move(start, step, share, result):
     """Fills in start + share · step; a loop, since array expressions compile slowly."""
     for v in range(start.size):

@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Index, Real
-from ...jit import NUMPY, kept, kernel
+from ...jit import NUMPY, in_place, kept
 from .fronts import Fronts, fronts_of
 from .ordering import minimum_degree
 
-DENSE = NUMPY | {"fastmath": {"contract", "reassoc"}}
+DENSE = NUMPY | {"fastmath": {"contract", "reassoc"}, "_nrt": False}
 
 
 class BlockPattern(NamedTuple):
@@ -98,7 +98,7 @@ def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
     return BlockPattern(position, order, starts, keys % count, corners, slots, diagonal, ahead, fronts)
 
 
-@kernel
+@in_place
 def _assemble(system, matrix, gradient, front, values, place, panel, tall):
     """Adds a front's part of the matrix and of the gradient to its columns, and fills in where its rows are."""
     fronts = system.fronts
@@ -120,7 +120,7 @@ def _assemble(system, matrix, gradient, front, values, place, panel, tall):
         values[column + tall - 1], values[column + 2 * tall - 1] = g.real, g.imag
 
 
-@kernel
+@in_place
 def _take_up(fronts, child, values, place, source, panel, tall, own, update):
     """Adds what a child has left to the columns and the rest of its parent's front."""
     beyond = fronts.beyond[fronts.beyond_starts[child] : fronts.beyond_starts[child + 1]]
@@ -139,13 +139,13 @@ def _take_up(fronts, child, values, place, source, panel, tall, own, update):
             values[goal + tall - 1] += left[size - 1]
 
 
-@kernel
+@in_place
 def _column(panel, tall, own, update, c):
     """Where the diagonal entry of a front's column c is: among its own ones, or in what it leaves to its parent."""
     return panel + c * (tall + 1) if c < own else update + (c - own) * (tall - own + 1)
 
 
-@kernel
+@in_place
 def _rank_8(values, block, begin, panel, tall, own, update):
     """Subtracts from the lower triangle of all columns from `begin` on the eight at `block` times themselves."""
     for c in range(begin, tall - 1):
@@ -166,7 +166,7 @@ def _rank_8(values, block, begin, panel, tall, own, update):
             )
 
 
-@kernel
+@in_place
 def _rank_2(values, block, begin, panel, tall, own, update):
     """As `_rank_8`, two of them; four by themselves take as long as twice two."""
     for c in range(begin, tall - 1):
@@ -179,7 +179,7 @@ def _rank_2(values, block, begin, panel, tall, own, update):
             x[i] -= a0 * a[i] + b0 * b[i]
 
 
-@kernel
+@in_place
 def _eliminated(values, panel, tall, own, update):
     """Eliminates the `own` columns of a front; False where they are not positive definite."""
     begin = 0

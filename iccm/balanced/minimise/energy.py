@@ -16,14 +16,14 @@ Energies*, 2019).
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...jit import inlined, kernel
+from ...jit import in_place, inlined
 from ..kernels import dot
 
 BOTH_AREAS = 0.5  # share of the image's area in the measure
 UNTANGLING_AREA = 0.5  # weight of the area part while untangling
 
 
-@kernel
+@in_place
 def power(base, exponent):
     """base ** exponent, without a logarithm for the exponents that are met most."""
     if exponent == 1.0:
@@ -35,14 +35,14 @@ def power(base, exponent):
     return base**exponent
 
 
-@kernel
+@in_place
 def density(p, d, theta, q, share):
     """W at one triangle with d > 0; the image's area counts by its share, ½ where map and inverse are alike."""
     core = p / d * power(0.5 * (d + 1 / d), theta)
     return core * power(core, q - 1) * (1 - share + share * d)
 
 
-@kernel
+@in_place
 def density_derivatives(p, d, theta, q, share):
     """W and its derivatives W_p, W_d, W_pp, W_pd, W_dd."""
     inverse = 1 / d
@@ -72,7 +72,7 @@ def density_derivatives(p, d, theta, q, share):
     )
 
 
-@kernel
+@in_place
 def untangling_derivatives(p, d, epsilon):
     """A density that is finite for folded triangles, with the derivatives of `density_derivatives`.
 
@@ -96,7 +96,7 @@ def untangling_derivatives(p, d, epsilon):
     )
 
 
-@kernel
+@in_place
 def hat_gradients(corners, z, gradients, areas):
     """Fills in the Wirtinger gradients of the hat functions and the areas of the source's triangles.
 
@@ -116,7 +116,7 @@ def hat_gradients(corners, z, gradients, areas):
         areas[t] = abs(area)
 
 
-@kernel
+@in_place
 def wirtinger(corners, gradients, u, t):
     """f_z and f_z̄ on triangle t."""
     a, b = 0j, 0j
@@ -127,7 +127,7 @@ def wirtinger(corners, gradients, u, t):
     return a, b
 
 
-@kernel
+@in_place
 def total(corners, gradients, weights, u, theta, q, share, epsilon):
     """The energy of the images u (n,); infinite where a triangle is folded, unless epsilon > 0 (untangling)."""
     energy = 0.0
@@ -143,7 +143,7 @@ def total(corners, gradients, weights, u, theta, q, share, epsilon):
     return energy
 
 
-@kernel
+@in_place
 def least_determinant(corners, gradients, u):
     """The smallest determinant of all triangles."""
     least = np.inf
@@ -153,7 +153,7 @@ def least_determinant(corners, gradients, u):
     return least
 
 
-@kernel
+@in_place
 def _projected(first, second, coupling):
     """The matrix [[first, coupling], [coupling, second]] with negative eigenvalues set to zero: its three entries."""
     middle, determinant = 0.5 * (first + second), first * second - coupling * coupling
@@ -175,7 +175,7 @@ def _add(matrix, slot, r, s, x, y, a, b):
     matrix[slot, 3] += r.imag * a.imag + s.imag * b.imag + x.real * a.real + y.real * b.real
 
 
-@kernel
+@in_place
 def assemble(system, gradients, weights, u, theta, q, share, epsilon, matrix, gradient):
     """The energy at u; fills in its gradient and projected Hessian.
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Real
-from ...jit import kernel
+from ...jit import in_place
 from ..kernels import cross, dot, move
 from .cholesky import BlockPattern, Factor, downhill, factorise
 from .energy import assemble, total
@@ -46,7 +46,7 @@ LONGER = 1.1  # none of which is longer than the one before by this: 9 of 60 dra
 REGULAR = 1e-9  # of the mean diagonal, added to it: the projected Hessian may be singular (similarities)
 
 
-@kernel
+@in_place
 def largest_step(faces, u, step):
     """The smallest positive t at which a triangle of u + t · step has no area; 1e9 if there is none."""
     best = 1e9
@@ -69,7 +69,7 @@ def largest_step(faces, u, step):
     return best
 
 
-@kernel
+@in_place
 def regularise(system, matrix, share):
     """Adds a share of the mean diagonal to it."""
     mean = 0.0
@@ -81,7 +81,7 @@ def regularise(system, matrix, share):
         matrix[slot, 3] += little
 
 
-@kernel
+@in_place
 def gap_limit(border, tau, slide, most):
     """The largest share of the step, at most `most`, that keeps the outline's vertices well in order."""
     for v in range(tau.size):
@@ -91,7 +91,7 @@ def gap_limit(border, tau, slide, most):
     return most
 
 
-@kernel
+@in_place
 def moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
     """Fills in where a share t of the step leads."""
     move(u, step, t, new_u)
@@ -102,7 +102,7 @@ def moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
             new_u[v] = point_at(rail_of(rails, v), new_tau[v])
 
 
-@kernel
+@in_place
 def _remaining(kinds, goals, u, way):
     """Fills in the way (n,) of held vertices to their goals; whether there is any."""
     moving = False
@@ -114,7 +114,7 @@ def _remaining(kinds, goals, u, way):
     return moving
 
 
-@kernel
+@in_place
 def add_product(system, matrix, way, gradient):
     """Adds the matrix times the way (n,) to the gradient (n,), both x + iy of each vertex."""
     for k in range(system.order.size):
@@ -133,7 +133,7 @@ def add_product(system, matrix, way, gradient):
                 )
 
 
-@kernel
+@in_place
 def restrict_gradient(kinds, directions, slope, gradient):
     """Rewrites the gradient of constrained vertices along their directions, 0 where they are held."""
     for v in range(directions.size):
@@ -185,7 +185,7 @@ class Space(NamedTuple):
         return cls(*given, *np.empty((6, constrained)))
 
 
-@kernel
+@in_place
 def descend(
     system,
     faces,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...jit import kernel
+from ...jit import in_place
 from ..kernels import dot, located
 
 HELD, SLIDING, FREE = 0, 1, 2  # kinds of constrained vertices
@@ -93,14 +93,14 @@ class Border(NamedTuple):
         return Border(*(np.append(a, b) for a, b in zip(self, more)))
 
 
-@kernel
+@in_place
 def rail_of(rails, v):
     """The rail of constrained vertex v."""
     a, b = rails.starts[rails.own[v]], rails.starts[rails.own[v] + 1]
     return Rail(rails.knots[a[0] : b[0]], rails.vertices[a[1] : b[1]], rails.corners[a[2] : b[2]])
 
 
-@kernel
+@in_place
 def point_at(rail, s):
     """The point at arclength s."""
     edge, along = located(rail.knots, s)
@@ -109,7 +109,7 @@ def point_at(rail, s):
     return rail.vertices[edge] + share * (end - rail.vertices[edge])
 
 
-@kernel
+@in_place
 def tangent(rail, s):
     """The unit tangent at arclength s."""
     edge, _ = located(rail.knots, s)
@@ -117,7 +117,7 @@ def tangent(rail, s):
     return step * (1 / abs(step))
 
 
-@kernel
+@in_place
 def way_to_corners(rail, s):
     """Whether s is on a corner, and the distances (negative, positive) to the corners behind and ahead."""
     length, corners = rail.knots[-1], rail.corners
@@ -140,13 +140,13 @@ def way_to_corners(rail, s):
     return on or behind > -near or ahead < near, behind, ahead
 
 
-@kernel
+@in_place
 def gap_ahead(border, tau, v):
     """Arclength from outline vertex v to the next one."""
     return tau[border.following[v]] - tau[v] + border.laps[v]
 
 
-@kernel
+@in_place
 def border_energy(border, tau):
     """The outline's energy; infinite where two vertices have changed places."""
     energy = 0.0
@@ -158,7 +158,7 @@ def border_energy(border, tau):
     return energy
 
 
-@kernel
+@in_place
 def border_derivatives(border, tau, slope, curvature):
     """Fills in the derivative by each τ and the second derivative by each gap."""
     for v in range(tau.size):
@@ -171,7 +171,7 @@ def border_derivatives(border, tau, slope, curvature):
         curvature[v] = beta * (1 / span + span * span / (gap * gap * gap))
 
 
-@kernel
+@in_place
 def choose_directions(rails, tau, kinds, gradient, slope, directions, low, high):
     """Fills in where each constrained vertex may slide: a unit tangent, 0 to stay, and the limits of its step.
 
@@ -212,7 +212,7 @@ def choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
             directions[v], low[v], high[v] = backward, behind, 0.0
 
 
-@kernel
+@in_place
 def restrict(system, kinds, directions, matrix):
     """Rewrites the blocks of constrained vertices: first unknown along the direction, the missing ones 1.
 
@@ -243,7 +243,7 @@ def restrict(system, kinds, directions, matrix):
             matrix[system.diagonal[v], 0] = 1.0
 
 
-@kernel
+@in_place
 def stiffen(system, border, directions, curvature, matrix):
     """Adds the outline's second derivatives to a restricted matrix."""
     for v in range(directions.size):
