@@ -45,6 +45,7 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     """
     from ..io import files
     from ..io.memory import Bounded
+    from ..io.pictures import image_files
     from ..io.pictures import stmap_files as maps
     from ..memory import Memory
     from ..pixels.texture import check_kind
@@ -63,7 +64,8 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
             st = maps.read(source, max_pixels=given["max_pixels"], room=room)
             picture, box = _picture(image, st, limits)
             check_kind(given["kind"], picture.pixels.shape[2], image)
-            for note in picture.notes:
+            lost = image_files.clipped("stdout.png" if name == "-" else name, picture)
+            for note in (*picture.notes, *([f"{name}: {lost}"] if lost else [])):
                 logs.log.warning(note)
             path = stack.enter_context(files.writing(name, force=given["force"]))
             maps.apply(st, picture, path, tiles=box, **sampling)

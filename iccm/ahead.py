@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -76,12 +76,28 @@ def _pixels() -> None:
         warp(map, Texture(picture, box), Canvas(size, size, box), threads=1)
 
 
-# the longest first, then what it needs, too; one kernel of each, compiled last, tells whether it is there
-PARTS: dict[str, tuple[Callable[[], None], str, str]] = {
-    "minimise": (_minimise, "balanced.minimise.newton", "descend"),
-    "order": (_order, "balanced.minimise.fronts", "_grouped"),
-    "pixels": (_pixels, "pixels.filters", "_painted"),
-    "mesh": (_mesh, "balanced.meshing.mesh", "_split_chords"),
+class Part(NamedTuple):
+    """Kernels that are compiled one after the other.
+
+    Attributes:
+        work: what calls them.
+        module: of the kernel that is compiled last: it tells whether all of them are there.
+        kernel: its name.
+        seconds: that compiling takes, roughly.
+    """
+
+    work: Callable[[], None]
+    module: str
+    kernel: str
+    seconds: float
+
+
+# what others need, too, first
+PARTS = {
+    "order": Part(_order, "balanced.minimise.fronts", "_grouped", 0.9),
+    "minimise": Part(_minimise, "balanced.minimise.newton", "descend", 5.0),
+    "pixels": Part(_pixels, "pixels.filters", "_painted", 4.0),
+    "mesh": Part(_mesh, "balanced.meshing.mesh", "_split_chords", 2.5),
 }
 
 
@@ -91,8 +107,8 @@ def missing() -> list[str]:
 
     return [
         part
-        for part, (_, module, name) in PARTS.items()
-        if not _cached(getattr(import_module(f".{module}", __package__), name))
+        for part, (_, module, kernel, _) in PARTS.items()
+        if not _cached(getattr(import_module(f".{module}", __package__), kernel))
     ]
 
 
@@ -106,16 +122,34 @@ def _cached(kernel: jit.Kernel) -> bool:
 
 
 def compile_ahead(threads: int | None = None) -> None:
-    """Compiles the parts that are missing: with threads to spare in processes of their own, but for the last ones."""
+    """Compiles the parts that are missing: with threads to spare side by side, all but one share in other processes."""
     parts = missing()
-    beside = max(0, min(thread_count(threads), len(parts)) - 1)
-    running = [_process(part) for part in parts[:beside]]
-    with _nothing_collected():
-        for part in parts[beside:]:
-            PARTS[part][0]()
+    if not parts:
+        return
+    *others, own = _shares(parts, min(thread_count(threads), len(parts)))
+    running = [_process(share) for share in others]
+    _compile(own)
     for process in running:
         if process is not None:
             process.wait()
+
+
+def _shares(parts: list[str], count: int) -> list[list[str]]:
+    """Parts in shares that take about as long as each other, the longest last."""
+    shares: list[list[str]] = [[] for _ in range(count)]
+    for part in sorted(parts, key=lambda part: -PARTS[part].seconds):
+        min(shares, key=_seconds).append(part)
+    return [sorted(share, key=list(PARTS).index) for share in sorted(shares, key=_seconds)]
+
+
+def _seconds(parts: list[str]) -> float:
+    return sum(PARTS[part].seconds for part in parts)
+
+
+def _compile(parts: list[str]) -> None:
+    with _nothing_collected():
+        for part in parts:
+            PARTS[part].work()
 
 
 @contextmanager
@@ -130,19 +164,18 @@ def _nothing_collected() -> Iterator[None]:
             gc.enable()
 
 
-def _process(part: str) -> subprocess.Popen | None:
-    """A Python that compiles a part; None where it cannot be started: that is compiled when it is needed then."""
+def _process(parts: list[str]) -> subprocess.Popen | None:
+    """A Python that compiles parts; None where it cannot be started: they are compiled when they are needed then."""
     quiet: dict[str, Any] = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
     try:
-        return subprocess.Popen([sys.executable, "-m", f"{__package__}.ahead", part], **quiet)
+        return subprocess.Popen([sys.executable, "-m", f"{__package__}.ahead", *parts], **quiet)
     except OSError:
         return None
 
 
 if __name__ == "__main__":
     if sys.argv[1:]:
-        with _nothing_collected():
-            PARTS[sys.argv[1]][0]()
+        _compile(sys.argv[1:])
     elif missing():
         print("compiling the kernels, which is done once; this may take a minute", flush=True)
         compile_ahead()

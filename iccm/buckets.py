@@ -79,9 +79,9 @@ def _nearest(w, start, along, grid, segment, part):
         column = int(min(max(x, 0.0), grid.columns - 1.0))
         row = int(min(max(y, 0.0), grid.rows - 1.0))
         beside_x, beside_y = max(-x, x - grid.columns, 0.0), max(-y, y - grid.rows, 0.0)
-        beside, most = beside_x * beside_x + beside_y * beside_y, max(grid.columns, grid.rows)
-        best, ring = np.inf, 0
-        while ring <= most and not best <= (beside + max(ring - 1, 0) ** 2) * grid.size**2:
+        beside, cell = beside_x * beside_x + beside_y * beside_y, grid.size * grid.size
+        best, ring, most, within = np.inf, 0, max(grid.columns, grid.rows), 0.0
+        while ring <= most and not best <= (beside + within) * cell:
             for r in range(max(row - ring, 0), min(row + ring + 1, grid.rows)):
                 step = 1 if abs(r - row) == ring else 2 * ring
                 for c in range(column - ring, column + ring + 1, step):
@@ -94,8 +94,9 @@ def _nearest(w, start, along, grid, segment, part):
                         length = d.real * d.real + d.imag * d.imag
                         t = d.real * off.real + d.imag * off.imag
                         t = min(t / length, 1.0) if t > 0 else 0.0
-                        away = off - t * d
-                        squared = away.real * away.real + away.imag * away.imag
+                        x_away, y_away = off.real - t * d.real, off.imag - t * d.imag
+                        squared = x_away * x_away + y_away * y_away
                         if squared < best or (squared == best and s < segment[n]):
                             best, segment[n], part[n] = squared, s, t
+            within = float(ring * ring)
             ring += 1

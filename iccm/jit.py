@@ -14,7 +14,7 @@ import numba
 from numba import njit
 
 KNOWN = (0, 68)
-"""The version of Numba whose insides `pipeline` knows; others compile in their own way, which takes longer."""
+"""The version of Numba whose insides `compiling` knows; others compile in their own way, which takes longer."""
 
 
 KNOWS = numba.version_info[:2] == KNOWN
@@ -23,7 +23,7 @@ KNOWS = numba.version_info[:2] == KNOWN
 def _compiler() -> dict[str, Any]:
     if not KNOWS:
         return {}
-    from .pipeline import Pipeline
+    from .compiling.pipeline import Pipeline
 
     return {"pipeline_class": Pipeline}
 
@@ -65,7 +65,7 @@ class Kernel:
         """
         found = njit(**self._options | {"cache": True})(self.py_func)
         if KNOWS and hasattr(found, "_cache"):
-            from .pipeline import Kept
+            from .compiling.pipeline import Kept
 
             found._cache = Kept(self.py_func)
         file: Any = getattr(getattr(found, "_cache", None), "_cache_file", None)

@@ -42,7 +42,7 @@ ORDER = (
     "curve dissection",
     "buckets",
     "arrays jit",
-    "parallel memory blas compilation pipeline progress",
+    "parallel memory blas compiling progress",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}

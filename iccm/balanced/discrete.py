@@ -21,7 +21,7 @@ from .minimise.cholesky import BlockPattern, system_of
 from .minimise.energy import BOTH_AREAS, geometry
 from .minimise.measures import turn_of
 from .minimise.sliding import BETA, HELD, SLIDING, Border, Rail, Rails
-from .minimise.untangle import LEAST_WEIGHT, STEPS, untangle
+from .minimise.untangle import STEPS, springs, untangle
 from .outline import Outline
 from .pairs import HoleMatch, Loop, Match, Pairs, apart
 
@@ -228,9 +228,7 @@ class DiscreteMap:
         within a few rings of triangles. Without it triangles beside the outline are squeezed, and a Newton step
         widens one by no more than half.
         """
-        gradients, areas = geometry(self.z, self.faces)
-        a, b = np.roll(gradients, -1, axis=1), np.roll(gradients, -2, axis=1)
-        weights = np.maximum(-4 * areas[:, None] * (a * b.conj()).real, LEAST_WEIGHT).ravel()
+        weights = springs(*geometry(self.z, self.faces)).ravel()
         tails, heads = np.roll(self.faces, -1, axis=1).ravel(), np.roll(self.faces, -2, axis=1).ravel()
         tails, heads, weights = np.append(tails, heads), np.append(heads, tails), np.tile(weights, 2)
         near = np.zeros(u.size, bool)
@@ -340,7 +338,7 @@ class DiscreteMap:
         if self.weights is not None:
             gradients, areas = _shrunk(gradients, areas, self.weights, forward)
         u = moving.copy()
-        energy, done = newton.descend(
+        energy, done, _ = newton.descend(
             self.system,
             self.faces,
             gradients,
@@ -354,8 +352,10 @@ class DiscreteMap:
             float(theta),
             float(q),
             BOTH_AREAS,
+            0.0,
             steps,
             tolerance,
+            newton.Space.of(self.system, tau.size),
         )
         return u, tau, float(energy), bool(done < steps)
 

@@ -8,10 +8,10 @@ curves*, 2003): monotone paths with slopes from ¼ to 4 that maximise ∫ √(ds
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
-from ..arrays import Complex
+from ..arrays import Complex, Index, Real
 from ..curve import Curve
-from ..jit import kernel
 from .pairs import Match
 
 SAMPLES = 64  # of each outline; 120 found the same matches on 15 pairs
@@ -20,6 +20,7 @@ POSITION = 0.5  # weight of the difference of positions
 SMOOTH = 0.01  # of the length: the chord beyond a sample's ends over which its tangent is taken
 DIFFERENT = 0.12  # mean distance on the unit circle from which two matches count as two
 STEPS = np.array([(1, 1), (1, 2), (2, 1), (1, 3), (3, 1), (2, 3), (3, 2), (1, 4), (4, 1), (3, 4), (4, 3)])
+LONGEST = 4  # of their rows or columns
 ARCLENGTHS = 8  # shifts of the arclength correspondence
 MOST_TURNED = np.radians(100)
 """Of the similarity that fits a match best: of 16 pairs, no map that turned by more than 60° went on as upright."""
@@ -28,60 +29,57 @@ ANY_TURN = (0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2)
 """The same where the turn is left to the shapes."""
 
 
-@kernel
-def step_gains(score, steps, gains):
-    """Fills in the gain of every step from every pair of samples.
+def step_gains(score: Real) -> Real:
+    """(k, n + 1, 2n) the gain of every step to every pair of samples, those of the other curve twice over.
 
     Args:
-        score: (n, 3n) gain of matching sample i of one curve with sample j of the other, three times over.
-        steps: (k, 2) steps that a path is made of.
-        gains: (k, n, 2n) zeros, written; steps that leave the rows gain nothing.
+        score: (n, n) gain of matching sample i of one curve with sample j of the other.
     """
-    n = score.shape[0]
-    for k in range(steps.shape[0]):
-        a, b = steps[k, 0], steps[k, 1]
+    n = len(score)
+    around, gains = np.tile(score, 3), np.zeros((len(STEPS), n + 1, 2 * n))
+    for gain, (a, b) in zip(gains, STEPS.tolist()):
         count = max(a, b)
-        for i in range(n + 1 - a):
-            for m in range(count):
-                row, first = score[i + (m * a) // count], (m * b) // count
-                for j in range(2 * n):
-                    gains[k, i, j] += row[first + j]
-            for j in range(2 * n):
-                gains[k, i, j] *= np.sqrt(a * b) / count
+        for m in range(count):
+            i, j = m * a // count, m * b // count
+            gain[a:, b:] += around[i : i + n + 1 - a, j : j + 2 * n - b]
+        gain *= np.sqrt(a * b) / count
+    return gains
 
 
-@kernel
-def best_path(gains, steps, shift):
-    """The monotone path from (0, shift) to (n, n + shift) with the largest score: its score, rows and columns, these
-    from 0 to n.
+def best_scores(gains: Real) -> Real:
+    """(n + 1, s, n + 1) the largest scores of monotone paths from (0, 0) to (i, j), for several shifts at once, after
+    LONGEST rows and columns of -inf.
 
     Args:
-        gains: (k, n, 2n) of `step_gains`.
-        steps: (k, 2) steps that a path is made of.
-        shift: sample of the second curve, from 0 to n - 1.
+        gains: (k, n + 1, s, n + 1) of `step_gains`, by step, row, shift, and column beyond the shift.
     """
-    n = gains.shape[1]
-    best, came = np.full((n + 1, n + 1), -np.inf), np.zeros((n + 1, n + 1), np.int64)
-    best[0, 0] = 0.0
-    for i in range(1, n + 1):
-        row, ways = best[i], came[i]
-        for k in range(steps.shape[0]):
-            a, b = steps[k, 0], steps[k, 1]
-            if i < a:
-                continue
-            before, more = best[i - a], gains[k, i - a, shift:]
-            for j in range(n + 1 - b):  # a row at a time, which processors do several of at once
-                value = before[j] + more[j]
-                if value > row[j + b]:
-                    row[j + b], ways[j + b] = value, k
-    rows, columns = np.zeros(2 * n + 2, np.int64), np.zeros(2 * n + 2, np.int64)
-    i, j, at = n, n, rows.size
-    while True:
-        at -= 1
-        rows[at], columns[at] = i, j
-        if i == 0 and j == 0:
-            return best[n, n], rows[at:].copy(), columns[at:].copy()
-        i, j = i - steps[came[i, j], 0], j - steps[came[i, j], 1]
+    _, rows, shifts, _ = gains.shape
+    wide = LONGEST + rows
+    best = np.full((wide, shifts, wide), -np.inf)
+    best[LONGEST, :, LONGEST] = 0.0
+    places = wide * np.arange(shifts)[:, None] + np.arange(rows)
+    before = ((LONGEST - STEPS) @ [shifts * wide, 1])[:, None, None] + places  # from row i - LONGEST on
+    for i in range(1, rows):
+        best[LONGEST + i, :, LONGEST:] = (best[i:].take(before) + gains[:, i]).max(axis=0)
+    return best
+
+
+def best_path(best: Real, gains: Real) -> tuple[Index, Index]:
+    """Rows and columns, from 0 to n, of the path to the last of the scores.
+
+    Args:
+        best: (LONGEST + n + 1, LONGEST + n + 1) of `best_scores`, for one shift.
+        gains: (k, n + 1, n + 1) for the same.
+    """
+    i = j = gains.shape[1] - 1
+    path, wide = [(i, j)], len(best)
+    best, before = best.ravel(), (LONGEST - STEPS) @ [wide, 1]
+    while i > 0:
+        step = (best[before + (i * wide + j)] + gains[:, i, j]).argmax()
+        i, j = i - int(STEPS[step, 0]), j - int(STEPS[step, 1])
+        path.append((i, j))
+    rows, columns = np.array(path[::-1]).T
+    return rows, columns
 
 
 def _samples(curve: Curve, offset: float = 0.0) -> tuple[Complex, Complex]:
@@ -100,15 +98,12 @@ def elastic_matches(source: Curve, target: Curve, turn: float) -> Iterator[Match
     goals, places = _samples(target)
     angles = (tangents[:, None] * goals.conj()).real
     score = angles - POSITION * np.abs(middles[:, None] - places) ** 2
-    gains = np.zeros((len(STEPS), SAMPLES, 2 * SAMPLES))
-    step_gains(np.tile(score, 3), STEPS, gains)
-    found = []
-    for k in range(SHIFTS):
+    gains = sliding_window_view(step_gains(score), SAMPLES + 1, axis=2)[:, :, : SAMPLES : SAMPLES // SHIFTS]
+    best = best_scores(gains)
+    for k in np.argsort(-best[-1, :, -1], kind="stable"):
+        rows, columns = best_path(best[:, k], gains[:, :, k])
         shift = k * SAMPLES // SHIFTS
-        value, rows, columns = best_path(gains, STEPS, shift)
-        s, tau = rows / SAMPLES * source.length, (columns + shift) / SAMPLES * target.length
-        found.append((-value, k, Match(s, tau)))
-    return (match for _, _, match in sorted(found, key=lambda entry: entry[:2]))
+        yield Match(rows / SAMPLES * source.length, (columns + shift) / SAMPLES * target.length)
 
 
 def arclength_matches(source: Curve, target: Curve) -> list[Match]:

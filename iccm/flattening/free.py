@@ -68,7 +68,7 @@ class Elastic:
     ) -> tuple[Complex, float, int]:
         """Positions, energy and number of steps."""
         u, still = u.copy(), np.arange(self.held)
-        energy, made = newton.descend(
+        energy, made, _ = newton.descend(
             self.system,
             self.faces,
             self.gradients,
@@ -82,8 +82,10 @@ class Elastic:
             float(theta),
             1.0,
             SURFACE_ALONE,
+            0.0,
             steps,
             tolerance,
+            newton.Space.of(self.system, self.held),
         )
         return u, float(energy), int(made)
 

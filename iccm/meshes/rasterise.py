@@ -55,15 +55,25 @@ def rasterise(
     """
     owner = np.full((height, width), NONE, np.int32)
     corners = np.ascontiguousarray(corners, dtype=np.float64)
-    overlaps: list[int] = []
-    over_slices(
-        lambda r: overlaps.append(_fill(corners, owner, r.start, r.stop, wrap)), height, threads, ROWS
-    )
+    overlaps = 0
+    if _filled(corners, owner, wrap, threads):
+        last = np.full_like(owner, NONE)
+        _filled(np.ascontiguousarray(corners[::-1]), last, wrap, threads)
+        overlaps = int(np.count_nonzero((owner >= 0) & (last != len(corners) - 1 - owner)))
     centre = owner >= 0
     if border is not None and border.any():
         nearest = np.full((height, width), np.inf, np.float32)
         _touch(corners, np.flatnonzero(border), owner, centre, nearest, wrap)
-    return Ownership(owner, centre, sum(overlaps))
+    return Ownership(owner, centre, overlaps)
+
+
+def _filled(corners: Real, owner: NDArray[np.int32], wrap: bool, threads: int | None) -> int:
+    """Gives all texels to triangles; how many times one lies in a further triangle."""
+    again: list[int] = []
+    over_slices(
+        lambda r: again.append(_fill(corners, owner, r.start, r.stop, wrap)), len(owner), threads, ROWS
+    )
+    return sum(again)
 
 
 def affine(corners: Real, values: NDArray, threads: int | None = None) -> NDArray:

@@ -57,11 +57,6 @@ def ready(tex, i, j, k):
     raise NotImplementedError("only in kernels")
 
 
-def ready_base(tex):
-    """(n,) numbers of the picture; none of one that is decoded as it is read."""
-    raise NotImplementedError("only in kernels")
-
-
 @overload(ready, jit_options={"error_model": "numpy"})
 def _ready(tex, i, j, k):
     if not isinstance(tex.types[0].dtype, types.Integer):
@@ -74,13 +69,6 @@ def _ready(tex, i, j, k):
         return value * tex.decode[tex.base[i, j, tex.alpha], tex.alpha]
 
     return decoded
-
-
-@overload(ready_base)
-def _ready_base(tex):
-    if isinstance(tex.types[0].dtype, types.Integer):
-        return lambda tex: np.empty(0, np.float32)
-    return lambda tex: tex.base.reshape(tex.base.size)
 
 
 @compiled
@@ -254,15 +242,14 @@ def _footprint(xx, xy, yx, yy):
 
 
 @compiled
-def _gathered(tex, xy, turn, kind, across, down, weights, patch, out):
+def _gathered(tex, xy, turn, kind, room, out):
     """Filters at texel coordinates xy (p, 2) with footprints turn (p, 4) = xx, xy, yx, yy into out (p c + LANES,).
 
-    x is to the right, y down, and the first texel's centre at 0.5. ACROSS and DOWN are given, as a kernel would keep
-    copies of them, and as many weights, and a patch (`patch_of`), to be written. Arrays are taken out of `tex` before
-    the loop: to do so takes longer than a texel.
+    x is to the right, y down, and the first texel's centre at 0.5; `room` is of `_room`. Arrays are taken out of `tex`
+    before the loop: to do so takes longer than a texel.
     """
     c, radius = tex.base.shape[2], RADIUS[kind]
-    base, reduced = ready_base(tex), tex.texels.reshape(tex.texels.size)
+    base, reduced, across, down, weights, patch = room
     sizes, starts, widths, heights = tex.size, tex.start, tex.width, tex.height
     large = base.size and widths[0] * c >= LANES
     for n in range(xy.shape[0]):
@@ -303,7 +290,7 @@ def _gathered(tex, xy, turn, kind, across, down, weights, patch, out):
 
 
 @compiled
-def _painted(tex, z, right, down, cover, columns, at, kind, alpha, room, edges, start, out):
+def _painted(tex, z, right, down, cover, columns, at, kind, alpha, room, row, edges, start, out):
     """sRGB bytes of pixels (rows, width) that are covered, in some of their columns: place, filter and encode one after
     the other, a row at a time, which stays in the processor's nearest cache.
 
@@ -314,14 +301,13 @@ def _painted(tex, z, right, down, cover, columns, at, kind, alpha, room, edges, 
         at: as for `place`.
         kind: of FILTERS.
         alpha: the channel that is, or c: appended.
-        room: ACROSS, DOWN, weights and patch, as for `_gathered`.
+        room: of `_room`.
+        row: memory for the pixels of a row: columns, places and their derivatives, values.
         edges, start: of `colour.byte_edges`.
         out: (rows, width, c), or one channel more, written where anything is covered.
     """
-    c, most = tex.base.shape[2], columns[1] - columns[0]
-    across, below, weights, patch = room
-    held, values = np.empty(most, np.int64), np.empty(most * c + LANES, np.float32)
-    places, turns = np.empty((most, 2)), np.empty((most, 4))
+    c = tex.base.shape[2]
+    held, places, turns, values = row
     for i in range(z.shape[0]):
         count = 0
         for j in range(columns[0], columns[1]):
@@ -331,7 +317,7 @@ def _painted(tex, z, right, down, cover, columns, at, kind, alpha, room, edges, 
                 turns[count, 0], turns[count, 1], turns[count, 2], turns[count, 3] = xx, xy, yx, yy
                 held[count] = j
                 count += 1
-        _gathered(tex, places[:count], turns[:count], kind, across, below, weights, patch, values)
+        _gathered(tex, places[:count], turns[:count], kind, room, values)
         for n in range(count):
             j = held[n]
             share, opaque = cover[i, j], np.float32(1)
@@ -360,10 +346,12 @@ def _splined(spline, xy, turn, out):
                 out[n, k] = mixed[k] if share == 1 else share * mixed[k] + (1 - share) * out[n, k]
 
 
-def _room(channels: int) -> tuple[Float, Float, Float, Float]:
-    """ACROSS, DOWN, and memory for `_gathered`."""
-    weights, patch = np.empty_like(ACROSS), np.empty(MOST * MOST * channels + LANES, np.float32)
-    return ACROSS, DOWN, weights, patch
+def _room(tex: Pyramid) -> tuple[Float, ...]:
+    """What `_gathered` works with: the numbers of the picture, none of one that is decoded as it is read; those of its
+    reductions; ACROSS and DOWN, of which a kernel would keep copies; memory for weights and texels."""
+    base = tex.base.ravel() if tex.base.dtype == np.float32 else np.empty(0, np.float32)
+    weights, patch = np.empty_like(ACROSS), np.empty(MOST * MOST * tex.base.shape[2] + LANES, np.float32)
+    return base, tex.texels.ravel(), ACROSS, DOWN, weights, patch
 
 
 def paint(
@@ -377,10 +365,10 @@ def paint(
 ) -> None:
     """sRGB bytes of a band's pixels that are covered, in some of its columns; arguments as for `_painted`. `kind` is a
     kernel's: NEAREST and SPLINE are no such."""
-    room = _room(tex.base.shape[2])
-    _painted(
-        tex, band.z, band.right, band.down, band.coverage, columns, at, kind, alpha, room, *byte_edges(), out
-    )
+    most, pixels = columns[1] - columns[0], (band.z, band.right, band.down, band.coverage)
+    values = np.empty(most * tex.base.shape[2] + LANES, np.float32)
+    row = np.empty(most, np.int64), np.empty((most, 2)), np.empty((most, 4)), values
+    _painted(tex, *pixels, columns, at, kind, alpha, _room(tex), row, *byte_edges(), out)
 
 
 def read(tex: Pyramid, xy: Real, turn: Real, kind: int) -> Float:
@@ -394,7 +382,7 @@ def read(tex: Pyramid, xy: Real, turn: Real, kind: int) -> Float:
     if kind == NEAREST:
         _nearest(tex, xy, out)
         return out
-    _gathered(tex, xy, turn, CUBIC if kind == SPLINE else kind, *_room(c), numbers)
+    _gathered(tex, xy, turn, CUBIC if kind == SPLINE else kind, _room(tex), numbers)
     if kind == SPLINE and tex.spline.size:
         _splined(tex.spline, xy, turn, out)
     return out

@@ -183,19 +183,22 @@ def _reduced(a: Float, edge: int) -> Float:
     taps = np.concatenate([side[::-1], side]).astype(np.float32)
     taps /= taps.sum()
     h, w, c = a.shape
-    low = np.zeros(((h + 1) // 2, w, c), dtype=np.float32)
-    _halve_rows(a.reshape(h, w * c), taps, edge, low.reshape(len(low), w * c))
-    out = np.zeros((len(low), (w + 1) // 2, c), dtype=np.float32)
-    _halve_columns(low, taps, edge, out)
+    out = np.empty(((h + 1) // 2, (w + 1) // 2, c), np.float32)
+    line = np.zeros((w + 12) * c + LANES, np.float32)  # a row with its surroundings, and room to reach beyond
+    _halve(a.reshape(h, w * c), taps, edge, line, out)
     return out
 
 
 @kernel
-def _halve_rows(a, taps, edge, out):
-    h, w = a.shape
+def _halve(a, taps, edge, line, out):
+    """Halves a picture (h, w c) into out, row by row: first across the rows, in the middle of `line`, zeros."""
+    h, end = a.shape
+    c = out.shape[2]
     for i in range(out.shape[0]):
-        for first in range(0, w, PIECE):
-            piece = out[i, first : first + PIECE]
+        for first in range(0, end, PIECE):
+            piece = line[5 * c + first : 5 * c + min(first + PIECE, end)]
+            for j in range(piece.size):
+                piece[j] = 0
             for t in range(taps.size):
                 row = 2 * i + t - 5
                 if edge == CLEAR and (row < 0 or row >= h):
@@ -204,23 +207,11 @@ def _halve_rows(a, taps, edge, out):
                 above = a[row, first : first + PIECE]
                 for j in range(piece.size):
                     piece[j] += tap * above[j]
-
-
-@kernel
-def _halve_columns(a, taps, edge, out):
-    w, c = a.shape[1], a.shape[2]
-    line = np.zeros(
-        (w + 12) * c + LANES, dtype=np.float32
-    )  # a row with its surroundings, and room to reach beyond
-    for i in range(a.shape[0]):
-        row = a[i].reshape(w * c)
-        for j in range(w * c):
-            line[5 * c + j] = row[j]
         if edge == CLAMP:
-            for k in range(c):
-                for j in range(7):
-                    line[min(j, 4) * c + k] = row[k]
-                    line[(w + 5 + j) * c + k] = row[(w - 1) * c + k]
+            for k in range(5 * c):
+                line[k] = line[5 * c + k % c]
+            for k in range(7 * c):
+                line[5 * c + end + k] = line[4 * c + end + k % c]
         for j in range(out.shape[1]):
             for first in range(0, c, LANES):
                 value, at = nothing(), 2 * j * c + first

@@ -56,6 +56,7 @@ class TriangulatedPreimages:
         rows, width = min(inverse_tiles.TILE, self.canvas.height - row), self.canvas.width
         area = covered(self.loop, row, rows, width)
         z, right, down, state = self.blocks.arrays(rows, width)
+        state.fill(EMPTY)
         chosen = np.flatnonzero((self.bottom >= row) & (self.top < row + rows))
         reach = np.stack([self.top[chosen], self.bottom[chosen]], axis=1)
         if not self.slopes:
@@ -157,7 +158,7 @@ def _fill(corners, powers, chosen, reach, row, covered, z, right, down, state):
         row: where the band begins.
         covered: (rows, width) area of each pixel.
         z, right, down: (rows, width), written; the last two may have no rows.
-        state: (rows, width), written: FILLED, TOUCHED where a pixel without a centre is covered in part, or EMPTY.
+        state: (rows, width), EMPTY; written: FILLED, or TOUCHED where a pixel without a centre is covered in part.
 
     Returns:
         How many are FILLED.
@@ -168,7 +169,6 @@ def _fill(corners, powers, chosen, reach, row, covered, z, right, down, state):
     count = 0
     for i in range(rows):
         line = float(i + row)
-        state[i, :] = EMPTY
         for n in range(chosen.size):
             if not reach[n, 0] <= line < reach[n, 1]:
                 continue

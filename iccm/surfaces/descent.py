@@ -17,7 +17,7 @@ from ..arrays import Complex, Flags, Index, Real, xy_of
 from ..balanced.discrete import DiscreteMap
 from ..balanced.frames import UnitFrame
 from ..balanced.metric import rest_geometry
-from ..balanced.minimise.cholesky import BlockPattern, downhill, factorise
+from ..balanced.minimise.cholesky import BlockPattern, Factor, downhill, factorise
 from ..balanced.minimise.energy import BOTH_AREAS, assemble, geometry, total
 from ..balanced.minimise.newton import (
     ARMIJO,
@@ -327,10 +327,10 @@ def _newton(
     stiffen(system, border, slide.directions, slide.curvature, matrix)
     regularise(system, matrix, REGULAR + damping)
     restrict_gradient(kinds, slide.directions, slide.slope, gradient)
-    factor = np.empty(system.fronts.room)
-    if not factorise(system, matrix, factor):
+    factor, step = Factor.of(system), np.empty_like(gradient)
+    if not factorise(system, matrix, gradient, factor):
         return np.zeros_like(gradient), 0.0
-    step = downhill(system, factor, gradient)
+    downhill(system, factor, step)
     return step, float((gradient.conj() * step).real.sum())
 
 

@@ -24,7 +24,7 @@ from .element import SVG, MappedElement, box_of, restyle, runs_of
 from .filters import MARGIN, filtered
 from .mapping import OUTSIDE, Effect
 from .paint_server import SIDES, Definitions, Space, lined, scale, shown
-from .references import confine
+from .references import confine, typed
 
 CELL = 1 / 24
 """Of the source's diagonal: size of the parts of a picture that follow the map each by its affine part."""
@@ -243,7 +243,9 @@ class MappedDocument:
         place = Space(state.affine, state.size).rectangle(sides | {"units": "userSpaceOnUse"}, "units", zero)
         if local(parent) == "clipPath" or not place or min(place[2:]) <= 0:
             return
-        kept = {link: element.get(link, "")} | {k: f"{v:.9g}" for k, v in zip(("width", "height"), place[2:])}
+        kept = {link: typed(element.get(link, ""))} | {
+            k: f"{v:.9g}" for k, v in zip(("width", "height"), place[2:])
+        }
         picture = self.definitions.picture(kept | {k: said[k] for k in ("preserveAspectRatio",) if k in said})
         inside = state.affine @ affine.translation(*place[:2])
         group = SubElement(parent, f"{SVG}g", self._styled(element, "g", state))

@@ -14,6 +14,8 @@ import tinycss2
 from ..svg.document import local
 
 PICTURE = re.compile(r"data:image/(?:png|jpe?g|gif|webp|avif|bmp|tiff?|x-icon)[;,]", re.IGNORECASE)
+UNTYPED = re.compile(r"\s*data:;base64,\s*")
+SIGNATURES = {"iVBORw0KGgo": "png", "/9j/": "jpeg", "R0lGOD": "gif"}  # of their first bytes, as base64
 FETCHING = {"url", "src"}  # functions of one address
 OTHERS = {"image", "image-set", "-webkit-image-set", "cross-fade", "-webkit-cross-fade", "expression", "attr"}
 NESTED = {"media", "supports", "layer", "container", "scope", "keyframes", "-webkit-keyframes"}
@@ -62,6 +64,14 @@ def confine(top: Element) -> int:
             else:
                 element.set(name, kept)
     return left_out
+
+
+def typed(address: str) -> str:
+    """The address of an embedded picture with its kind, which old drawings of Illustrator leave out."""
+    untyped = UNTYPED.match(address)
+    content = address[untyped.end() :] if untyped else ""
+    kind = next((kind for first, kind in SIGNATURES.items() if content.startswith(first)), "")
+    return f"data:image/{kind};base64,{content}" if kind else address
 
 
 def sheet(text: str) -> tuple[str, int]:

@@ -7,7 +7,8 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any
 
 from ...errors import InputError
@@ -42,8 +43,9 @@ class Policy:
 @dataclass
 class _Running:
     task: Task
-    attempt: int
-    began: float
+    attempt: int = 1
+    began: float = 0.0
+    alone: bool = False  # its worker died, or that of a bundle that it was in
 
 
 def prepared(tasks: list[Task], book: Journal, *, resume: bool, make: bool = True) -> list[Task]:
@@ -97,15 +99,16 @@ def execute(
 
     When `stopping` turns true nothing is begun any more, what runs is ended, and the rest is reported as cancelled.
     """
-    pending = deque(_Running(task, 1, 0.0) for task in tasks)
-    running: dict[Future, _Running] = {}
+    pending = deque(_Running(task) for task in tasks)
+    running: dict[Future, list[_Running]] = {}
     keys: dict[int, str] = {}
     failed = False
     while pending or running:
         if stopping():
             pool.abandon(list(running))
             yield from (
-                _record(r, _ended("cancelled", "stopped by a signal")) for r in [*running.values(), *pending]
+                _record(r, _ended("cancelled", "stopped by a signal"))
+                for r in chain(*running.values(), pending)
             )
             return
         if failed and policy.fail_fast:
@@ -113,28 +116,64 @@ def execute(
                 _record(r, _ended("cancelled", "an earlier job failed (--fail-fast)")) for r in pending
             )
             pending.clear()
-        while pending and len(running) < pool.size:
-            item = pending.popleft()
-            known = _begin(item, book, keys, resume, warn, unasked=pool.runs_again)
-            if known is not None:
-                failed |= known["status"] not in GOOD
-                yield known
-                break  # so that signals are seen between two skipped jobs
-            running[pool.submit(_payload(item, pool, policy))] = item
-            item.began = time.monotonic()
-        for item, result in _ended_ones(running, pool, policy):
-            if result is None:
-                files.sweep(item.task.job.outputs)
-            if result is None and item.attempt <= policy.retries:
-                warn(f"{item.task.place}: its worker died; running it again")
-                pending.appendleft(_Running(item.task, item.attempt + 1, 0.0))
-                continue
-            record = _record(item, result or _ended("killed", "its worker died, killed or out of memory"))
-            failed |= record["status"] not in GOOD
-            _finish(keys.pop(item.task.number, None), record, book, warn)
-            yield record
+        known = None
+        while pending and known is None and len(running) < _room(pool, running, pending):
+            items = []
+            for item in _bundle(pending, pool.together(len(pending))):
+                known = _begin(item, book, keys, resume, warn, unasked=pool.runs_again)
+                if known is not None:
+                    break  # so that signals are seen between two skipped jobs
+                items.append(item)
+            if items:
+                running[pool.submit([_payload(item, pool, policy) for item in items])] = items
+                items[0].began = time.monotonic()
+        if known is not None:
+            failed |= known["status"] not in GOOD
+            yield known
+        for items, answers in _ended_ones(running, pool, policy, 0.0 if known else POLL):
+            if answers is None:
+                again, answers = _after_a_death(items, policy, warn)
+            else:
+                again = items[len(answers) :]
+            pending.extendleft(reversed(again))
+            for item, answer in zip(items, answers):
+                record = _record(item, answer)
+                failed |= record["status"] not in GOOD
+                _finish(keys.pop(item.task.number, None), record, book, warn)
+                yield record
     if pool.runs_again:  # nobody told which workers were lost
         files.sweep(path for task in tasks for path in task.job.outputs)
+
+
+def _room(pool: Pool, running: dict[Future, list[_Running]], pending: deque[_Running]) -> int:
+    """How many bundles may be under way. What waits at a worker goes down with it, and would be blamed as well: where
+    a job may have killed one, none waits."""
+    suspicious = pending[0].alone or any(items[0].alone for items in running.values())
+    return pool.size + (0 if suspicious else pool.ahead)
+
+
+def _bundle(pending: deque[_Running], count: int) -> Iterator[_Running]:
+    """The next jobs, up to so many, that may go to a worker together."""
+    alone = pending[0].alone
+    yield pending.popleft()
+    while not alone and (count := count - 1) > 0 and pending and not pending[0].alone:
+        yield pending.popleft()
+
+
+def _after_a_death(
+    items: list[_Running], policy: Policy, warn: Callable[[str], None]
+) -> tuple[list[_Running], list[dict[str, Any]]]:
+    """What is run again after a worker died, and the answer for what is not. Of several jobs nobody knows which one
+    it was: each is run alone."""
+    files.sweep(path for item in items for path in item.task.job.outputs)
+    first = items[0]
+    if len(items) > 1:
+        warn(f"{first.task.place} and {len(items) - 1} more: their worker died; running them one by one")
+        return [replace(item, alone=True) for item in items], []
+    if first.attempt <= policy.retries:
+        warn(f"{first.task.place}: its worker died; running it again")
+        return [replace(first, attempt=first.attempt + 1, alone=True)], []
+    return [], [_ended("killed", "its worker died, killed or out of memory")]
 
 
 def _begin(
@@ -148,24 +187,24 @@ def _begin(
 ) -> dict[str, Any] | None:
     """Note the beginning of a job; its result when there is no need to run it. Where it may be run again `unasked`, it
     cannot tell its own files from others' when it writes them: that is looked at here."""
-    task = item.task
+    if item.task.number in keys:
+        return None
+    job = item.task.job
     try:
-        key = journal.key(task.job)
+        key = journal.key(job)
     except (InputError, OSError) as error:
         return _record(item, _ended("failed", f"an input went away: {error}"))
-    if unasked and item.attempt == 1:
-        wrong = next(
-            (w for path in task.job.outputs if (w := _unwritable(path, task.job.force, False))), None
-        )
+    if unasked:
+        wrong = next((w for path in job.outputs if (w := _unwritable(path, job.force, False))), None)
         if wrong:
             return _record(item, _ended("failed", wrong))
     old = book.finished(key) if resume else None
     if old is not None:
         outputs = [{**o, "path": book.place(o["path"])} for o in old["outputs"]]
         return _record(item, {**old, "outputs": outputs}, resumed=True)
-    keys[task.number] = key
+    keys[item.task.number] = key
     try:
-        book.begin(key, task.job)
+        book.begin(key, job)
     except OSError as error:
         warn(
             f"{book.path}: the journal cannot be written ({error.strerror}); --resume will not know this job"
@@ -188,25 +227,28 @@ def _finish(key: str | None, record: dict[str, Any], book: Journal, warn: Callab
 
 
 def _ended_ones(
-    running: dict[Future, _Running], pool: Pool, policy: Policy
-) -> Iterator[tuple[_Running, dict[str, Any] | None]]:
-    """What ended within POLL seconds, by itself or by the clock; None for a result when the worker died."""
+    running: dict[Future, list[_Running]], pool: Pool, policy: Policy, patience: float
+) -> Iterator[tuple[list[_Running], list[dict[str, Any]] | None]]:
+    """What ended within some seconds, by itself or by the clock; None for answers when the worker died."""
     if not running:
         return
-    done, _ = wait(running, timeout=POLL, return_when=FIRST_COMPLETED)
+    done, _ = wait(running, timeout=patience, return_when=FIRST_COMPLETED)
     for future in done:
-        yield running.pop(future), _answer(future)
+        yield running.pop(future), _answers(future)
     if policy.timeout is None:
         return
     late = [
-        f for f, item in running.items() if time.monotonic() - item.began > policy.timeout and not f.done()
+        f
+        for f, items in running.items()
+        if time.monotonic() - items[0].began > policy.timeout and not f.done()
     ]
     pool.abandon(late)
     for future in late:
-        yield running.pop(future), _ended("timeout", f"took longer than {policy.timeout:g} s (--timeout)")
+        items = running.pop(future)
+        yield items, [_ended("timeout", f"took longer than {policy.timeout:g} s (--timeout)") for _ in items]
 
 
-def _answer(future: Future) -> dict[str, Any] | None:
+def _answers(future: Future) -> list[dict[str, Any]] | None:
     try:
         return future.result()
     except (Exception, CancelledError):  # a broken pool, or whatever a cluster says when a worker dies
@@ -214,7 +256,7 @@ def _answer(future: Future) -> dict[str, Any] | None:
 
 
 def _payload(item: _Running, pool: Pool, policy: Policy) -> dict[str, Any]:
-    job = item.task.job.model_dump(mode="json")
+    job = item.task.values
     if pool.runs_again or item.attempt > 1:
         job["force"] = True  # a worker that is lost may have written its files before
     return {"job": job, "threads": policy.threads, "folder": os.getcwd()}

@@ -61,6 +61,11 @@ class Task:
         """The job."""
         return Job.model_validate_json(self.packed)
 
+    @property
+    def values(self) -> dict[str, Any]:
+        """What differs from the defaults, as JSON has it."""
+        return json.loads(self.packed)
+
     def holding(self, job: Job) -> Task:
         """The same with another job."""
         return Task.of(self.number, self.name, self.place, job)

@@ -8,25 +8,40 @@ import os
 import signal
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from statistics import median
 from typing import Any, Protocol
 
 from ...errors import InputError
 from . import worker
 
 GRACE = 3.0  # seconds in which a worker ends by itself (by hand)
-AHEAD = 2  # jobs that a thread of a cluster is given at a time, so that it need not wait for the next one: 200 jobs of
-# 50 ms on two workers took 48 to 101 ms each with 1, 29 and 32 with 2, 27 and 64 with 3 (a busy machine; 25 is least)
+AHEAD = 1  # tasks that wait at a thread of a cluster for the one before to end, so that it need not wait itself: 200 of
+# 50 ms on two workers took 48 to 101 ms each with 0, 29 and 32 with 1, 27 and 64 with 2 (a busy machine; 25 is least)
+TASK = 0.5  # seconds that short jobs take together in one task, 2 % of which Dask takes for itself (8.6 ms)
+MOST = 64  # jobs of a task (by hand)
+RECENT = 15  # jobs that tell how long the next will take (by hand)
 PATIENCE = "10s"  # for a cluster to answer (by hand)
 
 
 class Pool(Protocol):
-    """`size` jobs at a time; `runs_again`: one whose worker is lost may be run a second time, and nobody is told."""
+    """Takes bundles of jobs.
+
+    Attributes:
+        size: how many run at a time.
+        ahead: how many more it is given, which wait for one of them to end.
+        runs_again: whether what a lost worker ran may be run a second time, and nobody is told.
+    """
 
     size: int
+    ahead: int
     runs_again: bool
 
-    def submit(self, payload: dict[str, Any]) -> Future:
-        """Start a job; the future's exception means that its worker died."""
+    def together(self, left: int) -> int:
+        """How many of the jobs that are left make a bundle."""
+
+    def submit(self, payloads: list[dict[str, Any]]) -> Future:
+        """Start jobs, one after another on one worker. The future holds the answers of as many of the first of them
+        as there was time for; its exception means that the worker died."""
 
     def abandon(self, futures: list[Future]) -> None:
         """Stop jobs that run, by force if need be."""
@@ -42,6 +57,7 @@ class Processes:
     would lose every pending job when any worker dies.
     """
 
+    ahead = 0
     runs_again = False
 
     def __init__(self, size: int, threads: int) -> None:
@@ -49,15 +65,19 @@ class Processes:
         self.size, self._threads = size, threads
         self._lanes = [_Lane(threads) for _ in range(size)]
 
-    def submit(self, payload: dict[str, Any]) -> Future:
-        """Start a job on an idle process, or on a new one; waits for a process that still starts."""
+    def together(self, left: int) -> int:
+        """One: a job that dies or is stopped takes its process with it."""
+        return 1
+
+    def submit(self, payloads: list[dict[str, Any]]) -> Future:
+        """Start jobs on an idle process, or on a new one; waits for a process that still starts."""
         for lane in [lane for lane in self._lanes if lane.broken]:
             self._drop(lane)
         idle = [lane for lane in self._lanes if lane.idle]
         if not idle:
             idle = [_Lane(self._threads)]
             self._lanes += idle
-        return idle[0].submit(payload)
+        return idle[0].submit(payloads)
 
     def abandon(self, futures: list[Future]) -> None:
         """Terminate the processes that run these jobs, all at once, and kill those that stay."""
@@ -101,11 +121,11 @@ class _Lane:
         """Whether its process is gone."""
         return self.future.done() and not self.future.cancelled() and self.future.exception() is not None
 
-    def submit(self, payload: dict[str, Any]) -> Future:
-        """Start a job, once the process is ready: its time starts here. A dead process is an answer too."""
+    def submit(self, payloads: list[dict[str, Any]]) -> Future:
+        """Start jobs, once the process is ready: their time starts here. A dead process is an answer too."""
         try:
             self._pid.result()
-            self.future = self.executor.submit(worker.work, payload)
+            self.future = self.executor.submit(worker.several, payloads)
         except BrokenExecutor as error:
             self.future = Future()
             self.future.set_exception(error)
@@ -122,7 +142,8 @@ class _Lane:
 class Dask:
     """An existing Dask cluster. A job that runs there cannot be killed.
 
-    `size` is the number of its threads, or twice that, when jobs may wait at a worker for the one before to end.
+    `size` is the number of its threads. When jobs may wait at a worker for the one before to end, short ones travel
+    several in one task, which costs client, scheduler and worker as much as a task of one.
     """
 
     runs_again = True
@@ -149,12 +170,28 @@ class Dask:
             raise InputError(
                 f"--dask: {address}: the scheduler has no workers; start some with `dask worker {address}`"
             )
-        self.size *= AHEAD if ahead else 1
+        self.ahead = AHEAD * self.size if ahead else 0
+        self._recent: tuple[float, ...] = ()  # seconds of the jobs that ended last
         self._executor = self._client.get_executor(pure=False, retries=0)
 
-    def submit(self, payload: dict[str, Any]) -> Future:
-        """Start a job somewhere."""
-        return self._executor.submit(worker.work, payload)
+    def together(self, left: int) -> int:
+        """As many as take about TASK seconds by those that ended last; fewer towards the end, so that all threads
+        have some."""
+        if not (self.ahead and self._recent):
+            return 1
+        short = int(TASK / max(median(self._recent), TASK / MOST))
+        return max(1, min(short, left // (self.size + self.ahead)))
+
+    def submit(self, payloads: list[dict[str, Any]]) -> Future:
+        """Start jobs somewhere."""
+        future = self._executor.submit(worker.several, payloads)
+        future.add_done_callback(self._learn)
+        return future
+
+    def _learn(self, future: Future) -> None:
+        with contextlib.suppress(Exception):  # those that died tell nothing
+            seconds = [answer["seconds"] for answer in future.result()]
+            self._recent = (*self._recent, *seconds)[-RECENT:]
 
     def abandon(self, futures: list[Future]) -> None:
         """Cancel: what already runs there ends in its own time."""

@@ -20,6 +20,7 @@ THREADS = (
     "OPENCV_FOR_THREADS_NUM",
 )
 GRACE = 5.0  # seconds in which a worker that has lost its parent tidies up (by hand)
+SPAN = 1.0  # seconds after which the jobs that came with one that took longer than expected go back (by hand)
 NOTES = 5  # of a job that its line in the journal keeps (by hand)
 
 
@@ -38,6 +39,14 @@ def prepare(threads: int) -> None:
     logging.getLogger().addHandler(logging.NullHandler())
     from ...pixels import warp  # noqa: F401  now, so that the first job's time is its own
     from ..pictures import image_files  # noqa: F401
+
+
+def several(payloads: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Run jobs one after another, and begin none after SPAN seconds; what came of those that were begun."""
+    end, answers = time.monotonic() + SPAN, list[dict[str, Any]]()
+    while len(answers) < len(payloads) and (not answers or time.monotonic() < end):
+        answers.append(work(payloads[len(answers)]))
+    return answers
 
 
 def work(payload: dict[str, Any]) -> dict[str, Any]:

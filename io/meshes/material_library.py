@@ -23,6 +23,7 @@ ARGUMENTS |= {"-boost": 1, "-mm": 2}
 UP_TO_THREE = ("-o", "-s", "-t")
 PLACING = (*UP_TO_THREE, "-clamp")  # options of where a picture lies
 SPELT = {"map_kd": "map_Kd", "map_ke": "map_Ke", "map_pr": "map_Pr", "map_pm": "map_Pm", "map_ks": "map_Ks"}
+SPELT |= dict.fromkeys(("bump", "map_bump"), "map_Bump -bm 1")  # without: of strength 0 in Blender
 MAPS = ("map_", "bump", "disp", "decal", "refl", "norm")
 PLAIN = ["Ka 1 1 1", "Kd 1 1 1", "Ks 0 0 0", "illum 1"]
 

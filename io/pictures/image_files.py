@@ -289,6 +289,26 @@ def _holes(pixels: NDArray, room: Memory) -> int:
     return count
 
 
+def clipped(path: str | Path, image: Image) -> str | None:
+    """What a picture loses in a file that holds 0 to 1 only, as a sentence."""
+    format, pixels = formats.picture(path), image.pixels
+    if format.light != "display" or pixels.dtype.kind != "f":
+        return None
+    count, highest, step = 0, 0.0, strip_rows(*pixels.shape[1:])
+    for row in range(0, len(pixels), step):
+        part = pixels[row : row + step]
+        beyond = ((part > 1) | (part < 0)) & np.isfinite(part)
+        count += int(beyond.any(axis=2).sum())
+        highest = max(highest, float(part[beyond].max(initial=0)))
+    if not count:
+        return None
+    top = f", up to {highest:.3g}," if highest > 1 else ""
+    return (
+        f"{formats.suffix_of(path)} holds 0 to 1; {count / pixels[..., 0].size:.1%} of the texels are beyond{top} "
+        "and are clipped; .exr, .hdr and .tif keep them"
+    )
+
+
 def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int, whole: bool) -> tuple[str, ...]:
     notes = []
     if not whole:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from ...arrays import Box
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     from ..shapes.shape import Shape
 
 SMALL = 0.25  # of the canvas' sides: pictures of a shape that takes no more than that show its box instead
+UNLIKE = 0.05  # of one side by the other: what is stretched more is told
 OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is told
 
 
@@ -36,6 +38,18 @@ def _astray(job: Job, target: Shape) -> str:
 def covered(job: Job, source: Shape) -> Box:
     """What of the source a texture covers: what --texture-box names, by default the canvas."""
     return source.bounds if job.texture_box == "bbox" else source.box
+
+
+def stretched(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
+    """A note where a texture of (height, width, …) pixels has other proportions than the canvas that it covers."""
+    if not job.texture or source.is_mesh or job.texture_box == "bbox":
+        return []
+    height, width = shape[:2]
+    size = source.box[1] - source.box[0]
+    if abs(math.log(width / height * size.imag / size.real)) <= UNLIKE:
+        return []
+    text = f"{width}x{height} pixels are stretched over the canvas of {size.real:g}x{size.imag:g}"
+    return [f"{job.texture}: {text}; crop it to these proportions to keep its own"]
 
 
 def chequered(job: Job, source: Shape) -> Box:

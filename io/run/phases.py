@@ -6,7 +6,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from ... import compilation, progress
+from ... import progress
+from ...compiling import watch
 from ...progress import Listener
 
 USUAL = ("solve", "evaluate", "resample")
@@ -24,7 +25,7 @@ class Phases:
         self.seconds: dict[str, float] = {}
         self._start = time.perf_counter()
         self._tell, self._listener = tell, listener
-        self._watch = compilation.Watch()
+        self._watch = watch.Watch()
         self._compiling, self._told, self._last = False, False, ("", 0, 0)
 
     @classmethod
@@ -37,7 +38,7 @@ class Phases:
             listener: is told what is under way.
         """
         phases = cls(tell, listener)
-        with compilation.watched(phases._changed) as phases._watch, progress.heard(phases._hear):
+        with watch.watched(phases._changed) as phases._watch, progress.heard(phases._hear):
             yield phases
 
     @contextmanager

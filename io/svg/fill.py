@@ -190,5 +190,11 @@ def _place(polygon: shapely.Polygon) -> str:
     )
 
 
+def rings_of(area: shapely.Geometry) -> list[Complex]:
+    """The closed boundaries of all polygons of an area; the last point of each is the first."""
+    rings = [ring for part in _polygons(area) for ring in (part.exterior, *part.interiors)]
+    return [shapely.get_coordinates(ring) @ np.array([1, 1j]) for ring in rings]
+
+
 def _z(ring: shapely.LinearRing) -> Complex:
     return shapely.get_coordinates(ring)[:-1] @ np.array([1, 1j])

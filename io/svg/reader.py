@@ -1,20 +1,22 @@
 """SVG files as outlines and drawn constraints, in the root's user units (those of its viewBox), y down as written."""
 
 import math
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
+import shapely
 
-from ...arrays import Complex
+from ...arrays import Complex, xy_of
 from ...errors import InputError
 from . import tree
 from .budget import MAX_BYTES, MAX_SEGMENTS, Budget
+from .clips import Clips
 from .crossings import TooMuch
 from .drawing import Drawing
-from .fill import FilledOutline, distinct, outlines
+from .fill import FilledOutline, distinct, outlines, outlines_of
 from .path_data import LARGEST, Subpath, least, numbers, subpaths
 from .source import drawing_bytes
 from .strokes import silhouette, width_of
@@ -39,11 +41,12 @@ def read(
 ) -> Drawing:
     """The outlines that an SVG shows, or those of the element or group that has the id or Inkscape label `chosen`.
 
-    Only what is displayed counts: no `defs`, `display: none`, clip paths, text or images. Every outline is one region
-    of what an element's fill shows; SVG closes the open runs of a filled shape, and so does this, with a note. Without
-    `chosen`, shapes that are not filled are no candidates, unless nothing is: then the outlines are those of all that
-    the strokes paint. `chosen` may be `silhouette`, the union of all that is painted, and `canvas`, where no element is
-    called so. A chosen shape without a fill is its closed runs; an open one is refused unless its ends all but meet.
+    Only what is displayed counts: no `defs`, `display: none`, text or images, and what clip paths and masks leave.
+    Every outline is one region of what an element's fill shows; SVG closes the open runs of a filled shape, and so does
+    this, with a note. Without `chosen`, shapes that are not filled are no candidates, unless nothing is: then the
+    outlines are those of all that the strokes paint. `chosen` may be `silhouette`, the union of all that is painted,
+    and `canvas`, where no element is called so. A chosen shape without a fill is its closed runs; an open one is
+    refused unless its ends all but meet.
 
     Raises:
         InputError: not SVG, malformed attributes, malformed pins or strokes, or more work than its budget (`budget`).
@@ -54,6 +57,9 @@ def read(
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     drawing, detail = Drawing([], document.canvas, flip=True), Detail(flatness, Budget(max_segments))
+    if count := document.unread:
+        rules = f"{count} style rule{'s' * (count > 1)}"
+        drawing.notes.append(f"{rules} not read: a selector of more than a tag, classes and an id")
     shown = []
     _affordable(path, document.shapes, max_segments)
     for drawn in document.shapes:
@@ -71,11 +77,21 @@ def read(
     return drawing
 
 
-class Detail(NamedTuple):
-    """How finely curves become polylines, and what they count against."""
+class Detail:
+    """How finely curves become polylines, what they count against, and what cuts shapes off.
 
-    flatness: float
-    budget: Budget
+    Args:
+        flatness: part of each run's diagonal.
+        budget: what is left of it.
+    """
+
+    def __init__(self, flatness: float, budget: Budget):
+        self.flatness, self.budget = flatness, budget
+        self.clips = Clips(self.runs)
+
+    def runs(self, drawn: Drawn) -> list[Subpath]:
+        """The runs of a shape, as `runs_of`."""
+        return runs_of(drawn, self.flatness, self.budget)
 
 
 def _affordable(path: Path, shapes: list[Drawn], max_segments: int) -> None:
@@ -115,7 +131,21 @@ def _special(
         drawing.ids.update({SILHOUETTE: None} if chosen else {})
         seen = [drawn for drawn in shown if drawn.visible]
         what = "the silhouette" if chosen else "the silhouette of its strokes"
-        drawing.outlines.extend(silhouette(((d, runs_of(d, *detail)) for d in seen), what))
+        drawing.notes.extend(_not_seen(seen))
+        shapes = ((d, detail.runs(d)) for d in seen)
+        drawing.outlines.extend(silhouette(shapes, what, detail.clips.cut))
+
+
+def _not_seen(shapes: list[Drawn]) -> list[str]:
+    """What a silhouette does not know of its shapes."""
+    counts = Counter(name for drawn in shapes for name in _unknown(drawn))
+    counts["dashes"] = sum(drawn.dashed for drawn in shapes)
+    return [f"{name} of {count} shape{'s' * (count > 1)} ignored" for name, count in counts.items() if count]
+
+
+def _unknown(drawn: Drawn) -> list[str]:
+    """The clip paths and masks of a shape that are not understood."""
+    return list(dict.fromkeys(clip.name for clip in drawn.clips if clip.properties is None))
 
 
 def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, detail: Detail) -> None:
@@ -124,10 +154,9 @@ def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, detail: Detai
     drawing.ids.update(dict.fromkeys(names))
     if (chosen is None and not drawn.filled) or (chosen is not None and chosen not in names):
         return
-    runs = runs_of(drawn, *detail)
+    runs = detail.runs(drawn)
     rings: list[Complex] = []
-    clips = [k for k in ("clip-path", "mask") if drawn.properties.get(k, "none").strip() != "none"]
-    notes = [f"{drawn.name}: its {clip} is ignored" for clip in clips]
+    notes = [f"{drawn.name}: its {name} is ignored" for name in _unknown(drawn)]
     notes += [
         f"{drawn.name}: {run.before} points simplified to {run.z.size}, "
         f"by at most {THINNED * detail.flatness:g} of its size"
@@ -144,6 +173,7 @@ def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, detail: Detai
     rule = drawn.properties.get("fill-rule", "nonzero").strip()
     try:
         found, refused = outlines(rings, rule, drawn.name, tuple(notes))
+        found = _shown(found, drawn, detail)
     except TooMuch as error:
         size = max(float(np.ptp(run.z.real) * np.ptp(run.z.imag)) for run in runs)
         found, refused = [], [(size, InputError(f"{drawn.name}: {error}"))]
@@ -151,6 +181,16 @@ def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, detail: Detai
         found, refused = [], [(0.0, error)]
     drawing.outlines.extend(replace(outline, names=names) for outline in found)
     drawing.refused.extend(refused)
+
+
+def _shown(found: list[FilledOutline], drawn: Drawn, detail: Detail) -> list[FilledOutline]:
+    """What clip paths and masks leave of a shape's outlines."""
+    shown: list[FilledOutline] = []
+    for outline in found if drawn.clips else ():
+        whole = shapely.Polygon(xy_of(outline.z), [xy_of(hole) for hole in outline.holes])
+        left = detail.clips.cut(drawn, whole)
+        shown += [outline] if left is whole else outlines_of(left, outline.name, outline.notes)
+    return shown if drawn.clips else found
 
 
 def _ring(run: Subpath, drawn: Drawn, notes: list[str]) -> Complex:
@@ -177,7 +217,7 @@ def _constraint(drawn: Drawn, drawing: Drawing, detail: Detail) -> bool:
     if name.startswith(PIN):
         drawing.pins[name] = _centre(drawn)
         return True
-    runs = runs_of(drawn, *detail)
+    runs = detail.runs(drawn)
     if len(runs) != 1:
         raise InputError(f"a stroke is one run; this has {len(runs)}")
     z = np.append(runs[0].z, runs[0].z[:1]) if runs[0].closed else runs[0].z

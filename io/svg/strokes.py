@@ -1,6 +1,6 @@
 """What lines paint: strokes as wide as they are drawn, and the silhouette of a whole drawing."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 import shapely
@@ -10,7 +10,7 @@ from ...arrays import Complex, xy_of
 from ...errors import InputError
 from . import crossings
 from .affine import Affine
-from .fill import FilledOutline, outlines_of, painted
+from .fill import FilledOutline, outlines_of, painted, rings_of
 from .path_data import LARGEST, Subpath
 from .tree import Drawn
 
@@ -59,8 +59,12 @@ def painted_by_stroke(drawn: Drawn, runs: Iterable[Subpath]) -> shapely.Geometry
     return affine_transform(shapely.union_all(areas), _matrix(affine))
 
 
-def silhouette(shapes: Iterable[tuple[Drawn, list[Subpath]]], name: str) -> list[FilledOutline]:
-    """The outlines of the union of all that fills and strokes paint, the largest first.
+def silhouette(
+    shapes: Iterable[tuple[Drawn, list[Subpath]]],
+    name: str,
+    cut: Callable[[Drawn, shapely.Geometry], shapely.Geometry],
+) -> list[FilledOutline]:
+    """The outlines of the union of all that fills and strokes paint, each as `cut` leaves it, the largest first.
 
     Raises:
         InputError: a malformed width, or lines that cross too often.
@@ -69,11 +73,11 @@ def silhouette(shapes: Iterable[tuple[Drawn, list[Subpath]]], name: str) -> list
     for drawn, runs in seen:
         if drawn.filled:
             rings = [run.z for run in runs if run.z.size > 2]
-            areas += painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
+            fill = painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
+            areas += [cut(drawn, part) for part in fill]
         if drawn.stroked:
-            areas.append(painted_by_stroke(drawn, runs))
-    parts = [part for area in areas for part in shapely.get_parts(area)]
-    crossings.check([ring for part in parts for ring in _rings(part)])
+            areas.append(cut(drawn, painted_by_stroke(drawn, runs)))
+    crossings.check([ring for area in areas for ring in rings_of(area)])
     return outlines_of(shapely.union_all(areas), name)
 
 
@@ -93,11 +97,6 @@ def _bearable(shapes: Iterable[tuple[Drawn, list[Subpath]]]) -> Iterator[tuple[D
             look = MORE * len(filled)
         yield drawn, runs
     crossings.check(filled)
-
-
-def _rings(part: shapely.Geometry) -> list[Complex]:
-    rings = [part.exterior, *part.interiors] if isinstance(part, shapely.Polygon) else []
-    return [shapely.get_coordinates(ring) @ np.array([1, 1j]) for ring in rings if not ring.is_empty]
 
 
 def _line(z: np.ndarray, closed: bool) -> shapely.Geometry:

@@ -3,6 +3,7 @@
 Nothing outside the file is ever read: entities are refused, and links to anything but an id of the file are ignored.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element
@@ -10,19 +11,40 @@ from xml.etree.ElementTree import Element
 from ...errors import InputError
 from . import affine, css
 from .affine import Affine
-from .budget import MAX_DEPTH, Copies
+from .budget import MAX_DEPTH, MAX_LINKS, Copies
 from .document import SHAPES, canvas, length, local, root, view_box
 from .drawing import Rectangle
 
 GROUPS = frozenset(["g", "a", "switch"])
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
-# Clips and masks are not inherited in SVG, but a shape in a clipped group is clipped, too.
+CLIPS = {  # what cuts an element off, the element that it names, and what says that this is in units of a box
+    "clip-path": ("clipPath", "clipPathUnits"),
+    "mask": ("mask", "maskContentUnits"),
+}
+UNREAD = frozenset(["image", "text", "foreignObject"])  # what no shape is read from
+_URL = re.compile(r"""url\(\s*["']?#([^"')]+?)["']?\s*\)""")
 _INHERITED = (
-    *("fill", "stroke", "fill-rule", "visibility", "clip-path", "mask", "clip-rule", "paint-order"),
+    *("fill", "stroke", "fill-rule", "visibility", "clip-rule", "paint-order"),
     *("stroke-width", "stroke-dasharray", "stroke-dashoffset", "stroke-linejoin", "stroke-linecap"),
     *("marker", "marker-start", "marker-mid", "marker-end"),
 )
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """What cuts shapes off: a clip path, or a mask.
+
+    Attributes:
+        name: the property that asks for it, for messages.
+        properties: of the element that draws it; None where there is none, it depends on the box of what it cuts, or
+            holds pictures or text.
+        shapes: what this draws, in the root's user units.
+    """
+
+    name: str
+    properties: Mapping[str, str] | None = None
+    shapes: tuple["Drawn", ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +58,7 @@ class Drawn:
         size: width and height that percentages refer to; None where the document states none.
         names: its own id and Inkscape label, as far as it has them.
         groups: ids and labels of everything that it is inside of.
+        clips: what cuts it off: its own, and those of all that it is inside of.
     """
 
     tag: str
@@ -44,6 +67,7 @@ class Drawn:
     size: tuple[float, float] | None
     names: tuple[str, ...]
     groups: tuple[str, ...] = ()
+    clips: tuple[Clip, ...] = ()
 
     def length(self, name: str, axis: str, default: float = 0.0) -> float:
         """A length attribute in user units; `axis` (x, y or r) says what a percentage refers to."""
@@ -66,6 +90,15 @@ class Drawn:
         return self._painted("stroke", "none")
 
     @property
+    def dashed(self) -> bool:
+        """Whether its line has gaps."""
+        return self.stroked and self.properties.get("stroke-dasharray", "none").strip() not in (
+            "",
+            "none",
+            "0",
+        )
+
+    @property
     def visible(self) -> bool:
         """Whether anything of it is painted."""
         return self.filled or self.stroked
@@ -78,12 +111,13 @@ class Drawn:
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A parsed document: its canvas in user units (None when it states none), what it draws in order, and the tags of
-    all its elements by id and Inkscape label."""
+    """A parsed document: its canvas in user units (None when it states none), what it draws in order, the tags of
+    all its elements by id and Inkscape label, and how many of its style rules are not read."""
 
     canvas: Rectangle | None
     shapes: list[Drawn]
     tags: Mapping[str, str]
+    unread: int = 0
 
 
 def parse(data: bytes) -> Document:
@@ -95,8 +129,9 @@ def parse(data: bytes) -> Document:
     """
     top = root(data)
     box, walk, inside = begin(top)
-    shapes = list(walk.children(top, inside))
-    return Document(box, shapes, {n: local(e) for e in top.iter() for n in (e.get("id"), e.get(_LABEL)) if n})
+    shapes = list(walk.children(top, inside and walk.clipped(inside)))
+    tags = {n: local(e) for e in top.iter() for n in (e.get("id"), e.get(_LABEL)) if n}
+    return Document(box, shapes, tags, walk.sheet.unread)
 
 
 def begin(top: Element) -> tuple[Rectangle | None, "Walk", "Inherited | None"]:
@@ -129,6 +164,7 @@ class Inherited:
     groups: tuple[str, ...] = ()
     used: tuple[int, ...] = ()
     depth: int = 0
+    clips: tuple[Clip, ...] = ()
 
 
 class Walk:
@@ -136,6 +172,8 @@ class Walk:
 
     def __init__(self, ids: Mapping[str, Element], sheet: css.Sheet):
         self.ids, self.sheet, self.copies = ids, sheet, Copies()
+        self.unread: dict[int, bool] = {}
+        self.clips: dict[tuple[int, Affine, tuple[float, float] | None], Clip] = {}
 
     def count(self, element: Element, outer: Inherited) -> None:
         """Count an element that is about to be drawn.
@@ -185,15 +223,59 @@ class Walk:
         state = self.enter(element, outer)
         if state is None:
             return
+        state = state if tag == "use" else self.clipped(state)
         if tag in GROUPS:
             yield from self.children(element, state)
         elif tag == "svg":
-            yield from self.children(element, inside_viewport(state, state.properties))
+            yield from self.children(element, _viewed(state, state.properties))
         elif tag == "use":
             yield from self.use(element, state)
         elif state.properties.get("visibility", "visible") == "visible":
             names = state.groups[len(outer.groups) :]
-            yield Drawn(tag, state.properties, state.affine, state.size, names, outer.groups)
+            yield Drawn(tag, state.properties, state.affine, state.size, names, outer.groups, state.clips)
+
+    def clipped(self, state: Inherited) -> Inherited:
+        """The state inside an element with the clip path and the mask that it has itself.
+
+        Raises:
+            InputError: they refer to each other too often, or what draws them is malformed.
+        """
+        said = {name: state.properties.get(name, "none").strip() for name in CLIPS}
+        own = [self._clip(name, text, state) for name, text in said.items() if text not in ("", "none")]
+        return replace(state, clips=(*state.clips, *own)) if own else state
+
+    def _clip(self, name: str, said: str, state: Inherited) -> Clip:
+        tag, units = CLIPS[name]
+        match = _URL.match(said)
+        found = self.ids.get(match[1]) if match else None
+        if found is None or local(found) != tag or id(found) in state.used:
+            return Clip(name)
+        if len(state.used) > MAX_LINKS:
+            raise InputError(f"clip paths, masks and <use> refer to each other more than {MAX_LINKS} deep")
+        own = self.own(found)
+        if id(found) not in self.unread:
+            self.unread[id(found)] = any(local(each) in UNREAD for each in found.iter())
+        if self.unread[id(found)] or own.get(units) == "objectBoundingBox":
+            return Clip(name)
+        place = id(found), state.affine, state.size
+        if place not in self.clips:
+            shapes = tuple(self.children(found, self._inside_clip(found, own, state)))
+            self.clips[place] = Clip(name, own, shapes)
+        return self.clips[place]
+
+    def _inside_clip(self, found: Element, own: Mapping[str, str], state: Inherited) -> Inherited:
+        """The state inside a clip path or mask, which inherits nothing from where it is used."""
+        transform = affine.parse(own.get("transform", "")) if local(found) == "clipPath" else Affine()
+        return self.clipped(
+            Inherited(
+                state.affine @ transform,
+                state.size,
+                state.origin,
+                properties=own,
+                used=(*state.used, id(found)),
+                depth=state.depth + 1,
+            )
+        )
 
     def use(self, element: Element, state: Inherited) -> Iterator[Drawn]:
         """What a `use` draws."""
@@ -205,14 +287,28 @@ class Walk:
         shift = affine.translation(
             *(length(state.properties.get(k) or "0", state.size, k, f"<use> {k}") for k in "xy")
         )
-        state = replace(state, affine=state.affine @ shift, used=(*state.used, id(target)))
+        state = self.clipped(
+            replace(state, affine=state.affine @ shift)
+        )  # x and y move what it is cut by, too
+        state = replace(state, used=(*state.used, id(target)))
         if local(target) not in ("symbol", "svg"):
             yield from self.element(target, state)
             return
         inner = self.enter(target, state)
         if inner is not None:
             size = {k: state.properties[k] for k in ("width", "height") if k in state.properties}
-            yield from self.children(target, inside_viewport(inner, dict(inner.properties) | size))
+            yield from self.children(target, _viewed(self.clipped(inner), dict(inner.properties) | size))
+
+
+def _viewed(state: Inherited, attributes: Mapping[str, str]) -> Inherited:
+    """The state inside a nested svg or a symbol, which is cut off at its rectangle unless it overflows."""
+    inner = inside_viewport(state, attributes)
+    overflows = attributes.get("overflow", "hidden").strip() in ("visible", "auto")
+    if overflows or inner.size is None or min(inner.size) <= 0:
+        return inner
+    given = {k: attributes[k] for k in ("x", "y", "width", "height") if attributes.get(k, "auto") != "auto"}
+    view = Drawn("rect", {"width": "100%", "height": "100%"} | given, state.affine, state.size, ())
+    return replace(inner, clips=(*inner.clips, Clip("overflow", {}, (view,))))
 
 
 def _transform(properties: Mapping[str, str], state: Inherited) -> Affine:

@@ -37,17 +37,23 @@ FIGURES = {
 class Trivial:
     """A pool that is done at once."""
 
-    size = 2
+    size, ahead, runs_again = 2, 0, False
 
-    def submit(self, payload: dict) -> Future:
+    def together(self, left: int) -> int:
+        """One by one."""
+        return 1
+
+    def submit(self, payloads: list[dict]) -> Future:
         """Write a few bytes."""
-        path = payload["job"]["output"][0]
+        path = payloads[0]["job"]["output"][0]
         Path(path).write_bytes(path.encode())
         outputs = [{"path": path, "sha256": files.sha256(path)}]
         future: Future = Future()
         future.set_result(
-            {"status": "done", "message": "The energy has settled.", "outputs": outputs, "figures": FIGURES}
-            | {"notes": [], "seconds": 0.0123}
+            [
+                {"status": "done", "message": "The energy has settled.", "outputs": outputs}
+                | {"figures": FIGURES, "notes": [], "seconds": 0.0123}
+            ]
         )
         return future
 

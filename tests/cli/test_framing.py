@@ -96,3 +96,26 @@ def test_holes_of_the_target_stay_transparent(shapes, iccm):
     _, columns = np.nonzero(alpha[30:50] == 0)
     middle = columns[(columns > 25) & (columns < 95)]
     assert 40 < middle.mean() < 80 and middle.size > 100
+
+
+def test_a_texture_of_other_proportions_than_the_canvas_is_told(shapes, iccm):
+    for name, size in (("wide.png", (40, 120)), ("even.png", (40, 41))):
+        write(name, np.random.default_rng(1).integers(0, 255, (*size, 3), np.uint8))
+    told = {
+        (name, *more): "are stretched over the canvas of 100x100"
+        in iccm("map", "square.svg", "disk.svg", "--texture", name, *more, *PICTURE, "--force").err
+        for name in ("wide.png", "even.png")
+        for more in ((), ("--texture-box", "bbox"))
+    }
+    assert [key for key, said in told.items() if said] == [("wide.png",)]
+
+
+def test_a_texture_that_nothing_shows_is_told(shapes, iccm):
+    write("grey.png", np.full((9, 9, 3), 99, np.uint8))
+    written = {"picture": ("-o", "o.png"), "drawing": ("-o", "o.svg"), "figures": ("--report", "o.json")}
+    told = {
+        name: "nothing that is written shows it"
+        in iccm("map", "square.svg", "disk.svg", "--texture", "grey.png", *typed, *PICTURE).err
+        for name, typed in written.items()
+    }
+    assert told == {"picture": False, "drawing": True, "figures": True}

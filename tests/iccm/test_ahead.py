@@ -62,8 +62,21 @@ def test_a_process_that_cannot_start_is_no_failure(monkeypatch):
         raise OSError("no more processes")
 
     done = []
+    parts = {name: ahead.Part(lambda name=name: done.append(name), "", "", k) for k, name in enumerate("ab")}
     monkeypatch.setattr(ahead, "missing", lambda: ["a", "b"])
-    monkeypatch.setattr(ahead, "PARTS", {"b": (lambda: done.append("b"), "", "")})
+    monkeypatch.setattr(ahead, "PARTS", parts)
     monkeypatch.setattr(ahead.subprocess, "Popen", refused)
     ahead.compile_ahead(2)
     assert done == ["b"]
+
+
+def test_shares_take_about_as_long_as_each_other():
+    parts = list(ahead.PARTS)
+    for count in range(1, len(parts) + 1):
+        shares = ahead._shares(parts, count)
+        assert sorted(part for share in shares for part in share) == sorted(parts)
+        assert all(shares)
+        seconds = [ahead._seconds(share) for share in shares]
+        assert seconds == sorted(seconds)
+        assert seconds[-1] - seconds[0] <= max(part.seconds for part in ahead.PARTS.values())
+    assert ahead._shares(parts, 1) == [parts]

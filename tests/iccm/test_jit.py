@@ -1,6 +1,7 @@
 """Kernels: compiled for Python and for other kernels apart, and anew when one that they call has changed."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,12 @@ from iccm import jit
 from iccm.jit import inlined, kept, kernel
 
 ROOT = Path(__file__).parents[2]
+
+
+def copy_the_compiler(package):
+    """Into a package of another name."""
+    shutil.copy(ROOT / "iccm" / "jit.py", package)
+    shutil.copytree(ROOT / "iccm" / "compiling", package / "compiling")
 
 
 @kernel
@@ -113,8 +120,7 @@ def test_a_kernel_follows_the_kernels_that_it_calls(tmp_path):
     (package / "caller.py").write_text(
         "from .jit import kernel\nfrom . import called\nf = called.f\n@kernel\ndef g(x):\n    return f(x)\n"
     )
-    for name in ("jit.py", "pipeline.py"):
-        (package / name).write_text((ROOT / "iccm" / name).read_text(encoding="utf-8"))
+    copy_the_compiler(package)
     said = []
     for number in (1, 2):
         (package / "called.py").write_text(
@@ -162,8 +168,7 @@ def test_a_kernel_from_the_cache_works_without_what_compiling_needs(tmp_path):
     package.mkdir()
     (package / "__init__.py").write_text("")
     (package / "work.py").write_text(KEPT)
-    for name in ("jit.py", "pipeline.py"):
-        (package / name).write_text((ROOT / "iccm" / name).read_text(encoding="utf-8"))
+    copy_the_compiler(package)
     line = [sys.executable, "-m", "package.work"]
     run = [
         subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=True).stdout.rsplit(" ", 2)

@@ -159,10 +159,11 @@ class Deformed:
         border = Border.still(np.arange(self.border)).then(chains)
         gradients, areas = geometry(kept, self.system.corners)
         u, tau = moving.copy(), np.append(np.zeros(self.border), tau)
-        energy, _ = newton.descend(
+        energy, *_ = newton.descend(
             self.system, self.faces, gradients, areas, u, tau,
             Rails.of(rails, np.append(np.zeros(self.border, np.int64), inside.own + 1)),
             border, kinds, goals, float(theta), float(q),
-            SHARE_FORWARD if forward else SHARE_BACKWARD, steps, tolerance,
+            SHARE_FORWARD if forward else SHARE_BACKWARD, 0.0, steps, tolerance,
+            newton.Space.of(self.system, tau.size),
         )  # fmt: skip
         return u, tau[self.border :], float(energy)

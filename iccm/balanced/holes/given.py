@@ -134,4 +134,6 @@ def unequal(holes: Holes) -> list[str]:
         return []
     said = f"{more} hole{'s' * (more > 1)} of the {'source' if counts[0] > counts[1] else 'target'}"
     ending = "shrunk to a slit" if counts[0] > counts[1] else "opened from a slit"
-    return [f"The source has {counts[0]} holes and the target {counts[1]}: {said} {ending}."]
+    return [
+        f"The source has {counts[0]} hole{'s' * (counts[0] != 1)} and the target {counts[1]}: {said} {ending}."
+    ]

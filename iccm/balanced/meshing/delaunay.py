@@ -4,8 +4,6 @@ A triangulation is two arrays: `faces` (t, 3), counter-clockwise vertices, and `
 edge opposite each of them, -1 on the outline. Both have room for more triangles than there are.
 """
 
-import numpy as np
-
 from ...jit import kernel
 from ..kernels import cross, dot, set_row, twice_area
 
@@ -56,15 +54,21 @@ def _is_ear(z, before, i, after, following):
 
 
 @kernel
-def clip_ears(z, count, faces, across):
-    """Triangulates the simple counter-clockwise polygon z[:count]; the number of triangles, or -1 where it fails.
+def _join(across, u, k, t):
+    """Tells triangle u, unless it is -1, that t is opposite its corner k."""
+    if u >= 0:
+        across[u, k] = t
 
-    `across` must hold -1 everywhere.
+
+@kernel
+def clip_ears(z, following, before, beyond, side, faces, across):
+    """Triangulates the simple counter-clockwise polygon z (n,); the number of triangles, or -1 where it fails.
+
+    `across` must hold -1 everywhere; the arrays before it (n,) are written.
 
     Meisters, *Polygons have ears*, 1975. Every remaining edge remembers the triangle on its other side.
     """
-    following, before = np.empty(count, np.int64), np.empty(count, np.int64)
-    beyond, side = np.empty(count, np.int64), np.empty(count, np.int64)
+    count = z.size
     for v in range(count):  # array expressions compile slowly
         following[v], before[v] = (v + 1) % count, (v - 1) % count
         beyond[v], side[v] = -1, 0
@@ -80,9 +84,8 @@ def clip_ears(z, count, faces, across):
             continue
         set_row(faces, t, p, i, q)
         across[t, 0], across[t, 2] = beyond[i], beyond[p]
-        for v in (p, i):
-            if beyond[v] >= 0:
-                across[beyond[v], side[v]] = t
+        _join(across, beyond[p], side[p], t)
+        _join(across, beyond[i], side[i], t)
         beyond[p], side[p] = t, 1
         following[p], before[q] = q, p
         left, idle, i, t = left - 1, 0, following[q], t + 1
@@ -90,9 +93,9 @@ def clip_ears(z, count, faces, across):
     c = following[b]
     set_row(faces, t, a, b, c)
     set_row(across, t, beyond[b], beyond[c], beyond[a])
-    for v in (a, b, c):
-        if beyond[v] >= 0:
-            across[beyond[v], side[v]] = t
+    _join(across, beyond[a], side[a], t)
+    _join(across, beyond[b], side[b], t)
+    _join(across, beyond[c], side[c], t)
     return t + 1
 
 

@@ -18,12 +18,14 @@ from ..kernels import cross, dot, set_row, twice_area
 from .delaunay import clip_ears, flip, in_circle, joined, legalise, opposite, push, relink
 
 LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement no longer settles
+LEAST_SINE2 = float(np.sin(np.radians(LEAST_ANGLE)) ** 2)
 ENCROACHED = -0.3  # cosine under which an edge of the outline may be seen from a new point: found by trial
 FLAT = 1e-11  # twice the area, of a domain of area one, below which a new point counts as on an edge
 ROUNDS = 60  # of refinement; 8 are the most that icons needed
 MOST_RECOVERIES = 60  # sweeps of flips for one edge of a line; a few are the most that strokes needed
 ON_LINE = 1e-15  # distance, in a domain of area one, at which three vertices are on a line
 THIN_FLIP = 1e-13  # twice the area that a flip for an edge of a line may leave
+WIDEST = 4000  # triangles that a new vertex may take the place of
 FARTHEST_WALK = 200  # triangles from a bad one to its circumcentre
 
 
@@ -86,19 +88,24 @@ def triangulate(
     for vertex, place in rays:
         all_links[vertex] = border + rims + place
     faces, across = np.empty((2 * room, 3), np.int64), np.full((2 * room, 3), -1)
-    triangles = clip_ears(z, border, faces, across)
+    triangles = clip_ears(z[:border], *np.empty((4, border), np.int64), faces, across)
     a, b, c = z[faces[: max(triangles, 0)]].T
     if triangles < 0 or not ((b - a).conj() * (c - a)).imag.min() > 0:
         raise Stuck("the outline is too thin to be triangulated in double precision")
-    stack = np.zeros(8 * room, np.int64)
+    stack, mark, cavity = (
+        np.zeros(8 * room, np.int64),
+        np.zeros(2 * room, np.int64),
+        np.empty(WIDEST, np.int64),
+    )
     if inside.size:
         triangles = _given(z, border, given, faces, across, triangles, stack, all_links)
     if triangles < 0:
         raise Stuck("a stroke, or the outline of a hole, cannot be kept by the mesh")
     if rims:
         triangles = _carve(faces, across, triangles, border, border + rims, all_links, stack)
-    vertices, triangles = _refine(z, given, faces, across, triangles, stack, 0, all_links, *sizes)
-    vertices, triangles = _split_chords(z, vertices, given, faces, across, triangles, stack, all_links)
+    vertices, triangles = _split_chords(
+        z, given, faces, across, triangles, stack, 0, all_links, mark, cavity, sizes
+    )
     return z[:vertices].copy(), faces[:triangles].copy()
 
 
@@ -111,19 +118,19 @@ def closed_links(sizes: Sequence[int]) -> Index:
 
 
 @kernel
-def _limit(point, corner, side, areas):
+def _limit(x, y, sizes):
     """The area limit at a point."""
-    i = min(max(int((point.real - corner.real) / side), 0), areas.shape[0] - 1)
-    j = min(max(int((point.imag - corner.imag) / side), 0), areas.shape[1] - 1)
-    return areas[i, j]
+    i = min(max(int((x - sizes.corner.real) / sizes.side), 0), sizes.areas.shape[0] - 1)
+    j = min(max(int((y - sizes.corner.imag) / sizes.side), 0), sizes.areas.shape[1] - 1)
+    return sizes.areas[i, j]
 
 
 @kernel
 def _circumcentre(a, b, c):
     """The circumcentre of a triangle and the square of its circumradius."""
     u, v = a - c, b - c
-    turned = (u * dot(v, v) - v * dot(u, u)) * (0.5 / cross(u, v))
-    offset = complex(-turned.imag, turned.real)
+    uu, vv, half = dot(u, u), dot(v, v), 0.5 / cross(u, v)
+    offset = complex((v.imag * uu - u.imag * vv) * half, (u.real * vv - v.real * uu) * half)
     return c + offset, dot(offset, offset)
 
 
@@ -185,34 +192,39 @@ def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
     set_row(across, v, beyond_c, t, u)
     relink(across, beyond_b, t, u)
     relink(across, beyond_c, t, v)
-    for triangle in (t, u, v):
-        push(stack, triangle)
+    push(stack, t)
+    push(stack, u)
+    push(stack, v)
     legalise(z, faces, across, stack, fixed, links)
     return True
 
 
 @kernel
-def _wanted(z, faces, t, corner, side, areas, only_large):
+def _wanted(z, faces, t, sizes, only_large):
     """Whether triangle t is too large or too thin, and the point that would mend it."""
     a, b, c = z[faces[t, 0]], z[faces[t, 1]], z[faces[t, 2]]
     centre, radius2 = _circumcentre(a, b, c)
-    large = 0.5 * cross(b - a, c - a) > _limit((a + b + c) / 3, corner, side, areas)
+    whole = a + b + c
+    large = 0.5 * cross(b - a, c - a) > _limit(whole.real / 3, whole.imag / 3, sizes)
     shortest2 = min(dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c))
-    thin = shortest2 < 4 * radius2 * np.sin(np.radians(LEAST_ANGLE)) ** 2
+    thin = shortest2 < 4 * radius2 * LEAST_SINE2
     return large or (thin and not only_large), centre
 
 
 @kernel
-def _refine(z, vertices, faces, across, triangles, stack, fixed, links, corner, side, areas):
-    """Inserts circumcentres, of large triangles first, until none is left that can be mended."""
+def _refine(z, vertices, faces, across, triangles, stack, fixed, links, mark, cavity, sizes):
+    """Inserts circumcentres, of large triangles first, until none is left that can be mended.
+
+    `mark` holds a zero for each triangle that there is room for, `cavity` has room for the triangles of a cavity.
+    """
     for t in range(triangles):
         push(stack, t)
     legalise(z, faces, across, stack, fixed, links)
-    mark, cavity, stamp = np.zeros(faces.shape[0], np.int64), np.empty(4000, np.int64), 0
+    stamp = 0
     for sweep in range(ROUNDS):
         before = vertices
         for t in range(triangles):
-            wanted, point = _wanted(z, faces, t, corner, side, areas, sweep == 0)
+            wanted, point = _wanted(z, faces, t, sizes, sweep == 0)
             if not wanted or vertices + 1 >= z.size:
                 continue
             holder = _walk(z, faces, across, t, point, links)
@@ -249,14 +261,20 @@ def _split(z, new, faces, across, t, k, triangles, stack, outline, links):
     set_row(across, u2, t2, u, beyond_dc)
     relink(across, beyond_ca, t, t2)
     relink(across, beyond_dc, u, u2)
-    for triangle in (t, t2, u, u2):
-        push(stack, triangle)
+    push(stack, t)
+    push(stack, t2)
+    push(stack, u)
+    push(stack, u2)
     legalise(z, faces, across, stack, outline, links)
 
 
 @kernel
-def _split_chords(z, vertices, given, faces, across, triangles, stack, links):
-    """Splits inner edges that join two of the first `given` vertices, but for those of lines, until there are none."""
+def _split_chords(z, given, faces, across, triangles, stack, fixed, links, mark, cavity, sizes):
+    """Refines the mesh, then splits inner edges that join two of the first `given` vertices, but for those of lines,
+    until there are none. One kernel, which compiles faster than two."""
+    vertices, triangles = _refine(
+        z, given, faces, across, triangles, stack, fixed, links, mark, cavity, sizes
+    )
     for _ in range(ROUNDS):
         before = vertices
         for t in range(triangles):

@@ -191,8 +191,10 @@ def assemble(system, gradients, weights, u, theta, q, share, epsilon, matrix, gr
         matrix: (e, 4) blocks of the upper triangle, written.
         gradient: (n,) complex, x + iy, written.
     """
-    matrix.fill(0.0)
-    gradient.fill(0j)
+    for p in range(matrix.shape[0]):
+        matrix[p, 0] = matrix[p, 1] = matrix[p, 2] = matrix[p, 3] = 0.0
+    for v in range(gradient.size):
+        gradient[v] = 0j
     energy = 0.0
     for t in range(system.corners.shape[0]):
         a, b = wirtinger(system.corners, gradients, u, t)

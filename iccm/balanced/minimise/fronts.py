@@ -25,7 +25,7 @@ class Fronts(NamedTuple):
         beyond_starts: (f + 1,) where each begins in `beyond`.
         beyond: later vertices that each is coupled to, ascending.
         parents: (f,) the front that each adds to; f: none.
-        panels: (f + 1,) where the columns of each begin in the factor, 2 (k + b) rows of 2 k columns.
+        panels: (f + 1,) where the columns of each begin in the factor, 2 (k + b) + 1 rows of 2 k columns.
         room: numbers that the factor takes, with what is waiting for parents.
     """
 
@@ -46,7 +46,8 @@ def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
     parents = np.full(n, n)
     parents[counts > 0] = np.minimum.reduceat(rows, ends[:-1][counts > 0])
     place, starts, last = np.empty(n, np.int64), np.empty(n + 1, np.int64), np.empty(n, np.int64)
-    number = _grouped(parents, counts, place, starts, last)
+    size, free = np.ones(n + 1, np.int64), np.full(n + 1, n)
+    number = _grouped(parents, counts, size, free, *np.empty((2, n), np.int64), place, starts, last)
     starts, last = starts[: number + 1], last[:number]
     wide = counts[last]
     beyond_starts = np.append(0, np.cumsum(wide))
@@ -56,7 +57,7 @@ def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
     above = np.full(number, number)
     above[wide > 0] = np.searchsorted(starts, beyond[beyond_starts[:-1][wide > 0]], side="right") - 1
     columns = np.diff(starts)
-    panels = np.append(0, np.cumsum(4 * columns * (columns + wide)))
+    panels = np.append(0, np.cumsum(2 * columns * (2 * (columns + wide) + 1)))
     order = np.empty(n, np.int64)
     order[place] = found.order
     return order, Fronts(
@@ -66,32 +67,34 @@ def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
 
 def _waiting(wide: Index, parents: Index) -> int:
     """The most numbers that wait for parents, with those of the front under way."""
-    squares = 4 * wide**2
+    squares = (2 * wide + 1) ** 2
     taken = np.bincount(parents, squares, wide.size + 1)[:-1].astype(np.int64)
     before = np.append(0, np.cumsum(squares - taken))[:-1]
     return int((before + squares).max())
 
 
 @kernel
-def _grouped(parents, counts, place, starts, last):
+def _grouped(parents, counts, size, free, old, zeros, place, starts, last):
     """Fills in an order in which children come right before their parents, and its fronts; how many there are.
 
     Args:
         parents: (n,) of the columns in the elimination tree; n: none.
         counts: (n,) rows of each column below the diagonal.
+        size: (n + 1,) ones, written: the columns of each subtree.
+        free: (n + 1,) of n, written: the place after the last one that each subtree has left.
+        old, zeros: (n,) written: the columns in their new order, and the zeros of each front.
         place: (n,) the new place of each column, written.
         starts: (n + 1,) where each front begins, written.
         last: (n,) the old place of the last column of each front, written.
     """
     n = parents.size
-    size, free, old = np.ones(n + 1, np.int64), np.full(n + 1, n), np.empty(n, np.int64)
     for c in range(n):
         size[parents[c]] += size[c]
     for c in range(n - 1, -1, -1):
         free[c] = free[parents[c]] - 1
         place[c], old[free[c]] = free[c], c
         free[parents[c]] -= size[c]
-    zeros, number = np.zeros(n, np.int64), 0
+    number = 0
     for at in range(n):
         c = old[at]
         starts[number], last[number] = at, c

@@ -12,11 +12,14 @@ is best with it (the gradient is g + H r), and the step ends before a triangle f
 goals.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
+from ...arrays import Complex, Real
 from ...jit import kernel
-from ..kernels import cross, move
-from .cholesky import downhill, factorise
+from ..kernels import cross, dot, move
+from .cholesky import BlockPattern, Factor, downhill, factorise
 from .energy import assemble, total
 from .sliding import (
     FREE,
@@ -103,7 +106,8 @@ def moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
 def _remaining(kinds, goals, u, way):
     """Fills in the way (n,) of held vertices to their goals; whether there is any."""
     moving = False
-    way.fill(0j)
+    for v in range(way.size):
+        way[v] = 0j
     for v in range(goals.size):
         if kinds[v] == HELD and goals[v] != u[v]:
             way[v], moving = goals[v] - u[v], True
@@ -113,14 +117,10 @@ def _remaining(kinds, goals, u, way):
 @kernel
 def add_product(system, matrix, way, gradient):
     """Adds the matrix times the way (n,) to the gradient (n,), both x + iy of each vertex."""
-    n = system.position.size
-    vertex = np.empty(n, np.int64)
-    for v in range(n):
-        vertex[system.position[v]] = v
-    for k in range(n):
-        row = vertex[k]
+    for k in range(system.order.size):
+        row = system.order[k]
         for p in range(system.starts[k], system.starts[k + 1]):
-            column = vertex[system.columns[p]]
+            column = system.order[system.columns[p]]
             if way[column] != 0:
                 x, y = way[column].real, way[column].imag
                 gradient[row] += complex(
@@ -143,19 +143,78 @@ def restrict_gradient(kinds, directions, slope, gradient):
         gradient[v] = complex(along + slope[v] if directions[v] != 0 else 0.0, 0.0)
 
 
+class Space(NamedTuple):
+    """Room for Newton's steps; (n,) of the vertices, (c,) of the constrained ones.
+
+    Attributes:
+        matrix: (e, 4) the Hessian.
+        factor: of it.
+        gradient: (n,) of the energy.
+        step: (n,) towards lower energy.
+        way: (n,) of held vertices to their goals.
+        new_u: (n,) positions that are tried.
+        directions: (c,) of constrained vertices.
+        new_tau: (c,) arclengths that are tried.
+        slope: (c,) of the curves' energy.
+        curvature: (c,) of the curves' energy.
+        slide: (c,) steps along the curves.
+        low: (c,) the least of them.
+        high: (c,) the largest.
+    """
+
+    matrix: Real
+    factor: Factor
+    gradient: Complex
+    step: Complex
+    way: Complex
+    new_u: Complex
+    directions: Complex
+    new_tau: Real
+    slope: Real
+    curvature: Real
+    slide: Real
+    low: Real
+    high: Real
+
+    @classmethod
+    def of(cls, system: BlockPattern, constrained: int) -> "Space":
+        """For a mesh with so many constrained vertices."""
+        gradient, step, way, new_u = np.empty((4, system.position.size), np.complex128)
+        matrix, directions = np.empty((system.columns.size, 4)), np.empty(constrained, np.complex128)
+        given = matrix, Factor.of(system), gradient, step, way, new_u, directions
+        return cls(*given, *np.empty((6, constrained)))
+
+
 @kernel
 def descend(
-    system, faces, gradients, weights, u, tau, rails, border, kinds, goals, theta, q, share, steps, tolerance
+    system,
+    faces,
+    gradients,
+    weights,
+    u,
+    tau,
+    rails,
+    border,
+    kinds,
+    goals,
+    theta,
+    q,
+    share,
+    epsilon,
+    steps,
+    tolerance,
+    space,
 ):
     """Newton steps until two of them gain less than `tolerance` of the energy each, or held vertices are stuck on
     the way to their goals; changes u and tau in place.
 
     Args:
         system: pattern of the mesh.
-        faces: (m, 3) counter-clockwise triangles.
+        faces: (m, 3) triangles.
         gradients: (m, 3) of the hat functions on the side that is kept, corners as in the system.
         weights: (m,) areas on that side, times weights.
-        u: (n,) positions on the side that moves, without folds, sliding vertices on their rails at tau.
+        u: (n,) positions on the side that moves, without folds unless epsilon > 0, sliding vertices on their rails at
+            tau.
         tau: (c,) arclengths of the constrained vertices, increasing along each curve.
         rails: the polylines they slide on.
         border: the curves as chains.
@@ -164,38 +223,39 @@ def descend(
         theta: weight of the area part.
         q: power that raises the worst.
         share: of the image's area in the measure.
+        epsilon: 0, or how far untangling reaches below zero: steps fold what they like. Infinite: one step to the
+            least of a quadratic energy, whose derivatives are given in `space`.
         steps: the most there may be.
         tolerance: relative decrease that counts as none.
+        space: room for them.
 
     Returns:
-        The energy and the number of steps.
+        The energy, the number of steps, and how many of the last ones gained less than the tolerance.
     """
-    n, c = u.size, tau.size
-    matrix, gradient = np.empty((system.columns.size, 4)), np.empty(n, np.complex128)
-    factor = np.empty(system.fronts.room)
-    slope, curvature, slide = np.empty(c), np.empty(c), np.empty(c)
-    directions, low, high = np.empty(c, np.complex128), np.empty(c), np.empty(c)
-    new_u, new_tau, way = np.empty(n, np.complex128), np.empty(c), np.empty(n, np.complex128)
+    matrix, gradient, step = space.matrix, space.gradient, space.step
+    slope, slide, directions, low, high = space.slope, space.slide, space.directions, space.low, space.high
+    new_u, new_tau, way = space.new_u, space.new_tau, space.way
     energy, small, crawling, before = np.inf, 0, 0, np.inf
     for done in range(steps):
-        energy = assemble(system, gradients, weights, u, theta, q, share, 0.0, matrix, gradient)
-        energy += border_energy(border, tau)
-        border_derivatives(border, tau, slope, curvature)
+        if epsilon < np.inf:
+            energy = assemble(system, gradients, weights, u, theta, q, share, epsilon, matrix, gradient)
+            energy += border_energy(border, tau)
+        border_derivatives(border, tau, slope, space.curvature)
         choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
         moving = _remaining(kinds, goals, u, way)
         if moving:
             add_product(system, matrix, way, gradient)
         restrict(system, kinds, directions, matrix)
-        stiffen(system, border, directions, curvature, matrix)
+        stiffen(system, border, directions, space.curvature, matrix)
         regularise(system, matrix, REGULAR)
         restrict_gradient(kinds, directions, slope, gradient)
-        if not factorise(system, matrix, factor):
-            return energy, done
-        step = downhill(system, factor, gradient)
+        if not factorise(system, matrix, gradient, space.factor):
+            return energy, done, small
+        downhill(system, space.factor, step)
         decrease = 0.0
-        for v in range(n):
-            decrease += gradient[v].real * step[v].real + gradient[v].imag * step[v].imag
-        for v in range(c):
+        for v in range(u.size):
+            decrease += dot(gradient[v], step[v])
+        for v in range(tau.size):
             if kinds[v] == FREE:
                 slide[v] = 0.0
                 continue
@@ -205,39 +265,41 @@ def descend(
             if high[v] == 0:
                 slide[v] = min(slide[v], 0.0)
             step[v] = slide[v] * directions[v] + way[v]
-        t = 1.0 if moving else 1 / (1 + max(decrease / energy, -LONGEST))  # decrease < 0: Newton's for log E
-        t = min(
-            gap_limit(border, tau, slide, t),
-            (SHARE_WHILE_MOVING if moving else SHARE_OF_FLIP) * largest_step(faces, u, step),
-        )
+        t = 1.0
+        if epsilon == 0:
+            if not moving:
+                t = 1 / (1 + max(decrease / energy, -LONGEST))  # decrease < 0: Newton's for log E
+            most = SHARE_WHILE_MOVING if moving else SHARE_OF_FLIP
+            t = min(gap_limit(border, tau, slide, t), most * largest_step(faces, u, step))
         gained, accepted = 0.0, False
         while t > SHORTEST_STEP:
             moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau)
             if moving and t == 1.0:
-                for v in range(c):
+                for v in range(tau.size):
                     if kinds[v] == HELD:
                         new_u[v] = goals[v]
             new_energy = border_energy(border, new_tau)
             if new_energy < np.inf:
-                new_energy += total(system.corners, gradients, weights, new_u, theta, q, share, 0.0)
-            if new_energy <= (GROWTH * energy if moving else energy + ARMIJO * t * decrease):
+                new_energy += total(system.corners, gradients, weights, new_u, theta, q, share, epsilon)
+            most = GROWTH * energy if moving else energy + ARMIJO * t * decrease
+            if new_energy <= most or epsilon == np.inf:
                 gained, accepted = energy - new_energy, True
                 break
             t *= 0.5
         if not accepted:
-            return energy, done
-        for v in range(n):
+            return energy, done, small
+        for v in range(u.size):
             u[v] = new_u[v]
-        for v in range(c):
+        for v in range(tau.size):
             tau[v] = new_tau[v]
         energy -= gained
         if moving:
             crawling = crawling + 1 if t < min(CRAWL, LONGER * before) else 0
             before = t
             if crawling == CRAWLING:
-                return energy, done + 1
+                return energy, done + 1, small
             continue
         small = small + 1 if gained < tolerance * (energy + gained) else 0
         if small == 2:
-            return energy, done + 1
-    return energy, steps
+            return energy, done + 1, small
+    return energy, steps, small

@@ -161,7 +161,8 @@ def border_energy(border, tau):
 @kernel
 def border_derivatives(border, tau, slope, curvature):
     """Fills in the derivative by each τ and the second derivative by each gap."""
-    slope.fill(0.0)
+    for v in range(tau.size):
+        slope[v] = 0.0
     for v in range(tau.size):
         gap, span, beta = gap_ahead(border, tau, v), border.spans[v], border.stiffness[v]
         pull = 0.5 * beta * (2 * gap / span - span * span / (gap * gap))
@@ -221,20 +222,18 @@ def restrict(system, kinds, directions, matrix):
         directions: (c,) of these vertices; 0 holds one.
         matrix: (e, 4), changed in place.
     """
-    n = system.position.size
-    constrained, way = np.zeros(n, np.bool_), np.zeros(n, np.complex128)
-    for v in range(directions.size):
-        constrained[system.position[v]], way[system.position[v]] = kinds[v] != FREE, directions[v]
-    for k in range(n):
+    count = directions.size
+    for k in range(system.order.size):
+        v = system.order[k]
         for p in range(system.starts[k], system.starts[k + 1]):
-            i = system.columns[p]
-            if constrained[k]:
+            w = system.order[system.columns[p]]
+            if v < count and kinds[v] != FREE:
                 for b in range(2):
-                    matrix[p, b] = way[k].real * matrix[p, b] + way[k].imag * matrix[p, 2 + b]
+                    matrix[p, b] = directions[v].real * matrix[p, b] + directions[v].imag * matrix[p, 2 + b]
                     matrix[p, 2 + b] = 0.0
-            if constrained[i]:
+            if w < count and kinds[w] != FREE:
                 for b in range(0, 4, 2):
-                    matrix[p, b] = way[i].real * matrix[p, b] + way[i].imag * matrix[p, b + 1]
+                    matrix[p, b] = directions[w].real * matrix[p, b] + directions[w].imag * matrix[p, b + 1]
                     matrix[p, b + 1] = 0.0
     for v in range(directions.size):
         if kinds[v] == FREE:

@@ -6,12 +6,11 @@ close to it else); then folds are undone with the outline held, by Newton on an 
 
 import numpy as np
 
-from ...jit import kernel
-from ..kernels import dot, move
-from .cholesky import downhill, factorise
-from .energy import assemble, least_determinant, total
-from .newton import ARMIJO, REGULAR, SHORTEST_STEP, regularise
-from .sliding import restrict
+from ...arrays import Complex, Real
+from .cholesky import BlockPattern
+from .energy import BOTH_AREAS, least_determinant
+from .newton import Space, descend
+from .sliding import HELD, NO_RAIL, Border, Rails
 
 LEAST_WEIGHT = 0.08  # of an edge: cotangents of obtuse angles are negative and would fold
 ENOUGH = 1e-3  # determinant from which a triangle counts as unfolded
@@ -24,27 +23,26 @@ LEAST_EPSILON = 1e-5  # below, what is folded stays so (by hand)
 STEPS = 40  # at most (by hand)
 
 
-@kernel
-def _stiffness(system, gradients, areas, u, matrix, gradient):
-    """Fills in the matrix of a graph with cotangent weights, floored, and gradient = matrix · u."""
-    matrix.fill(0.0)
-    gradient.fill(0j)
-    for t in range(system.corners.shape[0]):
-        for k, m, pair in ((0, 1, 1), (0, 2, 2), (1, 2, 4)):
-            cotangent = -4 * areas[t] * dot(gradients[t, k], gradients[t, m])
-            weight = max(cotangent, LEAST_WEIGHT)
-            i, j, slot = system.corners[t, k], system.corners[t, m], system.slots[t, pair]
-            for own in (system.diagonal[i], system.diagonal[j]):
-                matrix[own, 0] += weight
-                matrix[own, 3] += weight
-            matrix[slot, 0] -= weight
-            matrix[slot, 3] -= weight
-            gradient[i] += weight * (u[i] - u[j])
-            gradient[j] += weight * (u[j] - u[i])
+def springs(gradients: Complex, areas: Real) -> Real:
+    """(m, 3) weights of the edges opposite the corners of triangles: half the cotangents, floored."""
+    a, b = np.roll(gradients, -1, axis=1), np.roll(gradients, -2, axis=1)
+    return np.maximum(-4 * areas[:, None] * (a * b.conj()).real, LEAST_WEIGHT)
 
 
-@kernel
-def _epsilon(least, before, shrink):
+def _pull(system: BlockPattern, weights: Real, u: Complex, space: Space) -> None:
+    """Fills in the derivatives of the energy ½ Σ w |u_i - u_j|² of springs, weights (m, 3)."""
+    tails, heads = np.roll(system.corners, -1, axis=1).ravel(), np.roll(system.corners, -2, axis=1).ravel()
+    pairs, weights = system.slots[:, (4, 2, 1)].ravel(), weights.ravel()
+    slots = np.concatenate([pairs, system.diagonal[tails], system.diagonal[heads]])
+    stiffness = np.bincount(slots, np.concatenate([-weights, weights, weights]), system.columns.size)
+    space.matrix[:] = stiffness[:, None] * (1, 0, 0, 1)
+    pull = weights * (u[tails] - u[heads])
+    ends, pulls = np.append(tails, heads), np.append(pull, -pull)
+    space.gradient.real = np.bincount(ends, pulls.real, u.size)
+    space.gradient.imag = np.bincount(ends, pulls.imag, u.size)
+
+
+def _epsilon(least: float, before: float, shrink: float) -> float:
     """How far below zero the smoothed determinant reaches."""
     if least > 0:
         return POLISHED
@@ -54,8 +52,16 @@ def _epsilon(least, before, shrink):
     return max(epsilon, LEAST_EPSILON)
 
 
-@kernel
-def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
+def untangle(
+    system: BlockPattern,
+    gradients: Complex,
+    areas: Real,
+    u: Complex,
+    border: int,
+    harmonic: bool,
+    steps: int,
+    polish: int,
+) -> float:
     """Fills in the inside of u, given on the outline, so that no triangle is folded; the least determinant.
 
     Args:
@@ -68,23 +74,21 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
         steps: the most there may be.
         polish: how many of them may be made once nothing is folded.
     """
-    n = u.size
-    matrix, gradient = np.empty((system.columns.size, 4)), np.empty(n, np.complex128)
-    factor = np.empty(system.fronts.room)
-    still, kinds, trial = (
-        np.zeros(border, np.complex128),
-        np.zeros(border, np.int64),
-        np.empty(n, np.complex128),
-    )
+    space, still = Space.of(system, border), np.arange(border)
+    rails, chains, kinds = Rails.of([NO_RAIL], 0 * still), Border.still(still), np.full(border, HELD)
+
+    def stepped(epsilon: float) -> tuple[int, bool]:
+        """A step with the outline held: how many there were, and whether it gained little."""
+        _, made, slow = descend(
+            system, system.corners, gradients, areas, u, np.zeros(border), rails, chains, kinds, u[:border].copy(),
+            1.0, 1.0, BOTH_AREAS, epsilon, 1, SLOW, space,
+        )  # fmt: skip
+        return made, slow > 0
+
     if harmonic:
-        for v in range(border, n):
-            u[v] = 0j
-        _stiffness(system, gradients, areas, u, matrix, gradient)
-        for v in range(border):
-            gradient[v] = 0j
-        restrict(system, kinds, still, matrix)
-        if factorise(system, matrix, factor):
-            move(u, downhill(system, factor, gradient), 1.0, u)
+        u[border:] = 0
+        _pull(system, springs(gradients, areas), u, space)
+        stepped(np.inf)
     epsilon, shrink, kept, best = -1.0, 1.0, u.copy(), 0.0
     for _ in range(steps):
         least = least_determinant(system.corners, gradients, u)
@@ -95,31 +99,12 @@ def untangle(system, gradients, areas, u, border, harmonic, steps, polish):
                 return least
             polish -= 1
         epsilon = _epsilon(least, epsilon, shrink)
-        energy = assemble(system, gradients, areas, u, 1.0, 1.0, 0.5, epsilon, matrix, gradient)
-        for v in range(border):
-            gradient[v] = 0j
-        restrict(system, kinds, still, matrix)
-        regularise(system, matrix, REGULAR)
-        if not factorise(system, matrix, factor):
+        made, slow = stepped(epsilon)
+        if made == 0:
             break
-        step = downhill(system, factor, gradient)
-        decrease = 0.0
-        for v in range(n):
-            decrease += dot(gradient[v], step[v])
-        t, new_energy = 1.0, np.inf
-        while t > SHORTEST_STEP:
-            move(u, step, t, trial)
-            new_energy = total(system.corners, gradients, areas, trial, 1.0, 1.0, 0.5, epsilon)
-            if new_energy <= energy + ARMIJO * t * decrease:
-                break
-            t *= 0.5
-        if t <= SHORTEST_STEP:
-            break
-        move(u, step, t, u)
-        shrink = SHRINK if new_energy > (1 - SLOW) * energy else 1.0
+        shrink = SHRINK if slow else 1.0
     least = least_determinant(system.corners, gradients, u)
     if least >= best or best == 0:
         return least
-    for v in range(n):
-        u[v] = kept[v]
+    u[:] = kept
     return best

@@ -54,7 +54,7 @@ class PatchLocator:
 
     def __call__(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
         """(p,) patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its parameter."""
-        patch, place = np.empty(z.size, np.int64), np.empty((z.size, 3))
+        patch, place = np.full(z.size, -1), np.full((z.size, 3), np.nan)
         given = self.control, self.boxes, self.grid
         rounding = self.rounding
         over_slices(
@@ -65,9 +65,8 @@ class PatchLocator:
 
 @kernel
 def _locate(control, boxes, grid, z, rounding, patch, place):
+    """Writes the patch and the place of each point that has one."""
     for i in range(z.size):
-        patch[i] = -1
-        place[i] = np.nan
         x, y = z[i].real, z[i].imag
         column, row = _bucket(x - grid.low.real, grid.size), _bucket(y - grid.low.imag, grid.size)
         if not (0 <= column < grid.columns and 0 <= row < grid.rows):

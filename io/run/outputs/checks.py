@@ -30,7 +30,7 @@ def texture(run: Run) -> None:
     Raises:
         InputError: it cannot be read, or has fewer channels than its kind needs.
     """
-    for note in run.image.notes:
+    for note in (*run.image.notes, *framing.stretched(run.job, run.source, run.image.pixels.shape)):
         run.note(note)
     check_kind(run.job.kind, run.image.pixels.shape[2], run.job.texture or run.job.source)
 

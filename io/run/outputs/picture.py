@@ -26,7 +26,7 @@ PADDED = "the whole picture at once (--padding)"
 class Picture(Output):
     """A picture of the target."""
 
-    samples, tiles = True, True
+    samples, shows, tiles = True, True, True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """A suffix of pictures, and of those that keep what --padding makes."""
@@ -63,7 +63,10 @@ class Picture(Output):
             InputError: so many pixels or channels, or the colour space.
         """
         job, suffix, format = run.job, formats.suffix_of(self.name), self._format
-        image_files.check("stdout.png" if self.name == "-" else self.name, image, height, width)
+        path = "stdout.png" if self.name == "-" else self.name
+        image_files.check(path, image, height, width)
+        if clipped := image_files.clipped(path, run.image):
+            run.note(f"{self.name}: {clipped}")
         as_stored = job.kind != "colour" or job.filter == "nearest"
         kept = format.hidden or (format.light == "linear" and format.alpha and image.associated)
         if as_stored and run.image.alpha >= 0 and not kept:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from iccm.balanced.meshing.mesh import Sizes, triangulate
-from iccm.balanced.minimise.cholesky import downhill, factorise, system_of
+from iccm.balanced.minimise.cholesky import Factor, downhill, factorise, system_of
 
 
 @pytest.fixture(scope="module")
@@ -35,10 +35,11 @@ def test_solves_like_numpy(meshed):
     rng = np.random.default_rng(1)
     matrix, dense = filled(system, rng)
     n = system.position.size
-    factor = np.empty(system.fronts.room)
-    assert factorise(system, matrix, factor)
+    factor = Factor.of(system)
     g = rng.standard_normal(n) + 1j * rng.standard_normal(n)
-    step = downhill(system, factor, g)
+    assert factorise(system, matrix, g, factor)
+    step = np.empty(n, complex)
+    downhill(system, factor, step)
     right = np.empty(2 * n)
     right[2 * system.position], right[2 * system.position + 1] = g.real, g.imag
     expected = -np.linalg.solve(dense, right)
@@ -50,7 +51,7 @@ def test_an_indefinite_matrix_is_refused(meshed):
     _, _, system = meshed
     matrix, _ = filled(system, np.random.default_rng(2))
     matrix[system.diagonal[5], 0] = -1.0
-    assert not factorise(system, matrix, np.empty(system.fronts.room))
+    assert not factorise(system, matrix, np.ones(system.position.size, complex), Factor.of(system))
 
 
 def test_slots_name_the_pairs_of_each_triangle(meshed):

@@ -7,6 +7,7 @@ import pytest
 
 from iccm.balanced.discrete import DiscreteMap, folds
 from iccm.balanced.meshing.mesh import Sizes
+from iccm.balanced.minimise.energy import geometry
 from iccm.balanced.minimise.newton import largest_step
 from iccm.balanced.minimise.sliding import (
     SLIDING,
@@ -18,6 +19,7 @@ from iccm.balanced.minimise.sliding import (
     point_at,
     way_to_corners,
 )
+from iccm.balanced.minimise.untangle import LEAST_WEIGHT, untangle
 from iccm.balanced.outline import Outline
 from iccm.balanced.pairs import Match, boundary_pairs
 from iccm.curve import Curve
@@ -124,6 +126,23 @@ def test_folds_are_undone_with_the_outline_held():
     end = start.unfolded()
     assert folds(start.faces, start.u) > 0 and folds(end.faces, end.u) == 0
     assert np.array_equal(end.u[: end.border], start.u[: start.border])
+
+
+def test_the_harmonic_start_is_the_mean_of_its_neighbours_by_half_cotangents():
+    start = begun(SQUARE, ELL, 0.3)
+    corners, u = start.system.corners, start.u.copy()
+    untangle(start.system, *geometry(start.z, corners), u, start.border, True, 0, 0)
+    pull = np.zeros_like(u)
+    for triangle in corners:
+        for i, j, k in (np.roll(triangle, -shift) for shift in range(3)):
+            corner = (start.z[j] - start.z[i]) * (
+                start.z[k] - start.z[i]
+            ).conj()  # at i, opposite the edge jk
+            weight = max(0.5 * corner.real / abs(corner.imag), LEAST_WEIGHT)
+            pull[j] += weight * (u[k] - u[j])
+            pull[k] += weight * (u[j] - u[k])
+    assert np.abs(pull[start.border :]).max() < 1e-7 * np.abs(pull[: start.border]).max()
+    assert np.array_equal(u[: start.border], start.u[: start.border])
 
 
 def test_images_are_moved_to_the_outline_with_little_change_inside():

@@ -12,6 +12,7 @@ from iccm.balanced.starts import (
     Different,
     arclength_matches,
     best_path,
+    best_scores,
     elastic_matches,
     implied_turn,
     step_gains,
@@ -90,9 +91,9 @@ def gain(score, i, j, a, b):
 def test_the_best_path_is_that_of_all_paths():
     n, shift = 6, 2
     score = np.random.default_rng(5).standard_normal((n, n))
-    gains = np.zeros((len(STEPS), n, 2 * n))
-    step_gains(np.tile(score, 3), STEPS, gains)
-    value, rows, columns = best_path(gains, STEPS, shift)
+    gains = step_gains(score)[:, :, None, shift : shift + n + 1]
+    scores = best_scores(gains)[:, 0]
+    rows, columns = best_path(scores, gains[:, :, 0])
 
     def best(i, j):
         if (i, j) == (n, n):
@@ -101,8 +102,8 @@ def test_the_best_path_is_that_of_all_paths():
         return max((gain(score, i, j + shift, a, b) + best(i + a, j + b) for a, b in ahead), default=-np.inf)
 
     steps = zip(rows, columns, np.diff(rows), np.diff(columns))
-    assert value == pytest.approx(best(0, 0))
-    assert value == pytest.approx(sum(gain(score, i, j + shift, a, b) for i, j, a, b in steps))
+    assert scores[-1, -1] == pytest.approx(best(0, 0))
+    assert scores[-1, -1] == pytest.approx(sum(gain(score, i, j + shift, a, b) for i, j, a, b in steps))
     assert (rows[0], columns[0], rows[-1], columns[-1]) == (0, 0, n, n)
 
 

@@ -88,6 +88,8 @@ def test_overlaps_are_counted():
     found = rasterise(np.stack([one, one + 20, one + 2]), 16, 16)
     shared = sum((x + 0.5) + (y + 0.5) < 8 for x in range(2, 8) for y in range(2, 8))
     assert found.overlaps == shared
+    covered = sum(x + y + 1 < 8 for x in range(8) for y in range(8))
+    assert rasterise(np.stack([one, one, one]), 16, 16).overlaps == covered
 
 
 def test_what_lies_outside_is_cut_off_or_comes_in_on_the_other_side():

@@ -101,3 +101,17 @@ def test_no_attribute_holds_what_is_no_number(value):
     top[0].set("d", value)
     references.confine(top)
     assert top[0].attrib == {"id": "nan", "class": "inf"}
+
+
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("data:;base64,iVBORw0KGgoAAA", "data:image/png;base64,iVBORw0KGgoAAA"),
+        ("data:;base64,\n/9j/4AAQ", "data:image/jpeg;base64,/9j/4AAQ"),
+        ("data:;base64,PHN2Zz4=", "data:;base64,PHN2Zz4="),
+        (RED, RED),
+        (AWAY, AWAY),
+    ],
+)
+def test_pictures_of_old_drawings_get_their_kind(address, said):
+    assert references.typed(address) == said

@@ -5,7 +5,7 @@ import json
 import os
 import signal
 import time
-from concurrent.futures import BrokenExecutor, Future
+from concurrent.futures import BrokenExecutor, Future, wait
 
 import pytest
 
@@ -28,27 +28,38 @@ target = "[bd]*.svg"
 """
 
 
-class Scripted:
-    """A pool whose jobs end as a script says: a status, "dies" or "hangs", by source and attempt."""
+NOTHING = {"outputs": [], "figures": {}, "notes": [], "seconds": 0}
 
+
+class Scripted:
+    """A pool whose jobs end as a script says, by source and attempt: a status, "dies", "hangs", or "lasts", after which
+    there is no time for those that came with it."""
+
+    ahead = 0
     runs_again = False
 
-    def __init__(self, script, size=2):
-        self.size, self.script = size, script
-        self.started, self.abandoned = [], []
+    def __init__(self, script, size=2, bundle=1):
+        self.size, self.script, self.bundle = size, script, bundle
+        self.started, self.sent, self.abandoned = [], [], []
 
-    def submit(self, payload):
-        name = payload["job"]["source"]
-        self.started.append(name)
-        ends = self.script.get(name, ["done"])
-        end = ends[min(self.started.count(name), len(ends)) - 1]
-        future = Future()
-        if end == "dies":
-            future.set_exception(RuntimeError("the worker died"))
-        elif end != "hangs":
-            future.set_result(
-                {"status": end, "message": end, "outputs": [], "figures": {}, "notes": [], "seconds": 0}
-            )
+    def together(self, left):
+        return self.bundle
+
+    def submit(self, payloads):
+        self.sent.append("".join(payload["job"]["source"] for payload in payloads))
+        future, answers = Future(), []
+        for name in self.sent[-1]:
+            self.started.append(name)
+            ends = self.script.get(name, ["done"])
+            end = ends[min(self.started.count(name), len(ends)) - 1]
+            if end == "dies":
+                future.set_exception(RuntimeError("the worker died"))
+            if end in ("dies", "hangs"):
+                return future
+            answers.append({"status": "done" if end == "lasts" else end, "message": end, **NOTHING})
+            if end == "lasts":
+                break
+        future.set_result(answers)
         return future
 
     def abandon(self, futures):
@@ -69,7 +80,7 @@ def play(tmp_path, monkeypatch):
         tasks = [
             Task.of(n, s, f"job {n}", Job(source=s, report=f"{s}.json")) for n, s in enumerate("abcde", 1)
         ]
-        pool = Scripted(script, options.pop("size", 2))
+        pool = Scripted(script, options.pop("size", 2), options.pop("bundle", 1))
         results = list(
             dispatch.execute(tasks, pool, Journal(tmp_path), policy or dispatch.Policy(), **options)
         )
@@ -102,6 +113,65 @@ def test_retries_end(play):
 def test_a_failure_is_not_retried(play):
     _, pool = play({"b": ["failed"]}, dispatch.Policy(retries=5))
     assert pool.started.count("b") == 1
+
+
+def test_jobs_travel_together_and_each_has_its_result(play):
+    results, pool = play({"b": ["failed"]}, size=1, bundle=3)
+    assert pool.sent == ["abc", "de"]
+    assert [r["status"] for r in results.values()] == ["done", "failed", "done", "done", "done"]
+
+
+@pytest.mark.parametrize("retries", [0, 1])
+def test_a_job_that_kills_its_worker_is_blamed_alone(play, tmp_path, retries):
+    warned = []
+    results, pool = play({"b": ["dies"]}, dispatch.Policy(retries), size=1, bundle=3, warn=warned.append)
+    assert pool.sent == ["abc", "a", *"b" * (1 + retries), "c", "de"]
+    assert {n: (r["status"], r["attempts"]) for n, r in results.items()} == {
+        n: ("killed", 1 + retries) if n == "b" else ("done", 1) for n in "abcde"
+    }
+    assert "job 1 and 2 more: their worker died; running them one by one" in warned
+    lines = [json.loads(line) for line in (tmp_path / journal.NAME).read_text().split("\n") if line]
+    events = [(line["event"], line["key"]) for line in lines]
+    assert len(events) == len(set(events)) == 5 + 4  # b was begun, but never finished
+
+
+def test_what_a_long_job_left_no_time_for_is_run_later(play):
+    results, pool = play({"a": ["lasts"]}, size=1, bundle=3)
+    assert pool.sent == ["abc", "bcd", "e"]
+    assert {r["attempts"] for r in results.values()} == {1}
+
+
+def test_where_a_job_may_have_killed_its_worker_none_waits_at_it(play, monkeypatch):
+    monkeypatch.setattr(Scripted, "ahead", 1)
+    under_way = []
+    monkeypatch.setattr(
+        dispatch, "wait", lambda running, **how: under_way.append(len(running)) or wait(running, **how)
+    )
+    play({"a": ["dies", "done"]}, size=1)
+    assert under_way[:2] == [2, 1] and 2 in under_way[2:]
+
+
+def test_what_is_skipped_does_not_wait_for_what_runs(play, monkeypatch):
+    done = {"status": "done", "message": "done", **NOTHING}
+    monkeypatch.setattr(journal, "key", lambda job: job.source)
+    monkeypatch.setattr(Journal, "finished", lambda book, key: None if key == "a" else done)
+    patience = []
+    monkeypatch.setattr(
+        dispatch, "wait", lambda running, **how: patience.append(how["timeout"]) or wait(running, **how)
+    )
+    results, _ = play({"a": ["hangs"]}, resume=True, stopping=lambda: len(patience) == 5)
+    assert patience == [0, 0, 0, 0, dispatch.POLL]
+    assert [(r["status"], r["resumed"]) for r in results.values()] == [("done", True)] * 4 + [
+        ("cancelled", False)
+    ]
+
+
+def test_a_worker_begins_no_job_when_its_time_is_up(monkeypatch):
+    ran = []
+    monkeypatch.setattr(worker, "work", lambda payload: ran.append(payload) or {"seconds": 0})
+    assert len(worker.several([1, 2, 3])) == 3
+    monkeypatch.setattr(worker, "SPAN", 0.0)
+    assert len(worker.several([1, 2, 3])) == 1 and ran == [1, 2, 3, 1]
 
 
 def test_a_time_limit_ends_the_job_alone(play):
@@ -138,11 +208,11 @@ def test_a_worker_that_died_between_two_jobs_does_not_answer_with_the_old_result
     pool = pools.Processes(1, 1)
     try:
         payload = {"folder": str(tmp_path), "job": {"source": "none.svg", "report": "r.json"}, "threads": 1}
-        assert pool.submit(payload).result(60)["status"] == "failed"
+        assert pool.submit([payload]).result(60)[0]["status"] == "failed"
         os.kill(pool._lanes[0]._pid.result(), signal.SIGKILL)
         with pytest.raises(BrokenExecutor):
-            pool.submit(payload).result(60)
-        assert pool.submit(payload).result(60)["status"] == "failed"  # by a new worker
+            pool.submit([payload]).result(60)
+        assert pool.submit([payload]).result(60)[0]["status"] == "failed"  # by a new worker
     finally:
         pool.close()
 
@@ -300,19 +370,22 @@ def test_the_wrong_manifest_and_the_failing_job_have_their_exit_codes(shapes, ic
 class Forgetful:
     """A pool that does its jobs here, and loses the first worker when its files are written: told, or run again."""
 
-    size = 1
+    size, ahead = 1, 0
 
     def __init__(self, runs_again):
         self.runs_again, self.lost = runs_again, 0
 
-    def submit(self, payload):
-        future, result = Future(), worker.work(payload)
+    def together(self, left):
+        return 1
+
+    def submit(self, payloads):
+        future, result = Future(), worker.several(payloads)
         if not self.lost:
             self.lost += 1
             if not self.runs_again:
                 future.set_exception(RuntimeError("the worker died"))
                 return future
-            result = worker.work(payload)
+            result = worker.several(payloads)
         future.set_result(result)
         return future
 

@@ -168,6 +168,23 @@ def test_an_obj_gets_materials(there, iccm, old, out):
     assert off(made, BENT, 1) <= 0.005
 
 
+def test_a_material_that_gets_a_bump_map_of_another_shows_it_fully(there, iccm):
+    """Blender takes a bump map without -bm as one of strength 0."""
+    new = (there / "new.obj").read_text().splitlines()
+    first = next(k for k, line in enumerate(new) if line.startswith("f "))
+    (there / "new.obj").write_text("\n".join(["mtllib old.mtl", *new[:first], "usemtl cloth", *new[first:]]))
+    library = (there / "old.mtl").read_text()
+    (there / "old.mtl").write_text(library + "newmtl bare\nKd 1 1 1\n")
+    old = (there / "old.obj").read_text().splitlines()
+    half = [k for k, line in enumerate(old) if line.startswith("f ")]
+    old.insert(half[len(half) // 5], "usemtl bare")
+    (there / "old.obj").write_text("\n".join(old))
+    (there / "new.obj").write_text((there / "new.obj").read_text().replace("usemtl cloth", "usemtl bare"))
+    done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj")
+    assert done.code == 0, done.err
+    assert "map_Bump -bm 1 out-bump.png" in (there / "out.mtl").read_text()
+
+
 def test_several_materials_become_one_with_their_factors(there, iccm):
     """Half of the old surface shows a picture times red, half of it no picture but green."""
     file = rich_glb.read(there / "old.glb")

@@ -423,6 +423,19 @@ def test_that_a_format_does_not_say_the_colour_space_is_told(circles, change, to
     assert sum("does not say the colour space lin_rec709" in note for note in notes) == told
 
 
+@pytest.mark.parametrize(
+    "name, top, told",
+    [("o.png", 9.5, 1), ("o.webp", -1, 1), ("o.png", 1, 0), ("o.exr", 9.5, 0), ("o.tif", 9.5, 0)],
+)
+def test_that_a_format_clips_is_told(circles, iccm, name, top, told):
+    image_files.write("bright.exr", Image(np.full((8, 8, 3), top, np.float32), colorspace="lin_rec709"))
+    job = circles.model_copy(update={"texture": "bright.exr", "output": (name,)})
+    assert sum("holds 0 to 1; 100.0% of the texels" in note for note in run(job).notes) == told
+    assert iccm("map", "a.svg", "b.svg", "--stmap", "map.exr", "--size", "9", "-q").code == 0
+    applied = iccm("apply", "map.exr", "bright.exr", "-o", f"again-{name}")
+    assert applied.code == 0 and applied.err.count(f"again-{name}: {name[1:]} holds 0 to 1") == told
+
+
 LOSING = [
     ({}, 0),
     ({"kind": "data"}, 1),

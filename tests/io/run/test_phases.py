@@ -3,7 +3,8 @@
 import pytest
 from numba.core import event
 
-from iccm import compilation, progress
+from iccm import progress
+from iccm.compiling import watch
 from iccm.io.run import phases
 from iccm.io.run.phases import COMPILES, Phases
 
@@ -15,15 +16,15 @@ def clock(monkeypatch):
     def wait(seconds):
         now[0] += seconds
 
-    monkeypatch.setattr(compilation.time, "perf_counter", lambda: now[0])
-    assert phases.time is compilation.time
+    monkeypatch.setattr(watch.time, "perf_counter", lambda: now[0])
+    assert phases.time is watch.time
     return wait
 
 
 def compile_for(seconds, wait):
-    with event.trigger_event(compilation.KIND):
+    with event.trigger_event(watch.KIND):
         wait(seconds / 2)
-        with event.trigger_event(compilation.KIND):
+        with event.trigger_event(watch.KIND):
             wait(seconds / 2)
 
 

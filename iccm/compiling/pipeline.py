@@ -1,31 +1,38 @@
 """Numba's compiler with less to do, since the first run on a fresh machine waits for it.
 
 Numba optimises every function by itself and once more within each that calls it, translates it for the machine
-although only kernels call it, and looks, wherever `a[i]` or `a + b` stands, through dozens of meanings of that, lists
-and strings among them. Here what kernels call is linked into theirs and optimised there, and a type is looked for
-once.
+although only kernels call it, and goes through it a dozen times for what kernels have not: closures, `with`, strings.
+Here what kernels call is linked into theirs and optimised there (and see `shortcuts`).
 Measured on the README's first command, in one process: 23.9 CPU-seconds became 17.0, and kernels run as fast.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
+from llvmlite.binding import create_new_function_pass_manager
 from numba import _dynfunc  # type: ignore[attr-defined]
-from numba.core import types
+from numba.core import typed_passes, types, untyped_passes
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import register_pass
+from numba.core.compiler_machinery import PassManager, _pass_registry, register_pass
+from numba.core.postproc import PostProcessor
 from numba.core.runtime.nrt import rtsys
 from numba.core.typed_passes import NativeLowering
-from numba.core.typing import templates
 
-FUNCTION: Any = types.Function
-OVERLOAD: Any = templates._OverloadFunctionTemplate
-GET_CALL_TYPE, BUILD_IMPL = FUNCTION.get_call_type, OVERLOAD._build_impl
+from .shortcuts import BUILD_IMPL, shortcuts
 
-_signatures: dict[Any, Any] = {}
+NEEDLESS = (  # of our kernels, which have no closures, no `with`, nothing literal, and no functions to inline
+    untyped_passes.WithLifting,
+    untyped_passes.InlineClosureLikes,
+    untyped_passes.MakeFunctionToJitFunction,
+    untyped_passes.InlineInlinables,
+    untyped_passes.FindLiterallyCalls,
+    untyped_passes.LiteralUnroll,
+    untyped_passes.LiteralPropagationSubPipelinePass,
+    typed_passes.InlineOverloads,
+    typed_passes.AnnotateTypes,
+    typed_passes.DumpParforDiagnostics,
+)
 
 
 class _Code(CompileResultCacheImpl):
@@ -70,6 +77,18 @@ class _Whole(JITCodeLibrary):
 class _Part(JITCodeLibrary):
     """Code that is only linked into other code: simplified, since inlining looks at its size, and no more."""
 
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+        passes = create_new_function_pass_manager()
+        passes.add_sroa_pass()
+        passes.add_simplify_cfg_pass()
+        passes.add_instruction_combine_pass()
+        passes.add_simplify_cfg_pass()
+        builder = self._codegen._pass_builder()
+        for function in ll_module.functions:
+            if not function.is_declaration:
+                passes.run(function, builder)
+
     def finalize(self) -> None:
         """Takes in what this calls."""
         self._raise_if_finalized()
@@ -107,47 +126,52 @@ class _PartLowering(NativeLowering):
         return True
 
 
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _ArrayRewrites(typed_passes.NopythonRewrites):
+    """Expressions of whole arrays become one loop, where there are any."""
+
+    _name = "iccm_array_rewrites"
+
+    def run_pass(self, state: Any) -> bool:
+        """Whether something has changed."""
+        results = (
+            found.return_type for term, found in state.calltypes.items() if "binop" in getattr(term, "op", "")
+        )
+        return any(isinstance(type, types.Array) for type in results) and super().run_pass(state)
+
+
+class _Passes(PassManager):
+    """Passes one after the other, which are neither timed nor told to anybody."""
+
+    def _runPass(self, index: int, step: Any, state: Any) -> None:
+        step.analysis = self._analysis
+        changed = step.run_initialization(state)
+        changed |= step.run_pass(state)
+        changed |= step.run_finalizer(state)
+        if changed and _pass_registry.get(type(step)).mutates_CFG:
+            PostProcessor(state.func_ir).run()
+
+
 class Pipeline(CompilerBase):
-    """Numba's own, but for the lowering; of a part, where there is no entry for Python."""
+    """Numba's own, but for the lowering and what kernels do not need; of a part, where there is no entry for Python."""
 
     def define_pipelines(self) -> list[Any]:
         """One, as Numba's."""
         lowering = _PartLowering if self.state.flags.no_cpython_wrapper else _WholeLowering
-        made = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        made.passes = [(lowering if step is NativeLowering else step, what) for step, what in made.passes]
+        instead = {NativeLowering: lowering, typed_passes.NopythonRewrites: _ArrayRewrites}
+        without = NEEDLESS if _is_ours(self.state.func_id.modname) else ()
+        numbas = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        made = _Passes(numbas.pipeline_name)
+        for step, what in numbas.passes:
+            if step not in without:
+                made.add_pass(instead.get(step, step), what)
         made.finalize()
         return [made]
 
     def _compile_core(self) -> Any:
         flags = self.state.flags
-        with _shortcuts(flags.error_model, frozenset(flags.fastmath.flags)):
+        with shortcuts(_build_part, flags.error_model, frozenset(flags.fastmath.flags)):
             return super()._compile_core()
-
-
-@contextmanager
-def _shortcuts(*options: Any) -> Iterator[None]:
-    """Types are looked for once, and Numba's own functions are parts: under the compiler's lock, which is held here.
-
-    Args:
-        options: what Numba's own functions take over from the one that calls them.
-    """
-
-    def call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
-        """The signature of a built-in function for arguments; what fails is looked for again."""
-        key = self, context, tuple(args), tuple(kws.items()), options
-        if key not in _signatures:
-            found = GET_CALL_TYPE(self, context, args, kws)
-            _signatures[key] = found, self._impl_keys[found.args]
-        found, implementation = _signatures[key]
-        self._impl_keys[found.args] = implementation
-        return found
-
-    before = FUNCTION.get_call_type, OVERLOAD._build_impl
-    FUNCTION.get_call_type, OVERLOAD._build_impl = call_type, _build_part
-    try:
-        yield
-    finally:
-        FUNCTION.get_call_type, OVERLOAD._build_impl = before
 
 
 def _build_part(self: Any, key: Any, args: Any, kws: Any) -> Any:

@@ -1,0 +1,1 @@
+"""How Numba compiles kernels, and how long that takes."""

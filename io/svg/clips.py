@@ -1,0 +1,78 @@
+"""What clip paths and masks leave of a shape."""
+
+from collections.abc import Callable
+
+import shapely
+from tinycss2.color3 import RGBA, parse_color
+
+from . import crossings
+from .fill import painted, rings_of
+from .path_data import Subpath
+from .strokes import painted_by_stroke
+from .tree import Clip, Drawn
+
+HAIR = 1e-9  # of a shape's area: less is cut off by rounding alone
+
+
+class Clips:
+    """Cuts shapes at the clip paths and masks that apply to them, each of which is drawn once.
+
+    A mask lets through what it paints, but in black where it goes by luminance; what it shows faintly counts as shown.
+    """
+
+    def __init__(self, runs: Callable[[Drawn], list[Subpath]]):
+        self.runs = runs
+        self.known: dict[Clip, shapely.Geometry] = {}
+
+    def cut(self, drawn: Drawn, region: shapely.Geometry) -> shapely.Geometry:
+        """What is shown of a region that a shape paints; the region itself where nothing of it is hidden.
+
+        Raises:
+            InputError: a clip path is malformed, or crosses the region too often.
+        """
+        for clip in drawn.clips:
+            if clip.properties is not None and not region.is_empty:
+                region = self._inside(region, clip)
+        return region
+
+    def _inside(self, region: shapely.Geometry, clip: Clip) -> shapely.Geometry:
+        area = self._area(clip)
+        if area.covers(region):
+            return region
+        crossings.check([*rings_of(region), *rings_of(area)])
+        left = shapely.intersection(region, area)
+        return region if region.area - left.area <= HAIR * region.area else left
+
+    def _area(self, clip: Clip) -> shapely.Geometry:
+        if clip not in self.known:
+            area = self._mask(clip) if clip.name == "mask" else self._clip_path(clip)
+            shapely.prepare(area)
+            self.known[clip] = area
+        return self.known[clip]
+
+    def _clip_path(self, clip: Clip) -> shapely.Geometry:
+        """All that its shapes enclose, whether they paint it or not."""
+        return shapely.union_all([self.cut(each, self._filled(each, "clip-rule")) for each in clip.shapes])
+
+    def _mask(self, clip: Clip) -> shapely.Geometry:
+        by_luminance = (clip.properties or {}).get("mask-type", "luminance").strip() != "alpha"
+        area: shapely.Geometry = shapely.Polygon()
+        for each in clip.shapes:
+            for paint, region in self._painted(each):
+                dark = by_luminance and _is_black(each.properties.get(paint, "black"))
+                crossings.check([*rings_of(area), *rings_of(region)])
+                area = (shapely.difference if dark else shapely.union)(area, self.cut(each, region))
+        return area
+
+    def _painted(self, drawn: Drawn) -> list[tuple[str, shapely.Geometry]]:
+        filled = [("fill", self._filled(drawn, "fill-rule"))] if drawn.filled else []
+        return filled + ([("stroke", painted_by_stroke(drawn, self.runs(drawn)))] if drawn.stroked else [])
+
+    def _filled(self, drawn: Drawn, rule: str) -> shapely.Geometry:
+        rings = [run.z for run in self.runs(drawn) if run.z.size > 2]
+        return shapely.MultiPolygon(painted(rings, drawn.properties.get(rule, "nonzero").strip()))
+
+
+def _is_black(paint: str) -> bool:
+    colour = parse_color(paint)
+    return isinstance(colour, RGBA) and not any(colour[:3])
