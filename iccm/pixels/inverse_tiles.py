@@ -88,9 +88,13 @@ def flood(t, grid, inside, seeds, tol):
     rows, width = inside.shape
     clearance = _clearance(inside)
     out = np.full((rows, width), complex(np.nan, np.nan))
-    queue = [(-clearance[i, j], 1, i, j, i, j) for i in range(rows) for j in range(width) if inside[i, j]]
-    heapq.heapify(queue)
-    ready = [(-clearance[i, i], i, i, i, i) for i in range(0)]
+    queue, ready = [(0, 1, 0, 0, 0, 0)], [(0, 0, 0, 0, 0)]  # for their types; kernels have no comprehensions
+    queue.clear()
+    ready.clear()
+    for i in range(rows):
+        for j in range(width):
+            if inside[i, j]:
+                heapq.heappush(queue, (-clearance[i, j], 1, i, j, i, j))
     while len(ready) > 0 or len(queue) > 0:
         if len(ready) > 0:
             _, i, j, a, b = heapq.heappop(ready)

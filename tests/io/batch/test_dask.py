@@ -1,6 +1,7 @@
 """A batch on a real Dask scheduler with two workers on loopback."""
 
 import json
+import os
 import shutil
 import signal
 import socket
@@ -23,25 +24,41 @@ def free_port():
 
 
 @pytest.fixture
-def cluster(tmp_path):
-    """The address of a scheduler with two workers of one thread each, in processes of their own, and these."""
-    port = free_port()
-    address = f"tcp://127.0.0.1:{port}"
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path}
-    dask = [sys.executable, "-m", "distributed.cli"]
-    common = ["--no-dashboard", "--host", "127.0.0.1"]
-    start = [*dask[:2], "distributed.cli.dask_scheduler", *common, "--port", str(port)]
-    processes = [subprocess.Popen(start, **quiet)]
-    worker = [*dask[:2], "distributed.cli.dask_worker", address, *common, "--nthreads", "1", "--no-nanny"]
-    processes += [subprocess.Popen(worker, **quiet) for _ in range(2)]
-    from distributed import Client
+def start(tmp_path):
+    """`start(*options)` begins a scheduler and two workers of one thread each, in processes of their own: the address,
+    and the workers."""
+    processes = []
 
-    with Client(address, timeout="30s") as client:
-        client.wait_for_workers(2, timeout=30)
-    yield address, processes[1:]
-    for process in processes:
-        process.kill()
-        process.wait(10)
+    def begin(*options, **settings):
+        port = free_port()
+        address = f"tcp://127.0.0.1:{port}"
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path}
+        quiet["env"] = {**os.environ, **settings}
+        dask = [sys.executable, "-m"]
+        common = ["--no-dashboard", "--host", "127.0.0.1"]
+        scheduler = [*dask, "distributed.cli.dask_scheduler", *common, "--port", str(port)]
+        processes.append(subprocess.Popen(scheduler, **quiet))
+        worker = [*dask, "distributed.cli.dask_worker", address, *common, "--nthreads", "1", *options]
+        processes.extend(subprocess.Popen(worker, **quiet) for _ in range(2))
+        from distributed import Client
+
+        with Client(address, timeout="30s") as client:
+            client.wait_for_workers(2, timeout=30)
+        return address, processes[1:]
+
+    yield begin
+    for process in reversed(processes):
+        process.terminate()  # with a nanny a worker that is killed leaves its process
+        try:
+            process.wait(10)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait(10)
+
+
+@pytest.fixture
+def cluster(start):
+    return start("--no-nanny")
 
 
 @pytest.fixture
@@ -134,21 +151,81 @@ def test_long_jobs_travel_alone(monkeypatch):
     assert pool.together(1000) == 1
 
 
+def many(folder, count, **more):
+    """A manifest of so many small jobs, from 1 to `count`."""
+    values = {"method": "paper", "vertices": 40, "size": 24, "output": "{number}.png"}
+    rows = [
+        {"defaults": values},
+        *(
+            {"source": "blob.svg", "target": "disk.svg", **more.get(f"job_{n}", {})}
+            for n in range(1, count + 1)
+        ),
+    ]
+    (folder / "jobs.jsonl").write_text("\n".join(map(json.dumps, rows)))
+
+
+def batch(address, *options):
+    """A batch in the background."""
+    line = [sys.executable, "-c", "from iccm.cli import main; main()", "batch", "jobs.jsonl", "--root", "far"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
+    return subprocess.Popen([*line, "--dask", address, *options], **pipes)
+
+
+def all_done(said, count):
+    """Whether each of so many jobs has one result, and that it is done."""
+    return sorted(row["job"] for row in said) == list(range(1, count + 1)) and {
+        row["status"] for row in said
+    } == {"done"}
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_a_lost_worker_loses_nothing(shapes, iccm, cluster):
-    values = {"method": "paper", "vertices": 40, "size": 24, "output": "{number}.png"}
-    rows = [{"defaults": values}, *({"source": "blob.svg", "target": "disk.svg"} for _ in range(12))]
-    (shapes / "jobs.jsonl").write_text("\n".join(map(json.dumps, rows)))
-    line = [sys.executable, "-c", "from iccm.cli import main; main()", "batch", "jobs.jsonl", "--root", "far"]
+def test_a_lost_worker_loses_nothing(shapes, cluster):
+    many(shapes, 60)
     address, workers = cluster
-    batch = subprocess.Popen(
-        [*line, "--dask", address], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-    )
-    said = [json.loads(batch.stdout.readline()) for _ in range(3)]
+    running = batch(address)
+    said = [json.loads(running.stdout.readline()) for _ in range(15)]
     workers[0].send_signal(signal.SIGKILL)
-    said += map(json.loads, batch.stdout)
-    assert batch.wait(100) == 0 and sorted(row["job"] for row in said) == list(range(1, 13))
-    assert {row["status"] for row in said} == {"done"}
+    said += map(json.loads, running.stdout)
+    assert running.wait(100) == 0 and all_done(said, 60)
     pictures = {path.read_bytes() for path in (shapes / "far").glob("*.png")}
-    assert len(list((shapes / "far").glob("*.png"))) == 12 and len(pictures) == 1
+    assert len(list((shapes / "far").glob("*.png"))) == 60 and len(pictures) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_a_batch_that_was_killed_goes_on_and_repeats_nothing_that_ended(shapes, scheduler):
+    many(shapes, 60)
+    killed = batch(scheduler)
+    for _ in range(20):
+        killed.stdout.readline()
+    killed.kill()
+    killed.communicate()
+    lines = (shapes / "far" / ".iccm-journal.jsonl").read_text().splitlines()
+    finished = sum('"finished"' in line for line in lines)
+    again = batch(scheduler, "--resume")
+    said = [json.loads(line) for line in again.stdout]
+    assert again.wait(100) == 0 and all_done(said, 60)
+    assert 20 <= finished < 60 and sum(row["resumed"] for row in said) == finished
+
+
+KILLER = """
+import os
+from iccm.io.batch import worker
+ordinary = worker.work
+worker.work = lambda payload: os._exit(1) if payload["job"]["source"] == "killer.svg" else ordinary(payload)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_a_job_that_kills_its_workers_is_the_only_one_that_fails(shapes, iccm, start, monkeypatch):
+    (shapes / "killer.py").write_text(KILLER)
+    shutil.copy("disk.svg", "killer.svg")
+    address, _ = start("--preload", "killer.py", DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0")
+    many(shapes, 60, job_30={"source": "killer.svg"})
+    monkeypatch.setattr(pools, "TASK", 5.0)  # together on a busy machine too
+    typed = iccm("batch", "jobs.jsonl", "--root", "far", "--dask", address, "--retries", "0")
+    said = {row["job"]: row["status"] for row in map(json.loads, typed.out.splitlines())}
+    assert typed.code == 1 and said == {n: "killed" if n == 30 else "done" for n in range(1, 61)}
+    assert "their worker died; running them one by one" in typed.err
