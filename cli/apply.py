@@ -64,8 +64,7 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
             st = maps.read(source, max_pixels=given["max_pixels"], room=room)
             picture, box = _picture(image, st, limits)
             check_kind(given["kind"], picture.pixels.shape[2], image)
-            path = "stdout.png" if name == "-" else name
-            lost = image_files.clipped(path, picture)
+            lost = image_files.clipped("stdout.png" if name == "-" else name, picture)
             for note in (*picture.notes, *([f"{name}: {lost}"] if lost else [])):
                 logs.log.warning(note)
             path = stack.enter_context(files.writing(name, force=given["force"]))

@@ -1,7 +1,7 @@
 """What is to be solved, in coordinates where both shapes have radius one about their centroids."""
 
 import math
-from collections.abc import Sequence, Sized
+from collections.abc import Iterable, Sequence, Sized
 from dataclasses import dataclass, fields
 from typing import Literal
 
@@ -35,6 +35,7 @@ OTHERS = dict.fromkeys(
     "conformal or paper",
 )
 """Options that the balanced method does not have, and whose they are."""
+OWN = ("balance", "turn", "max_dilatation", "max_stretch")  # that it alone has
 
 
 @dataclass(frozen=True)
@@ -111,8 +112,7 @@ class Options:
             bound = getattr(self, name)
             if bound is not None and bound < 1:
                 raise InputError(f"{name}: {bound:g} is below 1, which no map can have")
-        if self.method == "balanced":
-            self._refuse_others()
+        self._refuse_others()
         if self.tolerance == 0:
             raise InputError("tolerance: 0 cannot be reached; give a number above")
         if not (self.samples_per_edge >= 1 and self.max_iterations >= 1 and 0 < self.tangential <= 1):
@@ -120,11 +120,30 @@ class Options:
                 "samples_per_edge and max_iterations must be at least 1, tangential above 0 and at most 1"
             )
 
+    @property
+    def is_balanced(self) -> bool:
+        """Whether the balanced method solves, which meets pins and strokes instead of weighing them."""
+        balanced = self.method == "balanced" or not (self.method or self._given(OTHERS))
+        return balanced and self.balance != 0
+
+    def _given(self, names: Iterable[str]) -> list[str]:
+        """Those of the options that are not as they are by default."""
+        return [name for name in names if getattr(self, name) != getattr(Options, name)]
+
     def _refuse_others(self) -> None:
-        """Reject options of the other methods."""
-        for f in fields(self):
-            if f.name in OTHERS and getattr(self, f.name) != f.default:
-                raise InputError(f"{f.name}: an option of --method {OTHERS[f.name]}, not of balanced")
+        """Reject options that the method does not have, so that none is without effect."""
+        others = self._given(OTHERS)
+        if self.method == "balanced" and others:
+            raise InputError(f"{others[0]}: an option of --method {OTHERS[others[0]]}, not of balanced")
+        own = [name for name in self._given(OWN) if self.balance or name != "balance"]
+        if own and not self.is_balanced:
+            asked = others[0] if others else "balance 0"
+            other = (
+                self.method
+                if self.method != "balanced" and self.method
+                else f"conformal, which {asked} asks for"
+            )
+            raise InputError(f"{own[0]}: an option of --method balanced, not of {other}")
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from .curve import Curve
 from .errors import InputError
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
-from .problem import NEAR, ON_OUTLINE, OTHERS, Options, Problem
+from .problem import NEAR, ON_OUTLINE, Options, Problem
 from .result import Fit, Status
 
 __all__ = ["Fit", "Status", "deform", "fit"]
@@ -65,14 +65,14 @@ def fit(
         first=settings.method == "paper",
         holes=holes,
         partners=hole_partners,
-        reach=ON_OUTLINE if is_balanced(settings) else NEAR,
+        reach=ON_OUTLINE if settings.is_balanced else NEAR,
     )
-    if any(holes) and not is_balanced(settings):
+    if any(holes) and not settings.is_balanced:
         raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
     before = _map_of(start)
-    if before is not None and not is_balanced(settings):
+    if before is not None and not settings.is_balanced:
         raise InputError("start: an option of --method balanced")
-    if not is_balanced(settings):
+    if not settings.is_balanced:
         return replace(solver(problem, settings)(problem, settings), layouts=layouts)
     if any(layouts):
         from .surfaces import method as surfaces
@@ -98,20 +98,13 @@ def solver(problem: Problem, settings: Options) -> Callable[[Problem, Options], 
         from .paper import algorithm1
 
         return algorithm1.solve
-    if not is_balanced(settings):
+    if not settings.is_balanced:
         from .conformal import method as conformal
 
         return conformal.solve
     from .balanced import fit as balanced
 
     return balanced.solve
-
-
-def is_balanced(settings: Options) -> bool:
-    """Whether the balanced method solves with these options, which meets pins and strokes instead of weighing them."""
-    others = any(getattr(settings, name) != getattr(Options, name) for name in OTHERS)
-    balanced = settings.method == "balanced" or not (settings.method or others)
-    return balanced and settings.balance != 0
 
 
 @on_one_thread
@@ -145,11 +138,11 @@ def deform(
         InputError: as `fit`; no pins and no strokes.
     """
     settings = Options(**options)
-    reach = ON_OUTLINE if is_balanced(settings) else NEAR
+    reach = ON_OUTLINE if settings.is_balanced else NEAR
     problem = Problem.of(source, None, pins, strokes, holes=(source_holes, ()), reach=reach)
     if not problem.pins.size and not problem.strokes:
         raise InputError("deform: no pins and no strokes; give at least one")
-    if is_balanced(settings):
+    if settings.is_balanced:
         from .balanced import fit as balanced
 
         if settings.turn:

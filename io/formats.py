@@ -8,7 +8,8 @@ from pathlib import Path
 
 from ..errors import InputError
 
-BEGINNINGS = {b"\x89PNG\r\n\x1a\n": ".png", b"\xff\xd8\xff": ".jpg"}  # of files
+PNG = b"\x89PNG\r\n\x1a\n"
+BEGINNINGS = {PNG: ".png", b"\xff\xd8\xff": ".jpg"}  # of files
 
 
 @dataclass(frozen=True)

@@ -108,7 +108,9 @@ def overlap(result: Flattening) -> str | None:
     xy = xy_of(result.flat)
     holes = [xy[loop] for loop in result.patch.loops if not np.array_equal(loop, result.loop)]
     region = shapely.Polygon(xy[result.loop], holes)
-    return None if region.is_valid and region.exterior.is_ccw else "an outline that crosses itself"
+    if not (region.is_valid and region.exterior.is_ccw):
+        return "an outline that crosses itself"
+    return "a hole turned inside out" if any(ring.is_ccw for ring in region.interiors) else None
 
 
 def lscm(patch: Patch, outline: Index) -> Complex:

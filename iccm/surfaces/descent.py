@@ -328,9 +328,9 @@ def _newton(
     regularise(system, matrix, REGULAR + damping)
     restrict_gradient(kinds, slide.directions, slide.slope, gradient)
     factor, step = Factor.of(system), np.empty_like(gradient)
-    if not factorise(system, matrix, factor):
+    if not factorise(system, matrix, gradient, factor):
         return np.zeros_like(gradient), 0.0
-    downhill(system, factor, gradient, step)
+    downhill(system, factor, step)
     return step, float((gradient.conj() * step).real.sum())
 
 

@@ -1,4 +1,4 @@
-"""Triangles that have all corners on the boundary: where the outline is straight, or hollow, they have no room."""
+"""Triangles at the boundary without room: all corners on a straight or hollow side, or cut off by a corner of it."""
 
 import numpy as np
 
@@ -7,6 +7,9 @@ from ..arrays import Complex, Index
 ROUNDS = 20  # of lifting; one does unless such triangles lie behind one another
 RIM = 1e-3  # of the outline's diagonal, the default tolerance: how far a vertex may be moved out of it
 HEIGHT = 1e-4  # of a triangle that is lifted, of its base: far above what files round to
+LEAST = 2e-7  # and of the diagonal: single precision's ulp at 1 is 1.2e-7
+HEIGHTS = (0.1, 0.01, HEIGHT)  # of triangles that are opened, as high as there is room for (by hand)
+STEPS = 1000  # of looking for that room: acute rooms are approached slowly
 
 
 def lifted(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
@@ -28,13 +31,58 @@ def lifted(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex
     for _ in range(ROUNDS):
         base = moved[tails] - moved[heads]
         height = (base.conj() * (moved[tips] - moved[heads])).imag / np.maximum(np.abs(base), 1e-300)
-        short = HEIGHT * np.abs(base) - height
+        short = np.maximum(HEIGHT * np.abs(base), LEAST * diagonal) - height
         low = np.flatnonzero(short > 0)
         if not low.size:
             break
         moved[tips[low]] += 1j * (base / np.abs(base))[low] * (1.01 * short[low])
     far = np.abs(moved - flat) > RIM * diagonal
     return np.where(far, flat, moved)
+
+
+def opened(flat: Complex, faces: Index) -> Complex:
+    """Positions (n,) in which triangles face up that faced down, where moving one inner corner is enough.
+
+    Where the outline turns between two vertices of the boundary, the straight edge between them cuts its corner off,
+    and with it what lies there. Such a vertex goes to a point from which all around it face up: half-planes are
+    projected into in turn, the one missed most first. Others stay as they are.
+
+    Args:
+        flat: positions.
+        faces: (m, 3) triangles, most of them counter-clockwise.
+    """
+    a, b, c = flat[faces].T
+    down = ((b - a).conj() * (c - a)).imag <= 0
+    if not down.any():
+        return flat
+    moved = flat.copy()
+    for vertex in np.setdiff1d(faces[down], _boundary(faces)):
+        ring = faces[(faces == vertex).any(axis=1)]
+        first = np.argmax(ring == vertex, axis=1)
+        heads, tails = (moved[np.take_along_axis(ring, ((first + k) % 3)[:, None], 1)[:, 0]] for k in (1, 2))
+        places = (_room(moved[vertex], heads, tails, height) for height in HEIGHTS)
+        moved[vertex] = next((place for place in places if place is not None), moved[vertex])
+    return moved
+
+
+def _room(z: complex, heads: Complex, tails: Complex, height: float) -> complex | None:
+    """A point height times their length or more to the left of all edges from heads to tails; None if none is found."""
+    base = tails - heads
+    length = np.maximum(np.abs(base), 1e-300)
+    for _ in range(STEPS):
+        short = height * length - (base.conj() * (z - heads)).imag / length
+        most = int(np.argmax(short))
+        if short[most] <= 0:
+            return z
+        z += 1j * base[most] / length[most] * (short[most] + height * length[most])
+    return None
+
+
+def _boundary(faces: Index) -> Index:
+    """Vertices of edges that one triangle has."""
+    edges = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    found, uses = np.unique(edges, axis=0, return_counts=True)
+    return np.unique(found[uses == 1])
 
 
 def _gaps(places: Index, length: int) -> Index:

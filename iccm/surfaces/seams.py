@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays import Complex, Index, Real
 from ..errors import InputError
 from ..flattening import even, flatten
-from ..meshes.cut import opened_along, opened_through, way_through
+from ..meshes.cut import Lattice, opened_along, opened_through, way_through
 from ..meshes.disk_patch import nearest, sound_piece
 from ..meshes.flatten import Flattening
 from ..meshes.mesh import face_areas
@@ -140,13 +140,7 @@ def _cost(source: Patch, target: Patch, stops: Index) -> Real:
 def _ways(whole: Patch, stops: Index) -> tuple[Real, Real]:
     """(k, k) lengths of the geodesics between vertices, the area taken as one, and the angles at which each leaves its
     first vertex, of which a full turn there is 2 π."""
-    import igl
-
-    none, every = np.zeros(0, np.int64), np.arange(whole.triangles.count)
-    faces = np.ascontiguousarray(whole.faces)
-    reach = np.array(
-        [igl.exact_geodesic(whole.points, faces, np.array([v]), none, every, none) for v in stops]
-    )
+    reach = Lattice.of(whole.points, whole.triangles).distances(stops)
     angles = np.zeros((len(stops), len(stops)))
     for i, vertex in enumerate(stops):
         around, at = _fan(whole, int(vertex))

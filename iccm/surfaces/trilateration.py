@@ -31,7 +31,7 @@ def halved(points: Real, faces: Index) -> RefinedSurface:
 def distances(fine: RefinedSurface, points: Real, stops: Index) -> Real:
     """(n, k) geodesic distances from vertices, the area taken as one: along ways that are straight within the first
     mesh's triangles and change direction at vertices on their edges (Lanthier, Maheshwari, Sack 2001), so 0.2 to 0.7 %
-    too long (medians of two capsules). libigl's exact ones may not end on flat triangles that are halved.
+    too long (medians of two capsules).
 
     Args:
         fine: triangles halved, see `halved`.

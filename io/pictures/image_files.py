@@ -19,7 +19,7 @@ from .. import formats
 from ..files import as_text, open_input
 from ..silence import silenced
 from .image import Image, error_of, prepared, transfer_of, usual_of
-from .png import SIGNATURE, PngOutput
+from .png import PngOutput
 
 __all__ = ["MAX_PIXELS", "Image", "check", "read", "transfer_of", "write", "write_bands"]
 
@@ -62,7 +62,7 @@ def read(
         InputError: the file is missing, not a flat picture, damaged, or too large; the colour space is unknown.
     """
     with open_input(path).open("rb") as content:
-        if content.read(len(SIGNATURE)) == SIGNATURE:
+        if content.read(len(formats.PNG)) == formats.PNG:
             _check_png(path, content)
     with silenced():
         return _read(path, max_pixels, colorspace, room or Memory())

@@ -10,7 +10,8 @@ import OpenImageIO as oiio
 from isal import isal_zlib
 from numpy.typing import NDArray
 
-SIGNATURE = b"\x89PNG\r\n\x1a\n"
+from ..formats import PNG
+
 UP = 2  # the filter: what is stored is the difference from the row above
 LEVEL = 2  # of ISA-L's four: the smallest files of pictures and drawings (by hand)
 
@@ -89,7 +90,7 @@ def chunk(name: bytes, content: bytes) -> bytes:
 
 def chunks(content: bytes) -> Iterator[tuple[bytes, bytes]]:
     """Names and contents of the chunks of a sound PNG file."""
-    at = len(SIGNATURE)
+    at = len(PNG)
     while at < len(content):
         end = at + 8 + int.from_bytes(content[at : at + 4])
         yield content[at + 4 : at + 8], content[at + 8 : end]
@@ -98,7 +99,7 @@ def chunks(content: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 def _until_pixels(content: bytes, height: int) -> bytes:
     """The beginning of a PNG file up to its pixels, for a picture of another height."""
-    made = SIGNATURE
+    made = PNG
     for name, held in chunks(content):
         if name == b"IDAT":
             break

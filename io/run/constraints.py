@@ -64,9 +64,8 @@ def _named(names: list[str], k: int) -> bool:
 def exact(job: Job) -> bool:
     """Whether pins and strokes are met, not weighed: what lies outside the target could not be."""
     from ...problem import Options as Solver
-    from ...solve import is_balanced
 
-    return is_balanced(Solver(**job.solver))
+    return Solver(**job.solver).is_balanced
 
 
 def holed(job: Job) -> bool:

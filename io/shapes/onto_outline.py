@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from ...curve import Curve
-from ...surfaces.rim_triangles import lifted
+from ...surfaces.rim_triangles import lifted, opened
 from .holes import fitted
 from .mesh_shape import MeshShape
 from .shape import Shape
@@ -28,7 +28,8 @@ def laid_onto(
     for note in fit.notes:
         tell(note)
     before = mesh.flattening
-    flat = lifted(fit.fast(before.flat), before.patch.faces, before.loop, outline.curve.diagonal)
+    faces = before.patch.faces
+    flat = opened(lifted(fit.fast(before.flat), faces, before.loop, outline.curve.diagonal), faces)
     curve = Curve(flat[before.loop])
     holes = tuple(flat[loop] for loop in before.patch.loops if not (loop[0] == before.loop).any())
     laid = replace(before, flat=flat, method=outline.path.name, notes=())

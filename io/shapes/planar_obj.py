@@ -86,9 +86,21 @@ def _planar(content: Obj, used: NDArray) -> Real:
     wrong = ~(np.abs(v) <= LARGEST).all(axis=1)
     if wrong.any():
         raise InputError(f"{content.path}: vertex {int(used[wrong][0]) + 1} is not finite, or too large")
-    if np.ptp(v[:, 2]) > FLAT * np.ptp(v, axis=0).max():
-        raise InputError(f"{content.path}: is not in a plane z = constant; flatten it first: iccm flatten")
+    extent = np.ptp(v, axis=0)
+    if extent[2] > FLAT * extent.max():
+        raise InputError(
+            f"{content.path}: is not in a plane z = constant{_remedy(extent, len(content.starts) - 1)}"
+        )
     return v[:, :2]
+
+
+def _remedy(extent: Real, faces: int) -> str:
+    """What to do about points with an extent along z."""
+    upright = next((axis for axis, size in zip("xy", extent) if size <= FLAT * extent.max()), None)
+    if upright:
+        where = f" but {upright} = constant; write it with z upwards (Blender: Forward Axis Y, Up Axis Z)"
+        return where + (", or flatten it first: iccm flatten" if faces else "")
+    return "; flatten it first: iccm flatten" if faces else "; draw it flat, and write it with z upwards"
 
 
 def _polylines(content: Obj) -> list[tuple[str, Edges]]:

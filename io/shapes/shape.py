@@ -322,22 +322,24 @@ def _left_out(drawing: Drawing, outline: FilledOutline) -> list[str]:
 
 def _holes(drawing: Drawing, outline: FilledOutline) -> dict[str, Any]:
     """The outlines of holes and the names of what is drawn in them; a hole has no name of its own."""
+    named = [other for other in drawing.outlines if other.names and other is not outline]
+    starts = np.array([other.z[0] for other in named], dtype=complex)
     return {
         "holes": tuple(_core(hole, drawing.flip) for hole in outline.holes),
-        "hole_names": tuple(_names_in(hole, outline, drawing.outlines) for hole in outline.holes),
+        "hole_names": tuple(_names_in(Curve(hole), outline, named, starts) for hole in outline.holes),
     }
 
 
-def _names_in(hole: Complex, outline: FilledOutline, others: Sequence[FilledOutline]) -> tuple[str, ...]:
-    """The names of what is drawn in a hole, but for those of all that the shape itself is in."""
-    inside = [other for other in others if other.names and _may_hold(hole, other.z)]
-    inside = [other for other in inside if other is not outline and Curve(hole).contains(other.z).all()]
+def _names_in(
+    hole: Curve, outline: FilledOutline, others: Sequence[FilledOutline], starts: Complex
+) -> tuple[str, ...]:
+    """The names of what is drawn in a hole, but for those of all that the shape itself is in; `starts` is a point of
+    each of the others."""
+    low, high = hole.box
+    near = (low.real <= starts.real) & (starts.real <= high.real)
+    near &= (low.imag <= starts.imag) & (starts.imag <= high.imag)
+    inside = [others[k] for k in np.flatnonzero(near).tolist() if hole.contains(others[k].z).all()]
     return tuple(dict.fromkeys(name for other in inside for name in other.names if name not in outline.names))
-
-
-def _may_hold(hole: Complex, z: Complex) -> bool:
-    low, high = Curve(hole).box
-    return bool(low.real <= z[0].real <= high.real and low.imag <= z[0].imag <= high.imag)
 
 
 def _listed(names: Iterable[str], most: int = 12) -> str:

@@ -8,7 +8,7 @@ from defusedxml import DefusedXmlException, EntitiesForbidden
 from defusedxml.ElementTree import XMLParser
 
 from ...errors import InputError
-from .budget import MAX_DEPTH, MAX_ELEMENTS, MAX_SHAPES
+from .budget import MAX_DEPTH, MAX_ELEMENTS, MAX_SHAPES, MAX_STYLE
 from .drawing import Rectangle
 from .path_data import LARGEST, numbers
 
@@ -62,13 +62,34 @@ class _Builder(TreeBuilder):
         return super().end(tag)
 
 
+class _Parser(XMLParser):
+    """Refuses what could make a document larger than its bytes, or lead out of it.
+
+    Entities that stand for a few plain characters are read: Illustrator writes the names of namespaces so.
+    """
+
+    def __init__(self, data: bytes):
+        super().__init__(target=_Builder())
+        self.references = data.count(b"&")
+
+    def defused_entity_decl(self, name, is_parameter_entity, value, base, sysid, pubid, notation_name):
+        """Called for each entity that the document declares.
+
+        Raises:
+            EntitiesForbidden: it is not plain, or too long for as often as entities are used.
+        """
+        plain = value is not None and not is_parameter_entity and not set("&<%") & set(value)
+        if not plain or len(value) * self.references > MAX_STYLE:
+            super().defused_entity_decl(name, is_parameter_entity, value, base, sysid, pubid, notation_name)
+
+
 def root(data: bytes) -> Element:
-    """The document's <svg>. Entities are refused, and nothing outside the bytes is read.
+    """The document's <svg>. Entities other than plain words are refused, and nothing outside the bytes is read.
 
     Raises:
-        InputError: not XML, not SVG, entities, too deep or too many elements.
+        InputError: not XML, not SVG, such entities, too deep or too many elements.
     """
-    parser = XMLParser(target=_Builder())
+    parser = _Parser(data)
     try:
         parser.feed(data)
         found = parser.close()

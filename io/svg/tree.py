@@ -111,12 +111,13 @@ class Drawn:
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A parsed document: its canvas in user units (None when it states none), what it draws in order, and the tags of
-    all its elements by id and Inkscape label."""
+    """A parsed document: its canvas in user units (None when it states none), what it draws in order, the tags of
+    all its elements by id and Inkscape label, and how many of its style rules are not read."""
 
     canvas: Rectangle | None
     shapes: list[Drawn]
     tags: Mapping[str, str]
+    unread: int = 0
 
 
 def parse(data: bytes) -> Document:
@@ -129,7 +130,8 @@ def parse(data: bytes) -> Document:
     top = root(data)
     box, walk, inside = begin(top)
     shapes = list(walk.children(top, inside and walk.clipped(inside)))
-    return Document(box, shapes, {n: local(e) for e in top.iter() for n in (e.get("id"), e.get(_LABEL)) if n})
+    tags = {n: local(e) for e in top.iter() for n in (e.get("id"), e.get(_LABEL)) if n}
+    return Document(box, shapes, tags, walk.sheet.unread)
 
 
 def begin(top: Element) -> tuple[Rectangle | None, "Walk", "Inherited | None"]:

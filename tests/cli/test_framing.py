@@ -108,3 +108,14 @@ def test_a_texture_of_other_proportions_than_the_canvas_is_told(shapes, iccm):
         for more in ((), ("--texture-box", "bbox"))
     }
     assert [key for key, said in told.items() if said] == [("wide.png",)]
+
+
+def test_a_texture_that_nothing_shows_is_told(shapes, iccm):
+    write("grey.png", np.full((9, 9, 3), 99, np.uint8))
+    written = {"picture": ("-o", "o.png"), "drawing": ("-o", "o.svg"), "figures": ("--report", "o.json")}
+    told = {
+        name: "nothing that is written shows it"
+        in iccm("map", "square.svg", "disk.svg", "--texture", "grey.png", *typed, *PICTURE).err
+        for name, typed in written.items()
+    }
+    assert told == {"picture": False, "drawing": True, "figures": True}

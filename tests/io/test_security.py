@@ -28,6 +28,10 @@ HOSTILE = {
     '<path d="&x;M0 0H9V9z"/></svg>',
     "laughs.svg": f'<!DOCTYPE s [<!ENTITY l0 "M0 0H9V9z">{ENTITIES}]><svg xmlns="http://www.w3.org/2000/svg">'
     '<path d="&l9;"/></svg>',
+    "quadratic.svg": f'<!DOCTYPE s [<!ENTITY x "{"M0 0H9V9z" * 2000}">]><svg xmlns="http://www.w3.org/2000/svg">'
+    f'<path d="{"&x;" * 500}"/></svg>',
+    "parameter.svg": '<!DOCTYPE s [<!ENTITY % x "M0 0H9V9z">]><svg xmlns="http://www.w3.org/2000/svg"/>',
+    "markup.svg": '<!DOCTYPE s [<!ENTITY x "&#60;g/&#62;">]><svg xmlns="http://www.w3.org/2000/svg">&x;</svg>',
     "remote.svg": '<!DOCTYPE svg SYSTEM "http://localhost:9/x.dtd"><svg xmlns="http://www.w3.org/2000/svg">'
     '<image href="file:///etc/hostname" width="9" height="9"/></svg>',
     "loop.svg": '<svg xmlns="http://www.w3.org/2000/svg"><g id="g"><use href="#g"/></g></svg>',

@@ -4,6 +4,8 @@ The multifrontal method (Duff and Reid, *The Multifrontal Solution of Indefinite
 1983; Liu, SIAM Review 1992): what takes time is dense. The vertices are ordered and the pattern of the factor is found
 once a mesh (`ordering`, `fronts`), and every Newton step only fills in numbers. A vertex that may move along one
 direction only, or not at all, keeps its block: the missing unknown has a one on the diagonal.
+
+Of [[H, g], [gᵀ, ·]] the factor's last row is (L⁻¹ g)ᵀ: with it as one more row of every front, half of solving is done.
 """
 
 from typing import NamedTuple
@@ -45,31 +47,28 @@ class BlockPattern(NamedTuple):
 
 
 class Factor(NamedTuple):
-    """A factor L of a matrix H = L Lᵀ, and room for what makes and applies it.
+    """A factor L of a matrix H = L Lᵀ and L⁻¹ g, and room for what makes and applies them.
 
     Attributes:
         values: (room,) columns of the fronts, and what waits for their parents.
         place: (n,) where the rows of a front are in it.
         waiting: (f,) fronts whose parents have not come yet, a stack.
         sources: (f + 1,) where what each of them has left begins in `values`.
-        unknowns: (2n,) of a system that is solved.
-        part: (2n,) of those, the ones in a front.
+        part: (2n + 1,) the rows of a front in a solution.
     """
 
     values: Real
     place: Index
     waiting: Index
     sources: Index
-    unknowns: Real
     part: Real
 
     @classmethod
     def of(cls, system: BlockPattern) -> "Factor":
         """Room for the factors of matrices with a pattern."""
         n, number = system.position.size, system.fronts.parents.size
-        place, waiting = np.empty(n, np.int64), np.empty(number, np.int64)
-        sources = np.empty(number + 1, np.int64)
-        return cls(np.empty(system.fronts.room), place, waiting, sources, *np.empty((2, 2 * n)))
+        place, waiting, sources = (np.empty(size, np.int64) for size in (n, number, number + 1))
+        return cls(np.empty(system.fronts.room), place, waiting, sources, np.empty(2 * n + 1))
 
 
 def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
@@ -83,8 +82,8 @@ def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
     order, fronts = fronts_of(minimum_degree(faces, count))
     position = np.empty(count, np.int64)
     position[order] = np.arange(count)
-    corners = np.take_along_axis(faces, np.argsort(position[faces], axis=1), axis=1)
-    places = position[corners]
+    places = np.sort(position[faces], axis=1)
+    corners = order[places]
     pairs = [places[:, i] * count + places[:, j] for i, j in ((0, 1), (0, 2), (1, 2))]
     keys, where = np.unique(np.concatenate([*pairs, np.arange(count) * (count + 1)]), return_inverse=True)
     first, second, third, own = np.split(where, np.cumsum([len(faces)] * 3))
@@ -96,13 +95,12 @@ def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
     ends = position[np.stack([np.arange(following.size), following])]
     ahead = np.searchsorted(keys, ends.min(axis=0) * count + ends.max(axis=0))
     starts = np.searchsorted(keys, np.arange(count + 1) * count)
-    corners = np.ascontiguousarray(corners)
     return BlockPattern(position, order, starts, keys % count, corners, slots, diagonal, ahead, fronts)
 
 
 @kernel
-def _assemble(system, matrix, front, factor, place, panel, tall):
-    """Adds a front's part of the matrix to its columns, and fills in where its rows are."""
+def _assemble(system, matrix, gradient, front, values, place, panel, tall):
+    """Adds a front's part of the matrix and of the gradient to its columns, and fills in where its rows are."""
     fronts = system.fronts
     first, end = fronts.starts[front], fronts.starts[front + 1]
     for c in range(first, end):
@@ -112,101 +110,87 @@ def _assemble(system, matrix, front, factor, place, panel, tall):
         place[fronts.beyond[p]] = at
         at += 2
     for c in range(first, end):
-        column = panel + place[c] * tall
+        column, g = panel + place[c] * tall, gradient[system.order[c]]
         for p in range(system.starts[c], system.starts[c + 1]):
             slot = column + place[system.columns[p]]
-            factor[slot] = matrix[p, 0]
-            factor[slot + 1] = matrix[p, 1]
-            factor[slot + tall] = matrix[p, 2]
-            factor[slot + tall + 1] = matrix[p, 3]
+            values[slot] = matrix[p, 0]
+            values[slot + 1] = matrix[p, 1]
+            values[slot + tall] = matrix[p, 2]
+            values[slot + tall + 1] = matrix[p, 3]
+        values[column + tall - 1], values[column + 2 * tall - 1] = g.real, g.imag
 
 
 @kernel
-def _take_up(fronts, child, factor, place, source, panel, tall, own, update):
+def _take_up(fronts, child, values, place, source, panel, tall, own, update):
     """Adds what a child has left to the columns and the rest of its parent's front."""
     beyond = fronts.beyond[fronts.beyond_starts[child] : fronts.beyond_starts[child + 1]]
-    size = 2 * beyond.size
+    size = 2 * beyond.size + 1
     for p in range(beyond.size):
         column = place[beyond[p]]
         for half in range(2):
-            left = factor[source + (2 * p + half) * size : source + (2 * p + half + 1) * size]
+            left = values[source + (2 * p + half) * size : source + (2 * p + half + 1) * size]
             goal = panel + (column + half) * tall
             if column >= own:
                 goal = update + (column - own + half) * (tall - own) - own
             for q in range(p, beyond.size):
                 row = goal + place[beyond[q]]
-                factor[row] += left[2 * q]
-                factor[row + 1] += left[2 * q + 1]
+                values[row] += left[2 * q]
+                values[row + 1] += left[2 * q + 1]
+            values[goal + tall - 1] += left[size - 1]
 
 
 @kernel
-def _rank_8(factor, at, tall, goal, size, columns, count):
-    """Subtracts from the lower triangle of `columns` columns at `goal`, `size` apart, 8 others times themselves."""
-    for _ in range(columns):
-        x = factor[goal : goal + count]
-        a = factor[at : at + count]
-        b = factor[at + 1 * tall : at + 1 * tall + count]
-        c = factor[at + 2 * tall : at + 2 * tall + count]
-        d = factor[at + 3 * tall : at + 3 * tall + count]
-        e = factor[at + 4 * tall : at + 4 * tall + count]
-        f = factor[at + 5 * tall : at + 5 * tall + count]
-        g = factor[at + 6 * tall : at + 6 * tall + count]
-        h = factor[at + 7 * tall : at + 7 * tall + count]
-        a0, b0, c0, d0, e0, f0, g0, h0 = a[0], b[0], c[0], d[0], e[0], f[0], g[0], h[0]
+def _column(panel, tall, own, update, c):
+    """Where the diagonal entry of a front's column c is: among its own ones, or in what it leaves to its parent."""
+    return panel + c * (tall + 1) if c < own else update + (c - own) * (tall - own + 1)
+
+
+@kernel
+def _rank_8(values, block, begin, panel, tall, own, update):
+    """Subtracts from the lower triangle of all columns from `begin` on the eight at `block` times themselves."""
+    for c in range(begin, tall - 1):
+        goal, at, count = _column(panel, tall, own, update, c), block + c, tall - c
+        x = values[goal : goal + count]
+        a = values[at : at + count]
+        b = values[at + 1 * tall : at + 1 * tall + count]
+        c_ = values[at + 2 * tall : at + 2 * tall + count]
+        d = values[at + 3 * tall : at + 3 * tall + count]
+        e = values[at + 4 * tall : at + 4 * tall + count]
+        f = values[at + 5 * tall : at + 5 * tall + count]
+        g = values[at + 6 * tall : at + 6 * tall + count]
+        h = values[at + 7 * tall : at + 7 * tall + count]
+        a0, b0, c0, d0, e0, f0, g0, h0 = a[0], b[0], c_[0], d[0], e[0], f[0], g[0], h[0]
         for i in range(count):
             x[i] -= (
-                a0 * a[i] + b0 * b[i] + c0 * c[i] + d0 * d[i] + e0 * e[i] + f0 * f[i] + g0 * g[i] + h0 * h[i]
+                a0 * a[i] + b0 * b[i] + c0 * c_[i] + d0 * d[i] + e0 * e[i] + f0 * f[i] + g0 * g[i] + h0 * h[i]
             )
-        at += 1
-        goal += size + 1
-        count -= 1
 
 
 @kernel
-def _rank_4(factor, at, tall, goal, size, columns, count):
-    """Subtracts from the lower triangle of `columns` columns at `goal`, `size` apart, 4 others times themselves."""
-    for _ in range(columns):
-        x = factor[goal : goal + count]
-        a = factor[at : at + count]
-        b = factor[at + 1 * tall : at + 1 * tall + count]
-        c = factor[at + 2 * tall : at + 2 * tall + count]
-        d = factor[at + 3 * tall : at + 3 * tall + count]
-        a0, b0, c0, d0 = a[0], b[0], c[0], d[0]
-        for i in range(count):
-            x[i] -= a0 * a[i] + b0 * b[i] + c0 * c[i] + d0 * d[i]
-        at += 1
-        goal += size + 1
-        count -= 1
-
-
-@kernel
-def _rank_2(factor, at, tall, goal, size, columns, count):
-    """Subtracts from the lower triangle of `columns` columns at `goal`, `size` apart, 2 others times themselves."""
-    for _ in range(columns):
-        x = factor[goal : goal + count]
-        a = factor[at : at + count]
-        b = factor[at + 1 * tall : at + 1 * tall + count]
+def _rank_2(values, block, begin, panel, tall, own, update):
+    """As `_rank_8`, two of them; four by themselves take as long as twice two."""
+    for c in range(begin, tall - 1):
+        goal, at, count = _column(panel, tall, own, update, c), block + c, tall - c
+        x = values[goal : goal + count]
+        a = values[at : at + count]
+        b = values[at + tall : at + tall + count]
         a0, b0 = a[0], b[0]
         for i in range(count):
             x[i] -= a0 * a[i] + b0 * b[i]
-        at += 1
-        goal += size + 1
-        count -= 1
 
 
 @kernel
-def _eliminated(factor, panel, tall, own, update):
+def _eliminated(values, panel, tall, own, update):
     """Eliminates the `own` columns of a front; False where they are not positive definite."""
-    beyond = tall - own
     begin = 0
     while begin < own:
-        wide = 8 if own - begin >= 8 else 4 if own - begin >= 4 else 2
+        wide = 8 if own - begin >= 8 else 2
         block = panel + begin * tall
         for j in range(wide):
             column = block + j * tall
-            x = factor[column + begin + j : column + tall]
+            x = values[column + begin + j : column + tall]
             for k in range(j):
-                a = factor[block + k * tall + begin + j : block + (k + 1) * tall]
+                a = values[block + k * tall + begin + j : block + (k + 1) * tall]
                 a0 = a[0]
                 for i in range(x.size):
                     x[i] -= a0 * a[i]
@@ -216,26 +200,22 @@ def _eliminated(factor, panel, tall, own, update):
             for i in range(x.size):
                 x[i] *= scale
         begin += wide
-        for row, goal, size, columns in (
-            (begin, panel + begin * tall + begin, tall, own - begin),
-            (own, update, beyond, beyond),
-        ):
-            if wide == 8:
-                _rank_8(factor, block + row, tall, goal, size, columns, tall - row)
-            elif wide == 4:
-                _rank_4(factor, block + row, tall, goal, size, columns, tall - row)
-            else:
-                _rank_2(factor, block + row, tall, goal, size, columns, tall - row)
+        if wide == 8:
+            _rank_8(values, block, begin, panel, tall, own, update)
+        else:
+            _rank_2(values, block, begin, panel, tall, own, update)
     return True
 
 
 @kept(**DENSE)
-def factorise(system, matrix, factor):
-    """Fills in the factor of a matrix; False where the matrix is not positive definite.
+def factorise(system, matrix, gradient, factor):
+    """Fills in the factor of a matrix and what `downhill` needs of a gradient; False where the matrix is not positive
+    definite.
 
     Args:
         system: its pattern.
         matrix: (e, 4) blocks xx, xy, yx, yy of the upper triangle.
+        gradient: (n,) complex, x + iy of each vertex.
         factor: written.
     """
     fronts, values, place = system.fronts, factor.values, factor.place
@@ -244,12 +224,12 @@ def factorise(system, matrix, factor):
     sources[0] = fronts.panels[number]
     for front in range(number):
         own = 2 * (fronts.starts[front + 1] - fronts.starts[front])
-        beyond = 2 * (fronts.beyond_starts[front + 1] - fronts.beyond_starts[front])
-        panel, tall = fronts.panels[front], own + beyond
+        rest = 2 * (fronts.beyond_starts[front + 1] - fronts.beyond_starts[front]) + 1
+        panel, tall = fronts.panels[front], own + rest
         update = sources[top]
         values[panel : panel + own * tall] = 0.0
-        values[update : update + beyond * beyond] = 0.0
-        _assemble(system, matrix, front, values, place, panel, tall)
+        values[update : update + rest * rest] = 0.0
+        _assemble(system, matrix, gradient, front, values, place, panel, tall)
         while top > 0 and fronts.parents[waiting[top - 1]] == front:
             top -= 1
             _take_up(fronts, waiting[top], values, place, sources[top], panel, tall, own, update)
@@ -257,54 +237,36 @@ def factorise(system, matrix, factor):
             return False
         goal = sources[top]
         if goal < update:
-            goals, left = values[goal : goal + beyond * beyond], values[update : update + beyond * beyond]
-            for i in range(beyond * beyond):
+            goals, left = values[goal : goal + rest * rest], values[update : update + rest * rest]
+            for i in range(rest * rest):
                 goals[i] = left[i]
-        if beyond > 0:
+        if rest > 1:
             waiting[top] = front
             top += 1
-            sources[top] = goal + beyond * beyond
+            sources[top] = goal + rest * rest
     return True
 
 
 @kept(**DENSE)
-def downhill(system, factor, gradient, step):
-    """Fills in the step -H⁻¹ g (n,) for the factor of H and a gradient (n,), both complex, x + iy of each vertex."""
-    fronts, n = system.fronts, system.position.size
-    u, part, values = factor.unknowns, factor.part, factor.values
-    for v in range(n):
-        at = 2 * system.position[v]
-        u[at], u[at + 1] = -gradient[v].real, -gradient[v].imag
-    for front in range(fronts.parents.size):
-        first, own = 2 * fronts.starts[front], 2 * (fronts.starts[front + 1] - fronts.starts[front])
-        beyond = fronts.beyond[fronts.beyond_starts[front] : fronts.beyond_starts[front + 1]]
-        tall, at = own + 2 * beyond.size, fronts.panels[front]
-        for i in range(tall):
-            part[i] = u[first + i] if i < own else 0.0
-        for j in range(own):
-            part[j] /= values[at]
-            s, later = part[j], part[j + 1 : tall]
-            column = values[at + 1 : at + tall - j]
-            for i in range(later.size):
-                later[i] -= s * column[i]
-            u[first + j] = s
-            at += tall + 1
-        for p in range(beyond.size):
-            u[2 * beyond[p]] += part[own + 2 * p]
-            u[2 * beyond[p] + 1] += part[own + 2 * p + 1]
+def downhill(system, factor, step):
+    """Fills in the step -H⁻¹ g (n,), complex, for the factor of H and g: the x with Lᵀ x + L⁻¹ g = 0."""
+    fronts, part, values = system.fronts, factor.part, factor.values
     for front in range(fronts.parents.size - 1, -1, -1):
-        first, own = 2 * fronts.starts[front], 2 * (fronts.starts[front + 1] - fronts.starts[front])
-        beyond = fronts.beyond[fronts.beyond_starts[front] : fronts.beyond_starts[front + 1]]
-        tall, at = own + 2 * beyond.size, fronts.panels[front + 1]
-        for p in range(beyond.size):
-            part[own + 2 * p], part[own + 2 * p + 1] = u[2 * beyond[p]], u[2 * beyond[p] + 1]
+        first, end = fronts.starts[front], fronts.starts[front + 1]
+        own, at = 2 * (end - first), fronts.panels[front + 1]
+        tall = own
+        for p in range(fronts.beyond_starts[front], fronts.beyond_starts[front + 1]):
+            found = step[system.order[fronts.beyond[p]]]
+            part[tall], part[tall + 1] = found.real, found.imag
+            tall += 2
+        part[tall] = 1.0  # for the row of L⁻¹ g
+        tall += 1
         for j in range(own - 1, -1, -1):
-            s, later, column = u[first + j], part[j + 1 : tall], values[at - (tall - j - 1) : at]
+            later, column = part[j + 1 : tall], values[at + j + 1 - tall : at]
+            s = 0.0
             for i in range(later.size):
                 s -= later[i] * column[i]
-            part[j] = s / values[at - (tall - j)]
-            u[first + j] = part[j]
+            part[j] = s / values[at + j - tall]
             at -= tall
-    for v in range(n):
-        at = 2 * system.position[v]
-        step[v] = complex(u[at], u[at + 1])
+        for c in range(first, end):
+            step[system.order[c]] = complex(part[2 * (c - first)], part[2 * (c - first) + 1])

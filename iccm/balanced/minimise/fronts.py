@@ -25,7 +25,7 @@ class Fronts(NamedTuple):
         beyond_starts: (f + 1,) where each begins in `beyond`.
         beyond: later vertices that each is coupled to, ascending.
         parents: (f,) the front that each adds to; f: none.
-        panels: (f + 1,) where the columns of each begin in the factor, 2 (k + b) rows of 2 k columns.
+        panels: (f + 1,) where the columns of each begin in the factor, 2 (k + b) + 1 rows of 2 k columns.
         room: numbers that the factor takes, with what is waiting for parents.
     """
 
@@ -57,7 +57,7 @@ def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
     above = np.full(number, number)
     above[wide > 0] = np.searchsorted(starts, beyond[beyond_starts[:-1][wide > 0]], side="right") - 1
     columns = np.diff(starts)
-    panels = np.append(0, np.cumsum(4 * columns * (columns + wide)))
+    panels = np.append(0, np.cumsum(2 * columns * (2 * (columns + wide) + 1)))
     order = np.empty(n, np.int64)
     order[place] = found.order
     return order, Fronts(
@@ -67,7 +67,7 @@ def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
 
 def _waiting(wide: Index, parents: Index) -> int:
     """The most numbers that wait for parents, with those of the front under way."""
-    squares = 4 * wide**2
+    squares = (2 * wide + 1) ** 2
     taken = np.bincount(parents, squares, wide.size + 1)[:-1].astype(np.int64)
     before = np.append(0, np.cumsum(squares - taken))[:-1]
     return int((before + squares).max())

@@ -249,9 +249,9 @@ def descend(
         stiffen(system, border, directions, space.curvature, matrix)
         regularise(system, matrix, REGULAR)
         restrict_gradient(kinds, directions, slope, gradient)
-        if not factorise(system, matrix, space.factor):
+        if not factorise(system, matrix, gradient, space.factor):
             return energy, done, small
-        downhill(system, space.factor, gradient, step)
+        downhill(system, space.factor, step)
         decrease = 0.0
         for v in range(u.size):
             decrease += dot(gradient[v], step[v])

@@ -44,6 +44,8 @@ def check(run: Run, outputs: list[Output]) -> None:
     checks.source(run)
     if run.job.texture:
         checks.texture(run)
+        if not any(output.shows for output in outputs):
+            run.note(f"{run.job.texture}: nothing that is written shows it; a picture (-o FILE.png) does")
 
 
 def expanded(run: Run, outputs: list[Output]) -> list[Output]:

@@ -22,6 +22,7 @@ class Output(ABC):
     tiles: ClassVar[bool] = False  # whether it can be written tile by tile (UDIM)
     tile: complex | None = None  # the one that it is of: its lower left corner in the layout
     samples: ClassVar[bool] = False  # whether it filters the texture, which is made ready beside the solving
+    shows: ClassVar[bool] = False  # whether the texture is seen in it
 
     map: tuple[str, str] | None = None
 

@@ -26,7 +26,7 @@ PADDED = "the whole picture at once (--padding)"
 class Picture(Output):
     """A picture of the target."""
 
-    samples, tiles = True, True
+    samples, shows, tiles = True, True, True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """A suffix of pictures, and of those that keep what --padding makes."""

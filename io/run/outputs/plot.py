@@ -13,6 +13,8 @@ from .output import Output
 class Plot(Output):
     """A figure."""
 
+    shows = True  # on a mesh
+
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """A suffix of figures."""
         formats.check(self.name, "plot", "--plot")

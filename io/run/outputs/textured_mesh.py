@@ -14,7 +14,7 @@ from ....maps.extended_inverse import ExtendedInverse
 from ....maps.kinds import AnyMap
 from ....maps.triangulated.map import TriangulatedMap
 from ....meshes import layout
-from ....surfaces.rim_triangles import lifted
+from ....surfaces.rim_triangles import lifted, opened
 from ... import formats
 from ...materials import carried_maps
 from ...meshes import mesh_files, obj_materials
@@ -30,6 +30,8 @@ from .output import Output
 
 class TexturedMesh(Output):
     """A mesh with new texture coordinates."""
+
+    shows = True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """A mesh as target, and a suffix that holds texture coordinates."""
@@ -174,14 +176,13 @@ def new_uvs(
 
 
 def _pulled(part: MeshShape, map: AnyMap, pull: ExtendedInverse) -> Complex:
-    """Where a mesh's vertices come from; triangles with all corners on a straight side of the source are lifted."""
+    """Where a mesh's vertices come from; triangles for which the source's outline leaves no room are given some."""
     flat = part.flattening
     z = pull(flat.flat)
-    return (
-        lifted(z, flat.patch.faces, flat.loop, Curve(map.polygon).diagonal)
-        if isinstance(map, TriangulatedMap)
-        else z
-    )
+    if not isinstance(map, TriangulatedMap):
+        return z
+    faces = flat.patch.faces
+    return opened(lifted(z, faces, flat.loop, Curve(map.polygon).diagonal), faces)
 
 
 def _uv_of(source: Shape, box: Box, z: Complex, target: MeshShape, threads: int | None) -> tuple[Real, int]:

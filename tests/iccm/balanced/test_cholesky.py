@@ -36,10 +36,10 @@ def test_solves_like_numpy(meshed):
     matrix, dense = filled(system, rng)
     n = system.position.size
     factor = Factor.of(system)
-    assert factorise(system, matrix, factor)
     g = rng.standard_normal(n) + 1j * rng.standard_normal(n)
+    assert factorise(system, matrix, g, factor)
     step = np.empty(n, complex)
-    downhill(system, factor, g, step)
+    downhill(system, factor, step)
     right = np.empty(2 * n)
     right[2 * system.position], right[2 * system.position + 1] = g.real, g.imag
     expected = -np.linalg.solve(dense, right)
@@ -51,7 +51,7 @@ def test_an_indefinite_matrix_is_refused(meshed):
     _, _, system = meshed
     matrix, _ = filled(system, np.random.default_rng(2))
     matrix[system.diagonal[5], 0] = -1.0
-    assert not factorise(system, matrix, Factor.of(system))
+    assert not factorise(system, matrix, np.ones(system.position.size, complex), Factor.of(system))
 
 
 def test_slots_name_the_pairs_of_each_triangle(meshed):

@@ -176,6 +176,24 @@ def test_tuttes_map_is_one_to_one_even_with_a_hole():
     assert overlap(Flattening(piece, flat, piece.loops[0], "tutte")) is None
 
 
+def test_a_hole_turned_inside_out_is_an_overlap():
+    """Joukowski's map z + 1/z turns no triangle of a ring around the unit circle over, and covers an ellipse twice."""
+    radii, spokes = [0.4, 0.7, 1, 1.5, 3], 24
+    z = np.concatenate([r * np.exp(2j * np.pi * np.arange(spokes) / spokes) for r in radii])
+    k = np.arange(spokes * (len(radii) - 1)).reshape(-1, spokes)
+    quads = np.stack([k, k + spokes, np.roll(k, -1, 1) + spokes, np.roll(k, -1, 1)], axis=-1).reshape(-1, 4)
+    middle = z.size + np.arange(len(quads))
+    faces = np.vstack([np.column_stack([quads[:, [j, (j + 1) % 4]], middle]) for j in range(4)])
+    z = np.concatenate([z, z[quads].mean(axis=1)])
+    piece = disk_patch(Mesh.triangles("ring", np.column_stack([z.real, z.imag, 0 * z.real]), faces))
+    z = piece.points[:, 0] + 1j * piece.points[:, 1]
+    outline = max(piece.loops, key=lambda loop: np.abs(z[loop]).max())
+    assert overlap(Flattening(piece, z, outline, "itself")) is None
+    twice = Flattening(piece, z + 1 / z, outline, "Joukowski")
+    assert not twice.turned.size
+    assert overlap(twice) == "a hole turned inside out"
+
+
 @pytest.mark.parametrize("holed", [False, True])
 def test_a_torus_is_cut_along_edges_of_the_file_into_one_disk(holed):
     mesh = torus()

@@ -15,12 +15,14 @@ from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
 from iccm.io.shapes import constraints
 from iccm.io.shapes.listing import Listed, Pin
+from iccm.meshes.cut import Lattice, opened_through
 from iccm.meshes.disk_patch import disk_patch, nearest, sound_piece
 from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh, face_areas
 from iccm.result import Status
 from iccm.surfaces import alike, descent, seams, trilateration, unfolding
 from iccm.surfaces.inserted import with_vertices
+from iccm.surfaces.refined import RefinedSurface
 from tests.triangulations import hull, spiral_points
 
 HORNS = np.array([0.45, -0.25 + 0.4j, -0.3 - 0.35j])
@@ -114,7 +116,7 @@ def test_distances_are_geodesic(n):
 
 
 def test_distances_on_flat_triangles_are_those_in_the_plane():
-    """Of a cube whose triangles were halved before: libigl's exact ones may not end there."""
+    """Of a cube whose triangles were halved before."""
     x, y, z = np.indices((2, 2, 2)).reshape(3, -1)
     corners = np.column_stack([x, y, z]).astype(float)
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -128,6 +130,52 @@ def test_distances_on_flat_triangles_are_those_in_the_plane():
     straight = np.linalg.norm(places, axis=1)[beside]
     np.testing.assert_allclose(found[beside], straight, rtol=0.02)
     assert (found[~beside] > np.linalg.norm(places, axis=1)[~beside] + 0.01).all()
+
+
+def subdivided():
+    """A polyhedron with its triangles halved twice; libigl's exact geodesics from vertex 28 never end."""
+    corners = [
+        (-1, 1, 2),
+        (-1, 2, -1),
+        (-2, 3, -3),
+        (-1, -2, -3),
+        (1, -1, -1),
+        (-2, -2, -3),
+        (0, 0, 2),
+        (-2, 2, -3),
+    ]
+    points = np.array([*corners, (-3, 0, 0)], float)
+    faces = ["324", "028", "237", "421", "201", "573", "825", "275", "416", "610", "634", "653", "608", "856"]
+    fine = RefinedSurface.of(np.array([[int(v) for v in face] for face in faces]), len(points))
+    for _ in range(2):
+        fine = fine.without_chords(np.ones(fine.count, bool))
+    return sound_piece(Mesh.triangles("subdivided", fine.carried(points), fine.faces))
+
+
+def test_geodesics_on_flat_subdivided_faces_end():
+    whole, stops = subdivided(), np.array([28, 4])
+    found = Lattice.of(whole.points, whole.triangles).distances(stops)[:, : len(whole.points)]
+    fine = trilateration.halved(whole.points, whole.faces)
+    other = trilateration.distances(fine, fine.carried(whole.points), stops)[: len(whole.points)].T
+    area = face_areas(whole.points[whole.faces]).sum()
+    np.testing.assert_allclose(found / np.sqrt(area), other, rtol=0.01, atol=1e-12)
+    np.testing.assert_allclose(found[0, 4], found[1, 28])
+    cut = opened_through(whole, [28, 4, 0])
+    assert len(cut.loops) == 1 and not cut.genus
+    across = sum(found[k, end] for k, end in ((0, 4), (1, 0)))
+    assert across - 1e-9 < cut.seam_length * np.sqrt(area) < 1.3 * across
+
+
+@pytest.mark.parametrize("n", [160, 3000])
+def test_lattices_are_nearly_geodesic(n):
+    whole, stops = sound_piece(limbed(n)), np.array([0, n // 3])
+    found = Lattice.of(whole.points, whole.triangles).distances(stops)[:, :n]
+    none, faces = np.zeros(0, np.int64), np.ascontiguousarray(whole.faces)
+    exact = np.array(
+        [igl.exact_geodesic(whole.points, faces, stops[[k]], none, np.arange(n), none) for k in (0, 1)]
+    )
+    assert (found > exact - 1e-9).all()
+    assert (found - exact).mean() < 0.003 * exact.mean() and (found < 1.015 * exact + 1e-12).all()
 
 
 def test_horns_go_onto_horns_without_landmarks_on_them():
@@ -262,3 +310,12 @@ def test_a_surface_that_is_squeezed_onto_another_is_not_reached(width, status):
     assert fit.status.name == status
     assert fit.status.ok == (status == "REACHED")
     assert any("stretched strongly" in note for note in fit.notes) == (status == "TWISTED")
+
+
+def test_where_a_map_between_surfaces_all_but_folds_a_note_says_so():
+    here, there = (flatten(disk_patch(sheet(each))) for each in (1, 400))
+    corners = [layout.flat[np.abs(layout.patch.points).sum(axis=1).argmin()] for layout in (here, there)]
+    notes = iccm.fit(here, there, pins=[corners]).report()["notes"]
+    assert any("the map all but folds" in note for note in notes)
+    notes = iccm.fit(here, here, pins=[[corners[0], corners[0]]]).report()["notes"]
+    assert not any("all but folds" in note for note in notes)

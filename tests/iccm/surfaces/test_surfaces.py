@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.optimize
+import scipy.spatial
 
 import iccm
 from iccm.balanced.frames import UnitFrame
@@ -22,7 +23,7 @@ from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh, face_areas
 from iccm.meshes.stretch import Linear, linear
 from iccm.surfaces.refined import RefinedSurface
-from iccm.surfaces.rim_triangles import lifted
+from iccm.surfaces.rim_triangles import lifted, opened
 from tests.triangulations import hull
 
 
@@ -210,6 +211,31 @@ def test_texture_coordinates_fold_nowhere_and_the_triangles_are_the_surface_s_ow
 
     tree = cKDTree(np.column_stack([fit.map.source.real, fit.map.source.imag]))
     assert tree.query(np.column_stack([layout.flat.real, layout.flat.imag]))[0].max() < 1e-9
+
+
+@pytest.mark.parametrize("seed", [3, 9, 12])
+def test_what_a_corner_of_the_outline_cuts_off_is_given_room(seed):
+    """From one side of a square to the next a coarse mesh's edge passes the corner, and inner vertices behind it."""
+    rng = np.random.default_rng(seed)
+    inside = np.sqrt(rng.uniform(size=120)) * np.exp(2j * np.pi * rng.uniform(size=120)) * 0.999
+    z = np.concatenate([inside, np.exp(2j * np.pi * np.sort(rng.uniform(size=25)))])
+    points = np.column_stack([z.real, z.imag, 0.5 * z.real**2])
+    faces = scipy.spatial.Delaunay(points[:, :2]).simplices
+    faces = np.where(up(z, faces)[:, None] > 0, faces, faces[:, ::-1])
+    layout = flatten(disk_patch(Mesh.triangles("disc", points, faces[np.abs(up(z, faces)) > 1e-6])))
+    fit = iccm.fit(layout, np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j]))
+    faces = layout.patch.faces
+    image = lifted(fit.fast(layout.flat), faces, layout.loop, 2 * 2**0.5)
+    found = opened(image, faces)
+    assert (up(image, faces) <= 0).any() and (up(found, faces) > 0).all()
+    assert (found[layout.loop] == image[layout.loop]).all()
+    assert np.isin(np.flatnonzero(found != image), faces[up(image, faces) <= 0]).all()
+
+
+def up(z, faces):
+    """Twice the signed areas."""
+    a, b, c = z[faces].T
+    return ((b - a).conj() * (c - a)).imag
 
 
 def test_pins_of_a_surface_are_met():

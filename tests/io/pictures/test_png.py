@@ -8,7 +8,8 @@ import OpenImageIO as oiio
 import pytest
 from PIL import Image as Pillow
 
-from iccm.io.pictures.png import SIGNATURE, PngOutput, chunks
+from iccm.io.formats import PNG
+from iccm.io.pictures.png import PngOutput, chunks
 
 
 def noise(shape, dtype):
@@ -61,7 +62,7 @@ def test_all_but_the_pixels_is_as_openimageio_writes_it(tmp_path):
     assert file.write_image(pixels)
     assert file.close()
     ours, theirs = ((tmp_path / name).read_bytes() for name in ("a.png", "b.png"))
-    assert ours.startswith(SIGNATURE)
+    assert ours.startswith(PNG)
     first, second = ([part for part in chunks(content) if part[0] != b"IDAT"] for content in (ours, theirs))
     assert first == second
     assert {b"IHDR", b"sRGB", b"tEXt", b"pHYs", b"IEND"} <= {name for name, _ in first}

@@ -76,7 +76,7 @@ def test_groups_of_faces_and_holes(read):
         (CORNERS + "l 1 2 1", "open"),
         (CORNERS + "f 1 2 9", "vertex 9"),
         ("v 0 0 0\nv 1 0 0\nv 2 0 0\nl 1 2 3 1", "no area"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 1\nl 1 2 3 1", "flatten it first"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 1\nl 1 2 3 1", "draw it flat"),
         ("v 0 0 0\nv 1 0 0\nv nan 1 0\nl 1 2 3 1", "vertex 3|number"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4", "no boundary"),
     ],
@@ -93,3 +93,20 @@ def test_a_long_outline_keeps_its_vertices(read):
     text = "".join(f"v {x:.9f} {y:.9f} 0\n" for x, y in zip(r * np.cos(t), r * np.sin(t)))
     shape = read(text + "l " + " ".join(str(k + 1) for k in range(5000)) + " 1\n")
     assert shape.curve.z.size == 5000
+
+
+@pytest.mark.parametrize(
+    "points, line, said",
+    [
+        ("0 0 0, 1 0 0, 1 0 1, 0 0 1", "l 1 2 3 4 1", "but y = constant; write it with z upwards"),
+        ("0 0 0, 1 0 0, 1 0 1, 0 0 1", "f 1 2 3 4", "or flatten it first: iccm flatten"),
+        ("2 0 0, 2 1 0, 2 1 1, 2 0 1", "l 1 2 3 4 1", "but x = constant"),
+        ("0 0 0, 1 0 0, 1 1 1, 0 1 1", "l 1 2 3 4 1", "draw it flat"),
+        ("0 0 0, 1 0 0, 1 1 1, 0 1 1", "f 1 2 3 4", "flatten it first"),
+    ],
+)
+def test_what_to_do_about_another_plane_is_what_helps(read, points, line, said):
+    """Lines cannot be flattened, and programs with y upwards write what lies on the ground at y = 0."""
+    with pytest.raises(InputError, match="z = constant") as error:
+        read("".join(f"v {point}\n" for point in points.split(", ")) + line)
+    assert said in str(error.value) and ("flatten" in str(error.value)) == line.startswith("f")

@@ -264,6 +264,24 @@ def test_what_is_not_shown_is_not_read(svg, hidden):
     assert svg(body).curve.area == pytest.approx(25)
 
 
+def test_entities_of_plain_words_are_read(tmp_path):
+    """Illustrator writes the names of namespaces so."""
+    names = '<!ENTITY ns_svg "http://www.w3.org/2000/svg"><!ENTITY ns_link "http://www.w3.org/1999/xlink">'
+    body = '<rect id="r" width="5" height="5"/><use xlink:href="#r" x="5"/>'
+    (tmp_path / "a.svg").write_text(
+        f'<!DOCTYPE svg [{names}]><svg xmlns="&ns_svg;" xmlns:xlink="&ns_link;" viewBox="0 0 9 9">{body}</svg>'
+    )
+    assert shapes.read(f"{tmp_path}/a.svg#silhouette").curve.area == 50
+
+
+def test_style_rules_that_are_not_read_are_told(svg):
+    body = '<rect class="a" width="9" height="9"/>'
+    assert svg(f"<style>g>.a{{fill:none}} .a:hover{{fill:red}}</style>{body}").notes == (
+        "2 style rules not read: a selector of more than a tag, classes and an id",
+    )
+    assert not svg(f"<style>.a{{fill:red}}</style>{body}").notes
+
+
 def test_a_clip_is_told(svg):
     shape = svg('<g clip-path="url(#c)"><rect width="9" height="9"/></g>')
     assert shape.curve.area == 81 and "clip-path is ignored" in shape.notes[0]
@@ -456,7 +474,7 @@ HOSTILE = {
     b"<html></html>": "<html>, not <svg>",
     b'<?xml version="1.0" encoding="klingon"?><svg/>': "XML",
     b'<?xml version="1.0" encoding="shift-jis"?><svg/>': "XML",
-    f'<!DOCTYPE s [<!ENTITY l0 "ha">{LAUGHS}]><svg>&l9;</svg>'.encode(): "entity 'l0'",
+    f'<!DOCTYPE s [<!ENTITY l0 "ha">{LAUGHS}]><svg>&l9;</svg>'.encode(): "entity 'l1'",
     b'<!DOCTYPE s [<!ENTITY x SYSTEM "file:///etc/passwd">]><svg>&x;</svg>': "entity 'x'",
     b'<!DOCTYPE s [<!ENTITY % x SYSTEM "http://127.0.0.1/">%x;]><svg></svg>': "entity 'x'",
     b"<svg>" + b"<g>" * 100_000: "nested",
