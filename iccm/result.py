@@ -25,6 +25,8 @@ CERTAIN = 0.99
 """Of the source's area: of a map that is certain to be one-to-one on less, the inverse is looked at."""
 MOST_LOST = 0.01  # of the source's area
 TOLD = 2e-3  # of the source's area
+SQUEEZED = 2e-3
+"""Of a surface: by landmarks good maps have at most 1.1e-3 (cow), one with limbs lost 2.4e-3 (fox, 622 triangles)."""
 BACK = 1e-6  # of the source's diagonal: an inverse that errs by more is another point
 
 
@@ -265,6 +267,12 @@ class Fit:
             found.append(
                 f"folds: {self.lost:.1%} of the source's area fold, or shrink below what numbers can tell: the inverse "
                 "does not bring them back"
+            )
+        if all(self.layouts) and (share := self.distortion.squeezed) >= SQUEEZED:
+            found.append(
+                f"squeezed: on {share:.1%} of a surface the map all but folds, lengths change by more than 100 times "
+                f"as much one way as the other, by up to {self.distortion.dilatations.max():.2g} (dilatation): "
+                "give landmarks there, or others"
             )
         return found
 

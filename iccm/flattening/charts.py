@@ -101,7 +101,7 @@ class Atlas:
     @cached_property
     def _label(self) -> Index:
         """(m,) the piece of the layout that each triangle is in."""
-        return _unfolded(self.shape, self.turn)[0]
+        return _unfolded(self.shape, self.turn)
 
     @cached_property
     def areas(self) -> Real:
@@ -193,22 +193,31 @@ class Atlas:
         return LaidOut(laid, tile, mirror)
 
 
-def _unfolded(shape: Triangles, turn: Real) -> tuple[Index, Index]:
-    """(m,) pieces of a layout joined across the edges at which it does not fold, and (e, 2) triangles where it does."""
+def _unfolded(shape: Triangles, turn: Real) -> Index:
+    """(m,) pieces of a layout joined across the edges at which it does not fold."""
+    one, two = _across(shape, turn)[0].T
+    return labels(one, two, len(shape.faces))
+
+
+def _across(shape: Triangles, turn: Real) -> tuple[Index, Index]:
+    """(e, 2) triangles that meet at an edge at which the layout does not fold, and (f, 2) at which it does."""
     half = np.flatnonzero(shape.twin > np.arange(shape.twin.size))
     other = shape.twin[half]
     alike = (turn[half // 3] > 0) == (turn[other // 3] > 0)
     against = shape.tail[half] == shape.tail[other]  # wound against each other
     joined = alike != against
     ends = np.column_stack([half // 3, other // 3])
-    one, two = ends[joined].T
-    return labels(one, two, len(shape.faces)), ends[~joined & ~against]
+    return ends[joined], ends[~joined & ~against]
 
 
 def _mended(shape: Triangles, uv: Real) -> tuple[Real, int]:
     """Coordinates (p, 2) in which slips are turned over by the least moves, and how many triangles that are."""
     turn = turns(uv[shape.faces])
-    piece, folds = _unfolded(shape, turn)
+    joined, folds = _across(shape, turn)
+    if not folds.size:
+        return uv, 0
+    one, two = joined.T
+    piece = labels(one, two, len(shape.faces))
     area = np.bincount(piece, np.abs(turn))
     both = np.concatenate([folds, folds[:, ::-1]])
     small = both[area[piece[both[:, 0]]] < FOLD * area[piece[both[:, 1]]]]

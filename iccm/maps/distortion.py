@@ -15,6 +15,7 @@ from .triangulated.map import TriangulatedMap
 from .triangulated.patches import cross
 
 STRETCHED, DILATED = 5.0, 10.0  # over 5 % of the target: from here pictures look like combed stripes
+SQUEEZED = 100.0  # dilatation from which a triangle counts as all but folded (by hand)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +64,13 @@ class Distortion:
         """Stretch and dilatation beyond which 5 % of the target are, where that is far; else None."""
         stretch, dilatation = (self.quantile(each, 0.95) for each in (self.stretches, self.dilatations))
         return (stretch, dilatation) if stretch > STRETCHED or dilatation > DILATED else None
+
+    @property
+    def squeezed(self) -> float:
+        """The larger of the shares of source and target on which the map all but folds: dilatation over SQUEEZED."""
+        before = self.area / np.maximum(np.abs(np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2), 1e-300)
+        on = self.dilatations > SQUEEZED
+        return max(float(area @ on / area.sum()) for area in (self.area, before))
 
     @property
     def turn(self) -> float:

@@ -310,3 +310,12 @@ def test_a_surface_that_is_squeezed_onto_another_is_not_reached(width, status):
     assert fit.status.name == status
     assert fit.status.ok == (status == "REACHED")
     assert any("stretched strongly" in note for note in fit.notes) == (status == "TWISTED")
+
+
+def test_where_a_map_between_surfaces_all_but_folds_a_note_says_so():
+    here, there = (flatten(disk_patch(sheet(each))) for each in (1, 400))
+    corners = [layout.flat[np.abs(layout.patch.points).sum(axis=1).argmin()] for layout in (here, there)]
+    notes = iccm.fit(here, there, pins=[corners]).report()["notes"]
+    assert any("the map all but folds" in note for note in notes)
+    notes = iccm.fit(here, here, pins=[[corners[0], corners[0]]]).report()["notes"]
+    assert not any("all but folds" in note for note in notes)
