@@ -195,7 +195,8 @@ class Atlas:
 
 def _unfolded(shape: Triangles, turn: Real) -> Index:
     """(m,) pieces of a layout joined across the edges at which it does not fold."""
-    return labels(*_across(shape, turn)[0].T, len(shape.faces))
+    one, two = _across(shape, turn)[0].T
+    return labels(one, two, len(shape.faces))
 
 
 def _across(shape: Triangles, turn: Real) -> tuple[Index, Index]:
@@ -215,7 +216,8 @@ def _mended(shape: Triangles, uv: Real) -> tuple[Real, int]:
     joined, folds = _across(shape, turn)
     if not folds.size:
         return uv, 0
-    piece = labels(*joined.T, len(shape.faces))
+    one, two = joined.T
+    piece = labels(one, two, len(shape.faces))
     area = np.bincount(piece, np.abs(turn))
     both = np.concatenate([folds, folds[:, ::-1]])
     small = both[area[piece[both[:, 0]]] < FOLD * area[piece[both[:, 1]]]]
