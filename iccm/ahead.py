@@ -51,14 +51,12 @@ def _minimise() -> None:
 
 
 def _mesh() -> None:
-    """Triangulating, the nearest points of a curve, and the matches to start from."""
+    """Triangulating, and the nearest points of a curve."""
     from .balanced.meshing.mesh import Sizes, triangulate
-    from .balanced.starts import elastic_matches
     from .curve import Curve
 
-    triangulate(SQUARE, Sizes.even(0.1))
     Curve(SQUARE).closest(SQUARE)
-    next(iter(elastic_matches(Curve(SQUARE), Curve(SQUARE), 0.0)))
+    triangulate(SQUARE, Sizes.even(0.1))
 
 
 def _pixels() -> None:
@@ -96,8 +94,8 @@ class Part(NamedTuple):
 PARTS = {
     "order": Part(_order, "balanced.minimise.fronts", "_grouped", 0.9),
     "minimise": Part(_minimise, "balanced.minimise.newton", "descend", 5.0),
-    "pixels": Part(_pixels, "pixels.filters", "_painted", 4.0),
-    "mesh": Part(_mesh, "balanced.meshing.mesh", "_split_chords", 2.5),
+    "pixels": Part(_pixels, "pixels.filters", "_painted", 3.2),
+    "mesh": Part(_mesh, "balanced.meshing.mesh", "_refine_and_split", 1.7),
 }
 
 

@@ -17,6 +17,7 @@ MAX_RULES = 2_000_000  # times that a style rule is held against an element: a s
 MAX_SEGMENTS = 1 << 20  # lines and curves of all shapes, each as often as it is drawn (--max-segments)
 MAX_POINTS = 4_000_000  # of all shapes once their curves are polylines: 64 MB, several times
 MAX_CROSSINGS = 50_000  # of the outlines that are filled together: 50 µs and 3 KB each
+MAX_CUT = 20_000_000  # points of shapes, and of the clip paths and masks that cut them: some seconds
 MAX_NEAR = 4_000_000  # pairs of segments whose boxes overlap: half a second
 MAX_NESTED = 2_000_000  # pairs of runs whose boxes overlap: a second
 MAX_WINDING = 200_000_000  # points times segments, for which windings are counted: two seconds

@@ -5,7 +5,9 @@ from collections.abc import Callable
 import shapely
 from tinycss2.color3 import RGBA, parse_color
 
+from ...errors import InputError
 from . import crossings
+from .budget import MAX_CROSSINGS, MAX_CUT
 from .fill import painted, rings_of
 from .path_data import Subpath
 from .strokes import painted_by_stroke
@@ -23,6 +25,7 @@ class Clips:
     def __init__(self, runs: Callable[[Drawn], list[Subpath]]):
         self.runs = runs
         self.known: dict[Clip, shapely.Geometry] = {}
+        self.work = 0
 
     def cut(self, drawn: Drawn, region: shapely.Geometry) -> shapely.Geometry:
         """What is shown of a region that a shape paints; the region itself where nothing of it is hidden.
@@ -39,7 +42,14 @@ class Clips:
         area = self._area(clip)
         if area.covers(region):
             return region
-        crossings.check([*rings_of(region), *rings_of(area)])
+        counts = [int(shapely.get_num_coordinates(each)) for each in (region, area)]
+        self.work += sum(counts)
+        if self.work > MAX_CUT:
+            raise InputError(
+                "clip paths and masks cut too many shapes; apply them (Inkscape: Path > Intersection)"
+            )
+        if counts[0] * counts[1] > MAX_CROSSINGS:
+            crossings.check([*rings_of(region), *rings_of(area)])
         left = shapely.intersection(region, area)
         return region if region.area - left.area <= HAIR * region.area else left
 

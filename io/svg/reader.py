@@ -16,7 +16,7 @@ from .budget import MAX_BYTES, MAX_SEGMENTS, Budget
 from .clips import Clips
 from .crossings import TooMuch
 from .drawing import Drawing
-from .fill import FilledOutline, distinct, outlines, outlines_of
+from .fill import FilledOutline, Refused, distinct, outlines, outlines_of
 from .path_data import LARGEST, Subpath, least, numbers, subpaths
 from .source import drawing_bytes
 from .strokes import silhouette, width_of
@@ -173,14 +173,21 @@ def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, detail: Detai
     rule = drawn.properties.get("fill-rule", "nonzero").strip()
     try:
         found, refused = outlines(rings, rule, drawn.name, tuple(notes))
-        found = _shown(found, drawn, detail)
     except TooMuch as error:
-        size = max(float(np.ptp(run.z.real) * np.ptp(run.z.imag)) for run in runs)
-        found, refused = [], [(size, InputError(f"{drawn.name}: {error}"))]
+        found, refused = [], [_too_much(runs, drawn, error)]
     except InputError as error:
         found, refused = [], [(0.0, error)]
+    try:
+        found = _shown(found, drawn, detail)
+    except TooMuch as error:
+        found, refused = [], [_too_much(runs, drawn, error)]
     drawing.outlines.extend(replace(outline, names=names) for outline in found)
     drawing.refused.extend(refused)
+
+
+def _too_much(runs: list[Subpath], drawn: Drawn, error: TooMuch) -> Refused:
+    size = max(float(np.ptp(run.z.real) * np.ptp(run.z.imag)) for run in runs)
+    return size, InputError(f"{drawn.name}: {error}")
 
 
 def _shown(found: list[FilledOutline], drawn: Drawn, detail: Detail) -> list[FilledOutline]:

@@ -103,7 +103,7 @@ def triangulate(
         raise Stuck("a stroke, or the outline of a hole, cannot be kept by the mesh")
     if rims:
         triangles = _carve(faces, across, triangles, border, border + rims, all_links, stack)
-    vertices, triangles = _split_chords(
+    vertices, triangles = _refine_and_split(
         z, given, faces, across, triangles, stack, 0, all_links, mark, cavity, sizes
     )
     return z[:vertices].copy(), faces[:triangles].copy()
@@ -269,7 +269,7 @@ def _split(z, new, faces, across, t, k, triangles, stack, outline, links):
 
 
 @kernel
-def _split_chords(z, given, faces, across, triangles, stack, fixed, links, mark, cavity, sizes):
+def _refine_and_split(z, given, faces, across, triangles, stack, fixed, links, mark, cavity, sizes):
     """Refines the mesh, then splits inner edges that join two of the first `given` vertices, but for those of lines,
     until there are none. One kernel, which compiles faster than two."""
     vertices, triangles = _refine(

@@ -82,8 +82,8 @@ def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
     order, fronts = fronts_of(minimum_degree(faces, count))
     position = np.empty(count, np.int64)
     position[order] = np.arange(count)
-    corners = np.take_along_axis(faces, np.argsort(position[faces], axis=1), axis=1)
-    places = position[corners]
+    places = np.sort(position[faces], axis=1)
+    corners = order[places]
     pairs = [places[:, i] * count + places[:, j] for i, j in ((0, 1), (0, 2), (1, 2))]
     keys, where = np.unique(np.concatenate([*pairs, np.arange(count) * (count + 1)]), return_inverse=True)
     first, second, third, own = np.split(where, np.cumsum([len(faces)] * 3))
@@ -95,7 +95,6 @@ def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
     ends = position[np.stack([np.arange(following.size), following])]
     ahead = np.searchsorted(keys, ends.min(axis=0) * count + ends.max(axis=0))
     starts = np.searchsorted(keys, np.arange(count + 1) * count)
-    corners = np.ascontiguousarray(corners)
     return BlockPattern(position, order, starts, keys % count, corners, slots, diagonal, ahead, fronts)
 
 

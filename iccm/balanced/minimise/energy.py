@@ -109,7 +109,7 @@ def hat_gradients(corners, z, gradients, areas):
     for t in range(corners.shape[0]):
         a, b, c = z[corners[t, 0]], z[corners[t, 1]], z[corners[t, 2]]
         area = 0.5 * ((b - a).real * (c - a).imag - (b - a).imag * (c - a).real)
-        scale = -0.25j / area
+        scale = complex(0.0, -0.25 / area)
         gradients[t, 0] = scale * (c - b).conjugate()
         gradients[t, 1] = scale * (a - c).conjugate()
         gradients[t, 2] = scale * (b - a).conjugate()
@@ -214,26 +214,18 @@ def assemble(system, gradients, weights, u, theta, q, share, epsilon, matrix, gr
             4 * weight * (w_pp - w_dd) * size_a * size_b,
         )
         around_a, around_b = max(along_a, 0.0), max(along_b, 0.0)
-        a0, b0 = unit_a * gradients[t, 0].conjugate(), unit_b * gradients[t, 0]
-        a1, b1 = unit_a * gradients[t, 1].conjugate(), unit_b * gradients[t, 1]
-        a2, b2 = unit_a * gradients[t, 2].conjugate(), unit_b * gradients[t, 2]
         along_a, along_b = along_a * size_a, along_b * size_b
-        gradient[system.corners[t, 0]] += along_a * a0 + along_b * b0
-        gradient[system.corners[t, 1]] += along_a * a1 + along_b * b1
-        gradient[system.corners[t, 2]] += along_a * a2 + along_b * b2
-        slots = system.slots[t]
-        r, s = radial_a * a0 + both * b0, both * a0 + radial_b * b0
-        x, y = around_a * a0, around_b * b0
-        _add(matrix, slots[0], r, s, x, y, a0, b0)
-        _add(matrix, slots[1], r, s, x, y, a1, b1)
-        _add(matrix, slots[2], r, s, x, y, a2, b2)
-        r, s = radial_a * a1 + both * b1, both * a1 + radial_b * b1
-        x, y = around_a * a1, around_b * b1
-        _add(matrix, slots[3], r, s, x, y, a1, b1)
-        _add(matrix, slots[4], r, s, x, y, a2, b2)
-        r, s = radial_a * a2 + both * b2, both * a2 + radial_b * b2
-        x, y = around_a * a2, around_b * b2
-        _add(matrix, slots[5], r, s, x, y, a2, b2)
+        pair = 0
+        for k in range(3):
+            alpha = gradients[t, k]
+            a, b = unit_a * alpha.conjugate(), unit_b * alpha
+            gradient[system.corners[t, k]] += along_a * a + along_b * b
+            r, s = radial_a * a + both * b, both * a + radial_b * b
+            x, y = around_a * a, around_b * b
+            for m in range(k, 3):
+                alpha = gradients[t, m]
+                _add(matrix, system.slots[t, pair], r, s, x, y, unit_a * alpha.conjugate(), unit_b * alpha)
+                pair += 1
     return energy
 
 

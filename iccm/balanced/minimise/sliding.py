@@ -114,7 +114,7 @@ def tangent(rail, s):
     """The unit tangent at arclength s."""
     edge, _ = located(rail.knots, s)
     step = rail.vertices[(edge + 1) % rail.vertices.size] - rail.vertices[edge]
-    return step / abs(step)
+    return step * (1 / abs(step))
 
 
 @kernel

@@ -25,21 +25,21 @@ STEPS = 40  # at most (by hand)
 
 def springs(gradients: Complex, areas: Real) -> Real:
     """(m, 3) weights of the edges opposite the corners of triangles: half the cotangents, floored."""
-    a, b = np.roll(gradients, -1, axis=1), np.roll(gradients, -2, axis=1)
-    return np.maximum(-4 * areas[:, None] * (a * b.conj()).real, LEAST_WEIGHT)
+    a, b = gradients[:, (1, 2, 0)], gradients[:, (2, 0, 1)]
+    return np.maximum(-4 * areas[:, None] * (a.real * b.real + a.imag * b.imag), LEAST_WEIGHT)
 
 
 def _pull(system: BlockPattern, weights: Real, u: Complex, space: Space) -> None:
     """Fills in the derivatives of the energy ½ Σ w |u_i - u_j|² of springs, weights (m, 3)."""
-    tails, heads = np.roll(system.corners, -1, axis=1).ravel(), np.roll(system.corners, -2, axis=1).ravel()
+    tails, heads = system.corners[:, (1, 2, 0)].ravel(), system.corners[:, (2, 0, 1)].ravel()
     pairs, weights = system.slots[:, (4, 2, 1)].ravel(), weights.ravel()
-    slots = np.concatenate([pairs, system.diagonal[tails], system.diagonal[heads]])
-    stiffness = np.bincount(slots, np.concatenate([-weights, weights, weights]), system.columns.size)
-    space.matrix[:] = stiffness[:, None] * (1, 0, 0, 1)
+    stiffness = -np.bincount(pairs, weights, system.columns.size)
+    stiffness[system.diagonal] = np.bincount(tails, weights, u.size) + np.bincount(heads, weights, u.size)
+    space.matrix[:] = 0.0
+    space.matrix[:, 0] = space.matrix[:, 3] = stiffness
     pull = weights * (u[tails] - u[heads])
-    ends, pulls = np.append(tails, heads), np.append(pull, -pull)
-    space.gradient.real = np.bincount(ends, pulls.real, u.size)
-    space.gradient.imag = np.bincount(ends, pulls.imag, u.size)
+    for part, filled in ((pull.real, space.gradient.real), (pull.imag, space.gradient.imag)):
+        filled[:] = np.bincount(tails, part, u.size) - np.bincount(heads, part, u.size)
 
 
 def _epsilon(least: float, before: float, shrink: float) -> float:
