@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +21,7 @@ FINEST, FINER = 8, 32
 triangles). Beside them parts are finer: maps of four models by landmarks are then as with exact ones."""
 ARCS = 2_000_000  # straight lines within triangles: Dijkstra's algorithm takes about two seconds then
 SAMPLES = 8  # of each straight part of a way
+KEPT = 64  # ways that are remembered: orders of up to six landmarks share 30 on each of two surfaces
 
 
 def opened(whole: Patch) -> Patch:
@@ -66,17 +67,15 @@ def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None 
         InputError: there are no such ways.
     """
     free, found = np.ones(whole.triangles.count, bool), list(stops[:1])
-    small = dear is None and len(whole.faces) <= MOST_GEODESIC
-    lattice = Lattice.of(whole.points, whole.triangles) if small else None
+    small = len(whole.faces) <= MOST_GEODESIC
     free[list(stops)] = False
     for k, (start, end) in enumerate(pairwise(stops)):
         joined = ((whole.faces == start).any(axis=1) & (whole.faces == end).any(axis=1)).any()
         if joined and dear is None:
             found.append(end)
             continue
-        factors = (
-            dear[k] if dear is not None else _beside_geodesic(whole, lattice, start, end) if lattice else None
-        )
+        near = _beside_geodesic(whole, start, end) if small and dear is None else None
+        factors = near if dear is None else dear[k]
         free[[start, end]] = True
         usable = whole.drawn & free[whole.triangles.tail] & free[whole.triangles.head]
         way = walk(whole.triangles.paths(whole.points, np.array([start]), usable, factors)[1], end)
@@ -159,7 +158,8 @@ class Lattice:
         return np.concatenate([along, ends[-1:]])
 
 
-def _beside_geodesic(whole: Patch, lattice: Lattice, start: int, end: int) -> Real:
+@lru_cache(maxsize=KEPT)
+def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
     """(n,) factors of lengths that are 1 on the geodesic between two vertices, and large an edge beside it.
 
     A detour by a vertex at a small distance x from a geodesic of length L is 2x²/L longer in its middle.
@@ -168,6 +168,7 @@ def _beside_geodesic(whole: Patch, lattice: Lattice, start: int, end: int) -> Re
 
     ends = whole.points[whole.triangles.tail], whole.points[whole.triangles.head]
     edge = np.linalg.norm(ends[0] - ends[1], axis=1).mean()
+    lattice = Lattice.of(whole.points, whole.triangles)
     away = cKDTree(lattice.way(start, end)).query(whole.points)[0] / edge
     beside = whole.faces[(away < CORRIDOR)[whole.faces].any(axis=1)]
     narrow = Lattice.of(whole.points, Triangles(beside, whole.triangles.count), FINER)
