@@ -91,7 +91,6 @@ def kept(**options: Any) -> Callable[[Callable[..., Any]], Kernel]:
 
 
 kernel = kept(**NUMPY)
-inlined = kept(**NUMPY, _nrt=False, forceinline=True)  # where a call takes long
-in_place = kept(
-    **NUMPY, _nrt=False
-)  # makes no array: without counts of references, which take the compiler's time
+# makes no array: without counts of references, which take time to compile and to keep
+in_place = kept(**NUMPY, _nrt=False)
+inlined = kept(**NUMPY, _nrt=False, forceinline=True)  # likewise, where a call takes long
