@@ -31,7 +31,7 @@ ORDER = (  # those with goals first
 )
 OPTIONS = {  # each alone looks at more
     "balanced": "--pairs 150 --conformal 30 --tight 10",
-    "batch": "--jobs 80 --small 4000",
+    "batch": "--jobs 80 --small 10000",
     "holes": "--letters 10 --unequal 5 --drawings 10 --read 50",
     "solver": "--pairs 8 --largest 1000 --outlines 1",
     "orders": "--others 0",
