@@ -43,7 +43,7 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
 
     Exit code: 0 done, 2 an input is wrong.
     """
-    from ..io import files
+    from ..io import files, formats
     from ..io.memory import Bounded
     from ..io.pictures import image_files
     from ..io.pictures import stmap_files as maps
@@ -64,7 +64,7 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
             st = maps.read(source, max_pixels=given["max_pixels"], room=room)
             picture, box = _picture(image, st, limits)
             check_kind(given["kind"], picture.pixels.shape[2], image)
-            lost = image_files.clipped("stdout.png" if name == "-" else name, picture)
+            lost = image_files.clipped(formats.written(name), picture)
             for note in (*picture.notes, *([f"{name}: {lost}"] if lost else [])):
                 logs.log.warning(note)
             path = stack.enter_context(files.writing(name, force=given["force"]))

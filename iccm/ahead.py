@@ -31,7 +31,7 @@ def _order() -> None:
 
 
 def _minimise() -> None:
-    """Untangling and Newton's method on four triangles; the energy first, since `_order` is compiled meanwhile."""
+    """Untangling and Newton's method on four triangles; the energy first: `_order` may be compiled meanwhile."""
     from .balanced.discrete import DiscreteMap
     from .balanced.minimise.cholesky import system_of
     from .balanced.minimise.energy import energy_of

@@ -99,6 +99,11 @@ def suffix_of(name: str | PathLike) -> str:
     return Path(name).suffix.lower()
 
 
+def written(output: str) -> str:
+    """A name whose suffix tells what an output holds: standard output is a PNG."""
+    return "stdout.png" if output == "-" else output
+
+
 def of(name: str | PathLike) -> Format:
     """What a file holds by its suffix; nothing where that is unknown."""
     return FORMATS.get(suffix_of(name), Format())

@@ -6,8 +6,8 @@ from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import minimum_spanning_tree
+from scipy.sparse import coo_array, coo_matrix
+from scipy.sparse.csgraph import dijkstra, minimum_spanning_tree
 
 from ..arrays import Index, Real
 from ..errors import InputError
@@ -136,21 +136,15 @@ class Lattice:
 
     @cached_property
     def _graph(self):
-        from scipy.sparse import coo_array
-
         lengths = np.linalg.norm(self.points[self.tails] - self.points[self.heads], axis=1)
         return coo_array((lengths, (self.tails, self.heads)), shape=2 * (len(self.points),)).tocsr()
 
     def distances(self, stops: Index) -> Real:
         """(k, p) from vertices (k,) to all points; infinite where no way leads."""
-        from scipy.sparse.csgraph import dijkstra
-
         return dijkstra(self._graph, directed=False, indices=stops)
 
     def way(self, start: int, end: int) -> Real:
         """(p, 3) points along the shortest way between two vertices, close to each other."""
-        from scipy.sparse.csgraph import dijkstra
-
         before = dijkstra(self._graph, directed=False, indices=start, return_predecessors=True)[1]
         ends = self.points[walk(before, end)]
         share = np.arange(SAMPLES)[:, None, None] / SAMPLES

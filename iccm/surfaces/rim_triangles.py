@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..arrays import Complex, Index
+from ..meshes.topology import Triangles
 
 ROUNDS = 20  # of lifting; one does unless such triangles lie behind one another
 RIM = 1e-3  # of the outline's diagonal, the default tolerance: how far a vertex may be moved out of it
@@ -55,8 +56,8 @@ def opened(flat: Complex, faces: Index) -> Complex:
     down = ((b - a).conj() * (c - a)).imag <= 0
     if not down.any():
         return flat
-    moved = flat.copy()
-    for vertex in np.setdiff1d(faces[down], _boundary(faces)):
+    moved, shape = flat.copy(), Triangles(faces, flat.size)
+    for vertex in np.setdiff1d(faces[down], shape.tail[shape.twin < 0]):
         ring = faces[(faces == vertex).any(axis=1)]
         first = np.argmax(ring == vertex, axis=1)
         heads, tails = (moved[np.take_along_axis(ring, ((first + k) % 3)[:, None], 1)[:, 0]] for k in (1, 2))
@@ -76,13 +77,6 @@ def _room(z: complex, heads: Complex, tails: Complex, height: float) -> complex 
             return z
         z += 1j * base[most] / length[most] * (short[most] + height * length[most])
     return None
-
-
-def _boundary(faces: Index) -> Index:
-    """Vertices of edges that one triangle has."""
-    edges = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    found, uses = np.unique(edges, axis=0, return_counts=True)
-    return np.unique(found[uses == 1])
 
 
 def _gaps(places: Index, length: int) -> Index:

@@ -40,7 +40,7 @@ class Picture(Output):
 
     @property
     def _format(self) -> formats.PictureFormat:
-        return formats.picture("stdout.png" if self.name == "-" else self.name)
+        return formats.picture(formats.written(self.name))
 
     def check(self, run: Run) -> None:
         """The canvas, the texture, room for both, and whether the format holds what will be made."""
@@ -63,7 +63,7 @@ class Picture(Output):
             InputError: so many pixels or channels, or the colour space.
         """
         job, suffix, format = run.job, formats.suffix_of(self.name), self._format
-        path = "stdout.png" if self.name == "-" else self.name
+        path = formats.written(self.name)
         image_files.check(path, image, height, width)
         if clipped := image_files.clipped(path, run.image):
             run.note(f"{self.name}: {clipped}")
