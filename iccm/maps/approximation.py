@@ -2,9 +2,9 @@
 
 The mesh is refined where the quadratic patches of the inverse are not accurate enough. Between vertices at which the
 map has derivatives, those of the inverse give each edge its bulge, right to fourth order, and the third difference
-2 (z_i - z_j) + t_i + t_j of its values z and tangents t tells the error, .048 of that at most. At the polygon's vertices
-a harmonic map has none, z log z being what it is like there: the middles of edges that begin there are evaluated. When
-edges are accurate the middles of triangles are held against the map itself.
+2 (z_i - z_j) + t_i + t_j of its values z and tangents t tells the error, .048 of that at most. At the polygon's
+vertices a harmonic map has none, z log z being what it is like there: the middles of edges that begin there are
+evaluated. When edges are accurate the middles of triangles are held against the map itself.
 """
 
 from weakref import WeakKeyDictionary
@@ -22,15 +22,14 @@ from .triangulated.patches import cross, shrunk, tangential
 
 AnyMap = HarmonicMap | TriangulatedMap
 
-TEXEL = 1 / 1024  # of the longer side of a box
+TEXELS = 1024  # to the longer side of a box
 ERROR = 0.02  # texels of 1024², at which refinement ends; random points err by that at most, but for one in a thousand
 CUBIC = 3**0.5 / 36  # the largest of |t (t - 1/2) (t - 1)|
 LOGARITHM = 3  # how much larger errors are beside z log z than beside a cubic with the same tangent
 SHARE = 0.02  # of the edges are to be refined yet: then triangles are looked at, too
-ROUNDS, MOST = (
-    40,
-    400_000,
-)  # of refinement, and triangles (by hand): a wild map may ask for more than any use of it
+ROUGH = 0.5  # texels, from which Newton's method leads to exact preimages (by hand)
+ROUNDS = 40  # of refinement (by hand); 14 were the most
+MOST = 400_000  # triangles (by hand): a wild map may ask for more than any use of it
 DIGITS = 1e-13  # of the coordinates: shorter edges have too few of them to be cut (by hand)
 FOLDED = 1e-6  # of the image's area: so little that is turned over is rounding, or between two vertices at a corner
 
@@ -53,7 +52,8 @@ def triangulated(
     """
     if isinstance(map, TriangulatedMap):
         return map
-    asked = source_error or ERROR * _texel(map.polygon), image_error or ERROR * _texel(map(map.polygon))
+    texels = _texels(map)
+    asked = source_error or ERROR * texels[0], image_error or ERROR * texels[1]
     known = _made.setdefault(map, [])
     for source, image, found in known:
         if source <= asked[0] and image <= asked[1]:
@@ -63,8 +63,16 @@ def triangulated(
     return made
 
 
-def _texel(z: Complex) -> float:
-    return TEXEL * float(max(np.ptp(z.real), np.ptp(z.imag)))
+def roughly(map: HarmonicMap) -> TriangulatedMap:
+    """The best that is known of a harmonic map, or one to ROUGH texels: Newton's method may start from its inverse."""
+    best = _made.get(map)
+    return best[0][2] if best else triangulated(map, *(ROUGH * texel for texel in _texels(map)))
+
+
+def _texels(map: HarmonicMap) -> tuple[float, float]:
+    """A texel of the source and one of the image."""
+    planes = map.polygon, map.jet_inside(map.polygon)[0]
+    return tuple(float(max(np.ptp(z.real), np.ptp(z.imag))) / TEXELS for z in planes)  # type: ignore[return-value]
 
 
 def _approximation(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:
@@ -85,6 +93,7 @@ def _approximation(map: HarmonicMap, source_error: float, image_error: float) ->
         faces, seen = by_sheets(image, faces, away)
         mesh = Triangulation.given(mesh.z, faces)
         bulge = samples.edges(mesh)[0]
+    bulge = samples.shrunk(mesh, bulge)
     near = max(map.slack / map.diagonal, ROUNDING)
     return TriangulatedMap(mesh.z, image, faces, (mesh.loop,), near, bulge, seen)
 
@@ -125,7 +134,11 @@ class Samples:
             )  # how far the image's edge is from the chord, in the source
             marked = ~self._accurate(error, error * np.abs(step) / np.abs(along))
         bulge = np.where(np.isfinite(straight), straight, 0)
-        return shrunk(mesh.faces, self.w, z, edges, bulge), marked & self._known(along, step)
+        return bulge, marked & self._known(along, step)
+
+    def shrunk(self, mesh: Triangulation, bulge: Complex) -> Complex:
+        """The bulges, smaller where patches would all but fold."""
+        return shrunk(mesh.faces, self.w, mesh.z, mesh.edges, bulge)
 
     def _beside_corners(
         self, mesh: Triangulation, which: Index, first: Complex, last: Complex
@@ -142,7 +155,8 @@ class Samples:
     def triangles(self, mesh: Triangulation, bulge: Complex) -> Flags:
         """(e,) the longest sides of triangles whose middles err."""
         sides, image = mesh.edges.sides, self.w[mesh.faces]
-        middle = mesh.z[mesh.faces].mean(axis=1) + 2 / 9 * bulge[sides].sum(axis=1)
+        bent = self.shrunk(mesh, bulge)[sides].sum(axis=1)
+        middle = mesh.z[mesh.faces].mean(axis=1) + 2 / 9 * bent
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             off, away = self._off(image.mean(axis=1), middle)
             bad = ~self._accurate(np.abs(off), np.abs(away))

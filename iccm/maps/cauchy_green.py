@@ -49,7 +49,7 @@ def edge_log(a, b, edge):
 
 @kernel
 def _limit(polygon, z, e):
-    """L_e = log(B_{e+1} / B_e) of one edge, the limit from inside on it, where the imaginary part is +π; 0 at its ends."""
+    """L_e = log(B_{e+1} / B_e) of one edge; on it the limit from inside, of imaginary part +π; 0 at its ends."""
     start, end = polygon[e] - z, polygon[(e + 1) % polygon.size] - z
     if start == 0 or end == 0:
         return 0j
