@@ -78,17 +78,19 @@ def _texels(map: HarmonicMap) -> tuple[float, float]:
 def _approximation(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:
     mesh = Triangulation.of(map.polygon)
     samples = Samples(map, source_error, image_error)
-    for _ in range(ROUNDS):
+    for left in reversed(range(ROUNDS)):
         samples.extend(mesh.z)
         bulge, marked = samples.edges(mesh)
         if marked.sum() <= SHARE * len(mesh.faces):
             marked |= samples.triangles(mesh, bulge)
-        if not marked.any() or len(mesh.faces) > MOST:
+        if not marked.any() or len(mesh.faces) > MOST or not left:
             break
         mesh = mesh.refined(marked)
     faces, image = mesh.faces, samples.w[: mesh.z.size]
     seen = None
-    if _folds(image, faces, mesh.loop):
+    if not np.isfinite(image).all():
+        seen = 0
+    elif _folds(image, faces, mesh.loop):
         away = _clearances(image, faces, mesh.loop)
         faces, seen = by_sheets(image, faces, away)
         mesh = Triangulation.given(mesh.z, faces)
@@ -186,7 +188,7 @@ def _folds(image: Complex, faces: Index, loop: Index) -> bool:
     """Whether the image of a mesh covers some places twice, or the wrong way round."""
     a, b, c = image[faces].T
     area = cross(b - a, c - a)
-    if not np.isfinite(area).all() or -area[area < 0].sum() > FOLDED * np.abs(area).sum():
+    if -area[area < 0].sum() > FOLDED * np.abs(area).sum():
         return True
     return not shapely.Polygon(xy_of(image[loop])).is_valid
 
