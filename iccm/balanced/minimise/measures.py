@@ -4,7 +4,7 @@ import numpy as np
 
 from ...arrays import Complex, Index, Real
 from ..metric import PLANES, Metrics, rest_geometry
-from .energy import BOTH_AREAS, energy_of, total
+from .energy import NO_SLOTS, Objective, RestShapes, energy_of
 
 
 def derivatives(
@@ -38,8 +38,8 @@ def energy_between(z: Complex, u: Complex, faces: Index, theta: float, metrics: 
     """The energy at q = 1 without the outline's term, both areas taken as one."""
     if metrics == PLANES:
         return energy_of(z, u, faces, theta)
-    gradients, areas = rest_geometry(z, u, faces, metrics)
-    return float(total(faces, gradients, areas, u, float(theta), 1.0, BOTH_AREAS, 0.0))
+    rest = RestShapes(faces, NO_SLOTS, *rest_geometry(z, u, faces, metrics))
+    return rest.energy(u, Objective.of(theta, 1.0))
 
 
 def within(factor: float, z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> float:
