@@ -19,8 +19,8 @@ import numpy as np
 
 from ...arrays import Complex, Index, Real
 from ...jit import in_place, inlined
+from ...linalg.cholesky import BlockPattern
 from ..kernels import dot
-from .cholesky import BlockPattern
 
 BOTH_AREAS, SOURCE_AREA, IMAGE_AREA = 0.5, 0.0, 1.0  # shares of the image's area in the measure
 UNTANGLING_AREA = 0.5  # weight of the area part while untangling
