@@ -25,9 +25,9 @@ from .model.frames import UnitFrame, frames_of
 from .model.settings import Settings
 from .model.sketch import Sketch
 from .search.final_mesh import FINE_EXACTNESS
+from .search.homotopy import brought
 from .search.levels import Level, refined
 from .search.multilevel import STEEPEST, with_constraints
-from .search.pin_continuation import brought
 
 SIZE = 0.06
 """Mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh."""

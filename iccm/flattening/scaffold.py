@@ -39,8 +39,8 @@ def apart(
         light = np.full(len(faces), LIGHT * energy / len(faces))
         both = Elastic.of(
             np.concatenate([sheet.faces + FRAME, faces]),
-            np.concatenate([sheet.rest, at[faces]]),
-            np.concatenate([sheet.weights, light]),
+            np.concatenate([sheet.shapes, at[faces]]),
+            np.concatenate([sheet.rest.weights, light]),
             FRAME,
         )
         u = both.relaxed(at, theta, 1, tolerance)[FRAME:]

@@ -28,12 +28,13 @@ from ..meshes.flatten import Flattening
 from ..problem import Options, Problem
 from ..result import Fit
 from . import icp_start
-from .descent import Ground, descended
+from .ground import ground_of
 from .side import Side
 from .target_mesh_map import OwnMap, on_own_mesh
 from .unfolding import unfolded_in
 
 SURE = 1.3  # energy of a map of surfaces that are alike from which down no other is looked for, by hand
+STEPS, DECREASE = 40, 1e-3  # of Newton's method in space, and the relative decrease that ends it
 ROUNDED = 0.2  # of the tolerance: for outlines between two surfaces, by hand
 Layouts = tuple[Flattening | None, Flattening | None]
 
@@ -246,10 +247,10 @@ def _on_own(ready: _Prepared, state: Meshed, settings: Settings, journal: SolveL
     if other is None:
         begun = eased(own.state, problem.theta)
         return replace(own, state=final_mesh.lowered(begun, theta, settings, journal))
-    ground = Ground(other, ready.frames[not ready.onto])
-    first = descended(own.state, ground, theta, 1.0)
+    begun = replace(own.state, ground=ground_of(other, ready.frames[not ready.onto]))
+    first = begun.forward(theta, 1.0, STEPS, DECREASE)
     journal.level("own", first, 1.0)
-    state = final_mesh.lowered_by(lambda state, q: descended(state, ground, theta, q), first, settings)
+    state = final_mesh.lowered_by(lambda state, q: state.forward(theta, q, STEPS, DECREASE), first, settings)
     return replace(own, state=state, energy=first.energy)
 
 

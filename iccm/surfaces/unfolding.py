@@ -4,7 +4,7 @@ import numpy as np
 
 from ..arrays import Complex, Flags, Index, Real
 from ..balanced.errors import Tangled
-from ..balanced.minimise.energy import geometry
+from ..balanced.minimise.energy import RestShapes, geometry
 from ..balanced.minimise.untangle import untangle
 from ..balanced.model.discrete_map import DiscreteMap
 from ..balanced.model.metric import rest_geometry
@@ -77,12 +77,13 @@ def _moved(u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Rea
     vertices = vertices[np.argsort(free[vertices], kind="stable")]
     border = int(np.count_nonzero(~free[vertices]))
     part = _numbered(faces[hit], vertices, u.size)
-    system = system_of(part, np.arange(border), vertices.size)
-    order = np.argsort(system.position[part], axis=1)
+    pattern = system_of(part, np.arange(border), vertices.size)
+    order = np.argsort(pattern.position[part], axis=1)
     scale = np.sqrt(np.abs(signed_areas(u, faces[hit]).sum()) / areas[hit].sum())
     own = np.ascontiguousarray(np.take_along_axis(gradients[hit], order, axis=1)) / scale
     moved, here = u.copy(), u[vertices]
-    untangle(system, own, areas[hit] / areas[hit].sum(), here, border, False, STEPS, POLISHING)
+    rest = RestShapes.of(pattern, own, areas[hit] / areas[hit].sum())
+    untangle(pattern, rest, here, border, False, STEPS, POLISHING)
     moved[vertices] = here
     return moved
 

@@ -36,12 +36,15 @@ class Objective(NamedTuple):
         share: of the image's area in the measure: ½ where map and inverse have the same energy, or the source's area
             alone, 0, or the image's, 1.
         epsilon: 0, a barrier that no triangle folds through, or how far untangling reaches below zero.
+        quadratic: whether, instead, the energy is a quadratic one, of which the derivatives are given: one whole step
+            leads to its least.
     """
 
     theta: float
     q: float
     share: float = BOTH_AREAS
     epsilon: float = 0.0
+    quadratic: bool = False
 
     @classmethod
     def of(cls, theta: float, q: float, share: float = BOTH_AREAS) -> "Objective":

@@ -93,6 +93,28 @@ class Border(NamedTuple):
         return Border(*(np.append(a, b) for a, b in zip(self, more)))
 
 
+class Constraints(NamedTuple):
+    """What holds the first c vertices of a mesh.
+
+    Attributes:
+        kinds: (c,) HELD, SLIDING or FREE.
+        goals: (c,) where held vertices are to be; elsewhere of no account.
+        rails: what sliding ones slide on.
+        border: the curves as chains.
+    """
+
+    kinds: Index
+    goals: Complex
+    rails: Rails
+    border: Border
+
+    @classmethod
+    def held(cls, goals: Complex) -> "Constraints":
+        """The first vertices held at goals (c,)."""
+        those = np.arange(goals.size)
+        return cls(np.full(those.size, HELD), goals, Rails.of([NO_RAIL], 0 * those), Border.still(those))
+
+
 @in_place
 def rail_of(rails, v):
     """The rail of constrained vertex v."""

@@ -3,13 +3,8 @@
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-<<<<<<< HEAD:iccm/balanced/minimise/measures.py
-from ..metric import PLANES, Metrics, rest_geometry
-from .energy import NO_SLOTS, Objective, RestShapes, energy_of
-=======
-from ..minimise.energy import BOTH_AREAS, energy_of, total
+from ..minimise.energy import NO_SLOTS, Objective, RestShapes, energy_of
 from .metric import PLANES, Metrics, rest_geometry
->>>>>>> main:iccm/balanced/model/measures.py
 
 
 def derivatives(

@@ -12,12 +12,13 @@ from ...arrays import Complex, Real
 from ...curve import Curve
 from ..constraints.strokes import StrokePair, inside
 from ..errors import Stuck
-from ..holes.outlines import outlines_of, rim_spacing, spaced
+from ..holes.outlines import FEWEST, outlines_of, rim_spacing, spaced
 from ..meshing.mesh import Sizes
 from ..meshing.transfer import interpolate
 from ..minimise.untangle import STEPS
+from ..model.boundary import MatchedBoundary, MeshHoles
 from ..model.boundary_pairs import HoleMatch, Loop, Match, Pairs, boundary_pairs, limited, loops_of, through
-from ..model.discrete_map import DiscreteMap, MeshHoles
+from ..model.discrete_map import DiscreteMap
 from ..model.measures import stretches
 from ..model.metric import PLANES, Metrics
 from ..model.outline import Outline
@@ -156,32 +157,33 @@ class Level:
         self, match: Match, sizes: Sizes | None = None, drawn: list[Match] | None = None
     ) -> DiscreteMap:
         """A mesh for a match of the outlines, and of each stroke, without an inside yet."""
-        outer = through(limited(match, self.steepest), self.anchors, 0.0 if self.halved else SPREAD)
-        spacing = SPACING * self.size
-        if max(self.source.length, self.target.length) > MOST_PAIRS * spacing:
-            raise Stuck("an outline is too long for its area")
-        pairs = boundary_pairs(self.source, self.target, outer, spacing, self.anchors)
-        pairs, holes = self._with_holes(pairs, match.holes)
+        boundary, spacing = self.boundary(match), SPACING * self.size
         sizes = sizes or Sizes.even(0.5 * self.size**2)
-        axis = self.anchors.s[-1] if self.anchors and self.halved else np.inf
         drawn = drawn or [stroke.even for stroke in self.strokes]
         kept = inside(self.strokes, drawn, spacing, self.pins)
         alone = sorted(set(range(len(self.holes[0]))) - {hole.source for hole in match.holes})
         filled = [spaced(self.holes[0][k], spacing) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
-        holes = holes._replace(filled=loops_of(sizes_of_filled, pairs.s.size + kept.z.size))
-        given = self.source, self.target, pairs, sizes, self.anchors, kept, axis, holes, filled
-        return DiscreteMap.on(*given, self.metrics)
+        boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + kept.z.size))
+        return DiscreteMap.on(boundary, sizes, kept, filled, self.metrics)
 
-    def _with_holes(self, outer: Pairs, matches: Sequence[HoleMatch]) -> tuple[Pairs, MeshHoles]:
-        """The boundary with holes that have partners."""
-        outlines = tuple((self.holes[0][hole.source], self.holes[1][hole.target]) for hole in matches)
-        pairs = [
-            boundary_pairs(*pair, limited(hole.match, self.steepest), rim_spacing(pair, SPACING * self.size))
-            for hole, pair in zip(matches, outlines)
-        ]
-        sizes = [(hole.source, hole.target, each.s.size) for hole, each in zip(matches, pairs)]
-        return Pairs.joined([outer, *pairs]), MeshHoles(outlines, loops_of(sizes, outer.s.size))
+    def boundary(self, match: Match, fewest: int = FEWEST) -> MatchedBoundary:
+        """The boundary of a mesh for a match of the outlines, with at least `fewest` vertices on each hole."""
+        outer = through(limited(match, self.steepest), self.anchors, 0.0 if self.halved else SPREAD)
+        spacing = SPACING * self.size
+        if max(self.source.length, self.target.length) > MOST_PAIRS * spacing:
+            raise Stuck("an outline is too long for its area")
+        outlines = tuple((self.holes[0][hole.source], self.holes[1][hole.target]) for hole in match.holes)
+        pairs = [boundary_pairs(self.source, self.target, outer, spacing, self.anchors)]
+        for hole, pair in zip(match.holes, outlines):
+            pairs.append(
+                boundary_pairs(*pair, limited(hole.match, self.steepest), rim_spacing(pair, spacing, fewest))
+            )
+        sizes = [(hole.source, hole.target, each.s.size) for hole, each in zip(match.holes, pairs[1:])]
+        holes = MeshHoles(outlines, loops_of(sizes, pairs[0].s.size))
+        axis = self.anchors.s[-1] if self.anchors and self.halved else np.inf
+        joined = Pairs.joined(pairs)
+        return MatchedBoundary.of(self.source, self.target, joined, self.anchors, holes, axis)
 
     def outlines(self, loops: Sequence[Loop]) -> tuple[list[Outline], list[Outline]]:
         """The outer outlines, and those of holes, in the source and in the target."""

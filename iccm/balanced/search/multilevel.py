@@ -244,7 +244,7 @@ def by_halves(
     exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:
         half = last(used, half, settings, journal, share=0.5)
-    outline = 1 + int(np.searchsorted(half.pairs.s, half.axis - 1e-9))
+    outline = 1 + int(np.searchsorted(half.pairs.s, half.matched.axis - 1e-9))
     z, u = (half.u, half.z) if used.inverted else (half.z, half.u)
     z, u, faces, border = mirrored(z, u, half.faces, half.border, outline)
     sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border)
@@ -329,5 +329,5 @@ def onto_itself(problem: UnitProblem, match: Match, settings: Settings) -> Meshe
     size = np.sqrt(TRIANGLES_PER_AREA / settings.triangles)
     state = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE).mapped(match)
     turn = np.vdot(state.z[: state.border], state.u[: state.border])
-    loops = state.holes.loops
+    loops = state.loops
     return Sketch(state.z, state.z * turn / abs(turn), state.faces, state.border, loops=loops)
