@@ -299,7 +299,7 @@ def _holding(corners: Complex, z: complex) -> tuple[int, Real]:
 def _with_boundary(
     mesh: RefinedSurface, loops: list[Index], boundary: MatchedBoundary
 ) -> tuple[RefinedSurface, Index]:
-    """The mesh with all vertices (b,) of the boundary, which lie along loops of its own, and their numbers, in order."""
+    """The mesh with all vertices (b,) of the boundary, which lie along its loops, and their numbers, in order."""
     s = boundary.pairs.s
     rim = np.empty(s.size, np.int64)
     tails, heads, new = ([np.empty(0, np.int64)] for _ in range(3))

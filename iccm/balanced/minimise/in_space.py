@@ -80,9 +80,16 @@ class SurfaceMap(NamedTuple):
         n, m = int(layout.corners.max()) + 1, len(layout.corners)
         light = layout._replace(weights=BARRIER * layout.weights)
         laid, slopes = np.empty((2, 3 * m), np.complex128)
-        placed = np.empty(n, np.int64), np.empty((n, 3)), laid
-        derivatives = np.empty((m, 2, 3)), np.empty((3, 2, 2)), slopes, np.empty((6 * m, 4))
-        return cls(ground, light, Objective.of(theta, 1.0), open, turns, *placed, *derivatives)
+        return cls(
+            *(ground, light, Objective.of(theta, 1.0), open, turns),
+            on=np.empty(n, np.int64),
+            points=np.empty((n, 3)),
+            laid=laid,
+            axes=np.empty((m, 2, 3)),
+            jacobians=np.empty((3, 2, 2)),
+            slopes=slopes,
+            blocks=np.empty((6 * m, 4)),
+        )
 
 
 def separate(gradients: Complex, weights: Real) -> RestShapes:
