@@ -171,11 +171,11 @@ def hat_gradients(corners, z, gradients, areas):
 
 
 @in_place
-def wirtinger(rest, u, t):
+def wirtinger(corners, gradients, u, t):
     """f_z and f_z̄ on triangle t."""
     a, b = 0j, 0j
     for k in range(3):
-        value, alpha = u[rest.corners[t, k]], rest.gradients[t, k]
+        value, alpha = u[corners[t, k]], gradients[t, k]
         a += alpha * value
         b += alpha.conjugate() * value
     return a, b
@@ -185,14 +185,15 @@ def wirtinger(rest, u, t):
 def total(rest, u, objective):
     """The energy of the images u (n,); infinite where a triangle is folded, unless epsilon > 0 (untangling)."""
     theta, q, share, epsilon = objective.theta, objective.q, objective.share, objective.epsilon
+    corners, gradients, weights = rest.corners, rest.gradients, rest.weights
     energy = 0.0
-    for t in range(rest.corners.shape[0]):
-        a, b = wirtinger(rest, u, t)
+    for t in range(corners.shape[0]):
+        a, b = wirtinger(corners, gradients, u, t)
         aa, bb = dot(a, a), dot(b, b)
         if epsilon > 0:
-            energy += rest.weights[t] * untangling_derivatives(aa + bb, aa - bb, epsilon)[0]
+            energy += weights[t] * untangling_derivatives(aa + bb, aa - bb, epsilon)[0]
         elif aa > bb:
-            energy += rest.weights[t] * density(aa + bb, aa - bb, theta, q, share)
+            energy += weights[t] * density(aa + bb, aa - bb, theta, q, share)
         else:
             return np.inf
     return energy
@@ -203,7 +204,7 @@ def least_determinant(rest, u):
     """The smallest determinant of all triangles."""
     least = np.inf
     for t in range(rest.corners.shape[0]):
-        a, b = wirtinger(rest, u, t)
+        a, b = wirtinger(rest.corners, rest.gradients, u, t)
         least = min(least, dot(a, a) - dot(b, b))
     return least
 
@@ -242,14 +243,15 @@ def assemble(rest, u, objective, matrix, gradient):
         gradient: (n,) complex, x + iy, written.
     """
     theta, q, share, epsilon = objective.theta, objective.q, objective.share, objective.epsilon
+    corners, slots, gradients, weights = rest.corners, rest.slots, rest.gradients, rest.weights
     for p in range(matrix.shape[0]):
         matrix[p, 0] = matrix[p, 1] = matrix[p, 2] = matrix[p, 3] = 0.0
     for v in range(gradient.size):
         gradient[v] = 0j
     energy = 0.0
-    for t in range(rest.corners.shape[0]):
-        a, b = wirtinger(rest, u, t)
-        aa, bb, weight = dot(a, a), dot(b, b), rest.weights[t]
+    for t in range(corners.shape[0]):
+        a, b = wirtinger(corners, gradients, u, t)
+        aa, bb, weight = dot(a, a), dot(b, b), weights[t]
         if epsilon > 0:
             w, w_p, w_d, w_pp, w_pd, w_dd = untangling_derivatives(aa + bb, aa - bb, epsilon)
         else:
@@ -272,14 +274,14 @@ def assemble(rest, u, objective, matrix, gradient):
         # by the corners' values: a = Σ α u and b = Σ ᾱ u take the eigenvectors to multiples of the hats' gradients
         pair = 0
         for k in range(3):
-            alpha = rest.gradients[t, k]
+            alpha = gradients[t, k]
             a, b = unit_a * alpha.conjugate(), unit_b * alpha
-            gradient[rest.corners[t, k]] += along_a * a + along_b * b
+            gradient[corners[t, k]] += along_a * a + along_b * b
             r, s = radial_a * a + both * b, both * a + radial_b * b
             x, y = around_a * a, around_b * b
             for m in range(k, 3):
-                alpha = rest.gradients[t, m]
-                _add(matrix, rest.slots[t, pair], r, s, x, y, unit_a * alpha.conjugate(), unit_b * alpha)
+                alpha = gradients[t, m]
+                _add(matrix, slots[t, pair], r, s, x, y, unit_a * alpha.conjugate(), unit_b * alpha)
                 pair += 1
     return energy
 
