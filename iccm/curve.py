@@ -8,8 +8,9 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from shapely.validation import explain_validity
 
-from .arrays import Complex, Real, as_complex, xy_of
+from .arrays import Complex, Real, as_complex, complex_of, xy_of
 from .errors import InputError
+from .plane import bounding_box, polygon_area
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,13 +80,12 @@ class Curve:
     @cached_property
     def area(self) -> float:
         """Signed area, positive when counter-clockwise."""
-        w = self.z - self.z[0]
-        return 0.5 * float(np.sum((w.conj() * np.roll(w, -1)).imag))
+        return polygon_area(self.z)
 
     @cached_property
     def box(self) -> tuple[complex, complex]:
         """Lower left and upper right corner of the bounding box."""
-        return complex(self.z.real.min(), self.z.imag.min()), complex(self.z.real.max(), self.z.imag.max())
+        return bounding_box(self.z)
 
     @property
     def diagonal(self) -> float:
@@ -97,7 +97,7 @@ class Curve:
         """Largest distance of two vertices; unlike the diagonal, the same however the curve is turned, and
         never more."""
         points = shapely.MultiPoint(xy_of(self.z))
-        return _widest(shapely.get_coordinates(points.convex_hull) @ np.array([1, 1j]))
+        return _widest(complex_of(shapely.get_coordinates(points.convex_hull)))
 
     @cached_property
     def normals(self) -> Complex:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from ...arrays import Complex, xy_of
+from ...arrays import Complex, complex_of, xy_of
 from ...errors import InputError
 from . import tree
 from .budget import MAX_BYTES, MAX_SEGMENTS, Budget
@@ -273,7 +273,7 @@ def _polyline(drawn: Drawn) -> list[Subpath]:
         raise InputError(f"points: {error}") from error
     if len(values) % 2:
         raise InputError(f"points: {len(values)} numbers; x and y of each point are needed")
-    z = drawn.affine(np.array(values).reshape(-1, 2) @ np.array([1, 1j]))
+    z = drawn.affine(complex_of(np.array(values).reshape(-1, 2)))
     return [Subpath(z, drawn.tag == "polygon")] if values else []
 
 

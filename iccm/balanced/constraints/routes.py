@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
-from ...arrays import Complex, xy_of
+from ...arrays import Complex, complex_of, xy_of
 from ...curve import Curve
 from ...result import distances
 
@@ -45,7 +45,7 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
         cells.append(before[cells[-1]])
     way = np.concatenate([[here], w[cells[1:-1]], [there]])
     line = shapely.LineString(xy_of(way)).simplify(cell)
-    return (shapely.get_coordinates(line) @ np.array([1, 1j]))[1:]
+    return (complex_of(shapely.get_coordinates(line)))[1:]
 
 
 def _graph(cost: np.ndarray, inside: np.ndarray) -> "csr_array":
