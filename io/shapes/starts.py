@@ -19,7 +19,7 @@ from ...maps.triangulated.map import TriangulatedMap
 from ...meshes.mesh import proper
 from ...meshes.topology import Triangles
 from ...plane import polygon_area, triangle_areas
-from ..places import Number
+from ..point_syntax import Number
 from .shape import Shape
 
 MOST = 200_000  # vertices and triangles
