@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Complex, Index, Real, complex_of, xy_of
 from ..curve import Curve
-from ..plane import cross, triangle_areas
+from ..plane import cross, rotation, triangle_areas
 from .patch import Patch
 from .stretch import laid_flat, stretches
 
@@ -213,10 +213,9 @@ def upright(patch: Patch, flat: Complex) -> Complex:
     area = np.linalg.norm(across, axis=1)
     weight = np.bincount(patch.faces.ravel(), np.repeat(area, 3), minlength=len(flat))
     centred = flat - np.sum(weight * flat) / weight.sum()
-    turn = np.sum(weight * centred.conj() * seen)
     flat_area = np.abs(triangle_areas(flat[patch.faces])).sum()
     scale = np.sqrt(area.sum() / flat_area) if flat_area > 0 else 1.0
-    return centred * scale * (turn / abs(turn) if abs(turn) > 0 else 1.0)
+    return centred * scale * rotation(centred, weight * seen)
 
 
 def weighted_percentiles(values: Real, weight: Real, percents: tuple[int, ...]) -> list[float]:

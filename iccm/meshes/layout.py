@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Index, Real, complex_of
 from ..errors import InputError
-from ..maps.triangulated.predicates import orientation
+from ..plane import orientation
 from .rasterise import Ownership, open_edges, rasterise
 
 MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file (by hand)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
 from ...maps.triangulated.map import TriangulatedMap
+from ...plane import bounding_box
 from ..formats import picture
 from ..pictures import image_files
 from ..pictures.image import Image, prepared
@@ -41,8 +42,7 @@ class PageHalf:
     @classmethod
     def of(cls, *boxes: Box) -> PageHalf:
         """The view whose unit holds all boxes."""
-        low = complex(min(b[0].real for b in boxes), min(b[0].imag for b in boxes))
-        high = complex(max(b[1].real for b in boxes), max(b[1].imag for b in boxes))
+        low, high = bounding_box(np.array(boxes))
         return cls((low + high) / 2, max((high - low).real, (high - low).imag))
 
     def __call__(self, z: Complex) -> NDArray[np.float32]:

@@ -11,6 +11,7 @@ import shapely
 
 from ...arrays import Complex, complex_of, xy_of
 from ...errors import InputError
+from ...plane import diagonal
 from . import tree
 from .budget import MAX_BYTES, MAX_SEGMENTS, Budget
 from .clips import Clips
@@ -204,7 +205,7 @@ def _ring(run: Subpath, drawn: Drawn, notes: list[str]) -> Complex:
     z = distinct(run.z)
     gap = abs(run.z[-1] - run.z[0])
     reach = width_of(drawn) * math.sqrt(abs(drawn.affine.determinant))
-    if run.closed or z.size < 3 or gap <= max(reach, GAP * abs(complex(np.ptp(z.real), np.ptp(z.imag)))):
+    if run.closed or z.size < 3 or gap <= max(reach, GAP * diagonal(z)):
         return z
     ends = " and ".join(f"({p.real:g}, {p.imag:g})" for p in (run.z[0], run.z[-1]))
     if not drawn.filled:
@@ -262,7 +263,7 @@ def runs_of(drawn: Drawn, flatness: float, budget: Budget | None = None) -> list
 
 
 def _fewer(run: Subpath, share: float) -> Subpath:
-    size = abs(complex(np.ptp(run.z.real), np.ptp(run.z.imag)))
+    size = diagonal(run.z)
     return Subpath(thinned(run.z, share * size, closed=run.closed), run.closed, run.z.size)
 
 

@@ -5,7 +5,7 @@ import shapely
 from numpy.typing import NDArray
 
 from ...arrays import Complex
-from .predicates import orientation
+from ...plane import orientation
 
 
 def fault(loops: list[Complex]) -> str:

@@ -19,6 +19,7 @@ from matplotlib.ticker import FuncFormatter
 
 from ....arrays import xy_of
 from ....maps.harmonic import area_scale, dilatation
+from ....plane import bounding_box
 from ..report import summary
 
 if TYPE_CHECKING:
@@ -52,10 +53,7 @@ def grid(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Grid lines inside an outline: (lines, points) complex arrays, NaN outside and in holes, first across and then
     up."""
-    low, high = (
-        complex(outline.real.min(), outline.imag.min()),
-        complex(outline.real.max(), outline.imag.max()),
-    )
+    low, high = bounding_box(outline)
     step = max((high - low).real, (high - low).imag) / lines
     columns = np.arange(low.real + step / 2, high.real, step)
     rows = np.arange(low.imag + step / 2, high.imag, step)
