@@ -1,7 +1,7 @@
 """Geometry of the plane, whose points are complex numbers: areas, boxes, similarities, and exact orientation."""
 
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,11 @@ FILTER = (
 TINY = 1e-250  # below this products may underflow, which the bound leaves out
 
 
-def cross(a: Complex, b: Complex) -> Real:
+@overload
+def cross(a: complex, b: complex) -> float: ...
+@overload
+def cross(a: Complex, b: Complex | complex) -> Real: ...
+def cross(a: Any, b: Any) -> Any:
     """The determinants of vectors a and b: twice the signed areas of the triangles 0, a, b."""
     return a.real * b.imag - a.imag * b.real
 
