@@ -83,7 +83,7 @@ def simplified(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) 
 def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Index:
     """The vertices that Douglas and Peucker (1973) keep, with the topology preserved, and those `always` kept."""
     ring = shapely.Polygon(xy_of(curve.z)).simplify(fineness * curve.diagonal).exterior
-    kept = (complex_of(shapely.get_coordinates(ring))).tolist()
+    kept = complex_of(shapely.get_coordinates(ring)).tolist()
     place = {z: k for k, z in enumerate(curve.z.tolist())}
     return np.unique([place[z] for z in (*kept, *always)])
 

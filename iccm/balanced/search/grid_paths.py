@@ -7,6 +7,7 @@ import shapely
 
 from ...arrays import Complex, complex_of, xy_of
 from ...curve import Curve
+from ...meshes.topology import walk
 from ...result import distances
 
 if TYPE_CHECKING:
@@ -40,12 +41,9 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
     graph = _graph(cost.reshape(y.size, x.size), inside.reshape(y.size, x.size))
     start, end = (int(np.argmin(np.where(inside, np.abs(w - place), np.inf))) for place in (here, there))
     _, before = dijkstra(graph, directed=False, indices=end, return_predecessors=True)
-    cells = [start]
-    while cells[-1] != end and before[cells[-1]] >= 0:
-        cells.append(before[cells[-1]])
-    way = np.concatenate([[here], w[cells[1:-1]], [there]])
+    way = np.concatenate([[here], w[walk(before, start)[1:-1]], [there]])
     line = shapely.LineString(xy_of(way)).simplify(cell)
-    return (complex_of(shapely.get_coordinates(line)))[1:]
+    return complex_of(shapely.get_coordinates(line))[1:]
 
 
 def _graph(cost: np.ndarray, inside: np.ndarray) -> "csr_array":
