@@ -9,8 +9,8 @@ from scipy.sparse.linalg import splu
 
 from ..arrays import Complex, Index, Real, complex_of, xy_of
 from ..blas import on_one_thread
-from .patch import Patch
-from .topology import Triangles
+from ..meshes.patch import Patch
+from ..meshes.topology import Triangles
 
 
 @on_one_thread
