@@ -10,7 +10,7 @@ from shapely.validation import explain_validity
 
 from .arrays import Complex, Real, as_complex, complex_of, xy_of
 from .errors import InputError
-from .plane import bounding_box, polygon_area
+from .plane import bounding_box, distinct, polygon_area
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Curve:
             InputError: no (n,) numbers, NaN or infinite vertices, fewer than three distinct ones, no area, a
             self-intersection (with its place).
         """
-        curve = cls(_distinct(_finite(z, name), closed=True))
+        curve = cls(distinct(_finite(z, name)))
         if curve.z.size < 3:
             raise InputError(f"{name}: {curve.z.size} distinct vertices; a domain needs at least 3")
         if abs(curve.area) <= 1e-14 * curve.diagonal**2:
@@ -52,7 +52,7 @@ class Curve:
         Raises:
             InputError: no (n,) numbers, NaN or infinite vertices, or fewer than two distinct ones.
         """
-        curve = cls(_distinct(_finite(z, name), closed=False), closed=False)
+        curve = cls(distinct(_finite(z, name), closed=False), closed=False)
         if curve.z.size < 2:
             raise InputError(f"{name}: a stroke needs at least 2 distinct points")
         return curve
@@ -192,12 +192,3 @@ def _finite(z: ArrayLike, name: str) -> Complex:
     if bad.size:
         raise InputError(f"{name}: vertex {bad[0]} is not a finite number")
     return z
-
-
-def _distinct(z: Complex, *, closed: bool) -> Complex:
-    """z without vertices that repeat their predecessor to within rounding."""
-    if z.size < 2:
-        return z
-    tiny = 1e-12 * max(np.ptp(z.real), np.ptp(z.imag))
-    keep = np.abs(np.diff(z, prepend=z[-1:] if closed else np.inf)) > tiny
-    return z[keep] if keep.any() else z[:1]

@@ -47,6 +47,20 @@ def diagonal(z: Complex) -> float:
     return float(np.hypot(np.ptp(z.real), np.ptp(z.imag)))
 
 
+def longer_side(low: complex, high: complex) -> float:
+    """The longer side of the box between two corners."""
+    return max((high - low).real, (high - low).imag)
+
+
+def distinct(z: Complex, closed: bool = True) -> Complex:
+    """A polyline (n,) without vertices that repeat their predecessor, to within 1e-12 of its size."""
+    if z.size < 2:
+        return z
+    tiny = 1e-12 * longer_side(*bounding_box(z))
+    keep = np.abs(np.diff(z, prepend=z[-1:] if closed else np.inf)) > tiny
+    return z[keep] if keep.any() else z[:1]
+
+
 def rotation(z: Complex, w: Complex) -> complex:
     """The number of modulus one that takes points z (n,), multiplied by it, closest to w; 1 where all are as close."""
     turn = complex(np.vdot(z, w))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Box, Complex, Real
+from ..arrays import Box, Complex, Real, xy_of
 from ..pixels.texture import Places, repeated
 from ..plane import cross
 from .layout import turns
@@ -32,7 +32,7 @@ class Surface:
     def scale(self) -> tuple[float, float]:
         """Texels a unit, across and down: the square root of the ratio of areas."""
         at = self.locator.flat[self.locator.faces]
-        flat, own = (np.abs(turns(c)).sum() for c in (np.stack([at.real, at.imag], axis=-1), self.corners))
+        flat, own = (np.abs(turns(c)).sum() for c in (xy_of(at), self.corners))
         return (float(np.sqrt(own / flat)),) * 2
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:

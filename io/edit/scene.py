@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
 from ...maps.triangulated.map import TriangulatedMap
-from ...plane import bounding_box
+from ...plane import bounding_box, longer_side
 from ..formats import picture
 from ..pictures import image_files
 from ..pictures.image import Image, prepared
@@ -43,7 +43,7 @@ class PageHalf:
     def of(cls, *boxes: Box) -> PageHalf:
         """The view whose unit holds all boxes."""
         low, high = bounding_box(np.array(boxes))
-        return cls((low + high) / 2, max((high - low).real, (high - low).imag))
+        return cls((low + high) / 2, longer_side(low, high))
 
     def __call__(self, z: Complex) -> NDArray[np.float32]:
         """(..., 2) coordinates of the page of points of the core plane."""

@@ -152,8 +152,7 @@ class Shape:
 
     def to_file(self, z: ArrayLike) -> NDArray[np.float64]:
         """Complex numbers of the core plane to (..., 2) coordinates in the file's units."""
-        points: Complex = _core(np.asarray(z, dtype=complex), self.flip)
-        return np.stack([points.real, points.imag], axis=-1)
+        return xy_of(_core(np.asarray(z, dtype=complex), self.flip))
 
 
 THINNEST = 1e6  # square of the outline's length by the area: of a strip, four times its length by its width

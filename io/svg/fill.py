@@ -8,7 +8,7 @@ import shapely
 
 from ...arrays import Complex, complex_of, xy_of
 from ...errors import InputError
-from ...plane import cross
+from ...plane import cross, distinct
 from . import crossings
 from .budget import MAX_WINDING
 
@@ -96,15 +96,6 @@ def outlines_of(region: shapely.Geometry, name: str, notes: tuple[str, ...] = ()
         for part in _polygons(region)
     ]
     return sorted(found, key=lambda o: -o.area)
-
-
-def distinct(z: Complex) -> Complex:
-    """A ring without repeated neighbours (to 1e-12 of its size)."""
-    if z.size < 2:
-        return z
-    tiny = 1e-12 * max(np.ptp(z.real), np.ptp(z.imag))
-    keep = np.abs(z - np.roll(z, 1)) > tiny
-    return z[keep] if keep.any() else z[:1]
 
 
 def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:

@@ -11,13 +11,13 @@ import shapely
 
 from ...arrays import Complex, complex_of, xy_of
 from ...errors import InputError
-from ...plane import diagonal
+from ...plane import diagonal, distinct
 from . import tree
 from .budget import MAX_BYTES, MAX_SEGMENTS, Budget
 from .clips import Clips
 from .crossings import TooMuch
 from .drawing import Drawing
-from .fill import FilledOutline, Refused, distinct, outlines, outlines_of
+from .fill import FilledOutline, Refused, outlines, outlines_of
 from .path_data import LARGEST, Subpath, least, numbers, subpaths
 from .source import drawing_bytes
 from .strokes import silhouette, width_of

@@ -13,6 +13,8 @@ from iccm.plane import (
     bounding_box,
     cross,
     diagonal,
+    distinct,
+    longer_side,
     orientation,
     polygon_area,
     rotation,
@@ -86,6 +88,16 @@ def test_the_box_is_shapelys(z):
     bounds = shapely.MultiPoint(xy_of(z)).bounds
     assert (low.real, low.imag, high.real, high.imag) == bounds
     assert diagonal(z) == pytest.approx(abs(high - low), rel=1e-15)
+    assert longer_side(low, high) == max(bounds[2] - bounds[0], bounds[3] - bounds[1])
+
+
+@given(POINTS, st.data())
+def test_repeated_vertices_are_left_out(z, data):
+    z = np.unique(np.round(z, 3))
+    assume(z.size > 1)
+    times = data.draw(st.lists(st.integers(1, 3), min_size=z.size, max_size=z.size))
+    assert np.array_equal(distinct(np.repeat(z, times), closed=False), z)
+    assert np.array_equal(distinct(np.append(np.repeat(z, times), z[:1])), np.roll(z, -1))
 
 
 @given(POINTS, COMPLEX, COMPLEX, st.booleans())

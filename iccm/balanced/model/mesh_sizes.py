@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...arrays import Complex, Index
-from ...plane import bounding_box
+from ...plane import bounding_box, longer_side
 from ..meshing.mesh import Sizes
 from .measures import stretches
 
@@ -17,7 +17,7 @@ def graded(z: Complex, u: Complex, faces: Index, area: float) -> Sizes:
     _, _, magnified = stretches(z, u, faces)
     middle = z[faces].mean(1)
     low, high = bounding_box(z)
-    side = max((high - low).real, (high - low).imag) / CELLS
+    side = longer_side(low, high) / CELLS
     cell = ((middle - low).real // side).astype(int), ((middle - low).imag // side).astype(int)
     grid = np.ones((max(cell[0]) + 1, max(cell[1]) + 1))
     np.maximum.at(grid, cell, np.clip(magnified, 1, MOST_MAGNIFIED))

@@ -8,6 +8,7 @@ import shapely
 from ...arrays import Complex, complex_of, xy_of
 from ...curve import Curve
 from ...meshes.topology import walk
+from ...plane import longer_side
 from ...result import distances
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
     from scipy.sparse.csgraph import dijkstra  # slow to import, and seldom needed
 
     low, high = domain.box
-    cell = max((high - low).real, (high - low).imag) / CELLS
+    cell = longer_side(low, high) / CELLS
     x, y = (np.arange(int(size / cell) + 2) * cell for size in ((high - low).real, (high - low).imag))
     w = (low + x[None, :] + 1j * y[:, None]).ravel()
     inside = domain.contains(w)
