@@ -15,6 +15,7 @@ from ..balanced.minimise.newton import System, descend
 from ..balanced.minimise.sliding import Constraints
 from ..linalg.cholesky import BlockPattern, system_of
 from ..meshes.stretch import laid_flat
+from ..plane import triangle_areas
 
 FEW, LARGE = 8, 20_000  # steps at a time, and vertices from which there are two: one takes seconds then
 
@@ -75,5 +76,5 @@ def _objective(theta: float) -> Objective:
 def surface(points: Real, faces: Index) -> Elastic:
     """The triangles (m, 3) of a surface in space, its area taken as one."""
     rest = laid_flat(points[faces])
-    areas = 0.5 * ((rest[:, 1] - rest[:, 0]).conj() * (rest[:, 2] - rest[:, 0])).imag
+    areas = triangle_areas(rest)
     return Elastic.of(faces, rest / np.sqrt(areas.sum()))

@@ -14,7 +14,7 @@ from ...arrays import Complex, Index
 from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
 from ...maps.triangulated.simple import fault
-from .. import orientation
+from .. import injectivity
 from ..constraints.validate import Pins, place, with_points
 from ..errors import NoMapError, Stuck
 from ..holes.outlines import manageable_holes
@@ -208,10 +208,10 @@ def _deformation(levels: list[DiscreteMap], frame: UnitFrame, pins: Pins) -> Def
     z, u = frame.world(state.z), frame.world(state.u)
     place(pins, z, u, state.border, state.first_pin)
     loops = tuple(np.arange(state.border)[rim] for rim in state.boundary.slices)
-    orientation.refuse_folds("source", z, state.faces)
-    orientation.refuse_folds("image", u, state.faces)
-    orientation.refuse_touching("source", *(z[loop] for loop in loops))
+    injectivity.refuse_folds("source", z, state.faces)
+    injectivity.refuse_folds("image", u, state.faces)
+    injectivity.refuse_touching("source", *(z[loop] for loop in loops))
     energies = [{"total": level.energy} for level in levels]
     images = [u[loop] for loop in loops]
-    simple = orientation.is_simple(images[0]) and not (len(images) > 1 and fault(images))
+    simple = injectivity.is_simple(images[0]) and not (len(images) > 1 and fault(images))
     return Deformation(z, u, state.faces, loops, state.lines, energies, state.miss == 0, simple, True)

@@ -16,6 +16,7 @@ from ...curve import Curve
 from ...jit import kernel
 from ...linalg.cholesky import BlockPattern, system_of
 from ...maps.triangulated.patches import NO_LINES
+from ...plane import triangle_areas
 from ..errors import Tangled
 from ..kernels import twice_area
 from ..meshing.mesh import Sizes, closed_links, triangulate
@@ -310,8 +311,7 @@ class DiscreteMap:
         if self.weights is not None:
             open, areas = self.weights != 1, areas * self.weights
         flat, flat_areas = np.where(open[:, None], gradients, flat), np.where(open, areas, flat_areas)
-        a, b, c = self.z[corners].T
-        turns = np.sign(((b - a).conj() * (c - a)).imag)
+        turns = np.sign(triangle_areas(self.z[corners]))
         layout = RestShapes.of(self.pattern, flat, flat_areas)
         return separate(gradients, areas), SurfaceMap.of(ground, layout, theta, open, turns)
 
