@@ -22,25 +22,12 @@ import numpy as np
 from ...arrays import Complex, Index, Real
 from ...jit import in_place
 from ...linalg.cholesky import BlockPattern, Factor, downhill, factorise
-from ..kernels import cross, dot, move
+from ..kernels import cross, dot
 from .energy import RestShapes, assemble, total
 from .in_space import assemble_in_space, total_in_space
-from .sliding import (
-    FREE,
-    HELD,
-    Constraints,
-    border_derivatives,
-    border_energy,
-    choose_directions,
-    gap_ahead,
-    point_at,
-    rail_of,
-    restrict,
-    stiffen,
-)
+from .sliding import Constraints, border_energy, constrain, gap_limit, moved, release
 
 SHARE_OF_FLIP = 0.95  # of the largest step without a fold
-SHARE_OF_GAP = 0.9  # by which two neighbours of the outline may approach in one step
 ARMIJO = 1e-5  # share of the slope that a step must gain
 SHORTEST_STEP = 1e-8  # below, rounding decides (by hand)
 LONGEST = 0.5  # of the energy: a step is lengthened to at most 1 / (1 - LONGEST) of Newton's
@@ -89,68 +76,6 @@ def regularise(system, matrix, share):
     for slot in system.diagonal:
         matrix[slot, 0] += little
         matrix[slot, 3] += little
-
-
-@in_place
-def gap_limit(border, tau, slide, most):
-    """The largest share of the step, at most `most`, that keeps the outline's vertices well in order."""
-    for v in range(tau.size):
-        closing = slide[v] - slide[border.following[v]]
-        if closing > 0:
-            most = min(most, SHARE_OF_GAP * gap_ahead(border, tau, v) / closing)
-    return most
-
-
-@in_place
-def moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
-    """Fills in where a share t of the step leads."""
-    move(u, step, t, new_u)
-    for v in range(tau.size):
-        s = min(max(t * slide[v], low[v]), high[v])
-        new_tau[v] = tau[v] + s
-        if s != 0:
-            new_u[v] = point_at(rail_of(rails, v), new_tau[v])
-
-
-@in_place
-def _remaining(kinds, goals, u, way):
-    """Fills in the way (n,) of held vertices to their goals; whether there is any."""
-    moving = False
-    for v in range(way.size):
-        way[v] = 0j
-    for v in range(goals.size):
-        if kinds[v] == HELD and goals[v] != u[v]:
-            way[v], moving = goals[v] - u[v], True
-    return moving
-
-
-@in_place
-def add_product(system, matrix, way, gradient):
-    """Adds the matrix times the way (n,) to the gradient (n,), both x + iy of each vertex."""
-    for k in range(system.order.size):
-        row = system.order[k]
-        for p in range(system.starts[k], system.starts[k + 1]):
-            column = system.order[system.columns[p]]
-            if way[column] != 0:
-                x, y = way[column].real, way[column].imag
-                gradient[row] += complex(
-                    matrix[p, 0] * x + matrix[p, 1] * y, matrix[p, 2] * x + matrix[p, 3] * y
-                )
-            if row != column and way[row] != 0:
-                x, y = way[row].real, way[row].imag
-                gradient[column] += complex(
-                    matrix[p, 0] * x + matrix[p, 2] * y, matrix[p, 1] * x + matrix[p, 3] * y
-                )
-
-
-@in_place
-def restrict_gradient(kinds, directions, slope, gradient):
-    """Rewrites the gradient of constrained vertices along their directions, 0 where they are held."""
-    for v in range(directions.size):
-        if kinds[v] == FREE:
-            continue
-        along = gradient[v].real * directions[v].real + gradient[v].imag * directions[v].imag
-        gradient[v] = complex(along + slope[v] if directions[v] != 0 else 0.0, 0.0)
 
 
 class Workspace(NamedTuple):
@@ -253,62 +178,35 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
     Returns:
         The energy, the number of steps, and how many of the last ones gained less than the tolerance.
     """
-    pattern, rest, space = system.pattern, system.rest, system.workspace
-    rails, border, kinds = system.constraints.rails, system.constraints.border, system.constraints.kinds
-    goals = system.constraints.goals
-    matrix, gradient, step = space.matrix, space.gradient, space.step
-    slope, slide, directions, low, high = space.slope, space.slide, space.directions, space.low, space.high
-    new_u, new_tau, way = space.new_u, space.new_tau, space.way
+    pattern, rest, constraints, space = system.pattern, system.rest, system.constraints, system.workspace
+    border, matrix, gradient, step = constraints.border, space.matrix, space.gradient, space.step
     energy, small, crawling, before, damping = np.inf, 0, 0, np.inf, 0.0
     for done in range(steps):
         if not objective.quadratic:
             energy = _derivatives(rest, surface, u, objective, matrix, gradient)
             energy += border_energy(border, tau)
-        border_derivatives(border, tau, slope, space.curvature)
-        choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
-        # the whole way of held vertices is imposed: the others' gradient is that at its end, g + H way
-        moving = _remaining(kinds, goals, u, way)
-        if moving:
-            add_product(pattern, matrix, way, gradient)
-        # sliding vertices keep one unknown each, the step along their curve
-        restrict(pattern, kinds, directions, matrix)
-        stiffen(pattern, border, directions, space.curvature, matrix)
+        moving = constrain(pattern, constraints, u, tau, space)
         regularise(pattern, matrix, REGULAR + damping)
-        restrict_gradient(kinds, directions, slope, gradient)
         if not factorise(pattern, matrix, gradient, space.factor):
             return energy, done, small
         downhill(pattern, space.factor, step)
         decrease = 0.0
         for v in range(u.size):
             decrease += dot(gradient[v], step[v])
-        for v in range(tau.size):
-            if kinds[v] == FREE:
-                slide[v] = 0.0
-                continue
-            # steps along curves, back in the plane; those on a corner do not leave it to the wrong side
-            slide[v] = step[v].real
-            if low[v] == 0:
-                slide[v] = max(slide[v], 0.0)
-            if high[v] == 0:
-                slide[v] = min(slide[v], 0.0)
-            step[v] = slide[v] * directions[v] + way[v]
+        release(constraints, space)
         t = 1.0
         if objective.epsilon == 0 and not objective.quadratic:
             if not moving:
                 t = 1 / (1 + max(decrease / energy, -LONGEST))  # decrease < 0: Newton's for log E
             most = SHARE_WHILE_MOVING if moving else SHARE_OF_FLIP
-            t = min(gap_limit(border, tau, slide, t), most * largest_step(system.faces, u, step))
+            t = min(gap_limit(border, tau, space.slide, t), most * largest_step(system.faces, u, step))
         # line search: halved until Armijo's condition holds, or, on the way to goals, the energy hardly grows
         gained, accepted = 0.0, False
         while t > SHORTEST_STEP:
-            moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau)
-            if moving and t == 1.0:
-                for v in range(tau.size):
-                    if kinds[v] == HELD:
-                        new_u[v] = goals[v]
-            new_energy = border_energy(border, new_tau)
+            moved(constraints, u, tau, t, space)
+            new_energy = border_energy(border, space.new_tau)
             if new_energy < np.inf and not objective.quadratic:
-                new_energy += _energy(rest, surface, new_u, objective)
+                new_energy += _energy(rest, surface, space.new_u, objective)
             most = GROWTH * energy if moving else energy + ARMIJO * t * decrease
             if new_energy <= most or objective.quadratic:
                 gained, accepted = energy - new_energy, True
@@ -317,9 +215,9 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
         if not accepted:
             return energy, done, small
         for v in range(u.size):
-            u[v] = new_u[v]
+            u[v] = space.new_u[v]
         for v in range(tau.size):
-            tau[v] = new_tau[v]
+            tau[v] = space.new_tau[v]
         energy -= gained
         if surface is not None:
             if t < SHORT:
