@@ -139,7 +139,7 @@ class Live:
             return None
         sources, goals = np.ascontiguousarray(now.inner.T)
         if np.array_equal(sources, before.inner[:, 0]):
-            return replace(self.state, inside=inside._replace(goals=goals))
+            return self.state.with_goals(goals)
         if self.state.miss > 0 or not np.array_equal(goals, before.inner[:, 1]):
             return None
         pulled = replace(self.state, inside=inside._replace(z=sources))

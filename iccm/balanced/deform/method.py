@@ -169,7 +169,7 @@ def rigid(state: DiscreteMap) -> DiscreteMap:
 def settled(state: DiscreteMap, theta: float, q: float) -> DiscreteMap:
     """The map at rest; what has not met its goal stays where it is, and along strokes vertices find their places."""
     goals = state.goals
-    resting = state if state.miss == 0 else state.with_goals(state.u[state.aimed])
+    resting = state if state.miss == 0 else state.held()
     resting = resting.forward(theta, q, SETTLING_STEPS, SETTLED)
     for _ in range(ROUNDS if state.inside.strokes else 0):
         before = resting.energy
@@ -190,8 +190,7 @@ def carried(state: DiscreteMap, z: Complex, u: Complex, faces: Index) -> Discret
     new = replace(state, u=u.copy() if same else interpolate(z, faces, u, state.z))
     if not folds(new.faces, new.u):
         return new
-    held = new.with_goals(new.u[new.aimed])  # while folds are undone
-    return held.unfolded(harmonic=False).with_goals(new.goals)
+    return new.held().unfolded(harmonic=False).with_goals(new.goals)
 
 
 def _sorted(faces: Index) -> Index:

@@ -183,6 +183,10 @@ class DiscreteMap:
         inside = self.inside._replace(goals=goals[p:])
         return replace(self, boundary=self.boundary.with_goals(goals[:p]), inside=inside)
 
+    def held(self) -> "DiscreteMap":
+        """The map with its constraints in force, asking for no more than is."""
+        return replace(self.with_goals(self.u[self.aimed]), bound=True)
+
     @property
     def miss(self) -> float:
         """The largest distance of a constrained vertex from its goal; 0 but for rounding counts as 0."""

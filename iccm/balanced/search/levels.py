@@ -320,9 +320,7 @@ def laid(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) 
     drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
     fine = level.mapped(match_on(level, state), sizes, drawn)
     if isinstance(state, DiscreteMap) and state.bound:
-        goals = fine.inside.goals.copy()
-        goals[fine.inside.own < 0] = state.inside.goals[state.inside.own < 0]  # pins that were not met stay
-        fine = replace(fine, bound=True, inside=fine.inside._replace(goals=goals))
+        fine = replace(fine, bound=True, inside=fine.inside.with_pins_of(state.inside))  # those not met stay
     return fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
 
 

@@ -13,7 +13,6 @@ from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.boundary_pairs import Match
 from ..model.discrete_map import DiscreteMap, folds
-from ..model.inner_constraints import InnerConstraints
 from ..model.settings import SolveLog
 from . import initial_matches
 from .grid_paths import route
@@ -55,7 +54,7 @@ def led(level: Level, state: DiscreteMap, theta: float) -> DiscreteMap:
     """The map with its pins led to their goals one after the other, the nearest first, along ways around the others and
     the outline; or as far as that goes."""
     goals = state.inside.goals
-    state = held_where_they_are(state)
+    state = state.held()
     for pin in np.argsort(np.abs(goals - state.inside.goals), kind="stable"):
         here = state.inside.goals
         for place in route(level.target.curve, here[pin], goals[pin], np.delete(here, pin)):
@@ -73,7 +72,7 @@ def stepped(level: Level, state: DiscreteMap, aims: Complex, theta: float) -> Di
         tried = moved(state.with_goals(aims), theta)
         if tried.miss == 0 or attempt == REMESHES:
             break
-        rested = held_where_they_are(tried).forward(theta, 1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
+        rested = tried.held().forward(theta, 1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
         try:
             sizes = mesh_sizes.graded(rested.z, rested.u, rested.faces, 0.5 * level.size**2)
             state = refined(level, rested, sizes, only=HELD_STEPS)
@@ -160,7 +159,7 @@ def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None 
     except Stuck:
         relaxed = state.forward(theta, 1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)
         new = refined(level, relaxed, sizes)
-    new = brought(replace(new, inside=with_goals_of(state, new)), theta)
+    new = brought(replace(new, inside=new.inside.with_pins_of(state.inside)), theta)
     if new.miss > 0:
         raise Stuck("the constraints are not met on a new mesh")
     return new
@@ -187,13 +186,6 @@ def again(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap
     return new if new.miss == 0 else state
 
 
-def with_goals_of(state: DiscreteMap, new: DiscreteMap) -> InnerConstraints:
-    """What is constrained in a new map, pins with the goals that they have in the old one."""
-    goals = new.inside.goals.copy()
-    goals[new.inside.own < 0] = state.inside.goals[state.inside.own < 0]
-    return new.inside._replace(goals=goals)
-
-
 def coarse(level: Level, matches: list[Match], problem: UnitProblem, journal: SolveLog) -> DiscreteMap:
     """The best map of all starts on coarse meshes, pins met or as close as they got.
 
@@ -212,13 +204,8 @@ def coarse(level: Level, matches: list[Match], problem: UnitProblem, journal: So
     elif problem.strokes:
         best = settled(level, replace(states[0], bound=False), problem)
     else:
-        best = settled(level, held_where_they_are(states[0]), problem)
+        best = settled(level, states[0].held(), problem)
     earlier = [note for note in journal.notes if note != STRETCHED]  # an attempt given up may have noted it
     journal.notes = [*earlier, STRETCHED] if best.energy > STRONG * free else earlier
     journal.level("coarse", best, 1.0)
     return best
-
-
-def held_where_they_are(state: DiscreteMap) -> DiscreteMap:
-    """The map with its inner constraints asking for no more than is."""
-    return replace(state.with_goals(state.u[state.inner].copy()), bound=True)

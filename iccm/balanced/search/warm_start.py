@@ -17,7 +17,7 @@ from ..model.outline import Outline
 from ..model.sketch import Sketch
 from .homotopy import brought
 from .levels import EVENED, Level, UnitProblem, refined
-from .pin_continuation import aimed, held_where_they_are, led
+from .pin_continuation import aimed, led
 
 SAME = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
 
@@ -39,7 +39,7 @@ def continued(level: Level, start: Sketch, problem: UnitProblem) -> DiscreteMap:
     new = new if new.miss == 0 or problem.strokes else led(level, new, problem.theta)
     if new.miss == 0:
         return new
-    return replace(state, bound=False) if problem.strokes else held_where_they_are(new)
+    return replace(state, bound=False) if problem.strokes else new.held()
 
 
 def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
