@@ -3,7 +3,6 @@
 solution       what is asked (Settings), what is given (Solution)
 method         solve(): frames, stages, checks in the numbers that are returned
 stages         coarse starts, fine mesh, last mesh; halves of symmetric pairs; the inverse where that is easier
-leaning        less θ where K is near its bound, more where it is beyond
 last_mesh      the fine mesh and the last one, with every vertex of both outlines
 levels         one level of outlines and mesh size: meshes for correspondences, carrying a map to a finer mesh
 racing         from many coarse maps to the best one

@@ -13,7 +13,6 @@ from .levels import FINE_BACKWARD, FINE_ROUNDS, POWERS, Level, Sketch, UnitProbl
 from .meshing import sizing
 from .meshing.mesh import Sizes
 from .metric import PLANES, Metrics
-from .minimise.leaning import leaning
 from .minimise.measures import stretches
 from .solution import Settings, SolveLog
 
@@ -70,9 +69,8 @@ def last(
 ) -> DiscreteMap:
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
     progress.tell("last map")
-    theta = leaning(problem, state)
     state = on_finer(last_level(problem, settings, share), state, problem)
-    return lowered(state, theta, settings, journal)
+    return lowered(state, problem.theta, settings, journal)
 
 
 def last_level(problem: UnitProblem, settings: Settings, share: float = 1.0) -> Level:

@@ -57,7 +57,6 @@ class UnitProblem(NamedTuple):
         partners: (i, j) that hole i of the source is to go to hole j of the target.
         metrics: of the surfaces that the two planes stand for.
         inverted: whether this is the inverse of what was given, so that the target's area is that of `source`.
-        bounded: whether bounds on K or the stretch are asked for.
     """
 
     source: Curve
@@ -72,7 +71,6 @@ class UnitProblem(NamedTuple):
     partners: tuple[tuple[int, int], ...] = ()
     metrics: Metrics = PLANES
     inverted: bool = False
-    bounded: bool = False
 
     @property
     def holed(self) -> bool:

@@ -27,11 +27,6 @@ class Settings:
     max_stretch: float | None = None
     triangles: int = 6000
 
-    @property
-    def bounded(self) -> bool:
-        """Whether bounds are asked for."""
-        return self.max_dilatation is not None or self.max_stretch is not None
-
 
 @dataclass(frozen=True, eq=False)
 class Solution:

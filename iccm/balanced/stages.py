@@ -1,7 +1,5 @@
 """The stages of a solve, from two outlines in unit coordinates to a map on the last mesh."""
 
-from functools import partial
-
 import numpy as np
 
 from ..curve import Curve
@@ -30,7 +28,6 @@ from .last_mesh import (
 )
 from .levels import Level, Sketch, UnitProblem, eased, score, started
 from .metric import PLANES
-from .minimise.leaning import leaning, leant
 from .minimise.racing import raced, released, screened
 from .outline import manageable
 from .pairs import Match
@@ -87,7 +84,7 @@ def with_constraints(
     curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
     curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
     ends = anchors[0], anchors[1]
-    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, ends, bounded=settings.bounded)
+    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, ends)
     return with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
 
 
@@ -104,8 +101,7 @@ def further(
         state = continuation.continued(level, start, problem)
     except Stuck:
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
-    theta = leaning(problem, state)
-    return lowered(eased(state, problem.theta), theta, settings, journal), meets(problem, state)
+    return lowered(eased(state, problem.theta), problem.theta, settings, journal), meets(problem, state)
 
 
 def mapped(
@@ -118,7 +114,7 @@ def mapped(
     """
     upright = 0.0 if settings.turn is None else UPRIGHT
     simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
-    problem = UnitProblem(simple, goal, settings.theta, upright, bounded=settings.bounded)
+    problem = UnitProblem(simple, goal, settings.theta, upright)
     problem = with_holes(problem, holes, settings)
     same = similarity(source, target, turns=settings.turn is None)
     same = same and similar_with_holes(problem, same)
@@ -143,7 +139,7 @@ def whole(problem: UnitProblem, settings: Settings, journal: SolveLog) -> Meshed
 
 
 def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple[UnitProblem, DiscreteMap]:
-    """All stages but the last, of the problem or of its inverse; and which of the two, with the θ that was settled on.
+    """All stages but the last, of the problem or of its inverse; and which of the two.
 
     Maps that no finer mesh takes over (spirals onto stars) are left on a coarse one with all corners.
 
@@ -170,7 +166,7 @@ def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple
             except Stuck:
                 continue
             if meets(*found):
-                return leant(*found, partial(again, sizes=sizes, journal=journal), state)
+                return found
             closest = closest or found
     if closest is not None:
         return closest
@@ -182,19 +178,6 @@ def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple
     raise NoMapError(
         "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
     )
-
-
-def again(
-    problem: UnitProblem, start: DiscreteMap, sizes: tuple[float, float], journal: SolveLog
-) -> tuple[DiscreteMap, DiscreteMap]:
-    """The coarse map and the fine one, of such mesh sizes, that go on from a coarse one with another θ.
-
-    Raises:
-        Stuck: they fold.
-    """
-    level = Level.of(problem, sizes[0], *COARSE_EXACTNESS, STEEPEST)
-    start = released(level, start, problem)
-    return start, fine(problem, start, sizes[1], journal)
 
 
 def coarse_size(problem: UnitProblem) -> float:
@@ -239,7 +222,7 @@ def by_halves(
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target))]
     simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
     both = anchors[0], anchors[1]
-    half_problem = UnitProblem(simple, goal, problem.theta, 0.0, both, halved=True, bounded=problem.bounded)
+    half_problem = UnitProblem(simple, goal, problem.theta, 0.0, both, halved=True)
     used, half = solved(half_problem, journal, share=0.5)
     exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:
@@ -248,8 +231,7 @@ def by_halves(
     z, u = (half.u, half.z) if used.inverted else (half.z, half.u)
     z, u, faces, border = mirrored(z, u, half.faces, half.border, outline)
     sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border)
-    whole_problem = problem._replace(theta=used.theta)
-    return (sketch if exact else finished(whole_problem, sketch, settings, journal)), True
+    return (sketch if exact else finished(problem, sketch, settings, journal)), True
 
 
 def coarse(

@@ -20,7 +20,6 @@ from ..balanced.holes.given import Holes, named, unequal
 from ..balanced.last_mesh import Meshed
 from ..balanced.levels import UnitProblem, eased
 from ..balanced.metric import LaidMetric, Metrics
-from ..balanced.minimise.leaning import leaning
 from ..balanced.solution import Settings, Solution, SolveLog
 from ..maps.triangulated.map import TriangulatedMap
 from ..meshes.flatten import Flattening
@@ -162,7 +161,6 @@ def _solved(
             raise
         return _of_own(ready, alike, pins, settings, journal), True
     met = last_mesh.meets(used, state)
-    ready = replace(ready, unit=ready.unit._replace(theta=used.theta))
     try:
         state_there = _own_start(ready, used, state)
         own = None if state_there is None else _on_own(ready, state_there, settings, journal)
@@ -237,13 +235,13 @@ def _on_own(ready: _Prepared, state: Meshed, settings: Settings, journal: SolveL
         Stuck: there is none.
     """
     problem = ready.unit.inverse() if ready.onto else ready.unit
+    theta = problem.theta
     step = -1 if ready.onto else 1
     level = last_mesh.last_level(problem, settings)
     own = on_own_mesh(ready.sides[::step], ready.frames[::step], level, state, problem)
-    theta = leaning(problem, own.state)
     other = ready.sides[not ready.onto].even
     if other is None:
-        begun = eased(own.state, problem.theta)
+        begun = eased(own.state, theta)
         return replace(own, state=last_mesh.lowered(begun, theta, settings, journal))
     ground = Ground(other, ready.frames[not ready.onto])
     first = descended(own.state, ground, theta, 1.0)

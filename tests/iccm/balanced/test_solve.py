@@ -13,7 +13,6 @@ from iccm.balanced.failure import Stuck
 from iccm.balanced.holes import discs
 from iccm.balanced.levels import Level, UnitProblem
 from iccm.balanced.meshing.transfer import interpolate
-from iccm.balanced.minimise import leaning
 from iccm.balanced.minimise.energy import energy_of
 from iccm.balanced.orientation import is_simple, positive
 from iccm.curve import Curve
@@ -221,33 +220,6 @@ def test_a_block_onto_a_spiral_starts_from_the_inverse():
 
 def test_a_spiral_onto_a_square():
     check(solve(spiral(3), SQUARE, SMALL), spiral(3), SQUARE, 1e-3)
-
-
-def test_angles_are_kept_better_where_that_is_needed_and_sizes_allow_it(monkeypatch):
-    bar = Curve.domain(np.array([0, 1, 1 + 5.5j, 5.5j]))
-    leant, back = (iccm.fit(*pair).distortion for pair in ((bar, SQUARE), (SQUARE, bar)))
-    long = iccm.fit(Curve.domain(np.array([0, 1, 1 + 14j, 14j])), SQUARE).distortion
-    monkeypatch.setattr(leaning, "LEANINGS", 0)
-    even = iccm.fit(bar, SQUARE).distortion
-    assert even.quantile(even.dilatations, 0.95) > 5
-    for found in (leant, back):
-        assert found.quantile(found.dilatations, 0.95) <= 5
-        assert leaning.EVEN <= found.within(2) < even.within(2)
-    hopeless = iccm.fit(Curve.domain(np.array([0, 1, 1 + 14j, 14j])), SQUARE).distortion
-    assert np.array_equal(hopeless.dilatations, long.dilatations)  # no θ would do
-
-
-def test_sizes_are_even_where_angles_cannot_be_kept(monkeypatch):
-    panel_with_tail = np.array([0, 1, 1 + 0.35j, 6 + 0.35j, 6 + 0.65j, 1 + 0.65j, 1 + 1j, 1j]) * np.exp(0.3j)
-    pair = SQUARE, Curve.domain(panel_with_tail)
-    asked = {"balance": 0.9}, {"max_dilatation": 1000.0}
-    even, *angular = (iccm.fit(*pair, **options).distortion for options in ({}, *asked))
-    monkeypatch.setattr(leaning, "MOST_MORE", 0.0)
-    before = iccm.fit(*pair).distortion
-    assert before.within(2) < 0.8 < leaning.AMPLE <= even.within(2)
-    assert all(found.within(2) < 0.8 for found in angular)  # who asks for angles gets no more sizes
-    figures = [d.quantile(d.dilatations, 0.95) for d in (before, even)]
-    assert leaning.HOPELESS < figures[0] < figures[1] < 2 * figures[0]
 
 
 def test_more_balance_evens_the_areas():
