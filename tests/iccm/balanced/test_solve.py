@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import iccm
-from iccm.balanced import NoMapError, Settings, last_mesh, solve, stages, starts
-from iccm.balanced.discrete import folds
-from iccm.balanced.failure import Stuck
-from iccm.balanced.holes import discs
-from iccm.balanced.levels import Level, UnitProblem
+from iccm.balanced import NoMapError, Settings, solve
+from iccm.balanced.errors import Stuck
 from iccm.balanced.meshing.transfer import interpolate
 from iccm.balanced.minimise.energy import energy_of
+from iccm.balanced.model.discrete_map import folds
 from iccm.balanced.orientation import is_simple, positive
+from iccm.balanced.search import final_mesh, initial_matches, multilevel, via_disc
+from iccm.balanced.search.levels import Level, UnitProblem
 from iccm.curve import Curve
 from iccm.maps import bounds, distortion
 from iccm.result import Status, hausdorff
@@ -180,9 +180,9 @@ def test_strong_stretch_gets_a_note_and_little_none():
 
 
 def test_a_map_that_has_not_settled_says_so(monkeypatch):
-    monkeypatch.setattr(last_mesh, "LAST_STEPS", 2)
-    monkeypatch.setattr(last_mesh, "LAST_ROUNDS", 1)
-    assert last_mesh.UNSETTLED in solve(BLOB, FLAG, SMALL).notes
+    monkeypatch.setattr(final_mesh, "LAST_STEPS", 2)
+    monkeypatch.setattr(final_mesh, "LAST_ROUNDS", 1)
+    assert final_mesh.UNSETTLED in solve(BLOB, FLAG, SMALL).notes
 
 
 def test_the_way_back_is_the_inverse():
@@ -202,16 +202,16 @@ def spiral(laps):
 def test_a_spiral_onto_a_star_by_way_of_a_disc():
     curves = (Curve(c.z / np.sqrt(c.area)) for c in (spiral(3), STAR))
     problem = UnitProblem(*curves, 1.0, 0.0)
-    level = Level.of(problem, 0.06, *stages.COARSE_EXACTNESS, stages.STEEPEST)
-    found = discs.through_disc(level, 1.0)
+    level = Level.of(problem, 0.06, *multilevel.COARSE_EXACTNESS, multilevel.STEEPEST)
+    found = via_disc.through_disc(level, 1.0)
     assert len(found) >= 6 and not any(folds(state.faces, state.u) for state in found)
 
 
 def test_a_block_onto_a_spiral_starts_from_the_inverse():
     """The harmonic map into a spiral folds beyond repair, that out of it does not."""
     curves = (Curve((c.z - c.z.mean()) / np.sqrt(c.area)) for c in (SQUARE, spiral(3)))
-    level = Level.of(UnitProblem(*curves, 1.0, 0.0), 0.06, *stages.COARSE_EXACTNESS, stages.STEEPEST)
-    for match in starts.arclength_matches(level.source.curve, level.target.curve)[:2]:
+    level = Level.of(UnitProblem(*curves, 1.0, 0.0), 0.06, *multilevel.COARSE_EXACTNESS, multilevel.STEEPEST)
+    for match in initial_matches.arclength_matches(level.source.curve, level.target.curve)[:2]:
         with pytest.raises(Stuck):
             level.mapped(match).unfolded()
         state = level.started(match)
@@ -257,7 +257,7 @@ def test_failure_is_an_error_that_says_why(monkeypatch):
     def stuck(*_):
         raise Stuck("no start")
 
-    monkeypatch.setattr(stages, "coarse", stuck)
+    monkeypatch.setattr(multilevel, "coarse", stuck)
     with pytest.raises(NoMapError, match="too thin or too intricate"):
         solve(BLOB, FLAG, SMALL)
 
