@@ -221,7 +221,12 @@ class Level:
 
 def score(state: DiscreteMap, upright: float) -> float:
     """The energy, made larger the more the picture is turned."""
-    return state.energy * (1 + 0.5 * upright * (1 - np.cos(state.turn)))
+    return state.energy * turn_factor(state, upright)
+
+
+def turn_factor(state: DiscreteMap, upright: float) -> float:
+    """What a turned picture counts more: 1 where it is upright, 1 + upright where it is upside down."""
+    return float(1 + 0.5 * upright * (1 - np.cos(state.turn)))
 
 
 def started(level: Level, matches: list[Match]) -> list[DiscreteMap]:
