@@ -8,6 +8,22 @@ Names are imported when first used, so that `import iccm` costs nothing.
 """
 
 from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .curve import Curve as Curve
+    from .errors import IccmError as IccmError
+    from .errors import InputError as InputError
+    from .maps.harmonic import HarmonicMap as HarmonicMap
+    from .maps.triangulated.map import TriangulatedMap as TriangulatedMap
+    from .pixels.checkerboard import checkerboard as checkerboard
+    from .result import Fit as Fit
+    from .result import Status as Status
+    from .solve import deform as deform
+    from .solve import fit as fit
+    from .texture_transfer import Transfer as Transfer
+    from .texture_transfer import transfer as transfer
+    from .texture_transfer import warp as warp
 
 __version__ = "0.1.0"
 
@@ -29,7 +45,13 @@ _HOME = {
 __all__ = sorted(_HOME)
 
 
-def __getattr__(name: str):
-    if name not in _HOME:
-        raise AttributeError(f"module 'iccm' has no attribute {name!r}")
-    return getattr(import_module(f".{_HOME[name]}", __name__), name)
+if not TYPE_CHECKING:  # a type checker takes a module with __getattr__ to have every name
+
+    def __getattr__(name):
+        if name not in _HOME:
+            raise AttributeError(f"module 'iccm' has no attribute {name!r}")
+        return getattr(import_module(f".{_HOME[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
