@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from ...errors import InputError
-from ..places import Place as Spot
+from ..point_syntax import Place as Spot
 from ..run.options import MAX_SIDE, MOST_BALANCE
 from ..shapes.listing import Pin, Stroke
 
