@@ -5,6 +5,33 @@
     iccm.transfer(texture, source, target).pixels     # (h, w, c) pixels to pixels on the target
 
 Names are imported when first used, so that `import iccm` costs nothing.
+
+solve             `fit` and `deform`: which method solves a problem
+texture_transfer  `transfer` and `warp`: arrays in, arrays out
+problem           the domains, constraints and options of a solve
+result            `Fit`: the map, how the solver ended, figures that judge it
+balanced/         the default method: outline held, nothing folded, sizes even
+conformal/        the conformal method, to a tolerance
+paper/            the algorithm of the paper
+surfaces/         balanced maps of surfaces
+flattening/       patches of meshes laid out in the plane
+meshes/           triangle meshes, their topology, layouts and textures
+maps/             what a map is: evaluation, inverse, injectivity, distortion
+pixels/           pictures: sampling, filtering, coverage
+linalg/           sparse factorisations
+curve             polylines in the plane, closed or open
+buckets           a grid of square buckets for nearest points
+arrays            types of arrays, and conversions to them
+jit               decorators for compiled kernels
+compiling/        Numba's compiler with less to do
+ahead             kernels compiled before a job asks for them
+parallel          threads over slices of a fixed size
+blas              linear algebra on one thread
+memory            where large arrays are kept
+progress          what a long computation is at, for listeners
+errors            exceptions
+io/               files: shapes, pictures, meshes, jobs, reports
+cli/              the command line
 """
 
 from importlib import import_module

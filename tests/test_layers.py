@@ -5,6 +5,7 @@ inside functions too, and nothing imports in a circle.
 """
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -147,6 +148,22 @@ def parts_of(folder: str) -> dict[str, set[str]]:
 @pytest.mark.parametrize("folder", sorted({name.rpartition(".")[0] for name in FILES}))
 def test_no_arrow_runs_back_up_between_the_parts_of_a_folder(folder):
     assert not circles(parts_of(folder))
+
+
+FOLDERS = sorted(name for name, path in FILES.items() if path.name == "__init__.py")
+
+
+def listed(docstring: str) -> list[str]:
+    """The modules and folders (`name/`) of a docstring's list: names, two spaces or more, what they are."""
+    found = re.findall(r"^(\w+/?(?:, \w+/?)*) {2,}\S", docstring, re.MULTILINE)
+    return [name for names in found for name in names.split(", ")]
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_every_folder_lists_what_is_in_it(folder):
+    names = {name for name in FILES if name and name.rpartition(".")[0] == folder}
+    there = {name.rpartition(".")[2] + "/" * (name in FOLDERS) for name in names}
+    assert sorted(listed(ast.get_docstring(ast.parse(FILES[folder].read_text())))) == sorted(there)
 
 
 def test_no_folder_has_too_many_modules():
