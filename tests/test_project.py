@@ -75,6 +75,8 @@ MISTAKES = {
     "fit.invert(w)": '"Fit" has no attribute "invert"',
     "iccm.deform(square, start=1)": 'Argument "start" to "deform" has incompatible type "int"',
     "number: int = iccm.transfer(pixels, square, square)": '(expression has type "Transfer"',
+    "iccm.fit(square, square, metod='paper')": 'Unexpected keyword argument "metod" for "fit"',
+    "iccm.transfer(pixels, square, square, balance='1')": 'Argument "balance" to "transfer" has incompatible',
     "iccm.warp(square, pixels)": 'Argument 1 to "warp" has incompatible type',
 }
 
@@ -96,7 +98,7 @@ def test_a_users_type_checker_sees_the_signatures(tmp_path):
     said = {}
     for line in done.stdout.splitlines()[:-1]:
         _, number, text = line.split(":", 2)
-        said[lines[int(number) - 1]] = text
+        said[lines[int(number) - 1]] = said.get(lines[int(number) - 1], "") + text
     assert said.keys() == {*MISTAKES, "reveal_type(iccm.fit)"}, done.stdout
     assert all(text in said[line] for line, text in MISTAKES.items()), done.stdout
     shown = said["reveal_type(iccm.fit)"]
