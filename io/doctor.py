@@ -151,7 +151,7 @@ def _compiled() -> str:
     if jit.KNOWS:
         return said
     known, there = (".".join(map(str, version[:2])) for version in (jit.KNOWN, jit.numba.version_info))
-    return f"{said}; a first run compiles longer with Numba {there} than with {known}"
+    return f"{said}; with Numba {there} a first run compiles longer than with {known}, and every run starts later"
 
 
 def _a_map() -> str:

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from iccm import jit
+
 ROOT = Path(__file__).parents[1]
 ORDER = (
     "cli",
@@ -238,6 +240,7 @@ NOT_FOR_A_PICTURE = {
 }
 
 
+@pytest.mark.skipif(not jit.KNOWS, reason="other versions of Numba import scipy.linalg by themselves")
 def test_a_picture_by_the_default_method_imports_only_what_it_needs(tmp_path):
     picture, shapes = tmp_path / "out.png", ROOT / "tests" / "wheel"
     job = ["map", shapes / "square.svg", shapes / "blob.svg", "--texture", shapes.parents[1] / TEXTURE]
