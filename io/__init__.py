@@ -1,6 +1,7 @@
 """Bytes to nouns and back: shapes, images, meshes, reports.
 
 files         inputs that are there; outputs that appear whole or not at all
+references    files that other files refer to
 formats       what files of each suffix hold
 spec          `file#part#number`
 point_syntax  points as users name them

@@ -29,7 +29,7 @@ ORDER = (
     "io.pictures",
     "io.svg",
     "io.memory io.quiet_stderr io.names",
-    "io.spec io.formats io.point_syntax",
+    "io.spec io.formats io.point_syntax io.references",
     "io.files",
     "texture_transfer ahead",
     "solve",
