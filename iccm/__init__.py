@@ -20,6 +20,7 @@ maps/             what a map is: evaluation, inverse, injectivity, distortion
 pixels/           pictures: sampling, filtering, coverage
 linalg/           sparse factorisations
 curve             polylines in the plane, closed or open
+plane             areas, boxes, similarities and exact orientation of points of the plane
 buckets           a grid of square buckets for nearest points
 arrays            types of arrays, and conversions to them
 jit               decorators for compiled kernels

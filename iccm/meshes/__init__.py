@@ -4,8 +4,8 @@ mesh                polygon meshes as arrays, their checks and triangles
 topology            edges, components, orientation, fans, boundary loops
 disk_patch          a mesh made into one patch that can be flattened
 patch               such a patch: an oriented disk, with or without holes
+geodesics           shortest ways on surfaces
 cut                 closed surfaces and handles opened, areas relieved
-tutte               a layout of any patch without folds
 flatten             `Flattening`: a patch laid out; least squares conformal maps
 stretch             singular values of a piecewise linear map, triangle by triangle
 locate              triangles of a flattened patch that hold given points

@@ -27,8 +27,8 @@ SPELT = {"map_kd": "map_Kd", "map_ke": "map_Ke", "map_pr": "map_Pr", "map_pm": "
 SPELT |= dict.fromkeys(("bump", "map_bump"), "map_Bump -bm 1")  # without: of strength 0 in Blender
 MAPS = ("map_", "bump", "disp", "decal", "refl", "norm")
 MAP = re.compile(r"map_\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
-NUMBERS = ("ka", "kd", "ks", "ke", "ns", "ni", "d", "tr", "tf", "illum", "sharpness")
-NUMBERS += ("pr", "pm", "ps", "pc", "pcr", "aniso", "anisor")
+NUMBERS = {"ka", "kd", "ks", "ke", "ns", "ni", "d", "tr", "tf", "illum", "sharpness"}
+NUMBERS |= {"pr", "pm", "ps", "pc", "pcr", "aniso", "anisor"}
 PLAIN = ["Ka 1 1 1", "Kd 1 1 1", "Ks 0 0 0", "illum 1"]
 
 

@@ -215,7 +215,7 @@ def _of_primitive(part: Primitive) -> MeshFile:
 
 def _of_ply(path: Path) -> dict[str, MeshFile]:
     whole = ply.read(path)
-    texture, picture, notes = whole.texture, None, ()
+    texture, picture, notes = whole.texture, None, tuple[str, ...]()
     if texture is not None and not references.may_be_read(texture, path.parent):
         notes = (f"names {material_library.relative(texture, path.parent)}, {references.OUTSIDE}",)
     elif texture is not None:

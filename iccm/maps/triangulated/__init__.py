@@ -7,6 +7,5 @@ location     which patch, and where on it, a point belongs to
 evaluation   values and derivatives of the patches
 rim          points a little outside, moved onto the boundary and back
 injectivity  one-to-one up to the boundary, by exact signs
-predicates   exact signs of orientations
 simple       whether loops bound a region, by exact signs
 """
