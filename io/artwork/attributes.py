@@ -1,9 +1,11 @@
 """The attributes and styles that an element keeps when a drawing is written anew."""
 
+import copy
 from xml.etree.ElementTree import Element
 
 from ..svg import css
 from ..svg.document import local
+from ..svg.tree import Document
 
 SPACES = {
     "": "http://www.w3.org/2000/svg",
@@ -21,16 +23,18 @@ _PLACED |= {"clip-path", "clipPathUnits", "mask", "maskUnits", "maskContentUnits
 _PLACED |= {"version", "baseProfile", "requiredExtensions", "requiredFeatures", "systemLanguage"}
 
 
-def kept(sheet: css.Sheet, element: Element, tag: str, *, named: bool) -> dict[str, str]:
+def kept(document: Document, element: Element, tag: str, *, named: bool) -> dict[str, str]:
     """The attributes of an element that becomes a `tag`: no place, no script, and no id unless `named`.
 
-    What style sheets said of it by its old tag or id becomes its own style, as far as they don't say it any more.
+    What style sheets said of it by its old tag or id, or by where it was, becomes its own style, as far as they don't
+    say it any more.
     """
     own = {k: v for k, v in element.attrib.items() if not k.startswith("{")}
     rest = {k: v for k, v in own.items() if k not in _PLACED and not k.lower().startswith("on")}
     if not named:
         rest.pop("id", None)
-    before, after = sheet.style(local(element), own), sheet.style(tag, rest)
+    sheet = document.sheet
+    before, after = (sheet.style(element), sheet.simple_style(tag, rest)) if sheet else ({}, {})
     style = {k: v for k, v in before.items() if after.get(k) != v}
     style |= {k: own.get(k, "inherit") for k in after if k not in before}
     style |= css.declarations(rest.pop("style", ""))
@@ -38,4 +42,32 @@ def kept(sheet: css.Sheet, element: Element, tag: str, *, named: bool) -> dict[s
     if "transform" in after:
         style["transform"] = "none"
     rest |= {k: v for k, v in element.attrib.items() if k in _NAMED}
-    return rest | ({"style": ";".join(f"{k}:{v}" for k, v in style.items())} if style else {})
+    return rest | ({"style": _written(style)} if style else {})
+
+
+def copied(document: Document, element: Element) -> Element:
+    """A copy of an element and all in it; what style sheets say by where these are becomes their own style."""
+    made = copy.deepcopy(element)
+    sheet = document.sheet
+    if sheet and sheet.contextual:
+        for new, old in zip(made.iter(), element.iter()):
+            before, after = sheet.style(old), sheet.simple_style(local(old), old.attrib)
+            if style := {k: v for k, v in before.items() if after.get(k) != v}:
+                new.set("style", _written(style | css.declarations(old.get("style", ""))))
+    return made
+
+
+def sheets(document: Document) -> list[Element]:
+    """The style sheets of a document, without what they say of elements by where these are."""
+    made = [copy.deepcopy(e) for e in document.top.iter() if local(e) == "style"]
+    if document.sheet and document.sheet.contextual:
+        from ..svg.stylesheet import without_contextual
+
+        for element in made:
+            element.text = without_contextual("".join(element.itertext()))
+            element[:] = []
+    return made
+
+
+def _written(style: dict[str, str]) -> str:
+    return ";".join(f"{k}:{v}" for k, v in style.items())

@@ -15,7 +15,7 @@ from ..svg.affine import Affine
 from ..svg.curves import Bezier, Piece
 from ..svg.drawing import Rectangle
 from ..svg.path_data import LARGEST, PenPath
-from ..svg.tree import Drawn
+from ..svg.tree import Node
 from .clip import Clipped
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -101,7 +101,7 @@ class MappedElement:
         restyle(self.out, whole)
 
 
-def runs_of(drawn: Drawn) -> list[PenPath]:
+def runs_of(drawn: Node) -> list[PenPath]:
     """The shape's runs in the root's user units, y down; closed ones end where they begin.
 
     Raises:
