@@ -15,22 +15,32 @@ from ...errors import InputError
 from ..shapes.shape import Shape
 from ..svg import affine, reader, tree
 from ..svg.affine import Affine
+from ..svg.budget import Quota
 from ..svg.document import local
 from ..svg.drawing import Rectangle
 from ..svg.tree import Node
 from . import attributes
-from .budget import Load
 from .element import SVG, MappedElement, box_of, restyle, runs_of
 from .filters import MARGIN, filtered
 from .mapping import OUTSIDE, Effect
 from .paint_server import SIDES, Definitions, Space, lined, scale, shown
 from .references import confine, typed
 
+MAX_CARRIED = 100_000  # lines and curves, each of which takes up to a millisecond
+MAX_COVERED = 3 * MAX_CARRIED  # of these, as often as each lies under a clip path, mask or filter: 10 µs
 CELL = 1 / 24
 """Of the source's diagonal: size of the parts of a picture that follow the map each by its affine part."""
 OVERLAP = 0.02  # of a part: so much it reaches under the next, which leaves no seam
 _TEXT = "<{}>, left out (turn it into paths: Inkscape, Path > Object to Path; Illustrator, Type > Create Outlines)"
 _UNREAD = "style rule that is not read but kept: its selector depends on a reader, or is not understood"
+_CARRIED = (
+    f"as artwork these are more than {MAX_CARRIED} lines and curves, with clip paths, masks and parts of "
+    "pictures for each place that uses them; simplify the drawing, or carry a picture of it (--texture)"
+)
+_COVERED = (
+    f"as artwork more than {MAX_COVERED} lines and curves lie under clip paths, masks and filters, counted "
+    "for each group around them that has one; use these in fewer groups"
+)
 _COPIED = ("title", "desc", "metadata")
 _PAINTED = ("linearGradient", "radialGradient", "pattern")
 _MARKERS = ("marker-start", "marker-mid", "marker-end")
@@ -51,7 +61,8 @@ class MappedDocument:
         pictures: groups of the parts of a picture.
         cell: size of these, in the source's units.
         notes: what was left out.
-        load: how much there is to carry.
+        carried: lines and curves to carry.
+        covered: of these, each as often as a clip path, mask or filter applies to it or to a group around it.
     """
 
     out: Element
@@ -65,7 +76,8 @@ class MappedDocument:
     aside: bool = False
     pictures: list[Element] = field(default_factory=list)
     notes: Counter[str] = field(default_factory=Counter)
-    load: Load = field(default_factory=Load)
+    carried: Quota = field(default_factory=lambda: Quota(MAX_CARRIED, _CARRIED))
+    covered: Quota = field(default_factory=lambda: Quota(MAX_COVERED, _COVERED))
 
     @classmethod
     def of(cls, data: bytes, source: Shape, target: Shape) -> "MappedDocument":
@@ -153,7 +165,7 @@ class MappedDocument:
         runs = runs_of(node)
         if not runs or not scale(node.affine):
             return
-        self.load.carry(sum(len(run.pieces) for run in runs))
+        self.carried.spend(sum(len(run.pieces) for run in runs))
         said = node.properties
         out = SubElement(parent, f"{SVG}path", self._styled(node, "path"))
         marked = {name for name in _MARKERS if said.get(name, said.get("marker", "none")) != "none"}
@@ -201,7 +213,7 @@ class MappedDocument:
         group = SubElement(parent, f"{SVG}g", self._styled(node, "g"))
         shapes: list[MappedElement] = []
         cells = _cells(place, node.affine, self.cell)
-        self.load.check(4 * len(cells))
+        self.carried.check(4 * len(cells))
         for cell in cells:
             clip, corners = self._clip_to(cell, node)
             part = SubElement(group, f"{SVG}g", {"clip-path": clip})
@@ -238,7 +250,7 @@ class MappedDocument:
             if said == "none" or (local(out) == "clipPath" and name != "clip-path"):
                 continue
             found = self.document.named(said, tag)
-            self.load.cover(shapes)
+            self.covered.spend(sum(len(run.pieces) for shape in shapes for run in shape.runs))
             known = found is not None and id(found) not in node.used
             made = make(found, node, space) if found is not None and known else None
             if made is None and shapes:

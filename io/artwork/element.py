@@ -1,6 +1,6 @@
 """A shape of a drawing on its way through a map, and the SVG elements that it becomes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -46,7 +46,7 @@ class MappedElement:
     out: Element
     parent: Element
     runs: list[PenPath]
-    own: dict[str, str] = field(default_factory=dict)
+    own: Mapping[str, str] = field(default_factory=dict)
     filled: bool = True
     lined: bool = False
     aside: bool = False
@@ -91,7 +91,7 @@ class MappedElement:
             restyle(self.out, drawn[0][1])
             return
         kept_style = css.declarations(self.out.get("style", ""))
-        whole = {k: v for k, v in (self.own | kept_style).items() if k in _WHOLE}
+        whole = {k: v for k, v in (dict(self.own) | kept_style).items() if k in _WHOLE}
         for data, style in drawn:
             part = SubElement(self.out, self.out.tag, {k: v for k, v in self.out.attrib.items() if k != "id"})
             part.set("d", data)

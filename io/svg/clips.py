@@ -5,9 +5,8 @@ from collections.abc import Callable
 import shapely
 from tinycss2.color3 import RGBA, parse_color
 
-from ...errors import InputError
 from . import crossings
-from .budget import MAX_CROSSINGS, MAX_CUT
+from .budget import MAX_CROSSINGS, MAX_CUT, Quota
 from .fill import painted, rings_of
 from .path_data import Subpath
 from .strokes import painted_by_stroke
@@ -25,7 +24,9 @@ class Clips:
     def __init__(self, runs: Callable[[Node], list[Subpath]]):
         self.runs = runs
         self.known: dict[Clip, shapely.Geometry] = {}
-        self.work = 0
+        self.work = Quota(
+            MAX_CUT, "clip paths and masks cut too many shapes; apply them (Inkscape: Path > Intersection)"
+        )
 
     def cut(self, drawn: Node, region: shapely.Geometry) -> shapely.Geometry:
         """What is shown of a region that a shape paints; the region itself where nothing of it is hidden.
@@ -43,11 +44,7 @@ class Clips:
         if area.covers(region):
             return region
         counts = [int(shapely.get_num_coordinates(each)) for each in (region, area)]
-        self.work += sum(counts)
-        if self.work > MAX_CUT:
-            raise InputError(
-                "clip paths and masks cut too many shapes; apply them (Inkscape: Path > Intersection)"
-            )
+        self.work.spend(sum(counts))
         if counts[0] * counts[1] > MAX_CROSSINGS:
             crossings.check([*rings_of(region), *rings_of(area)])
         left = shapely.intersection(region, area)

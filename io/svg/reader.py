@@ -107,7 +107,8 @@ def _affordable(path: Path, shapes: list[Node], max_segments: int) -> None:
             text = drawn.properties.get({"path": "d"}.get(drawn.tag, "points"), "")
             if text not in known:
                 known[text] = least(text)
-            budget.draw(known[text], runs=text.count("M") + text.count("m"))
+            budget.runs.spend(text.count("M") + text.count("m"))
+            budget.segments.spend(known[text])
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 
@@ -254,7 +255,7 @@ def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[
     budget = budget or Budget()
     if drawn.tag in ("polyline", "polygon"):
         runs = _polyline(drawn)
-        budget.draw(sum(run.z.size for run in runs))
+        budget.segments.spend(sum(run.z.size for run in runs))
     else:
         runs = subpaths(_PATH[drawn.tag](drawn), drawn.affine, flatness, budget)
     if not all((np.abs(run.z) <= LARGEST).all() for run in runs):

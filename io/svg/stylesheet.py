@@ -4,7 +4,7 @@ Selectors that cost more than a walk to the root or over the siblings before (`:
 reader (`:hover`), or cannot be parsed, are not read. The steps of all others are counted.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -15,7 +15,7 @@ import tinycss2
 
 from ...errors import InputError
 from . import css
-from .budget import MAX_RULES, MAX_SELECTOR, MAX_SELECTORS, MAX_STYLE
+from .budget import MAX_RULES, MAX_SELECTOR, MAX_SELECTORS, MAX_STYLE, Quota
 from .document import local
 
 _MARKS = (">", "+", "~", ":")  # of combinators and of pseudo-classes
@@ -42,8 +42,13 @@ class Stylesheet:
     def __init__(self, text: str, root: Element):
         if len(text) > MAX_STYLE:
             raise InputError(f"its style sheet has more than {MAX_STYLE} characters; save it as plain SVG")
-        self.root, self.unread, self.tests = root, 0, 0
-        self._simple, self._contextual = _Matcher(self._count), _Matcher(self._count)
+        self.root, self.unread = root, 0
+        self._tests = Quota(
+            MAX_RULES,
+            f"its style sheet has more than {MAX_RULES} combinations of rules and elements; "
+            "save it as plain SVG, with styles in attributes",
+        )
+        self._simple, self._contextual = _Matcher(self._tests), _Matcher(self._tests)
         self._known: dict[tuple[str, str | None, str | None], tuple[list[Any], dict[str, str]]] = {}
         for order, (tokens, style) in enumerate(_rules(text)):
             if order >= MAX_SELECTORS:
@@ -67,7 +72,7 @@ class Stylesheet:
         wrapper = self._wrappers.get(id(element)) if self.contextual else None
         if wrapper is None or not (more := self._contextual.match(wrapper)):
             return style
-        self._count(len(matches))
+        self._tests.spend(len(matches))
         return _cascade(sorted(matches + more))
 
     def simple_style(self, tag: str, attributes: Mapping[str, str]) -> Mapping[str, str]:
@@ -79,7 +84,7 @@ class Stylesheet:
         if key not in self._known:
             element = Element(tag, {k: v for k, v in zip(("class", "id"), key[1:]) if v is not None})
             wrapper = cssselect2.ElementWrapper.from_xml_root(element)
-            self._count(len(wrapper.classes) // 8)  # looking for one takes so much less than a rule
+            self._tests.spend(len(wrapper.classes) // 8)  # looking for one takes so much less than a rule
             matches = self._simple.match(wrapper)
             self._known[key] = matches, _cascade(matches)
         return self._known[key]
@@ -87,47 +92,33 @@ class Stylesheet:
     @cached_property
     def _wrappers(self) -> dict[int, cssselect2.ElementWrapper]:
         """Every element of the document as selectors see it."""
-        wrapper = _counting_wrapper(self._count)
+        wrapper = _counting_wrapper(self._tests)
         return {id(each.etree_element): each for each in wrapper.from_xml_root(self.root).iter_subtree()}
-
-    def _count(self, tests: int = 1) -> None:
-        self.tests += tests
-        if self.tests > MAX_RULES:
-            raise InputError(
-                f"its style sheet has more than {MAX_RULES} combinations of rules and elements; "
-                "save it as plain SVG, with styles in attributes"
-            )
 
 
 class _Matcher(cssselect2.Matcher):
     """Selectors, of which those that are tested are counted."""
 
-    def __init__(self, count: Callable[[int], None]):
+    def __init__(self, tests: Quota):
         super().__init__()
-        self.count = count
+        self.tests = tests
 
     def add_relevant_selectors(self, element, selectors, relevant_selectors):
-        self.count(len(selectors))
+        self.tests.spend(len(selectors))
         super().add_relevant_selectors(element, selectors, relevant_selectors)
 
 
-def _counting_wrapper(count: Callable[[], None]) -> type[cssselect2.ElementWrapper]:
+def _counting_wrapper(tests: Quota) -> type[cssselect2.ElementWrapper]:
     """Wrappers whose ancestors and siblings are counted as selectors look at them, one after the other."""
 
-    class Wrapper(cssselect2.ElementWrapper):
-        @property
-        def ancestors(self):
-            yield from walk(self.parent, "parent")
-
-        @property
-        def previous_siblings(self):
-            yield from walk(self.previous, "previous")
-
     def walk(wrapper: Any, step: str) -> Iterator[Any]:
-        while wrapper is not None:
-            count()
+        while (wrapper := getattr(wrapper, step)) is not None:
+            tests.spend()
             yield wrapper
-            wrapper = getattr(wrapper, step)
+
+    class Wrapper(cssselect2.ElementWrapper):
+        ancestors = property(lambda self: walk(self, "parent"))
+        previous_siblings = property(lambda self: walk(self, "previous"))
 
     return Wrapper
 

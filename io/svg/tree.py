@@ -359,27 +359,26 @@ def _transform(node: Node) -> Affine:
 
 def _viewport(node: Node) -> Node:
     """What is inside an <svg> or a <symbol>, whose rectangle and viewBox its properties give."""
-    said = node.properties
-    x, y = (length(said.get(k) or "0", node.size, k, k) for k in "xy")
-    whole = "100%" if node.size else None
-    sides = [whole if text == "auto" else text for text in (said.get(k, whole) for k in ("width", "height"))]
-    place, size, corner = affine.translation(x, y), node.size, (0.0, 0.0)
-    if None not in sides:
-        width, height = size = tuple(length(t or "", node.size, k, k) for t, k in zip(sides, "xy"))
-        if "viewBox" in said and width > 0 and height > 0:
-            box = view_box(said)
-            fit = said.get("preserveAspectRatio", "xMidYMid")
-            place, size, corner = affine.viewport((x, y, width, height), box, fit), box[2:], box[:2]
-    frame = None
+    said, size, corner, frame = node.properties, node.size, (0.0, 0.0), None
+    given = {k: said[k] for k in ("x", "y", "width", "height") if said.get(k, "auto") != "auto"}
+    sides = ({"width": "100%", "height": "100%"} if size else {}) | given
+    x, y = (length(given.get(k) or "0", size, k, k) for k in "xy")
+    fit = affine.translation(x, y)
+    if "width" in sides and "height" in sides:
+        size = width, height = (
+            length(sides["width"], size, "x", "width"),
+            length(sides["height"], size, "y", "height"),
+        )
+        if "viewBox" in said and min(size) > 0:
+            box, aspect = view_box(said), said.get("preserveAspectRatio", "xMidYMid")
+            fit, size, corner = affine.viewport((x, y, width, height), box, aspect), box[2:], box[:2]
     overflows = said.get("overflow", "hidden").strip() in ("visible", "auto")
-    if not overflows and size is not None and min(size) > 0:
-        given = {k: said[k] for k in ("x", "y", "width", "height") if said.get(k, "auto") != "auto"}
-        sides = {"width": "100%", "height": "100%"} | given
+    if not overflows and size and min(size) > 0:
         frame = Node(node.element, "rect", node.affine, node.size, properties=sides)
     return replace(
         node,
         tag=VIEWPORT,
-        affine=node.affine @ place,
+        affine=node.affine @ fit,
         size=size,
         origin=corner,
         groups=node.groups + node.names,
