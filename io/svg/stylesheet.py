@@ -80,7 +80,8 @@ class Stylesheet:
         return self._simple_matches(tag, attributes)[1]
 
     def _simple_matches(self, tag: str, attributes: Mapping[str, str]) -> tuple[list[Any], Mapping[str, str]]:
-        key = tag, attributes.get("class"), attributes.get("id")
+        name = attributes.get("id")
+        key = tag, attributes.get("class"), name if name in self._simple.id_selectors else None
         if key not in self._known:
             element = Element(tag, {k: v for k, v in zip(("class", "id"), key[1:]) if v is not None})
             wrapper = cssselect2.ElementWrapper.from_xml_root(element)
