@@ -30,7 +30,7 @@ def block(content: Any) -> dict[str, str]:
         content: text, or what tinycss2 parsed it to.
     """
     nodes = parsed(tinycss2.parse_blocks_contents, content)
-    return {node.lower_name: _written(node.value) for node in nodes if node.type == "declaration"}
+    return {node.lower_name: written(node.value) for node in nodes if node.type == "declaration"}
 
 
 def parsed(parse: Callable[..., list[Any]], content: Any) -> list[Any]:
@@ -41,7 +41,8 @@ def parsed(parse: Callable[..., list[Any]], content: Any) -> list[Any]:
         return []
 
 
-def _written(values: Sequence[Any]) -> str:
+def written(values: Sequence[Any]) -> str:
+    """Component values as text without comments; nothing where they are nested too deeply."""
     try:
         return tinycss2.serialize([value for value in values if value.type != "comment"]).strip()
     except RecursionError:

@@ -18,6 +18,7 @@ from . import css
 from .budget import MAX_RULES, MAX_SELECTOR, MAX_SELECTORS, MAX_STYLE, Quota
 from .document import local
 
+COSTLY = 100  # characters of a selector, or of an attribute that it is compared with, that take a microsecond
 _MARKS = (">", "+", "~", ":")  # of combinators and of pseudo-classes
 _LOGICAL = {"not", "is", "where"}
 _STRUCTURAL = {"root", "first-child", "last-child", "only-child"}
@@ -50,6 +51,7 @@ class Stylesheet:
         )
         self._simple, self._contextual = _Matcher(self._tests), _Matcher(self._tests)
         self._known: dict[tuple[str, str | None, str | None], tuple[list[Any], dict[str, str]]] = {}
+        named: set[str] = set()
         for order, (tokens, style) in enumerate(_rules(text)):
             if order >= MAX_SELECTORS:
                 raise InputError(f"its style sheet has more than {MAX_SELECTORS} selectors; simplify it")
@@ -59,8 +61,13 @@ class Stylesheet:
                 continue
             matcher = self._contextual if _is_contextual(tokens) else self._simple
             matcher.order = order  # one order for both
+            matcher.cost = max(matcher.cost, 1 + len(css.written(tokens)) // COSTLY)
             matcher.add_selector(selector, style)
+            named.update(_attributes(tokens))
         self.contextual = self._contextual.order > 0
+        if named:
+            values = (v for each in root.iter() for k, v in each.attrib.items() if k in named)
+            self._contextual.cost *= 1 + max(map(len, values), default=0) // COSTLY
 
     def style(self, element: Element) -> Mapping[str, str]:
         """What the sheet says of an element of the document.
@@ -87,37 +94,42 @@ class Stylesheet:
             wrapper = cssselect2.ElementWrapper.from_xml_root(element)
             self._tests.spend(len(wrapper.classes) // 8)  # looking for one takes so much less than a rule
             matches = self._simple.match(wrapper)
-            self._known[key] = matches, _cascade(matches)
+            self._known[key] = matches if self.contextual else [], _cascade(matches)
         return self._known[key]
 
     @cached_property
     def _wrappers(self) -> dict[int, cssselect2.ElementWrapper]:
         """Every element of the document as selectors see it."""
-        wrapper = _counting_wrapper(self._tests)
+        wrapper = _counting_wrapper(self._tests, self._contextual.cost)
         return {id(each.etree_element): each for each in wrapper.from_xml_root(self.root).iter_subtree()}
 
 
 class _Matcher(cssselect2.Matcher):
-    """Selectors, of which those that are tested are counted."""
+    """Selectors, of which those that are tested are counted, each as what the costliest takes."""
 
     def __init__(self, tests: Quota):
         super().__init__()
-        self.tests = tests
+        self.tests, self.cost = tests, 1
 
     def add_relevant_selectors(self, element, selectors, relevant_selectors):
-        self.tests.spend(len(selectors))
+        self.tests.spend(self.cost * len(selectors))
         super().add_relevant_selectors(element, selectors, relevant_selectors)
 
 
-def _counting_wrapper(tests: Quota) -> type[cssselect2.ElementWrapper]:
-    """Wrappers whose ancestors and siblings are counted as selectors look at them, one after the other."""
+def _counting_wrapper(tests: Quota, cost: int) -> type[cssselect2.ElementWrapper]:
+    """Wrappers whose classes, ancestors and siblings are counted as selectors look at them."""
 
     def walk(wrapper: Any, step: str) -> Iterator[Any]:
         while (wrapper := getattr(wrapper, step)) is not None:
-            tests.spend()
+            tests.spend(cost)
             yield wrapper
 
+    def counted(words: list[str]) -> set[str]:
+        tests.spend(len(words))
+        return set(words)
+
     class Wrapper(cssselect2.ElementWrapper):
+        classes = cached_property(lambda self: counted(self.etree_element.get("class", "").split()))
         ancestors = property(lambda self: walk(self, "parent"))
         previous_siblings = property(lambda self: walk(self, "previous"))
 
@@ -163,7 +175,7 @@ def _selectors(rule: Any) -> list[list[Any]]:
 def _compiled(tokens: list[Any]) -> Any:
     """A selector ready to be tested; None where it is not read."""
     try:
-        if len(tinycss2.serialize(tokens)) > MAX_SELECTOR or not _is_bounded(tokens):
+        if len(css.written(tokens)) > MAX_SELECTOR or not _is_bounded(tokens):
             return None
         (selector,) = cssselect2.compile_selector_list(tokens)
     except Exception:  # many kinds, of the library and of the Python that it compiles selectors to
@@ -174,6 +186,15 @@ def _compiled(tokens: list[Any]) -> Any:
 def _is_contextual(tokens: Sequence[Any]) -> bool:
     """Whether a selector asks for more than a tag, classes and ids."""
     return any(t.type in ("whitespace", "[] block") or t in _MARKS for t in tokens)
+
+
+def _attributes(tokens: Sequence[Any]) -> Iterator[str]:
+    """The names of attributes, and other words, in the brackets of a selector."""
+    for token in tokens:
+        if token.type == "[] block":
+            yield from (each.value for each in token.content if each.type == "ident")
+        elif token.type == "function":
+            yield from _attributes(token.arguments)
 
 
 def _is_bounded(tokens: Sequence[Any]) -> bool:

@@ -178,6 +178,15 @@ def test_selectors_that_are_too_much_are_not_read(selector):
     assert sheet.style(inner) in ({"y": "2"}, {}) and not sheet.contextual
 
 
+@pytest.mark.parametrize("condition", ["[d*='xy']", "[d~=x]", "[d$=x i]", ":not([d^=x])", "[d*='xy'] > g"])
+def test_comparing_long_attributes_is_counted(condition):
+    top = fromstring(f'<svg d="{"x " * 500_000}"><g d="{"x " * 500_000}"/></svg>')
+    began = time.process_time()
+    with pytest.raises(InputError, match="combinations of rules and elements"):
+        Stylesheet("".join(f"{condition}{{x:{k}}}" for k in range(9000)), top).style(top[0])
+    assert time.process_time() - began < 3 * SECONDS
+
+
 def test_selectors_are_counted():
     began = time.process_time()
     with pytest.raises(InputError, match="more than 50000 selectors"):
