@@ -1,6 +1,5 @@
 """The attributes and styles that an element keeps when a drawing is written anew."""
 
-import copy
 from xml.etree.ElementTree import Element
 
 from ..svg import css
@@ -26,8 +25,7 @@ _PLACED |= {"version", "baseProfile", "requiredExtensions", "requiredFeatures", 
 def kept(document: Document, element: Element, tag: str, *, named: bool) -> dict[str, str]:
     """The attributes of an element that becomes a `tag`: no place, no script, and no id unless `named`.
 
-    What style sheets said of it by its old tag or id, or by where it was, becomes its own style, as far as they don't
-    say it any more.
+    What style sheets said of it by its old tag or id becomes its own style, as far as they don't say it any more.
     """
     own = {k: v for k, v in element.attrib.items() if not k.startswith("{")}
     rest = {k: v for k, v in own.items() if k not in _PLACED and not k.lower().startswith("on")}
@@ -45,28 +43,19 @@ def kept(document: Document, element: Element, tag: str, *, named: bool) -> dict
     return rest | ({"style": _written(style)} if style else {})
 
 
-def copied(document: Document, element: Element) -> Element:
-    """A copy of an element and all in it; what style sheets say by where these are becomes their own style."""
-    made = copy.deepcopy(element)
+def settled(document: Document) -> Document:
+    """The document with what its style sheet says by the place of elements as their own styles, in place."""
     sheet = document.sheet
-    if sheet and sheet.contextual:
-        for new, old in zip(made.iter(), element.iter()):
-            before, after = sheet.style(old), sheet.simple_style(local(old), old.attrib)
-            if style := {k: v for k, v in before.items() if after.get(k) != v}:
-                new.set("style", _written(style | css.declarations(old.get("style", ""))))
-    return made
-
-
-def sheets(document: Document) -> list[Element]:
-    """The style sheets of a document, without what they say of elements by where these are."""
-    made = [copy.deepcopy(e) for e in document.top.iter() if local(e) == "style"]
-    if document.sheet and document.sheet.contextual:
-        from ..svg.stylesheet import without_contextual
-
-        for element in made:
-            element.text = without_contextual("".join(element.itertext()))
+    if sheet is None or not sheet.contextual:
+        return document
+    said = [(e, sheet.style(e), sheet.simple_style(local(e), e.attrib)) for e in document.top.iter()]
+    for element, before, after in said:
+        if style := {k: v for k, v in before.items() if after.get(k) != v}:
+            element.set("style", _written(style | css.declarations(element.get("style", ""))))
+        if local(element) == "style":
+            element.text = sheet.without_contextual("".join(element.itertext()))
             element[:] = []
-    return made
+    return Document(document.top)
 
 
 def _written(style: dict[str, str]) -> str:

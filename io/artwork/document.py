@@ -86,7 +86,7 @@ class MappedDocument:
         Raises:
             InputError: it is malformed.
         """
-        document = tree.parse(data)
+        document = attributes.settled(tree.parse(data))
         node = document.root
         low, high = target.box
         x, y, width, height = low.real, -high.imag, (high - low).real, (high - low).imag
@@ -100,7 +100,7 @@ class MappedDocument:
             CELL * abs(source.bounds[1] - source.bounds[0]),
         )
         out.attrib |= drawing._styled(node, "svg")
-        out.extend(attributes.sheets(document))
+        out.extend(copy.deepcopy(e) for e in document.top.iter() if local(e) == "style")
         drawing.notes[_UNREAD] += document.unread
         if not node.hidden:
             drawing._children(node, out)

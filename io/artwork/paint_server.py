@@ -4,6 +4,7 @@ None of them has a path. They follow the map's affine part over the shape that t
 its own, in the target's units.
 """
 
+import copy
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -20,7 +21,6 @@ from ..svg.document import length, local
 from ..svg.drawing import Rectangle
 from ..svg.tree import LINKS, Document
 from .affine_part import AffinePart
-from .attributes import copied
 from .element import SVG, MappedElement, box_of, length_of, restyle
 
 CURVED = 0.05  # of a shape's size: from how far off the affine part is worth a note
@@ -115,7 +115,7 @@ class Definitions:
             InputError: the drawing makes too many copies.
         """
         self.document.copies.add(element, whole=True)
-        return [copied(self.document, child) for child in element]
+        return [copy.deepcopy(child) for child in element]
 
     def collect(self, top: Element) -> None:
         """Adds copies of all that the new document refers to and does not have, and drops what is not referred to."""
@@ -136,7 +136,7 @@ class Definitions:
                 for name in sorted(names - known):
                     found = made.get(name)
                     if found is None and name in ids:
-                        found = copied(self.document, ids[name])
+                        found = copy.deepcopy(ids[name])
                         found.tail = None
                     if found is not None:
                         known |= {e.get("id") for e in found.iter()}

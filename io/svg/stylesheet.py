@@ -97,6 +97,18 @@ class Stylesheet:
             self._known[key] = matches if self.contextual else [], _cascade(matches)
         return self._known[key]
 
+    @staticmethod
+    def without_contextual(text: str) -> str:
+        """A style sheet without the selectors that depend on more than the tag, classes and the id."""
+        kept, comma = [], tinycss2.ast.LiteralToken(0, 0, ",")
+        for rule in css.parsed(tinycss2.parse_stylesheet, text):
+            if rule.type == "qualified-rule":
+                parts = [part for part in _selectors(rule) if not _is_contextual(part) or not _compiled(part)]
+                rule.prelude = [token for part in parts for token in (comma, *part)][1:]
+            if rule.type != "qualified-rule" or rule.prelude:
+                kept.append(rule)
+        return tinycss2.serialize(kept)
+
     @cached_property
     def _wrappers(self) -> dict[int, cssselect2.ElementWrapper]:
         """Every element of the document as selectors see it."""
@@ -134,20 +146,6 @@ def _counting_wrapper(tests: Quota, cost: int) -> type[cssselect2.ElementWrapper
         previous_siblings = property(lambda self: walk(self, "previous"))
 
     return Wrapper
-
-
-def without_contextual(text: str) -> str:
-    """A style sheet without the selectors that depend on where their element is."""
-    kept = []
-    for rule in css.parsed(tinycss2.parse_stylesheet, text):
-        if rule.type == "qualified-rule":
-            parts = [part for part in _selectors(rule) if not _is_contextual(part) or _compiled(part) is None]
-            if not parts:
-                continue
-            comma = tinycss2.ast.LiteralToken(0, 0, ",")
-            rule.prelude = [token for part in parts for token in (comma, *part)][1:]
-        kept.append(rule)
-    return tinycss2.serialize(kept)
 
 
 def _rules(text: str) -> Iterator[tuple[list[Any], dict[str, str]]]:
