@@ -8,9 +8,12 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ...arrays import Box, Complex
 from ...parallel import beside, thread_count
 from ...pixels.texture import Repeated
+from ...plane import bounding_box
 from . import framing, parts, raster_size, texture
 from .job import Job
 from .parts import Pairs
@@ -220,14 +223,8 @@ class Run:
 
     def _extent(self) -> Box:
         """What pictures show of the target; a deformed shape may leave that of the source, which grows."""
-        low, high = framing.shown(self.job, self.target)
-        if self.job.target is not None:
-            return low, high
-        image = self.fit.image
-        return (
-            complex(min(low.real, image.real.min()), min(low.imag, image.imag.min())),
-            complex(max(high.real, image.real.max()), max(high.imag, image.imag.max())),
-        )
+        box = framing.shown(self.job, self.target)
+        return box if self.job.target is not None else bounding_box(np.append(self.fit.image, box))
 
     def note(self, remark: str) -> None:
         """Add a remark, once."""

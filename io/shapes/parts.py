@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...arrays import Real, xy_of
+from ...arrays import Real, complex_of, xy_of
 from .shape import Shape
 
 # Costs of a pair: the square of the distance in half diagonals of the drawing is 1 each, the square of the natural
@@ -29,7 +29,7 @@ def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) 
 
     spatial = all(shape.is_mesh for shape in (sources[0], targets[0]))
     (here, size), (there, large) = _placed(sources, spatial), _placed(targets, spatial)
-    here[:, :2] = xy_of(here[:, :2] @ np.array([1, 1j]) * np.exp(1j * np.radians(turn)))
+    here[:, :2] = xy_of(complex_of(here[:, :2]) * np.exp(1j * np.radians(turn)))
     apart = ((here[:, None] - there) ** 2).sum(axis=-1)
     cost = apart + SIZE * (np.log(size)[:, None] - np.log(large)) ** 2
     names = [[said(shape.names) for shape in shapes] for shapes in (sources, targets)]
