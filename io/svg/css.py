@@ -42,8 +42,8 @@ def parsed(parse: Callable[..., list[Any]], content: Any) -> list[Any]:
 
 
 def written(values: Sequence[Any]) -> str:
-    """Component values as text without comments; nothing where they are nested too deeply."""
+    """Component values, or rules, as text without comments; nothing where it is malformed, or nested too deeply."""
     try:
         return tinycss2.serialize([value for value in values if value.type != "comment"]).strip()
-    except RecursionError:
+    except (RecursionError, TypeError):
         return ""

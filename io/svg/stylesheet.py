@@ -106,8 +106,8 @@ class Stylesheet:
                 parts = [part for part in _selectors(rule) if not _is_contextual(part) or not _compiled(part)]
                 rule.prelude = [token for part in parts for token in (comma, *part)][1:]
             if rule.type != "qualified-rule" or rule.prelude:
-                kept.append(rule)
-        return tinycss2.serialize(kept)
+                kept.append(css.written([rule]))
+        return "".join(kept)
 
     @cached_property
     def _wrappers(self) -> dict[int, cssselect2.ElementWrapper]:

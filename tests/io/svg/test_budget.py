@@ -170,6 +170,7 @@ def test_siblings_are_looked_at_without_copies_of_their_lists():
         "a|",
         "[|",
         "a::b",
+        ')[a]@x("b',
     ],
 )
 def test_selectors_that_are_too_much_are_not_read(selector):
