@@ -32,7 +32,7 @@ CELL = 1 / 24
 """Of the source's diagonal: size of the parts of a picture that follow the map each by its affine part."""
 OVERLAP = 0.02  # of a part: so much it reaches under the next, which leaves no seam
 _TEXT = "<{}>, left out (turn it into paths: Inkscape, Path > Object to Path; Illustrator, Type > Create Outlines)"
-_UNREAD = "style rule that is not read but kept: its selector depends on a reader, or is not understood"
+_UNREAD = "style rule that is not read but kept: a malformed selector, or a pseudo-class such as :hover"
 _CARRIED = (
     f"as artwork these are more than {MAX_CARRIED} lines and curves, with clip paths, masks and parts of "
     "pictures for each place that uses them; simplify the drawing, or carry a picture of it (--texture)"

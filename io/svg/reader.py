@@ -61,7 +61,7 @@ def read(
     drawing, detail = Drawing([], document.canvas, flip=True), Detail(flatness, Budget(max_segments))
     if count := document.unread:
         rules = f"{count} style rule{'s' * (count > 1)}"
-        drawing.notes.append(f"{rules} not read: the selector depends on a reader, or is not understood")
+        drawing.notes.append(f"{rules} not read: a malformed selector, or a pseudo-class such as :hover")
     shown = []
     _affordable(path, shapes, max_segments)
     for drawn in shapes:

@@ -1,7 +1,7 @@
 """A document's style sheet: what its rules say of each element, in the order of the cascade; selectors by cssselect2.
 
-Selectors that cost more than a walk to the root or over the siblings before (`:has`, `:nth-of-type`), depend on a
-reader (`:hover`), or cannot be parsed, are not read. The steps of all others are counted.
+Read are all selectors but malformed ones and those with pseudo-classes that depend on what a user does (`:hover`), or
+that cost more than a walk to the root or over the siblings before (`:has`, `:nth-of-type`). Each step is counted.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

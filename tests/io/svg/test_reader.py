@@ -315,7 +315,7 @@ def test_style_rules_that_are_not_read_are_told(svg):
     body = '<rect class="a" width="9" height="9"/>'
     rules = "g>.a{fill:none} .a:hover{fill:red} g:has(rect){fill:none} .a:nth-of-type(2), .a:no{x:1}"
     assert svg(f"<style>{rules}</style>{body}").notes == (
-        "4 style rules not read: the selector depends on a reader, or is not understood",
+        "4 style rules not read: a malformed selector, or a pseudo-class such as :hover",
     )
     assert not svg(f"<style>.a{{fill:red}} g>.a{{fill:none}}</style>{body}").notes
 
