@@ -235,7 +235,7 @@ def test_import_iccm_is_free():
 
 NOT_FOR_A_PICTURE = {
     *("scipy.sparse", "scipy.optimize", "scipy.ndimage", "scipy.spatial", "scipy.interpolate", "skimage"),
-    *("igl", "cv2", "trimesh"),
+    *("igl", "cv2", "trimesh", "cssselect2"),
     *("matplotlib", "PIL", "networkx", "iccm.paper.algorithm1", "iccm.conformal.method", "iccm.io.batch"),
 }
 

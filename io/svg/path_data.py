@@ -142,12 +142,13 @@ def runs(d: str, budget: Budget | None = None, *, joined: bool = False) -> list[
         InputError: as `commands`, or the budget is spent.
     """
     budget = budget or Budget()
-    budget.check(least(d))
+    budget.segments.check(least(d))
     found: list[PenPath] = []
     pen = _Pen()
     for command, values in commands(d):
         kind, count = command.upper(), _COUNTS[command.upper()]
-        budget.draw(len(values) // count if count else 0, runs=kind == "M")
+        budget.segments.spend(len(values) // count if count else 0)
+        budget.runs.spend(kind == "M")
         if kind == "Z":
             if pen.down:
                 found[-1].closed = True
@@ -230,7 +231,7 @@ def _flatten(run: PenPath, affine: Affine, flatness: float, budget: Budget) -> S
     tolerance = flatness * diagonal(
         np.array([start, *(point for piece in pieces for point in piece.rough())])
     )
-    budget.flatten(sum(piece.count(tolerance) for piece in pieces))
+    budget.points.spend(sum(piece.count(tolerance) for piece in pieces))
     return Subpath(np.concatenate([[start], *(piece.points(tolerance) for piece in pieces)]), run.closed)
 
 
@@ -242,7 +243,7 @@ def _flatten_many(run: PenPath, affine: Affine, flatness: float, budget: Budget)
     counts = np.empty(len(run.pieces), dtype=np.int64)
     for group in groups:
         counts[group.number] = group.counts(tolerance)
-    budget.flatten(int(counts.sum()))
+    budget.points.spend(int(counts.sum()))
     z = np.empty(1 + counts.sum(), dtype=np.complex128)
     z[0], ends = start, 1 + np.cumsum(counts)
     for group in groups:
