@@ -12,10 +12,10 @@ import shapely
 from .arrays import Complex, xy_of
 from .blas import on_one_thread
 from .curve import Curve, boundary_samples
-from .maps import distortion, harmonic
+from .maps import distortion, harmonic, injectivity, inverse
+from .maps.approximation import AnyMap
 from .maps.distortion import Distortion
 from .maps.injectivity import Certificate
-from .maps.kinds import AnyMap, Evaluated, Inverted, certified, evaluated, inverted
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import apart, on_surfaces
@@ -110,7 +110,9 @@ class Fit:
     @cached_property
     def certificate(self) -> Certificate:
         """On what part of the source the map is proven to be one-to-one."""
-        return certified(self.fast)
+        if isinstance(self.map, TriangulatedMap):
+            return self.map.injectivity
+        return injectivity.certify(self.map)
 
     @cached_property
     def lost(self) -> float:
@@ -119,7 +121,7 @@ class Fit:
         if self.certificate.share >= CERTAIN or (self.target is None and self.certificate.zeros == 0):
             return 0.0  # without a target a map that folds nowhere may overlap itself: the outline tells
         z = self.interior
-        back = self.inverse(self.fast(z))
+        back = self.inverse(self.map.jet(z)[0])
         near = np.abs(back - z) <= BACK * Curve(self.map.polygon).diagonal
         return float(np.mean(~near))
 
@@ -130,17 +132,9 @@ class Fit:
 
     def inverse(self, w: Complex) -> Complex:
         """Points z with map(z) = w; NaN where w has none. Any shape in, the same shape out."""
-        return self.backward.inverse(w)
-
-    @cached_property
-    def fast(self) -> Evaluated:
-        """The map made ready for many evaluations."""
-        return evaluated(self.map)
-
-    @cached_property
-    def backward(self) -> Inverted:
-        """The map made ready for many inversions."""
-        return inverted(self.fast)
+        if isinstance(self.map, TriangulatedMap):
+            return self.map.inverse(w)
+        return inverse.inverse(self.map, w)
 
     @cached_property
     def image(self) -> Complex:
@@ -232,14 +226,12 @@ class Fit:
             return distortion.inside_triangles(self.map)
         aim = self.target or Curve(self.image)
         mean = np.sqrt(abs(aim.area / self.source.area))
-        return distortion.of_inverse(self.backward, interior_grid(aim, INTERIOR_POINTS), float(mean))
+        return distortion.of_inverse(self.map, interior_grid(aim, INTERIOR_POINTS), float(mean))
 
     @on_one_thread
     def report(self) -> dict[str, Any]:
         """The figures of the JSON report that depend on the map alone; lengths relative to `diagonal`."""
-        area = np.log10(
-            np.maximum(np.abs(harmonic.area_scale(*self.fast.derivatives(self.interior))), 1e-300)
-        )
+        area = np.log10(np.maximum(np.abs(harmonic.area_scale(*self.map.jet(self.interior)[1:])), 1e-300))
         pin_errors = np.abs(self._image_of(self.pins[:, 0]) - self.pins[:, 1]) / self.diagonal
         return {
             "status": self.status.name.lower(),
@@ -284,7 +276,7 @@ class Fit:
 
     def _image_of(self, z: Complex) -> Complex:
         """The map at points of the source, some of which the map's polygon may leave outside."""
-        return self.fast(Curve(self.map.polygon).pulled_in(z))
+        return self.map(Curve(self.map.polygon).pulled_in(z))
 
     def _stroke_error(self, source: Curve, target: Curve) -> float:
         """Root mean square distance of a stroke's image to its target, relative."""

@@ -128,7 +128,7 @@ def warp(
 
 
 def _carried(fit: Fit, sampler: Sampler, canvas: Canvas, padding: int, threads: int | None) -> Transfer:
-    work = warping.Warp(fit.fast, sampler, canvas)
+    work = warping.Warp(fit.map, sampler, canvas)
     warped = warping.whole(work, padding=padding, threads=threads)
     return Transfer(warped.pixels, canvas.box, fit, warped.diagnostics)
 

@@ -17,13 +17,14 @@ import math
 import numpy as np
 
 from ..arrays import Complex
-from ..jit import kept, kernel
+from ..jit import NUMPY, kept, kernel
 from ..parallel import over_slices
 
 TAU_I = 2j * np.pi
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 BLOCK_ENTRIES = 1 << 21  # entries of one complex block: 32 MB, a handful of which are alive at a time
-SLICE = 64  # points a thread takes at a time
+SLICE, MANY = 64, 1024  # points a thread takes at a time, of matrices and of jets
+FAR = 0.05  # an edge by the sum of the vectors to its ends: the series left out is 1e-16 of what is kept
 ON_EDGE = 1e-9  # radians: an edge seen under an angle this close to -π is one the point lies on
 ROUNDING = 4e-16
 """Relative error of a coordinate, which turns the angle by itself over the distance to an end."""
@@ -46,32 +47,38 @@ def edge_log(a, b, edge):
     )
 
 
+@kernel
+def _limit(polygon, z, e):
+    """L_e = log(B_{e+1} / B_e) of one edge; on it the limit from inside, of imaginary part +π; 0 at its ends."""
+    start, end = polygon[e] - z, polygon[(e + 1) % polygon.size] - z
+    if start == 0 or end == 0:
+        return 0j
+    log = edge_log(start, end, polygon[(e + 1) % polygon.size] - polygon[e])
+    if log.imag < MOST_SLACK - math.pi:
+        slack = ON_EDGE + ROUNDING * (1 + abs(z)) / min(abs(start), abs(end))
+        if log.imag < min(slack, MOST_SLACK) - math.pi:
+            log += 2j * math.pi
+    return log
+
+
+@kernel
+def _at_vertex(polygon, j):
+    """What the edges j - 1 and j add up to at vertex j: log(B_{j+1} / B_{j-1}) with imaginary part in (0, 2π); the
+    principal value is wrong at convex vertices."""
+    pair = cmath.log((polygon[(j + 1) % polygon.size] - polygon[j]) / (polygon[j - 1] - polygon[j]))
+    return pair if pair.imag > 0 else pair + 2j * math.pi
+
+
 @kept()
 def _edge_logs(polygon, z, out):
-    """L_e = log(B_{e+1} / B_e) of one point, the limit from inside, on edges and vertices too.
-
-    On edge e the imaginary part is +π; at vertex j the pair of edges (j-1, j) holds (0, log(B_{j+1}/B_{j-1})) with
-    imaginary part in (0, 2π): the principal value is wrong at convex vertices.
-    """
-    n = polygon.size
+    """L_e of one point; at vertex j the pair of edges (j - 1, j) holds 0 and what they add up to."""
     at = -1
-    for e in range(n):
+    for e in range(polygon.size):
+        out[e] = _limit(polygon, z, e)
         if polygon[e] == z:
             at = e
-    for e in range(n):
-        start, end = polygon[e] - z, polygon[(e + 1) % n] - z
-        if start == 0 or end == 0:
-            out[e] = 0
-            continue
-        log = edge_log(start, end, polygon[(e + 1) % n] - polygon[e])
-        if log.imag < MOST_SLACK - math.pi:
-            slack = ON_EDGE + ROUNDING * (1 + abs(z)) / min(abs(start), abs(end))
-            if log.imag < min(slack, MOST_SLACK) - math.pi:
-                log += 2j * math.pi
-        out[e] = log
     if at >= 0:
-        pair = cmath.log((polygon[(at + 1) % n] - z) / (polygon[at - 1] - z))
-        out[at] = pair if pair.imag > 0 else pair + 2j * math.pi
+        out[at] = _at_vertex(polygon, at)
 
 
 @kept()
@@ -103,6 +110,80 @@ def _derivatives(polygon, z, out):
         for e in range(polygon.size):
             out[p, e] -= weights[e]
             out[p, (e + 1) % polygon.size] += weights[e]
+
+
+@kept(**NUMPY, fastmath={"contract", "reassoc", "nsz"})
+def _jets(polygon, densities, slopes, z, out):
+    """2πi times the integrals of densities (m, n), linear on every edge with given slopes, and times their derivatives,
+    at points z (p,): Σ (φ_e + σ_e (z - z_e)) L_e and Σ σ_e L_e; `out` is (2, m, p).
+
+    Seen from far an edge is short, and log((1 + u) / (1 - u)) = 2 (u + u³/3 + …) a fraction of the work. Loops are in
+    real numbers, which LLVM computes several of at a time.
+    """
+    n = polygon.size
+    x, y, across, up, square = np.empty((5, n))
+    for e in range(n):
+        edge = polygon[(e + 1) % n] - polygon[e]
+        x[e], y[e] = 2 * polygon[e].real + edge.real, 2 * polygon[e].imag + edge.imag
+        across[e], up[e] = edge.real, edge.imag
+        square[e] = (edge.real * edge.real + edge.imag * edge.imag) / (FAR * FAR)
+    re, im, near = np.empty(n), np.empty(n), np.empty(n)
+    for p in range(z.size):
+        zx, zy = z[p].real, z[p].imag
+        for e in range(n):
+            a, b = x[e] - 2 * zx, y[e] - 2 * zy
+            size = a * a + b * b
+            near[e] = size - square[e]
+            u, v = (across[e] * a + up[e] * b) / size, (up[e] * a - across[e] * b) / size
+            r, i = u * u - v * v, 2 * u * v
+            c, d = 1 / 9 + r / 11, i / 11
+            c, d = 1 / 7 + (r * c - i * d), r * d + i * c
+            c, d = 1 / 5 + (r * c - i * d), r * d + i * c
+            c, d = 1 / 3 + (r * c - i * d), r * d + i * c
+            c, d = 1 + (r * c - i * d), r * d + i * c
+            re[e], im[e] = 2 * (u * c - v * d), 2 * (u * d + v * c)
+        at = -1
+        for e in range(n):
+            if not near[e] > 0:
+                log = _limit(polygon, z[p], e)
+                re[e], im[e] = log.real, log.imag
+                if polygon[e] == z[p]:
+                    at = e
+        if at >= 0:
+            log = _at_vertex(polygon, at)
+            re[at], im[at] = log.real, log.imag
+        for k in range(densities.shape[0]):
+            f, s = densities[k], slopes[k]
+            total_re, total_im, rate_re, rate_im = 0.0, 0.0, 0.0, 0.0
+            for e in range(n):
+                a, b = zx - polygon[e].real, zy - polygon[e].imag
+                c = f[e].real + (s[e].real * a - s[e].imag * b)
+                d = f[e].imag + (s[e].real * b + s[e].imag * a)
+                total_re += c * re[e] - d * im[e]
+                total_im += c * im[e] + d * re[e]
+                rate_re += s[e].real * re[e] - s[e].imag * im[e]
+                rate_im += s[e].real * im[e] + s[e].imag * re[e]
+            out[0, k, p] = complex(total_re, total_im)
+            out[1, k, p] = complex(rate_re, rate_im) if at < 0 else complex(math.nan, math.nan)
+
+
+def jets(polygon: Complex, densities: Complex, z: Complex, threads: int | None = None) -> Complex:
+    """C(z) φ and D(z) φ without the matrices: the integrals of densities and their derivatives.
+
+    Args:
+        polygon: (n,) counter-clockwise vertices.
+        densities: (m, n) values at the vertices.
+        z: (p,) points inside, on edges or on vertices, where there is no derivative.
+        threads: as many as there are processors by default; the result does not depend on it.
+
+    Returns:
+        (2, m, p) values and derivatives.
+    """
+    slopes = (np.roll(densities, -1, axis=1) - densities) / (np.roll(polygon, -1) - polygon)
+    out = np.empty((2, len(densities), z.size), dtype=np.complex128)
+    given = np.ascontiguousarray(polygon), np.ascontiguousarray(densities), slopes
+    over_slices(lambda part: _jets(*given, z[part], out[:, :, part]), z.size, threads, MANY)
+    return out / TAU_I
 
 
 def coordinates(polygon: Complex, z: Complex) -> Complex:

@@ -11,6 +11,8 @@ from functools import cached_property
 import numpy as np
 
 from ..arrays import Complex, Real
+from .approximation import AnyMap
+from .inverse import extended_inverse
 from .triangulated.map import TriangulatedMap
 from .triangulated.patches import cross
 
@@ -132,17 +134,17 @@ def inside_triangles(map: TriangulatedMap) -> Distortion:
     return Distortion(np.repeat(area / len(_INNER), len(_INNER)), f_z, f_zbar, 1.0, z, w)
 
 
-def of_inverse(inverse, w: Complex, scale: float) -> Distortion:
-    """Points w (p,) spread evenly over the target, through the inverse of a map of any kind.
+def of_inverse(map: AnyMap, w: Complex, scale: float) -> Distortion:
+    """Points w (p,) spread evenly over the target, through the inverse of a map.
 
     Where no point of the source goes nothing is painted: scale 0 and infinite stretch.
 
     Args:
-        inverse: with `extended_inverse` and `jet`, such as `inverse.Inverse`.
+        map: source → target.
         w: points inside the target.
         scale: the mean scale.
     """
-    z, away = inverse.extended_inverse(w)
-    _, f_z, f_zbar = inverse.jet(z)
+    z, away = map.extended_inverse(w) if isinstance(map, TriangulatedMap) else extended_inverse(map, w)
+    _, f_z, f_zbar = map.jet(z)
     lost = (away > 0) | ~np.isfinite(f_z) | ~np.isfinite(f_zbar)
     return Distortion(np.ones(w.size), np.where(lost, 0, f_z), np.where(lost, 0, f_zbar), scale, z, w)

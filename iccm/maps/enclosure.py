@@ -23,7 +23,7 @@ import shapely
 from ..arrays import Complex, Index, Real, xy_of
 from ..jit import kernel
 from ..parallel import over_slices
-from .evaluate import Evaluator
+from .harmonic import HarmonicMap
 
 NEAR = 0.5  # half of a piece, relative to its distance to the nearest vertex, at most
 SPREAD = 0.5  # radius of the disc that holds the tangents of a piece's image, relative to its centre, at most
@@ -89,13 +89,16 @@ class Pieces:
 class Encloser:
     """A map made ready for bounds."""
 
-    def __init__(self, f: Evaluator):
+    def __init__(self, f: HarmonicMap):
         """Take the map's own arrays, and a search tree of its vertices."""
         from scipy.spatial import cKDTree
 
         self.f = f
         self.vertices = cKDTree(xy_of(f.polygon))
         image = f(f.polygon)
+        self.edge = np.roll(f.polygon, -1) - f.polygon
+        densities = f.phi[None] if f.conformal else np.stack([f.phi, f.psi.conj()])
+        self.rise = np.roll(densities, -1, axis=1) - densities
         self.rounding = ROUNDING * float(np.abs(image - image[0]).max())
 
     def pieces(self, rings: list[Complex]) -> Pieces:
@@ -131,13 +134,12 @@ class Encloser:
         a, b = start[only], start[following[only]]
         middle, half = 0.5 * (a + b), 0.5 * np.abs(b - a)
         out = np.empty((4, middle.size))
-        tree = self.f.tree
         image, slope, _ = self.f.jet(a)
         _, f_z, f_zbar = self.f.jet(middle)
         at = np.stack([f_z, f_zbar.conj()])
         over_slices(
             lambda part: _bounds(
-                tree.za, tree.edge, tree.rise, middle[part], half[part], at[:, part], out[:, part]
+                self.f.polygon, self.edge, self.rise, middle[part], half[part], at[:, part], out[:, part]
             ),
             middle.size,
             step=SLICE,

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, field
 from threading import Lock
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,21 +9,10 @@ from numpy.typing import NDArray
 from ..arrays import Complex, Real
 from ..jit import kept
 from ..parallel import over_slices
-from .evaluate import Evaluator
-from .harmonic import HarmonicMap
-from .inverse import Inverse, inverse_derivatives
+from .approximation import AnyMap, triangulated
+from .triangulated.map import inverted
 
 SLICE = 1 << 15  # triangles that a thread takes at a time (by hand)
-
-
-class Invertible(Protocol):
-    """What an extended inverse asks of a map; `Inverse` gives it for the harmonic ones."""
-
-    def jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
-        """f, f_z and f_z̄ at points (p,) of the source; not finite where they do not exist."""
-
-    def extended_inverse(self, w: Complex, threads: int | None = None) -> tuple[Complex, Real]:
-        """(p,) preimages and how far outside the image each point lay; see `Inverse.extended_inverse`."""
 
 
 @dataclass(eq=False)
@@ -41,19 +29,18 @@ class ExtendedInverse:
         away: the farthest of them lay this far from the image.
     """
 
-    map: HarmonicMap | Evaluator | Invertible
+    map: AnyMap
     threads: int | None = None
     outside: int = field(default=0, init=False)
     away: float = field(default=0.0, init=False)
     _counting: Lock = field(default_factory=Lock, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        map = self.map
-        self._invertible: Invertible = Inverse(map) if isinstance(map, HarmonicMap | Evaluator) else map
+        self._map = triangulated(self.map)
 
     def __call__(self, w: Complex) -> Complex:
         """(p,) preimages of (p,) points, never NaN for a finite point."""
-        z, away = self._invertible.extended_inverse(w, self.threads)
+        z, away = self._map.extended_inverse(w, self.threads)
         with self._counting:
             self.outside += int(np.count_nonzero(away))
             self.away = max(self.away, float(away.max(initial=0.0)))
@@ -61,8 +48,8 @@ class ExtendedInverse:
 
     def slopes(self, z: Complex) -> tuple[Complex, Complex]:
         """z_w and z_w̄ of the inverse at points z of the source; NaN where the map has no derivative or folds."""
-        _, a, b = self._invertible.jet(z, self.threads)
-        z_w, z_wbar = inverse_derivatives(a, b)
+        _, a, b = self._map.jet(z, self.threads)
+        z_w, z_wbar = inverted(a, b)
         bad = ~(np.abs(a) > np.abs(b)) | ~np.isfinite(z_w + z_wbar)
         z_w[bad] = z_wbar[bad] = complex(np.nan, np.nan)
         return z_w, z_wbar

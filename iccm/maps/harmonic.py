@@ -47,6 +47,31 @@ class HarmonicMap:
         out[np.isnan(at)] = complex(np.nan, np.nan)
         return out.reshape(z.shape)
 
+    def jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
+        """f, f_z and f_z̄ at points of any shape, at once and fast; NaN beyond, the derivatives at vertices too."""
+        z = np.asarray(z, dtype=np.complex128)
+        found = self.jet_inside(self.placed(z.ravel()), threads)
+        return tuple(values.reshape(z.shape) for values in found)  # type: ignore[return-value]
+
+    def jet_inside(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
+        """The same at points (p,) that are known to lie inside or on the boundary, or are NaN."""
+        if self.conformal:
+            (value,), (rate,) = cauchy_green.jets(self.polygon, self.phi[None], z, threads)
+            return value, rate, np.where(np.isnan(rate), rate, 0)
+        both = np.stack([self.phi, self.psi.conj()])
+        values, rates = cauchy_green.jets(self.polygon, both, z, threads)
+        return values[0] + values[1].conj(), rates[0], rates[1].conj()
+
+    @cached_property
+    def diagonal(self) -> float:
+        """Length of the diagonal of the polygon's bounding box."""
+        return self.outline.diagonal
+
+    @property
+    def rims(self) -> list[Complex]:
+        """The polygon, as `TriangulatedMap` lists its boundaries."""
+        return [self.polygon]
+
     @cached_property
     def outline(self) -> Curve:
         """The polygon."""

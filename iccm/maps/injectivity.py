@@ -8,7 +8,6 @@ import shapely
 from ..arrays import Complex, Real, complex_of, xy_of
 from ..curve import Curve
 from .enclosure import MOST, ROUNDS, Encloser, Pieces, too_close
-from .evaluate import Evaluator
 from .harmonic import HarmonicMap
 
 DEPTHS = np.concatenate([10 ** np.arange(-4.0, -1.0, 0.25), 10 ** np.arange(-1.0, -0.04, 0.05)])
@@ -54,7 +53,7 @@ class Certificate:
         }
 
 
-def certify(f: HarmonicMap | Evaluator, depths: Real = DEPTHS) -> Certificate:
+def certify(f: HarmonicMap, depths: Real = DEPTHS) -> Certificate:
     """The least depth found at which f is certainly injective: the least of `depths`, or by bisection of them, since
     what holds at a depth holds deeper; then between the last two.
 
@@ -85,7 +84,7 @@ def certify(f: HarmonicMap | Evaluator, depths: Real = DEPTHS) -> Certificate:
     return replace(found, obstacle=failed.obstacle)
 
 
-def at_depth(f: HarmonicMap | Evaluator, depth: float) -> Certificate:
+def at_depth(f: HarmonicMap, depth: float) -> Certificate:
     """What holds on the source moved inwards by `depth` times its inradius."""
     return InsetDomain.of(f).at_depth(depth)
 
@@ -105,9 +104,8 @@ class InsetDomain:
     inradius: float
 
     @classmethod
-    def of(cls, f: HarmonicMap | Evaluator) -> "InsetDomain":
+    def of(cls, f: HarmonicMap) -> "InsetDomain":
         """A map made ready."""
-        f = f if isinstance(f, Evaluator) else Evaluator(f)
         outline = shapely.Polygon(xy_of(f.polygon))
         radius = shapely.maximum_inscribed_circle(outline, tolerance=1e-3 * np.sqrt(outline.area)).length
         return cls(Encloser(f), outline, float(radius))

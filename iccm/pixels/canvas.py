@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Box, Complex
 
+BAND = 128  # rows that are worked on at a time (by hand)
 LONGER_SIDE = 1024  # of a picture, in pixels, unless told otherwise
 
 
@@ -63,13 +64,11 @@ class Diagnostics:
     Attributes:
         inside: pixels whose centre is in the image of the source.
         edge: pixels outside that the image touches; they show the nearest boundary point.
-        exact: pixels solved one by one instead of by an expansion.
-        fallback: pixels inside for which no solution was found; they show the nearest boundary point.
+        fallback: pixels inside where a map that folds shows only its back; they show the nearest boundary point.
     """
 
     inside: int = 0
     edge: int = 0
-    exact: int = 0
     fallback: int = 0
 
     def add(self, other: "Diagnostics") -> None:

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Box, Complex
-from . import inverse_tiles, preimages
-from .canvas import Band, Canvas, Diagnostics, Mixed
+from . import preimages
+from .canvas import BAND, Band, Canvas, Diagnostics, Mixed
 from .coverage import coverage
 
 
@@ -49,7 +49,7 @@ class SeveralPreimages:
         A pixel shows the first part that covers half of it, or else the one that covers most; what is seen of another
         one there is mixed in, the first part lying over the others. Counts are of all parts, hidden ones included.
         """
-        shape = min(inverse_tiles.TILE, self.canvas.height - row), self.canvas.width
+        shape = min(BAND, self.canvas.height - row), self.canvas.width
         nothing = complex(np.nan, np.nan)
         z, right, down = (
             np.full(shape, nothing, kind) for kind in (np.complex128, np.complex64, np.complex64)

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from .. import progress
 from ..arrays import Box, Complex, Real
 from ..parallel import in_order
-from . import inverse_tiles, preimages
-from .canvas import Band, Canvas, Diagnostics
+from . import preimages
+from .canvas import BAND, Band, Canvas, Diagnostics
 from .texture import Placing, Texture
 
 JUMP, STEEPER = 1 / 512, 4  # of the picture, and times the step on the other side: what is a seam (by hand)
@@ -56,7 +56,7 @@ def stmap(
         out[seen, :2], out[seen, 3] = st_of(lying, band.z[seen]), band.coverage[seen]
         return out
 
-    starts = range(0, canvas.height, inverse_tiles.TILE)
+    starts = range(0, canvas.height, BAND)
     for row, block in zip(starts, in_order(rows, starts, threads)):
         progress.tell("resample", row, canvas.height)
         yield block
@@ -93,7 +93,7 @@ class Stored:
 
     def band(self, row: int) -> Band:
         """The band that starts at the given row."""
-        last = min(row + inverse_tiles.TILE, self.canvas.height)
+        last = min(row + BAND, self.canvas.height)
         first, end = max(row - 1, 0), min(last + 1, self.canvas.height)
         st = self.st[first:end].astype(np.float64)
         z = st[..., 0] * self.aspect + 1j * st[..., 1]

@@ -16,9 +16,8 @@ from ..arrays import Complex
 from ..jit import kernel
 from ..maps.triangulated.map import TriangulatedMap
 from ..parallel import in_order
-from . import inverse_tiles
-from .canvas import Band, Canvas, Diagnostics
-from .coverage import covered
+from .canvas import BAND, Band, Canvas, Diagnostics
+from .coverage import coverage, covered
 
 EMPTY, FILLED, TOUCHED = 0, 1, 2  # states of a pixel; the last: only the outline comes near its centre
 BYTES = 33  # of a pixel: 16 for z, 8 for right and for down, and its state
@@ -26,7 +25,7 @@ BYTES = 33  # of a pixel: 16 for z, 8 for right and for down, and its state
 
 @dataclass(eq=False)
 class TriangulatedPreimages:
-    """In the place of `Preimages`: where the pixels of a canvas come from. They are exact, whatever is asked for.
+    """Where the pixels of a canvas come from under a triangulated map: exact, whatever is asked for.
 
     Attributes:
         map: source to target.
@@ -41,19 +40,22 @@ class TriangulatedPreimages:
     def __post_init__(self) -> None:
         # Everything that bands share is made before threads ask for it.
         self.loop = self.canvas.pixels(_joined([self.map.image[loop] for loop in self.map.loops]))
-        centres = self.canvas.pixels(self.map.corners) - 0.5 * (1 + 1j)
+        drawn = slice(None)
+        if self.map.seen is not None:
+            drawn = np.arange(self.map.seen)[::-1]  # what lies on top is drawn last
+        centres = self.canvas.pixels(self.map.corners[drawn]) - 0.5 * (1 + 1j)
         self.corners = np.ascontiguousarray(centres)
-        self.powers = powers(self.corners, self.map.patches)
+        self.powers = powers(self.corners, self.map.patches[drawn])
         self.blocks = Blocks(self.canvas.width)
         self.top, self.bottom = (f(centres.imag, axis=1) for f in (np.min, np.max))
 
     def bands(self, threads: int | None = None) -> Iterator[Band]:
         """All bands from top to bottom, a few being worked on at a time."""
-        return in_order(self.band, range(0, self.canvas.height, inverse_tiles.TILE), threads)
+        return in_order(self.band, range(0, self.canvas.height, BAND), threads)
 
     def band(self, row: int) -> Band:
         """The band that starts at the given row."""
-        rows, width = min(inverse_tiles.TILE, self.canvas.height - row), self.canvas.width
+        rows, width = min(BAND, self.canvas.height - row), self.canvas.width
         area = covered(self.loop, row, rows, width)
         z, right, down, state = self.blocks.arrays(rows, width)
         state.fill(EMPTY)
@@ -65,8 +67,22 @@ class TriangulatedPreimages:
         if not self.slopes:
             right = down = np.broadcast_to(np.complex64(complex(np.nan, np.nan)), z.shape)
         band = Band(row, area, z, right, down, Diagnostics(inside=inside))
+        if self.map.seen is not None:
+            self._unfold(band, state)
         self._touch(band, np.flatnonzero(state == TOUCHED))
         return band
+
+    def _unfold(self, band: Band, state: NDArray[np.uint8]) -> None:
+        """Of a map that folds, what lies over as much of its back is not inside, and its back alone is, with nothing to
+        show there: the nearest boundary point stands for it."""
+        inside = coverage(self.loop, band.row, *state.shape)[1]
+        back = inside & (state != FILLED)
+        state[~inside & (state == FILLED)] = EMPTY
+        state[(state == EMPTY) & (band.coverage > 0) | back] = TOUCHED
+        band.z[state == EMPTY] = complex(np.nan, np.nan)
+        lost = int(back.sum())
+        band.diagnostics.inside, band.diagnostics.fallback = int(inside.sum()), lost
+        band.diagnostics.edge -= lost  # which are not of the outline
 
     def _touch(self, band: Band, at: NDArray[np.intp]) -> None:
         """Pixels that the outline touches: the nearest boundary point stands for them."""
@@ -97,7 +113,7 @@ class Blocks:
     """
 
     def __init__(self, width: int):
-        self.size = BYTES * inverse_tiles.TILE * width
+        self.size = BYTES * BAND * width
         self.free: list[ctypes.Array] = []
 
     def arrays(self, rows: int, width: int) -> tuple[Complex, NDArray, NDArray, NDArray[np.uint8]]:

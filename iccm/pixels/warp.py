@@ -10,22 +10,22 @@ from .. import progress
 from ..arrays import Box, Complex
 from ..errors import InputError
 from ..parallel import in_order
-from . import inverse_tiles, preimages
-from .canvas import Band, Canvas, Diagnostics
+from . import preimages
+from .canvas import BAND, Band, Canvas, Diagnostics
 from .preimages import AnyMap
 from .sampler import SLICE, Sampler, put
 from .texture import Places, Placing, Texture
 
 __all__ = ["Box", "Canvas", "Sampler", "Texture", "Warp", "Warped", "padded", "warp", "whole"]
 
-ACROSS = SLICE // inverse_tiles.TILE  # columns of a band that are filtered at a time
+ACROSS = SLICE // BAND  # columns of a band that are filtered at a time
 PIXEL, SAMPLE = 96, 1024
 """Bytes that each pixel of a band, and of those filtered at a time, takes: arrays counted."""
 
 
 def band_bytes(width: int) -> int:
     """Bytes that a thread takes to make rows of a picture."""
-    return width * inverse_tiles.TILE * PIXEL + SLICE * SAMPLE
+    return width * BAND * PIXEL + SLICE * SAMPLE
 
 
 def whole_bytes(height: int, width: int, channels: int, itemsize: int) -> int:
@@ -154,7 +154,7 @@ class Warp:
 
         each, what = band_bytes(self.canvas.width), f"rows of {self.canvas.width} pixels"
         threads = self.sampler.memory.threads(threads, each, what)
-        rows = range(0, self.canvas.height, inverse_tiles.TILE)
+        rows = range(0, self.canvas.height, BAND)
         for row, (block, seen) in zip(rows, in_order(finished, rows, threads)):
             progress.tell("resample", row, self.canvas.height)
             self.diagnostics.add(seen)

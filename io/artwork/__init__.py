@@ -20,7 +20,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ...errors import InputError
-from ...maps.kinds import AnyMap, Evaluated
+from ...maps.approximation import AnyMap
 from ..shapes.shape import Shape
 from ..svg.source import SUFFIXES, drawing_bytes
 from . import attributes
@@ -41,7 +41,7 @@ def check(source: Shape, target: Shape) -> None:
 
 def carry(
     source: Shape,
-    map: AnyMap | Evaluated,
+    map: AnyMap,
     target: Shape,
     path: str | Path,
     *,
@@ -66,7 +66,7 @@ def carry(
 
 
 def carry_parts(
-    parts: Sequence[tuple[Shape, AnyMap | Evaluated]],
+    parts: Sequence[tuple[Shape, AnyMap]],
     target: Shape,
     path: str | Path,
     *,

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ...arrays import Complex
 from ...curve import Curve
+from ...maps.approximation import AnyMap, triangulated
 from ...maps.bezier_fit import refit
-from ...maps.kinds import AnyMap, Evaluated, evaluated, rims
 from ..shapes.shape import Shape
 from ..svg.affine import Affine
 from ..svg.path_data import PenPath
@@ -22,6 +22,7 @@ from .clip import Clipped, Domain, Part
 from .element import MappedElement
 
 NEAR = 3e-4  # of the source's diagonal: no farther outside counts as on the outline, which is flattened
+EXACTER = 0.1  # by this share of the tolerance maps may err of which paths are images within it (by hand)
 LOST = "shape of which the map makes no numbers, left out"
 CUT, OUTSIDE = "shape partly outside the source, cut off at its outline", "shape outside the source, left out"
 # Parameters on a piece: samples at the odd ones, each for the length from the one before to the one after.
@@ -43,11 +44,12 @@ class Region:
     Args:
         source: the shape that the map was made for.
         map: source → target, core plane.
+        tolerance: of images, in the target's units.
     """
 
-    def __init__(self, source: Shape, map: AnyMap | Evaluated):
-        self.map = evaluated(map)
-        self.rims = [Curve(rim) for rim in rims(self.map)]
+    def __init__(self, source: Shape, map: AnyMap, tolerance: float):
+        self.map = triangulated(map, image_error=EXACTER * tolerance)
+        self.rims = [Curve(rim) for rim in map.rims]
         outline, rim = source.curve.z, self.rims[0]
         gap = float(np.abs(rim.at(rim.closest(outline)) - outline).max())
         self.domain = Domain(rim, max(1.2 * gap, NEAR * source.curve.diagonal), self.rims[1:])
@@ -114,8 +116,8 @@ class PathMapping:
         notes: what was cut off, left out or approximated, with how often.
     """
 
-    def __init__(self, parts: Sequence[tuple[Shape, AnyMap | Evaluated]], tolerance: float):
-        self.regions = Regions([Region(source, map) for source, map in parts])
+    def __init__(self, parts: Sequence[tuple[Shape, AnyMap]], tolerance: float):
+        self.regions = Regions([Region(source, map, tolerance) for source, map in parts])
         self.tolerance = tolerance
         self.notes: Counter[str] = Counter()
 

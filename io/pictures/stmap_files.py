@@ -9,8 +9,7 @@ from ...arrays import Box, Real
 from ...errors import InputError
 from ...memory import Memory
 from ...pixels import stmap
-from ...pixels.canvas import Canvas
-from ...pixels.inverse_tiles import TILE
+from ...pixels.canvas import BAND, Canvas
 from ...pixels.sampler import Sampler
 from ...pixels.texture import Placing
 from ...pixels.warp import PIXEL, Warp
@@ -66,7 +65,7 @@ def _like() -> image_files.Image:
 
 def band_bytes(width: int) -> int:
     """Bytes that a thread takes to make rows of an STMap."""
-    return width * TILE * PIXEL
+    return width * BAND * PIXEL
 
 
 def check(path: str | Path) -> None:

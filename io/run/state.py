@@ -114,7 +114,7 @@ class Run:
         maps: list[AnyMap] = []
         for (source, target), fit, holes in zip(self.pairs, self.fits, self._holes):
             lines = source.mirror if laid else None, target.mirror if self.job.target or laid else None
-            made = Holed(fit.fast, holes) if holes else fit.fast
+            made = Holed(fit.map, holes) if holes else fit.map
             maps.append(Reflected(made, *lines) if lines != (None, None) else made)
         return maps[0] if len(maps) == 1 else parts.mapping(self.pairs, self.fits, maps)
 
@@ -128,7 +128,7 @@ class Run:
 
         if self.job.target is None:
             left = passed_over(self.source, self.fit.source_holes)
-            return [tuple(self.fit.fast(hole) for hole in left)]
+            return [tuple(self.fit.map(hole) for hole in left)]
         return [passed_over(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
 
     @cached_property

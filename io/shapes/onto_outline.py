@@ -29,7 +29,7 @@ def laid_onto(
         tell(note)
     before = mesh.flattening
     faces = before.patch.faces
-    flat = opened(lifted(fit.fast(before.flat), faces, before.loop, outline.curve.diagonal), faces)
+    flat = opened(lifted(fit.map(before.flat), faces, before.loop, outline.curve.diagonal), faces)
     curve = Curve(flat[before.loop])
     holes = tuple(flat[loop] for loop in before.patch.loops if not (loop[0] == before.loop).any())
     laid = replace(before, flat=flat, method=outline.path.name, notes=())

@@ -13,7 +13,6 @@ import time
 import numpy as np
 import shapely
 
-from iccm.maps.evaluate import Evaluator
 from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.injectivity import certify
 from tests.shapes import random_polygon
@@ -38,7 +37,7 @@ def drawn(rng: np.random.Generator) -> HarmonicMap:
     return HarmonicMap(polygon, polygon + strength[0] * noise[0], strength[1] * noise[1])
 
 
-def fold_depth(f: Evaluator) -> float:
+def fold_depth(f: HarmonicMap) -> float:
     """The largest of DEPTHS at which dense samples find a fold, relative to the inradius; 0 where none do."""
     for depth in DEPTHS[::-1]:
         if folded(f, depth):
@@ -46,7 +45,7 @@ def fold_depth(f: Evaluator) -> float:
     return 0.0
 
 
-def folded(f: Evaluator, depth: float) -> bool:
+def folded(f: HarmonicMap, depth: float) -> bool:
     """Whether dense samples of the part at some depth show that the map is not one-to-one there."""
     inner, _ = moved_in(f.polygon, depth)
     images = []
@@ -81,7 +80,7 @@ def measure(count: int = COUNT, seed: int = 16) -> dict[str, float]:
     rng = np.random.default_rng(seed)
     false, rejected, injective, seconds = 0, 0, 0, []
     for _ in range(count):
-        f = Evaluator(drawn(rng))
+        f = drawn(rng)
         start = time.perf_counter()
         found = certify(f)
         seconds.append(time.perf_counter() - start)

@@ -76,7 +76,7 @@ def onto(names: list[str]) -> None:
             fit = iccm.fit(source, outline)
             seconds = time.process_time() - start
             patch = layout.patch
-            image = fit.fast(Curve(fit.map.polygon).pulled_in(layout.flat))
+            image = fit.map(Curve(fit.map.polygon).pulled_in(layout.flat))
             image = lifted(image, patch.faces, layout.loop, outline.diagonal)
             folds = int((stretches(patch.points[patch.faces], image[patch.faces])[1] <= 0).sum())
             found = on_surfaces(samples_of(fit.map), (layout, None)).report()

@@ -32,6 +32,8 @@ class TriangulatedMap:
         near: see there, relative to the diagonal of either plane's bounding box.
         bulge: (e,) of the patches' edges (see `patches`), in the order of `edges`; worked out where not given.
             Zeros make the map linear on every triangle.
+        seen: of a folded map, how many triangles have a place in the inverse: the first ones, of which earlier ones lie
+            over later ones. None: all, and none lies over another.
     """
 
     source: Complex
@@ -40,6 +42,7 @@ class TriangulatedMap:
     loops: tuple[Index, ...]
     near: float = NEAR
     bulge: Complex | None = None
+    seen: int | None = None
 
     def __getstate__(self) -> dict:
         """The attributes, without what was worked out from them."""
@@ -218,7 +221,8 @@ class TriangulatedMap:
 
     @cached_property
     def _image_locator(self) -> PatchLocator:
-        return PatchLocator(self.corners, np.zeros_like(self.corners))
+        corners = self.corners[: self.seen]
+        return PatchLocator(corners, np.zeros_like(corners))
 
     def _jets(self, triangle: Index, place: Real, threads: int | None) -> tuple[Complex, ...]:
         return evaluate(self.patches, self.corners, triangle, place, threads)

@@ -73,7 +73,7 @@ def _inside(
 
 def _grids(run: Run, left: Any, right: Any) -> None:
     outline = run.fit.source.z
-    evaluate = run.fit.fast
+    evaluate = run.fit.map
     for lines, colour in zip(grid(run.fit.map.polygon, holes=run.fit.openings[0]), (ACROSS, UP)):
         _strands(left, lines, colour)
         _strands(right, _apply(evaluate, lines), colour)
@@ -159,7 +159,7 @@ def _distortion(run: Run, figure: Any, left: Any, right: Any) -> None:
     z = _inside(x[None, :] + 1j * y[:, None], run.fit.map.polygon, margin, holes)
     area, shear = np.full(z.shape, np.nan), np.full(z.shape, np.nan)
     known = np.isfinite(z)
-    f_z, f_zbar = run.fit.fast.derivatives(z[known])
+    f_z, f_zbar = run.fit.map.derivatives(z[known])
     area[known], shear[known] = area_scale(f_z, f_zbar), dilatation(f_z, f_zbar)
     extent = (low.real, low.real + x.size * step, low.imag, low.imag + y.size * step)
     _area(figure, left, area, extent)

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ....arrays import Complex, xy_of
+from ....maps.approximation import AnyMap
 from ....maps.extended_inverse import ExtendedInverse
-from ....maps.kinds import AnyMap, evaluated
 from ....meshes.render import render
 from ....pixels.checkerboard import checkerboard
 from ....pixels.sampler import Sampler
@@ -94,11 +94,10 @@ def _flat(axes: Axes, target: MeshShape, map: AnyMap | None) -> None:
         ends = np.stack([flat[piece.triangles.tail[half]], flat[piece.triangles.head[half]]], axis=1)
         _strands(axes, ends, EDGE, 0.4)
     if map is not None:
-        evaluate = evaluated(map)
         for lines, colour in zip(grid(map.polygon), (ACROSS, UP)):
             known = np.isfinite(lines)
             image = np.full(lines.shape, complex(np.nan, np.nan))
-            image[known] = evaluate(lines[known])
+            image[known] = map(lines[known])
             _strands(axes, image, colour, 0.7)
     for loop in piece.loops:
         closed = np.append(flat[loop], flat[loop[:1]])

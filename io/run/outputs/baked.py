@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....arrays import Box
+from ....maps.approximation import AnyMap
 from ....maps.extended_inverse import ExtendedInverse
-from ....maps.kinds import AnyMap
 from ....meshes import bake as baking
 from ....meshes import layout
 from ....pixels.sampler import Sampler

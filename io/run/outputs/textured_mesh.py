@@ -10,8 +10,8 @@ import numpy as np
 from ....arrays import Box, Complex, Real
 from ....curve import Curve
 from ....errors import InputError
+from ....maps.approximation import AnyMap
 from ....maps.extended_inverse import ExtendedInverse
-from ....maps.kinds import AnyMap
 from ....maps.triangulated.map import TriangulatedMap
 from ....meshes import layout
 from ....surfaces.boundary_slivers import lifted, opened

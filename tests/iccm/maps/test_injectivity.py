@@ -7,7 +7,6 @@ import pytest
 import shapely
 
 from iccm.maps.enclosure import Encloser
-from iccm.maps.evaluate import Evaluator
 from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.injectivity import DEPTHS, at_depth, certify
 from tests.shapes import circle, ell, inside, pear, random_polygon, refined, square, star
@@ -181,7 +180,7 @@ def test_a_fold_between_samples_of_a_harmonic_map_is_seen():
 
 @pytest.mark.parametrize("name", ["harmonic", "exp", "moebius"])
 def test_derivatives_and_images_stay_within_their_bounds(name):
-    f = Evaluator(map_of(*INJECTIVE[name]))
+    f = map_of(*INJECTIVE[name])
     encloser = Encloser(f)
     pieces = encloser.pieces([inner_rings(f.polygon, 0.02)[0][::-1]])
     end = pieces.start[pieces.following]
@@ -193,10 +192,3 @@ def test_derivatives_and_images_stay_within_their_bounds(name):
         chord = pieces.image + t * (pieces.image[pieces.following] - pieces.image)
         assert (np.abs(w - chord) <= pieces.bulge).all()
     assert np.median(pieces.spread / np.abs(pieces.tangent)) < 0.5  # and the bounds are of use
-
-
-def test_a_domain_whose_middle_is_a_corner_is_evaluated():
-    """The L's bounding box is centred on its reflex corner: the quadtree took all of it for outside."""
-    f = Evaluator(map_of(*INJECTIVE["identity"]))
-    z = inside(f.polygon)
-    assert np.abs(f(z) - z).max() < 1e-12

@@ -204,7 +204,7 @@ def test_a_conformal_map_of_a_surface_has_the_surface_s_figures():
 def test_texture_coordinates_fold_nowhere_and_the_triangles_are_the_surface_s_own():
     layout = flatten(disk_patch(grid(15, 15, hill)))
     fit = iccm.fit(layout, circle())
-    image = lifted(fit.fast(layout.flat), layout.patch.faces, layout.loop, 2.0)
+    image = lifted(fit.map(layout.flat), layout.patch.faces, layout.loop, 2.0)
     a, b, c = image[layout.patch.faces].T
     assert (((b - a).conj() * (c - a)).imag > 0).all()
     from scipy.spatial import cKDTree
@@ -225,7 +225,7 @@ def test_what_a_corner_of_the_outline_cuts_off_is_given_room(seed):
     layout = flatten(disk_patch(Mesh.triangles("disc", points, faces[np.abs(up(z, faces)) > 1e-6])))
     fit = iccm.fit(layout, np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j]))
     faces = layout.patch.faces
-    image = lifted(fit.fast(layout.flat), faces, layout.loop, 2 * 2**0.5)
+    image = lifted(fit.map(layout.flat), faces, layout.loop, 2 * 2**0.5)
     found = opened(image, faces)
     assert (up(image, faces) <= 0).any() and (up(found, faces) > 0).all()
     assert (found[layout.loop] == image[layout.loop]).all()
@@ -266,7 +266,7 @@ def test_holes_of_a_surface_close_or_are_passed_over(known):
     hole = next(loop for loop in layout.patch.loops if not np.array_equal(loop, layout.loop))
     fit = iccm.fit(layout, circle(), source_holes=[layout.flat[hole]] if known else [])
     assert fit.status.ok
-    image = lifted(fit.fast(layout.flat), layout.patch.faces, layout.loop, 2.0)
+    image = lifted(fit.map(layout.flat), layout.patch.faces, layout.loop, 2.0)
     a, b, c = image[layout.patch.faces].T
     assert (((b - a).conj() * (c - a)).imag > 0).all()
     size = abs(Curve(image[hole]).area)
@@ -282,7 +282,7 @@ def test_a_hole_of_a_surface_goes_onto_the_target_s():
     fit = iccm.fit(layout, circle(), source_holes=[layout.flat[hole]], target_holes=[0.3 * circle(40)])
     assert fit.status.ok
     assert fit.boundary["hausdorff"] < 1e-3
-    np.testing.assert_allclose(np.abs(fit.fast(layout.flat[hole])), 0.3, atol=2e-3)
+    np.testing.assert_allclose(np.abs(fit.map(layout.flat[hole])), 0.3, atol=2e-3)
 
 
 def test_remeshed_copies_go_onto_each_other():

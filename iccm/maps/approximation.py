@@ -1,0 +1,198 @@
+"""Harmonic maps as triangulated ones, to a stated error: what is drawn, written, and inverted in bulk.
+
+The mesh is refined where the quadratic patches of the inverse are not accurate enough. Between vertices at which the
+map has derivatives, those of the inverse give each edge its bulge, right to fourth order, and the third difference
+2 (z_i - z_j) + t_i + t_j of its values z and tangents t tells the error, .048 of that at most. At the polygon's
+vertices a harmonic map has none, z log z being what it is like there: the middles of edges that begin there are
+evaluated. When edges are accurate the middles of triangles are held against the map itself.
+"""
+
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import shapely
+
+from ..arrays import Complex, Flags, Index, Real, xy_of
+from ..buckets import nearest_segments
+from .folds import by_sheets
+from .harmonic import ROUNDING, HarmonicMap
+from .refinement import Triangulation
+from .triangulated.map import TriangulatedMap, inverted
+from .triangulated.patches import cross, shrunk, tangential
+
+AnyMap = HarmonicMap | TriangulatedMap
+
+TEXELS = 1024  # to the longer side of a box
+ERROR = 0.02  # texels of 1024², at which refinement ends; random points err by that at most, but for one in a thousand
+CUBIC = 3**0.5 / 36  # the largest of |t (t - 1/2) (t - 1)|
+LOGARITHM = 3  # how much larger errors are beside z log z than beside a cubic with the same tangent
+SHARE = 0.02  # of the edges are to be refined yet: then triangles are looked at, too
+ROUGH = 0.5  # texels, from which Newton's method leads to exact preimages (by hand)
+ROUNDS = 40  # of refinement (by hand); 14 were the most
+MOST = 400_000  # triangles (by hand): a wild map may ask for more than any use of it
+DIGITS = 1e-13  # of the coordinates: shorter edges have too few of them to be cut (by hand)
+FOLDED = 1e-6  # of the image's area: so little that is turned over is rounding, or between two vertices at a corner
+
+_made: WeakKeyDictionary[HarmonicMap, list[tuple[float, float, TriangulatedMap]]] = WeakKeyDictionary()
+
+
+def triangulated(
+    map: AnyMap, source_error: float | None = None, image_error: float | None = None
+) -> TriangulatedMap:
+    """A map as a triangulated one; those of a harmonic map are kept with it, and used again where they suffice.
+
+    Args:
+        map: source → target; a triangulated one is its own.
+        source_error: of the inverse, in the source's units; ERROR texels by default, as many as 1024 to the longer side
+            of the source.
+        image_error: of the map, likewise in the image.
+
+    Returns:
+        The map. Where a harmonic map folds, so does it, and shows the sheets that go on from the widest place.
+    """
+    if isinstance(map, TriangulatedMap):
+        return map
+    texels = _texels(map)
+    asked = source_error or ERROR * texels[0], image_error or ERROR * texels[1]
+    known = _made.setdefault(map, [])
+    for source, image, found in known:
+        if source <= asked[0] and image <= asked[1]:
+            return found
+    made = _approximation(map, *asked)
+    known[:] = [(*asked, made), *known[:1]]
+    return made
+
+
+def roughly(map: HarmonicMap) -> TriangulatedMap:
+    """The best that is known of a harmonic map, or one to ROUGH texels: Newton's method may start from its inverse."""
+    best = _made.get(map)
+    return best[0][2] if best else triangulated(map, *(ROUGH * texel for texel in _texels(map)))
+
+
+def _texels(map: HarmonicMap) -> tuple[float, float]:
+    """A texel of the source and one of the image."""
+    planes = map.polygon, map.jet_inside(map.polygon)[0]
+    return tuple(float(max(np.ptp(z.real), np.ptp(z.imag))) / TEXELS for z in planes)  # type: ignore[return-value]
+
+
+def _approximation(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:
+    mesh = Triangulation.of(map.polygon)
+    samples = Samples(map, source_error, image_error)
+    for _ in range(ROUNDS):
+        samples.extend(mesh.z)
+        bulge, marked = samples.edges(mesh)
+        if marked.sum() <= SHARE * len(mesh.faces):
+            marked |= samples.triangles(mesh, bulge)
+        if not marked.any() or len(mesh.faces) > MOST:
+            break
+        mesh = mesh.refined(marked)
+    faces, image = mesh.faces, samples.w[: mesh.z.size]
+    seen = None
+    if _folds(image, faces, mesh.loop):
+        away = _clearances(image, faces, mesh.loop)
+        faces, seen = by_sheets(image, faces, away)
+        mesh = Triangulation.given(mesh.z, faces)
+        bulge = samples.edges(mesh)[0]
+    bulge = samples.shrunk(mesh, bulge)
+    near = max(map.slack / map.diagonal, ROUNDING)
+    return TriangulatedMap(mesh.z, image, faces, (mesh.loop,), near, bulge, seen)
+
+
+class Samples:
+    """A map at the vertices of a mesh, and how far patches between them are from it.
+
+    Attributes:
+        w: images of the vertices.
+        p, q: the inverse's derivatives by w and its conjugate there; not finite where there are none.
+    """
+
+    def __init__(self, map: HarmonicMap, source_error: float, image_error: float):
+        self.map, self.errors = map, (source_error, image_error)
+        self.w, self.p, self.q = np.empty((3, 0), np.complex128)
+
+    def extend(self, z: Complex) -> None:
+        """Takes up the vertices that are new."""
+        w, f_z, f_zbar = self.map.jet_inside(z[self.w.size :])
+        values = zip((self.w, self.p, self.q), (w, *inverted(f_z, f_zbar)))
+        self.w, self.p, self.q = (np.concatenate(both) for both in values)
+
+    def edges(self, mesh: Triangulation) -> tuple[Complex, Flags]:
+        """(e,) the bulges of edges, and which are to be cut."""
+        z, edges = mesh.z, mesh.edges
+        i, j = edges.ends.T
+        along, step = z[j] - z[i], self.w[j] - self.w[i]
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            first, last = (self.p[k] * step + self.q[k] * step.conj() for k in (i, j))
+            bulge, error = 0.25 * (first - last), CUBIC * np.abs(first + last - 2 * along)
+            corners = np.flatnonzero(np.minimum(i, j) < self.map.polygon.size)
+            bulge[corners], error[corners] = self._beside_corners(
+                mesh, corners, first[corners], last[corners]
+            )
+            straight = tangential(bulge, z, edges, edges.rim)
+            error += 0.5 * np.abs(
+                bulge - straight
+            )  # how far the image's edge is from the chord, in the source
+            marked = ~self._accurate(error, error * np.abs(step) / np.abs(along))
+        bulge = np.where(np.isfinite(straight), straight, 0)
+        return bulge, marked & self._known(along, step)
+
+    def shrunk(self, mesh: Triangulation, bulge: Complex) -> Complex:
+        """The bulges, smaller where patches would all but fold."""
+        return shrunk(mesh.faces, self.w, mesh.z, mesh.edges, bulge)
+
+    def _beside_corners(
+        self, mesh: Triangulation, which: Index, first: Complex, last: Complex
+    ) -> tuple[Complex, Real]:
+        """Bulges and errors of edges that begin or end at vertices of the polygon, by the map in their middles."""
+        i, j = mesh.edges.ends[which].T
+        along, middle = mesh.z[j] - mesh.z[i], 0.5 * (mesh.z[i] + mesh.z[j])
+        bulge = 2 * self._off(0.5 * (self.w[i] + self.w[j]), middle)[0]
+        ends = i < self.map.polygon.size, j < self.map.polygon.size
+        known = np.where(ends[0], last, first)
+        error = LOGARITHM * CUBIC * 2 * np.abs(known - along - np.where(ends[0], -2, 2) * bulge)
+        return bulge, np.where(ends[0] & ends[1], np.inf, error)
+
+    def triangles(self, mesh: Triangulation, bulge: Complex) -> Flags:
+        """(e,) the longest sides of triangles whose middles err."""
+        sides, image = mesh.edges.sides, self.w[mesh.faces]
+        bent = self.shrunk(mesh, bulge)[sides].sum(axis=1)
+        middle = mesh.z[mesh.faces].mean(axis=1) + 2 / 9 * bent
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            off, away = self._off(image.mean(axis=1), middle)
+            bad = ~self._accurate(np.abs(off), np.abs(away))
+        along, step = (np.abs(np.diff(plane[mesh.edges.ends], axis=1)[:, 0]) for plane in (mesh.z, self.w))
+        longest = sides[np.arange(len(sides)), step[sides].argmax(axis=1)]
+        marked = np.zeros(step.size, bool)
+        marked[longest[bad]] = True
+        return marked & self._known(along, step)
+
+    def _off(self, w: Complex, z: Complex) -> tuple[Complex, Complex]:
+        """How far the preimages of points w (p,) are from points z close to them, and w from their images."""
+        image, f_z, f_zbar = self.map.jet_inside(z)
+        p, q = inverted(f_z, f_zbar)
+        return p * (w - image) + q * (w - image).conj(), w - image
+
+    def _accurate(self, source: Real, image: Real) -> Flags:
+        return (source <= self.errors[0]) & (image <= self.errors[1])
+
+    def _known(self, along: Complex | Real, step: Complex | Real) -> Flags:
+        """Whether edges are long enough to be cut, in the image to be seen, and in the source for their ends to be
+        told apart. NaN is not."""
+        digits = DIGITS * float(np.abs(self.map.polygon).max())
+        return (np.abs(step) > self.errors[1]) & (np.abs(along) > digits)
+
+
+def _folds(image: Complex, faces: Index, loop: Index) -> bool:
+    """Whether the image of a mesh covers some places twice, or the wrong way round."""
+    a, b, c = image[faces].T
+    area = cross(b - a, c - a)
+    if not np.isfinite(area).all() or -area[area < 0].sum() > FOLDED * np.abs(area).sum():
+        return True
+    return not shapely.Polygon(xy_of(image[loop])).is_valid
+
+
+def _clearances(image: Complex, faces: Index, loop: Index) -> Real:
+    """(m,) how far the middles of the triangles' images are from the image of the boundary."""
+    middle, start, end = image[faces].mean(axis=1), image[loop], image[np.roll(loop, -1)]
+    edge, part = nearest_segments(middle, start, end)
+    return np.abs(start[edge] + part * (end - start)[edge] - middle)

@@ -1,0 +1,119 @@
+"""Triangulated maps made of harmonic ones: the error that is promised, held against the exact map and its inverse."""
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm.maps.approximation import triangulated
+from iccm.maps.harmonic import HarmonicMap
+from iccm.maps.inverse import inverse
+from iccm.maps.refinement import THIN, Triangulation
+from tests.shapes import blob, circle, ell, inside, pear, random_polygon, square, star
+
+MOST, USUAL = 0.05, 0.02  # texels of 1024², of all points and of 99 %
+THIN_BAR = np.array([-1 - 0.04j, 1 - 0.04j, 1 + 0.04j, -1 + 0.04j])
+BENT_BAR = np.array([0, 2, 2 + 0.1j, 0.1 + 0.1j, 0.1 + 2j, 2j])
+
+
+def wild(seed):
+    return random_polygon(np.random.default_rng(seed), 14)
+
+
+FITS = {
+    "pear to blob": (pear(), blob(), "conformal"),
+    "square to ell": (square(1), ell(1), "conformal"),
+    "star to thin bar": (star(120), THIN_BAR, "conformal"),
+    "random, conformal": (wild(1), wild(2), "conformal"),
+    "random, paper": (wild(1), wild(2), "paper"),
+    "folded: square to ell": (square(1), ell(1), "paper"),
+    "folded: square to thin bar": (square(1), THIN_BAR, "paper"),
+    "folded: star to bent bar": (star(120), BENT_BAR, "paper"),
+}
+
+
+@pytest.fixture(scope="module", params=FITS)
+def map(request):
+    source, target, method = FITS[request.param]
+    return iccm.fit(source, target, method=method, max_iterations=40).map
+
+
+def texels(z):
+    return max(np.ptp(z.real), np.ptp(z.imag)) / 1024
+
+
+def newton(map, w, z):
+    """Exact preimages close to z, on whichever sheet."""
+    for _ in range(4):
+        f, f_z, f_zbar = map.jet(z)
+        off, size = w - f, np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2
+        z = z + (f_z.conj() * off - f_zbar * off.conj()) / size
+    return z
+
+
+def within(error):
+    assert np.quantile(error, 0.99) <= USUAL and error.max() <= MOST
+
+
+def test_preimages_of_random_points_are_within_the_error(map):
+    drawn = triangulated(map)
+    rng, low, high = np.random.default_rng(0), *iccm.Curve(drawn.image).box
+    w = rng.uniform(low.real, high.real, 20_000) + 1j * rng.uniform(low.imag, high.imag, 20_000)
+    z, away = drawn.extended_inverse(w)
+    w, z = w[away == 0], z[away == 0]
+    exact = newton(map, w, z)
+    known = np.isfinite(exact)
+    assert known.mean() > 0.999 and w.size > 200
+    within(np.abs(exact - z)[known] / texels(map.polygon))
+
+
+def test_images_of_random_points_are_within_the_error(map):
+    rng, (low, high) = np.random.default_rng(1), map.outline.box
+    z = rng.uniform(low.real, high.real, 20_000) + 1j * rng.uniform(low.imag, high.imag, 20_000)
+    z = z[map.outline.contains(z)]
+    drawn = triangulated(map)
+    within(np.abs(drawn(z) - map(z)) / texels(drawn.image))
+
+
+def test_exact_preimages_lie_on_the_sheet_that_is_drawn(map):
+    drawn = triangulated(map)
+    w = drawn(inside(map.polygon, 400))
+    z = inverse(map, w)
+    known = np.isfinite(z)
+    assert np.abs(map(z[known]) - w[known]).max() < 1e-8 * drawn.image_diagonal
+    near = np.abs(drawn.extended_inverse(w[known])[0] - z[known]) <= MOST * texels(map.polygon)
+    assert near.mean() > 0.99
+
+
+def test_a_map_without_folds_is_certain_to_be_one_to_one():
+    p = pear()
+    found = triangulated(HarmonicMap(p, np.exp(0.3 * p), 0.02 * p.conj()))
+    assert found.seen is None and found.injectivity.certified
+
+
+def test_what_is_known_well_enough_is_used_again():
+    p = pear()
+    map = HarmonicMap(p, p + 0.1 * p**2, 0 * p)
+    fine = triangulated(map, 1e-6, 1e-6)
+    assert triangulated(map, 1e-5, 1e-5) is fine and triangulated(fine) is fine
+    assert len(triangulated(map, 1e-7, 1e-7).faces) > len(fine.faces)
+
+
+def test_of_sheets_over_each_other_those_from_the_widest_place_are_seen():
+    """z + c z² turns around where |1 + 2 c z| = 0: one cusp passed, a loop of the outline lies over the inside."""
+    p = circle(400)
+    map = triangulated(HarmonicMap(p, p + 0.6 * p**2, 0 * p))
+    z = 0.5 * np.exp(1j * np.linspace(0, 1, 20))
+    assert map.seen is not None
+    assert np.abs(map.extended_inverse(map(z))[0] - z).max() < 1e-3
+
+
+@pytest.mark.parametrize("polygon", [square(1), THIN_BAR, BENT_BAR], ids=["square", "bar", "bent"])
+def test_triangles_have_good_shapes_and_cover_the_inside(polygon):
+    mesh = Triangulation.of(polygon)
+    for _ in range(3):
+        a, b, c = mesh.z[mesh.faces].T
+        area = ((b - a).conj() * (c - a)).imag
+        longest = np.maximum.reduce([np.abs(b - a), np.abs(c - b), np.abs(a - c)])
+        assert (area / longest**2 >= THIN).all()
+        assert 0.5 * area.sum() == pytest.approx(iccm.Curve(polygon).area)
+        mesh = mesh.refined(np.arange(len(mesh.edges.ends)) % 3 == 0)
