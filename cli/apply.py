@@ -16,14 +16,6 @@ from .paths import FILE
 @click.command()
 @click.argument("stmap", type=FILE)
 @click.argument("image", type=FILE)
-@click.option(
-    "-o",
-    "--output",
-    metavar="FILE",
-    type=FILE,
-    required=True,
-    help="The picture to write; - for a PNG on stdout.",
-)
 @options.of("apply")
 @logs.options
 def command(stmap: str, image: str, output: str, **given: Any) -> int:

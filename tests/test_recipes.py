@@ -9,7 +9,7 @@ import pytest
 from iccm.cli import COMMANDS
 from iccm.io.batch import manifest
 from iccm.io.check import compare
-from iccm.io.run.options import described
+from iccm.io.options import described
 
 README = (Path(__file__).parents[1] / "README.md").read_text()
 RECIPES = re.findall(r"<!-- tested -->\n```sh\n(.*?)```", README, re.DOTALL)

@@ -16,9 +16,9 @@ from typing import Any
 
 from ...errors import InputError, JobError
 from .. import files, names
+from ..options import many
 from ..pictures.tiles import MARK, files_of
 from ..run.job import STEM, WRITTEN, Job
-from ..run.options import many
 from ..spec import Spec, path_of
 
 MAX_BYTES, MAX_JOBS, LONGEST = 64 << 20, 100_000, 500

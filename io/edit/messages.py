@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from ...errors import InputError
+from .. import limits
 from ..places import Place as Spot
-from ..run.options import MAX_SIDE, MOST_BALANCE
 from ..shapes.listing import Pin, Stroke
 
 MOST_PINS, MOST_STROKES, MOST_POINTS = 500, 100, 2000
@@ -23,7 +23,7 @@ class Scene(_Message):
 
     pins: list[Pin] = Field(default=[], max_length=MOST_PINS)
     strokes: list[Stroke] = Field(default=[], max_length=MOST_STROKES)
-    balance: float = Field(default=1.0, gt=0, le=MOST_BALANCE)
+    balance: float = Field(default=1.0, gt=0, le=limits.BALANCE)
     turn: float | Literal["any"] = 0.0
 
     @model_validator(mode="after")
@@ -89,7 +89,7 @@ class Export(_File):
     """What `iccm map` writes."""
 
     type: Literal["export"]
-    size: int = Field(default=1024, ge=1, le=MAX_SIDE)
+    size: int = Field(default=1024, ge=1, le=limits.SIDE)
 
 
 Message = Annotated[Follow | Solve | Place | Save | Draw | Export, Field(discriminator="type")]

@@ -14,9 +14,9 @@ from typing import Any
 
 from ...errors import InputError
 from .. import files, formats
+from ..options import described
 from ..run.execute import Outcome, run
 from ..run.job import Job, make
-from ..run.options import described
 from ..run.report import plain
 from ..shapes.shape import Shape
 from ..shapes.starts import StartingMap

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import JobError
 from .. import places
-from .options import JobOptions
+from ..options import JobOptions
 
 
 class _Shapes(BaseModel):

@@ -11,8 +11,8 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 from ...errors import InputError, JobError
 from .. import formats
+from ..options import SOLVER, JobOptions, Option, described
 from ..spec import path_of
-from .options import SOLVER, JobOptions, Option, described
 
 WRITTEN = ("report", "plot", "stmap")
 """Fields that name a file to write, beside `output`."""

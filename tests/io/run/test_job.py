@@ -7,9 +7,9 @@ import pytest
 
 from iccm import Fit, InputError
 from iccm.cli import apply, deform, map, options
+from iccm.io.options import described
 from iccm.io.run.execute import check, run, with_outputs
 from iccm.io.run.job import Job, make
-from iccm.io.run.options import described
 from iccm.io.run.state import Run
 from iccm.io.spec import path_of
 from iccm.parallel import thread_count
