@@ -25,19 +25,19 @@ SMALL = 32  # pixels of a picture that all pixels' kernels are needed for
 
 def _order() -> None:
     """The order of a factorisation's unknowns, and its fronts."""
-    from .balanced.minimise.cholesky import system_of
+    from .linalg.cholesky import system_of
 
     system_of(FAN, np.roll(np.arange(4), -1), FAN.max() + 1)
 
 
 def _minimise() -> None:
     """Untangling and Newton's method on four triangles; the energy first: `_order` may be compiled meanwhile."""
-    from .balanced.discrete import DiscreteMap
-    from .balanced.minimise.cholesky import system_of
     from .balanced.minimise.energy import energy_of
-    from .balanced.outline import Outline
-    from .balanced.pairs import Pairs
+    from .balanced.model.boundary_pairs import Pairs
+    from .balanced.model.discrete_map import DiscreteMap
+    from .balanced.model.outline import Outline
     from .curve import Curve
+    from .linalg.cholesky import system_of
 
     z: Complex = np.append(SQUARE, 0)
     energy_of(z, z, FAN)
@@ -92,7 +92,7 @@ class Part(NamedTuple):
 
 # what others need, too, first
 PARTS = {
-    "order": Part(_order, "balanced.minimise.fronts", "_grouped", 0.9),
+    "order": Part(_order, "linalg.fronts", "_grouped", 0.9),
     "minimise": Part(_minimise, "balanced.minimise.newton", "descend", 5.0),
     "pixels": Part(_pixels, "pixels.filters", "_painted", 3.2),
     "mesh": Part(_mesh, "balanced.meshing.mesh", "_refine_and_split", 1.7),

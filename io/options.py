@@ -145,7 +145,7 @@ def many(value: Any) -> Any:
 
 
 def _pins() -> Any:
-    from .places import Pin
+    from .point_syntax import Pin
 
     return tuple[Pin, ...]
 

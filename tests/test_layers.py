@@ -25,8 +25,8 @@ ORDER = (
     "io.meshes",
     "io.pictures",
     "io.svg",
-    "io.memory io.silence io.names",
-    "io.options io.spec io.formats io.places",
+    "io.memory io.quiet_stderr io.names",
+    "io.options io.spec io.formats io.point_syntax",
     "io.files io.limits",
     "texture_transfer ahead",
     "solve",
@@ -39,7 +39,7 @@ ORDER = (
     "meshes",
     "pixels",
     "maps",
-    "curve dissection",
+    "curve linalg",
     "buckets",
     "arrays jit",
     "parallel memory blas compiling progress",
@@ -128,6 +128,25 @@ def test_imports_run_one_way():
 
 def test_nothing_imports_in_a_circle():
     assert not circles(GRAPH)
+
+
+def parts_of(folder: str) -> dict[str, set[str]]:
+    """The modules and folders of a folder, each as one node, and which of them each imports from."""
+
+    def part(module: str) -> str | None:
+        start = f"{folder}." if folder else ""
+        return start + module[len(start) :].split(".")[0] if module.startswith(start) and module else None
+
+    graph: dict[str, set[str]] = {}
+    for module, reached in GRAPH.items():
+        if own := part(module):
+            graph.setdefault(own, set()).update({p for p in map(part, reached) if p} - {own})
+    return graph
+
+
+@pytest.mark.parametrize("folder", sorted({name.rpartition(".")[0] for name in FILES}))
+def test_no_arrow_runs_back_up_between_the_parts_of_a_folder(folder):
+    assert not circles(parts_of(folder))
 
 
 def test_no_folder_has_too_many_modules():

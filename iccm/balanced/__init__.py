@@ -1,25 +1,22 @@
 """--method balanced: maps whose outline is held, with nothing folded, the size even and the picture upright.
 
-solution       what is asked (Settings), what is given (Solution)
-method         solve(): frames, stages, checks in the numbers that are returned
-stages         coarse starts, fine mesh, last mesh; halves of symmetric pairs; the inverse where that is easier
-leaning        less θ where K is near its bound, more where it is beyond
-last_mesh      the fine mesh and the last one, with every vertex of both outlines
-levels         one level of outlines and mesh size: meshes for correspondences, carrying a map to a finer mesh
-racing         from many coarse maps to the best one
-starts         correspondences to start from            pairs      arclength pairs that a mesh's outline is made of
-discrete       a map in the making: mesh, image, steps   untangle   a first map without folds
-newton         projected Newton with a sliding outline   sliding    directions and energy of the outline's vertices
-energy         the density, its derivatives, assembly    cholesky   block factors of Newton's matrices
-mesh, delaunay quality triangulations                    sizing     smaller triangles where the map magnifies
-constraints    pins and strokes: given, inside (vertices), meeting them, routes around, continuation of an earlier map
-deform         shapes moved by pins and strokes alone, their outlines free
-discs          starts by way of a disc                  drawn       bounds on the patches that are drawn, notes
-frames, outline, symmetry, similar, transfer, measures, orientation: what their names say
+fit           the method as `iccm.fit` calls it
+method        `solve`: unit coordinates, the search, checks in the numbers that are returned
+interactive   a coarse map that follows its pins while they are moved
+deform/       shapes moved by pins and strokes alone
+search/       how a good map is found, from candidates to the final mesh
+holes/        holes of both domains
+constraints/  pins and strokes
+model/        a map in the making
+minimise/     the energy and Newton's method
+meshing/      meshes of a domain
+orientation   exact signs of triangles, simple outlines
+kernels       small kernels that these folders share
+errors        how a solve can fail
 """
 
-from .failure import NoMapError
+from .errors import NoMapError
 from .method import solve
-from .solution import Settings, Solution
+from .model.settings import Settings, Solution
 
 __all__ = ["NoMapError", "Settings", "Solution", "solve"]

@@ -11,10 +11,10 @@ from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
-from .constraints.given import checked_free
+from .constraints.validate import checked_free
 from .holes.given import Holes, named, open_holes
 from .method import solve as solved
-from .solution import Settings, Solution
+from .model.settings import Settings, Solution
 
 LAYERED = "Where the shape overlaps itself pictures show what is farther from the {}."
 

@@ -14,16 +14,17 @@ from ..curve import Curve
 from ..errors import InputError
 from ..maps.triangulated.map import TriangulatedMap
 from ..result import hausdorff
-from . import orientation, stages
-from .constraints.given import Pins, checked, place
-from .frames import UnitFrame, frames_of
+from . import orientation
+from .constraints.validate import Pins, checked, place
 from .holes.filled import Cut, cut_out
 from .holes.given import NONE, Holes, unequal, which
-from .last_mesh import Meshed, excess
-from .levels import Sketch
-from .minimise.measures import energy_between, stretches, turn_of
-from .pairs import loops_of
-from .solution import Settings, Solution, SolveLog
+from .model.boundary_pairs import loops_of
+from .model.frames import UnitFrame, frames_of
+from .model.measures import energy_between, stretches, turn_of
+from .model.settings import Settings, Solution, SolveLog
+from .model.sketch import Sketch
+from .search import multilevel
+from .search.final_mesh import Meshed, excess
 
 NO_PINS = np.empty((0, 2), np.complex128)
 
@@ -64,10 +65,10 @@ def solve(
         given = checked(source, target, pins, strokes, numbers)
         journal.notes += given.notes
         before = None if start is None else sketched(start, frames, holes_of(start, holes))
-        state, met = stages.constrained(*curves, given.unit(frames), settings, journal, before)
+        state, met = multilevel.constrained(*curves, given.unit(frames), settings, journal, before)
         found = solution_of(state, *_world(state, frames), frames, domains, settings, journal, False, given)
         return replace(found, met=met)
-    state, symmetric = stages.mapped(*curves, settings, journal)
+    state, symmetric = multilevel.mapped(*curves, settings, journal)
     return solution_of(state, *_world(state, frames), frames, domains, settings, journal, symmetric)
 
 

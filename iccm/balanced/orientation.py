@@ -7,7 +7,7 @@ import shapely
 
 from ..arrays import Complex, Flags, Index, xy_of
 from ..maps.triangulated.simple import fault
-from .failure import NoMapError
+from .errors import NoMapError
 
 UNIT = 2.0**-53
 FILTER = (

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..arrays import Complex, Index, Real
 from ..balanced.minimise import newton
-from ..balanced.minimise.cholesky import BlockPattern, system_of
 from ..balanced.minimise.energy import geometry, total
 from ..balanced.minimise.sliding import HELD, NO_RAIL, Border, Rails
+from ..linalg.cholesky import BlockPattern, system_of
 from ..meshes.stretch import laid_flat
 
 FEW, LARGE = 8, 20_000  # steps at a time, and vertices from which there are two: one takes seconds then

@@ -138,7 +138,7 @@ def lscm(patch: Patch, outline: Index) -> Complex:
 
 def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
     """As `lscm`, by the Hermitian form |Σ Wⱼ uⱼ|² / 2A of each triangle (Lévy et al., §2.3); None if it is singular."""
-    from .. import dissection
+    from ..linalg import nested_dissection
 
     diagonal, ends, values = form = _form(patch)
     if not np.isfinite(diagonal).all():
@@ -152,10 +152,10 @@ def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
         right[row] -= value * found[column]
         right[column] -= value.conjugate() * found[row]
     number = np.cumsum(free, dtype=np.int32) - 1
-    inner = dissection.Hermitian(diagonal[free], number[ends[:, ~held]], values[~held])
+    inner = nested_dissection.Hermitian(diagonal[free], number[ends[:, ~held]], values[~held])
     del form, values, ends, number
     try:
-        found[free] = dissection.solve(inner, patch.points[free], right[free])
+        found[free] = nested_dissection.solve(inner, patch.points[free], right[free])
     except np.linalg.LinAlgError:
         return None
     return found if np.isfinite(found).all() else None

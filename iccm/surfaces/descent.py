@@ -14,10 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Complex, Flags, Index, Real, xy_of
-from ..balanced.discrete import DiscreteMap
-from ..balanced.frames import UnitFrame
-from ..balanced.metric import rest_geometry
-from ..balanced.minimise.cholesky import BlockPattern, Factor, downhill, factorise
 from ..balanced.minimise.energy import BOTH_AREAS, assemble, geometry, total
 from ..balanced.minimise.newton import (
     ARMIJO,
@@ -42,7 +38,11 @@ from ..balanced.minimise.sliding import (
     restrict,
     stiffen,
 )
+from ..balanced.model.discrete_map import DiscreteMap
+from ..balanced.model.frames import UnitFrame
+from ..balanced.model.metric import rest_geometry
 from ..flattening.scaffold import filling
+from ..linalg.cholesky import BlockPattern, Factor, downhill, factorise
 from ..meshes.flatten import Flattening
 from ..meshes.locate import Locator
 from ..meshes.mesh import face_areas

@@ -10,26 +10,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Complex
-from ..balanced import fit, last_mesh, method, stages
-from ..balanced.constraints.continuation import continued
-from ..balanced.constraints.given import Pins, checked
-from ..balanced.discrete import DiscreteMap
-from ..balanced.failure import NoMapError, Stuck
-from ..balanced.frames import UnitFrame, frames_of
+from ..balanced import fit, method
+from ..balanced.constraints.validate import Pins, checked
+from ..balanced.errors import NoMapError, Stuck
 from ..balanced.holes.given import Holes, named, unequal
-from ..balanced.last_mesh import Meshed
-from ..balanced.levels import UnitProblem, eased
-from ..balanced.metric import LaidMetric, Metrics
-from ..balanced.minimise.leaning import leaning
-from ..balanced.solution import Settings, Solution, SolveLog
+from ..balanced.model.discrete_map import DiscreteMap
+from ..balanced.model.frames import UnitFrame, frames_of
+from ..balanced.model.metric import LaidMetric, Metrics
+from ..balanced.model.settings import Settings, Solution, SolveLog
+from ..balanced.search import final_mesh, multilevel
+from ..balanced.search.angle_area_tradeoff import leaning
+from ..balanced.search.final_mesh import Meshed
+from ..balanced.search.levels import UnitProblem, eased
+from ..balanced.search.warm_start import continued
 from ..maps.triangulated.map import TriangulatedMap
 from ..meshes.flatten import Flattening
 from ..problem import Options, Problem
 from ..result import Fit
-from . import alike
+from . import icp_start
 from .descent import Ground, descended
-from .own_mesh import OwnMap, on_own_mesh
 from .side import Side
+from .target_mesh_map import OwnMap, on_own_mesh
 from .unfolding import unfolded_in
 
 SURE = 1.3  # energy of a map of surfaces that are alike from which down no other is looked for, by hand
@@ -101,11 +102,11 @@ def _prepared(sides: tuple[Side, Side], holes: Holes, pins: Pins, settings: Sett
     inner = Holes(tuple(curves[0][1:]), tuple(curves[1][1:]), holes.partners)
     frames = frames_of(curves[0][0], curves[1][0], settings.turn, inner.sides)
     moved = _inward(pins, sides)
-    upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else stages.UPRIGHT
+    upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else multilevel.UPRIGHT
     outlines = frames[0].curve(curves[0][0]), frames[1].curve(curves[1][0])
     if all(side.layout for side in sides):  # what one plane rounds off another may magnify
         settings = replace(settings, tolerance=ROUNDED * settings.tolerance)
-    unit = stages.with_constraints(*outlines, inner.unit(frames), moved.unit(frames), settings, upright)
+    unit = multilevel.with_constraints(*outlines, inner.unit(frames), moved.unit(frames), settings, upright)
     return _Prepared(sides, frames, unit._replace(metrics=_metrics(sides, frames)), moved)
 
 
@@ -136,7 +137,7 @@ def _gone_on(ready: _Prepared, start: TriangulatedMap, settings: Settings) -> Di
     z, u = (side.inward(w) for side, w in zip(ready.sides, (start.source, start.image)))
     sketch = method.sketched(TriangulatedMap(z, u, start.faces, start.loops), ready.frames)
     try:
-        return continued(last_mesh.last_level(ready.unit, settings), sketch, ready.unit)
+        return continued(final_mesh.last_level(ready.unit, settings), sketch, ready.unit)
     except Stuck:
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
 
@@ -154,14 +155,14 @@ def _solved(
         return _of_own(ready, alike, pins, settings, journal), True
     try:
         if start is None:
-            used, state = stages.solved(ready.unit, journal)
+            used, state = multilevel.solved(ready.unit, journal)
         else:
             used, state = ready.unit, _gone_on(ready, start, settings)
     except NoMapError:
         if alike is None:
             raise
         return _of_own(ready, alike, pins, settings, journal), True
-    met = last_mesh.meets(used, state)
+    met = final_mesh.meets(used, state)
     ready = replace(ready, unit=ready.unit._replace(theta=used.theta))
     try:
         state_there = _own_start(ready, used, state)
@@ -172,8 +173,8 @@ def _solved(
         own, met = alike, True
     if own is not None:
         return replace(_of_own(ready, own, pins, settings, journal), met=met), True
-    last = last_mesh.finished(used, state, settings, journal)
-    last = stages.inverted(last) if used.inverted else last
+    last = final_mesh.finished(used, state, settings, journal)
+    last = multilevel.inverted(last) if used.inverted else last
     z, u = (
         side.outward(frame.world(w), last.outer)
         for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
@@ -203,7 +204,7 @@ def _of_own(ready: _Prepared, own: OwnMap, pins: Pins, settings: Settings, journ
         own.state, other.outward(frame.world(own.state.u), own.state.outer), mirrored=frame.mirrored
     )
     if onto:
-        return _solution(ready, stages.inverted(own.state), there, here, pins, settings, journal)
+        return _solution(ready, multilevel.inverted(own.state), there, here, pins, settings, journal)
     return _solution(ready, own.state, here, there, pins, settings, journal)
 
 
@@ -221,11 +222,11 @@ def _from_similarity(ready: _Prepared, settings: Settings, journal: SolveLog) ->
     """The map that comes from the similarity of both layouts; None where they are not alike, or it folds."""
     if not all(side.layout for side in ready.sides):
         return None
-    sketch = alike.sketched(ready.unit)
+    sketch = icp_start.sketched(ready.unit)
     if sketch is None:
         return None
     try:
-        return _on_own(ready, stages.inverted(sketch) if ready.onto else sketch, settings, journal)
+        return _on_own(ready, multilevel.inverted(sketch) if ready.onto else sketch, settings, journal)
     except (Stuck, NoMapError):
         return None
 
@@ -238,17 +239,17 @@ def _on_own(ready: _Prepared, state: Meshed, settings: Settings, journal: SolveL
     """
     problem = ready.unit.inverse() if ready.onto else ready.unit
     step = -1 if ready.onto else 1
-    level = last_mesh.last_level(problem, settings)
+    level = final_mesh.last_level(problem, settings)
     own = on_own_mesh(ready.sides[::step], ready.frames[::step], level, state, problem)
     theta = leaning(problem, own.state)
     other = ready.sides[not ready.onto].even
     if other is None:
         begun = eased(own.state, problem.theta)
-        return replace(own, state=last_mesh.lowered(begun, theta, settings, journal))
+        return replace(own, state=final_mesh.lowered(begun, theta, settings, journal))
     ground = Ground(other, ready.frames[not ready.onto])
     first = descended(own.state, ground, theta, 1.0)
     journal.level("own", first, 1.0)
-    state = last_mesh.lowered_by(lambda state, q: descended(state, ground, theta, q), first, settings)
+    state = final_mesh.lowered_by(lambda state, q: descended(state, ground, theta, q), first, settings)
     return replace(own, state=state, energy=first.energy)
 
 

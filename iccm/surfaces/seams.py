@@ -19,7 +19,7 @@ from ..meshes.disk_patch import nearest, sound_piece
 from ..meshes.flatten import Flattening
 from ..meshes.mesh import face_areas
 from ..meshes.patch import Patch
-from .alike import unlikeness
+from .icp_start import unlikeness
 from .inserted import Opening, with_way
 from .trilateration import same_way
 

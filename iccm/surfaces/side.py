@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..arrays import Complex, Flags, Index
-from ..balanced.constraints.given import ON_OUTLINE
+from ..balanced.constraints.validate import ON_OUTLINE
 from ..curve import Curve
 from ..flattening import even
 from ..meshes.flatten import Flattening

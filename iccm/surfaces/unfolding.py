@@ -3,12 +3,12 @@
 import numpy as np
 
 from ..arrays import Complex, Flags, Index, Real
-from ..balanced.discrete import DiscreteMap
-from ..balanced.failure import Tangled
-from ..balanced.metric import rest_geometry
-from ..balanced.minimise.cholesky import system_of
+from ..balanced.errors import Tangled
 from ..balanced.minimise.energy import geometry
 from ..balanced.minimise.untangle import untangle
+from ..balanced.model.discrete_map import DiscreteMap
+from ..balanced.model.metric import rest_geometry
+from ..linalg.cholesky import system_of
 
 RINGS = (
     2,

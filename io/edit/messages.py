@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError,
 
 from ...errors import InputError
 from .. import limits
-from ..places import Place as Spot
+from ..point_syntax import Place as Spot
 from ..shapes.listing import Pin, Stroke
 
 MOST_PINS, MOST_STROKES, MOST_POINTS = 500, 100, 2000

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
 from ...balanced import NoMapError
-from ...balanced.constraints.live import Live
-from ...balanced.solution import Settings
+from ...balanced.interactive import Live
+from ...balanced.model.settings import Settings
 from ...blas import one_thread
 from ...curve import Curve
 from ...errors import InputError
@@ -22,7 +22,7 @@ from ...maps.distortion import of_triangles
 from ...maps.triangulated.map import TriangulatedMap
 from ...memory import Memory
 from ...result import Fit, Status
-from ..places import Place
+from ..point_syntax import Place
 from ..run import framing, texture
 from ..run.constraints import holed, inside, solved
 from ..run.inputs import Inputs
@@ -34,11 +34,11 @@ from ..shapes.listing import Listed, Pin, Stroke
 from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
 from ..shapes.starts import StartingMap
+from .map_choice import Way, same
 from .messages import Scene, scene_of
 from .scene import PageHalf, patches, png
 from .shown import MISSED, Shown, figures, missed, refused
 from .surface_view import SurfaceView, laid_out
-from .ways import Way, same
 
 ON_OUTLINE = 2e-3
 """Of the diagonal: what is so close to an outline goes onto the other; twice what a pin's is."""

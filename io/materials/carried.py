@@ -1,4 +1,4 @@
-"""The pictures of a look carried to new coordinates: each in a picture of its own for each material there."""
+"""The pictures of a material set carried to new coordinates: each in a picture of its own for each material there."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ from ...pixels.texture import check_kind
 from .. import files, formats
 from ..pictures import image_files
 from ..pictures.image import Image, prepared
-from .look import Coat, CoatMap, Look
+from .material_set import Material, MaterialMap, MaterialSet
 
 COLOURLESS = 1024  # texels across of a picture that no material has, but several factors make (by hand)
 Pictures = dict[str, Image]  # by slot
@@ -50,13 +50,13 @@ class Carrier:
     """Makes the pictures of one material of a new layout.
 
     Attributes:
-        look: what the pictures are of.
+        material_set: what the pictures are of.
         sheet: the triangles of the new layout that show the material.
-        pairs: `meshes.relayout.partners` of the look's triangles and these.
+        pairs: `meshes.relayout.partners` of the set's triangles and these.
         how: they are carried.
     """
 
-    look: Look
+    material_set: MaterialSet
     sheet: Charted
     pairs: tuple[Index, Index]
     how: How = field(default_factory=How)
@@ -66,38 +66,38 @@ class Carrier:
         self._images: dict[Path | bytes, Image] = {}
 
     @cached_property
-    def coats(self) -> list[int]:
+    def materials(self) -> list[int]:
         """The materials that the new layout shows something of, the one with most texels first."""
-        origin = self.origin(self._size(self.look.maps))
-        owner = self.look.owner[origin.triangles[origin.reached(self.how.limit)]]
-        counts = np.bincount(owner, minlength=len(self.look.coats))
+        origin = self.origin(self._size(self.material_set.maps))
+        owner = self.material_set.owner[origin.triangles[origin.reached(self.how.limit)]]
+        counts = np.bincount(owner, minlength=len(self.material_set.materials))
         return [int(k) for k in np.argsort(-counts, kind="stable") if counts[k]]
 
     @property
-    def coat(self) -> Coat | None:
+    def material(self) -> Material | None:
         """The one with most texels."""
-        return self.look.coats[self.coats[0]] if self.coats else None
+        return self.material_set.materials[self.materials[0]] if self.materials else None
 
     @cached_property
     def multiplied(self) -> set[str]:
         """The slots whose pictures hold the factors of several materials, so that these come together in one."""
-        return set() if len(self.coats) < 2 else {slot for slot in self.slots if slot in self._differing}
+        return set() if len(self.materials) < 2 else {slot for slot in self.slots if slot in self._differing}
 
     @property
     def _differing(self) -> set[str]:
-        coats = [self.look.coats[k] for k in self.coats]
-        slots = {slot for coat in coats for slot in coat.factors}
-        return {slot for slot in slots if len({coat.factors.get(slot) for coat in coats}) > 1}
+        materials = [self.material_set.materials[k] for k in self.materials]
+        slots = {slot for material in materials for slot in material.factors}
+        return {slot for slot in slots if len({material.factors.get(slot) for material in materials}) > 1}
 
     @cached_property
     def slots(self) -> list[str]:
         """What there will be pictures for."""
-        there = (slot for k in self.coats for slot in self.look.coats[k].maps)
+        there = (slot for k in self.materials for slot in self.material_set.materials[k].maps)
         return list(dict.fromkeys([*there, *sorted(self._differing)]))
 
     def image(self, slot: str) -> Image:
         """The picture for a slot."""
-        maps = [self.look.coats[k].maps.get(slot) for k in self.coats]
+        maps = [self.material_set.materials[k].maps.get(slot) for k in self.materials]
         origin = self.origin(self._size([each for each in maps if each is not None]))
         if len(maps) > 1:
             return self._together(slot, maps, origin)
@@ -110,35 +110,37 @@ class Carrier:
     def origin(self, size: tuple[int, int]) -> Origin:
         """Where texels of a picture of this width and height lie."""
         if size not in self.origins:
-            self.origins[size] = Origin.of(self.look.sheet, self.sheet, *size, pairs=self.pairs)
+            self.origins[size] = Origin.of(self.material_set.sheet, self.sheet, *size, pairs=self.pairs)
         return self.origins[size]
 
-    def _shown(self, origin: Origin, map: CoatMap) -> Origin:
-        return origin.over(self.look.shown_by(map))
+    def _shown(self, origin: Origin, map: MaterialMap) -> Origin:
+        return origin.over(self.material_set.shown_by(map))
 
-    def _size(self, maps: Iterable[CoatMap]) -> tuple[int, int]:
+    def _size(self, maps: Iterable[MaterialMap]) -> tuple[int, int]:
         """Width and height of a new picture: those of the largest old one, unless another size is asked for."""
         sizes = [self._read(each).pixels.shape[1::-1] for each in maps]
         width, height = max(sizes, key=lambda sides: sides[0] * sides[1], default=(COLOURLESS, COLOURLESS))
         return self.how.size((width, height))
 
-    def _read(self, map: CoatMap) -> Image:
+    def _read(self, map: MaterialMap) -> Image:
         if map.picture not in self._images:
             self._images[map.picture] = map.image(self.how.max_pixels)
         return self._images[map.picture]
 
-    def _ready(self, map: CoatMap, like: Image | None = None) -> tuple[Image, Sampler]:
+    def _ready(self, map: MaterialMap, like: Image | None = None) -> tuple[Image, Sampler]:
         image = like or self._read(map)
         check_kind(map.kind, image.pixels.shape[2], map.where)
         texture = image.texture((0j, 1 + 1j), map.kind)
         return image, Sampler(texture, self.how.filter, map.kind, threads=self.how.threads)
 
-    def _together(self, slot: str, maps: list[CoatMap | None], origin: Origin) -> Image:
+    def _together(self, slot: str, maps: list[MaterialMap | None], origin: Origin) -> Image:
         """One picture of what several materials show, with or without pictures; factors that differ go into it."""
         read = [None if each is None else plain(self._read(each)) for each in maps]
-        coats = [self.look.coats[k] for k in self.coats]
+        materials = [self.material_set.materials[k] for k in self.materials]
         kind = next((each.kind for each in maps if each is not None), "data" if "Rough" in slot else "colour")
-        factors = [coat.factors.get(slot, ()) if slot in self.multiplied else () for coat in coats]
+        factors = [
+            material.factors.get(slot, ()) if slot in self.multiplied else () for material in materials
+        ]
         deep = any(image is not None and image.pixels.dtype == np.uint16 for image in read)
         clear = any(image is not None and image.alpha >= 0 for image in read) or any(
             factor[3] < 1 for factor in factors if len(factor) > 3
@@ -146,9 +148,9 @@ class Carrier:
         dtype, top, channels = (np.uint16, 65535, 4) if deep else (np.uint8, 255, 4)
         channels -= int(not clear)
         reached = origin.reached(self.how.limit)
-        owner = np.where(reached, self.look.owner[origin.triangles], -1)
+        owner = np.where(reached, self.material_set.owner[origin.triangles], -1)
         out = np.zeros((*reached.shape, channels), dtype)
-        for k, each, image, factor in zip(self.coats, maps, read, factors):
+        for k, each, image, factor in zip(self.materials, maps, read, factors):
             own = owner == k
             if each is None or image is None:
                 level = FLAT if kind == "normal" else (1.0, 1.0, 1.0)

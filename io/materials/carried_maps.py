@@ -12,7 +12,7 @@ from ..meshes import gltf_materials, material_library
 from ..meshes.mesh_files import MeshFile
 from . import of_gltf, of_mtl
 from .carried import Carrier, How, png
-from .look import Look, part
+from .material_set import MaterialSet, part
 
 SHOWN = (gltf_materials.BASE, gltf_materials.DIFFUSE, "map_kd")  # where a texture that is mapped goes
 
@@ -40,11 +40,15 @@ def beside(file: MeshFile, name: str | Path, *, shown: bool) -> list[str]:
     """
     if file.primitives:
         return []
-    look = _look(file)
+    material_set = _material_set(file)
     found = {
-        str(material_library.picture_of(Path(name), coat.name if len(look.coats) > 1 else None, word))
-        for coat in look.coats
-        for word in coat.maps
+        str(
+            material_library.picture_of(
+                Path(name), material.name if len(material_set.materials) > 1 else None, word
+            )
+        )
+        for material in material_set.materials
+        for word in material.maps
         if not (shown and word in SHOWN)
     }
     return [str(Path(name).with_suffix(".mtl")), *sorted(found)] if found else []
@@ -68,21 +72,23 @@ def carried(
     Raises:
         InputError: a picture that cannot be read, or old coordinates that are none.
     """
-    look, corner = _look(file), _corners(file)
-    new = replace(look.sheet, uv=uv, uv_faces=uv_corners[corner], stated=None)
-    keys = [group[0].key for group in of_gltf.groups(file.primitives)] or [coat.name for coat in look.coats]
+    material_set, corner = _material_set(file), _corners(file)
+    new = replace(material_set.sheet, uv=uv, uv_faces=uv_corners[corner], stated=None)
+    keys = [group[0].key for group in of_gltf.groups(file.primitives)] or [
+        material.name for material in material_set.materials
+    ]
     made = dict[str, dict[str, bytes]]()
-    for k, (key, coat) in enumerate(zip(keys, look.coats)):
-        own = np.flatnonzero(look.owner == k)
+    for k, (key, material) in enumerate(zip(keys, material_set.materials)):
+        own = np.flatnonzero(material_set.owner == k)
         same = own, np.tile(np.arange(3), (own.size, 1))
-        carrier = Carrier(look, part(new, own), same, How(threads=threads))
-        slots = [slot for slot in coat.maps if own.size and not (shown and slot in SHOWN)]
+        carrier = Carrier(material_set, part(new, own), same, How(threads=threads))
+        slots = [slot for slot in material.maps if own.size and not (shown and slot in SHOWN)]
         made[key] = {slot: png(carrier.image(slot)) for slot in slots}
     return made
 
 
 def _corners(file: MeshFile) -> Index:
-    """(m, 3) the corners of the mesh that its look's triangles have."""
+    """(m, 3) the corners of the mesh that its set's triangles have."""
     if not file.primitives:
         return triangulated(file.mesh)
     return np.arange(file.mesh.corners.size).reshape(-1, 3)[_shows(file)[file.faces]]
@@ -94,14 +100,14 @@ def _shows(file: MeshFile) -> Flags:
     return np.repeat([of_gltf.has_layout(part) for part in file.primitives], counts)
 
 
-def _look(file: MeshFile) -> Look:
+def _material_set(file: MeshFile) -> MaterialSet:
     """What the triangles of a mesh show.
 
     Raises:
         InputError: they have no coordinates.
     """
     if not file.primitives:
-        return of_mtl.look(file)
-    whole = of_gltf.look(str(file.path), file.primitives)
+        return of_mtl.material_set(file)
+    whole = of_gltf.material_set(str(file.path), file.primitives)
     own = np.flatnonzero(file.faces[_shows(file)])
     return replace(whole, sheet=part(whole.sheet, own), owner=whole.owner[own])

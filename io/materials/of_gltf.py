@@ -10,13 +10,13 @@ from ...errors import InputError
 from ...meshes.charted import Charted
 from ..meshes import gltf_materials
 from ..meshes.gltf import Primitive
-from .look import Coat, CoatMap, Look
+from .material_set import Material, MaterialMap, MaterialSet
 
 EMISSIVE, ROUGH = "emissiveTexture", "pbrMetallicRoughness/metallicRoughnessTexture"
 
 
-def look(name: str, parts: Sequence[Primitive], *, bare: bool = False) -> Look:
-    """The look of primitives of one file.
+def material_set(name: str, parts: Sequence[Primitive], *, bare: bool = False) -> MaterialSet:
+    """The material set of primitives of one file.
 
     Args:
         name: of the file, for messages.
@@ -34,8 +34,8 @@ def look(name: str, parts: Sequence[Primitive], *, bare: bool = False) -> Look:
     keys = [group[0].key for group in groups(parts)]
     counts = [len(part.faces) for part in parts]
     owner = np.repeat([keys.index(part.key) for part in parts], counts)
-    coats = [_coat(name, parts, key) for key in keys]
-    return Look(sheet(name, parts, bare), tuple(coats), owner, "gltf", notes if left else ())
+    materials = [_material(name, parts, key) for key in keys]
+    return MaterialSet(sheet(name, parts, bare), tuple(materials), owner, "gltf", notes if left else ())
 
 
 def groups(parts: Sequence[Primitive]) -> list[list[Primitive]]:
@@ -48,7 +48,7 @@ def groups(parts: Sequence[Primitive]) -> list[list[Primitive]]:
 
 
 def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
-    """The triangles of primitives, with the coordinates that colours are shown by; arguments as for `look`."""
+    """The triangles of primitives, with the coordinates that colours are shown by; arguments as for `material_set`."""
     points = [part.points for part in parts]
     first = np.cumsum([0, *map(len, points)])
     faces = np.concatenate([part.faces + at for part, at in zip(parts, first)])
@@ -86,11 +86,11 @@ def _layout(part: Primitive, bare: bool) -> Real | None:
     return part.uv({"texCoord": layout_of(part)} if bare else gltf_materials.base(part.material))
 
 
-def _coat(name: str, parts: Sequence[Primitive], key: str) -> Coat:
+def _material(name: str, parts: Sequence[Primitive], key: str) -> Material:
     """The material of this number."""
     own = [part for part in parts if part.key == key]
     material, document = own[0].material, own[0].document
-    maps, made = dict[str, CoatMap](), dict[str, Real | None]()
+    maps, made = dict[str, MaterialMap](), dict[str, Real | None]()
     for slot, info in gltf_materials.slots(material):
         source = document.source_of(info["index"])
         content = None if source is None else document.image(source)
@@ -103,8 +103,8 @@ def _coat(name: str, parts: Sequence[Primitive], key: str) -> Coat:
         where = f"{name}: {gltf_materials.named([slot])}"
         sampler = document.tree["textures"][info["index"]].get("sampler")
         options = None if sampler is None else document.tree["samplers"][sampler]
-        maps[slot] = CoatMap(content, gltf_materials.kind_of(slot), where, made[key], options)
-    return Coat(material.get("name", ""), maps, material, factors(material))
+        maps[slot] = MaterialMap(content, gltf_materials.kind_of(slot), where, made[key], options)
+    return Material(material.get("name", ""), maps, material, factors(material))
 
 
 def factors(material: dict[str, Any]) -> dict[str, tuple[float, ...]]:

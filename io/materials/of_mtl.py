@@ -12,7 +12,7 @@ from ..meshes import material_library, obj_materials
 from ..meshes.mesh_files import MeshFile
 from ..pictures import image_files
 from ..pictures.tiles import is_pattern
-from .look import Coat, CoatMap, Look
+from .material_set import Material, MaterialMap, MaterialSet
 
 COLOURS = ("map_ka", "map_kd", "map_ks", "map_ke", "decal")
 NORMALS = ("norm", "map_norm")
@@ -24,8 +24,8 @@ BLUE, LEAN = (
 )  # of the mean of a normal map: at least so blue, so far from grey in red and green (by hand)
 
 
-def look(file: MeshFile, max_pixels: int = image_files.MAX_PIXELS) -> Look:
-    """The look of an OBJ, or of another mesh with one picture.
+def material_set(file: MeshFile, max_pixels: int = image_files.MAX_PIXELS) -> MaterialSet:
+    """The material set of an OBJ, or of another mesh with one picture.
 
     Raises:
         InputError: faces without coordinates, or a picture that cannot be read.
@@ -33,9 +33,11 @@ def look(file: MeshFile, max_pixels: int = image_files.MAX_PIXELS) -> Look:
     sheet = sheet_of(file)
     if file.obj is None:
         maps = (
-            {"map_kd": CoatMap(file.picture, "colour", f"{file.path}: its texture")} if file.picture else {}
+            {"map_kd": MaterialMap(file.picture, "colour", f"{file.path}: its texture")}
+            if file.picture
+            else {}
         )
-        return Look(sheet, (Coat("", maps),), np.zeros(len(sheet.faces), np.int64), "mtl")
+        return MaterialSet(sheet, (Material("", maps),), np.zeros(len(sheet.faces), np.int64), "mtl")
     first = triangulated(file.mesh)[:, 0]
     face = np.searchsorted(file.mesh.starts, first, side="right") - 1
     which, uses = file.obj.current("usemtl")
@@ -43,23 +45,23 @@ def look(file: MeshFile, max_pixels: int = image_files.MAX_PIXELS) -> Look:
     used = list(dict.fromkeys(names[k] for k in which[file.faces]))
     number = np.array([used.index(name) if name in used else -1 for name in names])
     library, notes = obj_materials.library_of(file.obj)
-    coats = [_coat(file.path, library, name, sheet, notes, max_pixels) for name in used]
-    return Look(sheet, tuple(coats), number[which[file.faces]][face], "mtl", tuple(notes))
+    materials = [_material(file.path, library, name, sheet, notes, max_pixels) for name in used]
+    return MaterialSet(sheet, tuple(materials), number[which[file.faces]][face], "mtl", tuple(notes))
 
 
 def sheet_of(file: MeshFile) -> Charted:
-    """The triangles with their coordinates; errors as for `look`."""
+    """The triangles with their coordinates; errors as for `material_set`."""
     sheet = Charted.of(file.mesh)
     if (sheet.uv_faces < 0).any():
         raise InputError(f"{sheet.name}: some faces have no texture coordinates; give all of them some")
     return sheet
 
 
-def _coat(
+def _material(
     path: Path, library: material_library.Library, name: str, sheet: Charted, notes: list[str], most: int
-) -> Coat:
+) -> Material:
     lines = library.materials().get(name, [])
-    maps = dict[str, CoatMap]()
+    maps = dict[str, MaterialMap]()
     for line in lines:
         word, rest = material_library.split(line)
         word, named = word.lower(), material_library.file_name(rest)
@@ -70,8 +72,8 @@ def _coat(
             notes.append(f"{path}: {word} of {name} names {named}, which is no file; left out")
             continue
         kind = _kind(word, picture, most)
-        maps[word] = CoatMap(picture, kind, str(picture), _placed(sheet.uv, rest))
-    return Coat(name, maps, lines)
+        maps[word] = MaterialMap(picture, kind, str(picture), _placed(sheet.uv, rest))
+    return Material(name, maps, lines)
 
 
 def _placed(uv: Real, rest: str) -> Real | None:

@@ -17,7 +17,7 @@ from ..meshes.mesh_files import MeshFile
 from ..pictures.image import Image
 from . import of_gltf, of_mtl
 from .carried import Carrier, How
-from .look import CoatMap, Look, check_pictures, part
+from .material_set import MaterialMap, MaterialSet, check_pictures, part
 
 GIVEN = {
     "gltf": {"colour": gltf_materials.BASE, "normal": "normalTexture"},
@@ -25,20 +25,20 @@ GIVEN = {
 }
 
 
-def look_of(meshes: Sequence[MeshFile], *, bare: bool = False) -> Look:
-    """The look of all that was read of a file; `bare` as for `of_gltf.look`.
+def material_set_of(meshes: Sequence[MeshFile], *, bare: bool = False) -> MaterialSet:
+    """The material set of all that was read of a file; `bare` as for `of_gltf.material_set`.
 
     Raises:
         InputError: no coordinates, or a picture that cannot be read.
     """
     parts = _primitives(meshes)
-    return of_gltf.look(_name(meshes), parts, bare=bare) if parts else of_mtl.look(meshes[0])
+    return of_gltf.material_set(_name(meshes), parts, bare=bare) if parts else of_mtl.material_set(meshes[0])
 
 
 def sheet_of(meshes: Sequence[MeshFile]) -> Charted:
     """The triangles of all that was read of a file, with the coordinates that colours are shown by; errors likewise."""
     parts = _primitives(meshes)
-    return of_gltf.look(_name(meshes), parts).sheet if parts else of_mtl.sheet_of(meshes[0])
+    return of_gltf.material_set(_name(meshes), parts).sheet if parts else of_mtl.sheet_of(meshes[0])
 
 
 def _primitives(meshes: Sequence[MeshFile]) -> list[Primitive]:
@@ -49,7 +49,7 @@ def _name(meshes: Sequence[MeshFile]) -> str:
     return meshes[0].mesh.name if len(meshes) == 1 else str(meshes[0].path)
 
 
-def given(kinds: Mapping[str, Sequence[str]], dialect: str) -> dict[str, CoatMap]:
+def given(kinds: Mapping[str, Sequence[str]], dialect: str) -> dict[str, MaterialMap]:
     """Pictures that the user names for the old coordinates, by slot.
 
     Raises:
@@ -66,7 +66,7 @@ def given(kinds: Mapping[str, Sequence[str]], dialect: str) -> dict[str, CoatMap
         if len(paths) > 1:
             raise InputError(f"{paths[1]}: a material shows one picture of the kind; name one")
         if paths and slot:
-            found[slot] = CoatMap(Path(paths[0]), kind, paths[0])
+            found[slot] = MaterialMap(Path(paths[0]), kind, paths[0])
     return found
 
 
@@ -81,7 +81,7 @@ class Relaid:
         how: pictures are carried; its limit is that of `meshes.relayout.carry`.
     """
 
-    before: Look
+    before: MaterialSet
     meshes: Sequence[MeshFile]
     name: Path
     how: How
@@ -90,9 +90,9 @@ class Relaid:
         self.notes: list[str] = [*self.before.notes, *self.after.notes]
 
     @cached_property
-    def after(self) -> Look:
+    def after(self) -> MaterialSet:
         """The new mesh, with coordinates as they stand in its file."""
-        return look_of(self.meshes, bare=True)
+        return material_set_of(self.meshes, bare=True)
 
     @property
     def dialect(self) -> str:
@@ -117,7 +117,7 @@ class Relaid:
         """What makes the pictures of each material of the new mesh; of those that show nothing of the old one none."""
         first, order = partners(self.before.sheet, self.after.sheet)
         found = []
-        for k in range(len(self.after.coats)):
+        for k in range(len(self.after.materials)):
             own = np.flatnonzero(self.after.owner == k)
             sheet, pairs = part(self.after.sheet, own), (first[own], order[own])
             found.append(Carrier(self.before, sheet, pairs, self._uniform))
@@ -144,12 +144,12 @@ class Relaid:
         found = []
         for carrier in self.carriers:
             found.append({slot: carrier.image(slot) for slot in carrier.slots})
-            if len({self._mode(carrier, k) for k in carrier.coats}) > 1:
+            if len({self._mode(carrier, k) for k in carrier.materials}) > 1:
                 self.told(["materials of several kinds of transparency become one"])
         return found
 
-    def _mode(self, carrier: Carrier, coat: int) -> str:
-        source = self.before.coats[coat].source
+    def _mode(self, carrier: Carrier, material: int) -> str:
+        source = self.before.materials[material].source
         return source.get("alphaMode", "OPAQUE") if isinstance(source, dict) else ""
 
     def told(self, notes: Iterable[str]) -> None:

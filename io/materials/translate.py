@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ..meshes import gltf_materials, material_library
 from ..pictures.image import Image
 from .carried import Pictures
-from .look import Coat
+from .material_set import Material
 from .of_gltf import EMISSIVE, ROUGH
 
 TO_MTL = {
@@ -24,21 +24,23 @@ PLAIN = ["Ka 1 1 1", "Kd 1 1 1", "Ks 0 0 0", "illum 2"]
 
 
 def to_gltf(
-    images: Pictures, kinds: dict[str, str], coat: Coat
+    images: Pictures, kinds: dict[str, str], source_material: Material
 ) -> tuple[Pictures, dict[str, Any], list[str]]:
     """Pictures of MTL statements, all of one size, as those of glTF's slots; the material, and what has no place."""
     made = {TO_GLTF[word]: image for word, image in images.items() if word in TO_GLTF}
     for word, image in images.items():
         if kinds[word] == "normal":
             made[gltf_materials.NORMALS] = image
-    rough: dict[str, Any] = {"metallicFactor": 1.0 if "map_pm" in images else _number(coat, "pm", 0.0)}
+    rough: dict[str, Any] = {
+        "metallicFactor": 1.0 if "map_pm" in images else _number(source_material, "pm", 0.0)
+    }
     if "map_pr" not in images:
-        rough["roughnessFactor"] = _number(coat, "pr", 1.0)
+        rough["roughnessFactor"] = _number(source_material, "pr", 1.0)
     if any(word in images for word in GREYS):
         made[ROUGH] = _rough(*(images.get(word) for word in GREYS))
-    if "map_kd" not in images and (colour := _numbers(coat, "kd")):
+    if "map_kd" not in images and (colour := _numbers(source_material, "kd")):
         rough["baseColorFactor"] = [*colour, 1.0]
-    material: dict[str, Any] = {"name": coat.name or "iccm", "pbrMetallicRoughness": rough}
+    material: dict[str, Any] = {"name": source_material.name or "iccm", "pbrMetallicRoughness": rough}
     if EMISSIVE in made:
         material["emissiveFactor"] = [1.0, 1.0, 1.0]
     if "map_d" in images and gltf_materials.BASE in made:
@@ -49,13 +51,13 @@ def to_gltf(
     return made, material, _left(left)
 
 
-def to_mtl(images: Pictures, coat: Coat) -> tuple[Pictures, list[str], list[str]]:
+def to_mtl(images: Pictures, source_material: Material) -> tuple[Pictures, list[str], list[str]]:
     """Pictures of glTF's slots as those of MTL statements; the material's lines, and what has no place."""
     made = {TO_MTL[slot]: image for slot, image in images.items() if slot in TO_MTL}
     if ROUGH in images:
         for k, word in enumerate(GREYS, 1):
             made[word] = Image(np.ascontiguousarray(images[ROUGH].pixels[..., k : k + 1]))
-    base = (coat.source or {}).get("pbrMetallicRoughness", {})
+    base = (source_material.source or {}).get("pbrMetallicRoughness", {})
     lines = list(PLAIN)
     if "map_kd" not in made:
         lines[1] = "Kd {:g} {:g} {:g}".format(*base.get("baseColorFactor", (1, 1, 1))[:3])
@@ -94,9 +96,9 @@ def _as(pixels: NDArray, dtype: np.dtype) -> NDArray:
     return pixels.astype(dtype) * 257 if dtype == np.uint16 else (pixels // 257).astype(dtype)
 
 
-def _numbers(coat: Coat, word: str) -> list[float]:
+def _numbers(source_material: Material, word: str) -> list[float]:
     """The numbers of a material's line of three, if it has one."""
-    for line in coat.source or []:
+    for line in source_material.source or []:
         first, rest = material_library.split(line)
         numbers = rest.split()
         if first.lower() == word and len(numbers) >= 3 and all(map(material_library.is_number, numbers)):
@@ -104,8 +106,8 @@ def _numbers(coat: Coat, word: str) -> list[float]:
     return []
 
 
-def _number(coat: Coat, word: str, default: float) -> float:
-    for line in coat.source or []:
+def _number(source_material: Material, word: str, default: float) -> float:
+    for line in source_material.source or []:
         first, rest = material_library.split(line)
         if first.lower() == word and material_library.is_number(rest):
             return float(rest)

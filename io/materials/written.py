@@ -28,10 +28,10 @@ def beside(relaid: Relaid) -> list[Path]:
     """All that may be written beside the mesh."""
     if relaid.dialect == "gltf":
         return []
-    words = {word for coat in relaid.before.coats for word in coat.maps}
+    words = {word for source_material in relaid.before.materials for word in source_material.maps}
     if relaid.before.dialect == "gltf":
         words = {*translate.TO_MTL.values(), *translate.GREYS}
-    names = [coat.name for coat in relaid.after.coats]
+    names = [source_material.name for source_material in relaid.after.materials]
     return [
         relaid.name.with_suffix(".mtl"),
         *(_picture(relaid, name, word) for name in names for word in words),
@@ -44,23 +44,23 @@ def _glb(relaid: Relaid) -> bytes:
         document, groups = primitives[0].document, of_gltf.groups(primitives)
     else:
         document = gltf_dressed.sheets(relaid.meshes[0].path.stem, relaid.after.sheet, relaid.after.owner)
-        groups = [[gltf.Primitive(document, 0, k)] for k in range(len(relaid.after.coats))]
+        groups = [[gltf.Primitive(document, 0, k)] for k in range(len(relaid.after.materials))]
     found = zip(relaid.carriers, relaid.pictures, groups)
-    clothes = [_clothes(relaid, *each) for each in found if each[0].coat is not None]
+    clothes = [_clothes(relaid, *each) for each in found if each[0].material is not None]
     used = dict.fromkeys(name for each in clothes for name in each.material.get("extensions", {}))
     return gltf_dressed.dressed(document, clothes, list(used))
 
 
 def _clothes(relaid: Relaid, carrier: Carrier, images: Pictures, group: list[gltf.Primitive]) -> Clothes:
-    coat, samplers = carrier.coat, {}
-    assert coat is not None
+    source_material, samplers = carrier.material, {}
+    assert source_material is not None
     if relaid.before.dialect == "gltf":
-        material = deepcopy(coat.source)
+        material = deepcopy(source_material.source)
         of_gltf.multiplied(material, carrier.multiplied)
-        samplers = {slot: each.options for slot, each in coat.maps.items() if each.options}
+        samplers = {slot: each.options for slot, each in source_material.maps.items() if each.options}
     else:
-        kinds = {slot: each.kind for slot, each in coat.maps.items()}
-        images, material, notes = translate.to_gltf(_plain(images), kinds, coat)
+        kinds = {slot: each.kind for slot, each in source_material.maps.items()}
+        images, material, notes = translate.to_gltf(_plain(images), kinds, source_material)
         relaid.told(notes)
     contents = {slot: png(image) for slot, image in images.items()}
     return Clothes(group, material, contents, samplers, of_gltf.layout_of(group[0]))
@@ -73,8 +73,8 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
     materials, missing = obj_materials.library_of(whole)
     relaid.notes += missing
     made, contents = dict[str, list[str]](), dict[Path, bytes]()
-    for carrier, images, old in zip(relaid.carriers, relaid.pictures, relaid.after.coats):
-        if carrier.coat is None:
+    for carrier, images, old in zip(relaid.carriers, relaid.pictures, relaid.after.materials):
+        if carrier.material is None:
             continue
         images, lines = _statements(relaid, carrier, images)
         paths = {word: _picture(relaid, old.name, word) for word in images}
@@ -97,10 +97,10 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
 
 def _statements(relaid: Relaid, carrier: Carrier, images: Pictures) -> tuple[Pictures, list[str]]:
     """The pictures of a material by statements, and its other lines."""
-    assert carrier.coat is not None
+    assert carrier.material is not None
     if relaid.before.dialect == "mtl":
-        return images, list(carrier.coat.source or translate.PLAIN)
-    images, lines, notes = translate.to_mtl(_plain(images), carrier.coat)
+        return images, list(carrier.material.source or translate.PLAIN)
+    images, lines, notes = translate.to_mtl(_plain(images), carrier.material)
     relaid.told(notes)
     return images, lines
 
@@ -113,7 +113,7 @@ def _stays(line: str, words: set[str]) -> bool:
 
 def _picture(relaid: Relaid, material: str, word: str) -> Path:
     """The file of a material's picture."""
-    several = len(relaid.after.coats) > 1
+    several = len(relaid.after.materials) > 1
     return material_library.picture_of(relaid.name, material if several else None, word)
 
 

@@ -17,7 +17,7 @@ from ...memory import Memory
 from ...pixels.pyramid import strip_rows
 from .. import formats
 from ..files import as_text, open_input
-from ..silence import silenced
+from ..quiet_stderr import silenced
 from .image import Image, error_of, prepared, transfer_of, usual_of
 from .png import PngOutput
 

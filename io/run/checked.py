@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import JobError
-from .. import places
+from .. import point_syntax
 from ..options import JobOptions
 
 
@@ -39,7 +39,7 @@ def mistakes(error: ValidationError) -> list[tuple[str, str]]:
     """(key, what is wrong) for each mistake pydantic found."""
     found: dict[str, str] = {}
     for item in error.errors(include_url=False, include_context=False):
-        parts = [str(part) for part in item["loc"] if part not in places.TAGS]
+        parts = [str(part) for part in item["loc"] if part not in point_syntax.TAGS]
         key = ".".join(part for part in parts if not part.startswith(("tuple[", "function-")))
         found.setdefault(key.removesuffix(".0") if key.startswith("size") else key, _said(item["msg"]))
     return list(found.items())

@@ -14,7 +14,7 @@ from .. import files, formats
 from ..meshes import size_limits
 from ..meshes.obj import Obj
 from ..meshes.obj_source import ObjSource
-from ..places import Place, vertex_of
+from ..point_syntax import Place, vertex_of
 from ..shapes import shape
 from ..shapes.shape import Shape
 from ..spec import Spec

@@ -106,10 +106,10 @@ class _Mesh:
 
     def __init__(self, wanted: Wanted, before: _Read, after: _Read, how: How, force: bool) -> None:
         assert wanted.mesh is not None
-        look = relaid.look_of(before)
-        look = look.instead(relaid.given(wanted.given, look.dialect))
+        material_set = relaid.material_set_of(before)
+        material_set = material_set.instead(relaid.given(wanted.given, material_set.dialect))
         self.name, self.force = wanted.mesh, force
-        self.relaid = relaid.Relaid(look, after, Path(wanted.mesh), how)
+        self.relaid = relaid.Relaid(material_set, after, Path(wanted.mesh), how)
         self.relaid.check()
         for path in written.beside(self.relaid):
             files.check_output(path, force=force)

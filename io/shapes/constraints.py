@@ -14,7 +14,7 @@ import numpy as np
 from ...arrays import Complex, Real
 from ...curve import Curve
 from ...errors import InputError
-from ..places import Place
+from ..point_syntax import Place
 from .shape import Shape
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ those of the target.
 
 "start" may hold an earlier map to go on from, see `starts`.
 
-A place has the forms of `iccm.io.places`; on a mesh a stroke of vertices follows the edges from each to the next.
+A place has the forms of `iccm.io.point_syntax`; on a mesh a stroke of vertices follows the edges from each to the next.
 """
 
 import json
@@ -35,7 +35,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import InputError
 from .. import files
-from ..places import LARGEST, TAGS, Place
+from ..point_syntax import LARGEST, TAGS, Place
 from .shape import Shape
 from .starts import StartingMap
 

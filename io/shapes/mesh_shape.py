@@ -25,7 +25,7 @@ from ...pixels.texture import Placing, Texture
 from ...surfaces.inserted import Opening, with_vertices
 from ..meshes import mesh_files
 from ..meshes.obj import Obj
-from ..places import Place, vertex_of
+from ..point_syntax import Place, vertex_of
 from .shape import Shape
 
 

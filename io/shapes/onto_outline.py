@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from ...curve import Curve
-from ...surfaces.rim_triangles import lifted, opened
+from ...surfaces.boundary_slivers import lifted, opened
 from .holes import fitted
 from .mesh_shape import MeshShape
 from .shape import Shape

@@ -9,7 +9,7 @@ from ...surfaces.inserted import Opening
 from ...surfaces.seams import agreed_order, same_seam
 from ..meshes import mesh_files
 from ..meshes.obj import Obj
-from ..places import Place
+from ..point_syntax import Place
 from .mesh_shape import point_of, split_at
 
 

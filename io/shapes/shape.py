@@ -16,13 +16,13 @@ from ...arrays import Box, Complex, Real, xy_of
 from ...curve import Curve
 from ...errors import InputError
 from .. import formats
-from ..places import Place, written
+from ..point_syntax import Place, written
 from ..spec import Spec
 from ..svg import reader as svg
 from ..svg.drawing import Drawing
 from ..svg.fill import FilledOutline
 from . import planar_obj, silhouette
-from .room import mappable
+from .mappable_holes import mappable
 
 if TYPE_CHECKING:
     from ...meshes.flatten import Flattening

@@ -18,7 +18,7 @@ from ...errors import InputError
 from ...maps.triangulated.map import TriangulatedMap
 from ...meshes.mesh import proper
 from ...meshes.topology import Triangles
-from ..places import Number
+from ..point_syntax import Number
 from .shape import Shape
 
 MOST = 200_000  # vertices and triangles

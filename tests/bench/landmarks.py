@@ -33,7 +33,7 @@ from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import triangulated
 from iccm.meshes.stretch import stretches
 from iccm.meshes.surface_distortion import on_surfaces
-from iccm.surfaces.rim_triangles import lifted
+from iccm.surfaces.boundary_slivers import lifted
 
 from .flattening import fetched
 from .shapes import icon

@@ -15,7 +15,7 @@ import numpy as np
 import iccm
 from iccm import Curve
 from iccm.balanced import method
-from iccm.balanced.solution import Settings
+from iccm.balanced.model.settings import Settings
 from iccm.io.pictures import image_files
 from iccm.pixels import preimages
 from iccm.pixels.warp import Canvas, Sampler, Texture, Warp

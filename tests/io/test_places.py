@@ -5,11 +5,11 @@ import json
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from iccm.io import places
+from iccm.io import point_syntax
 from iccm.io.run.job import Job
 from iccm.io.shapes import listing
 
-PLACE = TypeAdapter(places.Place)
+PLACE = TypeAdapter(point_syntax.Place)
 FORMS = [
     ("v5", "v5"),
     (" V5 ", "v5"),
@@ -25,7 +25,7 @@ FORMS = [
 @pytest.mark.parametrize(("given", "place"), FORMS)
 def test_every_form_everywhere(tmp_path, given, place):
     assert PLACE.validate_python(given) == place
-    assert PLACE.validate_python(places.written(place)) == place
+    assert PLACE.validate_python(point_syntax.written(place)) == place
     assert Job(source="a", pin=[[given, [0, 1]]]).pin == ((place, (0, 1)),)
     if isinstance(given, str):
         assert Job(source="a", pin=[f"{given}:0,1"]).pin == ((place, (0, 1)),)

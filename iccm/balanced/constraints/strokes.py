@@ -9,9 +9,9 @@ import shapely
 from ...arrays import Complex, xy_of
 from ...curve import Curve
 from ..minimise.sliding import Rail
-from ..outline import SHARP
-from ..pairs import MERGED, Match, parted
-from .inside import Foot, InnerConstraints
+from ..model.boundary_pairs import MERGED, Match, parted
+from ..model.inner_constraints import Foot, InnerConstraints
+from ..model.outline import SHARP
 
 LEAST_PARTS = 4  # of a stroke from the outline
 FINENESS = 1e-4  # of the diagonal: how closely the strokes that are solved for follow those given

@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...arrays import Complex, Flags, Index, Real
-from ..constraints.inside import InnerConstraints
-from ..discrete import ROUNDING, folds
-from ..failure import Stuck
+from ...linalg.cholesky import BlockPattern, system_of
+from ..errors import Stuck
 from ..minimise import newton
-from ..minimise.cholesky import BlockPattern, system_of
 from ..minimise.energy import geometry
 from ..minimise.sliding import FREE, HELD, NO_RAIL, SLIDING, Border, Rails
 from ..minimise.untangle import STEPS, untangle
+from ..model.discrete_map import ROUNDING, folds
+from ..model.inner_constraints import InnerConstraints
 
 SHARE_FORWARD, SHARE_BACKWARD = 0.0, 1.0
 """The source's area alone counts: else a bar shrinks to 74 % as it bends."""

@@ -6,11 +6,11 @@ import numpy as np
 
 from ...arrays import Complex
 from ...curve import Curve
-from ..constraints.given import Pins
 from ..constraints.strokes import inside
+from ..constraints.validate import Pins
 from ..holes.outlines import FEWEST
 from ..meshing.mesh import Sizes, triangulate
-from ..pairs import Match, parted
+from ..model.boundary_pairs import Match, parted
 from .deformed import Deformed
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes

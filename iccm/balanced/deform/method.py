@@ -14,18 +14,19 @@ from ...arrays import Complex, Index
 from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
 from ...maps.triangulated.simple import fault
-from .. import last_mesh, levels, orientation
-from ..constraints.given import Pins, place, with_points
-from ..constraints.meeting import BESIDE
+from .. import orientation
 from ..constraints.strokes import aimed
-from ..constraints.ways import MOVING_DECREASE, STAGE_STEPS, in_stages, way_to
-from ..failure import NoMapError, Stuck
-from ..frames import UnitFrame
+from ..constraints.validate import Pins, place, with_points
+from ..errors import NoMapError, Stuck
 from ..holes.outlines import manageable_holes
-from ..levels import EVENED
 from ..meshing.transfer import interpolate
-from ..outline import manageable
-from ..solution import Settings
+from ..model.frames import UnitFrame
+from ..model.outline import manageable
+from ..model.settings import Settings
+from ..search import final_mesh, levels
+from ..search.homotopy import MOVING_DECREASE, STAGE_STEPS, in_stages, way_to
+from ..search.levels import EVENED
+from ..search.pin_continuation import BESIDE
 from .deformed import Deformed
 from .mesh import meshed
 
@@ -152,7 +153,7 @@ def beside(state: Deformed, pins: Pins, even: float) -> Deformed:
 def excess(state: Deformed, settings: Settings) -> float:
     """As that of maps onto a target, lengths relative to the mean scale."""
     scale = np.sqrt(abs(sum(Curve(state.u[loop]).area for loop in state.loops)))
-    return last_mesh.excess(state.z, state.u / scale, state.faces, settings)
+    return final_mesh.excess(state.z, state.u / scale, state.faces, settings)
 
 
 def begun(state: Deformed, start: Start) -> Deformed:

@@ -1,1 +1,6 @@
-"""Holes: their outlines at a level, which goes to which, and correspondences of rings to start from."""
+"""Holes of both domains.
+
+given      holes as the user gave them, and wished partners
+outlines   their outlines at one level
+filled     holes without a partner: filled in the source, cut out of the target
+"""

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Index
-from ..discrete import DiscreteMap
-from ..levels import Sketch
+from ..model.discrete_map import DiscreteMap
+from ..model.sketch import Sketch
 
 
 class Cut(NamedTuple):

@@ -9,8 +9,8 @@ import shapely
 from ...arrays import Complex, Index, xy_of
 from ...curve import Curve
 from ...errors import InputError
-from ..constraints.given import AT_OUTLINE
-from ..frames import UnitFrame
+from ..constraints.validate import AT_OUTLINE
+from ..model.frames import UnitFrame
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ import shapely
 
 from ...arrays import Complex, xy_of
 from ...curve import Curve
-from ..outline import FINENESS, Outline, simplified
-from ..pairs import parted
+from ..model.boundary_pairs import parted
+from ..model.outline import FINENESS, Outline, simplified
 
 COARSEST = 0.08  # of a hole's own diagonal: of a disc at least seven corners stay
 FEWEST = 8  # vertices of a rim

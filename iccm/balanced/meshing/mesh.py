@@ -13,7 +13,7 @@ import numpy as np
 
 from ...arrays import Complex, Index, Real
 from ...jit import kernel
-from ..failure import Stuck
+from ..errors import Stuck
 from ..kernels import cross, dot, set_row, twice_area
 from .delaunay import clip_ears, flip, in_circle, joined, legalise, opposite, push, relink
 

@@ -18,8 +18,8 @@ import numpy as np
 
 from ...arrays import Complex, Real
 from ...jit import in_place
+from ...linalg.cholesky import BlockPattern, Factor, downhill, factorise
 from ..kernels import cross, dot, move
-from .cholesky import BlockPattern, Factor, downhill, factorise
 from .energy import assemble, total
 from .sliding import (
     FREE,

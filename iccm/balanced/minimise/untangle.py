@@ -7,7 +7,7 @@ close to it else); then folds are undone with the outline held, by Newton on an 
 import numpy as np
 
 from ...arrays import Complex, Real
-from .cholesky import BlockPattern
+from ...linalg.cholesky import BlockPattern
 from .energy import BOTH_AREAS, least_determinant
 from .newton import Space, descend
 from .sliding import HELD, NO_RAIL, Border, Rails

@@ -14,8 +14,8 @@ from ....pixels.warp import Warp, band_bytes, padded, whole, whole_bytes
 from ... import formats
 from ...pictures import image_files
 from ...pictures.image import Image, straight
+from ..blank_picture import Colours
 from ..job import Job
-from ..plain import Colours
 from ..state import Run
 from . import checks
 from .output import Output

@@ -14,7 +14,7 @@ from ....maps.extended_inverse import ExtendedInverse
 from ....maps.kinds import AnyMap
 from ....maps.triangulated.map import TriangulatedMap
 from ....meshes import layout
-from ....surfaces.rim_triangles import lifted, opened
+from ....surfaces.boundary_slivers import lifted, opened
 from ... import formats
 from ...materials import carried_maps
 from ...meshes import mesh_files, obj_materials

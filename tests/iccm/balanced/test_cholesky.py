@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from iccm.balanced.meshing.mesh import Sizes, triangulate
-from iccm.balanced.minimise.cholesky import Factor, downhill, factorise, system_of
+from iccm.linalg.cholesky import Factor, downhill, factorise, system_of
 
 
 @pytest.fixture(scope="module")

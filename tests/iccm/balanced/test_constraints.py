@@ -5,9 +5,9 @@ import pytest
 
 import iccm
 from iccm import Curve, InputError, Status
-from iccm.balanced.constraints.given import checked
-from iccm.balanced.constraints.routes import route
+from iccm.balanced.constraints.validate import checked
 from iccm.balanced.meshing.mesh import Sizes, triangulate
+from iccm.balanced.search.grid_paths import route
 from tests import shapes
 
 SQUARE = np.array([0, 1, 1 + 1j, 1j])

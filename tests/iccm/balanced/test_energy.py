@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise import energy
-from iccm.balanced.minimise.cholesky import system_of
+from iccm.linalg.cholesky import system_of
 
 ANGLES = 2 * np.pi * np.arange(16) / 16
 OUTLINE = np.exp(1j * ANGLES) / np.sqrt(np.pi)

@@ -7,18 +7,18 @@ import pytest
 
 import iccm
 from iccm.balanced import Settings, solve
-from iccm.balanced.failure import Stuck
-from iccm.balanced.frames import frames_of
-from iccm.balanced.holes.circles import circle_domain, through_circles
+from iccm.balanced.errors import Stuck
 from iccm.balanced.holes.given import Holes
 from iccm.balanced.holes.outlines import apart
-from iccm.balanced.holes.partners import Partners, middle_of
-from iccm.balanced.holes.rings import onto_ring, ring
-from iccm.balanced.levels import Level, UnitProblem
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise.energy import energy_of, geometry
+from iccm.balanced.model.frames import frames_of
+from iccm.balanced.model.outline import Outline
 from iccm.balanced.orientation import positive
-from iccm.balanced.outline import Outline
+from iccm.balanced.search.circle_domains import circle_domain, through_circles
+from iccm.balanced.search.hole_partners import Partners, middle_of
+from iccm.balanced.search.levels import Level, UnitProblem
+from iccm.balanced.search.via_annulus import onto_ring, ring
 from iccm.curve import Curve
 from iccm.maps.triangulated.simple import fault
 from iccm.result import hausdorff

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import iccm
-from iccm.balanced.constraints.live import Live
-from iccm.balanced.solution import Settings
+from iccm.balanced.interactive import Live
+from iccm.balanced.model.settings import Settings
 from iccm.curve import Curve
 from iccm.errors import InputError
 from tests import shapes

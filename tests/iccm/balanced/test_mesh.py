@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iccm.balanced.failure import Stuck
+from iccm.balanced.errors import Stuck
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise.energy import geometry
 

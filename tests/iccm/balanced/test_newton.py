@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from iccm.balanced.discrete import DiscreteMap, folds
 from iccm.balanced.meshing.mesh import Sizes
 from iccm.balanced.minimise.energy import geometry
 from iccm.balanced.minimise.newton import largest_step
@@ -20,8 +19,9 @@ from iccm.balanced.minimise.sliding import (
     way_to_corners,
 )
 from iccm.balanced.minimise.untangle import LEAST_WEIGHT, untangle
-from iccm.balanced.outline import Outline
-from iccm.balanced.pairs import Match, boundary_pairs
+from iccm.balanced.model.boundary_pairs import Match, boundary_pairs
+from iccm.balanced.model.discrete_map import DiscreteMap, folds
+from iccm.balanced.model.outline import Outline
 from iccm.curve import Curve
 
 SQUARE = Outline.of(Curve(np.array([-0.5 - 0.5j, 0.5 - 0.5j, 0.5 + 0.5j, -0.5 + 0.5j])), 0.0, 0.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from iccm.balanced.minimise import ordering
+from iccm.linalg import ordering
 
 
 def mesh(count: int, seed: int = 0):

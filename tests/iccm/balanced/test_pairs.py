@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iccm.balanced.outline import Outline, manageable
-from iccm.balanced.pairs import Match, boundary_pairs, limited, through
-from iccm.balanced.starts import (
+from iccm.balanced.model.boundary_pairs import Match, boundary_pairs, limited, through
+from iccm.balanced.model.outline import Outline, manageable
+from iccm.balanced.search.initial_matches import (
     STEPS,
     Different,
     arclength_matches,

@@ -7,15 +7,14 @@ import numpy as np
 import pytest
 
 import iccm
-from iccm.balanced import NoMapError, Settings, last_mesh, solve, stages, starts
-from iccm.balanced.discrete import folds
-from iccm.balanced.failure import Stuck
-from iccm.balanced.holes import discs
-from iccm.balanced.levels import Level, UnitProblem
+from iccm.balanced import NoMapError, Settings, solve
+from iccm.balanced.errors import Stuck
 from iccm.balanced.meshing.transfer import interpolate
-from iccm.balanced.minimise import leaning
 from iccm.balanced.minimise.energy import energy_of
+from iccm.balanced.model.discrete_map import folds
 from iccm.balanced.orientation import is_simple, positive
+from iccm.balanced.search import angle_area_tradeoff, final_mesh, initial_matches, multilevel, via_disc
+from iccm.balanced.search.levels import Level, UnitProblem
 from iccm.curve import Curve
 from iccm.maps import bounds, distortion
 from iccm.result import Status, hausdorff
@@ -181,9 +180,9 @@ def test_strong_stretch_gets_a_note_and_little_none():
 
 
 def test_a_map_that_has_not_settled_says_so(monkeypatch):
-    monkeypatch.setattr(last_mesh, "LAST_STEPS", 2)
-    monkeypatch.setattr(last_mesh, "LAST_ROUNDS", 1)
-    assert last_mesh.UNSETTLED in solve(BLOB, FLAG, SMALL).notes
+    monkeypatch.setattr(final_mesh, "LAST_STEPS", 2)
+    monkeypatch.setattr(final_mesh, "LAST_ROUNDS", 1)
+    assert final_mesh.UNSETTLED in solve(BLOB, FLAG, SMALL).notes
 
 
 def test_the_way_back_is_the_inverse():
@@ -203,16 +202,16 @@ def spiral(laps):
 def test_a_spiral_onto_a_star_by_way_of_a_disc():
     curves = (Curve(c.z / np.sqrt(c.area)) for c in (spiral(3), STAR))
     problem = UnitProblem(*curves, 1.0, 0.0)
-    level = Level.of(problem, 0.06, *stages.COARSE_EXACTNESS, stages.STEEPEST)
-    found = discs.through_disc(level, 1.0)
+    level = Level.of(problem, 0.06, *multilevel.COARSE_EXACTNESS, multilevel.STEEPEST)
+    found = via_disc.through_disc(level, 1.0)
     assert len(found) >= 6 and not any(folds(state.faces, state.u) for state in found)
 
 
 def test_a_block_onto_a_spiral_starts_from_the_inverse():
     """The harmonic map into a spiral folds beyond repair, that out of it does not."""
     curves = (Curve((c.z - c.z.mean()) / np.sqrt(c.area)) for c in (SQUARE, spiral(3)))
-    level = Level.of(UnitProblem(*curves, 1.0, 0.0), 0.06, *stages.COARSE_EXACTNESS, stages.STEEPEST)
-    for match in starts.arclength_matches(level.source.curve, level.target.curve)[:2]:
+    level = Level.of(UnitProblem(*curves, 1.0, 0.0), 0.06, *multilevel.COARSE_EXACTNESS, multilevel.STEEPEST)
+    for match in initial_matches.arclength_matches(level.source.curve, level.target.curve)[:2]:
         with pytest.raises(Stuck):
             level.mapped(match).unfolded()
         state = level.started(match)
@@ -227,12 +226,12 @@ def test_angles_are_kept_better_where_that_is_needed_and_sizes_allow_it(monkeypa
     bar = Curve.domain(np.array([0, 1, 1 + 5.5j, 5.5j]))
     leant, back = (iccm.fit(*pair).distortion for pair in ((bar, SQUARE), (SQUARE, bar)))
     long = iccm.fit(Curve.domain(np.array([0, 1, 1 + 14j, 14j])), SQUARE).distortion
-    monkeypatch.setattr(leaning, "LEANINGS", 0)
+    monkeypatch.setattr(angle_area_tradeoff, "LEANINGS", 0)
     even = iccm.fit(bar, SQUARE).distortion
     assert even.quantile(even.dilatations, 0.95) > 5
     for found in (leant, back):
         assert found.quantile(found.dilatations, 0.95) <= 5
-        assert leaning.EVEN <= found.within(2) < even.within(2)
+        assert angle_area_tradeoff.EVEN <= found.within(2) < even.within(2)
     hopeless = iccm.fit(Curve.domain(np.array([0, 1, 1 + 14j, 14j])), SQUARE).distortion
     assert np.array_equal(hopeless.dilatations, long.dilatations)  # no θ would do
 
@@ -242,12 +241,12 @@ def test_sizes_are_even_where_angles_cannot_be_kept(monkeypatch):
     pair = SQUARE, Curve.domain(panel_with_tail)
     asked = {"balance": 0.9}, {"max_dilatation": 1000.0}
     even, *angular = (iccm.fit(*pair, **options).distortion for options in ({}, *asked))
-    monkeypatch.setattr(leaning, "MOST_MORE", 0.0)
+    monkeypatch.setattr(angle_area_tradeoff, "MOST_MORE", 0.0)
     before = iccm.fit(*pair).distortion
-    assert before.within(2) < 0.8 < leaning.AMPLE <= even.within(2)
+    assert before.within(2) < 0.8 < angle_area_tradeoff.AMPLE <= even.within(2)
     assert all(found.within(2) < 0.8 for found in angular)  # who asks for angles gets no more sizes
     figures = [d.quantile(d.dilatations, 0.95) for d in (before, even)]
-    assert leaning.HOPELESS < figures[0] < figures[1] < 2 * figures[0]
+    assert angle_area_tradeoff.HOPELESS < figures[0] < figures[1] < 2 * figures[0]
 
 
 def test_more_balance_evens_the_areas():
@@ -285,7 +284,7 @@ def test_failure_is_an_error_that_says_why(monkeypatch):
     def stuck(*_):
         raise Stuck("no start")
 
-    monkeypatch.setattr(stages, "coarse", stuck)
+    monkeypatch.setattr(multilevel, "coarse", stuck)
     with pytest.raises(NoMapError, match="too thin or too intricate"):
         solve(BLOB, FLAG, SMALL)
 

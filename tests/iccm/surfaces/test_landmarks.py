@@ -7,9 +7,9 @@ from scipy.spatial import Delaunay
 
 import iccm
 from iccm.arrays import xy_of
-from iccm.balanced import stages
-from iccm.balanced.levels import UnitProblem
-from iccm.balanced.metric import LaidMetric
+from iccm.balanced.model.metric import LaidMetric
+from iccm.balanced.search import multilevel
+from iccm.balanced.search.levels import UnitProblem
 from iccm.flattening import even, flatten
 from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
@@ -20,7 +20,7 @@ from iccm.meshes.disk_patch import disk_patch, nearest, sound_piece
 from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh, face_areas
 from iccm.result import Status
-from iccm.surfaces import alike, descent, seams, trilateration, unfolding
+from iccm.surfaces import descent, icp_start, seams, trilateration, unfolding
 from iccm.surfaces.inserted import with_vertices
 from iccm.surfaces.refined import RefinedSurface
 from tests.triangulations import hull, spiral_points
@@ -181,7 +181,7 @@ def test_lattices_are_nearly_geodesic(n):
 def test_horns_go_onto_horns_without_landmarks_on_them():
     here, there = (flatten(disk_patch(horned(*how))) for how in ((500, 1), (900, 2)))
     rims = [on_rim(even(each), 20) for each in (here, there)]
-    assert alike.unlikeness(even(here).boundary, even(there).boundary, *rims) < 0.05
+    assert icp_start.unlikeness(even(here).boundary, even(there).boundary, *rims) < 0.05
     fit = iccm.fit(here, there, pins=np.column_stack([on_rim(each, 40) for each in (here, there)]))
     assert fit.status.ok
     found = away(fit, here, there)
@@ -197,8 +197,8 @@ def shaken():
     curves = [frame.curve(each.boundary) for frame, each in zip(frames, (here, there))]
     metrics = tuple(LaidMetric.of(each, frame) for each, frame in zip((here, there), frames))
     problem = UnitProblem(*curves, 1.0, 0.0, metrics=metrics)
-    level = stages.Level.of(problem, 0.08, 1e-3, 1e-3, 20.0)
-    match = alike._between(*curves, (curves[0].z[:1], curves[1].z[[0]]))
+    level = multilevel.Level.of(problem, 0.08, 1e-3, 1e-3, 20.0)
+    match = icp_start._between(*curves, (curves[0].z[:1], curves[1].z[[0]]))
     state = level.mapped(match).unfolded()
     return state, descent.Ground(there, frames[1])
 

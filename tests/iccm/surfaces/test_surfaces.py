@@ -9,10 +9,10 @@ import scipy.optimize
 import scipy.spatial
 
 import iccm
-from iccm.balanced.frames import UnitFrame
-from iccm.balanced.levels import POWERS
-from iccm.balanced.metric import LaidMetric, rest_geometry
 from iccm.balanced.minimise.energy import density
+from iccm.balanced.model.frames import UnitFrame
+from iccm.balanced.model.metric import LaidMetric, rest_geometry
+from iccm.balanced.search.levels import POWERS
 from iccm.curve import Curve
 from iccm.errors import InputError
 from iccm.flattening import even, flatten
@@ -22,8 +22,8 @@ from iccm.meshes.flatten import overlap
 from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh, face_areas
 from iccm.meshes.stretch import Linear, linear
+from iccm.surfaces.boundary_slivers import lifted, opened
 from iccm.surfaces.refined import RefinedSurface
-from iccm.surfaces.rim_triangles import lifted, opened
 from tests.triangulations import hull
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from iccm.io.edit import saving
+from iccm.io.edit.map_choice import same
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
-from iccm.io.edit.ways import same
 from iccm.io.run.job import make
 from iccm.io.shapes.starts import StartingMap
 

@@ -84,7 +84,7 @@ def write_obj(path, uv, head="", use=""):
     path.write_text(head + "\n".join(rows) + "\n" + use + "\n".join(faces) + "\n")
 
 
-def look_of(file, number=0):
+def material_set_of(file, number=0):
     return file.materials[number]
 
 
@@ -96,17 +96,17 @@ def test_all_maps_of_a_glb_go_into_another_layout_and_the_rest_of_it_stays(there
     whole(new, out)
     before, after = corners(new, body(new)), corners(out, body(out))
     assert set(before) == set(after) and all((values == after[name]).all() for name, values in before.items())
-    look, was = look_of(out), look_of(old)
-    rough = look.pbrMetallicRoughness
+    material_set, was = material_set_of(out), material_set_of(old)
+    rough = material_set.pbrMetallicRoughness
     for info, seed in (
         (rough.baseColorTexture, 1),
         (rough.metallicRoughnessTexture, 2),
-        (look.occlusionTexture, 3),
-        (look.emissiveTexture, 4),
+        (material_set.occlusionTexture, 3),
+        (material_set.emissiveTexture, 4),
     ):
         assert off(pixels(rich_glb.picture(out, info.index)), BENT, seed) <= 0.005
     assert rough.baseColorFactor == was.pbrMetallicRoughness.baseColorFactor
-    assert (look.occlusionTexture.strength, look.emissiveFactor) == (0.8, [1.0, 0.5, 0.5])
+    assert (material_set.occlusionTexture.strength, material_set.emissiveFactor) == (0.8, [1.0, 0.5, 0.5])
     assert len(out.images) == len(out.textures) == 5
     assert out.materials[1] == new.materials[1]
 
@@ -125,9 +125,9 @@ def test_a_texture_that_is_named_takes_the_place_of_the_materials_own(there, icc
     done = iccm("relayout", "old.glb", "new.glb", "--texture", "mine.png", "-o", "out.glb", "--size", str(N))
     assert done.code == 0, done.err
     out = rich_glb.read(there / "out.glb")
-    colours = rich_glb.picture(out, look_of(out).pbrMetallicRoughness.baseColorTexture.index)
+    colours = rich_glb.picture(out, material_set_of(out).pbrMetallicRoughness.baseColorTexture.index)
     assert off(pixels(colours), BENT, 7) <= 0.005
-    assert off(pixels(rich_glb.picture(out, look_of(out).emissiveTexture.index)), BENT, 4) <= 0.005
+    assert off(pixels(rich_glb.picture(out, material_set_of(out).emissiveTexture.index)), BENT, 4) <= 0.005
 
 
 def test_an_objs_materials_become_a_glbs(there, iccm):
@@ -136,8 +136,8 @@ def test_an_objs_materials_become_a_glbs(there, iccm):
     assert "map_ks: the other format has no place for it" in done.err
     new, out = (rich_glb.read(there / name) for name in ("new.glb", "out.glb"))
     whole(new, out)
-    look = look_of(out)
-    rough = look.pbrMetallicRoughness
+    material_set = material_set_of(out)
+    rough = material_set.pbrMetallicRoughness
     assert off(pixels(rich_glb.picture(out, rough.baseColorTexture.index)), BENT, 1) <= 0.005
     both = pixels(rich_glb.picture(out, rough.metallicRoughnessTexture.index))
     assert off(both[..., [1]], BENT, 2, channels=[0]) <= 0.005
@@ -156,7 +156,9 @@ def test_an_obj_gets_materials(there, iccm, old, out):
     if out == "out.glb":
         file = rich_glb.read(there / out)
         assert len(corners(file, body(file))["NORMAL"]) == FACES.size
-        made = pixels(rich_glb.picture(file, look_of(file).pbrMetallicRoughness.baseColorTexture.index))
+        made = pixels(
+            rich_glb.picture(file, material_set_of(file).pbrMetallicRoughness.baseColorTexture.index)
+        )
     else:
         written = (there / out).read_text().splitlines()
         assert [line for line in written if line not in ("mtllib out.mtl", "usemtl iccm")] == lines
@@ -194,10 +196,10 @@ def test_several_materials_become_one_with_their_factors(there, iccm):
     halves = [make.accessor(FACES[own].astype(np.uint16).reshape(-1, 1), "SCALAR") for own in (left, ~left)]
     import pygltflib as gl
 
-    look = file.materials[0]
-    look.normalTexture = look.occlusionTexture = look.emissiveTexture = None
-    look.pbrMetallicRoughness.metallicRoughnessTexture, look.emissiveFactor = None, [0, 0, 0]
-    look.pbrMetallicRoughness.baseColorFactor = [1, 0.25, 0.25, 1]
+    material_set = file.materials[0]
+    material_set.normalTexture = material_set.occlusionTexture = material_set.emissiveTexture = None
+    material_set.pbrMetallicRoughness.metallicRoughnessTexture, material_set.emissiveFactor = None, [0, 0, 0]
+    material_set.pbrMetallicRoughness.baseColorFactor = [1, 0.25, 0.25, 1]
     green = gl.PbrMetallicRoughness(baseColorFactor=[0, 0.5, 0, 1])
     file.materials[1] = gl.Material(name="green", pbrMetallicRoughness=green)
     one, hat = file.meshes[0].primitives[0], file.meshes[1].primitives[0]
@@ -209,7 +211,7 @@ def test_several_materials_become_one_with_their_factors(there, iccm):
     done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb")
     assert done.code == 0, done.err
     out = rich_glb.read(there / "out.glb")
-    rough = look_of(out).pbrMetallicRoughness
+    rough = material_set_of(out).pbrMetallicRoughness
     assert rough.baseColorFactor == [1, 1, 1, 1]
     made = pixels(rich_glb.picture(out, rough.baseColorTexture.index)).astype(float)
     right = wanted(BENT, 1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from iccm.errors import InputError
-from iccm.io import memory, places
+from iccm.io import memory, point_syntax
 from iccm.io.meshes import mesh_files, obj
 from iccm.io.pictures import image_files
 from iccm.io.run.figures import surfaces
@@ -128,9 +128,9 @@ def test_pins_by_number_by_place_and_in_the_plane(tmp_path):
     shape = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj")))
     corner = shape.flattening.flat[shape.flattening.patch.flat_vertex(0)]
     for vertex in ("v1", "1", 1):
-        assert shape.at(places.read(vertex)) == corner
-    assert shape.at(places.read("-0.01, -0.02, 0")) == corner
-    assert shape.at(places.read("0.25,-0.5")) == 0.25 - 0.5j
+        assert shape.at(point_syntax.read(vertex)) == corner
+    assert shape.at(point_syntax.read("-0.01, -0.02, 0")) == corner
+    assert shape.at(point_syntax.read("0.25,-0.5")) == 0.25 - 0.5j
     assert shape.to_core(np.zeros((2, 3))).tolist() == [corner, corner]
     for wrong, message in {"v0": "no vertex 0", "v9999": "no vertex 9999"}.items():
         with pytest.raises(InputError, match=message):

@@ -1,0 +1,366 @@
+"""Pins as the user gave them, checked: those on the outline tie the outlines together, the others are inside."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex, Flags, Index, Real, xy_of
+from ...curve import Curve
+from ...errors import ConstraintError
+from ...problem import ON_OUTLINE
+from ..model.frames import GRID, UnitFrame
+from .boundary_strokes import NAMES, DrawnStroke, refuse_other_sides, sorted_out
+from .strokes import FINENESS, StrokePair, simplified
+
+NEAR_OUTLINE = 0.02  # of the diagonal: a pin inside but closer than this stretches what lies between
+AT_OUTLINE = 1e-6
+"""Of the diagonal: the same where the outline is free, and nothing is lost by pins close to it."""
+SAME_POINT = 1e-9  # of the diagonal
+
+
+@dataclass(frozen=True, eq=False)
+class Pins:
+    """Pins and strokes of two domains, in the user's coordinates.
+
+    Attributes:
+        inner: (k, 2) pins inside.
+        outer: (l, 2) pins on the outlines, ends of strokes there included, moved onto them, in the order of the
+            source's outline.
+        strokes: pairs of polylines inside, simplified.
+        notes: sentences on pins that are close to an outline.
+    """
+
+    inner: Complex
+    outer: Complex
+    strokes: tuple[StrokePair, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return len(self.inner) + len(self.outer)
+
+    def unit(self, frames: tuple[UnitFrame, UnitFrame]) -> "Pins":
+        """The pins in unit coordinates, on their grid."""
+        inner, outer = (
+            np.column_stack([np.round(f.unit(side) / GRID) * GRID for f, side in zip(frames, pins.T)])
+            for pins in (self.inner, self.outer)
+        )
+        strokes = tuple(
+            StrokePair(
+                Curve(frames[0].unit(stroke.source.z), closed=False),
+                Curve(frames[1].unit(stroke.target.z), closed=False),
+                stroke.sticks,
+                on_outline=stroke.on_outline,
+            )
+            for stroke in self.strokes
+        )
+        return Pins(inner, outer, strokes, self.notes)
+
+
+def checked(
+    source: Curve,
+    target: Curve,
+    pins: Complex,
+    strokes: Sequence[tuple[Curve, Curve]] = (),
+    numbers: Index | None = None,
+) -> Pins:
+    """The pins (k, 2) and strokes of two domains, sorted; messages name pins by their (k,) numbers, from 0 on.
+
+    Raises:
+        InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin or an end of a
+            stroke on one outline only, pins on the outlines that come in another order on one than on the other; a
+            stroke that leaves its shape, touches its outline between its ends, itself, another stroke or a pin; what
+            lies on another side of a stroke that parts the shape.
+    """
+    domains = source, target
+    pins, numbers, ends = _apart_from_ends(pins, strokes, source.diagonal, target.diagonal, numbers)
+    distances = np.column_stack([_inside(c, pins[:, k], numbers, k) for k, c in enumerate(domains)])
+    outer = distances < ON_OUTLINE
+    for k in np.flatnonzero(outer[:, 0] != outer[:, 1]):
+        there, here = ("source", "target") if outer[k, 0] else ("target", "source")
+        raise ConstraintError(
+            f"pin {numbers[k] + 1}: its {there} is on the outline and its {here} is not; "
+            "a one-to-one map takes outline to outline",
+            [numbers[k]],
+        )
+    outer = outer[:, 0]
+    near = np.flatnonzero(~outer & (distances.min(axis=1) < NEAR_OUTLINE))
+    notes = tuple(
+        f"Pin {numbers[k] + 1} is very close to the outline: what lies between is stretched." for k in near
+    )
+    inner, along = sorted_out(domains, strokes, ends)
+    drawn = checked_strokes(domains, inner, pins, numbers)
+    refuse_other_sides(domains, inner, pins[~outer], numbers[~outer])
+    rim = OutlinePoints.of(pins[outer], numbers[outer], [*inner, *along])
+    return Pins(pins[~outer], rim.in_order(source, target), drawn, notes)
+
+
+def checked_free(
+    source: Curve,
+    pins: Complex,
+    strokes: Sequence[tuple[Curve, Curve]] = (),
+    holes: Sequence[Curve] = (),
+) -> Pins:
+    """The pins (k, 2) and strokes of a domain whose outlines are free, sorted; where they go may be anywhere.
+
+    Raises:
+        InputError: a pin outside its shape, one point pinned to two places; a source stroke that leaves its shape,
+            touches its outline between its ends, itself, another stroke or a pin.
+    """
+    pins, numbers, ends = _apart_from_ends(pins, strokes, source.diagonal, None)
+    distances = _inside(source, pins[:, 0], numbers, 0)
+    for hole in holes:
+        away = np.abs(hole.at(hole.closest(pins[:, 0])) - pins[:, 0]) / source.diagonal
+        distances = np.minimum(distances, away)
+    outer = distances < AT_OUTLINE
+    inner, _ = sorted_out((source,), strokes, ends)
+    drawn = checked_strokes((source,), inner, pins, numbers)
+    rim = OutlinePoints.of(pins[outer], numbers[outer], inner).points
+    on = rim[np.argsort(source.closest(rim[:, 0]))] if len(rim) else rim
+    return Pins(pins[~outer], on, drawn)
+
+
+def _apart_from_ends(
+    pins: Complex,
+    strokes: Sequence[tuple[Curve, Curve]],
+    unit: float,
+    image_unit: float | None,
+    numbers: Index | None = None,
+) -> tuple[Complex, Index, Flags]:
+    """The pins without repeats and those at ends of strokes, their numbers, and (s, 2) which ends stick by a pin."""
+    pins, kept = _without_repeats(pins, unit, image_unit)
+    numbers = kept if numbers is None else numbers[kept]
+    ends = _at_ends(pins, strokes, unit, image_unit or unit)
+    extra = ~ends.any(axis=(0, 1))
+    return pins[extra], numbers[extra], np.asarray(ends.any(axis=2), bool)
+
+
+def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float, image_unit: float) -> Flags:
+    """(s, 2, k) which pins say of each stroke's ends that they stick to the ends of its target."""
+    found = np.zeros((len(strokes), 2, len(pins)), bool)
+    for k, (a, b) in enumerate(strokes):
+        for end in (0, -1):
+            here = np.abs(pins[:, 0] - a.z[end]) <= SAME_POINT * unit
+            found[k, end] = here & (np.abs(pins[:, 1] - b.z[end]) <= SAME_POINT * image_unit)
+    return found
+
+
+def checked_strokes(
+    domains: tuple[Curve, ...], strokes: Sequence[DrawnStroke], pins: Complex, numbers: Index
+) -> tuple[StrokePair, ...]:
+    """The strokes inside, simplified, after a look at the sides that have a domain, or the source alone.
+
+    Args:
+        domains: source and target, or the source alone.
+        strokes: those inside.
+        pins: those that are no ends of strokes.
+        numbers: their places among those given.
+
+    Raises:
+        InputError: as `checked`.
+    """
+    for side, (curve, name) in enumerate(zip(domains, NAMES)):
+        lines = [_line(stroke.curves[side].z) for stroke in strokes]
+        unit = curve.diagonal
+        for line, stroke in zip(lines, strokes):
+            k = stroke.number
+            if not line.is_simple:
+                raise ConstraintError(f"stroke {k + 1}: its {name} crosses or touches itself", strokes=[k])
+            for other, before in zip(lines, strokes):
+                if before is stroke:
+                    break
+                if line.distance(other) < ON_OUTLINE * unit:
+                    j = before.number
+                    raise ConstraintError(
+                        f"strokes {j + 1} and {k + 1}: they cross or touch in the {name}", strokes=[j, k]
+                    )
+            for z, number in zip(pins[:, side], numbers):
+                if line.distance(shapely.Point(z.real, z.imag)) < ON_OUTLINE * unit:
+                    raise ConstraintError(
+                        f"pin {number + 1} and stroke {k + 1}: they touch in the {name}; drop one",
+                        [number],
+                        [k],
+                    )
+    units = [domains[0].diagonal, domains[-1].diagonal]
+    return tuple(_simplified(stroke, units) for stroke in strokes)
+
+
+def _simplified(stroke: DrawnStroke, units: Sequence[float]) -> StrokePair:
+    a, b = (simplified(c, FINENESS * unit) for c, unit in zip(stroke.curves, units))
+    return StrokePair(a, b, stroke.sticks, on_outline=stroke.on_outline)
+
+
+def _line(z: Complex) -> shapely.LineString:
+    return shapely.LineString(xy_of(z))
+
+
+def _without_repeats(pins: Complex, unit: float, image_unit: float | None) -> tuple[Complex, Index]:
+    """The pins without those given twice, and their places among those given; without `image_unit` two points may go to
+    one place."""
+    keep: list[int] = []
+    for k, (z, w) in enumerate(pins):
+        same = [j for j in keep if abs(pins[j, 0] - z) <= SAME_POINT * unit]
+        same_goal = [j for j in keep if abs(pins[j, 1] - w) <= SAME_POINT * (image_unit or unit)]
+        if any(j in same_goal for j in same):
+            continue
+        if same:
+            raise ConstraintError(
+                f"pins {same[0] + 1} and {k + 1}: the same point of the source is to go to two places",
+                [same[0], k],
+            )
+        if same_goal and image_unit is not None:
+            raise ConstraintError(
+                f"pins {same_goal[0] + 1} and {k + 1}: two points of the source are to go to one place",
+                [same_goal[0], k],
+            )
+        keep.append(k)
+    return pins[keep], np.array(keep, np.int64)
+
+
+def _inside(curve: Curve, z: Complex, numbers: Index, side: int) -> Real:
+    """Distances of the pins from an outline, of its diagonal."""
+    if not z.size:
+        return np.empty(0)
+    distances = np.abs(curve.at(curve.closest(z)) - z)
+    outside = np.flatnonzero(~curve.contains(z) & (distances > ON_OUTLINE * curve.diagonal))
+    if outside.size:
+        k, name = outside[0], ("source", "target")[side]
+        raise ConstraintError(
+            f"pin {numbers[k] + 1}: ({z[k].real:g}, {z[k].imag:g}) is outside the {name} shape by "
+            f"{distances[k]:.3g}; move it inside",
+            [numbers[k]],
+        )
+    return distances / curve.diagonal
+
+
+@dataclass(frozen=True, eq=False)
+class OutlinePoints:
+    """Points of the outlines that must correspond.
+
+    Attributes:
+        points: (k, 2) in the source and in the target.
+        pins: (k,) numbers of those that are pins; -1 for ends of strokes.
+        strokes: (k,) numbers of strokes whose ends they are; -1 for pins.
+    """
+
+    points: Complex
+    pins: Index
+    strokes: Index
+
+    @classmethod
+    def of(cls, pins: Complex, numbers: Index, strokes: Sequence[DrawnStroke]) -> "OutlinePoints":
+        """Pins (k, 2) with their numbers, and the ends of strokes there."""
+        feet = [stroke.feet for stroke in strokes]
+        own = [np.full(len(f), stroke.number) for f, stroke in zip(feet, strokes)]
+        count = sum(map(len, feet))
+        return cls(
+            np.concatenate([pins, *feet]),
+            np.append(numbers, np.full(count, -1)),
+            np.concatenate([np.full(len(pins), -1), *own]).astype(np.int64),
+        )
+
+    def name(self, k: int) -> str:
+        """What the k-th of them is called."""
+        return f"pin {self.pins[k] + 1}" if self.pins[k] >= 0 else f"stroke {self.strokes[k] + 1}"
+
+    def refused(self, message: str, which: Sequence[int]) -> ConstraintError:
+        """An error that speaks of some of them."""
+        pins = [self.pins[k] for k in which if self.pins[k] >= 0]
+        return ConstraintError(message, pins, [self.strokes[k] for k in which if self.pins[k] < 0])
+
+    def in_order(self, source: Curve, target: Curve) -> Complex:
+        """(k, 2) of them in their order around the source, moved onto the outlines, each once.
+
+        Raises:
+            ConstraintError: the order around the target is another one.
+        """
+        if not len(self.points):
+            return self.points
+        s, tau = source.closest(self.points[:, 0]), target.closest(self.points[:, 1])
+        order = self._once(np.argsort(s, kind="stable"), s / source.length, tau / target.length)
+        gaps = np.mod(np.diff(tau[order], append=tau[order[0]]), target.length)
+        if order.size > 1 and abs(gaps.sum() - target.length) > 0.5 * target.length:
+            wrong = _misplaced(tau[order], target.length, order)
+            alone = all(self.pins[wrong] >= 0)
+            told = ", ".join(str(self.pins[k] + 1) if alone else self.name(k) for k in wrong)
+            raise self.refused(
+                f"pins on the outline out of order: {told}; a one-to-one map keeps the order around the outline",
+                wrong,
+            )
+        return np.column_stack([source.at(s), target.at(tau)])[order]
+
+    def _once(self, order: Index, s: Real, tau: Real) -> Index:
+        """The order without points that are there twice, as where two strokes along the outline meet."""
+        keep: list[int] = []
+        for k in order:
+            for j in keep[-1:] + keep[:1]:
+                same, same_goal = (_round_gap(x[k], x[j]) < SAME_POINT for x in (s, tau))
+                if same and same_goal:
+                    break
+                if same or same_goal:
+                    told = f"{self.name(j)} and {self.name(k)}"
+                    raise self.refused(
+                        f"{told}: one place on the outline of the {NAMES[int(same_goal)]} and two on the other",
+                        [j, k],
+                    )
+            else:
+                keep.append(k)
+        return np.array(keep, np.int64)
+
+
+def _round_gap(a: float, b: float) -> float:
+    return abs((a - b + 0.5) % 1 - 0.5)
+
+
+def _misplaced(tau: Real, length: float, order: Index) -> list[int]:
+    """Which pins are out of order: all but the most that are in order from some one on."""
+    best: list[int] = []
+    for first in range(tau.size):
+        lifted = np.mod(np.roll(tau, -first) - tau[first], length)
+        chain = [0]
+        runs = [[0]]
+        for k in range(1, tau.size):
+            ending = [run for run in runs if lifted[run[-1]] < lifted[k]]
+            runs.append([*max(ending, key=len), k])
+        chain = max(runs, key=len)
+        if len(chain) > len(best):
+            best = [(c + first) % tau.size for c in chain]
+    return sorted(int(order[k]) for k in range(tau.size) if k not in best)
+
+
+def place(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> None:
+    """Puts the vertices of pins exactly where they belong, so that going to unit coordinates and back costs nothing.
+
+    Those that are not met stay where they are.
+
+    Args:
+        pins: in the coordinates of z and u.
+        z: (n,) vertices of the source, those of the outline first, then those of inner pins; changed in place.
+        u: (n,) their images; likewise.
+        border: vertices on the outline.
+        first: vertex of the first inner pin.
+    """
+    near, near_image = (1e-8 * max(np.ptp(w.real), np.ptp(w.imag)) for w in (z, u))
+    vertices = first + np.arange(len(pins.inner))
+    if len(pins.outer):
+        on_outline = np.abs(pins.outer[:, :1] - z[None, :border]).argmin(axis=1)
+        vertices = np.append(vertices, on_outline)
+    for v, (here, there) in zip(vertices, np.concatenate([pins.inner, pins.outer])):
+        if abs(z[v] - here) < near and abs(u[v] - there) < near_image:
+            z[v], u[v] = here, there
+
+
+def with_points(curve: Curve, points: Complex) -> Curve:
+    """The closed curve with vertices at points that lie on it."""
+    if not points.size:
+        return curve
+    s = np.mod(curve.closest(points), curve.length)
+    near = np.abs(points[:, None] - curve.z[None, :])
+    new = near.min(axis=1) > SAME_POINT * curve.diagonal
+    z = curve.z.copy()
+    z[near.argmin(axis=1)[~new]] = points[~new]
+    knots = np.append(curve.knots[:-1], s[new])
+    return Curve(np.append(z, points[new])[np.argsort(knots, kind="stable")])

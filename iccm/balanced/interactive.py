@@ -1,0 +1,167 @@
+"""A coarse balanced map that follows its pins and strokes while they are moved, each time from the map before.
+
+Where only the targets of pins inside have moved their goals move, and Newton's method follows; where only the sources
+have, so does that of the inverse. Everything else (a pin more or less, one on the outline, a stroke) takes a new mesh,
+to which the map is carried.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Complex
+from ..curve import Curve
+from ..maps.triangulated.map import TriangulatedMap
+from ..maps.triangulated.patches import bulges
+from ..result import Fit
+from .constraints.validate import Pins, checked
+from .errors import NoMapError, Stuck
+from .holes.filled import cut_out
+from .holes.given import Holes, named
+from .method import sketched
+from .model.discrete_map import DiscreteMap
+from .model.frames import UnitFrame, frames_of
+from .model.settings import Settings
+from .model.sketch import Sketch
+from .search.final_mesh import FINE_EXACTNESS
+from .search.levels import Level, refined
+from .search.multilevel import STEEPEST, with_constraints
+from .search.pin_continuation import brought
+
+SIZE = 0.06
+"""Mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh."""
+FORWARD, BACKWARD, DECREASE = 8, 3, 1e-3  # Newton steps on the map, then on its inverse
+
+
+@dataclass(frozen=True, eq=False)
+class _Pair:
+    """Two domains, their holes, and the frames of their unit coordinates."""
+
+    source: Curve
+    target: Curve
+    holes: Holes
+    frames: tuple[UnitFrame, UnitFrame]
+
+    def checked(self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]]) -> Pins:
+        """Pins and strokes in unit coordinates; pins in holes only say which go together.
+
+        Raises:
+            InputError: those that no one-to-one map meets.
+        """
+        _, pins, numbers = named(self.holes, self.source, self.target, pins, strokes)
+        return checked(self.source, self.target, pins, strokes, numbers).unit(self.frames)
+
+    def carried(self, state: DiscreteMap | Sketch, given: Pins, settings: Settings) -> DiscreteMap:
+        """A map on a new coarse mesh, brought to constraints.
+
+        Raises:
+            NoMapError: it folds there.
+        """
+        source, target = self.frames[0].curve(self.source), self.frames[1].curve(self.target)
+        problem = with_constraints(source, target, self.holes.unit(self.frames), given, settings, 0.0)
+        if isinstance(state, DiscreteMap):  # its constraints are others, of other vertices
+            state = Sketch(state.z, state.u, state.faces, state.border, loops=state.loops)
+        try:
+            level = Level.of(problem, SIZE, *FINE_EXACTNESS, STEEPEST)
+            return _settled(brought(refined(level, state), settings.theta), settings.theta)
+        except Stuck as error:
+            raise NoMapError(f"the map cannot follow: {error}") from error
+
+
+@dataclass(frozen=True, eq=False)
+class Live:
+    """A coarse map with constraints in force.
+
+    Attributes:
+        pair: the two domains.
+        settings: what is asked of the map.
+        given: pins and strokes in unit coordinates.
+        state: the map in them.
+    """
+
+    pair: "_Pair"
+    settings: Settings
+    given: Pins
+    state: DiscreteMap
+
+    @classmethod
+    def of(
+        cls,
+        fit: Fit,
+        settings: Settings,
+        pins: Complex,
+        strokes: Sequence[tuple[Curve, Curve]] = (),
+    ) -> "Live":
+        """Beginning with a balanced map, pins (k, 2) and strokes as for `solve`.
+
+        Holes of the target that the source has not are passed over.
+
+        Raises:
+            NoMapError: no coarse map without folds was found.
+            InputError: pins or strokes that no one-to-one map meets.
+        """
+        assert fit.target is not None and isinstance(fit.map, TriangulatedMap)
+        met = [(loop + 1, i, j) for loop, (i, j) in enumerate(fit.hole_partners) if min(i, j) >= 0]
+        own = [(loop, i, k) for k, (loop, i, _) in enumerate(met)]
+        goals = tuple(fit.target_holes[j] for _, _, j in met)
+        holes = Holes(tuple(fit.source_holes), goals, tuple((i, k) for _, i, k in own))
+        frames = frames_of(fit.source, fit.target, settings.turn, holes.sides)
+        pair = _Pair(fit.source, fit.target, holes, frames)
+        given = pair.checked(pins, strokes)
+        return cls(pair, settings, given, pair.carried(sketched(fit.map, frames, own), given, settings))
+
+    def moved(
+        self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = (), theta: float | None = None
+    ) -> "Live":
+        """The map continued to pins and strokes that have moved, or to another balance.
+
+        Raises:
+            NoMapError: the map cannot be carried there without folds.
+            InputError: pins or strokes that no one-to-one map meets.
+        """
+        settings = self.settings if theta is None else replace(self.settings, theta=theta)
+        given = self.pair.checked(pins, strokes)
+        state = self._pulled(given)
+        if state is not None:
+            state = _settled(
+                state.forward(settings.theta, 1.0, FORWARD, DECREASE, corners=True), settings.theta
+            )
+        if state is None or state.miss > 0:
+            state = self.pair.carried(state or self.state, given, settings)
+        return replace(self, settings=settings, given=given, state=state)
+
+    def _pulled(self, given: Pins) -> DiscreteMap | None:
+        """The map with new goals for the same vertices; None where other vertices are needed."""
+        before, now, inside = self.given, given, self.state.inside
+        same = before.inner.shape == now.inner.shape and np.array_equal(before.outer, now.outer)
+        if not same or before.strokes or now.strokes:
+            return None
+        sources, goals = np.ascontiguousarray(now.inner.T)
+        if np.array_equal(sources, before.inner[:, 0]):
+            return replace(self.state, inside=inside._replace(goals=goals))
+        if self.state.miss > 0 or not np.array_equal(goals, before.inner[:, 1]):
+            return None
+        pulled = replace(self.state, inside=inside._replace(z=sources))
+        pulled = pulled.backward(self.settings.theta, 1.0, FORWARD, DECREASE)
+        near = np.abs(pulled.z[pulled.border : pulled.constrained] - sources)
+        return pulled if near.max(initial=0.0) < 1e-9 else None
+
+    @property
+    def met(self) -> bool:
+        """Whether pins and strokes are met; if not, the map is as close as it came."""
+        return self.state.miss == 0
+
+    @property
+    def map(self) -> TriangulatedMap:
+        """The map in the given coordinates."""
+        frames = self.pair.frames
+        cut = cut_out(self.state, mirrored=frames[0].mirrored)
+        z, u = (f.world(w[cut.vertices]) for f, w in zip(frames, (self.state.z, self.state.u)))
+        map = TriangulatedMap(z, u, cut.faces, cut.loops)
+        return replace(map, bulge=bulges(cut.faces, u, z, map.edges, cut.lines))
+
+
+def _settled(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map after some Newton steps on its inverse, if it has reached its goals."""
+    return state if state.miss > 0 else state.backward(theta, 1.0, BACKWARD, DECREASE)

@@ -1,0 +1,13 @@
+"""A map in the making and what it is made of.
+
+settings            what is asked of a map, and what a solve returns
+frames              unit coordinates
+outline             outlines simplified to a tolerance, with their corners
+boundary_pairs      correspondences of outlines, and the pairs of arclengths at a mesh's boundary vertices
+inner_constraints   pins and strokes as vertices of a mesh
+metric              surfaces as planes with a metric
+discrete_map        a mesh, its image, and what holds its vertices
+sketch              the same without outlines: what is carried from mesh to mesh
+measures            turn, stretch, dilatation and scale of a piecewise linear map
+mesh_sizes          triangle sizes, smaller where a map magnifies
+"""

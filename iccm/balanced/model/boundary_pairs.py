@@ -1,0 +1,241 @@
+"""Pairs (s, τ) of arclengths on the two outlines: the vertices of a mesh's boundary and where they go."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Flags, Index, Real
+from ..errors import Stuck
+from .outline import Outline
+
+MERGED = 0.35  # of both spacings: a source and a target corner closer than this become one pair
+SOURCE, TARGET, BOTH = 1, 2, 3  # whose corner a pair holds
+
+
+class Match(NamedTuple):
+    """A monotone correspondence of two outlines, piecewise linear, once around.
+
+    Attributes:
+        s: (k,) ascending arclengths on the source, the last the first plus the length.
+        tau: (k,) ascending arclengths on the target, likewise.
+        holes: the correspondences of holes, which run clockwise.
+    """
+
+    s: Real
+    tau: Real
+    holes: "tuple[HoleMatch, ...]" = ()
+
+    def at(self, s: Real) -> Real:
+        """τ at any arclengths s."""
+        laps = np.floor((s - self.s[0]) / self._length)
+        return np.interp(s - laps * self._length, self.s, self.tau) + laps * (self.tau[-1] - self.tau[0])
+
+    @property
+    def _length(self) -> float:
+        return self.s[-1] - self.s[0]
+
+    def inverse(self) -> "Match":
+        """The correspondence from target to source."""
+        holes = tuple(HoleMatch(hole.target, hole.source, hole.match.inverse()) for hole in self.holes)
+        return Match(self.tau, self.s, holes)
+
+
+class HoleMatch(NamedTuple):
+    """The correspondence of two holes.
+
+    Attributes:
+        source: which hole of the source.
+        target: which hole of the target.
+        match: of their outlines.
+    """
+
+    source: int
+    target: int
+    match: Match
+
+
+class Loop(NamedTuple):
+    """Where the outline of a hole is in a mesh.
+
+    Attributes:
+        source: which hole of the source.
+        target: which hole of the target; -1 where it has no partner and is filled.
+        first: the first of its vertices, which follow each other.
+        after: the one after the last.
+    """
+
+    source: int
+    target: int
+    first: int
+    after: int
+
+    @property
+    def vertices(self) -> slice:
+        """Its vertices."""
+        return slice(self.first, self.after)
+
+    def inverse(self) -> "Loop":
+        """The same in the inverse map."""
+        return self._replace(source=self.target, target=self.source)
+
+
+def loops_of(sizes: Sequence[tuple[int, int, int]], first: int) -> tuple[Loop, ...]:
+    """Loops that follow each other from vertex `first` on: (source, target, number of vertices) of each."""
+    ends = first + np.cumsum([0, *(size for _, _, size in sizes)])
+    return tuple(Loop(i, j, int(a), int(b)) for (i, j, _), a, b in zip(sizes, ends, ends[1:]))
+
+
+class Pairs(NamedTuple):
+    """The boundary of a mesh, in order, loop by loop.
+
+    Attributes:
+        s: (b,) arclengths on the source, ascending.
+        tau: (b,) arclengths on the target, ascending.
+        at_source: (b,) pairs on a corner of the source.
+        at_target: (b,) pairs on a corner of the target.
+    """
+
+    s: Real
+    tau: Real
+    at_source: Flags
+    at_target: Flags
+
+    @classmethod
+    def joined(cls, loops: "Sequence[Pairs]") -> "Pairs":
+        """Those of several loops."""
+        return cls(*(np.concatenate(parts) for parts in zip(*loops)))
+
+
+def through(match: Match, anchors: Match | None, even: float = 0.0) -> Match:
+    """The match bent, affinely between neighbours, so that it passes through the anchors.
+
+    Args:
+        match: a correspondence.
+        anchors: pairs that must correspond, in order, without the lap's end; None for none.
+        even: share of the even correspondence between anchors mixed in, where the match may be steep.
+    """
+    if anchors is None:
+        return match
+    length, goal = match.s[-1] - match.s[0], match.tau[-1] - match.tau[0]
+    s = np.append(anchors.s, anchors.s[0] + length)
+    tau = np.append(anchors.tau, anchors.tau[0] + goal)
+    laps = np.floor((match.s[:-1] - s[0]) / length)
+    knots = np.unique(np.concatenate([match.s[:-1] - laps * length, s]))
+    old, old_ends = match.at(knots), match.at(s)
+    k = np.clip(np.searchsorted(s, knots, side="right") - 1, 0, s.size - 2)
+    share = np.clip((old - old_ends[k]) / np.maximum(old_ends[k + 1] - old_ends[k], 1e-300), 0, 1)
+    if even:
+        share = (1 - even) * share + even * (knots - s[k]) / (s[k + 1] - s[k])
+    return Match(knots, tau[k] + share * (tau[k + 1] - tau[k]))
+
+
+def limited(match: Match, steepest: float) -> Match:
+    """The match with slopes, relative to the mean one, between 1/steepest and steepest."""
+    ds = np.diff(match.s)
+    goal = match.tau[-1] - match.tau[0]
+    mean = goal / (match.s[-1] - match.s[0])
+    steps = ds * np.clip(np.diff(match.tau) / np.maximum(ds * mean, 1e-300), 1 / steepest, steepest)
+    return Match(match.s, match.tau[0] + np.append(0, np.cumsum(steps)) * goal / steps.sum())
+
+
+def boundary_pairs(
+    source: Outline, target: Outline, match: Match, spacing: float, anchors: Match | None = None
+) -> Pairs:
+    """Corners of both outlines with their partners under the match, and as many pairs between as the spacing asks.
+
+    Args:
+        source: outline of the source.
+        target: outline of the target.
+        match: their correspondence, through the anchors.
+        spacing: the longest edge allowed on either side.
+        anchors: pairs that must correspond; corners of both outlines.
+    """
+    s, tau, kind = _corner_pairs(source, target, match, anchors)
+    if anchors is None:
+        s, tau, kind = _begun_after_widest_gap(s, tau, kind, source.length, target.length)
+    s, tau, kind = _merged(s, tau, kind, source.length, target.length, MERGED * spacing)
+    ds, dt = _gaps(s, source.length), _gaps(tau, target.length)
+    if min(ds.min() / source.length, dt.min() / target.length) < 1e-10:
+        raise Stuck("two corners of the outlines fall on the same place")
+    own, share = parted(np.maximum(ds, dt), spacing)
+    is_corner = share == 0
+    return Pairs(
+        s[own] + share * ds[own],
+        tau[own] + share * dt[own],
+        is_corner & (kind[own] & SOURCE > 0),
+        is_corner & (kind[own] & TARGET > 0),
+    )
+
+
+def parted(gaps: Real, spacing: float) -> tuple[Index, Real]:
+    """Gaps divided into equal parts no longer than the spacing: (k,) the gap of each part, and the share of the gap at
+    which the part begins."""
+    parts = np.maximum(1, np.ceil(gaps / spacing - 1e-6)).astype(np.int64)
+    own = np.repeat(np.arange(parts.size), parts)
+    return own, (np.arange(parts.sum()) - (np.cumsum(parts) - parts)[own]) / parts[own]
+
+
+def _corner_pairs(source: Outline, target: Outline, match: Match, anchors: Match | None):
+    """(s, τ, kind) of all corners, ascending from the beginning of the match."""
+    s0, t0 = match.s[0], match.tau[0]
+    own = s0 + np.sort(np.mod(source.corners - s0, source.length))
+    goals = t0 + np.sort(np.mod(target.corners - t0, target.length))
+    if anchors is not None:
+        own = own[apart(own, anchors.s, source.length)]
+        goals = goals[apart(goals, anchors.tau, target.length)]
+    fixed_s = np.empty(0) if anchors is None else s0 + np.mod(anchors.s - s0, source.length)
+    fixed_tau = np.empty(0) if anchors is None else t0 + np.mod(anchors.tau - t0, target.length)
+    s = np.concatenate([own, np.interp(goals, match.tau, match.s), fixed_s])
+    tau = np.concatenate([np.interp(own, match.s, match.tau), goals, fixed_tau])
+    kind = np.repeat([SOURCE, TARGET, BOTH], [own.size, goals.size, fixed_s.size])
+    order = np.lexsort((tau, s))
+    return s[order], tau[order], kind[order]
+
+
+def _begun_after_widest_gap(s: Real, tau: Real, kind, length: float, goal: float):
+    """The same pairs, the lap's end where no two of them are merged."""
+    k = int(np.argmax(_gaps(s, length) / length + _gaps(tau, goal) / goal)) + 1
+    later = np.arange(s.size) < k
+    return tuple(np.roll(values, -k) for values in (s + length * later, tau + goal * later, kind))
+
+
+def apart(values: Real, others: Real, length: float) -> Flags:
+    """Which arclengths of a closed curve are none of the others."""
+    gap = np.mod(values[:, None] - others + 0.5 * length, length) - 0.5 * length
+    return np.all(np.abs(gap) > 1e-9 * length, axis=1)
+
+
+def _merged(s: Real, tau: Real, kind, length: float, goal: float, near: float):
+    """Neighbours, one a corner of the source and one of the target, made one pair where both gaps are small.
+
+    The pair takes its place from each one's own outline, which widens a gap beside it on one side; a merge that would
+    more than double such a gap is not made.
+    """
+    s, tau, kind = s.copy(), tau.copy(), kind.copy()
+    count = s.size
+    before, after = (np.arange(count) - 1) % count, (np.arange(count) + 1) % count
+    ds, dt = _gaps(s, length), _gaps(tau, goal)
+    mixed = (kind != kind[after]) & (kind != BOTH) & (kind[after] != BOTH)
+    close = np.flatnonzero(mixed & (ds < near) & (dt < near))
+    keep = np.ones(count, bool)
+    for i in close[np.argsort((ds + dt)[close], kind="stable")]:
+        j = after[i]
+        if kind[i] == BOTH or kind[j] == BOTH or not (keep[i] and keep[j]) or j == 0:
+            continue
+        p, n = before[i], after[j]
+        ahead, behind = (ds[j], dt[p]) if kind[i] == SOURCE else (dt[j], ds[p])
+        widened = (ds[i], dt[i]) if kind[i] == SOURCE else (dt[i], ds[i])
+        if widened[0] > ahead or widened[1] > behind:
+            continue
+        s[i], tau[i] = (s[i], tau[j]) if kind[i] == SOURCE else (s[j], tau[i])
+        kind[i], keep[j] = BOTH, False
+        before[n], after[i] = i, n
+        for v in (p, i):
+            ds[v] = s[after[v]] - s[v] + (length if after[v] <= v else 0)
+            dt[v] = tau[after[v]] - tau[v] + (goal if after[v] <= v else 0)
+    return s[keep], tau[keep], kind[keep]
+
+
+def _gaps(values: Real, length: float) -> Real:
+    return np.diff(values, append=values[0] + length)

@@ -1,0 +1,131 @@
+"""Constraints inside the domains as vertices of a mesh: those of strokes, which slide, then pins, which are held."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Complex, Flags, Index, Real
+from ..minimise.sliding import BETA, Border, Rail
+from .boundary_pairs import Match
+
+
+class Foot(NamedTuple):
+    """Where a stroke meets the outline.
+
+    Attributes:
+        vertex: its first or last vertex inside, which an edge joins to the outline.
+        place: on the source's outline.
+        stroke: which one.
+        end: 0 for its beginning, 1 for its end.
+    """
+
+    vertex: int
+    place: complex
+    stroke: int
+    end: int
+
+
+class InnerConstraints(NamedTuple):
+    """Constrained vertices inside a mesh, with their places on the strokes.
+
+    Attributes:
+        z: (k,) in the source.
+        goals: (k,) where they are to be in the image.
+        s: (k,) arclengths on the source's strokes; 0 for pins.
+        tau: (k,) arclengths on the target's strokes; likewise.
+        own: (k,) which stroke; -1 for pins.
+        links: (k,) the next vertex of the same stroke; -1 for none.
+        at_source: (k,) those that stay where they are in the source: pins, corners and ends of its strokes.
+        at_target: (k,) likewise in the image: pins, corners, and those ends of strokes that go to ends.
+        stuck: (k,) those of them that stay where corners are released: pins and such ends.
+        strokes: the rails of each stroke in the source and in the image.
+        feet: where strokes meet the outline; they have no vertex of their own there.
+    """
+
+    z: Complex
+    goals: Complex
+    s: Real
+    tau: Real
+    own: Index
+    links: Index
+    at_source: Flags
+    at_target: Flags
+    stuck: Flags
+    strokes: tuple[tuple[Rail, Rail], ...] = ()
+    feet: tuple[Foot, ...] = ()
+
+    @classmethod
+    def of_pins(cls, pins: Complex) -> "InnerConstraints":
+        """Pins (k, 2), in the source and in the image."""
+        k = len(pins)
+        none, held = np.full(k, -1), np.ones(k, bool)
+        return cls(
+            pins[:, 0].copy(),
+            pins[:, 1].copy(),
+            np.zeros(k),
+            np.zeros(k),
+            none,
+            none.copy(),
+            held,
+            held.copy(),
+            held.copy(),
+        )
+
+    @property
+    def matches(self) -> list[Match]:
+        """The correspondence on each stroke."""
+        return [self._match(stroke) for stroke in range(len(self.strokes))]
+
+    def _match(self, stroke: int) -> Match:
+        """Ends on the outline, which no vertex inside stands for, included."""
+        chain = self.own == stroke
+        on = {foot.end for foot in self.feet if foot.stroke == stroke}
+        s, tau = (
+            np.concatenate([[0.0] * (0 in on), values[chain], [0.5 * rail.knots[-1]] * (1 in on)])
+            for values, rail in zip((self.s, self.tau), self.strokes[stroke])
+        )
+        return Match(s, tau)
+
+    @property
+    def following(self) -> Index:
+        """(k,) the next vertex of the same stroke, or the vertex itself."""
+        return np.where(self.links >= 0, self.links, np.arange(self.links.size))
+
+    @property
+    def lines(self) -> Index:
+        """(l, 2) vertices of the edges of strokes."""
+        first = np.flatnonzero(self.links >= 0)
+        return np.column_stack([first, self.links[first]])
+
+    def rays(self, outline: Complex) -> Index:
+        """(e, 2) vertices (b,) of the outline, and vertices inside, that edges of strokes join."""
+        ends = [(int(np.abs(outline - foot.place).argmin()), foot.vertex) for foot in self.feet]
+        return np.array(ends, np.int64).reshape(-1, 2)
+
+    def lines_with(self, outline: Complex) -> Index:
+        """(l, 2) vertices of the edges of strokes, in a mesh that begins with vertices (b,) of the outline."""
+        rays = self.rays(outline)
+        rays[:, 1] += outline.size
+        return np.concatenate([outline.size + self.lines, rays])
+
+    def slid(self, u: Complex, tau: Real, stay: Flags) -> "InnerConstraints":
+        """With goals and arclengths (k,) where vertices on strokes have come to be, but for those that stay."""
+        goals = np.where(stay, self.goals, u)
+        return self._replace(tau=tau, goals=goals, at_target=self.at_target & stay)
+
+    def chains(self, forward: bool, first: int) -> tuple[Real, Border]:
+        """(k,) arclengths on the side that moves, and the strokes as chains of vertices, the first of which is `first`.
+
+        Arclengths of the edges on the side that is kept are scaled to the moving side's, and 1 where there is no edge.
+        """
+        moving, kept = (self.tau, self.s) if forward else (self.s, self.tau)
+        spans = np.ones(self.z.size)
+        edges = np.flatnonzero(self.links >= 0)
+        for stroke in range(len(self.strokes)):
+            those = edges[self.own[edges] == stroke]
+            after = self.links[those]
+            scale = (moving[after] - moving[those]).sum() / (kept[after] - kept[those]).sum()
+            spans[those] = scale * (kept[after] - kept[those])
+        linked = self.links >= 0
+        stiffness, laps = np.where(linked, BETA, 0.0), np.where(linked, 0.0, 1.0)
+        return moving, Border(first + self.following, spans, stiffness, laps)

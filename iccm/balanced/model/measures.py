@@ -1,0 +1,54 @@
+"""Figures of a piecewise linear map: turn, stretch, dilatation and scale."""
+
+import numpy as np
+
+from ...arrays import Complex, Index, Real
+from ..minimise.energy import BOTH_AREAS, energy_of, total
+from .metric import PLANES, Metrics, rest_geometry
+
+
+def derivatives(
+    z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES
+) -> tuple[Complex, Complex, Real]:
+    """(m,) f_z, f_z̄ and areas of the source's triangles, between surfaces where there are metrics."""
+    gradients, areas = rest_geometry(z, u, faces, metrics)
+    values = u[faces]
+    return (gradients * values).sum(1), (gradients.conj() * values).sum(1), areas
+
+
+def turn_of(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> float:
+    """Radians by which the map turns the picture on average: over half the source's area and half the target's.
+
+    Both areas are taken as one.
+    """
+    a, b, areas = derivatives(z, u, faces, metrics)
+    weight = areas * (1 + np.abs(a) ** 2 - np.abs(b) ** 2)
+    return float(np.angle(np.sum(weight * a / np.maximum(np.abs(a), 1e-300))))
+
+
+def stretches(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> tuple[Real, Real, Real]:
+    """(m,) dilatation K = s1/s2, stretch max(s1, 1/s2) and determinant, both domains' areas taken as one."""
+    a, b, _ = derivatives(z, u, faces, metrics)
+    large, small = np.abs(a) + np.abs(b), np.abs(a) - np.abs(b)
+    small = np.maximum(small, 1e-300)
+    return large / small, np.maximum(large, 1 / small), large * small
+
+
+def energy_between(z: Complex, u: Complex, faces: Index, theta: float, metrics: Metrics = PLANES) -> float:
+    """The energy at q = 1 without the outline's term, both areas taken as one."""
+    if metrics == PLANES:
+        return energy_of(z, u, faces, theta)
+    gradients, areas = rest_geometry(z, u, faces, metrics)
+    return float(total(faces, gradients, areas, u, float(theta), 1.0, BOTH_AREAS, 0.0))
+
+
+def within(factor: float, z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> float:
+    """The share of the area, half the source's and half the target's, whose linear scale is within a factor of 1.
+
+    Both areas are taken as one.
+    """
+    a, b, areas = derivatives(z, u, faces, metrics)
+    determinant = np.abs(a) ** 2 - np.abs(b) ** 2
+    weight = areas * (1 + determinant)
+    near = (determinant <= factor**2) & (determinant >= factor**-2)
+    return float(weight @ near / weight.sum())

@@ -1,0 +1,98 @@
+"""Outlines made ready for one level of the solver: simplified, with corners where vertices belong."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+
+from ...arrays import Index, Real, xy_of
+from ...curve import Curve
+from ..minimise.sliding import Rail
+
+SHARP = np.radians(20)  # turn from which sliding vertices stop at a corner; smaller kinks are passed
+
+FINENESS = 0.2  # of the tolerance: how far the outlines that are solved for may be from those given
+MOST_VERTICES = 3000  # of an outline; one with more is simplified further
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """One loop of a domain's boundary at one level.
+
+    Attributes:
+        curve: the simplified polyline, counter-clockwise.
+        corners: (c,) ascending arclengths of the vertices that every mesh of this level holds.
+        origins: (n + 1,) arclengths of the polyline's knots on the curve that was simplified.
+    """
+
+    curve: Curve
+    corners: Real
+    origins: Real
+
+    @classmethod
+    def of(
+        cls, curve: Curve, fineness: float, corner_fineness: float, always: tuple[complex, ...] = ()
+    ) -> "Outline":
+        """Simplified to `fineness`, the vertices kept at `corner_fineness` being corners; both shares of the diagonal.
+
+        The vertices `always` are kept by both.
+        """
+        kept = kept_vertices(curve, fineness, always)
+        fine = Curve(curve.z[kept])
+        origins = np.append(curve.knots[kept], curve.knots[kept[0]] + curve.length)
+        return cls(fine, fine.knots[kept_vertices(fine, corner_fineness, always)], origins)
+
+    def original(self, s: Real) -> Real:
+        """Arclengths on the curve that was simplified, in proportion between two vertices; laps are kept."""
+        laps = np.floor(s / self.length)
+        return np.interp(s - laps * self.length, self.curve.knots, self.origins) + laps * self._lap
+
+    def simplified_from(self, s: Real) -> Real:
+        """The inverse of `original`."""
+        laps = np.floor((s - self.origins[0]) / self._lap)
+        return np.interp(s - laps * self._lap, self.origins, self.curve.knots) + laps * self.length
+
+    @property
+    def _lap(self) -> float:
+        return float(self.origins[-1] - self.origins[0])
+
+    def arclengths(self, vertices: tuple[complex, ...]) -> Real:
+        """Arclengths of vertices of the polyline."""
+        return self.curve.knots[[int(np.argmin(np.abs(self.curve.z - v))) for v in vertices]]
+
+    @property
+    def length(self) -> float:
+        """Arclength all around."""
+        return self.curve.length
+
+    @cached_property
+    def rail(self) -> Rail:
+        """The polyline that vertices slide on."""
+        edges = self.curve.edges
+        sharp = np.abs(np.angle(edges / np.roll(edges, 1))) > SHARP
+        return Rail(self.curve.knots, self.curve.z, self.curve.knots[:-1][sharp])
+
+
+def simplified(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Curve:
+    """The curve with fewer vertices, within `fineness` of its diagonal, still simple, its first vertex kept."""
+    kept = kept_vertices(curve, fineness, always)
+    return curve if kept.size == curve.z.size else Curve(curve.z[kept])
+
+
+def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Index:
+    """The vertices that Douglas and Peucker (1973) keep, with the topology preserved, and those `always` kept."""
+    ring = shapely.Polygon(xy_of(curve.z)).simplify(fineness * curve.diagonal).exterior
+    kept = (shapely.get_coordinates(ring) @ np.array([1, 1j])).tolist()
+    place = {z: k for k, z in enumerate(curve.z.tolist())}
+    return np.unique([place[z] for z in (*kept, *always)])
+
+
+def manageable(curve: Curve, tolerance: float, always: tuple[complex, ...] = ()) -> Curve:
+    """The outline within a share of the tolerance, coarser where it would have too many vertices."""
+    fineness = FINENESS * tolerance
+    fine = simplified(curve, fineness, always)
+    while fine.z.size > MOST_VERTICES:
+        fineness *= 1.5
+        fine = simplified(curve, fineness, always)
+    return fine

@@ -1,0 +1,89 @@
+"""What is asked of a balanced map, and what solving gives."""
+
+from dataclasses import dataclass, field
+
+from ...arrays import Complex, Index
+from ...maps.triangulated.patches import NO_LINES
+from .discrete_map import DiscreteMap
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is asked of a map.
+
+    Attributes:
+        theta: the balance: 0 keeps angles only, 1 is even, more keeps areas.
+        turn: radians by which the picture should be turned; None leaves it to the shapes.
+        tolerance: two-sided gap from the outlines aimed at, of the diagonal.
+        max_dilatation: the largest K = s1/s2 wished; None for no bound.
+        max_stretch: the largest max(s1, 1/s2) wished, relative to the mean scale; None for no bound.
+        triangles: about how many the last mesh has.
+    """
+
+    theta: float = 1.0
+    turn: float | None = 0.0
+    tolerance: float = 1e-3
+    max_dilatation: float | None = None
+    max_stretch: float | None = None
+    triangles: int = 6000
+
+    @property
+    def bounded(self) -> bool:
+        """Whether bounds are asked for."""
+        return self.max_dilatation is not None or self.max_stretch is not None
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A piecewise linear one-to-one map.
+
+    Attributes:
+        source: (n,) vertices in the source's plane.
+        image: (n,) their images.
+        faces: (m, 3) triangles, counter-clockwise in both planes, exactly.
+        loops: boundary vertices, outer loop first and counter-clockwise.
+        energy: at q = 1, areas taken as one, without the outline's term.
+        energies: one dict a level: its name, triangles, q and energy.
+        turn: radians by which the picture is turned on average.
+        gap: two-sided distance of the image's outline from the target, of its diagonal.
+        source_gap: that of the mesh's outline from the source.
+        starts: how many correspondences were tried, and how many of them failed.
+        limits: largest `dilatation` and `stretch` that are met.
+        symmetric: whether one half was solved and mirrored.
+        reached: whether tolerance and bounds are met.
+        notes: sentences on what was decided on the way.
+        met: whether all pins and strokes are met.
+        lines: (l, 2) vertices of the edges of strokes, which go straight to straight lines.
+        partners: for each loop but the first, which hole of the source and of the target it is; -1 for a slit.
+    """
+
+    source: Complex
+    image: Complex
+    faces: Index
+    loops: tuple[Index, ...]
+    energy: float
+    energies: list[dict[str, float | str]]
+    turn: float
+    gap: float
+    source_gap: float
+    starts: dict[str, int]
+    limits: dict[str, float]
+    symmetric: bool
+    reached: bool
+    notes: list[str] = field(default_factory=list)
+    met: bool = True
+    lines: Index = field(default_factory=lambda: NO_LINES)
+    partners: tuple[tuple[int, int], ...] = ()
+
+
+@dataclass
+class SolveLog:
+    """What happened on the way."""
+
+    energies: list[dict[str, float | str]] = field(default_factory=list)
+    starts: dict[str, int] = field(default_factory=lambda: {"tried": 0, "failed": 0})
+    notes: list[str] = field(default_factory=list)
+
+    def level(self, name: str, state: DiscreteMap, q: float) -> None:
+        """Notes the end of a level."""
+        self.energies.append({"level": name, "triangles": len(state.faces), "q": q, "energy": state.energy})

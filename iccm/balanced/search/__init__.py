@@ -1,0 +1,17 @@
+"""How a good map is found: candidates on coarse meshes, the best of them refined, constraints met on the way.
+
+multilevel              the stages of a solve, from coarse maps to the final mesh
+levels                  one level of outlines and mesh size
+initial_matches         correspondences of two outlines: elastic matches, and arclength with shifts
+hole_partners           which hole goes to which
+via_annulus             correspondences of two shapes with one hole each, by way of an annulus
+via_disc                coarse maps by way of a disc, for spirals and combs
+circle_domains          coarse maps by way of discs with round holes, for shapes with several holes
+candidates              the best of many coarse maps
+angle_area_tradeoff     the weight θ of the area part
+homotopy, grid_paths    ways of constrained points to their goals
+pin_continuation        pins brought to their goals, mesh by mesh
+warm_start              an earlier map gone on from
+similarity, symmetry    similar shapes, and halves of symmetric ones
+final_mesh              the fine mesh and the final one, its worst stretch lowered
+"""

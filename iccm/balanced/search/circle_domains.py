@@ -1,0 +1,249 @@
+"""Maps of shapes with several holes by way of a circle domain: a disc with round holes.
+
+Each shape is mapped onto it, its outlines sliding; there, and back by the other's map, is one to one, and the two tell
+how the outlines belong together. On a mesh of the source it is so up to what the triangles resolve; what folds is
+undone from there. Every domain with holes has a map onto a circle domain (Koebe, *Abhandlungen zur Theorie der
+konformen Abbildung*, 1918); this one's circles are where the two shapes' holes are on average, and the maps are
+balanced.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...arrays import Complex, Index
+from ...curve import Curve
+from ..errors import Stuck
+from ..meshing.mesh import Sizes
+from ..meshing.transfer import interpolate
+from ..model import mesh_sizes
+from ..model.boundary_pairs import HoleMatch, Match
+from ..model.discrete_map import DiscreteMap
+from ..model.outline import Outline
+from ..model.sketch import Sketch
+from . import initial_matches
+from .hole_partners import Partners, middle_of
+from .levels import GOOD_ENOUGH, Level, UnitProblem, refined
+from .via_annulus import CORNER_FINENESS, CORNERS, STEPS, through
+from .via_disc import disc
+
+ROOM = 0.4  # radius of the holes of a circle domain, of the disc's and over the root of their number and one
+APART = 3.0  # radii from centre to centre of neighbours, and two from the circle outside
+PUSHES = 200  # rounds of moving holes apart
+TRIED = 4  # correspondences of the outer outline with the disc
+SMALLER = 1.0, 0.5  # factors of the mesh size, where triangles of the level's own size fold
+PAIRINGS = 2  # of holes that are tried
+UNFOLDING = 200  # steps for what is composed: 40 leave folds on 3 of 24 pairs
+
+
+def circle_domain(middles: Complex) -> tuple[Curve, tuple[Curve, ...]]:
+    """The outlines of a disc with round holes at (n,) places in the unit disc, moved apart if need be; of area one."""
+    radius = ROOM / np.sqrt(middles.size + 1)
+    centres = _apart(middles, radius)
+    between = np.abs(centres[:, None] - centres) + np.diag(np.full(centres.size, np.inf))
+    radius = min(radius, between.min(initial=np.inf) / APART, (1 - np.abs(centres).max()) / 2)
+    corners = np.exp(2j * np.pi * np.arange(CORNERS) / CORNERS)
+    outer, holes = Curve(corners), [Curve(c + radius * corners[::-3]) for c in centres]
+    root = np.sqrt(outer.area + sum(hole.area for hole in holes))
+    return Curve(outer.z / root), tuple(Curve(hole.z / root) for hole in holes)
+
+
+def _apart(centres: Complex, radius: float) -> Complex:
+    """Centres of discs of a radius moved apart, and off the unit circle."""
+    centres = centres + 1e-6 * np.exp(2j * np.arange(centres.size))  # two at one place
+    for _ in range(PUSHES):
+        away = centres[:, None] - centres
+        distance = np.maximum(np.abs(away), 1e-12)
+        centres = centres + 0.25 * (np.clip(APART * radius - distance, 0, None) * away / distance).sum(axis=1)
+        size = np.maximum(np.abs(centres), 1e-12)
+        centres = centres * np.minimum(1, (1 - 2 * radius) / size)
+    return centres
+
+
+@dataclass(frozen=True, eq=False)
+class FilledMap:
+    """A shape with its holes filled, mapped onto a disc of area one, as there always is a way.
+
+    Attributes:
+        state: the map; its filled holes count like the rest.
+        material: (m, 3) the triangles that are not in holes.
+        turned: a complex number of size one by which the disc is turned afterwards.
+    """
+
+    state: DiscreteMap
+    material: Index
+    turned: complex = 1.0
+
+    @classmethod
+    def of(cls, outer: Outline, holes: Sequence[Outline], level: Level, theta: float) -> "FilledMap":
+        """The balanced one.
+
+        Raises:
+            Stuck: triangles are too thin for double precision.
+        """
+        goal = disc()
+        problem = UnitProblem(outer.curve, goal, theta, 0.0, holes=(tuple(h.curve for h in holes), ()))
+        own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
+        plain = own.mapped(initial_matches.arclength_matches(own.source.curve, own.target.curve)[0])
+        state = replace(plain, weights=None).unfolded()
+        return cls(state.forward(theta, 1.0, STEPS, GOOD_ENOUGH, corners=False), plain.material)
+
+    @property
+    def u(self) -> Complex:
+        """(n,) where the vertices are in the disc."""
+        return self.turned * self.state.u
+
+    @property
+    def rims(self) -> list[Complex]:
+        """The outlines there."""
+        return [self.u[self.state.outer], *(self.u[loop.vertices] for loop in self.state.filled)]
+
+    @property
+    def middles(self) -> Complex:
+        """Where the holes are, in radii of the disc."""
+        return np.sqrt(np.pi) * np.array([middle_of(Curve(rim)) for rim in self.rims[1:]])
+
+    def onto(self, goal: tuple[Curve, tuple[Curve, ...]], level: Level, theta: float) -> Sketch:
+        """The map onto a circle domain, going on from the disc.
+
+        Raises:
+            Stuck: every start folds.
+        """
+        rims = self.rims
+        root = np.sqrt(sum(Curve(rim).area for rim in rims))
+        holes = tuple(Curve(rim / root) for rim in rims[1:]), goal[1]
+        same = tuple((k, k) for k in range(len(goal[1])))
+        problem = UnitProblem(Curve(rims[0] / root), goal[0], theta, 0.0, holes=holes, partners=same)
+        between = Level.of(problem, level.size, 0.0, 0.0, level.steepest)
+        state = straight(between, problem)
+        u = interpolate(state.z, state.faces, state.u, self.u / root)
+        loops = tuple(loop._replace(target=loop.source) for loop in self.state.filled)
+        return Sketch(self.state.z, u, self.material, self.state.border, loops=loops)
+
+
+def through_circles(level: Level, pairs: Sequence[tuple[int, int]], theta: float) -> DiscreteMap:
+    """A map without folds that takes hole i of the source to hole j of the target for each of the pairs.
+
+    Raises:
+        Stuck: none was found.
+    """
+    sides = [[side[pair[k]] for pair in pairs] for k, side in enumerate(level.holes)]
+    outlines = list(zip((level.source, level.target), sides))
+    filled = [FilledMap.of(outer, holes, level, theta) for outer, holes in outlines]
+    turn = np.vdot(filled[0].middles, filled[1].middles)
+    filled[0] = replace(filled[0], turned=complex(turn / abs(turn)) if abs(turn) > 0 else 1.0)
+    goal = circle_domain(0.5 * (filled[0].middles + filled[1].middles))
+    there, back = (
+        onto_circles(each, outer.curve, [hole.curve for hole in holes], goal, level, theta)
+        for each, (outer, holes) in zip(filled, outlines)
+    )
+    try:
+        return _composed(level, there, back, pairs)
+    except Stuck:
+        if len(level.holes[0]) > len(pairs):
+            raise
+    return _composed(level.inverse(), back, there, [(j, i) for i, j in pairs]).inverse()
+
+
+def circle_starts(level: Level, matches: Sequence[Match], theta: float) -> list[DiscreteMap]:
+    """Maps without folds by way of circle domains, for the pairs of holes that most matches agree on."""
+    if level.pinned or level.anchors:
+        return []
+    counts = Counter(frozenset((hole.source, hole.target) for hole in match.holes) for match in matches)
+    found = []
+    for pairs, _ in counts.most_common(PAIRINGS):
+        try:
+            found.append(through_circles(level, sorted(pairs), theta))
+        except Stuck:
+            continue
+    return found
+
+
+def onto_circles(
+    filled: FilledMap,
+    outer: Curve,
+    holes: Sequence[Curve],
+    goal: tuple[Curve, tuple[Curve, ...]],
+    level: Level,
+    theta: float,
+) -> DiscreteMap:
+    """The balanced map of a shape onto a circle domain, hole onto hole in order.
+
+    Raises:
+        Stuck: every start folds.
+    """
+    partners = tuple((k, k) for k in range(len(holes)))
+    problem = UnitProblem(outer, goal[0], theta, 0.0, holes=(tuple(holes), goal[1]), partners=partners)
+    own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
+    try:
+        start = carried(own, filled.onto(goal, level, theta))
+    except Stuck:
+        start = straight(own, problem)
+    return start.forward(theta, 1.0, STEPS, GOOD_ENOUGH, corners=False)
+
+
+def carried(level: Level, sketch: Sketch) -> DiscreteMap:
+    """The map on a mesh of its own, with smaller triangles where it magnifies if need be.
+
+    Raises:
+        Stuck: folds remain.
+    """
+    for sizes in _finer(level, sketch.z, sketch.u, sketch.faces):
+        try:
+            return refined(level, sketch, sizes)
+        except Stuck:
+            continue
+    raise Stuck("no map onto a circle domain was found")
+
+
+def _finer(level: Level, z: Complex, u: Complex, faces: Index) -> Iterator[Sizes | None]:
+    """The level's triangles, then smaller ones where z -> u magnifies, then ever more of them."""
+    yield None
+    for smaller in SMALLER:
+        yield mesh_sizes.graded(z, u, faces, 0.5 * (smaller * level.size) ** 2)
+
+
+def straight(level: Level, problem: UnitProblem) -> DiscreteMap:
+    """A map onto a circle domain without folds.
+
+    Raises:
+        Stuck: every start folds.
+    """
+    partners = Partners(*level.domains, problem.partners)
+    curves = level.source.curve, level.target.curve
+    matches = [
+        next(initial_matches.elastic_matches(*curves, 0.0)),
+        *initial_matches.arclength_matches(*curves)[: TRIED - 1],
+    ]
+    for match in matches:
+        try:
+            return level.started(partners.of(match))
+        except Stuck:
+            continue
+    raise Stuck("no map onto a circle domain was found")
+
+
+def _composed(
+    level: Level, there: DiscreteMap, back: DiscreteMap, pairs: Sequence[tuple[int, int]]
+) -> DiscreteMap:
+    """There, and back by the other one; on triangles that are smaller where that magnifies if need be."""
+    ways = {hole.target: hole.match for hole in back.match.holes}
+    holes = tuple(
+        HoleMatch(*pairs[hole.target], through(hole.match, ways[hole.target], 0.0))
+        for hole in there.match.holes
+    )
+    match = through(there.match, back.match, 0.0)._replace(holes=holes)
+
+    def images(middle: Complex) -> Complex:
+        return interpolate(back.u, back.faces, back.z, middle)
+
+    for sizes in _finer(level, there.z, images(there.u), there.faces):
+        new = level.mapped(match, sizes)
+        state = new.moved_to_border(images(interpolate(there.z, there.faces, there.u, new.z)))
+        try:
+            return state.unfolded(harmonic=False, steps=UNFOLDING)
+        except Stuck:
+            continue
+    raise Stuck("no map without folds was found by way of a circle domain")

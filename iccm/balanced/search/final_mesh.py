@@ -1,0 +1,130 @@
+"""The fine mesh and the last one: a map carried there, and its worst stretch lowered."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ... import progress
+from ...arrays import Complex, Index
+from ..errors import Stuck
+from ..meshing.mesh import Sizes
+from ..model import mesh_sizes
+from ..model.discrete_map import DiscreteMap
+from ..model.measures import stretches
+from ..model.metric import PLANES, Metrics
+from ..model.settings import Settings, SolveLog
+from ..model.sketch import Sketch
+from . import pin_continuation
+from .angle_area_tradeoff import leaning
+from .levels import FINE_BACKWARD, FINE_ROUNDS, POWERS, Level, UnitProblem, alternated, eased, refined
+
+FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
+STEEPEST_FINE = 20.0  # slope of a match, relative to the mean, that a mesh follows
+TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
+LAST_ROUNDS = 4  # of such steps; later ones where a squeezed triangle widens slowly
+UNSETTLED = "The map had not settled on its last mesh: its stretch could be smaller."
+LAST_STEPS, LAST_DECREASE = 50, 2e-3  # of Newton on the last mesh, and the relative decrease that ends them
+
+
+Meshed = DiscreteMap | Sketch
+
+
+def meets(problem: UnitProblem, state: DiscreteMap) -> bool:
+    """Whether a map meets all constraints."""
+    goals = state.inside.goals[state.inside.own < 0]
+    return (state.bound or not state.inside.z.size) and bool(np.all(goals == problem.pins[:, 1]))
+
+
+def fine(problem: UnitProblem, state: DiscreteMap, size: float, journal: SolveLog) -> DiscreteMap:
+    """The map on a finer mesh, its worst stretch lowered."""
+    progress.tell("fine map")
+    level = Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE)
+    state = on_finer(level, state, problem)
+    if problem.constrained and not meets(problem, state):
+        state = pin_continuation.again(level, state, problem)
+    state = alternated(state, problem.theta, POWERS[0], FINE_ROUNDS, FINE_BACKWARD)
+    journal.level("fine", state, POWERS[0])
+    return state
+
+
+def on_finer(level: Level, state: Meshed, problem: UnitProblem) -> DiscreteMap:
+    """The map on the mesh of a finer level, smaller triangles where it magnifies."""
+    sizes = mesh_sizes.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
+    return eased(carried(level, state, problem, sizes), problem.theta)
+
+
+def finished(
+    problem: UnitProblem, state: Meshed, settings: Settings, journal: SolveLog, share: float = 1.0
+) -> Meshed:
+    """The map on the last mesh, or as it is where that folds."""
+    try:
+        return last(problem, state, settings, journal, share)
+    except Stuck:
+        journal.notes.append(
+            "The finest mesh folds: the outlines are followed as closely as the one before allows."
+        )
+        return state
+
+
+def last(
+    problem: UnitProblem, state: Meshed, settings: Settings, journal: SolveLog, share: float = 1.0
+) -> DiscreteMap:
+    """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
+    progress.tell("last map")
+    theta = leaning(problem, state)
+    state = on_finer(last_level(problem, settings, share), state, problem)
+    return lowered(state, theta, settings, journal)
+
+
+def last_level(problem: UnitProblem, settings: Settings, share: float = 1.0) -> Level:
+    """The outlines with all their vertices, and the size of the last mesh."""
+    size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
+    return Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
+
+
+def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: SolveLog) -> DiscreteMap:
+    """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
+    return lowered_by(lambda state, q: descended(state, theta, q, journal), state, settings)
+
+
+def lowered_by(
+    descent: Callable[[DiscreteMap, float], DiscreteMap], state: DiscreteMap, settings: Settings
+) -> DiscreteMap:
+    """As `lowered`, by what descends for a power q."""
+    tried: list[DiscreteMap] = []
+    for q in progress.counted("last map, worst stretch lowered", POWERS):
+        state = descent(state, q)
+        tried.append(state)
+        if _excess(state, settings) <= 1:
+            return state
+    return min(tried, key=lambda state: _excess(state, settings))
+
+
+def descended(state: DiscreteMap, theta: float, q: float, journal: SolveLog) -> DiscreteMap:
+    """The map on the last mesh after Newton's steps; a note where they do not settle."""
+    for _ in range(LAST_ROUNDS):
+        state = state.forward(theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
+        if state.settled:
+            break
+    journal.level("last", state, q)
+    if not state.settled and UNSETTLED not in journal.notes:
+        journal.notes.append(UNSETTLED)
+    return state
+
+
+def carried(level: Level, state: Meshed, problem: UnitProblem, sizes: Sizes) -> DiscreteMap:
+    """The map on a finer mesh, pins as they were."""
+    if isinstance(state, DiscreteMap):
+        return pin_continuation.carried(level, state, problem.theta, sizes)
+    return refined(level, state, sizes)
+
+
+def _excess(state: DiscreteMap, settings: Settings) -> float:
+    return excess(state.z, state.u, state.material, settings, state.metrics)
+
+
+def excess(z: Complex, u: Complex, faces: Index, settings: Settings, metrics: Metrics = PLANES) -> float:
+    """How many times the bounds asked for the largest dilatation and stretch are: at most 1 where they are met."""
+    dilatation, stretch, _ = stretches(z, u, faces, metrics)
+    bounds = (settings.max_dilatation or np.inf, settings.max_stretch or np.inf)
+    return float(max(dilatation.max() / bounds[0], stretch.max() / bounds[1]))

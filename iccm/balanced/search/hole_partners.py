@@ -1,0 +1,83 @@
+"""Which hole goes to which, and how their outlines correspond: chosen with every start."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...arrays import Complex, Index, Real
+from ...curve import Curve
+from ..model.boundary_pairs import HoleMatch, Match
+from ..model.frames import UnitFrame
+from ..model.outline import Outline
+from . import initial_matches
+
+# Costs of a pair: the square of the distance of the centroids in radii of gyration is 1 each, the square of the natural
+# logarithm of the ratio of areas SIZE, and a wish outweighs both.
+SIZE, WISHED = 0.1, 1e6
+STEP = np.radians(15)  # turns closer than this share the correspondences of holes
+
+
+class Partners:
+    """Holes of two domains, ready to be paired at any turn.
+
+    Args:
+        source: outlines of the source, the outer one first.
+        target: those of the target.
+        wished: (i, j) holes that must be partners.
+    """
+
+    def __init__(
+        self, source: Sequence[Outline], target: Sequence[Outline], wished: Sequence[tuple[int, int]]
+    ):
+        self.outer = source[0].curve, target[0].curve
+        self.holes = [o.curve for o in source[1:]], [o.curve for o in target[1:]]
+        self.middles = [
+            np.array([middle_of(hole) for hole in holes]) / gyration(outer)
+            for outer, holes in zip(self.outer, self.holes)
+        ]
+        areas = [np.abs([hole.area for hole in holes]) for holes in self.holes]
+        self.cost = SIZE * (np.log(areas[0])[:, None] - np.log(areas[1])) ** 2
+        for i, j in wished:
+            self.cost[i, j] -= WISHED
+        self._matches: dict[tuple[int, int, int], Match] = {}
+
+    def assigned(self, turn: float) -> tuple[Index, Index]:
+        """Pairs of holes, as many as there are of the fewer, that cost the least together."""
+        from scipy.optimize import linear_sum_assignment
+
+        here, there = self.middles
+        apart = np.abs(here[:, None] * np.exp(1j * turn) - there) ** 2
+        return linear_sum_assignment(apart + self.cost)
+
+    def of(self, match: Match) -> Match:
+        """The match of the outer outlines with those of the holes at its turn."""
+        turn = initial_matches.implied_turn(match, *self.outer)
+        holes = (HoleMatch(int(i), int(j), self._match(i, j, turn)) for i, j in zip(*self.assigned(turn)))
+        return match._replace(holes=tuple(holes))
+
+    def _match(self, i: int, j: int, turn: float) -> Match:
+        key = int(i), int(j), round(turn / STEP)
+        if key not in self._matches:
+            source, target = self.holes[0][i], self.holes[1][j]
+            here, there = (Curve(UnitFrame.of(curve).unit(curve.z)) for curve in (source, target))
+            best = next(initial_matches.elastic_matches(here, there, key[2] * STEP))
+            self._matches[key] = _scaled(best, source.length, target.length)
+        return self._matches[key]
+
+
+def _scaled(match: Match, length: float, goal: float) -> Match:
+    """The match in arclengths of curves of other lengths."""
+    laps = match.s[-1] - match.s[0], match.tau[-1] - match.tau[0]
+    return Match(match.s * (length / laps[0]), match.tau * (goal / laps[1]))
+
+
+def middle_of(curve: Curve) -> complex:
+    """The centroid of what a closed curve surrounds."""
+    return UnitFrame.of(curve).centre
+
+
+def gyration(curve: Curve) -> float:
+    """Radius of gyration of an outline about 0."""
+    z: Complex = curve.at(curve.length * np.arange(initial_matches.SAMPLES) / initial_matches.SAMPLES)
+    squares: Real = np.abs(z) ** 2
+    return float(np.sqrt(squares.mean()))

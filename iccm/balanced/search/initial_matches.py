@@ -1,0 +1,159 @@
+"""Correspondences of two outlines to start from: elastic matches and arclength with shifts.
+
+Elastic matching of closed curves by dynamic programming over cyclic shifts (Sebastian, Klein, Kimia, *On aligning
+curves*, 2003): monotone paths with slopes from ¼ to 4 that maximise ∫ √(ds dτ) (cos of the angle between the tangents
+- ½ |difference of the positions|²), positions relative to the radius of gyration.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from ...arrays import Complex, Index, Real
+from ...curve import Curve
+from ..model.boundary_pairs import Match
+
+SAMPLES = 64  # of each outline; 120 found the same matches on 15 pairs
+SHIFTS = 16  # cyclic shifts of the target tried for each turn
+POSITION = 0.5  # weight of the difference of positions
+SMOOTH = 0.01  # of the length: the chord beyond a sample's ends over which its tangent is taken
+DIFFERENT = 0.12  # mean distance on the unit circle from which two matches count as two
+STEPS = np.array([(1, 1), (1, 2), (2, 1), (1, 3), (3, 1), (2, 3), (3, 2), (1, 4), (4, 1), (3, 4), (4, 3)])
+LONGEST = 4  # of their rows or columns
+ARCLENGTHS = 8  # shifts of the arclength correspondence
+MOST_TURNED = np.radians(100)
+"""Of the similarity that fits a match best: of 16 pairs, no map that turned by more than 60° went on as upright."""
+TURNS = ((0.0, 5), (0.6, 2), (-0.6, 2))  # of elastic starts, and how many of each
+ANY_TURN = (0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2)
+"""The same where the turn is left to the shapes."""
+
+
+def step_gains(score: Real) -> Real:
+    """(k, n + 1, 2n) the gain of every step to every pair of samples, those of the other curve twice over.
+
+    Args:
+        score: (n, n) gain of matching sample i of one curve with sample j of the other.
+    """
+    n = len(score)
+    around, gains = np.tile(score, 3), np.zeros((len(STEPS), n + 1, 2 * n))
+    for gain, (a, b) in zip(gains, STEPS.tolist()):
+        count = max(a, b)
+        for m in range(count):
+            i, j = m * a // count, m * b // count
+            gain[a:, b:] += around[i : i + n + 1 - a, j : j + 2 * n - b]
+        gain *= np.sqrt(a * b) / count
+    return gains
+
+
+def best_scores(gains: Real) -> Real:
+    """(n + 1, s, n + 1) the largest scores of monotone paths from (0, 0) to (i, j), for several shifts at once, after
+    LONGEST rows and columns of -inf.
+
+    Args:
+        gains: (k, n + 1, s, n + 1) of `step_gains`, by step, row, shift, and column beyond the shift.
+    """
+    _, rows, shifts, _ = gains.shape
+    wide = LONGEST + rows
+    best = np.full((wide, shifts, wide), -np.inf)
+    best[LONGEST, :, LONGEST] = 0.0
+    places = wide * np.arange(shifts)[:, None] + np.arange(rows)
+    before = ((LONGEST - STEPS) @ [shifts * wide, 1])[:, None, None] + places  # from row i - LONGEST on
+    for i in range(1, rows):
+        best[LONGEST + i, :, LONGEST:] = (best[i:].take(before) + gains[:, i]).max(axis=0)
+    return best
+
+
+def best_path(best: Real, gains: Real) -> tuple[Index, Index]:
+    """Rows and columns, from 0 to n, of the path to the last of the scores.
+
+    Args:
+        best: (LONGEST + n + 1, LONGEST + n + 1) of `best_scores`, for one shift.
+        gains: (k, n + 1, n + 1) for the same.
+    """
+    i = j = gains.shape[1] - 1
+    path, wide = [(i, j)], len(best)
+    best, before = best.ravel(), (LONGEST - STEPS) @ [wide, 1]
+    while i > 0:
+        step = (best[before + (i * wide + j)] + gains[:, i, j]).argmax()
+        i, j = i - int(STEPS[step, 0]), j - int(STEPS[step, 1])
+        path.append((i, j))
+    rows, columns = np.array(path[::-1]).T
+    return rows, columns
+
+
+def _samples(curve: Curve, offset: float = 0.0) -> tuple[Complex, Complex]:
+    """(SAMPLES,) unit tangents and centred middles, in radii of gyration, of equal pieces of a closed curve."""
+    s = offset + curve.length * np.arange(SAMPLES) / SAMPLES
+    start, end = curve.at(s), curve.at(s + curve.length / SAMPLES)
+    reach = SMOOTH * curve.length
+    chord = curve.at(s + curve.length / SAMPLES + reach) - curve.at(s - reach)
+    middle = 0.5 * (start + end)
+    return chord / np.maximum(np.abs(chord), 1e-12), middle / np.sqrt(np.mean(np.abs(middle) ** 2))
+
+
+def elastic_matches(source: Curve, target: Curve, turn: float) -> Iterator[Match]:
+    """Elastic matches of the source turned by `turn` radians with the target, best first."""
+    tangents, middles = (np.exp(1j * turn) * w for w in _samples(source))
+    goals, places = _samples(target)
+    angles = (tangents[:, None] * goals.conj()).real
+    score = angles - POSITION * np.abs(middles[:, None] - places) ** 2
+    gains = sliding_window_view(step_gains(score), SAMPLES + 1, axis=2)[:, :, : SAMPLES : SAMPLES // SHIFTS]
+    best = best_scores(gains)
+    for k in np.argsort(-best[-1, :, -1], kind="stable"):
+        rows, columns = best_path(best[:, k], gains[:, :, k])
+        shift = k * SAMPLES // SHIFTS
+        yield Match(rows / SAMPLES * source.length, (columns + shift) / SAMPLES * target.length)
+
+
+def arclength_matches(source: Curve, target: Curve) -> list[Match]:
+    """Equal shares of the arclength, with evenly spaced shifts."""
+    shifts = target.length * np.arange(ARCLENGTHS) / ARCLENGTHS
+    ends = np.array([0.0, 1.0])
+    return [Match(ends * source.length, shift + ends * target.length) for shift in shifts]
+
+
+class Different:
+    """A list of matches that refuses one too much like those it has."""
+
+    def __init__(self, source: Curve, target: Curve):
+        self._samples, self._length = source.length * np.arange(64) / 64, target.length
+        self._kept: list[Complex] = []
+        self.matches: list[Match] = []
+
+    def add(self, match: Match) -> bool:
+        """Whether the match was new."""
+        places = np.exp(2j * np.pi / self._length * match.at(self._samples))
+        if any(np.mean(np.abs(places - other)) < DIFFERENT for other in self._kept):
+            return False
+        self._kept.append(places)
+        self.matches.append(match)
+        return True
+
+
+def candidates(source: Curve, target: Curve, turns: tuple[tuple[float, int], ...]) -> list[Match]:
+    """Elastic matches at several turns, and shifts of the arclength."""
+    found = Different(source, target)
+    for turn, count in turns:
+        first_new(found, elastic_matches(source, target, turn), count)
+    return found.matches + arclength_matches(source, target)
+
+
+def first_new(found: Different, matches: Iterator[Match], count: int) -> None:
+    """Adds the first `count` matches that differ from those found."""
+    for match in matches:
+        if found.add(match):
+            count -= 1
+        if count == 0:
+            return
+
+
+def implied_turn(match: Match, source: Curve, target: Curve) -> float:
+    """Radians of the similarity that fits a match best."""
+    s = source.length * np.arange(SAMPLES) / SAMPLES
+    return float(np.angle(np.sum(source.at(s).conj() * target.at(match.at(s)))))
+
+
+def upright_ones(matches: list[Match], source: Curve, target: Curve) -> list[Match]:
+    """The matches that do not turn the picture over."""
+    return [match for match in matches if abs(implied_turn(match, source, target)) < MOST_TURNED]

@@ -1,0 +1,332 @@
+"""One level of outlines and mesh size: maps without folds for correspondences of the outlines, Newton steps on a map
+and its inverse in turn, a map carried to the mesh of another level."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import progress
+from ...arrays import Complex, Real
+from ...curve import Curve
+from ..constraints.strokes import StrokePair, inside
+from ..errors import Stuck
+from ..holes.outlines import outlines_of, rim_spacing, spaced
+from ..meshing.mesh import Sizes
+from ..meshing.transfer import interpolate
+from ..minimise.untangle import STEPS
+from ..model.boundary_pairs import HoleMatch, Loop, Match, Pairs, boundary_pairs, limited, loops_of, through
+from ..model.discrete_map import DiscreteMap, MeshHoles
+from ..model.measures import stretches
+from ..model.metric import PLANES, Metrics
+from ..model.outline import Outline
+from ..model.sketch import Sketch
+
+SPACING = 0.75  # of the outline's vertices, in mesh sizes
+RELEASED_STEPS = 8  # of Newton after each release (by hand)
+FORWARD, BACKWARD = 8, 3  # Newton steps on the map and on its inverse, in turn
+POWERS = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # q: the first for all, the others while a bound is not met
+FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
+SETTLED = 1e-3  # relative decrease of a round that ends it
+POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
+EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
+SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
+MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
+BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
+EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
+GOOD_ENOUGH = 5e-4  # relative decrease of a Newton step that counts as none
+PATIENT = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes that 40 leave folded
+STROKE_SAMPLES = 8  # of each stroke, which starts are compared by (by hand)
+NO_PINS = np.empty((0, 2), np.complex128)
+
+
+class UnitProblem(NamedTuple):
+    """What is solved, in unit coordinates.
+
+    Attributes:
+        source: boundary of the source, of area one.
+        target: boundary of the target, of area one.
+        theta: weight of the area part.
+        upright: weight of the turn when maps are compared.
+        anchors: vertices of the source and of the target, in order, that must correspond.
+        halved: whether these are half shapes, with a mirror axis between the two anchors.
+        pins: (k, 2) points inside the source and the target that must correspond.
+        strokes: polylines inside that must.
+        holes: outlines of holes of the source and of the target, clockwise.
+        partners: (i, j) that hole i of the source is to go to hole j of the target.
+        metrics: of the surfaces that the two planes stand for.
+        inverted: whether this is the inverse of what was given, so that the target's area is that of `source`.
+        bounded: whether bounds on K or the stretch are asked for.
+    """
+
+    source: Curve
+    target: Curve
+    theta: float
+    upright: float
+    anchors: tuple[tuple[complex, ...], tuple[complex, ...]] = ((), ())
+    halved: bool = False
+    pins: Complex = NO_PINS
+    strokes: tuple[StrokePair, ...] = ()
+    holes: tuple[tuple[Curve, ...], tuple[Curve, ...]] = ((), ())
+    partners: tuple[tuple[int, int], ...] = ()
+    metrics: Metrics = PLANES
+    inverted: bool = False
+    bounded: bool = False
+
+    @property
+    def holed(self) -> bool:
+        """Whether there are holes."""
+        return any(self.holes)
+
+    @property
+    def constrained(self) -> bool:
+        """Whether there are strokes or pins, inside or on the outlines."""
+        return bool(self.strokes) or bool(len(self.pins)) or bool(self.anchors[0] and not self.halved)
+
+    @property
+    def all_pins(self) -> Complex:
+        """(k, 2) pins inside and on the outlines, and points of strokes."""
+        shares = np.arange(STROKE_SAMPLES) / (STROKE_SAMPLES - 1)
+        drawn = [
+            np.column_stack(
+                [
+                    stroke.source.at(shares * stroke.source.length),
+                    stroke.target.at(shares * stroke.target.length),
+                ]
+            )
+            for stroke in self.strokes
+        ]
+        return np.concatenate([self.pins, np.array(self.anchors, np.complex128).T.reshape(-1, 2), *drawn])
+
+    def inverse(self) -> "UnitProblem":
+        """The problem of the inverse map; it has the same energy."""
+        pins = np.ascontiguousarray(self.pins[:, ::-1])
+        strokes = tuple(stroke.inverse() for stroke in self.strokes)
+        return self._replace(
+            source=self.target,
+            target=self.source,
+            anchors=self.anchors[::-1],
+            pins=pins,
+            strokes=strokes,
+            holes=self.holes[::-1],
+            partners=tuple((j, i) for i, j in self.partners),
+            metrics=self.metrics[::-1],
+            inverted=not self.inverted,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """The two outlines at one fineness and the size h of the triangles."""
+
+    source: Outline
+    target: Outline
+    size: float
+    anchors: Match | None
+    steepest: float
+    pins: Complex
+    strokes: tuple[StrokePair, ...]
+    halved: bool = False
+    holes: tuple[tuple[Outline, ...], tuple[Outline, ...]] = ((), ())
+    metrics: Metrics = PLANES
+
+    @classmethod
+    def of(
+        cls, problem: UnitProblem, size: float, fineness: float, corner_fineness: float, steepest: float
+    ) -> "Level":
+        """The level of mesh size h; fineness of outlines and corners as shares of their diagonals."""
+        (source, *rims), (target, *goals) = (
+            outlines_of(curve, holes, fineness, corner_fineness, always)
+            for curve, holes, always in zip((problem.source, problem.target), problem.holes, problem.anchors)
+        )
+        anchors = None
+        if problem.anchors[0]:
+            s, tau = (o.arclengths(a) for o, a in zip((source, target), problem.anchors))
+            order = np.argsort(s)  # pins come in the opposite order in a mirror
+            s, tau = s[order], tau[order]
+            anchors = Match(s, tau[0] + np.mod(tau - tau[0], target.length))
+        return cls(
+            *(source, target, size, anchors, steepest, problem.pins, problem.strokes, problem.halved),
+            holes=(tuple(rims), tuple(goals)),
+            metrics=problem.metrics,
+        )
+
+    def mapped(
+        self, match: Match, sizes: Sizes | None = None, drawn: list[Match] | None = None
+    ) -> DiscreteMap:
+        """A mesh for a match of the outlines, and of each stroke, without an inside yet."""
+        outer = through(limited(match, self.steepest), self.anchors, 0.0 if self.halved else SPREAD)
+        spacing = SPACING * self.size
+        if max(self.source.length, self.target.length) > MOST_PAIRS * spacing:
+            raise Stuck("an outline is too long for its area")
+        pairs = boundary_pairs(self.source, self.target, outer, spacing, self.anchors)
+        pairs, holes = self._with_holes(pairs, match.holes)
+        sizes = sizes or Sizes.even(0.5 * self.size**2)
+        axis = self.anchors.s[-1] if self.anchors and self.halved else np.inf
+        drawn = drawn or [stroke.even for stroke in self.strokes]
+        kept = inside(self.strokes, drawn, spacing, self.pins)
+        alone = sorted(set(range(len(self.holes[0]))) - {hole.source for hole in match.holes})
+        filled = [spaced(self.holes[0][k], spacing) for k in alone]
+        sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
+        holes = holes._replace(filled=loops_of(sizes_of_filled, pairs.s.size + kept.z.size))
+        given = self.source, self.target, pairs, sizes, self.anchors, kept, axis, holes, filled
+        return DiscreteMap.on(*given, self.metrics)
+
+    def _with_holes(self, outer: Pairs, matches: Sequence[HoleMatch]) -> tuple[Pairs, MeshHoles]:
+        """The boundary with holes that have partners."""
+        outlines = tuple((self.holes[0][hole.source], self.holes[1][hole.target]) for hole in matches)
+        pairs = [
+            boundary_pairs(*pair, limited(hole.match, self.steepest), rim_spacing(pair, SPACING * self.size))
+            for hole, pair in zip(matches, outlines)
+        ]
+        sizes = [(hole.source, hole.target, each.s.size) for hole, each in zip(matches, pairs)]
+        return Pairs.joined([outer, *pairs]), MeshHoles(outlines, loops_of(sizes, outer.s.size))
+
+    def outlines(self, loops: Sequence[Loop]) -> tuple[list[Outline], list[Outline]]:
+        """The outer outlines, and those of holes, in the source and in the target."""
+        source = [self.source, *(self.holes[0][loop.source] for loop in loops)]
+        return source, [self.target, *(self.holes[1][loop.target] for loop in loops)]
+
+    def inverse(self) -> "Level":
+        """That of the inverse map."""
+        anchors = self.anchors and self.anchors.inverse()
+        holes, metrics = self.holes[::-1], self.metrics[::-1]
+        return replace(
+            self, source=self.target, target=self.source, anchors=anchors, holes=holes, metrics=metrics
+        )
+
+    def started(self, match: Match) -> DiscreteMap:
+        """A map without folds for a match. Where the harmonic one folds beyond repair (with holes more often than not),
+        its inverse may not.
+
+        Raises:
+            Stuck: none was found.
+        """
+        try:
+            return self.mapped(match).unfolded()
+        except Stuck:
+            if len(match.holes) != max(map(len, self.holes)) or self.halved or self.pinned:
+                raise
+        return self.inverse().mapped(match.inverse()).unfolded().inverse()
+
+    @property
+    def domains(self) -> tuple[tuple[Outline, ...], tuple[Outline, ...]]:
+        """The outlines of the source and of the target, the outer one of each first."""
+        return (self.source, *self.holes[0]), (self.target, *self.holes[1])
+
+    @property
+    def pinned(self) -> bool:
+        """Whether there are pins or strokes inside."""
+        return bool(self.strokes) or bool(len(self.pins))
+
+
+def score(state: DiscreteMap, upright: float) -> float:
+    """The energy, made larger the more the picture is turned."""
+    return state.energy * (1 + 0.5 * upright * (1 - np.cos(state.turn)))
+
+
+def started(level: Level, matches: list[Match]) -> list[DiscreteMap]:
+    """Maps without folds for those matches that have one."""
+    states = []
+    for match in progress.counted("starts", matches):
+        try:
+            states.append(level.started(match))
+        except Stuck:
+            continue
+    return states
+
+
+def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
+    """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
+    before = np.inf  # the energy so far may be another one, of q = 1
+    for _ in range(rounds):
+        state = state.forward(theta, q, FORWARD, 0.5 * GOOD_ENOUGH, corners=True)
+        state = state.backward(theta, q, backward, 0.5 * GOOD_ENOUGH)
+        if before - state.energy < SETTLED * state.energy:
+            break
+        before = state.energy
+    return state
+
+
+def projected(curve: Curve, points: Complex) -> Real:
+    """Arclengths of the closest points of a curve, made monotone, for points in order along it."""
+    s = np.mod(curve.closest(points), curve.length)
+    steps = np.mod(np.diff(s) + 0.5 * curve.length, curve.length) - 0.5 * curve.length
+    s = s[0] + np.append(0, np.cumsum(steps))
+    if (np.diff(s) < 0).any():
+        from scipy.optimize import isotonic_regression  # slow to import, and seldom needed
+
+        s = isotonic_regression(s).x
+    even = s[0] + curve.length * np.arange(s.size) / s.size
+    return (1 - EVENED) * s + EVENED * even  # strictly ascending
+
+
+def match_on(level: Level, state: DiscreteMap | Sketch) -> Match:
+    """The match of a map's outlines, carried to the outlines of another level."""
+    if isinstance(state, DiscreteMap):
+        outer, *holes = (
+            _closed(
+                *(source, target),
+                source.simplified_from(rim.source.original(state.pairs.s[rim.vertices])),
+                target.simplified_from(rim.target.original(state.pairs.tau[rim.vertices])),
+            )
+            for rim, source, target in zip(state.rims, *level.outlines(state.loops))
+        )
+    else:
+        outer, *holes = (
+            _closed(
+                source,
+                target,
+                projected(source.curve, state.z[vertices]),
+                projected(target.curve, state.u[vertices]),
+            )
+            for vertices, source, target in zip(
+                (state.outer, *(loop.vertices for loop in state.loops)), *level.outlines(state.loops)
+            )
+        )
+    matches = (HoleMatch(loop.source, loop.target, hole) for loop, hole in zip(state.loops, holes))
+    return outer._replace(holes=tuple(matches))
+
+
+def _closed(source: Outline, target: Outline, s: Real, tau: Real) -> Match:
+    return Match(np.append(s, s[0] + source.length), np.append(tau, tau[0] + target.length))
+
+
+def refined(
+    level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None, *, only: int = 0
+) -> DiscreteMap:
+    """The map carried to a finer level, without folds, in `only` so many steps if that is given.
+
+    Raises:
+        Stuck: folds remain.
+    """
+    fine = laid(level, state, sizes)
+    try:
+        return fine.unfolded(harmonic=False, polish=POLISHING, steps=only or STEPS)
+    except Stuck:
+        if only:
+            raise
+    try:
+        return fine.unfolded(polish=POLISHING)
+    except Stuck:
+        return fine.unfolded(harmonic=False, polish=POLISHING, steps=PATIENT)
+
+
+def laid(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
+    """The map interpolated on the mesh of another level; it may fold."""
+    drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
+    fine = level.mapped(match_on(level, state), sizes, drawn)
+    if isinstance(state, DiscreteMap) and state.bound:
+        goals = fine.inside.goals.copy()
+        goals[fine.inside.own < 0] = state.inside.goals[state.inside.own < 0]  # pins that were not met stay
+        fine = replace(fine, bound=True, inside=fine.inside._replace(goals=goals))
+    return fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
+
+
+def eased(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """A few steps at q = 1 where a triangle is badly stretched: Newton at q widens it slowly."""
+    _, stretch, _ = stretches(state.z, state.u, state.material, state.metrics)
+    if stretch.max() < BADLY_STRETCHED:
+        return state
+    return state.forward(theta, 1.0, EASING_STEPS, EASED, corners=True)

@@ -1,0 +1,333 @@
+"""The stages of a solve, from two outlines in unit coordinates to a map on the last mesh."""
+
+from functools import partial
+
+import numpy as np
+
+from ...curve import Curve
+from ..constraints.validate import Pins, with_points
+from ..errors import NoMapError, Stuck
+from ..holes.given import Holes
+from ..holes.outlines import manageable_holes
+from ..model.boundary_pairs import Match
+from ..model.discrete_map import DiscreteMap
+from ..model.metric import PLANES
+from ..model.outline import manageable
+from ..model.settings import Settings, SolveLog
+from ..model.sketch import Sketch
+from . import initial_matches, pin_continuation, warm_start
+from .angle_area_tradeoff import leaning, leant
+from .candidates import raced, released, screened
+from .circle_domains import circle_starts
+from .final_mesh import (
+    FINE_EXACTNESS,
+    STEEPEST_FINE,
+    TRIANGLES_PER_AREA,
+    Meshed,
+    fine,
+    finished,
+    last,
+    last_level,
+    lowered,
+    meets,
+)
+from .hole_partners import Partners
+from .levels import Level, UnitProblem, eased, score, started
+from .similarity import similar_with_holes, similarity
+from .symmetry import Half, half_of, mirrored
+from .via_annulus import ring_matches
+from .via_disc import through_disc
+
+COARSE, FINE, FINER = 0.1, 0.05, 0.04
+"""Mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of .1 and .04. Plain shapes do with FINE; a
+surface's metric, which triangles average, holes and pins get FINER."""
+LIMBS = 0.55
+"""Over the outline's length, of area one: the coarse h of shapes with limbs, at least 0.6 of COARSE."""
+SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
+UPRIGHT = 3.0  # weight of the turn among starts: 82 % of 40 pairs turn by less than 20°, with 2 75 %, for 1 % of energy
+STRAIGHTENINGS, STRAIGHT = 3, 0.5  # rounds, and degrees that may be left
+ROUND = 0.95  # 4π · area / length², 1 for a disc and .91 for a hexagon
+COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, of the diagonal
+STEEPEST = 8.0  # slope of a match, relative to the mean, that a coarse mesh follows
+SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
+
+
+def constrained(
+    source: Curve,
+    target: Curve,
+    holes: Holes,
+    pins: Pins,
+    settings: Settings,
+    journal: SolveLog,
+    start: Sketch | None = None,
+) -> tuple[Meshed, bool]:
+    """The map in unit coordinates that meets pins, and whether it does; gone on to from an earlier one if given.
+
+    Raises:
+        NoMapError: none without folds was found.
+    """
+    upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else UPRIGHT
+    problem = with_constraints(source, target, holes, pins, settings, upright)
+    if start is not None and len(problem.holes[0]) < len(problem.holes[1]):  # it is they that are filled
+        back, met = further(problem.inverse(), inverted(start), settings, journal)
+        if met:  # else from scratch: what fills the holes is not in the earlier map, and may be in the way
+            return inverted(back), met
+    elif start is not None:
+        return further(problem, start, settings, journal)
+    used, found = solved(problem, journal)
+    state = finished(used, found, settings, journal)
+    return (inverted(state) if used.inverted else state), meets(used, found)
+
+
+def with_constraints(
+    source: Curve, target: Curve, holes: Holes, pins: Pins, settings: Settings, upright: float
+) -> UnitProblem:
+    """The problem in unit coordinates, with vertices at the pins of its outlines."""
+    anchors = tuple(tuple(side.tolist()) for side in pins.outer.T)
+    curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
+    curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
+    ends = anchors[0], anchors[1]
+    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, ends, bounded=settings.bounded)
+    return with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
+
+
+def further(
+    problem: UnitProblem, start: Sketch, settings: Settings, journal: SolveLog
+) -> tuple[DiscreteMap, bool]:
+    """The map that goes on from an earlier one, and whether it meets all constraints.
+
+    Raises:
+        NoMapError: the earlier one cannot be carried to these outlines without folds.
+    """
+    level = last_level(problem, settings)
+    try:
+        state = warm_start.continued(level, start, problem)
+    except Stuck:
+        raise NoMapError("start: cannot be gone on from without folds; do without it") from None
+    theta = leaning(problem, state)
+    return lowered(eased(state, problem.theta), theta, settings, journal), meets(problem, state)
+
+
+def mapped(
+    source: Curve, target: Curve, holes: Holes, settings: Settings, journal: SolveLog
+) -> tuple[Meshed, bool]:
+    """The map in unit coordinates, and whether it is the mirror image of itself.
+
+    Raises:
+        NoMapError: none without folds was found.
+    """
+    upright = 0.0 if settings.turn is None else UPRIGHT
+    simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
+    problem = UnitProblem(simple, goal, settings.theta, upright, bounded=settings.bounded)
+    problem = with_holes(problem, holes, settings)
+    same = similarity(source, target, turns=settings.turn is None)
+    same = same and similar_with_holes(problem, same)
+    if same is not None:
+        journal.notes.append("The shapes are similar: the map is the similarity.")
+        return onto_itself(problem, same, settings), False
+    upright_pair = settings.turn == 0 and not problem.holed
+    halves = (half_of(source), half_of(target)) if upright_pair else (None, None)
+    if halves[0] and halves[1]:
+        try:
+            return by_halves(problem, halves[0], halves[1], settings, journal)
+        except (Stuck, NoMapError):
+            journal.notes.append("The shapes are symmetric, but no symmetric map without folds was found.")
+    return whole(problem, settings, journal), False
+
+
+def whole(problem: UnitProblem, settings: Settings, journal: SolveLog) -> Meshed:
+    """All stages."""
+    used, fine_map = solved(problem, journal)
+    state = finished(used, fine_map, settings, journal)
+    return inverted(state) if used.inverted else state
+
+
+def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple[UnitProblem, DiscreteMap]:
+    """All stages but the last, of the problem or of its inverse; and which of the two, with the θ that was settled on.
+
+    Maps that no finer mesh takes over (spirals onto stars) are left on a coarse one with all corners.
+
+    Args:
+        problem: `share` of what was given (a half, or all of it).
+        journal: of what happens.
+        share: see above.
+
+    Raises:
+        NoMapError: none without folds was found.
+    """
+    closest = None
+    for smaller in SMALLER:
+        for used in ways(problem):
+            try:
+                sizes = (
+                    coarse_size(used) * smaller / np.sqrt(share),
+                    fine_size(used) * smaller / np.sqrt(share),
+                )
+                state = coarse(used, sizes[0], journal)
+                if not meets(used, state) and closest is not None:
+                    continue
+                found = used, fine(used, state, sizes[1], journal)
+            except Stuck:
+                continue
+            if meets(*found):
+                return leant(*found, partial(again, sizes=sizes, journal=journal), state)
+            closest = closest or found
+    if closest is not None:
+        return closest
+    for used in ways(problem):
+        try:
+            return used, coarse(used, coarse_size(used) / np.sqrt(share), journal, FINE_EXACTNESS)
+        except Stuck:
+            continue
+    raise NoMapError(
+        "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
+    )
+
+
+def again(
+    problem: UnitProblem, start: DiscreteMap, sizes: tuple[float, float], journal: SolveLog
+) -> tuple[DiscreteMap, DiscreteMap]:
+    """The coarse map and the fine one, of such mesh sizes, that go on from a coarse one with another θ.
+
+    Raises:
+        Stuck: they fold.
+    """
+    level = Level.of(problem, sizes[0], *COARSE_EXACTNESS, STEEPEST)
+    start = released(level, start, problem)
+    return start, fine(problem, start, sizes[1], journal)
+
+
+def coarse_size(problem: UnitProblem) -> float:
+    """The coarse mesh size: smaller where an outline is long for its area."""
+    length = max(problem.source.length, problem.target.length)
+    return COARSE * float(np.clip(LIMBS / (COARSE * length), 0.6, 1.0))
+
+
+def fine_size(problem: UnitProblem) -> float:
+    """The fine mesh size."""
+    plain = problem.metrics == PLANES and not (problem.holed or problem.constrained)
+    return FINE if plain else FINER
+
+
+def ways(problem: UnitProblem) -> tuple[UnitProblem, ...]:
+    """The problem and its inverse in the order in which they are tried; one of them where it has more holes to fill.
+
+    Without constraints and holes the one with the longer outline is meshed first: triangles that fit its limbs can be
+    spread over a block, those of a block hardly fit into limbs (energy -8 % on 20 hard pairs).
+    """
+    inverse = problem.inverse()
+    surplus = len(problem.holes[0]) - len(problem.holes[1])
+    if surplus:
+        return (problem if surplus > 0 else inverse,)
+    longer = problem.target.length > problem.source.length and not (problem.constrained or problem.holed)
+    return (inverse, problem) if longer else (problem, inverse)
+
+
+def inverted(state: Meshed) -> Sketch:
+    """The inverse map."""
+    loops, filled = (tuple(loop.inverse() for loop in each) for each in (state.loops, state.filled))
+    given = state.u, state.z, state.faces, state.border, state.first_pin, state.lines
+    return Sketch(*given, loops, filled, state.weights, state.metrics[::-1])
+
+
+def by_halves(
+    problem: UnitProblem, source: Half, target: Half, settings: Settings, journal: SolveLog
+) -> tuple[Meshed, bool]:
+    """The map of the right halves, mirrored; carried to the outlines given where those are not quite symmetric."""
+    roots = np.sqrt([source.curve.area, target.curve.area])
+    curves = [Curve(half.curve.z / root) for half, root in zip((source, target), roots)]
+    anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target))]
+    simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
+    both = anchors[0], anchors[1]
+    half_problem = UnitProblem(simple, goal, problem.theta, 0.0, both, halved=True, bounded=problem.bounded)
+    used, half = solved(half_problem, journal, share=0.5)
+    exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
+    if exact:
+        half = last(used, half, settings, journal, share=0.5)
+    outline = 1 + int(np.searchsorted(half.pairs.s, half.axis - 1e-9))
+    z, u = (half.u, half.z) if used.inverted else (half.z, half.u)
+    z, u, faces, border = mirrored(z, u, half.faces, half.border, outline)
+    sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border)
+    whole_problem = problem._replace(theta=used.theta)
+    return (sketch if exact else finished(whole_problem, sketch, settings, journal)), True
+
+
+def coarse(
+    problem: UnitProblem, size: float, journal: SolveLog, exactness: tuple[float, float] = COARSE_EXACTNESS
+) -> DiscreteMap:
+    """The best map of all starts on coarse meshes, for outlines and corners of a certain fineness."""
+    level = Level.of(problem, size, *exactness, STEEPEST)
+    matches = correspondences(level, problem)
+    if problem.constrained:
+        return pin_continuation.coarse(level, matches, problem, journal)
+    states = started(level, matches)
+    journal.starts["tried"] += len(matches)
+    journal.starts["failed"] += len(matches) - len(states)
+    most = max(len(match.holes) for match in matches)
+    if most > 1 or (most and not states):
+        states += circle_starts(level, matches, problem.theta)
+    states = screened(states or through_disc(level, problem.theta), problem)
+    best = straightened(level, raced(level, states, problem), problem)
+    journal.level("coarse", best, 1.0)
+    return best
+
+
+def correspondences(level: Level, problem: UnitProblem) -> list[Match]:
+    """The correspondences of the outlines to start from."""
+    curves = level.source.curve, level.target.curve
+    free = problem.upright == 0 and level.anchors is None
+    matches = initial_matches.candidates(*curves, initial_matches.ANY_TURN if free else initial_matches.TURNS)
+    if problem.holed:
+        return with_partners(level, matches, problem)
+    if problem.halved:  # whose ends leave arclengths no shift
+        return matches[: 1 - initial_matches.ARCLENGTHS]
+    if problem.upright > 0 and not problem.constrained:
+        return initial_matches.upright_ones(matches, *curves) or matches
+    return matches
+
+
+def straightened(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
+    """The map with its turn taken out where a shape is round, so that any turn costs the same."""
+    for _ in range(STRAIGHTENINGS):
+        laps = state.turn / (2 * np.pi)
+        if problem.upright == 0 or abs(laps) < STRAIGHT / 360:
+            break
+        s, tau, holes = state.match
+        round_source, round_target = (4 * np.pi / o.length**2 > ROUND for o in (level.source, level.target))
+        if round_target:
+            match = Match(s, tau - laps * level.target.length, holes)
+        elif round_source:
+            match = Match(s + laps * level.source.length, tau, holes)
+        else:
+            break
+        try:
+            new = released(level, level.mapped(match), problem)
+        except Stuck:
+            break
+        if score(new, problem.upright) >= score(state, problem.upright):
+            break
+        state = new
+    return state
+
+
+def with_partners(level: Level, matches: list[Match], problem: UnitProblem) -> list[Match]:
+    """The matches with those of holes, and those by way of a ring where there is one hole."""
+    partners = Partners(*level.domains, problem.partners)
+    rings = ring_matches(level, problem.theta) if [len(side) for side in level.holes] == [1, 1] else []
+    return [partners.of(match) for match in matches] + rings
+
+
+def with_holes(problem: UnitProblem, holes: Holes, settings: Settings) -> UnitProblem:
+    """The problem with its holes."""
+    source = tuple(manageable_holes(problem.source, holes.source, settings.tolerance))
+    target = tuple(manageable_holes(problem.target, holes.target, settings.tolerance))
+    return problem._replace(holes=(source, target), partners=holes.partners)
+
+
+def onto_itself(problem: UnitProblem, match: Match, settings: Settings) -> Meshed:
+    """The similarity on a mesh."""
+    size = np.sqrt(TRIANGLES_PER_AREA / settings.triangles)
+    state = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE).mapped(match)
+    turn = np.vdot(state.z[: state.border], state.u[: state.border])
+    loops = state.holes.loops
+    return Sketch(state.z, state.z * turn / abs(turn), state.faces, state.border, loops=loops)

@@ -1,0 +1,258 @@
+"""Bringing pins to their goals: among the starts, and on the meshes that follow."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ... import progress
+from ...arrays import Complex
+from ..constraints import strokes
+from ..errors import Stuck
+from ..meshing.mesh import Sizes
+from ..model import mesh_sizes
+from ..model.boundary_pairs import Match
+from ..model.discrete_map import DiscreteMap, folds
+from ..model.inner_constraints import InnerConstraints
+from ..model.settings import SolveLog
+from . import initial_matches
+from .grid_paths import route
+from .homotopy import MOVING_DECREASE, STAGE_STEPS, in_stages, way_to
+from .levels import (
+    BACKWARD,
+    GOOD_ENOUGH,
+    POLISHING,
+    RELEASED_STEPS,
+    Level,
+    UnitProblem,
+    alternated,
+    laid,
+    refined,
+    score,
+)
+
+FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
+MOVING_STEPS = 40  # of Newton while pins move (by hand)
+BROUGHT = 6  # starts, best without pins, that are tried harder where none met its pins
+LED = 2  # of these, whose pins are led around each other where none met them still
+HELD_STEPS = 10  # of unfolding around held pins; where it works, it mostly does in so many
+FEW_FOLDS = 20  # up to which it is tried: with more it failed on 33 of 34 meshes
+RELAXING_STEPS = 20  # of Newton without pins, where a map with them folds on another mesh
+REMESHES = 2  # on the way from one place to the next
+KEPT = 3  # starts, best with pins met, that are settled
+TURNED_STARTS = 3  # elastic ones, at the turn that fits the pins best
+BESIDE = 0.5  # share of even goals in those of strokes whose ends slide
+STRONG = 3.0  # times the energy without pins from which they force strong stretch
+STRETCHED = "The pins force strong stretch: the energy is over three times that without them."
+RELEASES = 2  # rounds of released corners with pins held
+
+
+def aimed(level: Level, state: DiscreteMap, even: float) -> DiscreteMap:
+    """The map with strokes whose ends slide aimed at places beside where they are."""
+    u = state.u[state.border : state.border + state.inside.z.size]
+    return replace(state, inside=strokes.aimed(state.inside, level.strokes, u, even))
+
+
+def bound(state: DiscreteMap) -> DiscreteMap:
+    """The map with its constraints in force."""
+    return replace(state, bound=True)
+
+
+def moved(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map with pins moved straight to their goals as far as they go."""
+    return bound(state).forward(theta, 1.0, MOVING_STEPS, MOVING_DECREASE, corners=True)
+
+
+def turned_to_goals(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map with pins moved to their goals in stages."""
+    goals = state.inside.goals
+    way = way_to(state.u[state.border : state.border + goals.size], goals)
+
+    def to(state: DiscreteMap, aims: Complex) -> DiscreteMap:
+        aimed = replace(state, inside=state.inside._replace(goals=aims), bound=True)
+        return aimed.forward(theta, 1.0, STAGE_STEPS, MOVING_DECREASE, corners=True)
+
+    state = in_stages(state, way, to)
+    return replace(state, inside=state.inside._replace(goals=goals))
+
+
+def brought(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map with pins at their goals, straight or in stages; or as close as they got."""
+    straight = moved(state, theta)
+    if straight.miss == 0:
+        return straight
+    turned = turned_to_goals(replace(state, bound=False), theta)
+    return min(turned, straight, key=lambda each: each.miss)
+
+
+def led(level: Level, state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map with its pins led to their goals one after the other, the nearest first, along ways around the others and
+    the outline; or as far as that goes."""
+    goals = state.inside.goals
+    state = held_where_they_are(state)
+    for pin in np.argsort(np.abs(goals - state.inside.goals), kind="stable"):
+        here = state.inside.goals
+        for place in route(level.target.curve, here[pin], goals[pin], np.delete(here, pin)):
+            aims = state.inside.goals.copy()
+            aims[pin] = place
+            state = stepped(level, state, aims, theta)
+            if state.miss > 0:
+                return replace(state, inside=state.inside._replace(goals=goals))
+    return state
+
+
+def stepped(level: Level, state: DiscreteMap, aims: Complex, theta: float) -> DiscreteMap:
+    """The map with its pins moved straight, on new meshes where they get stuck; or as close as they got."""
+    for attempt in range(1 + REMESHES):
+        tried = moved(replace(state, inside=state.inside._replace(goals=aims)), theta)
+        if tried.miss == 0 or attempt == REMESHES:
+            break
+        rested = held_where_they_are(tried).forward(theta, 1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
+        try:
+            sizes = mesh_sizes.graded(rested.z, rested.u, rested.faces, 0.5 * level.size**2)
+            state = refined(level, rested, sizes, only=HELD_STEPS)
+        except Stuck:
+            break
+    return tried
+
+
+def turned_matches(level: Level, pins: Complex) -> list[Match]:
+    """Elastic matches at the turn that fits the pins (k, 2) best; none for fewer than two pins."""
+    if len(pins) < 2:
+        return []
+    a, b = pins.T - pins.T.mean(axis=1, keepdims=True)
+    source, target = level.source.curve, level.target.curve
+    found = initial_matches.Different(source, target)
+    initial_matches.first_new(
+        found, initial_matches.elastic_matches(source, target, float(np.angle(np.vdot(a, b)))), TURNED_STARTS
+    )
+    return found.matches
+
+
+def rank(state: DiscreteMap, upright: float) -> tuple[float, float]:
+    """Maps that meet their constraints first, by score; then the others by what they miss."""
+    return state.miss, score(state, upright)
+
+
+def screened(
+    level: Level, matches: list[Match], problem: UnitProblem
+) -> tuple[list[DiscreteMap], float, int]:
+    """The best maps with pins moved, best first; the least energy without pins; and how many matches failed."""
+    states, failed = [], 0
+    for match in progress.counted("starts", matches):
+        try:
+            states.append(
+                level.mapped(match).unfolded().forward(problem.theta, 1.0, FIRST_STEPS, 1e-4, corners=False)
+            )
+        except Stuck:
+            failed += 1
+    free = min((state.energy for state in states), default=np.inf)
+    states = [aimed(level, state, BESIDE) for state in states]
+    straight = (moved(state, problem.theta) for state in progress.counted("pins moved", states))
+    ends = sorted(straight, key=lambda s: rank(s, problem.upright))
+    if ends and ends[0].miss > 0:
+        states = sorted(states, key=lambda s: s.energy)[:BROUGHT]
+        staged = (brought(s, problem.theta) for s in progress.counted("pins moved in stages", states))
+        ends = sorted(staged, key=lambda s: rank(s, problem.upright))
+    if ends and ends[0].miss > 0 and not problem.strokes:
+        ways = progress.counted("pins led around each other", states[:LED])
+        led_ends = [led(level, state, problem.theta) for state in ways]
+        ends = sorted([*led_ends, *ends], key=lambda s: rank(s, problem.upright))
+    return ends[:KEPT], free, failed
+
+
+def settled(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
+    """The best of a few rounds with pins held: corners released, a new mesh, settled."""
+    best = state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
+    for _ in range(RELEASES):
+        try:
+            state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
+            state = alternated(carried(level, state, problem.theta), problem.theta, 1.0, 4, BACKWARD)
+        except Stuck:
+            break
+        if score(state, problem.upright) >= score(best, problem.upright):
+            break
+        best = state
+    return best
+
+
+def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None = None) -> DiscreteMap:
+    """The map carried to another mesh with pins held; where that folds, with them free and then moved again.
+
+    Raises:
+        Stuck: no map without folds, or pins no longer met.
+    """
+    if not (state.bound and state.inside.z.size):
+        return refined(level, state, sizes)
+    fine = laid(level, state, sizes)
+    try:
+        return around_pins(fine)
+    except Stuck:
+        state = replace(state, bound=False)
+    try:
+        new = replace(fine, bound=False).unfolded(harmonic=False, polish=POLISHING)
+    except Stuck:
+        relaxed = state.forward(theta, 1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)
+        new = refined(level, relaxed, sizes)
+    new = brought(replace(new, inside=with_goals_of(state, new)), theta)
+    if new.miss > 0:
+        raise Stuck("the constraints are not met on a new mesh")
+    return new
+
+
+def around_pins(fine: DiscreteMap) -> DiscreteMap:
+    """The map unfolded with its constraints held.
+
+    Raises:
+        Stuck: that would take long, or does not work.
+    """
+    if folds(fine.faces, fine.u) > FEW_FOLDS:
+        raise Stuck("too many folds beside what is constrained")
+    return fine.unfolded(harmonic=False, polish=POLISHING, steps=HELD_STEPS)
+
+
+def again(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
+    """The map with pins met that coarser meshes left on their way; as it is where they are not met on this one."""
+    if problem.strokes:
+        return state
+    free = replace(state, inside=state.inside._replace(goals=problem.pins[:, 1].copy()), bound=False)
+    new = brought(free, problem.theta)
+    new = new if new.miss == 0 else led(level, free, problem.theta)
+    return new if new.miss == 0 else state
+
+
+def with_goals_of(state: DiscreteMap, new: DiscreteMap) -> InnerConstraints:
+    """What is constrained in a new map, pins with the goals that they have in the old one."""
+    goals = new.inside.goals.copy()
+    goals[new.inside.own < 0] = state.inside.goals[state.inside.own < 0]
+    return new.inside._replace(goals=goals)
+
+
+def coarse(level: Level, matches: list[Match], problem: UnitProblem, journal: SolveLog) -> DiscreteMap:
+    """The best map of all starts on coarse meshes, pins met or as close as they got.
+
+    Raises:
+        Stuck: no start without folds.
+    """
+    matches = matches + turned_matches(level, problem.all_pins)
+    states, free, failed = screened(level, matches, problem)
+    journal.starts["tried"] += len(matches)
+    journal.starts["failed"] += failed
+    if not states:
+        raise Stuck("no start")
+    met = [state for state in states if state.miss == 0]
+    if met:
+        best = min((settled(level, s, problem) for s in met), key=lambda s: score(s, problem.upright))
+    elif problem.strokes:
+        best = settled(level, replace(states[0], bound=False), problem)
+    else:
+        best = settled(level, held_where_they_are(states[0]), problem)
+    earlier = [note for note in journal.notes if note != STRETCHED]  # an attempt given up may have noted it
+    journal.notes = [*earlier, STRETCHED] if best.energy > STRONG * free else earlier
+    journal.level("coarse", best, 1.0)
+    return best
+
+
+def held_where_they_are(state: DiscreteMap) -> DiscreteMap:
+    """The map with its inner constraints asking for no more than is."""
+    u = state.u[state.border : state.border + state.inside.z.size].copy()
+    return replace(state, inside=state.inside._replace(goals=u), bound=True)

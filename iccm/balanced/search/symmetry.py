@@ -1,0 +1,91 @@
+"""Pairs of shapes that are both their own mirror images about a vertical line: solve one half, mirror it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex, Index
+from ...curve import Curve
+
+SYMMETRIC = 5e-3
+"""Of the diagonal: how far a mirrored outline may lie from the outline; 115 of 250 icons are closer."""
+SAMPLES = 1000  # of an outline, at which that is measured
+
+
+@dataclass(frozen=True, eq=False)
+class Half:
+    """The right half of a mirror-symmetric domain.
+
+    Attributes:
+        curve: its boundary, counter-clockwise from the lower end of the axis, up the outline and down the axis.
+        top: vertex of the upper end of the axis.
+        axis: real part of the axis in the domain's coordinates; 0 in the half's.
+        asymmetry: how far the mirrored outline lies from the outline, of the diagonal.
+    """
+
+    curve: Curve
+    top: int
+    axis: float
+    asymmetry: float
+
+
+def half_of(curve: Curve) -> Half | None:
+    """The right half of a domain; None if it is not symmetric or its axis leaves it."""
+    low, high = curve.box
+    middle = 0.5 * (low.real + high.real)
+    axis = min((middle, 0.0), key=lambda x: asymmetry(curve, x))  # the centroid is at 0
+    worst = asymmetry(curve, axis)
+    if worst > SYMMETRIC:
+        return None
+    polygon = shapely.Polygon(np.column_stack([curve.z.real - axis, curve.z.imag]))
+    right = polygon.intersection(shapely.box(0, low.imag - 1, high.real - low.real + 1, high.imag + 1))
+    if right.geom_type != "Polygon" or len(right.interiors):
+        return None
+    ring = shapely.get_coordinates(shapely.geometry.polygon.orient(right).exterior)[:-1] @ np.array([1, 1j])
+    return _begun_at_axis(ring, axis, worst)
+
+
+def _begun_at_axis(ring: Complex, axis: float, worst: float) -> Half | None:
+    on = np.abs(ring.real) < 1e-9
+    ring = np.where(on, 1j * ring.imag, ring)
+    if np.count_nonzero(on) != 2:
+        return None
+    low, high = sorted(np.flatnonzero(on), key=lambda k: ring[k].imag)
+    if (high + 1) % ring.size != low:
+        return None
+    curve = Curve(np.roll(ring, -low))
+    return Half(curve, int((high - low) % ring.size), axis, worst)
+
+
+def asymmetry(curve: Curve, axis: float) -> float:
+    """The largest distance of the outline, mirrored at the vertical line, from itself, of the diagonal."""
+    z = curve.at(curve.length * np.arange(SAMPLES) / SAMPLES)
+    mirrored = 2 * axis - z.conj()
+    return float(np.abs(curve.at(curve.closest(mirrored)) - mirrored).max()) / curve.diagonal
+
+
+def mirrored(z: Complex, u: Complex, faces: Index, border: int, outline: int):
+    """The map of the right half glued to its mirror image along the axis, outline vertices first.
+
+    Args:
+        z: (n,) vertices of the half, its outline's first, from the lower end of the axis on.
+        u: (n,) their images.
+        faces: (m, 3) triangles.
+        border: vertices on the half's boundary.
+        outline: how many of those come before the axis, both of its ends among them.
+
+    Returns:
+        The whole's z, u and faces, and how many vertices its outline has.
+    """
+    n = z.size
+    on_axis = np.zeros(n, bool)
+    on_axis[[0, *range(outline - 1, border)]] = True
+    partner = np.where(on_axis, np.arange(n), n + np.cumsum(~on_axis) - 1)
+    whole_z, whole_u = (np.concatenate([w, -w[~on_axis].conj()]) for w in (z, u))
+    whole = np.concatenate([faces, partner[faces][:, ::-1]])
+    loop = np.concatenate([np.arange(outline), partner[np.arange(outline - 2, 0, -1)]])
+    order = np.concatenate([loop, np.setdiff1d(np.arange(whole_z.size), loop)])
+    place = np.empty(order.size, np.int64)
+    place[order] = np.arange(order.size)
+    return whole_z[order], whole_u[order], place[whole], loop.size

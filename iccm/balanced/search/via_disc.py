@@ -1,0 +1,60 @@
+"""Maps by way of a disc, for outlines between which the harmonic map folds beyond repair (spirals, combs).
+
+Onto a disc every shape has a map without folds, the harmonic one with positive weights (Tutte, *How to draw a graph*,
+1963; Floater 2003), whatever goes where on the circle. It is balanced; then there, the disc turned, and back by the
+other shape's is one to one. On a mesh of the source it is so up to what the triangles resolve; what folds is undone
+from there.
+"""
+
+import numpy as np
+
+from ...curve import Curve
+from ..errors import Stuck
+from ..meshing.transfer import interpolate
+from ..model.discrete_map import DiscreteMap
+from . import initial_matches
+from .levels import GOOD_ENOUGH, Level, UnitProblem
+from .via_annulus import CORNER_FINENESS, CORNERS, STEPS, TURNS, through
+
+
+def disc() -> Curve:
+    """The outline of a disc of area one."""
+    outline = Curve(np.exp(2j * np.pi * np.arange(CORNERS) / CORNERS))
+    return Curve(outline.z / np.sqrt(outline.area))
+
+
+def onto_disc(curve: Curve, level: Level, theta: float) -> DiscreteMap:
+    """The balanced map of a shape onto a disc.
+
+    Raises:
+        Stuck: its triangles are too thin for double precision.
+    """
+    own = Level.of(UnitProblem(curve, disc(), theta, 0.0), level.size, 0.0, CORNER_FINENESS, level.steepest)
+    match = initial_matches.arclength_matches(own.source.curve, own.target.curve)[0]
+    return own.started(match).forward(theta, 1.0, STEPS, GOOD_ENOUGH, corners=False)
+
+
+def through_disc(level: Level, theta: float) -> list[DiscreteMap]:
+    """Maps without folds between outlines without pairs of holes, pins and strokes; those turns of the disc that give
+    one."""
+    if level.pinned or level.anchors or all(level.holes):
+        return []
+    try:
+        there, back = (onto_disc(outline.curve, level, theta) for outline in (level.source, level.target))
+    except Stuck:
+        return []
+    found = []
+    for k in range(TURNS):
+        try:
+            found.append(_composed(level, there, back, k / TURNS))
+        except Stuck:
+            continue
+    return found
+
+
+def _composed(level: Level, there: DiscreteMap, back: DiscreteMap, lap: float) -> DiscreteMap:
+    """There, on by a share of a lap, and back."""
+    new = level.mapped(through(there.match, back.match, lap))
+    middle = interpolate(there.z, there.faces, there.u, new.z) * np.exp(2j * np.pi * lap)
+    u = interpolate(back.u, back.faces, back.z, middle)
+    return new.moved_to_border(u).unfolded(harmonic=False)

@@ -1,0 +1,109 @@
+"""Going on from an earlier map: on its own mesh where the pins are its vertices, else on a new one."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Complex, Index, Real
+from ...curve import Curve
+from ...linalg.cholesky import system_of
+from ..meshing.mesh import closed_links
+from ..model import mesh_sizes
+from ..model.boundary_pairs import Pairs
+from ..model.discrete_map import DiscreteMap, MeshHoles
+from ..model.inner_constraints import InnerConstraints
+from ..model.outline import Outline
+from ..model.sketch import Sketch
+from .levels import EVENED, Level, UnitProblem, refined
+from .pin_continuation import aimed, brought, held_where_they_are, led
+
+SAME = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
+
+
+def continued(level: Level, start: Sketch, problem: UnitProblem) -> DiscreteMap:
+    """The earlier map with the problem's constraints met, or as close as they got.
+
+    Raises:
+        Stuck: no map without folds follows these outlines.
+    """
+    state = on_its_mesh(level, start) or refined(
+        level, start, mesh_sizes.graded(start.z, start.u, start.faces, 0.5 * level.size**2)
+    )
+    if not state.inside.z.size:
+        return state
+    if level.strokes:  # corners of theirs get vertices where the earlier map has them
+        state = refined(level, aimed(level, state, EVENED))
+    new = brought(replace(state, bound=False), problem.theta)
+    new = new if new.miss == 0 or problem.strokes else led(level, new, problem.theta)
+    if new.miss == 0:
+        return new
+    return replace(state, bound=False) if problem.strokes else held_where_they_are(new)
+
+
+def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
+    """The earlier map itself, if its outlines are the level's and all pins are among its vertices; None if not."""
+    if level.strokes or len(start.loops) < max(map(len, level.holes)):
+        return None
+    vertices = [start.outer, *(loop.vertices for loop in start.loops)]
+    outlines = list(zip(*level.outlines(start.loops)))
+    found = [_pairs_on(*both, start.z[v], start.u[v]) for both, v in zip(outlines, vertices)]
+    rims = [pairs for pairs in found if pairs is not None]
+    if len(rims) < len(found):
+        return None
+    pairs = Pairs.joined(rims)
+    anchored = np.zeros(start.border, bool)
+    if level.anchors is not None:
+        own = anchored[start.outer] = _at(level.anchors.s, rims[0].s, level.source.length)
+        if own.sum() < level.anchors.s.size or np.any(
+            own != _at(level.anchors.tau, rims[0].tau, level.target.length)
+        ):
+            return None
+    order = _pins_first(start, level.pins[:, 0])
+    if order is None:
+        return None
+    place = np.argsort(order)
+    faces = place[start.faces]
+    around = closed_links([each.s.size for each in rims])
+    following = np.append(around, start.border + np.arange(len(level.pins)))
+    return DiscreteMap(
+        level.source, level.target, faces, system_of(faces, following, order.size), start.z[order],
+        start.u[order], pairs, anchored, inside=InnerConstraints.of_pins(level.pins),
+        holes=MeshHoles(tuple(outlines[1:]), start.loops),
+    )  # fmt: skip
+
+
+def _pairs_on(source: Outline, target: Outline, z: Complex, u: Complex) -> Pairs | None:
+    """Vertices of an outline as pairs; None if they are not on it, or miss a corner."""
+    s, tau = _along(source.curve, z), _along(target.curve, u)
+    if s is None or tau is None:
+        return None
+    at_source, at_target = (_at(o.corners, x, o.length) for o, x in ((source, s), (target, tau)))
+    whole = at_source.sum() >= source.corners.size and at_target.sum() >= target.corners.size
+    return Pairs(s, tau, at_source, at_target) if whole else None
+
+
+def _pins_first(start: Sketch, pins: Complex) -> Index | None:
+    """An order of the vertices with those of pins right after the outline's; None if one has none."""
+    away = np.abs(start.z[start.border :] - pins[:, None])
+    found = start.border + away.argmin(axis=1)
+    if np.any(away.min(axis=1) > SAME) or np.unique(found).size < found.size:
+        return None
+    rest = np.setdiff1d(np.arange(start.border, start.z.size), found)
+    return np.concatenate([np.arange(start.border), found, rest])
+
+
+def _along(curve: Curve, w: Complex) -> Real | None:
+    """Ascending arclengths of points in order on a closed curve; None if they are not on it, or not in order."""
+    s = curve.closest(w)
+    if np.abs(curve.at(s) - w).max() > SAME:
+        return None
+    steps = np.mod(np.diff(s, append=s[0]), curve.length)
+    if abs(steps.sum() - curve.length) > 0.5 * curve.length or steps.min() <= 0:
+        return None
+    return s[0] + np.append(0, np.cumsum(steps[:-1]))
+
+
+def _at(places: Real, s: Real, length: float) -> np.ndarray:
+    """Which arclengths are among the places."""
+    gap = np.mod(s[:, None] - places + 0.5 * length, length) - 0.5 * length
+    return np.any(np.abs(gap) < SAME, axis=1)

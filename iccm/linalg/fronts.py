@@ -1,0 +1,114 @@
+"""How the columns of a sparse Cholesky factor go together into dense blocks.
+
+Columns that follow each other and have nearly the same rows are one *front* (a relaxed supernode; Ashcraft and Grimes,
+*The Influence of Relaxed Supernode Partitions on the Multifrontal Method*, 1989), a dense trapezoid in which the zeros
+among the others are factors of no more time than they take to be looked for.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Index
+from ..jit import kernel
+from .ordering import Elimination
+
+FEW = 4  # vertices that a front has at least, if it has a child next to it to take up (by hand; 2 to 8 take as long)
+ZEROS = 0.2  # share of a front that may be zeros; .1 to .4 take as long within 5 %
+
+
+class Fronts(NamedTuple):
+    """The fronts of one mesh's matrices, in the order in which they are eliminated, children before parents.
+
+    Attributes:
+        starts: (f + 1,) where each begins among the vertices in their order.
+        beyond_starts: (f + 1,) where each begins in `beyond`.
+        beyond: later vertices that each is coupled to, ascending.
+        parents: (f,) the front that each adds to; f: none.
+        panels: (f + 1,) where the columns of each begin in the factor, 2 (k + b) + 1 rows of 2 k columns.
+        room: numbers that the factor takes, with what is waiting for parents.
+    """
+
+    starts: Index
+    beyond_starts: Index
+    beyond: Index
+    parents: Index
+    panels: Index
+    room: int
+
+
+def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
+    """The vertices (n,) in an order of elimination with the same factor, in which fronts are contiguous; and these."""
+    n, ends = found.order.size, found.ends
+    counts, rows = np.diff(ends), np.empty(found.order.size, np.int64)
+    rows[found.order] = np.arange(n)
+    rows = rows[found.columns]
+    parents = np.full(n, n)
+    parents[counts > 0] = np.minimum.reduceat(rows, ends[:-1][counts > 0])
+    place, starts, last = np.empty(n, np.int64), np.empty(n + 1, np.int64), np.empty(n, np.int64)
+    size, free = np.ones(n + 1, np.int64), np.full(n + 1, n)
+    number = _grouped(parents, counts, size, free, *np.empty((2, n), np.int64), place, starts, last)
+    starts, last = starts[: number + 1], last[:number]
+    wide = counts[last]
+    beyond_starts = np.append(0, np.cumsum(wide))
+    own = np.repeat(np.arange(number), wide)
+    at = ends[last][own] + np.arange(own.size) - beyond_starts[own]
+    beyond = np.sort(own * n + place[rows[at]]) % n
+    above = np.full(number, number)
+    above[wide > 0] = np.searchsorted(starts, beyond[beyond_starts[:-1][wide > 0]], side="right") - 1
+    columns = np.diff(starts)
+    panels = np.append(0, np.cumsum(2 * columns * (2 * (columns + wide) + 1)))
+    order = np.empty(n, np.int64)
+    order[place] = found.order
+    return order, Fronts(
+        starts, beyond_starts, beyond, above, panels, int(panels[-1]) + _waiting(wide, above)
+    )
+
+
+def _waiting(wide: Index, parents: Index) -> int:
+    """The most numbers that wait for parents, with those of the front under way."""
+    squares = (2 * wide + 1) ** 2
+    taken = np.bincount(parents, squares, wide.size + 1)[:-1].astype(np.int64)
+    before = np.append(0, np.cumsum(squares - taken))[:-1]
+    return int((before + squares).max())
+
+
+@kernel
+def _grouped(parents, counts, size, free, old, zeros, place, starts, last):
+    """Fills in an order in which children come right before their parents, and its fronts; how many there are.
+
+    Args:
+        parents: (n,) of the columns in the elimination tree; n: none.
+        counts: (n,) rows of each column below the diagonal.
+        size: (n + 1,) ones, written: the columns of each subtree.
+        free: (n + 1,) of n, written: the place after the last one that each subtree has left.
+        old, zeros: (n,) written: the columns in their new order, and the zeros of each front.
+        place: (n,) the new place of each column, written.
+        starts: (n + 1,) where each front begins, written.
+        last: (n,) the old place of the last column of each front, written.
+    """
+    n = parents.size
+    for c in range(n):
+        size[parents[c]] += size[c]
+    for c in range(n - 1, -1, -1):
+        free[c] = free[parents[c]] - 1
+        place[c], old[free[c]] = free[c], c
+        free[parents[c]] -= size[c]
+    number = 0
+    for at in range(n):
+        c = old[at]
+        starts[number], last[number] = at, c
+        number += 1
+        zeros[number - 1] = 0
+        while number > 1 and parents[last[number - 2]] == last[number - 1]:
+            above, below = number - 1, number - 2
+            more = at + 1 - starts[above]
+            fewer = starts[above] - starts[below]
+            empty = zeros[above] + zeros[below] + fewer * (more + counts[c] - counts[last[below]])
+            whole = (fewer + more) * (fewer + more + 2 * counts[c]) // 2
+            if fewer + more > FEW and empty > ZEROS * whole:
+                break
+            last[below], zeros[below] = c, empty
+            number -= 1
+    starts[number] = n
+    return number

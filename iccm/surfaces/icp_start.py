@@ -1,0 +1,124 @@
+"""Surfaces whose even layouts are almost the same shape: a map that starts from the similarity between these.
+
+The usual starts know outlines alone, and what stands out inside (legs, ears) may be squeezed to nothing on a coarse
+mesh while what it should go to is drawn from its base; no later step mends that.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Complex, Real
+from ..balanced.model.boundary_pairs import Match, loops_of
+from ..balanced.model.sketch import Sketch
+from ..balanced.search import initial_matches
+from ..balanced.search.levels import UnitProblem
+from ..curve import Curve
+
+SAMPLES = 256  # of an outline
+SHARES = np.arange(SAMPLES) / SAMPLES
+FARTHEST = 100.0  # in unit coordinates
+FAR = FARTHEST * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
+ROUNDS = 30  # of closest points
+CLOSE = 0.15  # root mean square distance of outlines and pins, of areas of one, up to which it is tried
+
+
+class Similarity(NamedTuple):
+    """z -> factor z + shift."""
+
+    factor: complex
+    shift: complex
+
+    def __call__(self, z: Complex) -> Complex:
+        """Of points."""
+        return self.factor * z + self.shift
+
+
+def sketched(problem: UnitProblem) -> Sketch | None:
+    """The similarity that fits pins and outlines best, as a map on two triangles around both outlines, whose points
+    come first; None where none fits well."""
+    if problem.strokes or len(problem.holes[0]) != len(problem.holes[1]):
+        return None
+    near = similarity(problem)
+    if near is None:
+        return None
+    pairs = _partners(problem, near)
+    outlines = [problem.source, *(problem.holes[0][i] for i, _ in pairs)]
+    loops = loops_of([(i, j, SAMPLES) for i, j in pairs], SAMPLES)
+    z = np.concatenate([*(curve.at(curve.length * SHARES) for curve in outlines), FAR])
+    first = SAMPLES * len(outlines)
+    faces = first + np.array([[0, 1, 2], [0, 2, 3]])
+    return Sketch(z, near(z), faces, first, loops=loops, metrics=problem.metrics)
+
+
+def _partners(problem: UnitProblem, near: Similarity) -> list[tuple[int, int]]:
+    """Which hole of the source goes to which of the target: those wished, the others by their middles."""
+    from scipy.optimize import linear_sum_assignment
+
+    here, there = (np.array([curve.z.mean() for curve in side], complex) for side in problem.holes)
+    away = np.abs(near(here)[:, None] - there)
+    for i, j in problem.partners:
+        away[i, j] = -FARTHEST
+    return [(int(i), int(j)) for i, j in zip(*linear_sum_assignment(away))]
+
+
+def similarity(problem: UnitProblem) -> Similarity | None:
+    """The similarity that takes the source closest to the target; None if that is not close."""
+    found = [_closest(problem, match) for match in _matches(problem)]
+    away, near = min(found, key=lambda each: each[0])
+    return near if away < CLOSE else None
+
+
+def unlikeness(source: Curve, target: Curve, here: Complex, there: Complex) -> float:
+    """How far the similarity that fits two outlines best leaves them apart, relative to the root of the area.
+
+    Args:
+        source: an outline.
+        target: likewise.
+        here: (k,) points of the source, and
+        there: where they go; in between it goes by lengths.
+    """
+    s = source.length * SHARES
+    z, w = source.at(s), target.at(_between(source, target, (here, there)).at(s))
+    away = _fitted(z, w, np.ones(SAMPLES))(z) - w
+    return float(np.sqrt(np.mean(np.abs(away) ** 2) / target.area))
+
+
+def _matches(problem: UnitProblem) -> list[Match]:
+    """Correspondences of the outlines to begin with."""
+    source, target = problem.source, problem.target
+    if problem.anchors[0]:
+        return [_between(source, target, (np.array(problem.anchors[0]), np.array(problem.anchors[1])))]
+    turns = initial_matches.ANY_TURN if problem.upright == 0 else initial_matches.TURNS
+    return initial_matches.candidates(source, target, turns)
+
+
+def _between(source: Curve, target: Curve, pins: tuple[Complex, Complex]) -> Match:
+    """In proportion to lengths between points of the outlines."""
+    s, tau = (curve.closest(side) for curve, side in zip((source, target), pins))
+    order = np.argsort(s)
+    s, tau = s[order], tau[order]
+    tau = tau[0] + np.mod(tau - tau[0], target.length)
+    return Match(np.append(s, s[0] + source.length), np.append(tau, tau[0] + target.length))
+
+
+def _closest(problem: UnitProblem, match: Match) -> tuple[float, Similarity]:
+    """The similarity for a correspondence, made better by closest points, and how far it is off."""
+    pins, goals = problem.all_pins.T
+    s = problem.source.length * SHARES
+    z, w = problem.source.at(s), problem.target.at(match.at(s))
+    weight = np.append(np.ones(SAMPLES), np.full(pins.size, SAMPLES / max(pins.size, 1)))
+    for _ in range(ROUNDS):
+        near = _fitted(np.append(z, pins), np.append(w, goals), weight)
+        if problem.anchors[0]:
+            break
+        w = problem.target.at(problem.target.closest(near(z)))
+    away = near(np.append(z, pins)) - np.append(w, goals)
+    return float(np.sqrt(weight @ np.abs(away) ** 2 / weight.sum())), near
+
+
+def _fitted(z: Complex, w: Complex, weight: Real) -> Similarity:
+    """The similarity that takes points z closest to w."""
+    a, b = (weight @ x / weight.sum() for x in (z, w))
+    factor = np.vdot(z - a, weight * (w - b)) / (weight @ np.abs(z - a) ** 2)
+    return Similarity(complex(factor), complex(b - factor * a))

@@ -1,0 +1,382 @@
+"""The last map of a surface: on its own triangles, so that its texture coordinates are that map, and fold nowhere."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Complex, Flags, Index, Real
+from ..balanced.errors import Stuck, Tangled
+from ..balanced.meshing.mesh import closed_links
+from ..balanced.meshing.transfer import interpolate
+from ..balanced.model.boundary_pairs import Pairs, apart, boundary_pairs, limited, loops_of, through
+from ..balanced.model.discrete_map import FILLED, PASSED_OVER, DiscreteMap, MeshHoles
+from ..balanced.model.frames import UnitFrame
+from ..balanced.model.inner_constraints import InnerConstraints
+from ..balanced.model.outline import Outline
+from ..balanced.model.sketch import Sketch
+from ..balanced.search.final_mesh import STEEPEST_FINE
+from ..balanced.search.levels import SPACING, SPREAD, Level, UnitProblem, match_on
+from ..curve import Curve
+from ..flattening.scaffold import filling
+from ..linalg.cholesky import system_of
+from ..meshes.mesh import face_areas
+from ..meshes.stretch import Linear, laid_flat, linear
+from .refined import RefinedSurface
+from .side import Side
+from .unfolding import signed_areas, unfolded_nearby
+
+UNFOLDING, POLISHING = 200, 30  # steps: a bunny with holes takes over 40
+ROOM = 4  # times that triangles around folds are halved, by hand
+COARSE = 4000  # triangles from which down edges are halved between surfaces: median errors fall by 20 to 40 %
+SAME = 1e-9  # of the length: arclengths this close are one place
+
+
+@dataclass(frozen=True, eq=False)
+class OwnMetric:
+    """The metric of a mesh whose triangles are the surface's own.
+
+    Attributes:
+        maps: from the plane to the surface, triangle by triangle, its area taken as one.
+        material: (m,) which triangles are not in holes.
+    """
+
+    maps: Linear
+    material: Flags
+
+    def over(self, z: Complex) -> Linear:
+        """Those of all triangles, or of those that are not in holes; they keep their places in the plane."""
+        return (
+            self.maps
+            if len(z) == self.material.size
+            else Linear(*(each[self.material] for each in self.maps))
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class OwnMap:
+    """A map on a surface's own triangles.
+
+    Attributes:
+        state: in unit coordinates, the surface being the source.
+        mesh: the triangles, as the surface has them.
+        order: (n,) vertices of the mesh in the order of the map's.
+        energy: of a map between surfaces before its worst stretch was lowered.
+    """
+
+    state: DiscreteMap
+    mesh: RefinedSurface
+    order: Index
+    energy: float = np.inf
+
+    def near(self, hit: Flags) -> Flags:
+        """(n,) the mesh's vertices whose triangles touch some of the map's (m,)."""
+        faces = self.state.faces
+        beside = np.isin(faces, faces[hit]).any(axis=1)
+        found = np.zeros(self.mesh.count, bool)
+        found[self.order[faces[beside]]] = True
+        return found
+
+    def of_layout(self, flat: Complex) -> Complex:
+        """Values at the surface's vertices, at those of the map."""
+        return self.mesh.carried(flat)[self.order]
+
+
+def on_own_mesh(
+    sides: Sequence[Side],
+    frames: Sequence[UnitFrame],
+    level: Level,
+    state: DiscreteMap | Sketch,
+    problem: UnitProblem,
+) -> OwnMap:
+    """A map without folds on the surface's own triangles, from one on any mesh.
+
+    Args:
+        sides: the surface, source of the map, and what it is mapped to.
+        frames: of their unit coordinates.
+        level: the outlines; on surfaces all vertices are added to them.
+        state: the map so far.
+        problem: what is solved, the surface being the source.
+
+    Raises:
+        Stuck: none was found.
+    """
+    met = [loop.source for loop in state.loops]
+    loops, rims = _rims(sides[0], frames[0], met, (problem.source, problem.holes[0]))
+    loops = [np.roll(loop, -rim.first) for loop, rim in zip(loops, rims)]
+    own = _with_exact(level, rims, met, target=False)
+    if sides[1].even is not None:  # a vertex that hardly shows in one layout may in another
+        goals = [loop.target for loop in state.loops]
+        _, there = _rims(sides[1], frames[1], goals, (problem.target, problem.holes[1]))
+        own = _with_exact(own, there, goals, target=True)
+    own = _anchored_again(own, problem)
+    boundary = _Boundary(loops, *_pairs_of(own, match_on(own, state)))
+    return _meshed(sides[0], frames[0], own, state, problem, boundary)
+
+
+@dataclass(frozen=True, eq=False)
+class _ExactOutline:
+    """An outline with all vertices of a layout; `first` of them is where that of the problem begins."""
+
+    outline: Outline
+    first: int
+
+
+def _outline_of(z: Complex, simple: Curve) -> _ExactOutline:
+    """The outline through all vertices z (n,), of which `simple` has some, and others on edges."""
+    first = int(np.argmin(np.abs(z - simple.z[0])))
+    z = np.roll(z, -first)
+    kept = [int(np.argmin(np.abs(z - w))) for w in simple.z]
+    on = np.abs(z[kept] - simple.z) < SAME * simple.length
+    kept_on = np.array(kept)[on]
+    if (np.diff(kept_on) <= 0).any():
+        raise Stuck("the outline of the surface touches itself")
+    curve = Curve(z)
+    knots, others = simple.knots[:-1][on], np.append(curve.knots[kept_on], curve.length)
+    origins = np.interp(curve.knots, others, np.append(knots, simple.length))
+    return _ExactOutline(Outline(curve, curve.knots[:-1], origins), first)
+
+
+def _rims(
+    side: Side, frame: UnitFrame, met: list[int], simple: tuple[Curve, Sequence[Curve]]
+) -> tuple[list[Index], list[_ExactOutline]]:
+    """A surface's loops and outlines, the outer one and those of the holes `met`, in unit coordinates; `simple` are
+    those of the problem."""
+    flat, outlines = frame.unit(side.own.flat), [simple[0], *(simple[1][k] for k in met)]
+    loops = [side.loops[k] for k in (0, *(1 + k for k in met))]
+    loops = [loop[::-1] if frame.mirrored else loop for loop in loops]
+    return loops, [_outline_of(flat[loop], curve) for loop, curve in zip(loops, outlines)]
+
+
+def _with_exact(level: Level, rims: list[_ExactOutline], met: list[int], *, target: bool) -> Level:
+    """The level with a surface's exact outlines, of the source or the target, and of the holes `met` with partners."""
+    both = [list(holes) for holes in level.holes]
+    for hole, rim in zip(met, rims[1:]):
+        both[target][hole] = rim.outline
+    found = replace(level, holes=(tuple(both[0]), tuple(both[1])))
+    return replace(found, target=rims[0].outline) if target else replace(found, source=rims[0].outline)
+
+
+def _anchored_again(level: Level, problem: UnitProblem) -> Level:
+    """The level with pins on its outlines where these have them now."""
+    if level.anchors is None:
+        return level
+    s = level.source.curve.closest(np.array(problem.anchors[0]))
+    order = np.argsort(s)
+    tau = level.target.arclengths(problem.anchors[1])[order]
+    tau = tau[0] + np.mod(tau - tau[0], level.target.length)
+    return replace(level, anchors=level.anchors._replace(s=s[order], tau=tau))
+
+
+def _pairs_of(level: Level, match) -> tuple[Pairs, MeshHoles, list[int]]:
+    """The boundary: all vertices of the surface's, and those of the other side's outlines."""
+    outer = through(limited(match, STEEPEST_FINE), level.anchors, SPREAD)
+    spacing = SPACING * level.size
+    pairs = [boundary_pairs(level.source, level.target, outer, spacing, level.anchors)]
+    outlines = []
+    for hole in match.holes:
+        pair = level.holes[0][hole.source], level.holes[1][hole.target]
+        outlines.append(pair)
+        pairs.append(boundary_pairs(*pair, limited(hole.match, STEEPEST_FINE), spacing))
+    sizes = [each.s.size for each in pairs]
+    rims = [(hole.source, hole.target, size) for hole, size in zip(match.holes, sizes[1:])]
+    return Pairs.joined(pairs), MeshHoles(tuple(outlines), loops_of(rims, sizes[0])), sizes
+
+
+class _Boundary(NamedTuple):
+    """The boundary asked for: the surface's loops, all vertices on them, the holes, and how many vertices each loop
+    has."""
+
+    loops: list[Index]
+    pairs: Pairs
+    holes: MeshHoles
+    sizes: list[int]
+
+    @property
+    def slices(self) -> list[slice]:
+        """The vertices of each loop."""
+        ends = np.cumsum([0, *self.sizes])
+        return [slice(start, end) for start, end in pairwise(ends)]
+
+
+def _meshed(
+    side: Side,
+    frame: UnitFrame,
+    level: Level,
+    state: DiscreteMap | Sketch,
+    problem: UnitProblem,
+    boundary: _Boundary,
+) -> OwnMap:
+    """The mesh with the boundary asked for, and the map on it; where triangles have no room, on smaller ones."""
+    closing = [side.loops[1 + loop.source] for loop in state.filled]
+    mesh, given = _covered(side, closing)
+    mesh, pinned = _with_pins(mesh, side, frame.world(problem.pins[:, 0]))
+    outlines = [level.source, *(here for here, _ in boundary.holes.outlines)]
+    still = np.zeros(mesh.count, bool)
+    still[np.concatenate([*boundary.loops, pinned])] = True
+    mesh, rim = _with_boundary(mesh.without_chords(still), outlines, boundary)
+    if problem.metrics[1] is not None and len(mesh.faces) < COARSE:
+        mesh = mesh.without_chords(np.ones(mesh.count, bool))
+    on = _On(side, frame, level, problem, boundary, [rim, pinned, *closing])
+    for rounds in reversed(range(ROOM)):
+        own = on.map(mesh, given[mesh.own], state)
+        try:
+            return replace(own, state=_content(_unfolded(own.state, harmonic=not rounds)))
+        except Tangled as left:
+            if not rounds:
+                raise
+            mesh = mesh.without_chords(own.near(signed_areas(left.u, own.state.faces) <= 0))
+    raise AssertionError
+
+
+class _On(NamedTuple):
+    """What stays as it is while triangles are made smaller; `first` are vertices of the boundary, of pins and of the
+    holes to be filled."""
+
+    side: Side
+    frame: UnitFrame
+    level: Level
+    problem: UnitProblem
+    boundary: _Boundary
+    first: list[Index]
+
+    def map(self, mesh: RefinedSurface, weights: Real, state: DiscreteMap | Sketch) -> OwnMap:
+        """The map so far on a mesh, whatever folds there."""
+        side, frame, boundary, (rim, pinned) = self.side, self.frame, self.boundary, self.first[:2]
+        first = np.concatenate(self.first)
+        order = np.append(first, np.setdiff1d(np.arange(mesh.count), first))
+        faces = np.argsort(order)[mesh.faces]
+        z = frame.unit(mesh.carried(side.own.flat)[order])
+        material, constrained = weights == 1, rim.size + pinned.size
+        maps = _to_surface(mesh, side, material, z[faces], mirrored=frame.mirrored)
+        faces = np.ascontiguousarray(faces[:, ::-1] if frame.mirrored else faces)
+        following = np.append(closed_links(boundary.sizes), np.arange(rim.size, constrained))
+        alone = [(loop.source, -1, each.size) for loop, each in zip(state.filled, self.first[2:])]
+        pins = np.column_stack([z[rim.size : constrained], self.problem.pins[:, 1]])
+        found = DiscreteMap(
+            *(self.level.source, self.level.target, faces, system_of(faces, following, z.size), z),
+            *(_images(state, z, self.level, boundary), boundary.pairs),
+            anchored=_anchored(self.level, boundary.pairs.s, boundary.sizes[0]),
+            inside=InnerConstraints.of_pins(pins),
+            bound=pinned.size > 0,
+            holes=boundary.holes._replace(filled=loops_of(alone, constrained)),
+            weights=None if material.all() else weights,
+            metrics=(OwnMetric(maps, material), self.problem.metrics[1]),
+        )
+        return OwnMap(found, mesh, order)
+
+
+def _covered(side: Side, closing: list[Index]) -> tuple[RefinedSurface, Real]:
+    """The surface with triangles in its holes, those `closing` and those that are passed over, and their weights."""
+    patch = side.given.patch
+    kinds = [FILLED] * len(closing) + [PASSED_OVER] * len(side.passed_over)
+    fills = [filling(side.given.flat, loop) for loop in (*closing, *side.passed_over)]
+    weights = np.repeat([1.0, *kinds], [len(patch.faces), *map(len, fills)])
+    return RefinedSurface.of(np.concatenate([patch.faces, *fills]), len(patch.points)), weights
+
+
+def _images(state: DiscreteMap | Sketch, z: Complex, level: Level, boundary: _Boundary) -> Complex:
+    """(n,) the images of vertices under the map so far, those of the boundary where they belong."""
+    u = interpolate(state.z, state.faces, state.u, z)
+    targets = [level.target, *(there for _, there in boundary.holes.outlines)]
+    for rim, target in zip(boundary.slices, targets):
+        u[rim] = target.curve.at(boundary.pairs.tau[rim])
+    return u
+
+
+def _unfolded(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
+    """Without folds: those beside the boundary and pins undone where they are, or if that fails, all at once, at last
+    from the `harmonic` map.
+
+    Raises:
+        Tangled: folds remain.
+    """
+    map = map.moved_to_border(map.u)
+    try:
+        return replace(map, u=unfolded_nearby(map))
+    except Tangled:
+        pass
+    try:
+        return map.unfolded(harmonic=False, polish=POLISHING, steps=UNFOLDING, weighed=True)
+    except Tangled:
+        if not harmonic:
+            raise
+        return map.unfolded(polish=POLISHING, steps=UNFOLDING, weighed=True)
+
+
+def _content(map: DiscreteMap) -> DiscreteMap:
+    """The map with triangles in holes, slivers as they are, at rest where they are."""
+    metric = map.metrics[0]
+    assert isinstance(metric, OwnMetric)
+    if metric.material.all():
+        return map
+    content = linear(map.z[map.faces], map.u[map.faces])
+    maps = Linear(*(np.where(metric.material, own, new) for own, new in zip(metric.maps, content)))
+    return replace(map, metrics=(OwnMetric(maps, metric.material), map.metrics[1]))
+
+
+def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[RefinedSurface, Index]:
+    """The mesh with vertices at places (k,) of the even layout, and their numbers."""
+    numbers = []
+    for z in places:
+        flat = mesh.carried(side.own.flat)
+        mesh, number = mesh.with_point(*_holding(flat[mesh.faces], z))
+        numbers.append(number)
+    if len(set(numbers)) < len(numbers):
+        raise Stuck("two pins on one vertex")
+    return mesh, np.array(numbers, np.int64)
+
+
+def _holding(corners: Complex, z: complex) -> tuple[int, Real]:
+    """The triangle of (m, 3) whose sides a point is farthest inside of, relative to its size, and the point's
+    barycentric coordinates (3,), none below 0."""
+    a, b, c = (corners - z).T
+    areas = np.array([(p.conj() * q).imag for p, q in ((b, c), (c, a), (a, b))])
+    shares = areas / areas.sum(axis=0)
+    face = int(np.argmax(shares.min(axis=0)))
+    return face, np.maximum(shares[:, face], 0)
+
+
+def _with_boundary(
+    mesh: RefinedSurface, outlines: list[Outline], boundary: _Boundary
+) -> tuple[RefinedSurface, Index]:
+    """The mesh with all vertices (b,) of the boundary, and their numbers, in order."""
+    s = boundary.pairs.s
+    rim = np.empty(s.size, np.int64)
+    tails, heads, new = ([np.empty(0, np.int64)] for _ in range(3))
+    shares = [np.empty(0)]
+    for part, loop, outline in zip(boundary.slices, boundary.loops, outlines):
+        edge, share = outline.curve.locate(s[part])
+        length = outline.curve.lengths[edge]
+        at_head = (1 - share) * length < SAME * outline.length
+        edge, share = np.where(at_head, edge + 1, edge) % loop.size, np.where(at_head, 0, share)
+        on = share * length < SAME * outline.length
+        rim[part][on] = loop[edge[on]]
+        between = np.flatnonzero(~on)
+        new.append(part.start + between)
+        tails.append(loop[edge[between]])
+        heads.append(loop[(edge[between] + 1) % loop.size])
+        shares.append(share[between])
+    places = np.concatenate(new)
+    rim[places] = mesh.count + np.arange(places.size)
+    tail, head = np.concatenate(tails), np.concatenate(heads)
+    return mesh.with_points_on(tail, head, np.concatenate(shares)), rim
+
+
+def _to_surface(mesh: RefinedSurface, side: Side, material: Flags, z: Complex, *, mirrored: bool) -> Linear:
+    """From triangles z (m, 3) to the surface; those in holes rest as the user's plane shows them."""
+    space, flat = mesh.carried(side.given.patch.points), mesh.carried(side.given.flat)
+    rest = flat[mesh.faces]
+    rest[material] = laid_flat(space[mesh.faces[material]])
+    scale = 1 / np.sqrt(face_areas(space[mesh.faces[material]]).sum())
+    return linear(z, scale * (rest.conj() if mirrored else rest))
+
+
+def _anchored(level: Level, s: Real, outer: int) -> Flags:
+    """(b,) which vertices of the boundary never move."""
+    found = np.zeros(s.size, bool)
+    if level.anchors is not None:
+        found[:outer] = ~apart(s[:outer], level.anchors.s, level.source.length)
+    return found

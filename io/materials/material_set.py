@@ -1,0 +1,132 @@
+"""What a mesh shows: its triangles, the material of each, and the pictures of materials."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Flags, Index, Real
+from ...errors import InputError
+from ...meshes.charted import Charted
+from .. import files, formats
+from ..pictures import image_files
+from ..pictures.image import Image
+
+
+@dataclass(frozen=True, eq=False)
+class MaterialMap:
+    """A picture that a material shows.
+
+    Attributes:
+        picture: its file, or the content of one.
+        kind: what its channels are (see `pixels.sampler.KINDS`).
+        where: what messages call it.
+        uv: (t, 2) the coordinates that it is shown by, v up, for the numbers of the set's own; None: these.
+        options: what else the material says of it: glTF's sampler, `-bm 0.3` of an MTL statement.
+    """
+
+    picture: Path | bytes
+    kind: str
+    where: str
+    uv: Real | None = None
+    options: Any = None
+
+    def image(self, max_pixels: int) -> Image:
+        """The picture.
+
+        Raises:
+            InputError: it cannot be read, or has more pixels.
+        """
+        if isinstance(self.picture, Path):
+            return image_files.read(self.picture, max_pixels=max_pixels)
+        with files.scratch() as folder:
+            path = folder / f"a{formats.suffix_of_content(self.picture) or '.jpg'}"
+            path.write_bytes(self.picture)
+            try:
+                return image_files.read(path, max_pixels=max_pixels)
+            except InputError as error:
+                raise InputError(f"{self.where} cannot be read: {str(error).partition(': ')[2]}") from error
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """A material.
+
+    Attributes:
+        name: what the file calls it.
+        maps: its pictures by what they are for: slots of glTF (see `gltf_materials.slots`), or statements of MTL.
+        source: all that the file says of it: glTF's JSON, or the lines of an MTL.
+        factors: what its pictures of colours and numbers are multiplied by, and what is shown without one: linear
+            red, green, blue and perhaps alpha, by slot.
+    """
+
+    name: str
+    maps: dict[str, MaterialMap] = field(default_factory=dict)
+    source: Any = None
+    factors: dict[str, tuple[float, ...]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class MaterialSet:
+    """A mesh with its materials.
+
+    Attributes:
+        sheet: its triangles, with coordinates of their own.
+        materials: the materials.
+        owner: (m,) the material of each triangle.
+        dialect: the names of the materials' slots: those of "gltf" or "mtl".
+        notes: what a user should know.
+    """
+
+    sheet: Charted
+    materials: tuple[Material, ...]
+    owner: Index
+    dialect: str
+    notes: tuple[str, ...] = ()
+
+    @property
+    def maps(self) -> list[MaterialMap]:
+        """Of all materials that have triangles."""
+        return [each for k in np.unique(self.owner) for each in self.materials[k].maps.values()]
+
+    def shown_by(self, map: MaterialMap) -> Charted:
+        """The triangles with the coordinates that a picture is shown by."""
+        return self.sheet if map.uv is None else self._sheets[id(map.uv)]
+
+    @cached_property
+    def _sheets(self) -> dict[int, Charted]:
+        others = {id(each.uv): each.uv for each in self.maps if each.uv is not None}
+        return {key: replace(self.sheet, uv=uv) for key, uv in others.items()}
+
+    def instead(self, given: dict[str, MaterialMap]) -> "MaterialSet":
+        """The same with these pictures in the place of the materials' own."""
+        materials = [replace(material, maps=material.maps | given) for material in self.materials]
+        return replace(self, materials=tuple(materials))
+
+
+def part(sheet: Charted, triangles: Flags | Index) -> Charted:
+    """Some triangles of a sheet."""
+    normals = None if sheet.normal_faces is None else sheet.normal_faces[triangles]
+    stated = None if sheet.stated is None else sheet.stated[triangles]
+    faces, uv_faces = sheet.faces[triangles], sheet.uv_faces[triangles]
+    return replace(sheet, faces=faces, uv_faces=uv_faces, normal_faces=normals, stated=stated)
+
+
+def check_pictures(material_set: MaterialSet, name: str) -> None:
+    """Refuse a mesh whose materials show no picture.
+
+    Raises:
+        InputError: there is none.
+    """
+    if not material_set.maps:
+        raise InputError(
+            f"{name}: its materials show no pictures; name some with --texture, --normal or --data"
+        )
+
+
+def known(names: Iterable[str]) -> str:
+    """Names for messages, each once."""
+    return ", ".join(dict.fromkeys(names))
