@@ -15,14 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError, JobError
-from .. import files, names
+from .. import files, limits, names
 from ..options import many
 from ..pictures.tiles import MARK, files_of
 from ..run.job import STEM, WRITTEN, Job
 from ..spec import Spec, path_of
 
-MAX_BYTES, MAX_JOBS, LONGEST = 64 << 20, 100_000, 500
-MAX_DEPTH = 8  # of lists and tables in each other; pins need three
+LONGEST = 500  # characters of a mistake that are shown
 JOURNAL = ".iccm-journal.jsonl"
 GLOBBED = ("source", "target", "texture")
 FURTHER = ("normal", "normal_down", "data")  # textures, relative to the manifest
@@ -108,8 +107,8 @@ def read(text: str, name: str, *, root: Path, outside: bool = False) -> list[Tas
     base = "" if name == "-" else os.path.dirname(name)
     for entry in _entries(text, name, found):
         for values in _expanded(entry, base, found):
-            if len(tasks) >= MAX_JOBS:
-                raise ManifestError([f"{name}: more than {MAX_JOBS} jobs; split the manifest"])
+            if len(tasks) >= limits.JOBS:
+                raise ManifestError([f"{name}: more than {limits.JOBS} jobs; split the manifest"])
             task = _task(len(tasks) + 1, entry, values, found)
             if task:
                 tasks.append(_placed(task, root, outside, found))
@@ -136,7 +135,7 @@ def load(name: str) -> str:
         InputError: it cannot be read or is not UTF-8.
     """
     try:
-        return files.read_bytes(name, max_bytes=MAX_BYTES).decode("utf-8-sig")
+        return files.read_bytes(name, max_bytes=limits.MANIFEST_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{name}: byte {error.start} is not UTF-8; save the manifest as UTF-8") from None
 
@@ -165,8 +164,8 @@ def _from_toml(text: str, name: str, found: list[str]) -> Iterator[Entry]:
             (above, defaults),
             *((f"{name}: job {n}", job) for n, job in enumerate(jobs, 1)),
         ]:
-            if _deeper(values, MAX_DEPTH):
-                found.append(f"{place}: nested more than {MAX_DEPTH} deep")
+            if _deeper(values, limits.DEPTH):
+                found.append(f"{place}: nested more than {limits.DEPTH} deep")
                 return
         yield from (Entry(f"{name}: job {n}", job, defaults, above) for n, job in enumerate(jobs, 1))
 
@@ -188,8 +187,8 @@ def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
             continue
         if not isinstance(values, dict):
             found.append(f"{place}: not a JSON object")
-        elif _deeper(values, MAX_DEPTH):
-            found.append(f"{place}: nested more than {MAX_DEPTH} deep")
+        elif _deeper(values, limits.DEPTH):
+            found.append(f"{place}: nested more than {limits.DEPTH} deep")
         elif values.keys() == {"defaults"} and isinstance(values["defaults"], dict):
             defaults, above = values["defaults"], f"{place}: [defaults]"
         else:
@@ -228,8 +227,8 @@ def _expanded(entry: Entry, base: str, found: list[str]) -> Iterator[dict[str, A
             found.append(f"{entry.at(key)}: {key}: no file matches {value!r}")
         choices.append(matches)
     count = math.prod(map(len, choices))
-    if count > MAX_JOBS:
-        found.append(f"{entry.place}: its globs make {count} jobs, more than {MAX_JOBS}; split them")
+    if count > limits.JOBS:
+        found.append(f"{entry.place}: its globs make {count} jobs, more than {limits.JOBS}; split them")
         return
     for combination in itertools.product(*choices):
         yield {**whole, **{k: v for k, v in zip(GLOBBED, combination) if v is not None}, "": base}

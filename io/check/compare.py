@@ -13,10 +13,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import InputError
-from .. import files, formats
+from .. import files, formats, limits
 from ..run.checked import mistakes
-
-MAX_BYTES = 1 << 28
 
 
 class Pictures(BaseModel):
@@ -87,7 +85,7 @@ def tolerances(path: Path | None) -> Tolerances:
     if path is None:
         return Tolerances()
     try:
-        return Tolerances(**tomllib.loads(files.read_bytes(path, max_bytes=MAX_BYTES).decode()))
+        return Tolerances(**tomllib.loads(files.read_bytes(path, max_bytes=limits.COMPARED_BYTES).decode()))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: {error}") from None
     except ValidationError as error:
@@ -185,7 +183,7 @@ def _reports(run: Path, baseline: Path, allowed: Tolerances, verdict: Verdict) -
 
 def _json(path: Path) -> Any:
     try:
-        return json.loads(files.read_bytes(path, max_bytes=MAX_BYTES))
+        return json.loads(files.read_bytes(path, max_bytes=limits.COMPARED_BYTES))
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise

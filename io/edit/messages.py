@@ -11,8 +11,6 @@ from .. import limits
 from ..point_syntax import Place as Spot
 from ..shapes.listing import Pin, Stroke
 
-MOST_PINS, MOST_STROKES, MOST_POINTS = 500, 100, 2000
-
 
 class _Message(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -21,16 +19,16 @@ class _Message(BaseModel):
 class Scene(_Message):
     """All that is edited: pins and strokes in the files' units, and how the map is to be."""
 
-    pins: list[Pin] = Field(default=[], max_length=MOST_PINS)
-    strokes: list[Stroke] = Field(default=[], max_length=MOST_STROKES)
+    pins: list[Pin] = Field(default=[], max_length=limits.PAGE_PINS)
+    strokes: list[Stroke] = Field(default=[], max_length=limits.PAGE_STROKES)
     balance: float = Field(default=1.0, gt=0, le=limits.BALANCE)
     turn: float | Literal["any"] = 0.0
 
     @model_validator(mode="after")
     def _short(self) -> Scene:
         lines = [line for stroke in self.strokes for line in (stroke.source, stroke.target)]
-        if any(len(line) > MOST_POINTS for line in lines):
-            raise ValueError(f"a stroke has more than {MOST_POINTS} points")
+        if any(len(line) > limits.PAGE_POINTS for line in lines):
+            raise ValueError(f"a stroke has more than {limits.PAGE_POINTS} points")
         return self
 
     @property
@@ -63,7 +61,7 @@ class Place(_Message):
     type: Literal["place"]
     id: int
     side: Literal["source", "target"]
-    points: list[Spot] = Field(min_length=1, max_length=MOST_POINTS)
+    points: list[Spot] = Field(min_length=1, max_length=limits.PAGE_POINTS)
 
 
 class _File(_Message):

@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
 from ...maps.triangulated.map import TriangulatedMap
+from .. import limits
 from ..formats import picture
 from ..pictures import image_files
 from ..pictures.image import Image, prepared
 from ..shapes.shape import Shape
-
-MOST_TEXELS = 8192  # of a side: what nearly every WebGL 2 takes
 
 
 @dataclass(frozen=True)
@@ -91,7 +90,7 @@ def framed(head: dict[str, Any], floats: NDArray[np.float32]) -> bytes:
     return struct.pack("<I", len(text)) + text + floats.astype("<f4").tobytes()
 
 
-def png(image: Image, most: int = MOST_TEXELS) -> bytes:
+def png(image: Image, most: int = limits.PAGE_TEXELS) -> bytes:
     """The texture as a browser takes it: a PNG of at most so many pixels a side."""
     shown = prepared(image, picture("texture.png"))
     height, width = shown.pixels.shape[:2]

@@ -14,7 +14,7 @@ from ...meshes.relayout import Origin, carry, paint, spread
 from ...pixels import colour
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
-from .. import files, formats
+from .. import files, formats, limits
 from ..pictures import image_files
 from ..pictures.image import Image, prepared
 from .material_set import Material, MaterialMap, MaterialSet
@@ -41,7 +41,7 @@ class How:
     filter: str = "auto"
     limit: float = np.inf
     padding: int | None = None
-    max_pixels: int = image_files.MAX_PIXELS
+    max_pixels: int = limits.READ_PIXELS
     threads: int | None = None
 
 

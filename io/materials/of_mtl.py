@@ -8,6 +8,7 @@ from ...arrays import Real
 from ...errors import InputError
 from ...meshes.charted import Charted
 from ...meshes.mesh import triangulated
+from .. import limits
 from ..meshes import material_library, obj_materials
 from ..meshes.mesh_files import MeshFile
 from ..pictures import image_files
@@ -24,7 +25,7 @@ BLUE, LEAN = (
 )  # of the mean of a normal map: at least so blue, so far from grey in red and green (by hand)
 
 
-def material_set(file: MeshFile, max_pixels: int = image_files.MAX_PIXELS) -> MaterialSet:
+def material_set(file: MeshFile, max_pixels: int = limits.READ_PIXELS) -> MaterialSet:
     """The material set of an OBJ, or of another mesh with one picture.
 
     Raises:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...errors import InputError
+from .. import limits
 
-MAX_BYTES = 16 << 20
 ARGUMENTS = {
     "-blendu": 1,
     "-blendv": 1,
@@ -71,7 +71,7 @@ def read(folder: Path, names: list[str]) -> tuple[Library, list[str]]:
         whole = folder / text
         paths = [whole] if os.path.isfile(whole) else [folder / word for word in text.split()]
         for path in paths:
-            if not os.path.isfile(path) or path.stat().st_size > MAX_BYTES:
+            if not os.path.isfile(path) or path.stat().st_size > limits.LIBRARY_BYTES:
                 notes.append(
                     f"{path}: the material library is missing or too large; its materials are made anew"
                 )

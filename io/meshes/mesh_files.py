@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...arrays import Index, Real, distinct_rows
 from ...errors import InputError
 from ...meshes.mesh import Mesh, united
-from .. import files, formats
+from .. import files, formats, limits
 from ..spec import Spec
 from . import (
     gltf,
@@ -36,7 +36,6 @@ from .obj_materials import Pictures
 from .obj_source import ObjSource
 from .ply import Ply
 
-MAX_BYTES = 4 << 30
 VIEW = re.compile(r"(?:piece[ -]?(?P<piece>\d{1,9})|uv(?:[ -]?(?P<chart>\d{1,9}))?)")
 
 
@@ -171,7 +170,7 @@ def _of_obj(whole: Obj) -> Reader:
 
 
 def _read_other(path: Path) -> Reader:
-    files.open_input(path, max_bytes=MAX_BYTES)
+    files.open_input(path, max_bytes=limits.MESH_BYTES)
     kind = {".glb": _of_gltf, ".gltf": _of_gltf, ".ply": _of_ply}.get(formats.suffix_of(path), _of_scene)
     try:
         pieces = kind(path)
@@ -214,7 +213,7 @@ def _of_primitive(part: Primitive) -> MeshFile:
 def _of_ply(path: Path) -> dict[str, MeshFile]:
     whole = ply.read(path)
     texture = whole.texture
-    picture = None if texture is None else files.read_bytes(texture, max_bytes=MAX_BYTES)
+    picture = None if texture is None else files.read_bytes(texture, max_bytes=limits.MESH_BYTES)
     mesh = whole.mesh
     if not mesh.sizes.size:
         return {}

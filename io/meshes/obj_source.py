@@ -7,7 +7,7 @@ from io import BufferedReader
 from pathlib import Path
 
 from ...errors import InputError
-from .. import files
+from .. import files, limits
 from . import obj
 from .obj import Obj
 
@@ -33,7 +33,7 @@ class ObjSource:
             InputError: it is missing or cannot be read.
         """
         self.path = path
-        with files.opened(path, max_bytes=obj.MAX_BYTES) as file:
+        with files.opened(path, max_bytes=limits.MESH_BYTES) as file:
             self.faces, self.libraries = _scanned(file)
             file.seek(0)
             self._content = file.read() if self.faces <= keep else None

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from ...arrays import Index, Real, distinct_rows
 from ...meshes.mesh import Mesh
-from .. import files
+from .. import files, limits
 from .odd_forms import strip
 
-MAX_BYTES = 4 << 30
 TYPES = {
     **{"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2"},
     **{"ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4"},
@@ -173,7 +172,7 @@ def read(path: Path) -> Ply:
     Raises:
         ValueError, IndexError, KeyError: it is none.
     """
-    return parse(files.read_bytes(path, max_bytes=MAX_BYTES), path)
+    return parse(files.read_bytes(path, max_bytes=limits.MESH_BYTES), path)
 
 
 def parse(data: bytes, path: Path) -> Ply:

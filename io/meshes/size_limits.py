@@ -10,13 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
+from .. import limits
 from ..files import open_input
 from .obj_source import ObjSource
 
 HEADER = 1 << 16
-MAX_JSON = 1 << 26
-MAX_BUFFER = 1 << 32  # bytes of one view
-PER_FACE = 12  # items without data (zeros) that a face may stand for
 BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
@@ -81,11 +79,11 @@ def _scene(path: Path) -> bytes:
     """The JSON of a glTF file, by itself or in a GLB."""
     with path.open("rb") as file:
         if path.suffix.lower() == ".gltf":
-            return file.read(MAX_JSON)
+            return file.read(limits.SCENE_BYTES)
         start = file.read(20)
         if len(start) < 20 or start[:4] != b"glTF":
             return b""
-        return file.read(min(struct.unpack_from("<I", start, 12)[0], MAX_JSON))
+        return file.read(min(struct.unpack_from("<I", start, 12)[0], limits.SCENE_BYTES))
 
 
 def _backed(path: Path, most: int) -> None:
@@ -107,11 +105,11 @@ def _empty(scene: Any, most: int) -> Iterator[tuple[int, int]]:
     views = scene.get("bufferViews", [])
     for number, accessor in enumerate(scene.get("accessors", [])):
         count, view = accessor.get("count", 0), accessor.get("bufferView")
-        held, size = PER_FACE * most, 0
+        held, size = limits.ITEMS_PER_FACE * most, 0
         if view is not None:
             size = views[view]["byteLength"]
             held = size // (BYTES[accessor["componentType"]] * ITEMS[accessor["type"]])
-        if not 0 <= count <= held or size > MAX_BUFFER:
+        if not 0 <= count <= held or size > limits.BUFFER_BYTES:
             yield number, count
 
 

@@ -15,15 +15,14 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...memory import Memory
 from ...pixels.pyramid import strip_rows
-from .. import formats
+from .. import formats, limits
 from ..files import as_text, open_input
 from ..quiet_stderr import silenced
 from .image import Image, error_of, prepared, transfer_of, usual_of
 from .png import PngOutput
 
-__all__ = ["MAX_PIXELS", "Image", "check", "read", "transfer_of", "write", "write_bands"]
+__all__ = ["Image", "check", "read", "transfer_of", "write", "write_bands"]
 
-MAX_PIXELS = 1 << 29
 KEPT = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
 WIDE = {"uint", "int", "uint64", "int64"}  # integers that floats cannot hold
 STRAIGHT = {"bmp", "dds", "jpeg2000", "jpegxl"}
@@ -46,7 +45,7 @@ FORGOTTEN += ("Orientation", "textureformat", "Exif:PixelXDimension", "Exif:Pixe
 def read(
     path: str | Path,
     *,
-    max_pixels: int = MAX_PIXELS,
+    max_pixels: int = limits.READ_PIXELS,
     colorspace: str | None = None,
     room: Memory | None = None,
 ) -> Image:

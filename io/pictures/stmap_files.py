@@ -14,7 +14,7 @@ from ...pixels.inverse_tiles import TILE
 from ...pixels.sampler import Sampler
 from ...pixels.texture import Placing
 from ...pixels.warp import PIXEL, Warp
-from .. import formats
+from .. import formats, limits
 from . import image_files
 
 EDGE = 1e-4  # of a tile (by hand)
@@ -75,9 +75,7 @@ def check(path: str | Path) -> None:
         raise InputError(f"{path}: an STMap holds floats; use one of {' '.join(formats.holding('stmap'))}")
 
 
-def read(
-    path: str | Path, *, max_pixels: int = image_files.MAX_PIXELS, room: Memory | None = None
-) -> NDArray:
+def read(path: str | Path, *, max_pixels: int = limits.READ_PIXELS, room: Memory | None = None) -> NDArray:
     """The (h, w, c) floats of an STMap.
 
     Raises:

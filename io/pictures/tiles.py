@@ -13,11 +13,12 @@ import numpy as np
 from ...arrays import Box, Real
 from ...errors import InputError
 from ...memory import Memory
+from .. import limits
 from . import image_files
 from .image import Image
 
 MARK = "<UDIM>"
-ACROSS, MOST = 10, 9999
+ACROSS = 10
 
 
 def is_pattern(name: str | Path | bytes | None) -> bool:
@@ -28,7 +29,7 @@ def is_pattern(name: str | Path | bytes | None) -> bool:
 def number_of(tile: complex) -> int | None:
     """The number of the tile with this lower left corner, or None where it has none."""
     number = 1001 + int(tile.real) + ACROSS * int(tile.imag)
-    return number if 0 <= tile.real < ACROSS and tile.imag >= 0 and number <= MOST else None
+    return number if 0 <= tile.real < ACROSS and tile.imag >= 0 and number <= limits.TILE else None
 
 
 def corner_of(number: int) -> complex:
@@ -54,7 +55,7 @@ def files_of(pattern: str | Path) -> list[str]:
         return []
     names = [entry.name for entry in path.parent.iterdir() if entry.name.startswith(before)]
     middle = [name[len(before) : len(name) - len(after)] for name in names if name.endswith(after)]
-    numbers = sorted({int(word) for word in middle if word.isdecimal() and 1001 <= int(word) <= MOST})
+    numbers = sorted({int(word) for word in middle if word.isdecimal() and 1001 <= int(word) <= limits.TILE})
     return [str(path.with_name(before + str(number) + after)) for number in numbers]
 
 
@@ -81,7 +82,7 @@ def read(
     pattern: str | Path,
     wanted: Iterable[complex],
     *,
-    max_pixels: int = image_files.MAX_PIXELS,
+    max_pixels: int = limits.READ_PIXELS,
     colorspace: str | None = None,
     room: Memory | None = None,
 ) -> TiledImage:

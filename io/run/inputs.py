@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import files, formats
+from .. import files, formats, limits
 from ..meshes import size_limits
 from ..meshes.obj import Obj
 from ..meshes.obj_source import ObjSource
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from ...surfaces.inserted import Opening
     from ..shapes.listing import Listed
 
-MAX_BYTES = 1 << 26
 _MAP = re.compile(rb"^[ \t]*(?:map_\w+|bump|norm|disp|decal)[ \t]+([^\r\n]+)", re.MULTILINE | re.IGNORECASE)
 
 
@@ -196,14 +195,14 @@ def tiled(names: Iterable[Path | bytes | str]) -> list[Any]:
 
 def _pictures(library: Path) -> list[str]:
     """The last word of each map of a material library, and all its words: names may hold spaces."""
-    if not os.path.isfile(library) or library.stat().st_size > MAX_BYTES:
+    if not os.path.isfile(library) or library.stat().st_size > limits.SCENE_BYTES:
         return []
     lines = _MAP.findall(library.read_bytes())
     return [_beside(library, name) for line in lines for name in (line, line.split()[-1])]
 
 
 def _of_gltf(path: Path) -> list[str]:
-    if path.stat().st_size > MAX_BYTES:
+    if path.stat().st_size > limits.SCENE_BYTES:
         return []
     try:
         scene = json.loads(path.read_bytes())

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...errors import InputError
+from .. import limits
 from .job import Job
 
 if TYPE_CHECKING:
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 
 Pairs = list[tuple["Shape", "Shape"]]
 
-MOST = 64  # parts of a drawing that are mapped, the largest first: each is solved for
 LISTED = 12
 FIGURES = ("status", "boundary", "dilatation", "log10_area", "injective", "notes")
 
@@ -33,7 +33,8 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str]]:
     if job.pin or job.constraints:
         raise InputError("--parts all: pins and strokes are for one shape; name it with #id")
     (sources, notes), (targets, more) = (
-        inputs.shapes(spec, MOST, target=bool(k)) for k, spec in enumerate((job.source, job.target or ""))
+        inputs.shapes(spec, limits.PARTS, target=bool(k))
+        for k, spec in enumerate((job.source, job.target or ""))
     )
     notes += more
     turn = job.turn if isinstance(job.turn, float | int) else 0.0

@@ -34,19 +34,18 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import InputError
-from .. import files
-from ..point_syntax import LARGEST, TAGS, Place
+from .. import files, limits
+from ..point_syntax import TAGS, Place
 from .shape import Shape
 from .starts import StartingMap
 
-MAX_BYTES = 16 * 2**20
 MESSAGES = {
     "extra_forbidden": "unknown key",
     "missing": "is missing",
     "model_type": "must be an object, {…}",
 }
 SAME_SIZE = 1e-3  # relative
-Size = Annotated[float, Field(gt=0, le=LARGEST, strict=True)]
+Size = Annotated[float, Field(gt=0, le=limits.COORDINATE, strict=True)]
 Weight = Annotated[float, Field(gt=0, le=1e12, strict=True)]
 
 
@@ -137,7 +136,7 @@ class Listed(BaseModel):
                 )
 
 
-def read(path: str | Path, *, max_bytes: int = MAX_BYTES) -> Listed:
+def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> Listed:
     """The pins and strokes of a JSON file (see the module for its form; - for stdin), in file units.
 
     Raises:
