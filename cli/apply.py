@@ -46,10 +46,8 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     sampling = {name: given[name] for name in ("filter", "kind", "edge", "threads")} | {"room": room}
     limits = {"max_pixels": given["max_pixels"], "colorspace": given["colorspace"], "room": room}
     pairs = _tiles(stmap, output)
-    inputs = [Path(name).resolve() for name in (image, *(name for name, _ in pairs))]
-    for _, name in pairs:
-        if name != "-" and files.check_output(name, force=given["force"]) in inputs:
-            raise InputError(f"{name}: is also an input; name another output")
+    made = [name for _, name in pairs if name != "-"]
+    files.check_outputs(made, [image, *(name for name, _ in pairs)], force=given["force"])
     with ExitStack() as stack:
         stack.enter_context(status.watched("read"))
         for source, name in pairs:
@@ -61,9 +59,8 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
                 logs.log.warning(note)
             path = stack.enter_context(files.writing(name, force=given["force"]))
             maps.apply(st, picture, path, tiles=box, **sampling)
-    for _, name in pairs:
-        if name != "-":
-            logs.log.info(f"wrote {name}")
+    for name in made:
+        logs.log.info(f"wrote {name}")
     return 0
 
 

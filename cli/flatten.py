@@ -45,7 +45,7 @@ def command(
 
     Exit code: 0 done, 1 what was written is not one-to-one, 2 an input is wrong.
     """
-    from ..io import formats
+    from ..io import files, formats
     from ..io.meshes import size_limits
     from ..io.meshes.mesh_files import check_output
     from ..io.run import flat_files, flatten
@@ -59,7 +59,8 @@ def command(
         check_output(uv)
     if plot:
         formats.check(plot, "plot", "--plot")
-    outputs = flatten.checked([*output, uv, plot, None if report == "-" else report], mesh, force=force)
+    outputs = [name for name in (*output, uv, plot, None if report == "-" else report) if name]
+    files.check_outputs(outputs, [Spec.of(mesh).path], force=force)
     size_limits.faces(Spec.of(mesh).path, max_faces)
     with ExitStack() as stack:
         stack.enter_context(status.watched("flatten"))

@@ -24,7 +24,7 @@ from ...memory import Memory
 from ...result import Fit, Status
 from ..point_syntax import Place
 from ..run import framing, texture
-from ..run.constraints import holed, inside, solved
+from ..run.constraints import inside, solve
 from ..run.inputs import Inputs
 from ..run.job import Job
 from ..run.outputs import suffix_for
@@ -229,7 +229,7 @@ class Session:
         given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
         said: list[str] = []
         given |= {} if start is None else {"start": start}
-        fit = solved(self.job, self.source, self.target, given, said.append)
+        fit = solve(self.source, self.target, given, holed=self.job.holed, tell=said.append)
         report = fit.report()
         report["notes"] += said
         return fit, report
@@ -286,7 +286,7 @@ class Session:
         here, there = (self.source, self.target) if side == "source" else (self.target, self.source)
         z = np.array([here.at(point) for point in points])
         inside(here, "point", list(z))
-        if holed(self.job) and any(Curve(hole).contains(z).any() for hole in here.holes):
+        if self.job.holed and any(Curve(hole).contains(z).any() for hole in here.holes):
             raise InputError(
                 "that is in a hole; place a pin beside it, then drag both ends into holes that go together"
             )

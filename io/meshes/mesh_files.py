@@ -33,7 +33,6 @@ from . import (
 from .gltf import Primitive
 from .obj import Obj
 from .obj_materials import Pictures
-from .obj_source import ObjSource
 from .ply import Ply
 
 VIEW = re.compile(r"(?:piece[ -]?(?P<piece>\d{1,9})|uv(?:[ -]?(?P<chart>\d{1,9}))?)")
@@ -74,14 +73,6 @@ class MeshFile:
     numbered: bool = False
     names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
-
-
-def is_mesh(spec: str) -> bool:
-    """Whether `file` or `file#part` names a mesh by its suffix, an OBJ only if it has more than one face."""
-    path = Spec.of(spec).path
-    if formats.suffix_of(path) != ".obj":
-        return formats.of(path).mesh
-    return ObjSource(path).faces > 1
 
 
 def read(text: str, whole: Obj | None = None) -> MeshFile:

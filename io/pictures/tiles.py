@@ -32,11 +32,6 @@ def number_of(tile: complex) -> int | None:
     return number if 0 <= tile.real < ACROSS and tile.imag >= 0 and number <= limits.TILE else None
 
 
-def corner_of(number: int) -> complex:
-    """The lower left corner of a tile."""
-    return complex((number - 1001) % ACROSS, (number - 1001) // ACROSS)
-
-
 def name_of(pattern: str, number: int) -> str:
     """The file of a tile."""
     return pattern.replace(MARK, str(number))

@@ -22,22 +22,6 @@ from . import flat_files, report
 SCHEMA = "iccm.flatten/1"
 
 
-def checked(names: list[str | None], mesh: str, *, force: bool) -> list[str]:
-    """The outputs that are asked for, after checking that each can be written.
-
-    Raises:
-        InputError: one cannot be written, is named twice, or is the mesh itself.
-    """
-    outputs = [name for name in names if name]
-    seen = {Spec.of(mesh).path.resolve()}
-    for name in outputs:
-        real = files.check_output(name, force=force)
-        if real in seen:
-            raise InputError(f"{name}: is the input, or named for two outputs; name another file")
-        seen.add(real)
-    return outputs
-
-
 class LaidOut(NamedTuple):
     """A mesh laid out in the plane.
 

@@ -102,6 +102,18 @@ class Job(JobOptions):
         return {name: value for name in SOLVER if (value := getattr(self, name)) is not None}
 
     @property
+    def exact(self) -> bool:
+        """Whether pins and strokes are met, not weighed: what lies outside the target could not be."""
+        from ...problem import Options as Solver
+
+        return Solver(**self.solver).is_balanced
+
+    @property
+    def holed(self) -> bool:
+        """Whether the map knows of holes: the balanced method's does, unless they are to be filled."""
+        return self.holes == "keep" and self.exact
+
+    @property
     def outputs(self) -> tuple[str, ...]:
         """Every file that the job writes, in no particular order; stdout is not a file."""
         names = [*self.output, *(getattr(self, field) for field in WRITTEN)]

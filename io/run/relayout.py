@@ -75,15 +75,10 @@ def wanted(
     if len(whole) > 1:
         raise InputError(f"{whole[1]}: one mesh is written at a time; name one")
     rest = [name for name in outputs if name not in whole]
-    found = Wanted(given, _pictures(given, rest) if rest else [], whole[0] if whole else None)
-    taken = {Spec.of(mesh).path.resolve() for mesh in meshes}
-    taken |= {Path(path).resolve() for paths in given.values() for path in paths}
-    for name in [*whole, *(each.output for each in found.pictures)]:
-        real = files.check_output(name, force=force)
-        if real in taken:
-            raise InputError(f"{name}: is an input, or named for two outputs; name another file")
-        taken.add(real)
-    return found
+    pictures = _pictures(given, rest) if rest else []
+    inputs = [*(Spec.of(mesh).path for mesh in meshes), *(path for paths in given.values() for path in paths)]
+    files.check_outputs([*whole, *(each.output for each in pictures)], inputs, force=force)
+    return Wanted(given, pictures, whole[0] if whole else None)
 
 
 def _pictures(given: dict[str, Sequence[str]], outputs: Sequence[str]) -> list[CarriedPicture]:

@@ -13,7 +13,6 @@ import numpy as np
 from ... import __version__
 from ...result import Status
 from .. import files
-from .constraints import exact
 from .parts import named
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ def build(run: Run) -> dict[str, Any]:
     What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
     job then gives the same bytes.
     """
-    weighed = not exact(run.job)
+    weighed = not run.job.exact
     each = run.found.get("parts", [run.found])
     for (source, _), part in zip(run.pairs, each):
         doubted = doubts(run.found | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...arrays import Box, Complex
+from ...memory import Memory
 from ...parallel import beside, thread_count
 from ...pixels.texture import Repeated
+from ..memory import Bounded
 from . import framing, parts, raster_size, texture
+from .constraints import constrain
 from .job import Job
 from .parts import Pairs
 from .phases import Phases
 
 if TYPE_CHECKING:
-    from ...memory import Memory
     from ...pixels.preimages import AnyMap
     from ...pixels.texture import Placing
     from ...pixels.warp import Canvas, Sampler
@@ -64,6 +68,29 @@ class Run:
     fits: list[Fit] = field(default_factory=list)
     _begun: dict[str, Future] = field(default_factory=dict)
     _other: dict[tuple[str, str], Run] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, job: Job, inputs: Inputs, threads: int | None, tell: Tell, phases: Phases) -> Run:
+        """A job whose shapes and constraints are read.
+
+        Raises:
+            InputError: a file is wrong, or constraints are not places of it.
+        """
+        if job.parts == "all":
+            pairs, notes = parts.read(job, inputs)
+        else:
+            source = inputs.shape(job.source)
+            pairs, notes = [(source, inputs.shape(job.target, target=True) if job.target else source)], []
+        room = Memory()
+        if job.memory:  # the disk that has room for the first output has it for the scratch file
+            folder = Path(job.outputs[0]).resolve().parent if job.outputs else Path(tempfile.gettempdir())
+            room = Bounded(job.memory, folder)
+        run = cls(job, inputs, pairs, room, tell, phases, threads)
+        for note in notes:
+            run.note(note)
+        if job.parts == "largest":
+            run.constraints, run.called = constrain(job, run.source, run.target, inputs.listed)
+        return run
 
     def showing(self, map: tuple[str, str] | None) -> Run:
         """The same with another texture, of the kind named; one of these is kept at a time."""
