@@ -88,9 +88,9 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     streams.mend()
     logs.reset()
-    if streams.starved():
+    if streams.lacks_memory():
         sys.exit(explain(MemoryError()))
-    logs.alone()
+    logs.silence_others()
     code = run(arguments)
     if f"{__package__}.batch" in sys.modules:
         sys.exit(code)
@@ -104,7 +104,7 @@ def run(arguments: list[str] | None = None) -> int:
     """The exit code of a command line; whatever goes wrong is one line on stderr."""
     logs.reset()
     try:
-        with stopping.watched(), logs.terminable():
+        with stopping.watch_signals(), logs.raise_on_signals():
             code = iccm.main(arguments, prog_name="iccm", standalone_mode=False)
             sys.stdout.flush()
         return code if isinstance(code, int) else 0

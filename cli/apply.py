@@ -49,12 +49,12 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     made = [name for _, name in pairs if name != "-"]
     files.check_outputs(made, [image, *(name for name, _ in pairs)], force=given["force"])
     with ExitStack() as stack:
-        stack.enter_context(status.watched("read"))
+        stack.enter_context(status.show_phases("read"))
         for source, name in pairs:
             st = maps.read(source, max_pixels=given["max_pixels"], room=room)
             picture, box = _picture(image, st, limits)
             check_kind(given["kind"], picture.pixels.shape[2], image)
-            lost = image_files.clipped(formats.written(name), picture)
+            lost = image_files.clipping_note(formats.written(name), picture)
             for note in (*picture.notes, *([f"{name}: {lost}"] if lost else [])):
                 logs.log.warning(note)
             path = stack.enter_context(files.writing(name, force=given["force"]))

@@ -48,7 +48,7 @@ def command(jobs: str, root: str | None, check: bool, **given: Any) -> int:
     book = Journal(folder)
     if given["resume"] and not check and (swept := book.sweep()):
         logs.log.info(f"removed {len(swept)} temporary files of a batch that was killed")
-    tasks = dispatch.prepared(tasks, book, resume=given["resume"], make=not check)
+    tasks = dispatch.prepare(tasks, book, resume=given["resume"], make=not check)
     if check:
         logs.log.info(f"{len(tasks)} jobs, no mistakes")
         return 0
@@ -96,7 +96,7 @@ def _pool(count: int, given: dict[str, Any]) -> Iterator[Any]:
 def _signals() -> Iterator[list[int]]:
     """The signals that asked to stop, while the block runs; a second Ctrl-C stops at once."""
     caught: list[int] = []
-    stopping.patient()
+    stopping.leave_signals()
 
     def note(number: int, frame: object) -> None:
         if caught and number == signal.SIGINT:
@@ -115,15 +115,15 @@ def _signals() -> Iterator[list[int]]:
 def _report(results: Iterator[dict[str, Any]], count: int) -> Counter[str]:
     """Results to stdout, troubles and progress to stderr; how many ended in which way."""
     from .. import progress
-    from ..io.run.report import plain
+    from ..io.run.report import as_json
 
     counts: Counter[str] = Counter()
     level = {"done": logging.DEBUG, "poor": logs.POOR, "cancelled": logging.DEBUG}
-    with status.shown():
+    with status.show_status():
         progress.tell("jobs", 0, count)
         for result in results:
             progress.tell("")
-            sys.stdout.write(json.dumps(plain(result), ensure_ascii=False) + "\n")
+            sys.stdout.write(json.dumps(as_json(result), ensure_ascii=False) + "\n")
             sys.stdout.flush()
             counts[result["status"]] += 1
             tell = level.get(result["status"], logging.ERROR)

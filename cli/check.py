@@ -54,7 +54,7 @@ def _check(run: Path, baselines: Path, given: dict[str, Any]) -> int:
     settings = Path(given["tolerances"]) if given["tolerances"] else usual if usual.is_file() else None
     if given["junit"]:
         files.check_output(given["junit"], force=True)
-    with status.shown():
+    with status.show_status():
         tell(f"compare {run} with {baselines}")
         verdicts = regression.check(run, baselines, compare.tolerances(settings))
     for verdict in verdicts:

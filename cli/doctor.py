@@ -18,7 +18,7 @@ def command(json: bool) -> int:
     from ..io.doctor import examine
 
     bad = 0
-    with status.watched("examine"):
+    with status.show_phases("examine"):
         for finding in examine():
             bad += finding.ok is False
             mark = {True: "ok", False: "WRONG", None: ""}[finding.ok]

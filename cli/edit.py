@@ -44,7 +44,7 @@ def command(**given: Any) -> int:
 
     port, browser = given.pop("port") or 0, not given.pop("no_browser")
     given.pop("threads")
-    stopping.patient()
+    stopping.leave_signals()
     gc.enable()  # it runs long
     session = Session(make(options.values(given)))
     for note in session.notes:

@@ -63,8 +63,8 @@ def command(
     files.check_outputs(outputs, [Spec.of(mesh).path], force=force)
     size_limits.faces(Spec.of(mesh).path, max_faces)
     with ExitStack() as stack:
-        stack.enter_context(status.watched("flatten"))
-        laid = flatten.laid_out(mesh, method, cut=cut, tell=lambda note: logs.log.warning(f"{mesh}: {note}"))
+        stack.enter_context(status.show_phases("flatten"))
+        laid = flatten.lay_out(mesh, method, cut=cut, tell=lambda note: logs.log.warning(f"{mesh}: {note}"))
         found = flatten.write_all(laid, output, uv, plot, report, stack, force=force, carry_maps=carry_maps)
         for note in found["notes"][len(laid.shape.notes) :]:
             logs.log.warning(note)

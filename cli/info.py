@@ -20,11 +20,11 @@ def command(file: tuple[str, ...], json: bool, max_faces: int) -> int:
     from json import dumps
 
     from ..io.describe import describe, lines
-    from ..io.run.report import plain
+    from ..io.run.report import as_json
 
     for name in file:
-        with status.shown():
+        with status.show_status():
             tell(f"read {name}")
             facts = describe(Path(name), max_faces=max_faces)
-        click.echo(dumps(plain(facts), ensure_ascii=False) if json else "\n".join(lines(facts)))
+        click.echo(dumps(as_json(facts), ensure_ascii=False) if json else "\n".join(lines(facts)))
     return 0

@@ -36,10 +36,10 @@ def command(old: str, new: str, output: tuple[str, ...], max_faces: int, **given
 
     kinds = {kind: given.pop(name.replace("-", "_")) for name, kind in KINDS.items()}
     report, force = given.pop("report"), given["force"]
-    wanted = relayout.wanted(kinds, output, (old, new), force)
+    wanted = relayout.plan(kinds, output, (old, new), force)
     for mesh in (old, new):
         size_limits.faces(Spec.of(mesh).path, max_faces)
-    with status.watched("carry textures"):
+    with status.show_phases("carry textures"):
         found = relayout.run(old, new, wanted, report_to=report, **given)
     for note in found["notes"]:
         logs.log.warning(note)

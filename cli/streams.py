@@ -28,7 +28,7 @@ def mend() -> None:
         setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
 
 
-def starved() -> bool:
+def lacks_memory() -> bool:
     """Whether the process may have too few addresses (`ulimit -v`) to begin."""
     with suppress(ImportError):  # Windows has no such limits
         import resource

@@ -62,8 +62,8 @@ def examine() -> Iterator[Finding]:
         yield Finding(name, _version(name) or f"not installed; only needed for {purpose}")
     yield from _threads()
     yield from _writing()
-    yield _checked("kernels", _compiled)
-    yield _checked("map", _a_map)
+    yield _check("kernels", _compiled_kernels)
+    yield _check("map", _try_map)
 
 
 def _version(name: str) -> str | None:
@@ -124,14 +124,14 @@ def _writable(what: str, folder: Path, needed: bool) -> Finding:
         return Finding(what, f"{folder} cannot be written: {error.strerror}", False if needed else None)
 
 
-def _checked(what: str, test: Callable[[], str]) -> Finding:
+def _check(what: str, test: Callable[[], str]) -> Finding:
     try:
         return Finding(what, test(), True)
     except Exception as error:  # the finding is that it does not work
         return Finding(what, f"{type(error).__name__}: {' '.join(str(error).split())}", False)
 
 
-def _compiled() -> str:
+def _compiled_kernels() -> str:
     """The kernels of common jobs must compile; what is in the cache is not compiled again."""
     from .. import ahead
 
@@ -142,7 +142,7 @@ def _compiled() -> str:
     return f"compiled in {time.perf_counter() - start:.0f} s, once" if parts else "compiled"
 
 
-def _a_map() -> str:
+def _try_map() -> str:
     """A square onto itself must be the identity, and so must a picture through it."""
     import iccm
 

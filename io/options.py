@@ -449,7 +449,7 @@ TABLE: tuple[type, ...] = (
 """Every option of every command, in the order of help."""
 
 
-def described(table: type = JobOptions) -> dict[str, tuple[Any, Option]]:
+def options_of(table: type = JobOptions) -> dict[str, tuple[Any, Option]]:
     """The type and the description of each option of a class, by name."""
     hints = get_type_hints(table, include_extras=True)
     return {name: (hint.__origin__, hint.__metadata__[0]) for name, hint in hints.items()}
@@ -457,8 +457,8 @@ def described(table: type = JobOptions) -> dict[str, tuple[Any, Option]]:
 
 def of_command(command: str) -> dict[str, tuple[Any, Option]]:
     """The type and the description of each option of a command, by name."""
-    rows = (row for table in TABLE for row in described(table).items())
+    rows = (row for table in TABLE for row in options_of(table).items())
     return {name: row for name, row in rows if command in row[1].commands}
 
 
-SOLVER = tuple(name for name, (_, option) in described().items() if option.solver)
+SOLVER = tuple(name for name, (_, option) in options_of().items() if option.solver)

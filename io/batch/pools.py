@@ -126,7 +126,7 @@ class _Lane:
         """Start jobs, once the process is ready: their time starts here. A dead process is an answer too."""
         try:
             self._pid.result()
-            self.future = self.executor.submit(worker.several, payloads)
+            self.future = self.executor.submit(worker.run_bundle, payloads)
         except BrokenExecutor as error:
             self.future = Future()
             self.future.set_exception(error)
@@ -185,7 +185,7 @@ class Dask:
 
     def submit(self, payloads: list[dict[str, Any]]) -> Future:
         """Start jobs somewhere."""
-        future = self._executor.submit(worker.several, payloads)
+        future = self._executor.submit(worker.run_bundle, payloads)
         future.add_done_callback(self._learn)
         return future
 

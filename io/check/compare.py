@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import InputError
 from .. import files, formats, limits
-from ..run.checked import mistakes
+from ..run.validate import mistakes
 
 
 class Pictures(BaseModel):
@@ -111,7 +111,7 @@ def compare(name: str, run: Path, baseline: Path, allowed: Tolerances) -> Verdic
 def _pictures(run: Path, baseline: Path, allowed: Pictures, verdict: Verdict) -> None:
     a, b = _pixels(run), _pixels(baseline)
     if a.shape != b.shape or a.dtype != b.dtype:
-        verdict.problems.append(f"is {_said(a)} where the baseline is {_said(b)}")
+        verdict.problems.append(f"is {_kept(a)} where the baseline is {_kept(b)}")
         return
     x, y = scaled(a), scaled(b)
     if not np.array_equal(np.isfinite(x), np.isfinite(y)):
@@ -143,7 +143,7 @@ def _pixels(path: Path) -> np.ndarray:
     return image_files.read(path).pixels
 
 
-def _said(pixels: np.ndarray) -> str:
+def _kept(pixels: np.ndarray) -> str:
     height, width, channels = pixels.shape
     return f"{width}x{height} with {channels} channels of {pixels.dtype}"
 

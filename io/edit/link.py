@@ -15,7 +15,7 @@ from ...errors import InputError
 from ..files import check_output
 from . import messages, saving
 from .messages import Draw, Export, Follow, Place, Save, Solve
-from .scene import framed
+from .scene import frame
 from .session import Session, Shown
 
 KINDS = ("follow", "solve", "compare")
@@ -125,7 +125,7 @@ class _Link:
         if drawn is None:
             await self._say(head)
         else:
-            await self._send(self._socket.send_bytes(framed(head, drawn)))
+            await self._send(self._socket.send_bytes(frame(head, drawn)))
 
     async def _done(self, pool: str, call: Callable[..., Any], *arguments: Any) -> Any:
         """What a call gives in a thread of its own, or {"error": …}."""

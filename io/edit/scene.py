@@ -21,7 +21,7 @@ from ...maps.triangulated.map import TriangulatedMap
 from .. import limits
 from ..formats import picture
 from ..pictures import image_files
-from ..pictures.image import Image, prepared
+from ..pictures.image import Image, prepare
 from ..shapes.shape import Shape
 
 
@@ -83,7 +83,7 @@ def patches(map: TriangulatedMap, source: PageHalf, target: PageHalf) -> NDArray
     return np.concatenate([side.reshape(len(map.faces), 6) for side in sides], axis=1)
 
 
-def framed(head: dict[str, Any], floats: NDArray[np.float32]) -> bytes:
+def frame(head: dict[str, Any], floats: NDArray[np.float32]) -> bytes:
     """A binary message: the length of a JSON text padded to four bytes, the text, then floats, little-endian."""
     text = json.dumps(head, allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
@@ -92,7 +92,7 @@ def framed(head: dict[str, Any], floats: NDArray[np.float32]) -> bytes:
 
 def png(image: Image, most: int = limits.PAGE_TEXELS) -> bytes:
     """The texture as a browser takes it: a PNG of at most so many pixels a side."""
-    shown = prepared(image, picture("texture.png"))
+    shown = prepare(image, picture("texture.png"))
     height, width = shown.pixels.shape[:2]
     if (larger := max(height, width)) > most:
         size = (round(width * most / larger) or 1, round(height * most / larger) or 1)

@@ -87,7 +87,7 @@ def serve(session: Session, *, port: int, browser: bool, show: Callable[[str], N
         InputError: the port is taken.
         KeyboardInterrupt: Ctrl-C.
     """
-    with listening(port) as listener:
+    with listen(port) as listener:
         port = listener.getsockname()[1]
         token = secrets.token_urlsafe(24)
         server = uvicorn.Server(
@@ -105,18 +105,18 @@ def serve(session: Session, *, port: int, browser: bool, show: Callable[[str], N
         address = f"http://127.0.0.1:{port}/{token}/"
         show(address)
         if browser:
-            threading.Timer(0.3, _opened, (address,)).start()
+            threading.Timer(0.3, _open, (address,)).start()
         server.run(sockets=[listener])
 
 
-def _opened(address: str) -> None:
+def _open(address: str) -> None:
     try:
         webbrowser.open(address)
     except Exception:  # the address was shown: it can be opened by hand
         return
 
 
-def listening(port: int) -> socket.socket:
+def listen(port: int) -> socket.socket:
     """A socket of this machine alone.
 
     Raises:

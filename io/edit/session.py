@@ -24,11 +24,11 @@ from ...memory import Memory
 from ...result import Fit, Status
 from ..point_syntax import Place
 from ..run import framing, texture
-from ..run.constraints import inside, solve
+from ..run.constraints import check_inside, solve
 from ..run.inputs import Inputs
 from ..run.job import Job
 from ..run.outputs import suffix_for
-from ..run.report import plain
+from ..run.report import as_json
 from ..shapes import constraints, listing
 from ..shapes.listing import Listed, Pin, Stroke
 from ..shapes.mesh_shape import MeshShape
@@ -37,8 +37,8 @@ from ..shapes.starts import StartingMap
 from .map_choice import Way, same
 from .messages import Scene, scene_of
 from .scene import PageHalf, patches, png
-from .shown import MISSED, Shown, figures, missed, refused
-from .surface_view import SurfaceView, laid_out
+from .shown import MISSED, Shown, figures, missed_constraints, refusal
+from .surface_view import SurfaceView, lay_out
 
 ON_OUTLINE = 2e-3
 """Of the diagonal: what is so close to an outline goes onto the other; twice what a pin's is."""
@@ -91,14 +91,14 @@ class Session:
     @property
     def _boxes(self) -> tuple[Box, Box]:
         """What the texture covers, and what pictures show."""
-        return texture.box_of(self.job, self.source), framing.shown(self.job, self.target)
+        return texture.box_of(self.job, self.source), framing.picture_box(self.job, self.target)
 
     @lru_cache(maxsize=1)  # noqa: B019  (there is one session)
     def texture(self, most: int) -> bytes:
         """The texture as PNG of at most so many pixels a side."""
         image, source = self._image, self.source
         if isinstance(source, MeshShape) and texture.on_mesh(self.job, source):
-            image = laid_out(self.job, source, image, self._boxes[0], most)
+            image = lay_out(self.job, source, image, self._boxes[0], most)
         return png(image, most)
 
     @property
@@ -124,7 +124,7 @@ class Session:
             "digits": DIGITS,
         }
         how["mean"] = self._magnification
-        return plain({"source": sides[0], "target": sides[1], "notes": self.notes, **scenes, **how})
+        return as_json({"source": sides[0], "target": sides[1], "notes": self.notes, **scenes, **how})
 
     @property
     def _magnification(self) -> float:
@@ -170,7 +170,7 @@ class Session:
                 chosen = replace(chosen, fresh=way == "fresh") if way else chosen
                 fit, report, chosen = self._found(scene, chosen)
         except InputError as error:
-            return refused(error)
+            return refusal(error)
         return self._rested(scene, fit, report, chosen)
 
     def compared(self, scene: Scene) -> Shown | None:
@@ -186,7 +186,7 @@ class Session:
                 fit, report = self._fitted(scene, None)
         except InputError:
             return None
-        if any(missed(report, scene).values()) or self.scene is not scene:
+        if any(missed_constraints(report, scene).values()) or self.scene is not scene:
             return None
         if same(before.map, fit.map):  # type: ignore[arg-type]
             return self._rested(scene, fit, report, Way())
@@ -236,7 +236,7 @@ class Session:
 
     def _rested(self, scene: Scene, fit: Fit, report: dict[str, Any], chosen: Way) -> Shown:
         """What is shown of a map, which takes the place of the last one if it meets what it must."""
-        wrong = missed(report, scene)
+        wrong = missed_constraints(report, scene)
         if any(wrong.values()) and self._map is not None:
             return Shown("error", False, fit.status.value, {}, wrong)
         drawn = self.image_of(fit.map)  # type: ignore[arg-type]
@@ -257,7 +257,7 @@ class Session:
                 map = live.map
                 found = Shown("coarse", live.met, "", of_triangles(map).report(), {}, self.image_of(map))
         except InputError as error:
-            return refused(error)
+            return refusal(error)
         self._map = map
         if found.ok:
             return found
@@ -285,7 +285,7 @@ class Session:
             raise InputError("there is no map yet")
         here, there = (self.source, self.target) if side == "source" else (self.target, self.source)
         z = np.array([here.at(point) for point in points])
-        inside(here, "point", list(z))
+        check_inside(here, "point", list(z))
         if self.job.holed and any(Curve(hole).contains(z).any() for hole in here.holes):
             raise InputError(
                 "that is in a hole; place a pin beside it, then drag both ends into holes that go together"
@@ -310,9 +310,9 @@ class Session:
         listed = Listed(pins=scene.pins, strokes=scene.strokes)
         pins, strokes = constraints.pair(self.source, self.target, listed)
         for side, shape in enumerate((self.source, self.target)):
-            inside(shape, "pin", list(pins[:, side]))
+            check_inside(shape, "pin", list(pins[:, side]))
             for number, stroke in enumerate(strokes):
-                inside(shape, f"stroke {number + 1}: point", list(stroke[side].z))
+                check_inside(shape, f"stroke {number + 1}: point", list(stroke[side].z))
         return pins, strokes
 
 
@@ -333,12 +333,12 @@ def _scene(job: Job, source: Shape, target: Shape, listed: Listed) -> Scene:
         for name, (a, b) in zip(source.strokes, kept.strokes)
     ]
     typed = [Pin(source=here, target=there) for here, there in job.pin]
-    pins += [_seen(pin, source, target) for pin in [*listed.all_pins, *typed]]
-    strokes += [_seen(stroke, source, target) for stroke in listed.strokes]
+    pins += [_on_surface(pin, source, target) for pin in [*listed.all_pins, *typed]]
+    strokes += [_on_surface(stroke, source, target) for stroke in listed.strokes]
     return scene_of(pins, strokes, job.balance, job.turn)
 
 
-def _seen(entry: Any, source: Shape, target: Shape) -> Any:
+def _on_surface(entry: Any, source: Shape, target: Shape) -> Any:
     """A pin or stroke with places of a mesh's plane as those of its surface."""
     sides = (("source", source), ("target", target))
     meshes = [(side, SurfaceView(shape)) for side, shape in sides if isinstance(shape, MeshShape)]

@@ -61,7 +61,7 @@ class SurfaceView:
         return [[round(value, after) for value in place] for place in self.shape.to_space(z).tolist()]
 
 
-def laid_out(job: Job, shape: MeshShape, image: Image, box: Box, most: int) -> Image:
+def lay_out(job: Job, shape: MeshShape, image: Image, box: Box, most: int) -> Image:
     """The texture of a mesh with coordinates of its own as a picture of a box of the flattening's plane."""
     texture = image.texture(box, kind=job.kind)
     placing = shape.placing(texture)

@@ -73,11 +73,11 @@ def _material(
             notes.append(f"{path}: {word} of {name} names {named}, which is no file; left out")
             continue
         kind = _kind(word, picture, most)
-        maps[word] = MaterialMap(picture, kind, str(picture), _placed(sheet.uv, rest))
+        maps[word] = MaterialMap(picture, kind, str(picture), _place(sheet.uv, rest))
     return Material(name, maps, lines)
 
 
-def _placed(uv: Real, rest: str) -> Real | None:
+def _place(uv: Real, rest: str) -> Real | None:
     """Texture coordinates as the options of a statement move them; None where they don't."""
     scale, offset = material_library.placing(rest)
     return None if (scale, offset) == ((1, 1), (0, 0)) else uv * scale + offset

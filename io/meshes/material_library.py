@@ -84,7 +84,7 @@ Names = Mapping[str | None, Mapping[str, str]]
 """Names of pictures by material (None: no material) and statement, in lower case."""
 
 
-def bound(library: Library, rename: dict[str | None, str], plain: str, shown: Names, out: Path) -> str:
+def bind(library: Library, rename: dict[str | None, str], plain: str, shown: Names, out: Path) -> str:
     """The text of a library for the file `out` in which the renamed materials show other pictures.
 
     Args:
@@ -94,7 +94,7 @@ def bound(library: Library, rename: dict[str | None, str], plain: str, shown: Na
         shown: the names of the pictures, see `name_of`, by old name.
         out: the library's own path: file names become relative to its folder.
     """
-    moved = [_moved(line, library.folder, out.parent) for line in library.lines]
+    moved = [_move(line, library.folder, out.parent) for line in library.lines]
     found = Library(tuple(moved), out.parent).materials()
     text: list[str] = []
     for line in moved:  # what stands before the first material
@@ -194,7 +194,7 @@ def placing(rest: str) -> tuple[tuple[float, float], tuple[float, float]]:
     return (found["-s"][0], found["-s"][1]), (found["-o"][0], found["-o"][1])
 
 
-def _moved(line: str, old: Path, new: Path) -> str:
+def _move(line: str, old: Path, new: Path) -> str:
     """A line whose file name is relative to the new folder."""
     word, rest = split(line)
     if old.resolve() == new.resolve() or not word.lower().startswith(MAPS):

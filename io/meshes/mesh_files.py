@@ -86,7 +86,7 @@ def read(text: str, whole: Obj | None = None) -> MeshFile:
     Raises:
         InputError: the file cannot be read, or has no such part.
     """
-    return _opened(text, whole)[0]
+    return _open(text, whole)[0]
 
 
 def read_all(text: str, whole: Obj | None = None) -> list[MeshFile]:
@@ -95,7 +95,7 @@ def read_all(text: str, whole: Obj | None = None) -> list[MeshFile]:
     Raises:
         InputError: as `read`.
     """
-    found, picked = _opened(text, whole)
+    found, picked = _open(text, whole)
     if found.obj or found.part or found.numbered or len(found.names) < 2:
         return [found]
     parts = [picked(name, 1) for name in found.names]
@@ -116,7 +116,7 @@ def read_all(text: str, whole: Obj | None = None) -> list[MeshFile]:
     ]
 
 
-def _opened(text: str, whole: Obj | None) -> tuple[MeshFile, Callable[[str | None, int], MeshFile]]:
+def _open(text: str, whole: Obj | None) -> tuple[MeshFile, Callable[[str | None, int], MeshFile]]:
     """What `read` finds, and what picks another part of the file."""
     spec = Spec.of(text)
     path, suffix = spec.path, formats.suffix_of(spec.path)
@@ -129,13 +129,13 @@ def _opened(text: str, whole: Obj | None) -> tuple[MeshFile, Callable[[str | Non
     view = None if spec.part in names else VIEW.fullmatch(last)
     part = spec.part if view is None else rest or None
     found = picked(part, 1 if spec.number is None else spec.number)
-    piece, chart = _viewed(view)
+    piece, chart = _view(view)
     numbered = spec.number is not None or bool(view and view.lastgroup)
     found = replace(found, piece=piece, chart=chart, part=part, numbered=numbered, names=tuple(names))
     return found, picked
 
 
-def _viewed(view: re.Match | None) -> tuple[int, int]:
+def _view(view: re.Match | None) -> tuple[int, int]:
     """Numbers of the piece and of the chart that `piece-2`, `uv` or `uv-2` names, 0 where it names none."""
     if view is None:
         return 0, 0

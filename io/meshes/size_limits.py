@@ -27,7 +27,7 @@ def faces(path: Path, most: int) -> int:
     """
     open_input(path)
     if path.suffix.lower() in (".glb", ".gltf"):
-        _backed(path, most)
+        _check_backing(path, most)
     return refuse(path, COUNTS.get(path.suffix.lower(), _unknown)(path), most)
 
 
@@ -86,21 +86,21 @@ def _scene(path: Path) -> bytes:
         return file.read(min(struct.unpack_from("<I", start, 12)[0], limits.SCENE_BYTES))
 
 
-def _backed(path: Path, most: int) -> None:
+def _check_backing(path: Path, most: int) -> None:
     """Refuse accessors that claim more than the file has data for: readers take the memory before they look.
 
     Raises:
         InputError: naming the first.
     """
     try:
-        found = next(_empty(json.loads(_scene(path)), most), None)
+        found = next(_unbacked(json.loads(_scene(path)), most), None)
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return  # the reader will say what is wrong
     if found:
         raise InputError(f"{path}: accessor {found[0]} claims {found[1]} items, more than there are data for")
 
 
-def _empty(scene: Any, most: int) -> Iterator[tuple[int, int]]:
+def _unbacked(scene: Any, most: int) -> Iterator[tuple[int, int]]:
     """Number and count of each accessor that claims more items than it has data for."""
     views = scene.get("bufferViews", [])
     for number, accessor in enumerate(scene.get("accessors", [])):

@@ -36,16 +36,16 @@ def constrain(
     typed = [pair for start, end in job.pin for pair in constraints.pairs_at(source, target, start, end)]
     pins = np.concatenate([found.pins, np.reshape(np.array(typed, dtype=complex), (-1, 2))])
     for side, shape in enumerate((source, target) if job.target and job.exact else (source,)):
-        inside(shape, "pin", list(pins[:, side]))
-        inside(shape, "vertex of a stroke", [z for stroke in found.strokes for z in stroke[side].z])
-    given = {"pins": pins if len(pins) else None, "strokes": found.strokes or None}
+        check_inside(shape, "pin", list(pins[:, side]))
+        check_inside(shape, "vertex of a stroke", [z for stroke in found.strokes for z in stroke[side].z])
+    given: dict[str, Any] = {"pins": pins if len(pins) else None, "strokes": found.strokes or None}
     if listed and listed.start:
         given["start"] = listed.start.map(source, target)
     return given, found.names
 
 
 @contextmanager
-def calling(called: Names) -> Iterator[None]:
+def add_names(called: Names) -> Iterator[None]:
     """Add the names of pins and strokes to what is told of them by number."""
     try:
         yield
@@ -75,16 +75,16 @@ def solve(
     """
     import iccm
 
-    from ..shapes.holes import deformed, fitted
+    from ..shapes.holes import deform_with_holes, fit_with_holes
 
     if target is None:
-        return deformed(source, **given) if holed else iccm.deform(source.curve, **given)
+        return deform_with_holes(source, **given) if holed else iccm.deform(source.curve, **given)
     if holed:
-        return fitted(source, target, tell, **given)
+        return fit_with_holes(source, target, tell, **given)
     return iccm.fit(source.domain, target.domain, **given)
 
 
-def inside(shape: Shape, what: str, points: list[complex]) -> None:
+def check_inside(shape: Shape, what: str, points: list[complex]) -> None:
     """Say in the file's own units which point lies outside a shape.
 
     Raises:

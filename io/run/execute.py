@@ -10,7 +10,7 @@ from ... import ahead, progress
 from ...progress import Listener
 from .. import files
 from . import outputs, parts, report
-from .constraints import calling, solve
+from .constraints import add_names, solve
 from .inputs import Inputs
 from .job import Job
 from .phases import Phases
@@ -59,7 +59,7 @@ def run(
 def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
     with phases.timed("read"):
         inputs = Inputs(job)
-        job = outputs.named(job, inputs)
+        job = outputs.name_outputs(job, inputs)
         wanted = outputs.of(job, inputs)
         files.check_outputs(job.outputs, job.inputs, force=job.force)
         run = Run.read(job, inputs, threads, tell, phases)
@@ -91,9 +91,9 @@ def _solve(run: Run) -> None:
     with run.phases.timed("solve"):
         for k, (source, target) in enumerate(run.pairs):
             within = progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}")
-            with within, calling(run.called):
+            with within, add_names(run.called):
                 aim = target if job.target else None
                 run.fits.append(solve(source, aim, given, holed=job.holed, tell=run.note))
     for (source, _), fit in zip(run.pairs, run.fits):
         for note in fit.notes:
-            run.note(parts.named(source, note))
+            run.note(parts.label(source, note))

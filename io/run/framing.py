@@ -16,16 +16,16 @@ UNLIKE = 0.05  # of one side by the other: what is stretched more is told
 OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is told
 
 
-def shown(job: Job, target: Shape) -> Box:
+def picture_box(job: Job, target: Shape) -> Box:
     """What pictures show of the target's plane: what --target-box names.
 
     By default that is the canvas, unless the shape takes little of it, as a country of a world map does, or lies beside
     it: then it is the shape's bounding box. A chart's picture is of use on all of its layout only.
     """
-    return target.bounds if job.target_box == "bbox" or _astray(job, target) else target.box
+    return target.bounds if job.target_box == "bbox" or _why_not_canvas(job, target) else target.box
 
 
-def _astray(job: Job, target: Shape) -> str:
+def _why_not_canvas(job: Job, target: Shape) -> str:
     """Why the default is not the canvas; empty where it is, or where it is said what is to be shown."""
     if job.target_box or target.is_layout:
         return ""
@@ -35,12 +35,12 @@ def _astray(job: Job, target: Shape) -> str:
     return f"takes {share:.0%} of its canvas' sides" if share <= SMALL else ""
 
 
-def covered(job: Job, source: Shape) -> Box:
+def texture_box(job: Job, source: Shape) -> Box:
     """What of the source a texture covers: what --texture-box names, by default the canvas."""
     return source.bounds if job.texture_box == "bbox" else source.box
 
 
-def stretched(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
+def stretch_notes(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
     """A note where a texture of (height, width, …) pixels has other proportions than the canvas that it covers."""
     if not job.texture or source.is_mesh or job.texture_box == "bbox":
         return []
@@ -52,7 +52,7 @@ def stretched(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
     return [f"{job.texture}: {text}; crop it to these proportions to keep its own"]
 
 
-def chequered(job: Job, source: Shape) -> Box:
+def checkerboard_box(job: Job, source: Shape) -> Box:
     """What of the source the checkerboard covers: a square about the shape, or about its canvas where that is said."""
     return square(source.box if job.texture_box == "viewbox" else source.bounds)
 
@@ -60,10 +60,10 @@ def chequered(job: Job, source: Shape) -> Box:
 def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
     """Notes on what is shown of the target, and on shapes that reach out of that, or out of the texture."""
     said = []
-    if why := _astray(job, target):
+    if why := _why_not_canvas(job, target):
         text = "pictures show the shape's box; --target-box viewbox shows the canvas"
         said.append(f"{target.spec}: {why}, so {text}")
-    if job.target and (out := _reach(target, shown(job, target))) > OFF:
+    if job.target and (out := _reach(target, picture_box(job, target))) > OFF:
         text = f"{out:.0%} of its extent lies outside its canvas, where pictures end"
         cure = (
             "names with <UDIM> give each tile a picture"

@@ -158,9 +158,9 @@ class Inputs:
     @cached_property
     def named(self) -> tuple[str, ...]:
         """Every file that the job reads, those that its meshes name included; only those that exist."""
-        found = tiled(self.job.inputs)
+        found = expand_tiles(self.job.inputs)
         for name in self.job.inputs:
-            found += [path for path in tiled(self._named(Path(name))) if os.path.isfile(path)]
+            found += [path for path in expand_tiles(self._named(Path(name))) if os.path.isfile(path)]
         return tuple(dict.fromkeys(found))
 
     def sha256(self, name: str) -> str:
@@ -172,7 +172,7 @@ class Inputs:
         suffix = formats.suffix_of(path)
         try:
             if suffix == ".obj":
-                libraries = [_beside(path, line) for line in self._obj(path).libraries]
+                libraries = [_path_beside(path, line) for line in self._obj(path).libraries]
                 return [name for library in libraries for name in (library, *_pictures(Path(library)))]
             return _of_gltf(path) if suffix == ".gltf" else []
         except (OSError, files.InputError):
@@ -182,11 +182,11 @@ class Inputs:
 def _first_proportions(pictures: Sequence[Path | bytes]) -> float | None:
     from ..pictures.image_files import proportions
 
-    first = next(iter(tiled(pictures[:1])), None)
+    first = next(iter(expand_tiles(pictures[:1])), None)
     return proportions(first) if first else None
 
 
-def tiled(names: Iterable[Path | bytes | str]) -> list[Any]:
+def expand_tiles(names: Iterable[Path | bytes | str]) -> list[Any]:
     """Names of pictures, those of the tiles that there are in the place of one that stands for all of them."""
     from ..pictures.tiles import files_of, is_pattern
 
@@ -198,7 +198,7 @@ def _pictures(library: Path) -> list[str]:
     if not os.path.isfile(library) or library.stat().st_size > limits.SCENE_BYTES:
         return []
     lines = _MAP.findall(library.read_bytes())
-    return [_beside(library, name) for line in lines for name in (line, line.split()[-1])]
+    return [_path_beside(library, name) for line in lines for name in (line, line.split()[-1])]
 
 
 def _of_gltf(path: Path) -> list[str]:
@@ -214,5 +214,5 @@ def _of_gltf(path: Path) -> list[str]:
     ]
 
 
-def _beside(path: Path, name: bytes) -> str:
+def _path_beside(path: Path, name: bytes) -> str:
     return str(path.parent / name.strip().replace(b"\0", b"").decode("utf-8", "surrogateescape"))

@@ -40,11 +40,11 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str]]:
     turn = job.turn if isinstance(job.turn, float | int) else 0.0
     found = parts.pair(sources, targets, turn)
     for shapes, others, taken in zip((sources, targets), (targets, sources), zip(*found)):
-        notes += _without(shapes, others, set(taken))
+        notes += _unpaired(shapes, others, set(taken))
     return [(sources[i], targets[j]) for i, j in sorted(found, key=lambda pair: pair[1])], notes
 
 
-def _without(shapes: Sequence[Shape], others: Sequence[Shape], taken: set[int]) -> list[str]:
+def _unpaired(shapes: Sequence[Shape], others: Sequence[Shape], taken: set[int]) -> list[str]:
     alone = [_name(shape) for number, shape in enumerate(shapes) if number not in taken]
     if not alone:
         return []
@@ -58,12 +58,12 @@ def _name(shape: Shape) -> str:
     return f"#{shape.part}{own}"
 
 
-def named(source: Shape, note: str) -> str:
+def label(source: Shape, note: str) -> str:
     """A remark with the name of the part that it is about, if there are several."""
     return f"#{source.part}: {note}" if source.part else note
 
 
-def mapping(pairs: Pairs, fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Several:
+def compose(pairs: Pairs, fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Several:
     """The maps of all parts as one, small parts over large ones; `maps` are those of `fits`, made ready."""
     from ...curve import Curve
     from ...pixels.composed import Several, reflected

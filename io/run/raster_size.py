@@ -19,11 +19,11 @@ def canvas_size(job: Job, target: Shape) -> tuple[int, int]:
     Raises:
         InputError: more pixels than --max-pixels.
     """
-    low, high = framing.shown(job, target)
-    return bounded(job.size or (LONGER_SIDE,), high - low, job.max_pixels)
+    low, high = framing.picture_box(job, target)
+    return size_within(job.size or (LONGER_SIDE,), high - low, job.max_pixels)
 
 
-def bounded(size: tuple[int, ...], extent: complex, most: int) -> tuple[int, int]:
+def size_within(size: tuple[int, ...], extent: complex, most: int) -> tuple[int, int]:
     """Width and height from --size: both, or the longer side of something with the extent's proportions.
 
     Raises:

@@ -124,7 +124,9 @@ class Run:
         A chart's texture lies in its layout, which it may be mirrored against; a checkerboard on one chart need not be.
         """
         return (
-            self.laid if texture.textured(self.job, self.source) or len(self.pairs) > 1 else self._made(False)
+            self.laid
+            if texture.has_texture(self.job, self.source) or len(self.pairs) > 1
+            else self._made(False)
         )
 
     @cached_property
@@ -140,7 +142,7 @@ class Run:
             lines = source.mirror if laid else None, target.mirror if self.job.target or laid else None
             made = Holed(fit.fast, holes) if holes else fit.fast
             maps.append(Reflected(made, *lines) if lines != (None, None) else made)
-        return maps[0] if len(maps) == 1 else parts.mapping(self.pairs, self.fits, maps)
+        return maps[0] if len(maps) == 1 else parts.compose(self.pairs, self.fits, maps)
 
     @property
     def _holes(self) -> list[tuple[Complex, ...]]:
@@ -148,12 +150,12 @@ class Run:
         that is deformed move with it."""
         if self.job.holes == "fill":
             return [()] * len(self.pairs)
-        from ..shapes.holes import passed_over
+        from ..shapes.holes import unmapped
 
         if self.job.target is None:
-            left = passed_over(self.source, self.fit.source_holes)
+            left = unmapped(self.source, self.fit.source_holes)
             return [tuple(self.fit.fast(hole) for hole in left)]
-        return [passed_over(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
+        return [unmapped(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
 
     @cached_property
     def tiled(self) -> TiledImage | None:
@@ -186,7 +188,7 @@ class Run:
         placed = self.sampler.texture
         if self.on_mesh:
             return self.whole(0).placing(placed, self.tiles)
-        repeats = self.source.is_layout and not self.tiled and texture.textured(self.job, self.source)
+        repeats = self.source.is_layout and not self.tiled and texture.has_texture(self.job, self.source)
         return Repeated(placed) if repeats else None
 
     def whole(self, side: int) -> Shape:
@@ -194,10 +196,10 @@ class Run:
         shapes = [pair[side] for pair in self.pairs]
         if len(shapes) == 1:
             return shapes[0]
-        from ..shapes.mesh_parts import joined
+        from ..shapes.mesh_parts import join
         from ..shapes.mesh_shape import as_mesh
 
-        return joined([as_mesh(shape) for shape in shapes])
+        return join([as_mesh(shape) for shape in shapes])
 
     def begin(self, part: str) -> None:
         """Make `sampler` or `found` beside what follows, if there may be threads."""
@@ -234,7 +236,7 @@ class Run:
 
         low, high = self._extent()
         size, most = self.job.size or (LONGER_SIDE,), self.job.max_pixels
-        width, height = raster_size.bounded(size, high - low, most)
+        width, height = raster_size.size_within(size, high - low, most)
         return Canvas.about(width, height, (low, high))
 
     def canvas_of(self, tile: complex | None) -> Canvas:
@@ -247,7 +249,7 @@ class Run:
 
     def _extent(self) -> Box:
         """What pictures show of the target; a deformed shape may leave that of the source, which grows."""
-        low, high = framing.shown(self.job, self.target)
+        low, high = framing.picture_box(self.job, self.target)
         if self.job.target is not None:
             return low, high
         image = self.fit.image

@@ -64,13 +64,14 @@ def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Const
     if listed:
         listed.check(source, target)
     pins: list[tuple] = [
-        (source.pins[name], target.pins[name], 1.0, name) for name in _paired(source, target, "pins")
+        (source.pins[name], target.pins[name], 1.0, name) for name in _common_names(source, target, "pins")
     ]
     for pin in listed.all_pins if listed else []:
         pairs = pairs_at(source, target, pin.source, pin.target)
         pins += [(*pair, pin.weight, pin.name) for pair in pairs]
     strokes: list[tuple] = [
-        (source.strokes[name], target.strokes[name], 1.0, name) for name in _paired(source, target, "strokes")
+        (source.strokes[name], target.strokes[name], 1.0, name)
+        for name in _common_names(source, target, "strokes")
     ]
     for number, stroke in enumerate(listed.strokes if listed else []):
         a, b = _curves(stroke, number, source, target)
@@ -110,7 +111,7 @@ def pair(
     return found.pins, found.strokes
 
 
-def _paired(source: Shape, target: Shape, kind: str) -> list[str]:
+def _common_names(source: Shape, target: Shape, kind: str) -> list[str]:
     """The names drawn in both files, in the source's order."""
     here, there = getattr(source, kind), getattr(target, kind)
     for alone, by, other in (

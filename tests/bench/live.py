@@ -17,7 +17,7 @@ import numpy as np
 
 from iccm.errors import InputError
 from iccm.io.edit.messages import Scene
-from iccm.io.edit.scene import framed
+from iccm.io.edit.scene import frame
 from iccm.io.edit.session import DIGITS, Session
 from iccm.io.run.job import make
 
@@ -90,7 +90,7 @@ def dragged(session: Session, pins: list[Pin], side: int, updates: int) -> tuple
         cpu, wall = time.process_time(), time.perf_counter()
         shown = session.follow(scene(moved))
         if shown.drawn is not None:
-            framed(shown.head(0), shown.drawn)
+            frame(shown.head(0), shown.drawn)
         if shown.kind != "error":  # the way has left the shape
             seconds.append((time.process_time() - cpu, time.perf_counter() - wall))
             missed += not shown.ok

@@ -8,7 +8,7 @@ from ... import files, formats
 from ...pictures.tiles import MARK, name_of, number_of
 from ...spec import Spec
 from ..inputs import Inputs
-from ..job import STEM, WRITTEN, Job, is_picture, shared
+from ..job import STEM, WRITTEN, Job, is_picture, pair_outputs
 from ..state import Run
 from . import checks
 from .output import Output
@@ -23,11 +23,11 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
     onto_mesh = job.target is not None and inputs.is_mesh(job.target)
     if job.bake and not onto_mesh:
         raise InputError(f"{job.target or job.source}: --bake needs a mesh as target")
-    found = [_made(_kind(name, job), name) for name in job.output]
+    found = [_load(_kind(name, job), name) for name in job.output]
     for output, map in zip((each for each in found if is_picture(each.name)), job.maps):
         output.map = map
-    found += [_made("plot.Plot", job.plot)] if job.plot else []
-    found += [_made("stmap.STMap", job.stmap)] if job.stmap else []
+    found += [_load("plot.Plot", job.plot)] if job.plot else []
+    found += [_load("stmap.STMap", job.stmap)] if job.stmap else []
     for output in found:
         output.suit(job, onto_mesh)
     return found
@@ -46,7 +46,7 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
         each for output in wanted for each in (_tiles_of(run, output) if MARK in output.name else [output])
     ]
     known = {output.name for output in wanted}
-    _free(run, [output.name for output in outputs if output.name not in known])
+    _check_others(run, [output.name for output in outputs if output.name not in known])
     for output in outputs:
         output.check(run.showing(output.map))
     checks.source(run)
@@ -54,14 +54,14 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
         checks.texture(run)
         if not any(output.shows for output in outputs):
             run.note(f"{run.job.texture}: nothing that is written shows it; a picture (-o FILE.png) does")
-    _free(run, [name for output in outputs for name in output.beside(run)])
+    _check_others(run, [name for output in outputs for name in output.beside(run)])
     told = [f"{shape.spec}: {note}" for pair in run.pairs for shape in pair for note in shape.notes]
     for note in [*told, *about(run.pairs, keep=run.job.holes == "keep", mapped=run.job.holed)]:
         run.note(note)
     return outputs
 
 
-def _free(run: Run, names: list[str]) -> None:
+def _check_others(run: Run, names: list[str]) -> None:
     """Check files that are written beside those that the job names."""
     if names:
         files.check_outputs(names, run.inputs.named, force=run.job.force, taken=run.job.outputs)
@@ -103,12 +103,12 @@ def _kind(name: str, job: Job) -> str:
     return "baked.Baked" if job.bake else "picture.Picture"
 
 
-def _made(kind: str, name: str) -> Output:
+def _load(kind: str, name: str) -> Output:
     module, _, made = kind.partition(".")
     return getattr(import_module(f".{module}", __name__), made)(name)
 
 
-def named(job: Job, inputs: Inputs) -> Job:
+def name_outputs(job: Job, inputs: Inputs) -> Job:
     """The job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else.
 
     Raises:
@@ -123,7 +123,7 @@ def named(job: Job, inputs: Inputs) -> Job:
     if len(job.maps) > 1:
         name, suffix = f"{name}-{STEM}", ".png"
     try:
-        return job.model_copy(update={"output": shared([name + suffix], job.maps)})
+        return job.model_copy(update={"output": pair_outputs([name + suffix], job.maps)})
     except ValueError as error:
         raise InputError(str(error)) from None
 

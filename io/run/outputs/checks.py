@@ -6,14 +6,14 @@ from ....pixels.texture import MENDING, check_kind, strip_bytes
 from ...shapes.shape import Shape
 from .. import framing, raster_size
 from ..state import Run
-from ..texture import textured
+from ..texture import has_texture
 
 
 def source(run: Run) -> None:
     """Note which of a mesh source's textures is carried, if any."""
     if not run.source.is_mesh:
         return
-    if not textured(run.job, run.source):
+    if not has_texture(run.job, run.source):
         run.note(f"{run.source.spec}: names no texture; give one with --texture")
         return
     pictures = dict.fromkeys(picture for source, _ in run.pairs for picture in source.pictures)
@@ -30,7 +30,7 @@ def texture(run: Run) -> None:
     Raises:
         InputError: it cannot be read, or has fewer channels than its kind needs.
     """
-    for note in (*run.image.notes, *framing.stretched(run.job, run.source, run.image.pixels.shape)):
+    for note in (*run.image.notes, *framing.stretch_notes(run.job, run.source, run.image.pixels.shape)):
         run.note(note)
     check_kind(run.job.kind, run.image.pixels.shape[2], run.job.texture or run.job.source)
 

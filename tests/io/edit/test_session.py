@@ -178,7 +178,7 @@ def test_drawn_pins_are_edited_in_copies(shapes, shell):
 
 
 def test_names_are_made_different():
-    made = saving.named(
+    made = saving.with_names(
         scene({**PIN, "name": "a"}, {**PIN, "name": ""}, {**PIN, "name": "a"}, {**PIN, "name": "2"})
     )
     assert [pin.name for pin in made.pins] == ["a", "2", "a'", "2'"]

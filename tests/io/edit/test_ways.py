@@ -185,7 +185,7 @@ def test_maps_with_holes_go_on_from_the_one_before_and_the_file_repeats_them(sha
         seen = edited._map
         assert edited.solve(last).ok
         assert edited.start(last) is not None and apart(edited._map, seen) < 0.025
-    (shapes / "kept.json").write_text(saving.listed(edited, last))
+    (shapes / "kept.json").write_text(saving.constraints_json(edited, last))
     again = Session(make({"source": "a.svg", "target": "b.svg", "constraints": "kept.json"}))
     assert again.solve(again.first).ok
     assert np.abs(again._map.image - edited._map.image).max() < 1e-9 * edited._map.image_diagonal
