@@ -73,7 +73,7 @@ def _tasks(jobs: str, folder: Path, *, outside: bool, force: bool) -> list[Any]:
     tasks = manifest.read(text, jobs, root=folder, outside=outside)
     if not force:
         return tasks
-    return [task.holding(task.job.model_copy(update={"force": True})) for task in tasks]
+    return [task.with_job(task.job.model_copy(update={"force": True})) for task in tasks]
 
 
 @contextmanager

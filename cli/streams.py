@@ -1,4 +1,4 @@
-"""What a process is started with: streams that are closed, as daemons and cron have them, and little memory.
+"""The streams and the memory that a process is started with: daemons and cron close streams.
 
 Closed streams are replaced by ones that lead nowhere: a file that is opened would take the free number, and what a
 library prints would end in a picture.

@@ -1,4 +1,4 @@
-"""What iccm sees in a file: outlines, ids, canvas, pins and strokes; pixels; meshes; constraints; jobs."""
+"""Facts about a file for `iccm info`: outlines, ids, canvas, pins and strokes; pixels; meshes; constraints; jobs."""
 
 from __future__ import annotations
 

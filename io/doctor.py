@@ -1,4 +1,4 @@
-"""Whether iccm is installed and set up well: versions, threads, caches, write access, and a map that must come out."""
+"""Checks of the installation: versions, threads, caches, write access, and a map that must come out."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def prepare(tasks: list[Task], book: Journal, *, resume: bool, make: bool = True
             for path in job.outputs
             if (wrong := _why_unwritable(path, job.force, make))
         ]
-        ready.append(task.holding(job))
+        ready.append(task.with_job(job))
     if found:
         raise ManifestError(found)
     return ready

@@ -65,7 +65,7 @@ class Task:
         """What differs from the defaults, as JSON has it."""
         return json.loads(self.packed)
 
-    def holding(self, job: Job) -> Task:
+    def with_job(self, job: Job) -> Task:
         """The same with another job."""
         return Task.of(self.number, self.name, self.place, job)
 
@@ -353,7 +353,7 @@ def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
             )
     values: dict[str, Any] = {field: moved.get(getattr(job, field) or "") for field in WRITTEN}
     values["output"] = tuple(moved.get(name, name) for name in job.output)
-    return task.holding(job.model_copy(update=values))
+    return task.with_job(job.model_copy(update=values))
 
 
 def _check_distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> None:

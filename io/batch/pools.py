@@ -1,4 +1,4 @@
-"""Where jobs run: processes of this machine, or an existing Dask cluster. Both are `concurrent.futures` executors."""
+"""Pools of workers: processes of this machine, or an existing Dask cluster. Both are `concurrent.futures` executors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What runs in a worker of a batch. Nothing heavy is imported at the top: threads are capped before numpy loads."""
+"""The worker of a batch. Nothing heavy is imported at the top: threads are capped before numpy loads."""
 
 from __future__ import annotations
 

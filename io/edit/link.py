@@ -139,10 +139,10 @@ class _Link:
     def _answer(self, message: Place | Save | Draw | Export) -> dict[str, Any]:
         session = self._session
         if isinstance(message, Place):
-            return {"points": session.placed(message.side, message.points)}
+            return {"points": session.transfer(message.side, message.points)}
         names = saving.copy_names(session, message.name) if isinstance(message, Draw) else [message.name]
-        if not message.replace and (there := [name for name in names if self._asks(name)]):
-            return {"exists": there}
+        if not message.replace and (existing := [name for name in names if self._asks(name)]):
+            return {"exists": existing}
         return self._written(message, names)
 
     def _asks(self, name: str) -> bool:

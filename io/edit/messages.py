@@ -1,4 +1,4 @@
-"""What the page may say, checked: everything that comes from it is data of a stranger."""
+"""Messages of the page, validated: everything that comes from it is data of a stranger."""
 
 from __future__ import annotations
 

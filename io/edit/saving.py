@@ -1,4 +1,4 @@
-"""What leaves the page: constraints as JSON or drawn, the command that repeats the result, and what that writes."""
+"""Saving from the page: constraints as JSON or drawn, the command that repeats the result, and what that writes."""
 
 from __future__ import annotations
 

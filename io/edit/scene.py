@@ -1,4 +1,4 @@
-"""What the page draws, in coordinates of its own: about 1 large, y down, so that 32 bits are enough.
+"""Drawings for the page, in its own coordinates: about 1 large, y down, so that 32 bits are enough.
 
 A point of a file is origin + scale · (x, ±y); the sign says whether the file's own y points down.
 """

@@ -1,4 +1,4 @@
-"""What the page is shown of a map, and what is said of one that cannot be."""
+"""The answer to the page: figures and picture of a map, or why there is none."""
 
 from __future__ import annotations
 

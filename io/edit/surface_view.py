@@ -77,8 +77,8 @@ def lay_out(job: Job, shape: MeshShape, image: Image, box: Box, most: int) -> Im
         z = (x + 1j * y[row : row + ROWS, None]).ravel()
 
         def places(part: slice, z: Complex = z) -> Any:
-            here = z[part]
-            return placing.places(here, np.full(here.size, right), np.full(here.size, down))
+            points = z[part]
+            return placing.places(points, np.full(points.size, right), np.full(points.size, down))
 
         out[row : row + ROWS] = sampler(places, z.size).reshape(-1, width, sampler.channels)
     return image.with_pixels(out, texture.alpha)

@@ -1,1 +1,1 @@
-"""What materials of meshes show: pictures read from GLB and MTL files, carried to new coordinates, and written."""
+"""Materials of meshes: pictures read from GLB and MTL files, carried to new coordinates, and written."""

@@ -92,8 +92,8 @@ class Carrier:
     @cached_property
     def slots(self) -> list[str]:
         """What there will be pictures for."""
-        there = (slot for k in self.materials for slot in self.material_set.materials[k].maps)
-        return list(dict.fromkeys([*there, *sorted(self._differing)]))
+        shown = (slot for k in self.materials for slot in self.material_set.materials[k].maps)
+        return list(dict.fromkeys([*shown, *sorted(self._differing)]))
 
     def image(self, slot: str) -> Image:
         """The picture for a slot."""
@@ -103,8 +103,8 @@ class Carrier:
             return self._together(slot, maps, origin)
         assert maps[0] is not None
         image, sampler = self._ready(maps[0])
-        there, how = self._shown(origin, maps[0]), self.how
-        pixels = carry(there, sampler, how.limit, padding=how.padding, threads=how.threads)
+        origin, how = self._shown(origin, maps[0]), self.how
+        pixels = carry(origin, sampler, how.limit, padding=how.padding, threads=how.threads)
         return image.with_pixels(pixels, image.alpha)
 
     def origin(self, size: tuple[int, int]) -> Origin:

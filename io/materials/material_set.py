@@ -1,4 +1,4 @@
-"""What a mesh shows: its triangles, the material of each, and the pictures of materials."""
+"""The material set of a mesh: its triangles, the material of each, and the pictures of materials."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property

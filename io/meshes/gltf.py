@@ -103,10 +103,10 @@ class Gltf:
                 continue
             seen.add(number)
             node = nodes[number]
-            here = above @ _matrix(node)
+            matrix = above @ _matrix(node)
             if node.get("mesh") == mesh:
-                return here
-            waiting += [(child, here) for child in reversed(node.get("children", []))]
+                return matrix
+            waiting += [(child, matrix) for child in reversed(node.get("children", []))]
         return np.eye(4)
 
 

@@ -1,4 +1,4 @@
-"""How large a mesh is, from its header or a scan of its bytes: refused before memory is taken for it."""
+"""Size limits of meshes: faces are counted from the header or a scan of the bytes, before memory is taken for them."""
 
 from __future__ import annotations
 

@@ -94,12 +94,12 @@ def read(
     """
     corners = sorted(set(wanted), key=lambda tile: (tile.imag, tile.real))
     paths = {tile: name_of(str(pattern), n) for tile in corners if (n := number_of(tile)) is not None}
-    there = {tile: name for tile, name in paths.items() if Path(name).is_file()}
-    if not there:
+    present = {tile: name for tile, name in paths.items() if Path(name).is_file()}
+    if not present:
         listed = ", ".join(str(number_of(tile) or f"({tile.real:g}, {tile.imag:g})") for tile in corners[:8])
         raise InputError(f"{pattern}: no picture for the tiles that are used: {listed}")
     options: dict[str, Any] = {"max_pixels": max_pixels, "colorspace": colorspace, "room": room}
-    images = {tile: image_files.read(name, **options) for tile, name in there.items()}
+    images = {tile: image_files.read(name, **options) for tile, name in present.items()}
     first = next(iter(images.values()))
     height, width = (max(image.pixels.shape[k] for image in images.values()) for k in range(2))
     u, v = (np.array([getattr(tile, part) for tile in images], int) for part in ("real", "imag"))
@@ -116,9 +116,9 @@ def read(
     for tile, image in images.items():
         at = tile - low
         x, y = int(at.real) * width, (rows - 1 - int(at.imag)) * height
-        pixels[y : y + height, x : x + width] = _alike(there[tile], image, first, width, height)
+        pixels[y : y + height, x : x + width] = _alike(present[tile], image, first, width, height)
     notes = [note for image in images.values() for note in image.notes]
-    if lacking := [tile for tile in corners if tile not in there]:
+    if lacking := [tile for tile in corners if tile not in present]:
         names = ", ".join(str(number_of(tile) or f"({tile.real:g}, {tile.imag:g})") for tile in lacking[:8])
         more = f" and {len(lacking) - 8} more" if len(lacking) > 8 else ""
         shown = "black" if first.alpha < 0 else "transparent"

@@ -70,11 +70,11 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
     if any(output.samples for output in wanted):
         run.begin("sampler")
     _solve(run)
-    run.begin("found")
+    run.begin("fit_report")
     with ExitStack() as stack:
         for output in wanted:
             path = stack.enter_context(files.writing(output.name, force=job.force))
-            output.write(run.showing(output.map), path)
+            output.write(run.with_texture(output.map), path)
         progress.tell("evaluate")
         figures = report.build(run)
         if job.report:

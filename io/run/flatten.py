@@ -1,4 +1,4 @@
-"""What `iccm flatten` writes and tells."""
+"""The run of `iccm flatten`: its layout, figures and files."""
 
 from collections.abc import Callable
 from contextlib import ExitStack

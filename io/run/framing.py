@@ -1,4 +1,4 @@
-"""What of the target's plane pictures show, and what of the source's plane the texture covers."""
+"""Framing: what pictures show of the target's plane, how large, and what of the source's plane the texture covers."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from ...arrays import Box
+from ...errors import InputError
+from ...pixels.canvas import LONGER_SIDE, proportional
 from .job import Job
 
 if TYPE_CHECKING:
@@ -92,6 +94,27 @@ def square(box: Box) -> Box:
     return middle - half, middle + half
 
 
+def canvas_size(job: Job, box: Box) -> tuple[int, int]:
+    """Width and height of the raster of a box of the target's plane.
+
+    Raises:
+        InputError: more pixels than --max-pixels.
+    """
+    return size_within(job.size or (LONGER_SIDE,), box[1] - box[0], job.max_pixels)
+
+
+def size_within(size: tuple[int, ...], extent: complex, most: int) -> tuple[int, int]:
+    """Width and height from --size: both, or the longer side of something with the extent's proportions.
+
+    Raises:
+        InputError: more pixels than `most`.
+    """
+    width, height = size if len(size) == 2 else proportional(size[0], extent)
+    if width * height > most:
+        raise InputError(f"--size: {width}x{height} is more than {most} pixels; raise --max-pixels")
+    return width, height
+
+
 def _share(shape: Shape) -> float:
     """Width or height of a shape by that of its canvas, whichever is the larger part."""
     size, canvas = (high - low for low, high in (shape.bounds, shape.box))
@@ -100,7 +123,7 @@ def _share(shape: Shape) -> float:
 
 def _reach(shape: Shape, box: Box) -> float:
     """How far a shape reaches out of a box, relative to its size in that direction; at most 1."""
-    (low, high), (here, there) = box, shape.bounds
-    over = (low.real - here.real, there.real - high.real), (low.imag - here.imag, there.imag - high.imag)
-    size = there - here
+    (low, high), (lower, upper) = box, shape.bounds
+    over = (low.real - lower.real, upper.real - high.real), (low.imag - lower.imag, upper.imag - high.imag)
+    size = upper - lower
     return min(1.0, max(max(over[0]) / size.real, max(over[1]) / size.imag))

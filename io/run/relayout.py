@@ -1,4 +1,4 @@
-"""What `iccm relayout` reads, writes and tells."""
+"""The run of `iccm relayout`: what it reads, writes and reports."""
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -24,9 +24,9 @@ from ..pictures import image_files, tiles
 from ..pictures.image import Image
 from ..spec import Spec
 from . import report
+from .framing import size_within
 from .inputs import expand_tiles
 from .job import STEM
-from .raster_size import size_within
 
 SCHEMA = "iccm.relayout/1"
 TEXELS = ("overlapping_texels", "covered_texels")  # of a layout, counted in each tile

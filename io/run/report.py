@@ -36,13 +36,13 @@ def build(run: Run) -> dict[str, Any]:
     job then gives the same bytes.
     """
     weighed = not run.job.exact
-    each = run.found.get("parts", [run.found])
+    each = run.fit_report.get("parts", [run.fit_report])
     for (source, _), part in zip(run.pairs, each):
-        doubted = doubts(run.found | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
+        doubted = doubts(run.fit_report | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
         for note in [*part["notes"], *doubted]:
             if label(source, note) not in run.notes:
                 run.note(label(source, note))
-    report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
+    report = {"schema": SCHEMA, "version": __version__, **run.fit_report, **run.figures}
     if run.fit.status.ok and has_flips(run.figures):
         report |= {"status": Status.FLIPPED.name.lower(), "message": Status.FLIPPED.value}
     if "SOURCE_DATE_EPOCH" not in os.environ:

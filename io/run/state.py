@@ -15,7 +15,7 @@ from ...memory import Memory
 from ...parallel import beside, thread_count
 from ...pixels.texture import Repeated
 from ..memory import Bounded
-from . import framing, parts, raster_size, texture
+from . import framing, parts, texture
 from .constraints import constrain
 from .job import Job
 from .parts import Pairs
@@ -92,7 +92,7 @@ class Run:
             run.constraints, run.called = constrain(job, run.source, run.target, inputs.listed)
         return run
 
-    def showing(self, map: tuple[str, str] | None) -> Run:
+    def with_texture(self, map: tuple[str, str] | None) -> Run:
         """The same with another texture, of the kind named; one of these is kept at a time."""
         if map is None or map == (self.job.texture, self.job.kind):
             return self
@@ -124,22 +124,25 @@ class Run:
         A chart's texture lies in its layout, which it may be mirrored against; a checkerboard on one chart need not be.
         """
         return (
-            self.laid
+            self.in_layout
             if texture.has_texture(self.job, self.source) or len(self.pairs) > 1
-            else self._made(False)
+            else self._compose(False)
         )
 
     @cached_property
-    def laid(self) -> AnyMap:
+    def in_layout(self) -> AnyMap:
         """The same from where charts of the source lie in their layout."""
-        return self._made(True)
+        return self._compose(True)
 
-    def _made(self, laid: bool) -> AnyMap:
+    def _compose(self, in_layout: bool) -> AnyMap:
         from ...pixels.composed import Holed, Reflected
 
         maps: list[AnyMap] = []
         for (source, target), fit, holes in zip(self.pairs, self.fits, self._holes):
-            lines = source.mirror if laid else None, target.mirror if self.job.target or laid else None
+            lines = (
+                source.mirror if in_layout else None,
+                target.mirror if self.job.target or in_layout else None,
+            )
             made = Holed(fit.fast, holes) if holes else fit.fast
             maps.append(Reflected(made, *lines) if lines != (None, None) else made)
         return maps[0] if len(maps) == 1 else parts.compose(self.pairs, self.fits, maps)
@@ -202,7 +205,7 @@ class Run:
         return join([as_mesh(shape) for shape in shapes])
 
     def begin(self, part: str) -> None:
-        """Make `sampler` or `found` beside what follows, if there may be threads."""
+        """Make `sampler` or `fit_report` beside what follows, if there may be threads."""
         if thread_count(self.threads) > 1:
             self._begun[part] = beside(getattr(self, f"_{part}"))
 
@@ -216,11 +219,11 @@ class Run:
             return texture.sampler_of(self.job, self.image, self.box, self.room, self.threads)
 
     @cached_property
-    def found(self) -> dict[str, Any]:
+    def fit_report(self) -> dict[str, Any]:
         """The solver's own report."""
-        return self._begun["found"].result() if "found" in self._begun else self._found()
+        return self._begun["fit_report"].result() if "fit_report" in self._begun else self._fit_report()
 
-    def _found(self) -> dict[str, Any]:
+    def _fit_report(self) -> dict[str, Any]:
         with self.phases.timed("evaluate"):
             found = [fit.report() for fit in self.fits]
         return found[0] | ({"parts": parts.figures(self.pairs, found)} if len(found) > 1 else {})
@@ -232,12 +235,10 @@ class Run:
         Raises:
             InputError: more pixels than --max-pixels.
         """
-        from ...pixels.canvas import LONGER_SIDE, Canvas
+        from ...pixels.canvas import Canvas
 
-        low, high = self._extent()
-        size, most = self.job.size or (LONGER_SIDE,), self.job.max_pixels
-        width, height = raster_size.size_within(size, high - low, most)
-        return Canvas.about(width, height, (low, high))
+        box = self._extent()
+        return Canvas.about(*framing.canvas_size(self.job, box), box)
 
     def canvas_of(self, tile: complex | None) -> Canvas:
         """The raster of a tile of the target's layout, by its lower left corner; None: the usual one."""

@@ -1,4 +1,4 @@
-"""Where a texture comes from, and where it lies in the source's plane."""
+"""The texture of a job: where it is read from, and its place in the source's plane."""
 
 from __future__ import annotations
 

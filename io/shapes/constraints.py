@@ -94,8 +94,8 @@ def pairs_at(source: Shape, target: Shape, start: Place, end: Place) -> list[tup
     Raises:
         InputError: a place that is not on its shape.
     """
-    here, there = source.all_at(start), target.all_at(end)
-    return list(zip(here, there)) if len(here) == len(there) else [(here[0], there[0])]
+    starts, ends = source.all_at(start), target.all_at(end)
+    return list(zip(starts, ends)) if len(starts) == len(ends) else [(starts[0], ends[0])]
 
 
 def pair(
@@ -113,17 +113,17 @@ def pair(
 
 def _common_names(source: Shape, target: Shape, kind: str) -> list[str]:
     """The names drawn in both files, in the source's order."""
-    here, there = getattr(source, kind), getattr(target, kind)
+    in_source, in_target = getattr(source, kind), getattr(target, kind)
     for alone, by, other in (
-        (here.keys() - there.keys(), source, target),
-        (there.keys() - here.keys(), target, source),
+        (in_source.keys() - in_target.keys(), source, target),
+        (in_target.keys() - in_source.keys(), target, source),
     ):
         if alone:
             names = ", ".join(sorted(alone)[:12])
             raise InputError(
                 f"{by.path}: {names}: not drawn in {other.path}; draw each in both files, or in none"
             )
-    return list(here)
+    return list(in_source)
 
 
 def _curves(stroke: Stroke, number: int, source: Shape, target: Shape) -> tuple[Curve, Curve]:

@@ -111,12 +111,15 @@ class Listed(BaseModel):
         Raises:
             InputError: a landmark of one side only.
         """
-        here, there = self.landmarks.source, self.landmarks.target
-        for alone, side in ((here.keys() - there.keys(), "source"), (there.keys() - here.keys(), "target")):
+        sources, targets = self.landmarks.source, self.landmarks.target
+        for alone, side in (
+            (sources.keys() - targets.keys(), "source"),
+            (targets.keys() - sources.keys(), "target"),
+        ):
             if alone:
                 names = ", ".join(sorted(alone)[:12])
                 raise InputError(f"landmarks: {names}: given for the {side} alone; give each for both")
-        marks = [Pin(name=name[:200], source=place, target=there[name]) for name, place in here.items()]
+        marks = [Pin(name=name[:200], source=place, target=targets[name]) for name, place in sources.items()]
         return [*self.pins, *marks]
 
     def check(self, source: Shape, target: Shape) -> None:
@@ -129,10 +132,10 @@ class Listed(BaseModel):
             low, high = shape.box
             size = np.array([(high - low).real, (high - low).imag])
             if sheet and not np.allclose(size, sheet.size, rtol=SAME_SIZE):
-                there, here = ("{:g} x {:g}".format(*each) for each in (sheet.size, size))
+                expected, actual = ("{:g} x {:g}".format(*each) for each in (sheet.size, size))
                 cure = 'scale the places, or take its size out of "files"'
                 raise InputError(
-                    f"the constraints are for {sheet.file or 'a shape'} of {there}, and {shape.spec} is {here}; {cure}"
+                    f"the constraints are for {sheet.file or 'a shape'} of {expected}, and {shape.spec} is {actual}; {cure}"
                 )
 
 

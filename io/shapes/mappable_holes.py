@@ -1,4 +1,4 @@
-"""Which holes of a shape leave room for a map: those large enough, and apart from the outline and from each other."""
+"""Mappable holes of a shape: those large enough, and apart from the outline and from each other."""
 
 from collections.abc import Sequence
 

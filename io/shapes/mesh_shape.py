@@ -133,12 +133,12 @@ class MeshShape(Shape):
         if self.start < 0 or (number is None and len(place) == 2):
             return [self.at(place)]
         patch, loop = self.flattening.patch, self.flattening.loop
-        there = self.at(place)
-        away = np.abs(self.flattening.flat - there) if number is not None else patch.points - np.array(place)
+        point = self.at(place)
+        away = np.abs(self.flattening.flat - point) if number is not None else patch.points - np.array(place)
         flat = int(np.linalg.norm(away.reshape(len(patch.points), -1), axis=1).argmin())
         around = np.roll(loop, -int(np.flatnonzero(loop == self.start)[0]))
         copies = around[patch.vertex[around] == patch.vertex[flat]]
-        return self.flattening.flat[copies].tolist() if copies.size else [there]
+        return self.flattening.flat[copies].tolist() if copies.size else [point]
 
     def along(self, places: Sequence[Place], name: str) -> Curve:
         """The stroke through places; vertices alone are joined along the mesh's edges.

@@ -1,4 +1,4 @@
-"""Which of the shapes that a file draws goes to which of another file's: by name, else by place and area."""
+"""Pairs of the shapes that two files draw: by name, else by place and area."""
 
 import re
 from collections.abc import Sequence
@@ -28,9 +28,12 @@ def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) 
     from scipy.optimize import linear_sum_assignment
 
     spatial = all(shape.is_mesh for shape in (sources[0], targets[0]))
-    (here, size), (there, large) = _fit_to_unit(sources, spatial), _fit_to_unit(targets, spatial)
-    here[:, :2] = xy_of(here[:, :2] @ np.array([1, 1j]) * np.exp(1j * np.radians(turn)))
-    apart = ((here[:, None] - there) ** 2).sum(axis=-1)
+    (source_places, size), (target_places, large) = (
+        _fit_to_unit(sources, spatial),
+        _fit_to_unit(targets, spatial),
+    )
+    source_places[:, :2] = xy_of(source_places[:, :2] @ np.array([1, 1j]) * np.exp(1j * np.radians(turn)))
+    apart = ((source_places[:, None] - target_places) ** 2).sum(axis=-1)
     cost = apart + SIZE * (np.log(size)[:, None] - np.log(large)) ** 2
     names = [[words_of(shape.names) for shape in shapes] for shapes in (sources, targets)]
     shared = np.array([[len(a & b) for b in names[1]] for a in names[0]])

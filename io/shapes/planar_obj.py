@@ -179,9 +179,9 @@ def _rings(edges: Edges, z: Complex) -> Iterator[NDArray]:
     near = {int(v): (int(both[s, 1]), int(both[s + 1, 1])) for v, s in zip(vertex, start)}
     while near:
         first = previous = next(iter(near))
-        here, ring = near.pop(first)[0], [first]
-        while here != first:
-            ring.append(here)
-            a, b = near.pop(here)
-            previous, here = here, b if a == previous else a
+        current, ring = near.pop(first)[0], [first]
+        while current != first:
+            ring.append(current)
+            a, b = near.pop(current)
+            previous, current = current, b if a == previous else a
         yield np.array(ring)

@@ -49,7 +49,7 @@ def place(session: Session, side: int, z: complex) -> list[float]:
 def reached(session: Session, z: complex) -> bool:
     """Whether a point of the source is in no hole."""
     try:
-        session.placed("source", [tuple(session.source.to_file(z).tolist())])
+        session.transfer("source", [tuple(session.source.to_file(z).tolist())])
     except InputError:
         return False
     return True
@@ -75,7 +75,7 @@ def spread(session: Session, rng: np.random.Generator) -> list[Pin]:
     if len(found) < PINS:
         raise InputError(f"no room for {PINS} pins")
     here = [place(session, 0, z) for z in found]
-    return [list(ends) for ends in zip(here, session.placed("source", here))]
+    return [list(ends) for ends in zip(here, session.transfer("source", here))]
 
 
 def dragged(session: Session, pins: list[Pin], side: int, updates: int) -> tuple[np.ndarray, int]:

@@ -1,4 +1,4 @@
-"""What a run writes, a module for each kind of output; one is imported when it is wanted."""
+"""Outputs of a run, a module for each kind; one is imported when it is wanted."""
 
 from copy import copy
 from importlib import import_module
@@ -48,7 +48,7 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
     known = {output.name for output in wanted}
     _check_others(run, [output.name for output in outputs if output.name not in known])
     for output in outputs:
-        output.check(run.showing(output.map))
+        output.check(run.with_texture(output.map))
     checks.source(run)
     if run.job.texture:
         checks.texture(run)

@@ -20,7 +20,7 @@ from ...pictures import image_files
 from ...pictures.tiles import number_of
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
-from .. import raster_size
+from .. import framing
 from ..state import Run
 from . import checks
 from .picture import Picture
@@ -156,6 +156,4 @@ def size(run: Run) -> tuple[int, int]:
     if run.tiles:
         across = run.tiles[1] - run.tiles[0]
         width, height = width // int(across.real), height // int(across.imag)
-    return raster_size.size_within(
-        run.job.size or (width, height), complex(width, height), run.job.max_pixels
-    )
+    return framing.size_within(run.job.size or (width, height), complex(width, height), run.job.max_pixels)

@@ -1,10 +1,10 @@
-"""What several kinds of output check before the solving; remarks that are made twice are told once."""
+"""Checks before the solving that several kinds of output share; remarks that are made twice are told once."""
 
 from __future__ import annotations
 
 from ....pixels.texture import MENDING, check_kind, strip_bytes
 from ...shapes.shape import Shape
-from .. import framing, raster_size
+from .. import framing
 from ..state import Run
 from ..texture import has_texture
 
@@ -68,7 +68,7 @@ def canvas(run: Run, tile: complex | None = None) -> tuple[int, int]:
     """
     for note in framing.remarks(run.job, run.source, run.target) if tile is None else ():
         run.note(note)
-    return raster_size.canvas_size(run.job, run.target)
+    return framing.canvas_size(run.job, framing.picture_box(run.job, run.target))
 
 
 def room(run: Run) -> None:

@@ -45,7 +45,7 @@ class STMap(Output):
                 place, room = _placing(run), run.room
                 stmap_files.write(
                     path,
-                    run.laid,
+                    run.in_layout,
                     box,
                     run.canvas_of(self.tile),
                     placing=place,
