@@ -107,7 +107,7 @@ class _Link:
             message: Solve = await queue.get()
             await asyncio.sleep(IDLE)
             if session.scene is message.scene and queue.empty():
-                shown: Any = await self._done("compare", session.compared, message.scene)
+                shown: Any = await self._done("compare", session.compare, message.scene)
                 if isinstance(shown, Shown) and session.scene is message.scene:
                     await self._show(message, shown)
 

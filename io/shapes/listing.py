@@ -135,7 +135,8 @@ class Listed(BaseModel):
                 expected, actual = ("{:g} x {:g}".format(*each) for each in (sheet.size, size))
                 cure = 'scale the places, or take its size out of "files"'
                 raise InputError(
-                    f"the constraints are for {sheet.file or 'a shape'} of {expected}, and {shape.spec} is {actual}; {cure}"
+                    f"the constraints are for {sheet.file or 'a shape'} of {expected}, "
+                    f"and {shape.spec} is {actual}; {cure}"
                 )
 
 
