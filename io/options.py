@@ -170,8 +170,8 @@ class FlattenOptions:
     )
     uv: str | None = _option("The mesh with its flattening as texture coordinates (.obj .glb .ply).", "FILE")
     method: str = _option(
-        "Keep angles, one-to-one; least squares (LSCM) as it comes; even: angles and areas; or onto the outline of a "
-        "drawing or picture (outline.svg, sheet.svg#id), as evenly on the surface as it allows.",
+        "conformal: angles kept, one-to-one; lscm: least squares, whether it folds or not; balanced: angles and areas; "
+        "or onto the outline of a drawing or picture (outline.svg, sheet.svg#id), as evenly as the surface allows.",
         "[conformal|lscm|balanced|OUTLINE]", default="conformal",
     )  # fmt: skip
     carry_maps: bool = _option(
@@ -205,7 +205,7 @@ class RelayoutOptions:
         "Of the pictures made.  [default: the largest one given]", "WxH|N", parse=size
     )
     limit: float = _option(
-        "How far apart the surfaces may be, of the diagonal; what is farther stays empty.",
+        "Largest distance between the surfaces, as a share of the diagonal; texels farther away stay empty.",
         default=0.01,
         least=0,
     )
@@ -225,7 +225,7 @@ class BatchOptions:
         "Use a Dask cluster, such as tcp://host:8786, instead of processes.", "ADDRESS"
     )
     timeout: float | None = _option("Time limit of each job.", "SECONDS", above=0)
-    retries: int = _option("Reruns after a worker died.", default=1, least=0)
+    retries: int = _option("How often a job is run again after its worker died.", default=1, least=0)
     fail_fast: bool = _option("Begin no job after the first that fails.", default=False)
     resume: bool = _option(
         "Skip jobs that an earlier run finished and nothing has changed since.", default=False
@@ -238,7 +238,7 @@ class CheckOptions:
     """Those of `iccm check`."""
 
     tolerances: str | None = _option("Limits.  [default: BASELINES/tolerances.toml, if it is there]", "FILE")
-    junit: str | None = _option("A test case a file, for CI.", "FILE.xml")
+    junit: str | None = _option("JUnit report for CI: one test case per file.", "FILE.xml")
     diff: str | None = _option("Pictures of what differs: baseline, run, difference.", "DIR")
     update: bool = _option("Make the run the baselines.", default=False)
 
@@ -247,14 +247,14 @@ class CheckOptions:
 class InfoOptions:
     """Those of `iccm info`."""
 
-    json: bool = _option("One JSON object a file and line.", default=False)
+    json: bool = _option("One JSON object per file, each on its line.", default=False)
 
 
 @_table("doctor")
 class DoctorOptions:
     """Those of `iccm doctor`."""
 
-    json: bool = _option("One JSON object a finding and line.", default=False)
+    json: bool = _option("One JSON object per finding, each on its line.", default=False)
 
 
 @_table("map", "deform")
@@ -265,8 +265,9 @@ class JobOptions:
         "Picture to carry along.  [default: a numbered checkerboard]", "IMAGE", commands=EDITED
     )
     normal: tuple[str, ...] = _option(
-        "A tangent-space normal map, y up, through the same map, as the next two: each gets an -o, or {stem} in one "
-        "stands for its name; a mesh (-o x.glb) shows one itself. May be repeated.", "IMAGE", default=(), parse=many,
+        "A tangent-space normal map, y up, to carry through the same map. Each picture of this option and the next two "
+        "gets an -o, or one -o names all with {stem}, the picture's name; a mesh (-o x.glb) shows a normal map "
+        "itself. May be repeated.", "IMAGE", default=(), parse=many,
     )  # fmt: skip
     normal_down: tuple[str, ...] = _option("One with y down (DirectX).", "IMAGE", default=(), parse=many)
     data: tuple[str, ...] = _option(
@@ -285,15 +286,15 @@ class JobOptions:
     )
 
     parts: Literal["largest", "all"] = _option(
-        "What is mapped of files that draw several outlines: the largest, or each onto its partner.",
+        "Of files that draw several outlines map the largest, or all of them, each onto its partner.",
         default="largest", commands=("map",),
     )  # fmt: skip
     plane: Literal["flat", "uv"] = _option(
-        "The plane that meshes lie in: their flattening, or their own texture coordinates, as #uv does.",
+        "The plane that meshes are mapped in: flat, flattened; uv, their own texture coordinates, as #uv does.",
         default="flat",
     )
     holes: Literal["keep", "fill"] = _option(
-        "Whether holes go onto holes and stay transparent in pictures, or are taken for inside and painted over.",
+        "keep: holes go onto holes and stay transparent in pictures; fill: they are ignored and painted over.",
         default="keep", commands=EDITED,
     )  # fmt: skip
     pin: tuple[Any, ...] = _option(
@@ -304,13 +305,13 @@ class JobOptions:
         "Pins and strokes from a file; - for stdin.", "FILE.json", commands=EDITED
     )
     pin_weight: float | None = _option(
-        "Pull of the pins against the outline's (conformal, paper); balanced meets them.  [default: 1]",
+        "Weight of the pins against the outline (conformal, paper); balanced meets them exactly.  [default: 1]",
         "W",
         above=0,
         solver=True,
     )
     stroke_weight: float | None = _option(
-        "Pull of the strokes (likewise).  [default: 1]", "W", above=0, solver=True
+        "Weight of the strokes, likewise.  [default: 1]", "W", above=0, solver=True
     )
 
     quasi: float | None = _option(
@@ -325,46 +326,46 @@ class JobOptions:
         default=1.0, least=0, most=limits.BALANCE, solver=True, commands=EDITED,
     )  # fmt: skip
     turn: float | Literal["any"] = _option(
-        "Degrees by which the picture should be turned; any leaves it to the shapes (balanced).  [default: 0]",
+        "Degrees by which to turn the picture; any: as suits the shapes best (balanced).  [default: 0]",
         "DEGREES|any", default=0.0, parse=turn, solver=True, commands=("map", "edit"),
     )  # fmt: skip
     max_dilatation: float | None = _option(
-        "Bound on the dilatation to meet (balanced).",
+        "Largest dilatation allowed (balanced).",
         "K",
         above=1,
         solver=True,
         commands=EDITED,
     )
     max_stretch: float | None = _option(
-        "Bound on the stretch to meet (balanced).", "S", above=1, solver=True, commands=EDITED
+        "Largest stretch allowed (balanced).", "S", above=1, solver=True, commands=EDITED
     )
     order: Literal[0, 1] | None = _option(
         "Distance of zeroth or first order.  [default: by method]", least=0, most=1, solver=True
     )
     max_iterations: int | None = _option("Stop after N.  [default: by method]", "N", least=1, solver=True)
     vertices: int | Literal["source"] | None = _option(
-        "Boundary vertices, or the source's own and no others.  [default: by shape]", "N|source",
+        "Number of boundary vertices; source: exactly those of the file.  [default: by shape]", "N|source",
         parse=vertices, solver=True,
     )  # fmt: skip
     samples_per_edge: int | None = _option(
         "Samples between two vertices, with --method paper.  [default: 4]", "N", least=1, most=64, solver=True
     )
     weights: Literal["relative", "paper"] | None = _option(
-        "Means that do not depend on sizes and counts, or sums as the paper has them.  [default: relative]",
+        "relative: means, which do not depend on sizes and counts; paper: sums, as published.  [default: relative]",
         solver=True,
     )
     smoothness: float | None = _option(
         "Resistance to bending.  [default: by command]", "W", least=0, solver=True
     )
     tolerance: float = _option(
-        "Boundary gap to reach, relative to the target's diagonal.",
+        "Distance to reach between the mapped outline and the target's, relative to its diagonal.",
         default=1e-3,
         above=0,
         solver=True,
         commands=EDITED,
     )
     require_injective: float | None = _option(
-        "Exit code 1 unless it is certified one-to-one on this share of the source's area.  [0.99]", "[SHARE]",
+        "Exit code 1 unless the map is certified one-to-one on this share of the source's area.  [0.99]", "[SHARE]",
         above=0, most=1, parse=share, flag=str(CERTIFIED),
     )  # fmt: skip
 
@@ -397,7 +398,9 @@ class JobOptions:
     edge: Literal["clamp", "transparent"] = _option(
         "What lies outside the texture.", default="clamp", commands=(*EVERY, "edit")
     )
-    padding: int | None = _option("Pixels to spill past the outline; -1: all.", "N", least=-1)
+    padding: int | None = _option(
+        "Pixels by which colours extend past the outline; -1: over the whole picture.", "N", least=-1
+    )
     fill: Literal["push-pull", "nearest"] = _option("How padding is filled.", default="push-pull")
     max_pixel_error: float = _option("Error that fast evaluation may make, in texels.", default=0.05, above=0)
     max_pixels: int = _option(
@@ -412,7 +415,9 @@ class JobOptions:
     )
 
     bake: bool = _option(
-        "Fill the texture layout that the target mesh has, not a new one.", default=False, commands=("map",)
+        "Write the picture for the texture coordinates that the target mesh has, instead of new ones.",
+        default=False,
+        commands=("map",),
     )
     carry_maps: bool = _option(
         "Carry the other maps of a mesh's materials (normals, roughness, …) to the new coordinates, too.",
@@ -438,7 +443,7 @@ class CommonOptions:
 class EditOptions:
     """Those of `iccm edit` beside the job's."""
 
-    port: int | None = _option("[default: any that is free]", "N", least=0, most=65535)
+    port: int | None = _option("Port of the page.  [default: any that is free]", "N", least=0, most=65535)
     no_browser: bool = _option("Show the page's address, and leave it to you to open it.", default=False)
 
 
