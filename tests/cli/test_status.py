@@ -43,7 +43,7 @@ SCRIPT = """
 import sys, time
 from iccm.cli import logs, status
 logs.configure({verbosity}, {form!r})
-with status.shown() as listener:
+with status.show_status() as listener:
     assert (listener is None) == {silent}, listener
     if listener:
         listener("solve, starts", 3, 44)
