@@ -92,7 +92,7 @@ class Part(NamedTuple):
 
 # what others need, too, first
 PARTS = {
-    "order": Part(_order, "linalg.fronts", "_grouped", 0.9),
+    "order": Part(_order, "linalg.fronts", "_supernodes", 0.9),
     "minimise": Part(_minimise, "balanced.minimise.newton", "descend", 5.0),
     "pixels": Part(_pixels, "pixels.filters", "_painted", 3.2),
     "mesh": Part(_mesh, "balanced.meshing.mesh", "_refine_and_split", 1.7),

@@ -36,6 +36,12 @@ def xy_of(z: Complex) -> Real:
     return np.stack([z.real, z.imag], axis=-1)
 
 
+def complex_of(xy: Real) -> Complex:
+    """(...) complex numbers of pairs (..., 2) of real and imaginary parts."""
+    z: Complex = xy @ np.array([1, 1j])
+    return z
+
+
 def at_vertices(values: Real, faces: Index, count: int) -> Real:
     """(n,) means of the values (m,) of the triangles (m, 3) around each of `count` vertices."""
     corners = faces.ravel()

@@ -13,6 +13,7 @@ from .arrays import Complex, Real, as_complex, xy_of
 from .curve import Curve, boundary_samples
 from .errors import InputError
 from .maps.harmonic import HarmonicMap
+from .plane import bounding_box
 
 MOST_VERTICES = 4000  # of a map's polygon: its equations are a dense matrix
 METHODS = ("balanced", "conformal", "paper")
@@ -293,7 +294,7 @@ def from_farthest(curve: Curve) -> Curve:
 def from_known(curve: Curve) -> Curve:
     """The closed curve started at a vertex that does not depend on where it was: the one closest to the vertices'
     mean, and of several the leftmost, and the lowest of those."""
-    base = complex(curve.z.real.min(), curve.z.imag.min())
+    base = bounding_box(curve.z)[0]
     away = curve.z - base
     mean = complex(math.fsum(away.real), math.fsum(away.imag)) / away.size
     distance = np.abs(away - mean)

@@ -40,7 +40,7 @@ ORDER = (
     "pixels",
     "maps",
     "curve linalg",
-    "buckets",
+    "buckets plane",
     "arrays jit",
     "parallel memory blas compiling progress",
     "errors",

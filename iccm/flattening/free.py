@@ -15,6 +15,7 @@ from ..balanced.minimise.energy import geometry, total
 from ..balanced.minimise.sliding import HELD, NO_RAIL, Border, Rails
 from ..linalg.cholesky import BlockPattern, system_of
 from ..meshes.stretch import laid_flat
+from ..plane import triangle_areas
 
 FEW, LARGE = 8, 20_000  # steps at a time, and vertices from which there are two: one takes seconds then
 SURFACE_ALONE = 0.0  # share of the image's area in the measure: with ½ a free boundary shrinks
@@ -98,5 +99,5 @@ class Elastic:
 def surface(points: Real, faces: Index) -> Elastic:
     """The triangles (m, 3) of a surface in space, its area taken as one."""
     rest = laid_flat(points[faces])
-    areas = 0.5 * ((rest[:, 1] - rest[:, 0]).conj() * (rest[:, 2] - rest[:, 0])).imag
+    areas = triangle_areas(rest)
     return Elastic.of(faces, rest / np.sqrt(areas.sum()))

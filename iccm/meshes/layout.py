@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Index, Real
+from ..arrays import Index, Real, complex_of
 from ..errors import InputError
-from ..maps.triangulated.predicates import orientation
+from ..plane import orientation
 from .rasterise import Ownership, open_edges, rasterise
 
 MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file (by hand)
@@ -95,7 +95,7 @@ def check_layout(name: str, uv: Real, uv_faces: Index) -> Real:
 
 def turned_over(corners: Real) -> dict[str, int]:
     """How many of the triangles with texture coordinates (m, 3, 2), v up, are `flipped` or `degenerate`; exactly."""
-    z = corners @ np.array([1, 1j])
+    z = complex_of(corners)
     turn = orientation(*z.T)
     return {"flipped": int((turn < 0).sum()), "degenerate": int((turn == 0).sum())}
 

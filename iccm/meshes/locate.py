@@ -3,9 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Complex, Index, Real
+from ..arrays import Complex, Index, Real, xy_of
 from ..jit import kept
 from ..parallel import over_slices
+from ..plane import bounding_box, longer_side
 from .flatten import Flattening
 from .rasterise import rasterise
 
@@ -23,11 +24,10 @@ class Locator:
         self.faces = flattening.patch.faces
         self.flat = flattening.flat
         self.twin = flattening.patch.triangles.twin
-        low = complex(self.flat.real.min(), self.flat.imag.min())
-        size = max(np.ptp(self.flat.real), np.ptp(self.flat.imag))
+        low, high = bounding_box(self.flat)
+        size = longer_side(low, high)
         self.low, self.scale = low - size * (1 + 1j) / GRID, (GRID - 2) / size
-        at = (self.flat - self.low) * self.scale
-        corners = np.stack([at.real, at.imag], axis=-1)[self.faces]
+        corners = xy_of((self.flat - self.low) * self.scale)[self.faces]
         self.grid = self._filled(rasterise(corners, GRID, GRID, border=np.ones(len(self.faces), bool)).owner)
 
     @staticmethod

@@ -47,6 +47,7 @@ from ..meshes.flatten import Flattening
 from ..meshes.locate import Locator
 from ..meshes.mesh import face_areas
 from ..meshes.topology import Triangles
+from ..plane import triangle_areas
 
 BARRIER = 0.01  # weight of the energy in the plane, which keeps triangles from folding there (by hand)
 STEPS, DECREASE = 40, 1e-3  # of Newton's method, and the relative decrease that counts as none
@@ -150,8 +151,7 @@ class Between:
     @cached_property
     def _turns(self) -> Real:
         """(m, 1) orientation of triangles with corners in the order of the system."""
-        a, b, c = self.map.z[self._corners].T
-        return np.sign(((b - a).conj() * (c - a)).imag)[:, None]
+        return np.sign(triangle_areas(self.map.z[self._corners]))[:, None]
 
     @cached_property
     def border(self) -> Border:

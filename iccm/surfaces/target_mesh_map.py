@@ -24,9 +24,10 @@ from ..flattening.scaffold import filling
 from ..linalg.cholesky import system_of
 from ..meshes.mesh import face_areas
 from ..meshes.stretch import Linear, laid_flat, linear
+from ..plane import cross, triangle_areas
 from .refined import RefinedSurface
 from .side import Side
-from .unfolding import signed_areas, unfolded_nearby
+from .unfolding import unfolded_nearby
 
 UNFOLDING, POLISHING = 200, 30  # steps: a bunny with holes takes over 40
 ROOM = 4  # times that triangles around folds are halved, by hand
@@ -227,7 +228,7 @@ def _meshed(
         except Tangled as left:
             if not rounds:
                 raise
-            mesh = mesh.without_chords(own.near(signed_areas(left.u, own.state.faces) <= 0))
+            mesh = mesh.without_chords(own.near(triangle_areas(left.u[own.state.faces]) <= 0))
     raise AssertionError
 
 
@@ -333,7 +334,7 @@ def _holding(corners: Complex, z: complex) -> tuple[int, Real]:
     """The triangle of (m, 3) whose sides a point is farthest inside of, relative to its size, and the point's
     barycentric coordinates (3,), none below 0."""
     a, b, c = (corners - z).T
-    areas = np.array([(p.conj() * q).imag for p, q in ((b, c), (c, a), (a, b))])
+    areas = np.array([cross(p, q) for p, q in ((b, c), (c, a), (a, b))])
     shares = areas / areas.sum(axis=0)
     face = int(np.argmax(shares.min(axis=0)))
     return face, np.maximum(shares[:, face], 0)

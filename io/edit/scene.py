@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
 from ...maps.triangulated.map import TriangulatedMap
+from ...plane import bounding_box, longer_side
 from .. import limits
 from ..formats import picture
 from ..pictures import image_files
@@ -40,9 +41,8 @@ class PageHalf:
     @classmethod
     def of(cls, *boxes: Box) -> PageHalf:
         """The view whose unit holds all boxes."""
-        low = complex(min(b[0].real for b in boxes), min(b[0].imag for b in boxes))
-        high = complex(max(b[1].real for b in boxes), max(b[1].imag for b in boxes))
-        return cls((low + high) / 2, max((high - low).real, (high - low).imag))
+        low, high = bounding_box(np.array(boxes))
+        return cls((low + high) / 2, longer_side(low, high))
 
     def __call__(self, z: Complex) -> NDArray[np.float32]:
         """(..., 2) coordinates of the page of points of the core plane."""

@@ -10,10 +10,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ...arrays import Box, Complex
 from ...memory import Memory
 from ...parallel import beside, thread_count
 from ...pixels.texture import Repeated
+from ...plane import bounding_box
 from ..memory import Bounded
 from . import framing, parts, texture
 from .constraints import constrain
@@ -250,14 +253,8 @@ class Run:
 
     def _extent(self) -> Box:
         """What pictures show of the target; a deformed shape may leave that of the source, which grows."""
-        low, high = framing.picture_box(self.job, self.target)
-        if self.job.target is not None:
-            return low, high
-        image = self.fit.image
-        return (
-            complex(min(low.real, image.real.min()), min(low.imag, image.imag.min())),
-            complex(max(high.real, image.real.max()), max(high.imag, image.imag.max())),
-        )
+        box = framing.picture_box(self.job, self.target)
+        return box if self.job.target is not None else bounding_box(np.append(self.fit.image, box))
 
     def note(self, remark: str) -> None:
         """Add a remark, once."""

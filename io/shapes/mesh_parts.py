@@ -16,10 +16,10 @@ from ...meshes.mesh import Mesh
 from ...meshes.patch import Patch
 from ...meshes.topology import Triangles
 from ...pixels.composed import reflected
+from ...plane import bounding_box
 from ..meshes import mesh_files
 from ..meshes.obj import Obj
 from .mesh_shape import Aspect, MeshShape, aspect_of, flatten_patch, read, read_chart
-from .shape import around
 
 GAP = 0.02  # of the larger side, between pieces that are laid side by side (by hand)
 
@@ -51,7 +51,7 @@ def read_all(
     if not made:
         raise InputError(faults[0])
     shapes = [shape for _, shape in made] if charts else side_by_side([shape for _, shape in made])
-    extent = around([reflected(shape.curve.box, shape.mirror) for shape in shapes])
+    extent = bounding_box(np.array([reflected(shape.curve.box, shape.mirror) for shape in shapes]))
     notes = tuple(f"left out: {fault.removeprefix(f'{parts[0].path}: ')}" for fault in faults)
     box = shapes[0].box if charts else extent
     return [

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...arrays import Real, xy_of
+from ...arrays import Real, complex_of, xy_of
 from .shape import Shape
 
 # Costs of a pair: the square of the distance in half diagonals of the drawing is 1 each, the square of the natural
@@ -28,12 +28,10 @@ def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) 
     from scipy.optimize import linear_sum_assignment
 
     spatial = all(shape.is_mesh for shape in (sources[0], targets[0]))
-    (source_places, size), (target_places, large) = (
-        _fit_to_unit(sources, spatial),
-        _fit_to_unit(targets, spatial),
-    )
-    source_places[:, :2] = xy_of(source_places[:, :2] @ np.array([1, 1j]) * np.exp(1j * np.radians(turn)))
-    apart = ((source_places[:, None] - target_places) ** 2).sum(axis=-1)
+    placed, size = _fit_to_unit(sources, spatial)
+    aims, large = _fit_to_unit(targets, spatial)
+    placed[:, :2] = xy_of(complex_of(placed[:, :2]) * np.exp(1j * np.radians(turn)))
+    apart = ((placed[:, None] - aims) ** 2).sum(axis=-1)
     cost = apart + SIZE * (np.log(size)[:, None] - np.log(large)) ** 2
     names = [[words_of(shape.names) for shape in shapes] for shapes in (sources, targets)]
     shared = np.array([[len(a & b) for b in names[1]] for a in names[0]])

@@ -9,7 +9,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from ...arrays import complex_of
 from ...errors import InputError
+from ...plane import cross
 from .. import files, limits
 from ..svg.drawing import Drawing
 from ..svg.fill import FilledOutline
@@ -134,9 +136,9 @@ def _piece(
     tolerance = max(SOFT if soft else HARD, flatness * diagonal)
     smooth = _straightened(whole, tolerance)
     shift = complex(columns.start - 1 + 0.5, rows.start - 1 + 0.5)
-    z = shapely.get_coordinates(smooth.exterior)[:-1] @ np.array([1, 1j]) + shift
+    z = complex_of(shapely.get_coordinates(smooth.exterior)[:-1]) + shift
     holes = [_straightened(c, tolerance) for c in contours if c is not whole and c.area >= SPECK]
-    inner = tuple(shapely.get_coordinates(h.exterior)[:-1] @ np.array([1, 1j]) + shift for h in holes)
+    inner = tuple(complex_of(shapely.get_coordinates(h.exterior)[:-1]) + shift for h in holes)
     return FilledOutline(f"piece at ({left}, {top})", z, smooth.area, inner)
 
 
@@ -147,7 +149,7 @@ def _straightened(polygon: shapely.Polygon, tolerance: float) -> shapely.Polygon
     and a vertex is where two edges meet. The choice alone is off by up to the tolerance, and cuts corners.
     """
     simple = shapely.simplify(polygon, tolerance)
-    z, corners = (shapely.get_coordinates(p.exterior)[:-1] @ np.array([1, 1j]) for p in (polygon, simple))
+    z, corners = (complex_of(shapely.get_coordinates(p.exterior)[:-1]) for p in (polygon, simple))
     index = {point: k for k, point in enumerate(z.tolist())}
     start = np.array([index[point] for point in corners.tolist()])
     count = np.mod(np.roll(start, -1) - start - 1, z.size) + 2
@@ -168,9 +170,9 @@ def _line(z: NDArray[np.complex128]) -> tuple[complex, complex]:
 def _meeting(before: tuple[complex, complex], after: tuple[complex, complex], corner: complex) -> complex:
     """Where two lines meet, when that is near the corner; otherwise the middle of the corner's feet on both."""
     (a, d), (b, e) = before, after
-    turn = (d.conjugate() * e).imag
+    turn = cross(d, e)
     if abs(turn) > 0.05:
-        point = a + d * ((b - a) * e.conjugate()).imag / (d * e.conjugate()).imag
+        point = a + d * cross(b - a, e) / turn
         if abs(point - corner) <= REACH:
             return point
     feet = [p + u * ((corner - p) * u.conjugate()).real for p, u in (before, after)]

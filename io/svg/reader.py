@@ -9,14 +9,15 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from ...arrays import Complex, xy_of
+from ...arrays import Complex, complex_of, xy_of
 from ...errors import InputError
+from ...plane import diagonal, distinct
 from . import tree
 from .budget import MAX_BYTES, MAX_SEGMENTS, Budget
 from .clips import Clips
 from .crossings import TooMuch
 from .drawing import Drawing
-from .fill import FilledOutline, Refused, distinct, outlines, outlines_of
+from .fill import FilledOutline, Refused, outlines, outlines_of
 from .path_data import LARGEST, Subpath, least, numbers, subpaths
 from .source import drawing_bytes
 from .strokes import silhouette, width_of
@@ -204,7 +205,7 @@ def _ring(run: Subpath, drawn: Drawn, notes: list[str]) -> Complex:
     z = distinct(run.z)
     gap = abs(run.z[-1] - run.z[0])
     reach = width_of(drawn) * math.sqrt(abs(drawn.affine.determinant))
-    if run.closed or z.size < 3 or gap <= max(reach, GAP * abs(complex(np.ptp(z.real), np.ptp(z.imag)))):
+    if run.closed or z.size < 3 or gap <= max(reach, GAP * diagonal(z)):
         return z
     ends = " and ".join(f"({p.real:g}, {p.imag:g})" for p in (run.z[0], run.z[-1]))
     if not drawn.filled:
@@ -262,7 +263,7 @@ def runs_of(drawn: Drawn, flatness: float, budget: Budget | None = None) -> list
 
 
 def _fewer(run: Subpath, share: float) -> Subpath:
-    size = abs(complex(np.ptp(run.z.real), np.ptp(run.z.imag)))
+    size = diagonal(run.z)
     return Subpath(thinned(run.z, share * size, closed=run.closed), run.closed, run.z.size)
 
 
@@ -273,7 +274,7 @@ def _polyline(drawn: Drawn) -> list[Subpath]:
         raise InputError(f"points: {error}") from error
     if len(values) % 2:
         raise InputError(f"points: {len(values)} numbers; x and y of each point are needed")
-    z = drawn.affine(np.array(values).reshape(-1, 2) @ np.array([1, 1j]))
+    z = drawn.affine(complex_of(np.array(values).reshape(-1, 2)))
     return [Subpath(z, drawn.tag == "polygon")] if values else []
 
 

@@ -14,7 +14,7 @@ from ...arrays import Complex, Index
 from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
 from ...maps.triangulated.simple import fault
-from .. import orientation
+from .. import injectivity
 from ..constraints.strokes import aimed
 from ..constraints.validate import Pins, place, with_points
 from ..errors import NoMapError, Stuck
@@ -229,10 +229,10 @@ def _deformation(levels: list[Deformed], frame: UnitFrame, pins: Pins) -> Deform
     z, u = frame.world(state.z), frame.world(state.u)
     place(pins, z, u, state.border, state.first_pin)
     loops = tuple(state.loops)
-    orientation.refuse_folds("source", z, state.faces)
-    orientation.refuse_folds("image", u, state.faces)
-    orientation.refuse_touching("source", *(z[loop] for loop in loops))
+    injectivity.refuse_folds("source", z, state.faces)
+    injectivity.refuse_folds("image", u, state.faces)
+    injectivity.refuse_touching("source", *(z[loop] for loop in loops))
     energies = [{"total": level.energy} for level in levels]
     images = [u[loop] for loop in loops]
-    simple = orientation.is_simple(images[0]) and not (len(images) > 1 and fault(images))
+    simple = injectivity.is_simple(images[0]) and not (len(images) > 1 and fault(images))
     return Deformation(z, u, state.faces, loops, state.lines, energies, state.miss == 0, simple, True)

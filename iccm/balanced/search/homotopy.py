@@ -6,6 +6,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from ...arrays import Complex
+from ...plane import Similarity
 
 FIRST_SHARE, LEAST_SHARE, STAGE_STEPS = 0.25, 0.02, 15  # of the way in stages; Newton steps in each
 MOVING_DECREASE = 1e-3  # relative, of a step that ends a stage (by hand)
@@ -18,8 +19,7 @@ def way_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
     It takes a share of the way, 1 for the goals themselves.
     """
     middle, end = begun.mean(), goals.mean()
-    spread = np.sum(np.abs(begun - middle) ** 2)
-    factor = complex(np.vdot(begun - middle, goals - end) / spread) if spread > 0 else 1.0
+    factor = Similarity.fit(begun, goals).factor
     factor = factor if abs(factor) > LEAST_FACTOR else 1.0
     rest = goals - end - factor * (begun - middle)
 

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 
 from ...curve import Curve
+from ...plane import rotation
 from ..constraints.validate import Pins, with_points
 from ..errors import NoMapError, Stuck
 from ..holes.given import Holes
@@ -328,6 +329,6 @@ def onto_itself(problem: UnitProblem, match: Match, settings: Settings) -> Meshe
     """The similarity on a mesh."""
     size = np.sqrt(TRIANGLES_PER_AREA / settings.triangles)
     state = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE).mapped(match)
-    turn = np.vdot(state.z[: state.border], state.u[: state.border])
+    turn = rotation(state.z[: state.border], state.u[: state.border])
     loops = state.holes.loops
-    return Sketch(state.z, state.z * turn / abs(turn), state.faces, state.border, loops=loops)
+    return Sketch(state.z, state.z * turn, state.faces, state.border, loops=loops)

@@ -15,10 +15,12 @@ from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
 from iccm.io.shapes import constraints
 from iccm.io.shapes.listing import Listed, Pin
-from iccm.meshes.cut import Lattice, opened_through
+from iccm.meshes.cut import opened_through
 from iccm.meshes.disk_patch import disk_patch, nearest, sound_piece
+from iccm.meshes.geodesics import GeodesicGraph
 from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh, face_areas
+from iccm.plane import triangle_areas
 from iccm.result import Status
 from iccm.surfaces import descent, icp_start, seams, trilateration, unfolding
 from iccm.surfaces.inserted import with_vertices
@@ -154,7 +156,7 @@ def subdivided():
 
 def test_geodesics_on_flat_subdivided_faces_end():
     whole, stops = subdivided(), np.array([28, 4])
-    found = Lattice.of(whole.points, whole.triangles).distances(stops)[:, : len(whole.points)]
+    found = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)[:, : len(whole.points)]
     fine = trilateration.halved(whole.points, whole.faces)
     other = trilateration.distances(fine, fine.carried(whole.points), stops)[: len(whole.points)].T
     area = face_areas(whole.points[whole.faces]).sum()
@@ -167,9 +169,9 @@ def test_geodesics_on_flat_subdivided_faces_end():
 
 
 @pytest.mark.parametrize("n", [160, 3000])
-def test_lattices_are_nearly_geodesic(n):
+def test_ways_between_points_on_edges_are_nearly_geodesic(n):
     whole, stops = sound_piece(limbed(n)), np.array([0, n // 3])
-    found = Lattice.of(whole.points, whole.triangles).distances(stops)[:, :n]
+    found = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)[:, :n]
     none, faces = np.zeros(0, np.int64), np.ascontiguousarray(whole.faces)
     exact = np.array(
         [igl.exact_geodesic(whole.points, faces, stops[[k]], none, np.arange(n), none) for k in (0, 1)]
@@ -226,7 +228,7 @@ def test_newtons_method_lowers_the_energy_and_folds_nothing(shaken):
     again = descent.Between(found, ground, 1.0, 1.0).energy(found.u, found.chains(True)[0])
     assert found.energy == pytest.approx(again)
     assert found.energy < 0.9 * before
-    assert (unfolding.signed_areas(found.u, found.faces) > 0).all()
+    assert (triangle_areas(found.u[found.faces]) > 0).all()
     outline = found.target.curve
     assert np.abs(outline.at(outline.closest(found.u[: found.border])) - found.u[: found.border]).max() < 1e-9
 
@@ -241,9 +243,9 @@ def test_a_fold_is_undone_and_the_rest_stays(shaken):
     for _ in range(3):
         rings[state.faces[rings[state.faces].any(axis=1)]] = True
     u[worst] += 0.25
-    assert (unfolding.signed_areas(u, state.faces) <= 0).any()
+    assert (triangle_areas(u[state.faces]) <= 0).any()
     found = unfolding.unfolded_in(u, state.faces, state.border, state.u)
-    assert (unfolding.signed_areas(found, state.faces) > 0).all()
+    assert (triangle_areas(found[state.faces]) > 0).all()
     moved = np.abs(found - state.u) > 1e-12
     assert moved.sum() < 0.5 * u.size
     np.testing.assert_array_equal(found[: state.border], state.u[: state.border])
