@@ -14,15 +14,11 @@ def command(json: bool) -> int:
     """Tell versions, threads, caches and write access, and try a small map. Exit code 1 when something is wrong."""
     from json import dumps
 
-    from .. import progress
     from ..io.doctor import examine
 
     bad = 0
-    with status.show_phases("examine"):
-        for finding in examine():
-            bad += finding.ok is False
-            mark = {True: "ok", False: "WRONG", None: ""}[finding.ok]
-            progress.tell("")
-            click.echo(dumps(vars(finding)) if json else f"{mark:6}{finding.what:24}{finding.said}")
-            progress.tell("examine")
+    for finding in examine(lambda: status.show_phases("examine")):
+        bad += finding.ok is False
+        mark = {True: "ok", False: "WRONG", None: ""}[finding.ok]
+        click.echo(dumps(vars(finding)) if json else f"{mark:6}{finding.what:24}{finding.said}")
     return 1 if bad else 0

@@ -30,6 +30,7 @@ def command(
     plot: str | None,
     max_faces: int,
     force: bool,
+    outside: bool,
 ) -> int:
     """Flatten MESH (OBJ, GLB, PLY, OFF, STL) into the plane, without folds or overlaps.
 
@@ -45,12 +46,13 @@ def command(
 
     Exit code: 0 done, 1 what was written is not one-to-one, 2 an input is wrong.
     """
-    from ..io import files, formats
+    from ..io import files, formats, references
     from ..io.meshes import size_limits
     from ..io.meshes.mesh_files import check_output
     from ..io.run import flat_files, flatten
     from ..io.spec import Spec
 
+    click.get_current_context().with_resource(references.outside(outside))
     if not (output or uv or report or plot):
         output = (f"{Spec.of(mesh).path.stem}-flat.svg",)
     for name in output:

@@ -17,7 +17,7 @@ KINDS = {"texture": "colour", "normal": "normal", "normal-down": "normal-down", 
 @click.argument("new", type=FILE)
 @options.of("relayout")
 @logs.options
-def command(old: str, new: str, output: tuple[str, ...], max_faces: int, **given: Any) -> int:
+def command(old: str, new: str, output: tuple[str, ...], max_faces: int, outside: bool, **given: Any) -> int:
     """Carry the materials, or textures, of OLD to NEW, the same surface with another UV layout.
 
     Triangles with the same corners go to each other, however faces are ordered; where there are none, texels are taken
@@ -30,10 +30,12 @@ def command(old: str, new: str, output: tuple[str, ...], max_faces: int, **given
 
     Exit code: 0 done, 1 some of NEW is farther from OLD than the limit, 2 an input is wrong.
     """
+    from ..io import references
     from ..io.meshes import size_limits
     from ..io.run import relayout
     from ..io.spec import Spec
 
+    click.get_current_context().with_resource(references.outside(outside))
     kinds = {kind: given.pop(name.replace("-", "_")) for name, kind in KINDS.items()}
     report, force = given.pop("report"), given["force"]
     wanted = relayout.plan(kinds, output, (old, new), force)

@@ -430,6 +430,10 @@ class JobOptions:
         least=1,
         commands=(*EDITED, "flatten", "relayout", "info"),
     )
+    outside: bool = _option(
+        "Take material libraries and pictures that a mesh names from anywhere, not only from its folder and below.",
+        default=False, commands=("map", "deform", "flatten", "relayout"),
+    )  # fmt: skip
 
 
 @_table(*EVERY, "edit", "relayout")

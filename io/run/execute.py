@@ -8,7 +8,7 @@ from typing import Any
 
 from ... import ahead, progress
 from ...progress import Listener
-from .. import files
+from .. import files, references
 from . import outputs, parts, report
 from .constraints import add_names, solve
 from .inputs import Inputs
@@ -52,7 +52,7 @@ def run(
     """
     from ...blas import one_thread
 
-    with one_thread(), Phases.of(tell, listener) as phases:
+    with one_thread(), references.outside(job.outside), Phases.of(tell, listener) as phases:
         return _run(job, threads, tell, phases)
 
 

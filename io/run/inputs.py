@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import files, formats, limits
+from .. import files, formats, limits, references
 from ..meshes import size_limits
 from ..meshes.obj import Obj
 from ..meshes.obj_source import ObjSource
@@ -159,8 +159,13 @@ class Inputs:
     def named(self) -> tuple[str, ...]:
         """Every file that the job reads, those that its meshes name included; only those that exist."""
         found = expand_tiles(self.job.inputs)
-        for name in self.job.inputs:
-            found += [path for path in expand_tiles(self._named(Path(name))) if os.path.isfile(path)]
+        with references.outside(self.job.outside):
+            for name in self.job.inputs:
+                folder = Path(name).parent
+                named = [
+                    path for path in self._named(Path(name)) if references.may_be_read(Path(path), folder)
+                ]
+                found += [path for path in expand_tiles(named) if os.path.isfile(path)]
         return tuple(dict.fromkeys(found))
 
     def sha256(self, name: str) -> str:
@@ -173,6 +178,7 @@ class Inputs:
         try:
             if suffix == ".obj":
                 libraries = [_path_beside(path, line) for line in self._obj(path).libraries]
+                libraries = [name for name in libraries if references.may_be_read(Path(name), path.parent)]
                 return [name for library in libraries for name in (library, *_pictures(Path(library)))]
             return _of_gltf(path) if suffix == ".gltf" else []
         except (OSError, files.InputError):
