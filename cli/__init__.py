@@ -10,7 +10,7 @@ batch     `iccm batch`
 check     `iccm check`
 info      `iccm info`
 doctor    `iccm doctor`
-options   options of a run, made from `iccm.io.run.options`
+options   options of a command, made from `iccm.io.options`
 paths     arguments that are files
 logs      messages on stderr
 status    the line that tells what is under way
@@ -107,9 +107,9 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     streams.mend()
     logs.reset()
-    if streams.starved():
+    if streams.lacks_memory():
         sys.exit(explain(MemoryError()))
-    logs.alone()
+    logs.silence_others()
     code = run(arguments)
     if f"{__package__}.batch" in sys.modules:
         sys.exit(code)
@@ -123,7 +123,7 @@ def run(arguments: list[str] | None = None) -> int:
     """The exit code of a command line; whatever goes wrong is one line on stderr."""
     logs.reset()
     try:
-        with stopping.watched(), logs.terminable():
+        with stopping.watch_signals(), logs.raise_on_signals():
             code = iccm.main(arguments, prog_name="iccm", standalone_mode=False)
             sys.stdout.flush()
         return code if isinstance(code, int) else 0

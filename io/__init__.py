@@ -2,6 +2,8 @@
 
 files         inputs that are there; outputs that appear whole or not at all
 references    files that other files refer to
+limits        how much is read and made at most
+options       the options of every command: one table
 formats       what files of each suffix hold
 spec          `file#part#number`
 point_syntax  points as users name them

@@ -1,4 +1,4 @@
-"""What iccm sees in a file: outlines, ids, canvas, pins and strokes; pixels; meshes; constraints; jobs."""
+"""Facts about a file for `iccm info`: outlines, ids, canvas, pins and strokes; pixels; meshes; constraints; jobs."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from . import files, formats
+from . import files, formats, limits
 from .meshes import size_limits
 from .shapes import shape as shapes
 from .spec import Spec
 
 MOST = 20  # of each kind that are listed (by hand)
-MAX_FACES = 5_000_000
 
 
-def describe(path: Path, *, max_faces: int = MAX_FACES) -> dict[str, Any]:
+def describe(path: Path, *, max_faces: int = limits.FACES) -> dict[str, Any]:
     """Facts about a file by what its suffix says it is; JSON values only.
 
     Raises:

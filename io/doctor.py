@@ -1,4 +1,4 @@
-"""Whether iccm is installed and set up well: versions, threads, caches, write access, and a map that must come out."""
+"""Checks of the installation: versions, threads, caches, write access, and a map that must come out."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def examine(watched: Callable[[], AbstractContextManager[None]]) -> Iterator[Fin
     yield from _requirements()
     yield from _threads()
     yield from _writing()
-    yield _checked("kernels", _compiled, watched)
-    yield _checked("map", _a_map, watched)
+    yield _check("kernels", _compiled_kernels, watched)
+    yield _check("map", _try_map, watched)
 
 
 def _requirements() -> Iterator[Finding]:
@@ -129,7 +129,7 @@ def _writable(what: str, folder: Path, needed: bool) -> Finding:
         return Finding(what, f"{folder} cannot be written: {error.strerror}", False if needed else None)
 
 
-def _checked(
+def _check(
     what: str, test: Callable[[], str], watched: Callable[[], AbstractContextManager[None]]
 ) -> Finding:
     try:
@@ -139,7 +139,7 @@ def _checked(
         return Finding(what, f"{type(error).__name__}: {' '.join(str(error).split())}", False)
 
 
-def _compiled() -> str:
+def _compiled_kernels() -> str:
     """The kernels of common jobs must compile; what is in the cache is not compiled again."""
     from .. import ahead, jit
 
@@ -154,7 +154,7 @@ def _compiled() -> str:
     return f"{said}; with Numba {there} a first run compiles longer than with {known}, and every run starts later"
 
 
-def _a_map() -> str:
+def _try_map() -> str:
     """A square onto itself must be the identity, and so must a picture through it."""
     import numpy as np
 

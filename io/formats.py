@@ -1,4 +1,4 @@
-"""What files of each suffix hold: the one table. Nothing is read or written here."""
+"""The table of file formats: what each suffix can hold. Nothing is read or written here."""
 
 from __future__ import annotations
 

@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
-from .. import files, references
+from .. import files, limits, references
 from .gltf_materials import base, set_of
 from .odd_forms import strip
 from .size_limits import ITEMS
 
-MAX_BYTES = 4 << 30
 DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 LINES, TRIANGLES, STRIP, FAN = 1, 4, 5, 6
 COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
@@ -104,10 +103,10 @@ class Gltf:
                 continue
             seen.add(number)
             node = nodes[number]
-            here = above @ _matrix(node)
+            matrix = above @ _matrix(node)
             if node.get("mesh") == mesh:
-                return here
-            waiting += [(child, here) for child in reversed(node.get("children", []))]
+                return matrix
+            waiting += [(child, matrix) for child in reversed(node.get("children", []))]
         return np.eye(4)
 
 
@@ -238,7 +237,7 @@ def read(path: Path) -> Gltf:
         InputError: a buffer that is missing or in another place, or compressed data.
         ValueError, LookupError, TypeError, struct.error: it is no such file.
     """
-    data = files.read_bytes(path, max_bytes=MAX_BYTES)
+    data = files.read_bytes(path, max_bytes=limits.MESH_BYTES)
     text, held = _chunks(data) if data[:4] == b"glTF" else (data, b"")
     tree = json.loads(text)
     for name in COMPRESSED:
@@ -321,7 +320,7 @@ def _content(path: Path, uri: str) -> bytes:
     name = path.parent / unquote(uri)
     if "://" in uri or not references.may_be_read(name, path.parent):
         raise InputError(f"{path}: names {uri!r}, {references.OUTSIDE}; or put it beside the file")
-    return files.read_bytes(name, max_bytes=MAX_BYTES)
+    return files.read_bytes(name, max_bytes=limits.MESH_BYTES)
 
 
 def _sources(texture: dict) -> Iterator[int]:

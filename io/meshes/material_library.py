@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...errors import InputError
-from .. import references
+from .. import limits, references
 
-MAX_BYTES = 16 << 20
 ARGUMENTS = {
     "-blendu": 1,
     "-blendv": 1,
@@ -77,7 +76,7 @@ def read(folder: Path, names: list[str]) -> tuple[Library, list[str], list[str]]
         for path in paths:
             if not references.may_be_read(path, folder):
                 outside.append(f"names the material library {relative(path, folder)}, {references.OUTSIDE}")
-            elif not os.path.isfile(path) or path.stat().st_size > MAX_BYTES:
+            elif not os.path.isfile(path) or path.stat().st_size > limits.LIBRARY_BYTES:
                 missing.append(
                     f"{path}: the material library is missing or too large; its materials are made anew"
                 )
@@ -111,7 +110,7 @@ Names = Mapping[str | None, Mapping[str, str]]
 """Names of pictures by material (None: no material) and statement, in lower case."""
 
 
-def bound(library: Library, rename: dict[str | None, str], plain: str, shown: Names, out: Path) -> str:
+def bind(library: Library, rename: dict[str | None, str], plain: str, shown: Names, out: Path) -> str:
     """The text of a library for the file `out` in which the renamed materials show other pictures.
 
     Args:
@@ -121,7 +120,7 @@ def bound(library: Library, rename: dict[str | None, str], plain: str, shown: Na
         shown: the names of the pictures, see `name_of`, by old name.
         out: the library's own path: file names become relative to its folder.
     """
-    moved = [_moved(line, library.folder, out.parent) for line in library.lines]
+    moved = [_move(line, library.folder, out.parent) for line in library.lines]
     found = Library(tuple(moved), out.parent).materials()
     text: list[str] = []
     for line in moved:  # what stands before the first material
@@ -221,7 +220,7 @@ def placing(rest: str) -> tuple[tuple[float, float], tuple[float, float]]:
     return (found["-s"][0], found["-s"][1]), (found["-o"][0], found["-o"][1])
 
 
-def _moved(line: str, old: Path, new: Path) -> str:
+def _move(line: str, old: Path, new: Path) -> str:
     """A line whose file name is relative to the new folder."""
     word, rest = split(line)
     if old.resolve() == new.resolve() or not word.lower().startswith(MAPS):

@@ -4,17 +4,15 @@
 
 Names are imported when first used, so that reading a job costs no numerics.
 
-options        the options of a run, each described once
 job            `Job`: one run, described and validated
-checked        a job's values, checked by pydantic
+validate       a job's values, checked by pydantic
 execute        `run`: inputs, map, outputs, report
 inputs         the files that a job reads
 constraints    pins and strokes in the core plane
 parts          `--parts all`
 state          a job under way
 phases         what is under way, and how long it took
-framing        what pictures show, and what the texture covers
-raster_size    width and height of pictures
+framing        what pictures show, how large, and what the texture covers
 texture        where the texture comes from
 blank_picture  pictures that show nothing
 outputs/       what a run writes

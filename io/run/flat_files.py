@@ -78,7 +78,7 @@ def write_uvs(
         InputError: the format holds none.
     """
     uv, (corners, triangles) = unit_uvs(shape), shape.corners
-    pictures = carried_maps.carried(shape.file, uv, corners) if carry_maps else None
+    pictures = carried_maps.carry(shape.file, uv, corners) if carry_maps else None
     return mesh_files.write(
         shape.file, uv, corners, triangles, out, name=name, pictures=pictures, force=force
     )

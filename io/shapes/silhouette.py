@@ -12,13 +12,10 @@ from numpy.typing import NDArray
 from ...arrays import complex_of
 from ...errors import InputError
 from ...plane import cross
-from .. import files
+from .. import files, limits
 from ..svg.drawing import Drawing
 from ..svg.fill import FilledOutline
 
-MAX_BYTES = 1 << 30
-MAX_PIXELS = 1 << 27
-MOST = 50  # pieces that are traced, the largest first
 STRAY = 1e-3  # of the pixels: so few transparent ones in an opaque picture are no shape
 SPECK = 4  # pixels; smaller pieces are noise
 # Tolerances of the simplification in pixels. A hard mask knows its outline to half a pixel, and a straight edge in
@@ -32,8 +29,8 @@ def read(
     chosen: str | None = None,
     *,
     flatness: float = 1e-4,
-    max_bytes: int = MAX_BYTES,
-    max_pixels: int = MAX_PIXELS,
+    max_bytes: int = limits.DRAWING_BYTES,
+    max_pixels: int = limits.SILHOUETTE_PIXELS,
 ) -> Drawing:
     """The outlines in a picture: of its alpha channel, or of a mask or drawing on a plain background.
 
@@ -56,7 +53,7 @@ def read(
     drawing = Drawing(found, (0.0, 0.0, float(width), float(height)), flip=True)
     if rest:
         drawing.notes.append(
-            f"left out {rest} specks of less than {SPECK} pixels or beyond the {MOST} largest pieces"
+            f"left out {rest} specks of less than {SPECK} pixels or beyond the {limits.PIECES} largest pieces"
         )
     return drawing
 
@@ -109,7 +106,7 @@ def trace(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[Fill
     inside = (field >= 0.5).astype(np.uint8)
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(inside, connectivity=4)
     sizes = boxes[1:, cv2.CC_STAT_AREA]
-    order = [int(k) + 1 for k in np.argsort(-sizes, kind="stable")[:MOST] if sizes[k] >= SPECK]
+    order = [int(k) + 1 for k in np.argsort(-sizes, kind="stable")[: limits.PIECES] if sizes[k] >= SPECK]
     if not order:
         raise InputError(f"nothing of at least {SPECK} pixels stands out")
     found = [outline for k in order if (outline := _piece(field, labels, boxes[k], k, flatness))]

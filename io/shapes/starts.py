@@ -19,12 +19,12 @@ from ...maps.triangulated.map import TriangulatedMap
 from ...meshes.mesh import proper
 from ...meshes.topology import Triangles
 from ...plane import polygon_area, triangle_areas
+from .. import limits
 from ..point_syntax import Number
 from .shape import Shape
 
-MOST = 200_000  # vertices and triangles
-Vertices = Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length=MOST)]
-Corner = Annotated[int, Field(ge=0, lt=MOST, strict=True)]
+Vertices = Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length=limits.START_ENTRIES)]
+Corner = Annotated[int, Field(ge=0, lt=limits.START_ENTRIES, strict=True)]
 
 
 class StartingMap(BaseModel):
@@ -33,7 +33,9 @@ class StartingMap(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     source: Vertices
     target: Vertices
-    triangles: Annotated[list[tuple[Corner, Corner, Corner]], Field(min_length=1, max_length=MOST)]
+    triangles: Annotated[
+        list[tuple[Corner, Corner, Corner]], Field(min_length=1, max_length=limits.START_ENTRIES)
+    ]
 
     @classmethod
     def of(cls, map: TriangulatedMap, source: Shape, target: Shape) -> StartingMap:

@@ -199,7 +199,7 @@ def _folded(axes: Any, area: np.ndarray, extent: tuple) -> None:
 
 def _words(run: Run, axes: Any) -> None:
     axes.set_axis_off()
-    lines = [run.fit.status.value, "", *summary(run.found)]
+    lines = [run.fit.status.value, "", *summary(run.fit_report)]
     wrapped = [
         part
         for number, line in enumerate(lines)
