@@ -1,4 +1,23 @@
-"""The command line: parse, call, show. A command's module is imported when the command is used: help is instant."""
+"""The command line: parse, call, show. A command's module is imported when the command is used: help is instant.
+
+map       `iccm map`
+deform    `iccm deform`
+apply     `iccm apply`
+edit      `iccm edit`
+flatten   `iccm flatten`
+relayout  `iccm relayout`
+batch     `iccm batch`
+check     `iccm check`
+info      `iccm info`
+doctor    `iccm doctor`
+options   options of a run, made from `iccm.io.run.options`
+paths     arguments that are files
+logs      messages on stderr
+status    the line that tells what is under way
+failures  failures as one line and an exit code
+stopping  stopping within two seconds of a signal
+streams   standard streams, closed or not
+"""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 import click
 
 from . import logs, status
-from .paths import FILE
+from .paths import FILE, OUTSIDE
 
 # NumPy, which is imported later, asks Linux for huge pages: its arrays are short-lived here, and finding room for such
 # pages took 5.1 s of the 15 of a million faces, small ones 2.2 (and no longer in the program).
@@ -58,6 +58,7 @@ METHODS = ("conformal", "lscm", "balanced")
     help="The flat mesh and the surface with a checkerboard (.png .svg .pdf).",
 )
 @click.option("--max-faces", type=int, default=5_000_000, show_default=True, help="Refuse larger meshes.")
+@OUTSIDE
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 @logs.options
 def command(

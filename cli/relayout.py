@@ -8,7 +8,7 @@ import click
 
 from ..io.run.options import size
 from . import logs, options, status
-from .paths import FILE
+from .paths import FILE, OUTSIDE
 
 KINDS = {"texture": "colour", "normal": "normal", "normal-down": "normal-down", "data": "data"}
 HELP = {
@@ -59,6 +59,7 @@ def _pictures(function):
 )
 @click.option("--max-faces", type=int, default=5_000_000, show_default=True, help="Refuse larger meshes.")
 @click.option("--report", type=FILE, metavar="FILE.json", help="What was found, as JSON; - for stdout.")
+@OUTSIDE
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 @options.of("relayout")
 @logs.options

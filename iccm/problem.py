@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence, Sized
 from dataclasses import dataclass, fields
-from typing import Literal
+from typing import Literal, TypedDict
 
 import numpy as np
 import shapely
@@ -37,6 +37,30 @@ OTHERS = dict.fromkeys(
 )
 """Options that the balanced method does not have, and whose they are."""
 OWN = ("balance", "turn", "max_dilatation", "max_stretch")  # that it alone has
+
+
+class OptionValues(TypedDict, total=False):
+    """The attributes of `Options` as keyword arguments, for type checkers."""
+
+    method: str | None
+    balance: float
+    turn: float | Literal["any"]
+    max_dilatation: float | None
+    max_stretch: float | None
+    order: int | None
+    quasi: float | None
+    pin_weight: float
+    stroke_weight: float
+    smoothness: float
+    consistency: float | None
+    tangential: float
+    weights: str
+    vertices: int | str | None
+    samples_per_edge: int
+    max_iterations: int
+    decrease: float | None
+    threshold: float
+    tolerance: float
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
-from .. import files
+from .. import files, references
 from .gltf_materials import base, set_of
 from .odd_forms import strip
 from .size_limits import ITEMS
@@ -315,13 +315,13 @@ def _view(buffers: list[bytes], view: dict) -> bytes:
 
 
 def _content(path: Path, uri: str) -> bytes:
-    """What a URI stands for: data in it, or a file in the folder of the glTF file or below."""
+    """What a URI stands for: data in it, or a file; see `references`."""
     if uri.startswith("data:"):
         return base64.b64decode(uri.partition(",")[2])
-    name = Path(unquote(uri))
-    if "://" in uri or name.is_absolute() or ".." in name.parts:
-        raise InputError(f"{path}: names {uri!r}, which is not in its folder; put it beside the file")
-    return files.read_bytes(path.parent / name, max_bytes=MAX_BYTES)
+    name = path.parent / unquote(uri)
+    if "://" in uri or not references.may_be_read(name, path.parent):
+        raise InputError(f"{path}: names {uri!r}, {references.OUTSIDE}; or put it beside the file")
+    return files.read_bytes(name, max_bytes=MAX_BYTES)
 
 
 def _sources(texture: dict) -> Iterator[int]:

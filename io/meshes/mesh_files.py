@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...arrays import Index, Real, distinct_rows
 from ...errors import InputError
 from ...meshes.mesh import Mesh, united
-from .. import files, formats
+from .. import files, formats, references
 from ..spec import Spec
 from . import (
     gltf,
@@ -165,7 +165,9 @@ Reader = tuple[Callable[[str | None, int], MeshFile], list[str]]
 def _of_obj(whole: Obj) -> Reader:
     def picked(part: str | None, loop: int) -> MeshFile:
         faces = whole.faces_of(part) if part else np.ones(len(whole.face_at), bool)
-        return MeshFile(whole.path, whole.mesh(part), faces, whole, loop=loop)
+        return MeshFile(
+            whole.path, whole.mesh(part), faces, whole, loop=loop, notes=obj_materials.outside_of(whole)
+        )
 
     return picked, whole.parts()
 
@@ -194,7 +196,7 @@ def _read_other(path: Path) -> Reader:
         left = len(pieces) - 1
         others = f"left out {left} other geometr{'ies' if left > 1 else 'y'}"
         notes = (others + ("" if part else f"; {path}#name picks one"),) if left else ()
-        return replace(found, mesh=mesh, loop=loop, notes=notes)
+        return replace(found, mesh=mesh, loop=loop, notes=(*found.notes, *notes))
 
     return picked, list(pieces)
 
@@ -213,12 +215,17 @@ def _of_primitive(part: Primitive) -> MeshFile:
 
 def _of_ply(path: Path) -> dict[str, MeshFile]:
     whole = ply.read(path)
-    texture = whole.texture
-    picture = None if texture is None else files.read_bytes(texture, max_bytes=MAX_BYTES)
-    mesh = whole.mesh
-    if not mesh.sizes.size:
-        return {}
-    return {path.name: MeshFile(path, mesh, np.ones(mesh.sizes.size, bool), ply=whole, picture=picture)}
+    texture, picture, notes = whole.texture, None, tuple[str, ...]()
+    if texture is not None and not references.may_be_read(texture, path.parent):
+        notes = (f"names {material_library.relative(texture, path.parent)}, {references.OUTSIDE}",)
+    elif texture is not None:
+        picture = files.read_bytes(texture, max_bytes=MAX_BYTES)
+    mesh, every = whole.mesh, np.ones(whole.mesh.sizes.size, bool)
+    return (
+        {path.name: MeshFile(path, mesh, every, ply=whole, picture=picture, notes=notes)}
+        if every.size
+        else {}
+    )
 
 
 def _of_scene(path: Path) -> dict[str, MeshFile]:

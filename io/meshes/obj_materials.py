@@ -43,6 +43,15 @@ def staying(whole: Obj, faces: Flags, name: Path, but: Container[str]) -> list[s
 
 def library_of(whole: Obj) -> tuple[material_library.Library, list[str]]:
     """The libraries that a file names, in one, and notes on those that are missing."""
+    return _read(whole)[:2]
+
+
+def outside_of(whole: Obj) -> tuple[str, ...]:
+    """Notes on libraries and pictures that are left out because they are not in the file's folder."""
+    return tuple(_read(whole)[2])
+
+
+def _read(whole: Obj) -> tuple[material_library.Library, list[str], list[str]]:
     return material_library.read(
         whole.path.parent, [s.text for s in whole.statements if s.keyword == "mtllib"]
     )

@@ -13,7 +13,7 @@ from ... import ahead, progress
 from ...errors import InputError
 from ...memory import Memory
 from ...progress import Listener
-from .. import files
+from .. import files, references
 from ..memory import Bounded
 from ..spec import Spec
 from . import outputs, parts, report
@@ -60,7 +60,7 @@ def run(
     """
     from ...blas import one_thread
 
-    with one_thread(), Phases.of(tell, listener) as phases:
+    with one_thread(), references.outside(job.outside), Phases.of(tell, listener) as phases:
         return _run(job, threads, tell, phases)
 
 

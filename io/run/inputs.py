@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import files, formats
+from .. import files, formats, references
 from ..meshes import size_limits
 from ..meshes.obj import Obj
 from ..meshes.obj_source import ObjSource
@@ -160,8 +160,13 @@ class Inputs:
     def named(self) -> tuple[str, ...]:
         """Every file that the job reads, those that its meshes name included; only those that exist."""
         found = tiled(self.job.inputs)
-        for name in self.job.inputs:
-            found += [path for path in tiled(self._named(Path(name))) if os.path.isfile(path)]
+        with references.outside(self.job.outside):
+            for name in self.job.inputs:
+                folder = Path(name).parent
+                named = [
+                    path for path in self._named(Path(name)) if references.may_be_read(Path(path), folder)
+                ]
+                found += [path for path in tiled(named) if os.path.isfile(path)]
         return tuple(dict.fromkeys(found))
 
     def sha256(self, name: str) -> str:
@@ -174,6 +179,7 @@ class Inputs:
         try:
             if suffix == ".obj":
                 libraries = [_beside(path, line) for line in self._obj(path).libraries]
+                libraries = [each for each in libraries if references.may_be_read(Path(each), path.parent)]
                 return [name for library in libraries for name in (library, *_pictures(Path(library)))]
             return _of_gltf(path) if suffix == ".gltf" else []
         except (OSError, files.InputError):

@@ -309,6 +309,10 @@ class JobOptions:
         "Cut a closed mesh, or one with handles, open.", default=False, commands=(*EVERY, "edit")
     )
     max_faces: int = _option("Refuse larger meshes.", default=5_000_000, least=1, commands=(*EVERY, "edit"))
+    outside: bool = _option(
+        "Take material libraries and pictures that a mesh names from anywhere, not only from its folder and below.",
+        default=False,
+    )
 
 
 def described() -> dict[str, tuple[Any, Option]]:

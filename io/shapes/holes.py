@@ -55,7 +55,6 @@ def fitted(
 ) -> Fit:
     """`iccm.fit` of two shapes with their holes; without them, and a remark, where no such map was found, or `start`
     is one without."""
-    curves = source.domain, target.domain
     chosen = source.mappable_holes, target.mappable_holes
     inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), chosen)]
     partners = named_partners(source, target, chosen)
@@ -63,13 +62,15 @@ def fitted(
     if not any(inner) or (plain and all(inner)):
         if any(inner):
             tell(f"{target.spec}: {UNMAPPED}")
-        return iccm.fit(*curves, start=start, **given)
-    holes: dict[str, Any] = dict(source_holes=inner[0], target_holes=inner[1], hole_partners=partners)
+        return iccm.fit(source.domain, target.domain, start=start, **given)
+    holes: dict[str, Any] = dict(
+        source_holes=inner[0], target_holes=inner[1], hole_partners=partners, **given
+    )
     try:
-        return iccm.fit(*curves, start=start, **holes, **given)
+        return iccm.fit(source.domain, target.domain, start=start, **holes)
     except NoMapError:
         tell(f"{target.spec}: {UNMAPPED}")
-        return iccm.fit(*curves, start=start if plain else None, **given)
+        return iccm.fit(source.domain, target.domain, start=start if plain else None, **given)
 
 
 def deformed(source: Shape, **given: Any) -> Fit:

@@ -1,4 +1,14 @@
-"""What a run writes, a module for each kind of output; one is imported when it is wanted."""
+"""The outputs of a run, a module for each kind; one is imported when it is wanted.
+
+output         what every kind of output is asked
+checks         checks that several kinds share
+picture        the texture on the target's canvas
+artwork        the drawing as SVG
+textured_mesh  the mesh with new texture coordinates
+baked          the texture in the mesh's own layout
+stmap          the map as a picture
+plot           the figure
+"""
 
 from copy import copy
 from importlib import import_module
