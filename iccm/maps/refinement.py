@@ -225,17 +225,25 @@ def _cut(z, new, faces, across, t, k, m, stack):
 
 @kernel
 def _terminal(z, faces, across, t):
-    """The triangle whose longest side is also its neighbour's there, or the polygon's, going from t across longest
-    sides; and the corner opposite to that side."""
+    """The side to cut, as a triangle and the corner opposite: going from t across longest sides, the one that is the
+    longest of both its triangles, or the polygon's. Where the polygon has the second longest of either triangle, that:
+    vertices inside would come closer and closer to it."""
     k, longest = _longest(z, faces, t)
     for _ in range(WALK):
         u = across[t, k]
         if u < 0:
-            break
+            return t, k
         j, other = _longest(z, faces, u)
         if across[u, j] == t or other <= longest:
             break
         t, k, longest = u, j, other
+    for v in (t, across[t, k]):
+        first, _ = _longest(z, faces, v)
+        i, j = (first + 1) % 3, (first + 2) % 3
+        before = _square(z[faces[v, j]] - z[faces[v, first]]), _square(z[faces[v, first]] - z[faces[v, i]])
+        second = i if before[0] > before[1] else j
+        if across[v, second] < 0:
+            return v, second
     return t, k
 
 

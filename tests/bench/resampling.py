@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from iccm.io.pictures import image_files
+from iccm.maps.approximation import triangulated
 from iccm.maps.harmonic import HarmonicMap
-from iccm.maps.inverse import Inverse
+from iccm.pixels import preimages
 from iccm.pixels.canvas import Canvas, Diagnostics
-from iccm.pixels.preimages import Preimages
 from iccm.pixels.warp import Sampler, Texture, Warp, warp
 
 from .goals import goal, unmeasured
@@ -70,7 +70,8 @@ def coordinates(size=4096):
         found = np.zeros((size, size), dtype=np.complex64)
 
         def ours(map=map, canvas=canvas, texel=texel, found=found):
-            raster = Preimages(Inverse(map, 2 * canvas.step[0]), canvas, 0.05 * texel, slopes=False)
+            fresh = HarmonicMap(map.polygon, map.phi, map.psi)  # whose mesh is not known yet
+            raster = preimages.of(fresh, canvas, 0.05 * texel, slopes=False)
             seen = Diagnostics()
             for band in raster.bands():
                 found[band.row : band.row + len(band.z)] = band.z
@@ -81,7 +82,11 @@ def coordinates(size=4096):
         remap = best(lambda: cv2.remap(picture, x + 0.3, y + 0.3, cv2.INTER_CUBIC))
         took, again = best(ours), best(lambda: cv2.remap(picture, x + 0.3, y + 0.3, cv2.INTER_CUBIC))
         remap = min(remap, again)
-        prepare = best(lambda map=map, canvas=canvas: Inverse(map, 2 * canvas.step[0]).nearest)
+        prepare = best(
+            lambda map=map, texel=texel: triangulated(
+                HarmonicMap(map.polygon, map.phi, map.psi), 0.02 * texel, 0.05 * texel
+            )
+        )
         error, dense = held_against_dense(map, raster, texel)
         estimate = dense * seen.inside
         print(
@@ -132,7 +137,6 @@ def quality():
     kinds += ["iccm cubic", "iccm lanczos", "iccm spline"]
     print(f"{'':28}" + "".join(f"{k:>14}" for k in kinds) + "   spline is best")
     for map_name, map in maps().items():
-        inverse = Inverse(map, 1e-3)
         for row, texels, pixels, samples in (
             ("4x up", 256, 1024, 4),
             ("same", 512, 512, 8),
@@ -142,7 +146,7 @@ def quality():
             for picture, g in pictures(
                 fine * (0.4 if row != "8x down" else 0.5), fine * (0.2 if row != "8x down" else 0.03)
             ):
-                result = compared(inverse, g, texels, pixels, samples)
+                result = compared(map, g, texels, pixels, samples)
                 cells = "".join(f"{result[k]:14.1f}" for k in kinds)
                 others = max(v for k, v in result.items() if not k.startswith("iccm"))
                 verdict = (
@@ -165,16 +169,16 @@ def pictures(fastest, slow):
     )
 
 
-def compared(inverse, g, texels, pixels, samples):
+def compared(map, g, texels, pixels, samples):
     """PSNR of every method for one picture and one scale."""
     from skimage.transform import warp as skimage_warp
 
     canvas = Canvas(pixels, pixels, BOX)
     texture = g(Canvas(texels, texels, BOX).centres()).astype(np.float32)
-    fine = Preimages(inverse, Canvas(pixels * samples, pixels * samples, BOX), 1e-9, slopes=False)
+    fine = preimages.of(map, Canvas(pixels * samples, pixels * samples, BOX), 1e-7, slopes=False)
     rows = np.concatenate([np.nan_to_num(g(band.z)).astype(np.float32) for band in fine.bands()])
     truth = rows.reshape(pixels, samples, pixels, samples).mean((1, 3))
-    bands = list(Preimages(inverse, canvas, 1e-10).bands())
+    bands = list(preimages.of(map, canvas, 1e-7).bands())
     z, right, down, cover = (
         np.concatenate([getattr(b, k) for b in bands]) for k in ("z", "right", "down", "coverage")
     )
@@ -197,7 +201,7 @@ def compared(inverse, g, texels, pixels, samples):
     made["TextureSystem"] = texture_system(texture, z, right, down, inner)
     for name in ("cubic", "lanczos", "spline"):
         placed = Texture(texture[..., None], BOX, transfer="linear")
-        made[f"iccm {name}"] = warp(inverse, placed, canvas, filter=name).pixels[..., 0]
+        made[f"iccm {name}"] = warp(map, placed, canvas, filter=name).pixels[..., 0]
     return {name: -10 * np.log10(np.mean((v[inner] - truth[inner]) ** 2)) for name, v in made.items()}
 
 
