@@ -101,6 +101,7 @@ def command(
         check_output(uv)
     if plot:
         formats.check(plot, "plot", "--plot")
+    formats.check_report(report)
     outputs = flatten.checked([*output, uv, plot, None if report == "-" else report], mesh, force=force)
     size_limits.faces(Spec.of(mesh).path, max_faces)
     with ExitStack() as stack:

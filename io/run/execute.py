@@ -13,7 +13,7 @@ from ... import ahead, progress
 from ...errors import InputError
 from ...memory import Memory
 from ...progress import Listener
-from .. import files, references
+from .. import files, formats, references
 from ..memory import Bounded
 from ..spec import Spec
 from . import outputs, parts, report
@@ -119,6 +119,7 @@ def check(job: Job, inputs: Inputs | None = None) -> list[Output]:
     Raises:
         InputError: an unknown suffix, or as `_free`.
     """
+    formats.check_report(job.report)
     wanted = outputs.of(job, inputs or Inputs(job))
     _free(job, job.outputs, job.inputs)
     return wanted

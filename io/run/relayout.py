@@ -205,8 +205,8 @@ def run(
 
     with one_thread(), ExitStack() as stack:
         before, after = sources = [mesh_files.read_all(name) for name in (old, new)]
-        for each in (*before, *after):
-            checked(each.mesh)
+        for file in (*before, *after):
+            checked(file.mesh)
         notes = [f"{each.mesh.name}: {note}" for read in sources for each in read for note in each.notes]
         diagonal = _diagonal(after)
         how = How(_sized(size, max_pixels), filter, limit * diagonal, padding, max_pixels, threads)
