@@ -9,6 +9,7 @@ from ..arrays import Index, Real, complex_of
 from ..errors import InputError
 from ..plane import orientation
 from .rasterise import Ownership, open_edges, rasterise
+from .topology import labels
 
 MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file (by hand)
 
@@ -125,15 +126,10 @@ def charts(corners: Index, count: int, starts: Index | None = None) -> Index:
         count: of texture coordinates.
         starts: (m + 1,) where faces begin that are no triangles.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     corners, starts = corners.ravel(), np.arange(0, corners.size + 1, 3) if starts is None else starts
     after = np.arange(1, corners.size + 1)
     after[starts[1:] - 1] = starts[:-1]
     both = (corners >= 0) & (corners[after] >= 0)
-    links = corners[both], corners[after][both]
-    graph = coo_matrix((np.ones(len(links[0]), np.int8), links), shape=(count, count))
     used = np.zeros(count, bool)
     used[corners[corners >= 0]] = True
-    return np.where(used, connected_components(graph, directed=False)[1], -1)
+    return np.where(used, labels(corners[both], corners[after][both], count), -1)

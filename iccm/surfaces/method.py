@@ -19,7 +19,6 @@ from ..balanced.model.frames import UnitFrame, frames_of
 from ..balanced.model.metric import LaidMetric, Metrics
 from ..balanced.model.settings import Settings, Solution, SolveLog
 from ..balanced.search import final_mesh, multilevel
-from ..balanced.search.angle_area_tradeoff import leaning
 from ..balanced.search.final_mesh import Meshed
 from ..balanced.search.levels import UnitProblem, eased
 from ..balanced.search.warm_start import continued
@@ -163,7 +162,6 @@ def _solved(
             raise
         return _of_own(ready, alike, pins, settings, journal), True
     met = final_mesh.meets(used, state)
-    ready = replace(ready, unit=ready.unit._replace(theta=used.theta))
     try:
         state_there = _own_start(ready, used, state)
         own = None if state_there is None else _on_own(ready, state_there, settings, journal)
@@ -238,13 +236,13 @@ def _on_own(ready: _Prepared, state: Meshed, settings: Settings, journal: SolveL
         Stuck: there is none.
     """
     problem = ready.unit.inverse() if ready.onto else ready.unit
+    theta = problem.theta
     step = -1 if ready.onto else 1
     level = final_mesh.last_level(problem, settings)
     own = on_own_mesh(ready.sides[::step], ready.frames[::step], level, state, problem)
-    theta = leaning(problem, own.state)
     other = ready.sides[not ready.onto].even
     if other is None:
-        begun = eased(own.state, problem.theta)
+        begun = eased(own.state, theta)
         return replace(own, state=final_mesh.lowered(begun, theta, settings, journal))
     ground = Ground(other, ready.frames[not ready.onto])
     first = descended(own.state, ground, theta, 1.0)

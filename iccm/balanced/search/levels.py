@@ -57,7 +57,6 @@ class UnitProblem(NamedTuple):
         partners: (i, j) that hole i of the source is to go to hole j of the target.
         metrics: of the surfaces that the two planes stand for.
         inverted: whether this is the inverse of what was given, so that the target's area is that of `source`.
-        bounded: whether bounds on K or the stretch are asked for.
     """
 
     source: Curve
@@ -72,7 +71,6 @@ class UnitProblem(NamedTuple):
     partners: tuple[tuple[int, int], ...] = ()
     metrics: Metrics = PLANES
     inverted: bool = False
-    bounded: bool = False
 
     @property
     def holed(self) -> bool:
@@ -223,7 +221,12 @@ class Level:
 
 def score(state: DiscreteMap, upright: float) -> float:
     """The energy, made larger the more the picture is turned."""
-    return state.energy * (1 + 0.5 * upright * (1 - np.cos(state.turn)))
+    return state.energy * turn_factor(state, upright)
+
+
+def turn_factor(state: DiscreteMap, upright: float) -> float:
+    """What a turned picture counts more: 1 where it is upright, 1 + upright where it is upside down."""
+    return float(1 + 0.5 * upright * (1 - np.cos(state.turn)))
 
 
 def started(level: Level, matches: list[Match]) -> list[DiscreteMap]:
