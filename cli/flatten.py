@@ -61,6 +61,7 @@ def command(
         check_output(uv)
     if plot:
         formats.check(plot, "plot", "--plot")
+    formats.check_report(report)
     outputs = [name for name in (*output, uv, plot, None if report == "-" else report) if name]
     files.check_outputs(outputs, [Spec.of(mesh).path], force=force)
     size_limits.faces(Spec.of(mesh).path, max_faces)

@@ -30,7 +30,7 @@ def command(old: str, new: str, output: tuple[str, ...], max_faces: int, outside
 
     Exit code: 0 done, 1 some of NEW is farther from OLD than the limit, 2 an input is wrong.
     """
-    from ..io import references
+    from ..io import formats, references
     from ..io.meshes import size_limits
     from ..io.run import relayout
     from ..io.spec import Spec
@@ -38,6 +38,7 @@ def command(old: str, new: str, output: tuple[str, ...], max_faces: int, outside
     click.get_current_context().with_resource(references.outside(outside))
     kinds = {kind: given.pop(name.replace("-", "_")) for name, kind in KINDS.items()}
     report, force = given.pop("report"), given["force"]
+    formats.check_report(report)
     wanted = relayout.plan(kinds, output, (old, new), force)
     for mesh in (old, new):
         size_limits.faces(Spec.of(mesh).path, max_faces)

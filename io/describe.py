@@ -189,14 +189,14 @@ def _manifest(path: Path) -> dict[str, Any]:
 
 
 def lines(facts: dict[str, Any]) -> list[str]:
-    """The facts as text, one a line."""
+    """The facts as text, one a line; what a terminal would act on is written out."""
     out = []
     for key, value in facts.items():
         if isinstance(value, list) and value and isinstance(value[0], dict):
             out += [f"{key}:", *("  " + _row(item) for item in value)]
         elif value not in ([], {}, None):
             out.append(f"{key}: {_plain(value)}")
-    return out
+    return ["".join(c if c.isprintable() else repr(c)[1:-1] for c in line) for line in out]
 
 
 def _row(item: dict[str, Any]) -> str:

@@ -129,6 +129,17 @@ def check(name: str | PathLike, what: str, option: str) -> None:
         raise InputError(f"{name}: unknown suffix for {option}; use one of {' '.join(holding(what))}")
 
 
+def check_report(name: str | None) -> None:
+    """Refuse a name for a report that promises a picture, a drawing or a mesh.
+
+    Raises:
+        InputError: it does.
+    """
+    held = of(name or "")
+    if held.picture or held.drawing or held.mesh or held.plot:
+        raise InputError(f"{name}: a report is JSON; give --report a name that ends in .json")
+
+
 def suffix_of_content(content: bytes) -> str:
     """The suffix of a picture's file by its first bytes: ".png", ".jpg", ".webp", or "" for others."""
     if content[8:12] == b"WEBP":

@@ -139,6 +139,10 @@ def checked(mesh: Mesh) -> Mesh:
         _refuse_corner(
             mesh, mesh.uv_corners >= len(mesh.uv), "names a texture coordinate that the file does not have"
         )
+    if mesh.normal_corners is not None and mesh.normals is not None:
+        _refuse_corner(
+            mesh, mesh.normal_corners >= len(mesh.normals), "names a normal that the file does not have"
+        )
     bad = ~np.isfinite(mesh.points).all(axis=1)
     if bad.any():
         vertex = int(np.flatnonzero(bad)[0])

@@ -95,6 +95,12 @@ class Carrier:
         shown = (slot for k in self.materials for slot in self.material_set.materials[k].maps)
         return list(dict.fromkeys([*shown, *sorted(self._differing)]))
 
+    @property
+    def kinds(self) -> dict[str, str]:
+        """What the channels of each slot's picture are, by the first of the materials that has one."""
+        materials = [self.material_set.materials[k] for k in reversed(self.materials)]
+        return {slot: each.kind for material in materials for slot, each in material.maps.items()}
+
     def image(self, slot: str) -> Image:
         """The picture for a slot."""
         maps = [self.material_set.materials[k].maps.get(slot) for k in self.materials]

@@ -59,8 +59,7 @@ def _clothes(relaid: Relaid, carrier: Carrier, images: Pictures, group: list[glt
         of_gltf.multiplied_slots(material, carrier.multiplied)
         samplers = {slot: each.options for slot, each in source_material.maps.items() if each.options}
     else:
-        kinds = {slot: each.kind for slot, each in source_material.maps.items()}
-        images, material, notes = translate.to_gltf(_without_profiles(images), kinds, source_material)
+        images, material, notes = translate.to_gltf(_without_profiles(images), carrier.kinds, source_material)
         relaid.told(notes)
     contents = {slot: as_png(image) for slot, image in images.items()}
     return Clothes(group, material, contents, samplers, of_gltf.layout_of(group[0]))

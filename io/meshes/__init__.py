@@ -11,6 +11,7 @@ material_library  MTL files that keep their lines
 ply               PLY files that keep what they hold
 ply_write         new texture coordinates for one
 gltf              glTF's tree, buffers and accessors, and GLB
+gltf_schema       what readers of glTF rely on, checked
 gltf_materials    textures of a glTF material
 gltf_write        new texture coordinates and pictures for a glTF file
 gltf_dressed      new materials for one

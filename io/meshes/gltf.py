@@ -20,6 +20,7 @@ from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
 from .. import files, limits, references
+from . import gltf_schema
 from .gltf_materials import base, set_of
 from .odd_forms import strip
 from .size_limits import ITEMS
@@ -243,6 +244,7 @@ def read(path: Path) -> Gltf:
     for name in COMPRESSED:
         if name in tree.get("extensionsRequired", []):
             raise InputError(f"{path}: is compressed ({name}); save it without compression")
+    gltf_schema.check(tree)
     buffers = [
         _content(path, buffer["uri"]) if "uri" in buffer else held for buffer in tree.get("buffers", [])
     ]

@@ -8,7 +8,7 @@ from typing import Any
 
 from ... import ahead, progress
 from ...progress import Listener
-from .. import files, references
+from .. import files, formats, references
 from . import outputs, parts, report
 from .constraints import add_names, solve
 from .inputs import Inputs
@@ -61,6 +61,7 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
         inputs = Inputs(job)
         job = outputs.name_outputs(job, inputs)
         wanted = outputs.of(job, inputs)
+        formats.check_report(job.report)
         files.check_outputs(job.outputs, job.inputs, force=job.force)
         run = Run.read(job, inputs, threads, tell, phases)
         wanted = outputs.check(run, wanted)
