@@ -1,4 +1,23 @@
-"""The command line: parse, call, show. A command's module is imported when the command is used: help is instant."""
+"""The command line: parse, call, show. A command's module is imported when the command is used: help is instant.
+
+map       `iccm map`
+deform    `iccm deform`
+apply     `iccm apply`
+edit      `iccm edit`
+flatten   `iccm flatten`
+relayout  `iccm relayout`
+batch     `iccm batch`
+check     `iccm check`
+info      `iccm info`
+doctor    `iccm doctor`
+options   options of a command, made from `iccm.io.options`
+paths     arguments that are files
+logs      messages on stderr
+status    the line that tells what is under way
+failures  failures as one line and an exit code
+stopping  stopping within two seconds of a signal
+streams   standard streams, closed or not
+"""
 
 from __future__ import annotations
 
@@ -88,9 +107,9 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     streams.mend()
     logs.reset()
-    if streams.starved():
+    if streams.lacks_memory():
         sys.exit(explain(MemoryError()))
-    logs.alone()
+    logs.silence_others()
     code = run(arguments)
     if f"{__package__}.batch" in sys.modules:
         sys.exit(code)
@@ -104,7 +123,7 @@ def run(arguments: list[str] | None = None) -> int:
     """The exit code of a command line; whatever goes wrong is one line on stderr."""
     logs.reset()
     try:
-        with stopping.watched(), logs.terminable():
+        with stopping.watch_signals(), logs.raise_on_signals():
             code = iccm.main(arguments, prog_name="iccm", standalone_mode=False)
             sys.stdout.flush()
         return code if isinstance(code, int) else 0

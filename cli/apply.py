@@ -16,14 +16,6 @@ from .paths import FILE
 @click.command()
 @click.argument("stmap", type=FILE)
 @click.argument("image", type=FILE)
-@click.option(
-    "-o",
-    "--output",
-    metavar="FILE",
-    type=FILE,
-    required=True,
-    help="The picture to write; - for a PNG on stdout.",
-)
 @options.of("apply")
 @logs.options
 def command(stmap: str, image: str, output: str, **given: Any) -> int:
@@ -54,24 +46,21 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     sampling = {name: given[name] for name in ("filter", "kind", "edge", "threads")} | {"room": room}
     limits = {"max_pixels": given["max_pixels"], "colorspace": given["colorspace"], "room": room}
     pairs = _tiles(stmap, output)
-    inputs = [Path(name).resolve() for name in (image, *(name for name, _ in pairs))]
-    for _, name in pairs:
-        if name != "-" and files.check_output(name, force=given["force"]) in inputs:
-            raise InputError(f"{name}: is also an input; name another output")
+    made = [name for _, name in pairs if name != "-"]
+    files.check_outputs(made, [image, *(name for name, _ in pairs)], force=given["force"])
     with ExitStack() as stack:
-        stack.enter_context(status.watched("read"))
+        stack.enter_context(status.show_phases("read"))
         for source, name in pairs:
             st = maps.read(source, max_pixels=given["max_pixels"], room=room)
             picture, box = _picture(image, st, limits)
             check_kind(given["kind"], picture.pixels.shape[2], image)
-            lost = image_files.clipped(formats.written(name), picture)
+            lost = image_files.clipping_note(formats.written(name), picture)
             for note in (*picture.notes, *([f"{name}: {lost}"] if lost else [])):
                 logs.log.warning(note)
             path = stack.enter_context(files.writing(name, force=given["force"]))
             maps.apply(st, picture, path, tiles=box, **sampling)
-    for _, name in pairs:
-        if name != "-":
-            logs.log.info(f"wrote {name}")
+    for name in made:
+        logs.log.info(f"wrote {name}")
     return 0
 
 

@@ -18,37 +18,15 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from . import logs, status, stopping
+from . import logs, options, status, stopping
 from .paths import FILE
 
 
 @click.command()
 @click.argument("jobs", type=FILE)
-@click.option(
-    "--root", type=FILE, metavar="DIR", help="Where outputs go and stay.  [default: the manifest's folder]"
-)
-@click.option("--outside", is_flag=True, help="Let outputs leave the root.")
-@click.option("-j", "--workers", type=click.IntRange(1), help="Processes.  [default: all cores]")
-@click.option(
-    "--threads", type=click.IntRange(1), default=1, show_default=True, help="Threads of each worker."
-)
-@click.option(
-    "--dask", metavar="ADDRESS", help="Use a Dask cluster, such as tcp://host:8786, instead of processes."
-)
-@click.option(
-    "--timeout", type=click.FloatRange(0, min_open=True), metavar="SECONDS", help="Time limit of each job."
-)
-@click.option(
-    "--retries", type=click.IntRange(0), default=1, show_default=True, help="Reruns after a worker died."
-)
-@click.option("--fail-fast", is_flag=True, help="Begin no job after the first that fails.")
-@click.option(
-    "--resume", is_flag=True, help="Skip jobs that an earlier run finished and nothing has changed since."
-)
-@click.option("--force", is_flag=True, help="Replace files that exist.")
-@click.option("--check", "only_check", is_flag=True, help="Check the manifest, run nothing.")
+@options.of("batch")
 @logs.options
-def command(jobs: str, root: str | None, only_check: bool, **given: Any) -> int:
+def command(jobs: str, root: str | None, check: bool, **given: Any) -> int:
     """Run the jobs of a manifest: TOML, or JSON Lines; - for stdin.
 
     Each result is one line of JSON on stdout, as its job ends. A job that fails is reported and the rest go on.
@@ -68,17 +46,17 @@ def command(jobs: str, root: str | None, only_check: bool, **given: Any) -> int:
     folder = Path(root if root is not None else os.path.dirname(jobs) or ".")
     tasks = _tasks(jobs, folder, outside=given["outside"], force=given["force"])
     book = Journal(folder)
-    if given["resume"] and not only_check and (swept := book.sweep()):
+    if given["resume"] and not check and (swept := book.sweep()):
         logs.log.info(f"removed {len(swept)} temporary files of a batch that was killed")
-    tasks = dispatch.prepared(tasks, book, resume=given["resume"], make=not only_check)
-    if only_check:
+    tasks = dispatch.prepare(tasks, book, resume=given["resume"], make=not check)
+    if check:
         logs.log.info(f"{len(tasks)} jobs, no mistakes")
         return 0
     policy = dispatch.Policy(given["retries"], given["timeout"], given["fail_fast"], given["threads"])
     start = time.perf_counter()
     with _signals() as caught, _pool(len(tasks), given) as pool:
-        options = {"resume": given["resume"], "stopping": lambda: bool(caught), "warn": logs.log.warning}
-        counts = _report(dispatch.execute(tasks, pool, book, policy, **options), len(tasks))
+        watch = {"resume": given["resume"], "stopping": lambda: bool(caught), "warn": logs.log.warning}
+        counts = _report(dispatch.execute(tasks, pool, book, policy, **watch), len(tasks))
     _summary(counts, time.perf_counter() - start)
     if caught:
         return 128 + caught[0]
@@ -95,7 +73,7 @@ def _tasks(jobs: str, folder: Path, *, outside: bool, force: bool) -> list[Any]:
     tasks = manifest.read(text, jobs, root=folder, outside=outside)
     if not force:
         return tasks
-    return [task.holding(task.job.model_copy(update={"force": True})) for task in tasks]
+    return [task.with_job(task.job.model_copy(update={"force": True})) for task in tasks]
 
 
 @contextmanager
@@ -118,7 +96,7 @@ def _pool(count: int, given: dict[str, Any]) -> Iterator[Any]:
 def _signals() -> Iterator[list[int]]:
     """The signals that asked to stop, while the block runs; a second Ctrl-C stops at once."""
     caught: list[int] = []
-    stopping.patient()
+    stopping.leave_signals()
 
     def note(number: int, frame: object) -> None:
         if caught and number == signal.SIGINT:
@@ -137,15 +115,15 @@ def _signals() -> Iterator[list[int]]:
 def _report(results: Iterator[dict[str, Any]], count: int) -> Counter[str]:
     """Results to stdout, troubles and progress to stderr; how many ended in which way."""
     from .. import progress
-    from ..io.run.report import plain
+    from ..io.run.report import as_json
 
     counts: Counter[str] = Counter()
     level = {"done": logging.DEBUG, "poor": logs.POOR, "cancelled": logging.DEBUG}
-    with status.shown():
+    with status.show_status():
         progress.tell("jobs", 0, count)
         for result in results:
             progress.tell("")
-            sys.stdout.write(json.dumps(plain(result), ensure_ascii=False) + "\n")
+            sys.stdout.write(json.dumps(as_json(result), ensure_ascii=False) + "\n")
             sys.stdout.flush()
             counts[result["status"]] += 1
             tell = level.get(result["status"], logging.ERROR)

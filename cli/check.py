@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from ..progress import tell
-from . import logs, status
+from . import logs, options, status
 from .paths import FILE
 
 SHOWN = 5
@@ -18,15 +18,7 @@ SHOWN = 5
 @click.command()
 @click.argument("run", type=FILE)
 @click.argument("baselines", type=FILE)
-@click.option(
-    "--tolerances",
-    type=FILE,
-    metavar="FILE",
-    help="Limits.  [default: BASELINES/tolerances.toml, if it is there]",
-)
-@click.option("--junit", type=FILE, metavar="FILE.xml", help="A test case a file, for CI.")
-@click.option("--diff", type=FILE, metavar="DIR", help="Pictures of what differs: baseline, run, difference.")
-@click.option("--update", is_flag=True, help="Make the run the baselines.")
+@options.of("check")
 @logs.options
 def command(run: str, baselines: str, update: bool, **given: Any) -> int:
     """Compare the results in the folder RUN with those in BASELINES, file by file.
@@ -62,7 +54,7 @@ def _check(run: Path, baselines: Path, given: dict[str, Any]) -> int:
     settings = Path(given["tolerances"]) if given["tolerances"] else usual if usual.is_file() else None
     if given["junit"]:
         files.check_output(given["junit"], force=True)
-    with status.shown():
+    with status.show_status():
         tell(f"compare {run} with {baselines}")
         verdicts = regression.check(run, baselines, compare.tolerances(settings))
     for verdict in verdicts:

@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import click
 
-from . import logs, status
+from . import logs, options, status
 
 
 @click.command()
-@click.option("--json", "as_json", is_flag=True, help="One JSON object a finding and line.")
+@options.of("doctor")
 @logs.options
-def command(as_json: bool) -> int:
+def command(json: bool) -> int:
     """Tell versions, threads, caches and write access, and try a small map. Exit code 1 when something is wrong."""
-    import json
+    from json import dumps
 
-    from .. import progress
     from ..io.doctor import examine
 
     bad = 0
-    with status.watched("examine"):
-        for finding in examine():
-            bad += finding.ok is False
-            mark = {True: "ok", False: "WRONG", None: ""}[finding.ok]
-            progress.tell("")
-            click.echo(json.dumps(vars(finding)) if as_json else f"{mark:6}{finding.what:24}{finding.said}")
-            progress.tell("examine")
+    for finding in examine(lambda: status.show_phases("examine")):
+        bad += finding.ok is False
+        mark = {True: "ok", False: "WRONG", None: ""}[finding.ok]
+        click.echo(dumps(vars(finding)) if json else f"{mark:6}{finding.what:24}{finding.said}")
     return 1 if bad else 0

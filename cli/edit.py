@@ -18,10 +18,6 @@ EXTRA = "iccm edit needs a server: pip install 'iccm[edit]'"
 @click.argument("source", type=FILE)
 @click.argument("target", type=FILE)
 @options.of("edit")
-@click.option(
-    "--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="[default: any that is free]"
-)
-@click.option("--no-browser", is_flag=True, help="Show the page's address, and leave it to you to open it.")
 @logs.options
 def command(**given: Any) -> int:
     """Place pins and strokes on SOURCE and TARGET in the browser, and see the map follow.
@@ -46,9 +42,9 @@ def command(**given: Any) -> int:
     from ..io.edit.session import Session
     from ..io.run.job import make
 
-    port, browser = given.pop("port"), not given.pop("no_browser")
+    port, browser = given.pop("port") or 0, not given.pop("no_browser")
     given.pop("threads")
-    stopping.patient()
+    stopping.leave_signals()
     gc.enable()  # it runs long
     session = Session(make(options.values(given)))
     for note in session.notes:

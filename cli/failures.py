@@ -51,7 +51,7 @@ def sentence(error: BaseException) -> tuple[str, int]:
     if isinstance(error, OSError) and error.strerror:
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror}", INPUT
-    if isinstance(error, MemoryError) or _starved(error):
+    if isinstance(error, MemoryError) or _lacks_memory(error):
         return "out of memory; ask for a smaller --size or fewer --vertices", INTERNAL
     name = type(error).__name__
     return (
@@ -60,7 +60,7 @@ def sentence(error: BaseException) -> tuple[str, int]:
     )
 
 
-def _starved(error: BaseException) -> bool:
+def _lacks_memory(error: BaseException) -> bool:
     """Whether a library that cannot be loaded, a thread that cannot start or a failed allocation is what is wrong."""
     if (
         not isinstance(error, ImportError | OSError | RuntimeError | SystemError)

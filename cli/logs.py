@@ -88,7 +88,7 @@ def configure(verbosity: int, form: str) -> None:
     log.setLevel(POOR if verbosity < 0 else logging.DEBUG if verbosity > 0 else logging.INFO)
 
 
-def talkative() -> bool:
+def is_verbose() -> bool:
     """Whether messages are for a person who wants more than errors."""
     return log.isEnabledFor(logging.INFO) and isinstance(log.handlers[0].formatter, _Text)
 
@@ -105,7 +105,7 @@ def tell(remark: str) -> None:
     log.log(POOR if isinstance(remark, Doubt) else logging.WARNING, remark)
 
 
-def alone() -> None:
+def silence_others() -> None:
     """Let nobody but iccm speak on stderr: no warnings of NumPy, no log of trimesh."""
     if not sys.warnoptions:
         warnings.simplefilter("ignore")
@@ -156,7 +156,7 @@ def _apply(key: str) -> Callable:
 
 
 @contextmanager
-def terminable() -> Iterator[None]:
+def raise_on_signals() -> Iterator[None]:
     """Turn SIGTERM and SIGHUP into an exception while the block runs (main thread only)."""
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -34,7 +34,7 @@ def command(**given: Any) -> int:
 
 def execute(given: dict[str, Any]) -> int:
     """Run the job of these options, tell about it on stderr, and give the exit code."""
-    with status.shown() as listener:
+    with status.show_status() as listener:
         from ..io.run.execute import run
         from ..io.run.job import make
         from ..io.run.report import summary

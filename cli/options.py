@@ -1,4 +1,4 @@
-"""The options of a run on the command line: made from `iccm.io.run.options`, where each is described."""
+"""The options of a command as click takes them: made from the table of `iccm.io.options`, where each is described."""
 
 from __future__ import annotations
 
@@ -7,24 +7,17 @@ from typing import Any, Literal, get_args, get_origin
 
 import click
 
-from ..io.run.options import Option, described
+from ..io.options import Option, of_command
 from .paths import FILE
+
+FILES = ("FILE", "IMAGE", "DIR", "OUTLINE")  # in what stands for a value: shells complete it
 
 Decorator = Callable[[Callable], Callable]
 
-THREADS = click.option(
-    "--threads", type=click.IntRange(1), metavar="N", help="Never changes the result.  [default: all cores]"
-)
-
 
 def of(command: str) -> Decorator:
-    """One decorator that adds the options of a command, in the order of help, and --threads."""
-    made: list[Decorator] = [
-        _click(name, hint, option)
-        for name, (hint, option) in described().items()
-        if command in option.commands
-    ]
-    made.append(THREADS)
+    """One decorator that adds the options of a command, in the order of help."""
+    made = [_click(name, hint, option) for name, (hint, option) in of_command(command).items()]
 
     def decorate(function: Callable) -> Callable:
         for option in reversed(made):
@@ -35,18 +28,17 @@ def of(command: str) -> Decorator:
 
 
 def _click(name: str, hint: Any, option: Option) -> Decorator:
-    settings: dict[str, Any] = {"help": option.help}
+    settings: dict[str, Any] = {"help": option.help, "metavar": option.metavar, "required": option.required}
     if hint is bool:
         settings |= {"is_flag": True}
     elif option.default == ():
-        settings |= {"multiple": True, "metavar": option.metavar, "type": _text(option)}
+        settings |= {"multiple": True, "type": _text(option)}
     elif option.parse:
-        settings |= {"metavar": option.metavar, "callback": parsed(option.parse)}
+        settings |= {"callback": _parsed(option.parse)}
         settings |= {"is_flag": False, "flag_value": option.flag} if option.flag else {}
     else:
         shown = option.default is not None
-        settings |= {"metavar": option.metavar, "default": option.default, "show_default": shown}
-        settings |= {"type": _type(hint, option)}
+        settings |= {"default": option.default, "show_default": shown, "type": _type(hint, option)}
     return click.option(f"--{name.replace('_', '-')}", *filter(None, [option.short]), **settings)
 
 
@@ -64,10 +56,10 @@ def _type(hint: Any, option: Option) -> Any:
 
 def _text(option: Option) -> Any:
     """Words, or the name of a file, which shells complete."""
-    return FILE if (option.metavar or "").startswith(("FILE", "IMAGE")) else str
+    return FILE if any(word in (option.metavar or "") for word in FILES) else str
 
 
-def parsed(parse: Callable[[Any], Any]) -> Callable:
+def _parsed(parse: Callable[[Any], Any]) -> Callable:
     """A click callback that parses a value, and says what is wrong with it."""
 
     def of_click(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:

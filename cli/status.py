@@ -18,12 +18,12 @@ EVERY = 0.5  # seconds from one to the next
 
 
 @contextmanager
-def shown() -> Iterator[Listener | None]:
+def show_status() -> Iterator[Listener | None]:
     """Shows, while the block runs, what its listener is told, which hears `iccm.progress` too.
 
     None without a terminal, and where messages are to be few or for machines.
     """
-    if not (sys.stderr.isatty() and logs.talkative()):
+    if not (sys.stderr.isatty() and logs.is_verbose()):
         yield None
         return
     line = Line()
@@ -32,9 +32,9 @@ def shown() -> Iterator[Listener | None]:
 
 
 @contextmanager
-def watched(what: str) -> Iterator[None]:
-    """Shows what the block does, as `shown`, and says so when something has to be compiled for it."""
-    with shown() as listener:
+def show_phases(what: str) -> Iterator[None]:
+    """Shows what the block does, as `show_status`, and says so when something has to be compiled for it."""
+    with show_status() as listener:
         from ..io.run.phases import Phases
 
         with Phases.of(logs.tell, listener):

@@ -15,13 +15,13 @@ GRACE = (
 _state = {"patient": False}
 
 
-def patient() -> None:
+def leave_signals() -> None:
     """Leave signals to the command: one that has processes to take leave of."""
     _state["patient"] = True
 
 
 @contextmanager
-def watched() -> Iterator[None]:
+def watch_signals() -> Iterator[None]:
     """While the block runs, a thread waits for signals, and ends the process where the main thread does not.
 
     The main thread gets its exceptions as ever. What Python's own handler of signals writes into a pipe is seen by the

@@ -1,4 +1,4 @@
-"""What a process is started with: streams that are closed, as daemons and cron have them, and little memory.
+"""The streams and the memory that a process is started with: daemons and cron close streams.
 
 Closed streams are replaced by ones that lead nowhere: a file that is opened would take the free number, and what a
 library prints would end in a picture.
@@ -28,7 +28,7 @@ def mend() -> None:
         setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
 
 
-def starved() -> bool:
+def lacks_memory() -> bool:
     """Whether the process may have too few addresses (`ulimit -v`) to begin."""
     with suppress(ImportError):  # Windows has no such limits
         import resource

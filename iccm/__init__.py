@@ -5,9 +5,53 @@
     iccm.transfer(texture, source, target).pixels     # (h, w, c) pixels to pixels on the target
 
 Names are imported when first used, so that `import iccm` costs nothing.
+
+solve             `fit` and `deform`: which method solves a problem
+texture_transfer  `transfer` and `warp`: arrays in, arrays out
+problem           the domains, constraints and options of a solve
+result            `Fit`: the map, how the solver ended, figures that judge it
+balanced/         the default method: outline held, nothing folded, sizes even
+conformal/        the conformal method, to a tolerance
+paper/            the algorithm of the paper
+surfaces/         balanced maps of surfaces
+flattening/       patches of meshes laid out in the plane
+meshes/           triangle meshes, their topology, layouts and textures
+maps/             what a map is: evaluation, inverse, injectivity, distortion
+pixels/           pictures: sampling, filtering, coverage
+linalg/           sparse factorisations
+curve             polylines in the plane, closed or open
+plane             areas, boxes, similarities and exact orientation of points of the plane
+buckets           a grid of square buckets for nearest points
+arrays            types of arrays, and conversions to them
+jit               decorators for compiled kernels
+compiling/        Numba's compiler with less to do
+ahead             kernels compiled before a job asks for them
+parallel          threads over slices of a fixed size
+blas              linear algebra on one thread
+memory            where large arrays are kept
+progress          what a long computation is at, for listeners
+errors            exceptions
+io/               files: shapes, pictures, meshes, jobs, reports
+cli/              the command line
 """
 
 from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .curve import Curve as Curve
+    from .errors import IccmError as IccmError
+    from .errors import InputError as InputError
+    from .maps.harmonic import HarmonicMap as HarmonicMap
+    from .maps.triangulated.map import TriangulatedMap as TriangulatedMap
+    from .pixels.checkerboard import checkerboard as checkerboard
+    from .result import Fit as Fit
+    from .result import Status as Status
+    from .solve import deform as deform
+    from .solve import fit as fit
+    from .texture_transfer import Transfer as Transfer
+    from .texture_transfer import transfer as transfer
+    from .texture_transfer import warp as warp
 
 __version__ = "0.1.0"
 
@@ -29,7 +73,13 @@ _HOME = {
 __all__ = sorted(_HOME)
 
 
-def __getattr__(name: str):
-    if name not in _HOME:
-        raise AttributeError(f"module 'iccm' has no attribute {name!r}")
-    return getattr(import_module(f".{_HOME[name]}", __name__), name)
+if not TYPE_CHECKING:  # a type checker takes a module with __getattr__ to have every name
+
+    def __getattr__(name):
+        if name not in _HOME:
+            raise AttributeError(f"module 'iccm' has no attribute {name!r}")
+        return getattr(import_module(f".{_HOME[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

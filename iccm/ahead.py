@@ -33,6 +33,7 @@ def _order() -> None:
 def _minimise() -> None:
     """Untangling and Newton's method on four triangles; the energy first: `_order` may be compiled meanwhile."""
     from .balanced.minimise.energy import energy_of
+    from .balanced.model.boundary import MatchedBoundary
     from .balanced.model.boundary_pairs import Pairs
     from .balanced.model.discrete_map import DiscreteMap
     from .balanced.model.outline import Outline
@@ -46,7 +47,7 @@ def _minimise() -> None:
     corners = np.ones(4, bool)
     pairs = Pairs(s, s.copy(), corners, corners)
     system = system_of(FAN, np.roll(np.arange(4), -1), z.size)
-    state = DiscreteMap(outline, outline, FAN, system, z, z, pairs, ~corners)
+    state = DiscreteMap(FAN, system, z, z, MatchedBoundary(outline, outline, pairs, ~corners))
     state.unfolded().forward(1.0, 1.0, 1, 1e-3, corners=True)
 
 
@@ -92,7 +93,7 @@ class Part(NamedTuple):
 
 # what others need, too, first
 PARTS = {
-    "order": Part(_order, "linalg.fronts", "_grouped", 0.9),
+    "order": Part(_order, "linalg.fronts", "_supernodes", 0.9),
     "minimise": Part(_minimise, "balanced.minimise.newton", "descend", 5.0),
     "pixels": Part(_pixels, "pixels.filters", "_painted", 3.2),
     "mesh": Part(_mesh, "balanced.meshing.mesh", "_refine_and_split", 1.7),

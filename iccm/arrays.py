@@ -16,24 +16,35 @@ Box = tuple[complex, complex]
 
 
 def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
-    """(n,) complex numbers, or (n, columns).
+    """(n,) complex numbers, or (n, columns), from these or from real ones with a last axis of x and y.
 
     Raises:
         InputError: no numbers, or another shape.
     """
     try:
-        z = np.asarray(z, dtype=np.complex128)
+        given = np.asarray(z)
+        if given.dtype.kind in "iuf" and given.ndim == 2 + bool(columns) and given.shape[-1] == 2:
+            given = np.ascontiguousarray(given, np.float64).view(np.complex128)[..., 0]
+        z = np.asarray(given, dtype=np.complex128)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name}: no array of complex numbers x + iy ({error})") from error
     if z.ndim != 1 + bool(columns) or (columns and z.shape[1] != columns):
         wanted = f"(n, {columns})" if columns else "(n,)"
-        raise InputError(f"{name}: an array of shape {z.shape}; {wanted} complex numbers x + iy are needed")
+        raise InputError(
+            f"{name}: an array of shape {z.shape}; {wanted} complex numbers x + iy, or pairs of x and y, are needed"
+        )
     return z
 
 
 def xy_of(z: Complex) -> Real:
     """(..., 2) real and imaginary parts of complex numbers."""
     return np.stack([z.real, z.imag], axis=-1)
+
+
+def complex_of(xy: Real) -> Complex:
+    """(...) complex numbers of pairs (..., 2) of real and imaginary parts."""
+    z: Complex = xy @ np.array([1, 1j])
+    return z
 
 
 def at_vertices(values: Real, faces: Index, count: int) -> Real:

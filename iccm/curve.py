@@ -8,8 +8,9 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from shapely.validation import explain_validity
 
-from .arrays import Complex, Real, as_complex, xy_of
+from .arrays import Complex, Real, as_complex, complex_of, xy_of
 from .errors import InputError
+from .plane import bounding_box, distinct, polygon_area
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +33,7 @@ class Curve:
             InputError: no (n,) numbers, NaN or infinite vertices, fewer than three distinct ones, no area, a
             self-intersection (with its place).
         """
-        curve = cls(_distinct(_finite(z, name), closed=True))
+        curve = cls(distinct(_finite(z, name)))
         if curve.z.size < 3:
             raise InputError(f"{name}: {curve.z.size} distinct vertices; a domain needs at least 3")
         if abs(curve.area) <= 1e-14 * curve.diagonal**2:
@@ -51,7 +52,7 @@ class Curve:
         Raises:
             InputError: no (n,) numbers, NaN or infinite vertices, or fewer than two distinct ones.
         """
-        curve = cls(_distinct(_finite(z, name), closed=False), closed=False)
+        curve = cls(distinct(_finite(z, name), closed=False), closed=False)
         if curve.z.size < 2:
             raise InputError(f"{name}: a stroke needs at least 2 distinct points")
         return curve
@@ -79,13 +80,12 @@ class Curve:
     @cached_property
     def area(self) -> float:
         """Signed area, positive when counter-clockwise."""
-        w = self.z - self.z[0]
-        return 0.5 * float(np.sum((w.conj() * np.roll(w, -1)).imag))
+        return polygon_area(self.z)
 
     @cached_property
     def box(self) -> tuple[complex, complex]:
         """Lower left and upper right corner of the bounding box."""
-        return complex(self.z.real.min(), self.z.imag.min()), complex(self.z.real.max(), self.z.imag.max())
+        return bounding_box(self.z)
 
     @property
     def diagonal(self) -> float:
@@ -97,7 +97,7 @@ class Curve:
         """Largest distance of two vertices; unlike the diagonal, the same however the curve is turned, and
         never more."""
         points = shapely.MultiPoint(xy_of(self.z))
-        return _widest(shapely.get_coordinates(points.convex_hull) @ np.array([1, 1j]))
+        return _widest(complex_of(shapely.get_coordinates(points.convex_hull)))
 
     @cached_property
     def normals(self) -> Complex:
@@ -192,12 +192,3 @@ def _finite(z: ArrayLike, name: str) -> Complex:
     if bad.size:
         raise InputError(f"{name}: vertex {bad[0]} is not a finite number")
     return z
-
-
-def _distinct(z: Complex, *, closed: bool) -> Complex:
-    """z without vertices that repeat their predecessor to within rounding."""
-    if z.size < 2:
-        return z
-    tiny = 1e-12 * max(np.ptp(z.real), np.ptp(z.imag))
-    keep = np.abs(np.diff(z, prepend=z[-1:] if closed else np.inf)) > tiny
-    return z[keep] if keep.any() else z[:1]

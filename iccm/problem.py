@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence, Sized
 from dataclasses import dataclass, fields
-from typing import Literal
+from typing import Literal, TypedDict
 
 import numpy as np
 import shapely
@@ -13,6 +13,7 @@ from .arrays import Complex, Real, as_complex, xy_of
 from .curve import Curve, boundary_samples
 from .errors import InputError
 from .maps.harmonic import HarmonicMap
+from .plane import bounding_box
 
 MOST_VERTICES = 4000  # of a map's polygon: its equations are a dense matrix
 METHODS = ("balanced", "conformal", "paper")
@@ -36,6 +37,30 @@ OTHERS = dict.fromkeys(
 )
 """Options that the balanced method does not have, and whose they are."""
 OWN = ("balance", "turn", "max_dilatation", "max_stretch")  # that it alone has
+
+
+class OptionValues(TypedDict, total=False):
+    """The attributes of `Options` as keyword arguments, for type checkers."""
+
+    method: str | None
+    balance: float
+    turn: float | Literal["any"]
+    max_dilatation: float | None
+    max_stretch: float | None
+    order: int | None
+    quasi: float | None
+    pin_weight: float
+    stroke_weight: float
+    smoothness: float
+    consistency: float | None
+    tangential: float
+    weights: str
+    vertices: int | str | None
+    samples_per_edge: int
+    max_iterations: int
+    decrease: float | None
+    threshold: float
+    tolerance: float
 
 
 @dataclass(frozen=True)
@@ -293,7 +318,7 @@ def from_farthest(curve: Curve) -> Curve:
 def from_known(curve: Curve) -> Curve:
     """The closed curve started at a vertex that does not depend on where it was: the one closest to the vertices'
     mean, and of several the leftmost, and the lowest of those."""
-    base = complex(curve.z.real.min(), curve.z.imag.min())
+    base = bounding_box(curve.z)[0]
     away = curve.z - base
     mean = complex(math.fsum(away.real), math.fsum(away.imag)) / away.size
     distance = np.abs(away - mean)

@@ -91,6 +91,12 @@ class Fit:
     hole_partners: Sequence[tuple[int, int]] = ()
     layouts: tuple[Flattening | None, Flattening | None] = (None, None)
 
+    def __repr__(self) -> str:
+        given = [("pin", len(self.pins)), ("stroke", len(self.strokes)), ("hole", len(self.source_holes))]
+        told = "".join(f", {count} {name}{'s' * (count > 1)}" for name, count in given if count)
+        kind, count = type(self.map).__name__, self.map.polygon.size
+        return f"<Fit: {self.ended.name.lower()}, {kind} with {count} boundary vertices{told}>"
+
     @cached_property
     def status(self) -> Status:
         """How the solver ended, judged by all that the report knows: a target is not reached by a map that folds, a

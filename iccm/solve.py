@@ -1,8 +1,10 @@
 """The entry points: `fit` and `deform`, the roof over the methods."""
 
+import inspect
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import fields, replace
+from difflib import get_close_matches
+from typing import Unpack
 
 from numpy.typing import ArrayLike
 
@@ -11,7 +13,7 @@ from .curve import Curve
 from .errors import InputError
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
-from .problem import NEAR, ON_OUTLINE, Options, Problem
+from .problem import NEAR, ON_OUTLINE, Options, OptionValues, Problem
 from .result import Fit, Status
 
 __all__ = ["Fit", "Status", "deform", "fit"]
@@ -28,15 +30,17 @@ def fit(
     target_holes: Sequence[ArrayLike | Curve] = (),
     hole_partners: Sequence[tuple[int, int]] = (),
     start: Fit | TriangulatedMap | None = None,
-    **options: Any,
+    **options: Unpack[OptionValues],
 ) -> Fit:
     """A map of the source domain onto the target domain: balanced, conformal, or as the paper has it.
 
     Args:
-        source: (n,) complex vertices of the source's boundary, x + iy, y up, either way round; or a surface laid out in
-            the plane: the balanced method is then even on the surface, and figures are the surface's.
+        source: (n,) complex vertices of the source's boundary, x + iy, y up, either way round, or (n, 2) real ones, as
+            wherever points are taken; or a surface laid out in the plane: the balanced method is then even on the
+            surface, and figures are the surface's.
         target: (m,) complex vertices of the target's boundary, or a surface.
-        pins: (k, 2) complex, a point inside the source and the point it should go to; on the outlines both must be.
+        pins: (k, 2) complex or (k, 2, 2) real, a point inside the source and the point it should go to; on the outlines
+            both must be.
         strokes: pairs of open polylines, (p,) inside the source and (q,) the one it should lie on. Its ends slide along
             that, unless a pin takes one to an end of it, or it is on the outlines. The balanced method meets pins and
             strokes, which may part the shapes or run along both outlines; the others weigh them.
@@ -57,7 +61,7 @@ def fit(
             outside the source, an option out of range, holes for a method that does not know of them;
             with the balanced method also constraints that no one-to-one map meets.
     """
-    settings = Options(**options)
+    settings = _options(fit, options)
     holes = source_holes, target_holes
     layouts = _layout(source), _layout(target)
     problem = Problem.of(
@@ -81,6 +85,17 @@ def fit(
     from .balanced import fit as balanced
 
     return balanced.solve(problem, settings, before)
+
+
+def _options(function: Callable[..., Fit], options: OptionValues) -> Options:
+    """The options that a function was called with; a misspelt name is told the nearest."""
+    names = [each.name for each in fields(Options)]
+    unknown = next((name for name in options if name not in names), None)
+    if unknown is None:
+        return Options(**options)
+    known = [*inspect.signature(function).parameters, *names]
+    near = "".join(f"; did you mean {name!r}?" for name in get_close_matches(unknown, known, 1))
+    raise TypeError(f"{function.__name__}() got an unexpected keyword argument {unknown!r}{near}")
 
 
 def _layout(shape: ArrayLike | Curve | Flattening) -> Flattening | None:
@@ -115,7 +130,7 @@ def deform(
     strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
     source_holes: Sequence[ArrayLike | Curve] = (),
     start: Fit | TriangulatedMap | None = None,
-    **options: Any,
+    **options: Unpack[OptionValues],
 ) -> Fit:
     """Move a shape by pins and strokes alone, without a target boundary.
 
@@ -137,7 +152,7 @@ def deform(
     Raises:
         InputError: as `fit`; no pins and no strokes.
     """
-    settings = Options(**options)
+    settings = _options(deform, options)
     reach = ON_OUTLINE if settings.is_balanced else NEAR
     problem = Problem.of(source, None, pins, strokes, holes=(source_holes, ()), reach=reach)
     if not problem.pins.size and not problem.strokes:
@@ -155,7 +170,7 @@ def deform(
     from .paper import algorithm1
 
     return algorithm1.deform(
-        problem, Options(**{"smoothness": 1e-4, "order": 0, "max_iterations": 100, **options})
+        problem, Options(**OptionValues(smoothness=1e-4, order=0, max_iterations=100) | options)
     )
 
 

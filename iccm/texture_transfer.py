@@ -1,7 +1,8 @@
 """Textures carried from one shape to another, arrays in and arrays out: `transfer` solves and warps, `warp` warps."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,14 +12,26 @@ from .arrays import Box, as_complex
 from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
+from .maps.triangulated.map import TriangulatedMap
 from .pixels import warp as warping
 from .pixels.canvas import LONGER_SIDE, Canvas, Diagnostics, proportional
 from .pixels.sampler import Sampler
 from .pixels.texture import Texture
-from .problem import as_domain
+from .problem import OptionValues, as_domain
 from .result import Fit
 
 TYPES = (np.uint8, np.uint16, np.float16, np.float32)
+
+
+class FitOptions(OptionValues, total=False):
+    """Keyword arguments of `iccm.fit`, for type checkers."""
+
+    pins: ArrayLike | None
+    strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None
+    source_holes: Sequence[ArrayLike | Curve]
+    target_holes: Sequence[ArrayLike | Curve]
+    hole_partners: Sequence[tuple[int, int]]
+    start: Fit | TriangulatedMap | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +51,9 @@ class Transfer:
     fit: Fit
     diagnostics: Diagnostics
 
+    def __repr__(self) -> str:
+        return f"<Transfer: {'×'.join(map(str, self.pixels.shape))} {self.pixels.dtype}, {self.fit!r}>"
+
 
 @on_one_thread
 def transfer(
@@ -54,7 +70,7 @@ def transfer(
     encoding: str | None = None,
     padding: int = 0,
     threads: int | None = None,
-    **options: Any,
+    **options: Unpack[FitOptions],
 ) -> Transfer:
     """The texture of one shape on another.
 

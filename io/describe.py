@@ -1,4 +1,4 @@
-"""What iccm sees in a file: outlines, ids, canvas, pins and strokes; pixels; meshes; constraints; jobs."""
+"""Facts about a file for `iccm info`: outlines, ids, canvas, pins and strokes; pixels; meshes; constraints; jobs."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from . import files, formats
+from . import files, formats, limits
 from .meshes import size_limits
 from .shapes import shape as shapes
 from .spec import Spec
 
 MOST = 20  # of each kind that are listed (by hand)
-MAX_FACES = 5_000_000
 
 
-def describe(path: Path, *, max_faces: int = MAX_FACES) -> dict[str, Any]:
+def describe(path: Path, *, max_faces: int = limits.FACES) -> dict[str, Any]:
     """Facts about a file by what its suffix says it is; JSON values only.
 
     Raises:
@@ -190,14 +189,14 @@ def _manifest(path: Path) -> dict[str, Any]:
 
 
 def lines(facts: dict[str, Any]) -> list[str]:
-    """The facts as text, one a line."""
+    """The facts as text, one a line; what a terminal would act on is written out."""
     out = []
     for key, value in facts.items():
         if isinstance(value, list) and value and isinstance(value[0], dict):
             out += [f"{key}:", *("  " + _row(item) for item in value)]
         elif value not in ([], {}, None):
             out.append(f"{key}: {_plain(value)}")
-    return out
+    return ["".join(c if c.isprintable() else repr(c)[1:-1] for c in line) for line in out]
 
 
 def _row(item: dict[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Whether iccm is installed and set up well: versions, threads, caches, write access, and a map that must come out."""
+"""Checks of the installation: versions, threads, caches, write access, and a map that must come out."""
 
 from __future__ import annotations
 
@@ -8,37 +8,22 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from importlib import import_module, metadata
 from pathlib import Path
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from .. import __version__
 
-NEEDED = {
-    "numpy": "numpy",
-    "scipy": "scipy",
-    "shapely": "shapely",
-    "numba": "numba",
-    "libigl": "igl",
-    "OpenImageIO": "OpenImageIO",
-    "isal": "isal",
-    "opencv-python-headless": "cv2",
-    "scikit-image": "skimage",
-    "trimesh": "trimesh",
-    "defusedxml": "defusedxml",
-    "pydantic": "pydantic",
-    "matplotlib": "matplotlib",
-    "tqdm": "tqdm",
-    "click": "click",
-}
-OPTIONAL = {
-    "distributed": "iccm batch --dask",
-    "starlette": "iccm edit",
-    "uvicorn": "iccm edit",
-    "websockets": "iccm edit",
-}
+if TYPE_CHECKING:
+    from packaging.requirements import Requirement
+    from packaging.specifiers import SpecifierSet
+
+MODULES = {"libigl": "igl", "opencv-python-headless": "cv2", "scikit-image": "skimage"}
+"""What is imported of a requirement, where that is not its name."""
+EXTRAS = {"dask": "iccm batch --dask", "edit": "iccm edit"}
+"""What the requirements of an extra are needed for."""
 
 
 @dataclass(frozen=True)
@@ -50,36 +35,56 @@ class Finding:
     ok: bool | None = None
 
 
-def examine() -> Iterator[Finding]:
-    """Everything that is worth a look, as it is found."""
+def examine(watched: Callable[[], AbstractContextManager[None]]) -> Iterator[Finding]:
+    """Everything that is worth a look, as it is found; what takes long is done inside `watched`."""
     yield Finding("iccm", f"{__version__} in {Path(__file__).parents[1]}")
     yield Finding(
         "python", f"{platform.python_version()} on {platform.platform()}", sys.version_info >= (3, 11)
     )
-    for name, module in NEEDED.items():
-        yield _library(name, module)
-    for name, purpose in OPTIONAL.items():
-        yield Finding(name, _version(name) or f"not installed; only needed for {purpose}")
+    yield from _requirements()
     yield from _threads()
     yield from _writing()
-    yield _checked("kernels", _compiled)
-    yield _checked("map", _a_map)
+    yield _check("kernels", _compiled_kernels, watched)
+    yield _check("map", _try_map, watched)
 
 
-def _version(name: str) -> str | None:
+def _requirements() -> Iterator[Finding]:
+    """Everything that the installed package asks for; that of extras may be missing, but not too old."""
     try:
-        return metadata.version(name)
+        from packaging.requirements import Requirement
+
+        listed = [Requirement(text) for text in metadata.requires("iccm") or []]
+    except ImportError as error:  # metadata that is missing counts as an ImportError, too
+        yield Finding("requirements", f"{error.name} is not installed", False)
+        return
+    for requirement in listed:
+        extra = next((name for name in ("", *EXTRAS) if _applies(requirement, name)), None)
+        if extra is not None:
+            yield _library(requirement.name, requirement.specifier, EXTRAS.get(extra, ""))
+
+
+def _applies(requirement: Requirement, extra: str) -> bool:
+    return requirement.marker is None or requirement.marker.evaluate({"extra": extra})
+
+
+def _library(name: str, wanted: SpecifierSet, purpose: str) -> Finding:
+    """Whether a requirement is there, of a version that will do, and can be imported."""
+    try:
+        version = metadata.version(name)
     except metadata.PackageNotFoundError:
-        return None
-
-
-def _library(name: str, module: str) -> Finding:
+        missing = f"not installed; only needed for {purpose}" if purpose else "not installed"
+        return Finding(name, missing, None if purpose else False)
+    if not wanted.contains(version, prereleases=True):
+        needed = f"{name}{wanted} is needed"
+        return Finding(
+            name, f"{version}; {needed} for {purpose}" if purpose else f"{version}; {needed}", False
+        )
     start = time.perf_counter()
     try:
-        import_module(module)
+        import_module(MODULES.get(name, name))
     except Exception as error:  # whatever a broken library raises is the finding
-        return Finding(name, f"{_version(name) or 'not installed'}: {' '.join(str(error).split())}", False)
-    return Finding(name, f"{_version(name)} (imported in {time.perf_counter() - start:.2f} s)", True)
+        return Finding(name, f"{version}: {' '.join(str(error).split())}", False)
+    return Finding(name, f"{version} (imported in {time.perf_counter() - start:.2f} s)", True)
 
 
 def _threads() -> Iterator[Finding]:
@@ -124,26 +129,35 @@ def _writable(what: str, folder: Path, needed: bool) -> Finding:
         return Finding(what, f"{folder} cannot be written: {error.strerror}", False if needed else None)
 
 
-def _checked(what: str, test: Callable[[], str]) -> Finding:
+def _check(
+    what: str, test: Callable[[], str], watched: Callable[[], AbstractContextManager[None]]
+) -> Finding:
     try:
-        return Finding(what, test(), True)
+        with watched():
+            return Finding(what, test(), True)
     except Exception as error:  # the finding is that it does not work
         return Finding(what, f"{type(error).__name__}: {' '.join(str(error).split())}", False)
 
 
-def _compiled() -> str:
+def _compiled_kernels() -> str:
     """The kernels of common jobs must compile; what is in the cache is not compiled again."""
-    from .. import ahead
+    from .. import ahead, jit
 
     parts, start = ahead.missing(), time.perf_counter()
     ahead.compile_ahead()
     if parts and ahead.missing() == parts:
         raise OSError("compiled, but not kept: every start compiles again")
-    return f"compiled in {time.perf_counter() - start:.0f} s, once" if parts else "compiled"
+    said = f"compiled in {time.perf_counter() - start:.0f} s, once" if parts else "compiled"
+    if jit.KNOWS:
+        return said
+    known, there = (".".join(map(str, version[:2])) for version in (jit.KNOWN, jit.numba.version_info))
+    return f"{said}; with Numba {there} a first run compiles longer than with {known}, and every run starts later"
 
 
-def _a_map() -> str:
+def _try_map() -> str:
     """A square onto itself must be the identity, and so must a picture through it."""
+    import numpy as np
+
     import iccm
 
     from ..pixels.warp import Canvas, Texture, warp

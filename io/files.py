@@ -122,6 +122,24 @@ def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
     return real
 
 
+def check_outputs(
+    names: Iterable[str], inputs: Iterable[str | Path], *, force: bool, taken: Iterable[str] = ()
+) -> None:
+    """Check that all outputs may be written, that none is an input, and none another one or `taken` by others.
+
+    Raises:
+        InputError: as `check_output`, or naming the one.
+    """
+    read, seen = ({Path(name).resolve() for name in given} for given in (inputs, taken))
+    for name in names:
+        real = check_output(name, force=force)
+        if real in read:
+            raise InputError(f"{name}: is also an input; name another output")
+        if real in seen:
+            raise InputError(f"{name}: is named for two outputs; give each its own")
+        seen.add(real)
+
+
 def as_text(path: str | os.PathLike) -> str:
     """The name of a file for libraries that take text only.
 

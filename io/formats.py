@@ -1,4 +1,4 @@
-"""What files of each suffix hold: the one table. Nothing is read or written here."""
+"""The table of file formats: what each suffix can hold. Nothing is read or written here."""
 
 from __future__ import annotations
 
@@ -127,6 +127,17 @@ def check(name: str | PathLike, what: str, option: str) -> None:
     """
     if not getattr(of(name), what):
         raise InputError(f"{name}: unknown suffix for {option}; use one of {' '.join(holding(what))}")
+
+
+def check_report(name: str | None) -> None:
+    """Refuse a name for a report that promises a picture, a drawing or a mesh.
+
+    Raises:
+        InputError: it does.
+    """
+    held = of(name or "")
+    if held.picture or held.drawing or held.mesh or held.plot:
+        raise InputError(f"{name}: a report is JSON; give --report a name that ends in .json")
 
 
 def suffix_of_content(content: bytes) -> str:

@@ -4,7 +4,8 @@ import os
 import re
 import unicodedata
 
-LONGEST = 255  # bytes of one name, on nearly every disk
+from . import limits
+
 FORBIDDEN = re.compile(r'[<>:"|?*\x00-\x1f]')
 RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])(\..*)?")
 
@@ -18,8 +19,8 @@ def mistake(path: str) -> str | None:
         return f"{shown}: the name is not Unicode; use another"
     if "\0" in path:
         return f"{shown}: a name holds no NUL character; use another"
-    if any(len(part) > LONGEST for part in encoded):
-        return f"{shown}…: a name longer than {LONGEST} bytes; use a shorter one"
+    if any(len(part) > limits.NAME_BYTES for part in encoded):
+        return f"{shown}…: a name longer than {limits.NAME_BYTES} bytes; use a shorter one"
     _drive, rest = os.path.splitdrive(path)
     for part in re.split(r"[/\\]", rest):
         found = FORBIDDEN.search(part)

@@ -8,7 +8,8 @@ import re
 from collections.abc import Callable
 from typing import Annotated, Any
 
-LARGEST = 1e100
+from . import limits
+
 TAGS = ("plane", "space", "vertex")  # what pydantic calls the forms of a place in the path to a mistake
 FORMS = "write x,y or [x, y], on a mesh also v5 (a vertex) or x,y,z"
 PIN = "SX,SY:TX,TY, such as 10,20:30,40"
@@ -59,7 +60,9 @@ class Checked:
 def _number() -> Any:
     from pydantic import Field
 
-    return Annotated[float, Field(allow_inf_nan=False, ge=-LARGEST, le=LARGEST, strict=True)]
+    return Annotated[
+        float, Field(allow_inf_nan=False, ge=-limits.COORDINATE, le=limits.COORDINATE, strict=True)
+    ]
 
 
 def _place() -> Any:

@@ -9,7 +9,7 @@ _ONE_AT_A_TIME = threading.RLock()
 
 
 @contextmanager
-def silenced() -> Iterator[None]:
+def silence() -> Iterator[None]:
     """While the block runs, what is written to the process's stderr past Python goes nowhere."""
     with _ONE_AT_A_TIME:
         try:

@@ -1,4 +1,4 @@
-"""Which part of which file: `file`, `file#part`, `file#number` or `file#part#number`, the same in every command."""
+"""A part of a file: `file`, `file#part`, `file#number` or `file#part#number`, the same in every command."""
 
 from __future__ import annotations
 

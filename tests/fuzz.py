@@ -34,7 +34,7 @@ ADDRESSES = 8 << 30  # that it may reserve, which readers of OBJ files do beyond
 
 SVG = b"""<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 100 80"
 width="10cm">
-<style>.a{fill:none;transform:rotate(3)} #b{display:none}</style>
+<style>.a{fill:none;transform:rotate(3)} #b{display:none} g>rect:not(.a)+[r~="4"], svg :is(g path){x:2}</style>
 <defs><path id="p" d="M1 2C3 4 5 6 7 8S9 10 11 12Q13 14 15 16T17 18A5 6 30 0 1 40 50z"/></defs>
 <g transform="matrix(1 .1 -.1 1 3 4) scale(2,-1) translate(1)"><use xlink:href="#p" x="3" y="4%"/>
 <rect x="1" y="2" width="30" height="40" rx="3"/><circle cx="50%" cy="5" r="4"/><ellipse rx="4" ry="5" id="pin-a"/>
@@ -43,7 +43,7 @@ width="10cm">
 <svg viewBox="0 0 5 5" x="2"><path d="M0 0H5V5z"/></svg></svg>"""
 ART = b"""<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 100 100">
 <style>@import "http://away.example/a.css";.a{fill:url(http://away.example/b);stroke:red}
-@media print{b{fill:url(#g)}}</style>
+@media print{b{fill:url(#g)}}g>.a:not([r]),:root path~*{fill:url(http://away.example/d)}</style>
 <defs><clipPath id="c"><path d="M20 20H70V80Z"/></clipPath>
 <mask id="k"><circle cx="40" cy="40" r="30" fill="#fff"/></mask>
 <linearGradient id="g" x2="50%"><stop stop-color="red" onclick="away()"/></linearGradient>

@@ -1,5 +1,7 @@
 """The project itself: types are really checked, versions agree, nothing large is tracked."""
 
+import ast
+import importlib
 import re
 import shutil
 import subprocess
@@ -10,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import iccm
+import iccm.io.run
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
@@ -21,6 +24,7 @@ def staged(folder: Path) -> Path:
     for name in (
         "iccm/__init__.py",
         "iccm/errors.py",
+        "iccm/progress.py",
         "iccm/py.typed",
         "io/__init__.py",
         "io/files.py",
@@ -46,6 +50,74 @@ def test_mypy_sees_an_error_in_every_layer(tmp_path):
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode == 1 and f"{name}:" in done.stdout and "planted" not in original
         (package / name).write_text(original)
+
+
+USER = """\
+import numpy as np
+import iccm
+import iccm.io.run
+
+square = np.array([0, 1, 1 + 1j, 1j])
+fit = iccm.fit(square, square, method="paper", pins=[(0.5, 0.5)])
+w: np.ndarray = fit.map(square)
+moved: iccm.Fit = iccm.deform(square, pins=[(0.5, 0.5)], start=fit)
+pixels: np.ndarray = iccm.transfer(iccm.checkerboard(), square, square, size=64).pixels
+closed: bool = iccm.Curve(square).closed
+code: str = iccm.io.run.run(iccm.io.run.Job(source="a.svg", target="b.svg")).report["status"]
+try:
+    iccm.warp(fit, pixels)
+except iccm.InputError as error:
+    print(error)
+"""
+MISTAKES = {
+    "iccm.fitt(square, square)": 'Module has no attribute "fitt"',
+    "iccm.io.run.jobs": 'Module has no attribute "jobs"',
+    "fit.invert(w)": '"Fit" has no attribute "invert"',
+    "iccm.deform(square, start=1)": 'Argument "start" to "deform" has incompatible type "int"',
+    "number: int = iccm.transfer(pixels, square, square)": '(expression has type "Transfer"',
+    "iccm.fit(square, square, metod='paper')": 'Unexpected keyword argument "metod" for "fit"',
+    "iccm.transfer(pixels, square, square, balance='1')": 'Argument "balance" to "transfer" has incompatible',
+    "iccm.warp(square, pixels)": 'Argument 1 to "warp" has incompatible type',
+}
+
+
+def test_a_users_type_checker_sees_the_signatures(tmp_path):
+    """mypy reads no import hooks, by which the package is installed while it is worked on: it gets a copy."""
+    for name in ("iccm", "iccm.io", "iccm.cli"):
+        home = Path(importlib.import_module(name).__file__).parent
+        shutil.copytree(home, tmp_path / name.replace(".", "/"), dirs_exist_ok=True)
+    lines = [*USER.splitlines(), *MISTAKES, "reveal_type(iccm.fit)"]
+    (tmp_path / "user.py").write_text("\n".join(lines))
+    quick = ["--follow-imports", "silent", "--ignore-missing-imports", "--cache-dir", "cache"]
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", *quick, "--strict", "user.py"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    said = {}
+    for line in done.stdout.splitlines()[:-1]:
+        _, number, text = line.split(":", 2)
+        said[lines[int(number) - 1]] = said.get(lines[int(number) - 1], "") + text
+    assert said.keys() == {*MISTAKES, "reveal_type(iccm.fit)"}, done.stdout
+    assert all(text in said[line] for line, text in MISTAKES.items()), done.stdout
+    shown = said["reveal_type(iccm.fit)"]
+    assert "def (source:" in shown and shown.endswith('-> iccm.result.Fit"')
+
+
+@pytest.mark.parametrize("module", [iccm, iccm.io.run])
+def test_the_names_a_type_checker_sees_are_those_that_are_there(module):
+    tree = ast.parse(Path(module.__file__).read_text())
+    checked = next(node for node in tree.body if isinstance(node, ast.If)).body
+    seen = [alias for node in checked for alias in node.names]
+    assert sorted(alias.asname for alias in seen) == module.__all__
+    assert {*module.__all__, "__name__"} <= set(dir(module))
+    for node in checked:
+        for alias in node.names:
+            home = importlib.import_module("." * node.level + node.module, module.__name__)
+            assert getattr(module, alias.asname) is getattr(home, alias.name)
+    with pytest.raises(AttributeError, match="has no attribute 'nosuch'"):
+        module.nosuch  # noqa: B018
 
 
 def test_the_lint_target_checks_the_staged_tree():

@@ -9,7 +9,7 @@ import pytest
 from iccm.cli import COMMANDS
 from iccm.io.batch import manifest
 from iccm.io.check import compare
-from iccm.io.run.options import described
+from iccm.io.options import options_of
 
 README = (Path(__file__).parents[1] / "README.md").read_text()
 RECIPES = re.findall(r"<!-- tested -->\n```sh\n(.*?)```", README, re.DOTALL)
@@ -75,7 +75,7 @@ def test_the_constraints_of_the_readme_are_valid(folder):
 def test_the_readme_knows_every_command_and_option():
     for command in COMMANDS:
         assert f"iccm {command}" in README, command
-    for field in set(described()) - {"output"}:
+    for field in set(options_of()) - {"output"}:
         assert f"--{field.replace('_', '-')}" in README, field
 
 

@@ -1,5 +1,7 @@
 """Triangulations to test with, and maps made of them."""
 
+from fractions import Fraction
+
 import numpy as np
 from scipy.spatial import ConvexHull, Delaunay
 
@@ -95,3 +97,12 @@ def scattered(map, count, seed=0):
     place[at[::3], rng.integers(0, 3, at[::3].size)] = 0
     place[::7] = np.eye(3)[rng.integers(0, 3, at[::7].size)]
     return rng.integers(0, len(map.faces), count), place / place.sum(axis=1, keepdims=True)
+
+
+def exact_turn(a, b, c):
+    """The sign of the area of the triangle a, b, c, by fractions."""
+    (ax, ay), (bx, by), (cx, cy) = (
+        (Fraction(p.real), Fraction(p.imag)) for p in (complex(a), complex(b), complex(c))
+    )
+    value = (ax - cx) * (by - cy) - (ay - cy) * (bx - cx)
+    return (value > 0) - (value < 0)

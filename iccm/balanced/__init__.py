@@ -10,7 +10,7 @@ constraints/  pins and strokes
 model/        a map in the making
 minimise/     the energy and Newton's method
 meshing/      meshes of a domain
-orientation   exact signs of triangles, simple outlines
+injectivity   checks of what is returned: no folds, simple outlines
 kernels       small kernels that these folders share
 errors        how a solve can fail
 """

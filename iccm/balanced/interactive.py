@@ -25,9 +25,10 @@ from .model.frames import UnitFrame, frames_of
 from .model.settings import Settings
 from .model.sketch import Sketch
 from .search.final_mesh import FINE_EXACTNESS
+from .search.homotopy import brought
 from .search.levels import Level, refined
 from .search.multilevel import STEEPEST, with_constraints
-from .search.pin_continuation import brought
+from .search.pin_continuation import stepped
 
 SIZE = 0.06
 """Mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh."""
@@ -64,7 +65,11 @@ class _Pair:
             state = Sketch(state.z, state.u, state.faces, state.border, loops=state.loops)
         try:
             level = Level.of(problem, SIZE, *FINE_EXACTNESS, STEEPEST)
-            return _settled(brought(refined(level, state), settings.theta), settings.theta)
+            new = brought(refined(level, state), settings.theta)
+            if new.miss > 0 and not given.strokes:  # other triangles may let the pins pass
+                anew = stepped(level, new.held(), new.inside.goals, settings.theta)
+                new = min(anew, new, key=lambda each: each.miss)
+            return _settled(new, settings.theta)
         except Stuck as error:
             raise NoMapError(f"the map cannot follow: {error}") from error
 
@@ -139,7 +144,7 @@ class Live:
             return None
         sources, goals = np.ascontiguousarray(now.inner.T)
         if np.array_equal(sources, before.inner[:, 0]):
-            return replace(self.state, inside=inside._replace(goals=goals))
+            return self.state.with_goals(goals)
         if self.state.miss > 0 or not np.array_equal(goals, before.inner[:, 1]):
             return None
         pulled = replace(self.state, inside=inside._replace(z=sources))

@@ -14,7 +14,7 @@ from ..curve import Curve
 from ..errors import InputError
 from ..maps.triangulated.map import TriangulatedMap
 from ..result import hausdorff
-from . import orientation
+from . import injectivity
 from .constraints.validate import Pins, checked, place
 from .holes.filled import Cut, cut_out
 from .holes.given import NONE, Holes, unequal, which
@@ -143,8 +143,8 @@ def solution_of(
     cut = cut_out(state, mirrored=mirror)
     z, u, loops = z[cut.vertices], u[cut.vertices], cut.loops
     for name, w in (("source", z), ("image", u)):
-        orientation.refuse_folds(name, w, cut.faces)
-        orientation.refuse_touching(name, *(w[loop] for loop in loops))
+        injectivity.refuse_folds(name, w, cut.faces)
+        injectivity.refuse_touching(name, *(w[loop] for loop in loops))
     source_gap, gap = (
         max(hausdorff(Curve(w[loop]), c) / curves[0].diagonal for loop, c in _goals(cut, curves, side))
         for side, (w, curves) in enumerate(zip((z, u), given))

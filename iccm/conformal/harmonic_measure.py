@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 
 from ..arrays import Complex, Real, xy_of
 from ..curve import Curve
+from ..plane import longer_side
 from . import triangulation
 from .panels import CORNER
 
@@ -163,7 +164,7 @@ def inner_points(curve: Curve, ends: Real) -> Complex:
     sizes = np.concatenate([np.minimum(panel, np.roll(panel, 1)), panel])
     tree = cKDTree(xy_of(places))
     lo, hi = curve.box
-    side = max((hi - lo).real, (hi - lo).imag) / 8
+    side = longer_side(lo, hi) / 8
     x = np.arange(lo.real + side / 2, hi.real + side / 2, side)
     y = np.arange(lo.imag + side / 2, hi.imag + side / 2, side)
     cells, leaves = (x[:, None] + 1j * y[None, :]).ravel(), []

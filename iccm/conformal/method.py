@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 
 from .. import progress
-from ..arrays import Complex, Real, xy_of
+from ..arrays import Complex, Real, complex_of, xy_of
 from ..blas import on_one_thread
 from ..curve import Curve, boundary_samples
 from ..maps.harmonic import HarmonicMap
@@ -129,7 +129,7 @@ def simplified(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[s
         SIMPLIFY * tolerance * 2.0 ** np.arange(24)
     ):  # to the end: more would take hours and all memory
         ring = shapely.Polygon(xy_of(curve.z)).simplify(share * curve.diameter)
-        z = shapely.get_coordinates(ring.exterior)[:-1] @ np.array([1, 1j])
+        z = complex_of(shapely.get_coordinates(ring.exterior)[:-1])
         if z.size <= MOST_VERTICES // 2:
             break
     if z.size == curve.z.size:
@@ -150,7 +150,7 @@ def without_hairs(curve: Curve, name: str) -> tuple[Curve, list[str]]:
     whole = max(parts, key=shapely.area, default=shapely.Polygon())
     if abs(whole.area - shape.area) > HAIRS_AREA * shape.area:
         raise TooThinError
-    z = shapely.get_coordinates(whole.simplify(width).exterior)[:-1] @ np.array([1, 1j])
+    z = complex_of(shapely.get_coordinates(whole.simplify(width).exterior)[:-1])
     shorter = 1 - Curve(z).length / curve.length
     if shorter < HAIR:
         return curve, []

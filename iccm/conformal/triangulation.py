@@ -10,6 +10,7 @@ from ..balanced.meshing.delaunay import legalise
 from ..balanced.meshing.mesh import recover
 from ..curve import Curve
 from ..errors import InputError
+from ..plane import triangle_areas
 
 FLAT = 1e-12
 """Twice the area, by the square of the longest edge: rounding leaves less between nodes on a line."""
@@ -71,7 +72,7 @@ def inside(curve: Curve, nodes: Complex, mesh: PlaneMesh) -> Index:
     """(m, 3) the triangles inside a closed curve, without those of three nodes on one of its edges, which are none."""
     a, b, c = nodes[mesh.faces].T
     longest = np.maximum.reduce([np.abs(b - a), np.abs(c - b), np.abs(a - c)])
-    faces = mesh.faces[((b - a).conj() * (c - a)).imag > FLAT * longest**2]
+    faces = mesh.faces[2 * triangle_areas(nodes[mesh.faces]) > FLAT * longest**2]
     return faces[curve.contains(nodes[faces].mean(axis=1))]
 
 

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Complex, Flags, Index, Real, distinct_rows, xy_of
+from ..arrays import Complex, Flags, Index, Real, complex_of, distinct_rows, xy_of
 from ..errors import InputError
 from ..meshes.disk_patch import taken_apart
 from ..meshes.flatten import Flattening, overlap
@@ -14,6 +14,7 @@ from ..meshes.mesh import Mesh, checked, proper, triangulated
 from ..meshes.patch import Patch
 from ..meshes.rasterise import rasterise
 from ..meshes.topology import Triangles, labels
+from ..plane import cross, diagonal, polygon_area, triangle_areas
 
 COARSE = 512  # cells of a grid on which overlaps are counted (by hand)
 LITTLE = 0.01  # of a chart: what others share of it that is not told (by hand)
@@ -183,7 +184,7 @@ class Atlas:
             raise InputError(
                 f"{name}: chart {number} of its texture coordinates overlaps itself: it is closed"
             )
-        outline = max(patch.loops, key=lambda loop: _enclosed(flat[loop]))
+        outline = max(patch.loops, key=lambda loop: polygon_area(flat[loop]))
         laid = Flattening(patch, flat, outline, "uv")
         if fault := overlap(laid):
             raise InputError(
@@ -236,7 +237,7 @@ def _mended(shape: Triangles, uv: Real) -> tuple[Real, int]:
 
 def _turned(faces: Index, wanted: Real, uv: Real) -> Real:
     """Coordinates moved, a triangle at a time, until each has the sign that is wanted and a height (Kaczmarz)."""
-    z, far = uv @ np.array([1, 1j]), np.linalg.norm(np.ptp(uv, axis=0))
+    z, far = complex_of(uv), np.linalg.norm(np.ptp(uv, axis=0))
     corner = z[faces]
     longest = np.abs(corner - np.roll(corner, 1, axis=1)).max(axis=1)
     least = THIN * far * longest
@@ -245,7 +246,7 @@ def _turned(faces: Index, wanted: Real, uv: Real) -> Real:
         short = False
         for face, sign, goal in zip(faces, wanted, least):
             a, b, c = z[face]
-            lack = goal - sign * ((b - a).conjugate() * (c - a)).imag
+            lack = goal - sign * cross(b - a, c - a)
             if lack > 0:
                 short = True
                 slope = 1j * np.array([c - b, a - c, b - a])  # of twice the area
@@ -266,14 +267,13 @@ def _pulled_apart(shape: Triangles, flat: Complex) -> Complex:
     corner = flat[shape.faces[own]]
     middle = np.repeat(corner.mean(axis=1), 3)
     longest = np.abs(corner - np.roll(corner, 1, axis=1)).max(axis=1)
-    height = np.abs(((corner[:, 1] - corner[:, 0]).conj() * (corner[:, 2] - corner[:, 0])).imag) / longest
+    height = 2 * np.abs(triangle_areas(corner)) / longest
     into, room = np.zeros(flat.size, complex), np.full(flat.size, np.inf)
     way = middle - corner.ravel()
     np.add.at(into, shape.faces[own].ravel(), way / np.abs(way))
     np.minimum.at(room, shape.faces[own].ravel(), np.repeat(height, 3))
-    diagonal = abs(complex(np.ptp(flat.real), np.ptp(flat.imag)))
     moved = flat.copy()
-    length = np.minimum(APART * diagonal, room[twice] / 10)
+    length = np.minimum(APART * diagonal(flat), room[twice] / 10)
     moved[twice] += length * into[twice] / np.maximum(np.abs(into[twice]), 1e-300)
     return moved
 
@@ -289,8 +289,3 @@ def _known(mesh: Mesh, uv: Real, uv_corners: Index, corner: Index) -> Flags:
 
 def _left_out(count: int, what: str) -> list[str]:
     return [f"{count} triangles without {what} are left out"] if count else []
-
-
-def _enclosed(z: Complex) -> float:
-    """The signed area of a closed polyline."""
-    return float((z.conj() * np.roll(z, -1)).imag.sum() / 2)

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Complex, Index, Real
-from ..balanced.minimise import newton
-from ..balanced.minimise.energy import geometry, total
-from ..balanced.minimise.sliding import HELD, NO_RAIL, Border, Rails
+from ..balanced.minimise.energy import SOURCE_AREA, Objective, RestShapes, geometry
+from ..balanced.minimise.newton import System, descend
+from ..balanced.minimise.sliding import Constraints
 from ..linalg.cholesky import BlockPattern, system_of
 from ..meshes.stretch import laid_flat
+from ..plane import triangle_areas
 
 FEW, LARGE = 8, 20_000  # steps at a time, and vertices from which there are two: one takes seconds then
-SURFACE_ALONE = 0.0  # share of the image's area in the measure: with ½ a free boundary shrinks
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,77 +26,55 @@ class Elastic:
 
     Attributes:
         faces: (m, 3) triangles.
-        rest: (m, 3) their rest shapes.
-        system: pattern of the Newton matrices.
-        gradients: (m, 3) of the hat functions on the rest shapes.
-        weights: (m,) of the triangles.
+        shapes: (m, 3) their rest shapes.
+        pattern: of the Newton matrices.
+        rest: the triangles at rest.
         held: how many of the first vertices stay.
     """
 
     faces: Index
-    rest: Complex
-    system: BlockPattern
-    gradients: Complex
-    weights: Real
+    shapes: Complex
+    pattern: BlockPattern
+    rest: RestShapes
     held: int = 0
 
     @classmethod
-    def of(cls, faces: Index, rest: Complex, weights: Real | None = None, held: int = 0) -> "Elastic":
+    def of(cls, faces: Index, shapes: Complex, weights: Real | None = None, held: int = 0) -> "Elastic":
         """From (m, 3) rest shapes, which weigh as much as their areas unless weights are given."""
-        system = system_of(faces, np.arange(held), int(faces.max()) + 1)
-        order = np.argsort(system.position[faces], axis=1)
-        corners = np.ascontiguousarray(np.take_along_axis(rest, order, axis=1)).ravel()
+        pattern = system_of(faces, np.arange(held), int(faces.max()) + 1)
+        order = np.argsort(pattern.position[faces], axis=1)
+        corners = np.ascontiguousarray(np.take_along_axis(shapes, order, axis=1)).ravel()
         gradients, areas = geometry(corners, np.arange(corners.size).reshape(-1, 3))
-        return cls(faces, rest, system, gradients, areas if weights is None else weights, held)
+        rest = RestShapes.of(pattern, gradients, areas if weights is None else weights)
+        return cls(faces, shapes, pattern, rest, held)
 
     def relaxed(self, u: Complex, theta: float, steps: int, tolerance: float) -> Complex:
         """(n,) positions of less energy, from some without folds; see `newton.descend`.
 
         A few steps at a time, so that a signal is heard in between.
         """
-        at_once = FEW if u.size < LARGE else 2
-        energy = np.inf
+        u, tau, energy = u.copy(), np.zeros(self.held), np.inf
+        system = System.of(self.pattern, self.faces, self.rest, Constraints.held(u[: self.held].copy()))
+        at_once = min(FEW if u.size < LARGE else 2, steps)
         for _ in range(-(-steps // at_once)):
-            u, below, made = self._descended(u, theta, min(at_once, steps), tolerance)
-            if made < min(at_once, steps) or energy - below < at_once * tolerance * below:
+            below, made, _ = descend(system, _objective(theta), None, u, tau, at_once, tolerance)
+            if made < at_once or energy - below < at_once * tolerance * below:
                 break
             energy = below
         return u
 
-    def _descended(
-        self, u: Complex, theta: float, steps: int, tolerance: float
-    ) -> tuple[Complex, float, int]:
-        """Positions, energy and number of steps."""
-        u, still = u.copy(), np.arange(self.held)
-        energy, made, _ = newton.descend(
-            self.system,
-            self.faces,
-            self.gradients,
-            self.weights,
-            u,
-            np.zeros(self.held),
-            Rails.of([NO_RAIL], 0 * still),
-            Border.still(still),
-            np.full(self.held, HELD),
-            u[: self.held].copy(),
-            float(theta),
-            1.0,
-            SURFACE_ALONE,
-            0.0,
-            steps,
-            tolerance,
-            newton.Space.of(self.system, self.held),
-        )
-        return u, float(energy), int(made)
-
     def energy(self, u: Complex, theta: float) -> float:
         """Of positions (n,); infinite with folds."""
-        corners = self.system.corners
-        return float(total(corners, self.gradients, self.weights, u, float(theta), 1.0, SURFACE_ALONE, 0.0))
+        return self.rest.energy(u, _objective(theta))
+
+
+def _objective(theta: float) -> Objective:
+    """Over the surface's area alone: with half the image's a free boundary shrinks."""
+    return Objective.of(theta, 1.0, SOURCE_AREA)
 
 
 def surface(points: Real, faces: Index) -> Elastic:
     """The triangles (m, 3) of a surface in space, its area taken as one."""
     rest = laid_flat(points[faces])
-    areas = 0.5 * ((rest[:, 1] - rest[:, 0]).conj() * (rest[:, 2] - rest[:, 0])).imag
+    areas = triangle_areas(rest)
     return Elastic.of(faces, rest / np.sqrt(areas.sum()))

@@ -6,11 +6,10 @@ import numpy as np
 
 from ..arrays import Complex, Index, at_vertices
 from ..errors import InputError
-from ..meshes import tutte
 from ..meshes.cut import extended
 from ..meshes.flatten import Flattening, lscm, overlap, upright
 from ..meshes.patch import Patch
-from . import seams
+from . import seams, tutte
 from .free import Elastic, surface
 from .scaffold import apart
 

@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from ..arrays import Complex, Index, xy_of
+from ..plane import triangle_areas
 from .free import Elastic
 
 FRAME = 24  # corners of the frame, whose radius is FAR times that of the layout
@@ -39,8 +40,8 @@ def apart(
         light = np.full(len(faces), LIGHT * energy / len(faces))
         both = Elastic.of(
             np.concatenate([sheet.faces + FRAME, faces]),
-            np.concatenate([sheet.rest, at[faces]]),
-            np.concatenate([sheet.weights, light]),
+            np.concatenate([sheet.shapes, at[faces]]),
+            np.concatenate([sheet.rest.weights, light]),
             FRAME,
         )
         u = both.relaxed(at, theta, 1, tolerance)[FRAME:]
@@ -83,8 +84,7 @@ def _numbered(at: Complex, rings: list[Index], polygons: list[shapely.Polygon], 
     parts = np.concatenate([_triangles(polygon) for polygon in polygons])
     xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
     faces = np.array([number[complex(x, y)] for x, y in xy.reshape(-1, 2).tolist()], np.int64).reshape(-1, 3)
-    a, b, c = at[faces.T]
-    area = 0.5 * ((b - a).conj() * (c - a)).imag
+    area = triangle_areas(at[faces])
     faces = np.where((area < 0)[:, None], faces[:, ::-1], faces)
     return np.ascontiguousarray(faces[np.abs(area) > thin])
 

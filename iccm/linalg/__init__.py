@@ -2,6 +2,7 @@
 
 ordering            a minimum degree order of a mesh's vertices, and the pattern of the factor
 fronts              columns of the factor gathered into dense blocks
-cholesky            the factor of 2 × 2 blocks, and solving with it
-nested_dissection   Hermitian systems of large surfaces, ordered by nested dissection
+cholesky            real systems of 2 × 2 blocks, factored once a Newton step
+nested_dissection   an order for large surfaces
+hermitian           complex systems of large surfaces, solved once
 """

@@ -121,7 +121,7 @@ def _assemble(system, matrix, gradient, front, values, place, panel, tall):
 
 
 @in_place
-def _take_up(fronts, child, values, place, source, panel, tall, own, update):
+def _extend_add(fronts, child, values, place, source, panel, tall, own, update):
     """Adds what a child has left to the columns and the rest of its parent's front."""
     beyond = fronts.beyond[fronts.beyond_starts[child] : fronts.beyond_starts[child + 1]]
     size = 2 * beyond.size + 1
@@ -180,7 +180,7 @@ def _rank_2(values, block, begin, panel, tall, own, update):
 
 
 @in_place
-def _eliminated(values, panel, tall, own, update):
+def _eliminate(values, panel, tall, own, update):
     """Eliminates the `own` columns of a front; False where they are not positive definite."""
     begin = 0
     while begin < own:
@@ -232,8 +232,8 @@ def factorise(system, matrix, gradient, factor):
         _assemble(system, matrix, gradient, front, values, place, panel, tall)
         while top > 0 and fronts.parents[waiting[top - 1]] == front:
             top -= 1
-            _take_up(fronts, waiting[top], values, place, sources[top], panel, tall, own, update)
-        if not _eliminated(values, panel, tall, own, update):
+            _extend_add(fronts, waiting[top], values, place, sources[top], panel, tall, own, update)
+        if not _eliminate(values, panel, tall, own, update):
             return False
         goal = sources[top]
         if goal < update:

@@ -1,8 +1,8 @@
-"""How the columns of a sparse Cholesky factor go together into dense blocks.
+"""The dense blocks of a sparse Cholesky factor.
 
-Columns that follow each other and have nearly the same rows are one *front* (a relaxed supernode; Ashcraft and Grimes,
-*The Influence of Relaxed Supernode Partitions on the Multifrontal Method*, 1989), a dense trapezoid in which the zeros
-among the others are factors of no more time than they take to be looked for.
+Columns that follow each other and have nearly the same rows are one *front*, a dense trapezoid: a relaxed supernode
+(Ashcraft and Grimes, *The Influence of Relaxed Supernode Partitions on the Multifrontal Method*, ACM Transactions on
+Mathematical Software 15, 1989). It stores some zeros, which costs no more than skipping them.
 """
 
 from typing import NamedTuple
@@ -47,7 +47,7 @@ def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
     parents[counts > 0] = np.minimum.reduceat(rows, ends[:-1][counts > 0])
     place, starts, last = np.empty(n, np.int64), np.empty(n + 1, np.int64), np.empty(n, np.int64)
     size, free = np.ones(n + 1, np.int64), np.full(n + 1, n)
-    number = _grouped(parents, counts, size, free, *np.empty((2, n), np.int64), place, starts, last)
+    number = _supernodes(parents, counts, size, free, *np.empty((2, n), np.int64), place, starts, last)
     starts, last = starts[: number + 1], last[:number]
     wide = counts[last]
     beyond_starts = np.append(0, np.cumsum(wide))
@@ -74,7 +74,7 @@ def _waiting(wide: Index, parents: Index) -> int:
 
 
 @kernel
-def _grouped(parents, counts, size, free, old, zeros, place, starts, last):
+def _supernodes(parents, counts, size, free, old, zeros, place, starts, last):
     """Fills in an order in which children come right before their parents, and its fronts; how many there are.
 
     Args:

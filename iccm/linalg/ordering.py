@@ -34,7 +34,7 @@ class Elimination(NamedTuple):
 
 def minimum_degree(faces: Index, count: int) -> Elimination:
     """A minimum degree ordering of triangles (m, 3) of `count` vertices, each of which has one."""
-    return _by_superlu(faces, count) if count > LARGE else _by_elements(faces, count)
+    return _by_superlu(faces, count) if count > LARGE else _by_quotient_graph(faces, count)
 
 
 def _by_superlu(faces: Index, count: int) -> Elimination:
@@ -101,7 +101,7 @@ def _fill(starts, around, corners, order, ends, members):
     return True
 
 
-def _by_elements(faces: Index, count: int) -> Elimination:
+def _by_quotient_graph(faces: Index, count: int) -> Elimination:
     m, corners = len(faces), faces.ravel()
     degree = np.bincount(corners, minlength=count)
     starts, around = np.append(0, np.cumsum(degree)), np.argsort(corners, kind="stable") // 3

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Real, xy_of
+from ..arrays import Complex, Real, complex_of, xy_of
 from ..curve import Curve
 from .enclosure import MOST, ROUNDS, Encloser, Pieces, too_close
 from .harmonic import HarmonicMap
@@ -160,7 +160,7 @@ class InsetDomain:
 
 def ring_of(part: shapely.Polygon) -> Complex:
     """(k,) vertices of a polygon's boundary, counter-clockwise, without those that rounding hardly tells apart."""
-    z = shapely.get_coordinates(part.exterior)[:-1] @ np.array([1, 1j])
+    z = complex_of(shapely.get_coordinates(part.exterior)[:-1])
     kept = z[np.abs(z - np.roll(z, 1)) > SHORTEST * part.exterior.length]
     return kept if Curve(kept).area > 0 else kept[::-1]
 

@@ -18,6 +18,7 @@ from ..pixels.padding import pad
 from ..pixels.sampler import Sampler, put
 from ..pixels.stmap import FINEST, st_of
 from ..pixels.texture import Placing
+from ..plane import cross
 from .flatten import Flattening
 from .layout import Layout
 from .rasterise import affine
@@ -213,7 +214,7 @@ def _beside(a, b, c, x, size):
 def _into(triangle: Complex, w: Complex) -> Complex:
     """Points (p,) moved into their triangles (p, 3): texels that a chart's border only touches have centres outside."""
     a, b, c = triangle.T
-    area = ((b - a).conj() * (c - a)).imag
-    weights = np.stack([((q - p).conj() * (w - p)).imag / area for p, q in ((b, c), (c, a), (a, b))], axis=1)
+    area = cross(b - a, c - a)
+    weights = np.stack([cross(q - p, w - p) / area for p, q in ((b, c), (c, a), (a, b))], axis=1)
     weights = np.maximum(weights, 0)
     return np.einsum("pk,pk->p", weights / weights.sum(axis=1, keepdims=True), triangle)

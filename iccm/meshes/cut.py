@@ -1,26 +1,22 @@
 """Opening a surface into a disk: closed ones along a path, handles along short loops, further where areas suffer."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import coo_array, coo_matrix
-from scipy.sparse.csgraph import dijkstra, minimum_spanning_tree
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import minimum_spanning_tree
 
 from ..arrays import Index, Real
 from ..errors import InputError
+from .geodesics import GeodesicGraph
 from .patch import Patch
 from .topology import Triangles, walk
 
 MOST_GEODESIC = 100_000  # triangles: with more, ways along edges do (by hand)
 CORRIDOR = 2.0  # mean edges beside a way that is nearly shortest, in which it is looked for again (by hand)
-FINEST, FINER = 8, 32
-"""Parts of an edge: geodesics are 0.2 to 0.4 % too long in the mean with 8 (capsules and limbs of 320 to 18,000
-triangles). Beside them parts are finer: maps of four models by landmarks are then as with exact ones."""
-ARCS = 2_000_000  # straight lines within triangles: Dijkstra's algorithm takes about two seconds then
-SAMPLES = 8  # of each straight part of a way
+FINER = 32  # parts of an edge beside a geodesic: maps of four models by landmarks are then as with exact ones
 KEPT = 64  # ways that are remembered: orders of up to six landmarks share 30 on each of two surfaces
 
 
@@ -88,70 +84,6 @@ def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None 
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class Lattice:
-    """Points on the edges of triangles, and the straight lines between them: the shortest ways along these are nearly
-    geodesics (Lanthier, Maheshwari, Sack, *Approximating Shortest Paths on Weighted Polyhedral Surfaces*, 2001). They
-    are found in bounded time on any mesh; libigl's exact ones never end on some whose flat faces are subdivided.
-
-    Attributes:
-        points: (n + k, 3) the vertices, then those on edges.
-        tails: (a,) where each line begins.
-        heads: (a,) and where it ends.
-    """
-
-    points: Real
-    tails: Index
-    heads: Index
-
-    @classmethod
-    def of(cls, points: Real, shape: Triangles, finest: int = FINEST) -> "Lattice":
-        """With as many points on each edge as keep it small.
-
-        Args:
-            points: (n, 3) vertices.
-            shape: the triangles.
-            finest: parts of an edge, at most.
-        """
-        few = (k for k in range(finest, 1, -1) if 3 * k * (k - 1) * len(shape.faces) <= ARCS)
-        parts = next(few, 1)
-        low, high = np.minimum(shape.tail, shape.head), np.maximum(shape.tail, shape.head)
-        _, first, edge = np.unique(low * len(points) + high, return_index=True, return_inverse=True)
-        low, high = low[first], high[first]
-        share = np.arange(1, parts)[:, None] / parts
-        between = points[low][:, None] * (1 - share) + points[high][:, None] * share
-        inner = len(points) + np.arange(low.size * (parts - 1)).reshape(-1, parts - 1)
-        chains = np.column_stack([low, inner, high])
-        a, b, c = (
-            inner[edge].reshape(-1, 3, parts - 1).swapaxes(0, 1)
-        )  # on the sides that begin at each corner
-        across = [(a, b), (b, c), (c, a)]
-        across += [(shape.faces[:, [k]], side) for k, side in ((0, b), (1, c), (2, a))]
-        lines = [(chains[:, :-1].ravel(), chains[:, 1:].ravel())]
-        for side, other in across:
-            ends = np.broadcast_arrays(side[:, :, None], other[:, None])
-            lines.append((ends[0].ravel(), ends[1].ravel()))
-        tails, heads = (np.concatenate(ends) for ends in zip(*lines))
-        return cls(np.concatenate([points, between.reshape(-1, 3)]), tails, heads)
-
-    @cached_property
-    def _graph(self):
-        lengths = np.linalg.norm(self.points[self.tails] - self.points[self.heads], axis=1)
-        return coo_array((lengths, (self.tails, self.heads)), shape=2 * (len(self.points),)).tocsr()
-
-    def distances(self, stops: Index) -> Real:
-        """(k, p) from vertices (k,) to all points; infinite where no way leads."""
-        return dijkstra(self._graph, directed=False, indices=stops)
-
-    def way(self, start: int, end: int) -> Real:
-        """(p, 3) points along the shortest way between two vertices, close to each other."""
-        before = dijkstra(self._graph, directed=False, indices=start, return_predecessors=True)[1]
-        ends = self.points[walk(before, end)]
-        share = np.arange(SAMPLES)[:, None, None] / SAMPLES
-        along = (ends[:-1] * (1 - share) + ends[1:] * share).reshape(-1, 3)
-        return np.concatenate([along, ends[-1:]])
-
-
 @lru_cache(maxsize=KEPT)
 def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
     """(n,) factors of lengths that are 1 on the geodesic between two vertices, and large an edge beside it.
@@ -162,10 +94,10 @@ def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
 
     ends = whole.points[whole.triangles.tail], whole.points[whole.triangles.head]
     edge = np.linalg.norm(ends[0] - ends[1], axis=1).mean()
-    lattice = Lattice.of(whole.points, whole.triangles)
-    away = cKDTree(lattice.way(start, end)).query(whole.points)[0] / edge
+    graph = GeodesicGraph.of(whole.points, whole.triangles)
+    away = cKDTree(graph.way(start, end)).query(whole.points)[0] / edge
     beside = whole.faces[(away < CORRIDOR)[whole.faces].any(axis=1)]
-    narrow = Lattice.of(whole.points, Triangles(beside, whole.triangles.count), FINER)
+    narrow = GeodesicGraph.of(whole.points, Triangles(beside, whole.triangles.count), FINER)
     here, there = narrow.distances(np.array([start, end]))[:, : whole.triangles.count]
     detour = np.maximum(here + there - here[end], 0) * here[end] / edge**2
     return 1 + np.where(np.isfinite(detour), detour, 2 * away**2)

@@ -11,8 +11,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from ..arrays import Complex, Index, Real, xy_of
+from ..arrays import Complex, Index, Real, complex_of, xy_of
 from ..curve import Curve
+from ..plane import cross, rotation, triangle_areas
 from .patch import Patch
 from .stretch import laid_flat, stretches
 
@@ -133,12 +134,12 @@ def lscm(patch: Patch, outline: Index) -> Complex:
         uv, _ = igl.lscm(patch.points, np.ascontiguousarray(patch.faces), pins, at)
     except RuntimeError:  # a singular system: the caller takes another method
         return np.full(len(patch.points), complex(np.nan, np.nan))
-    return uv[:, 0] + 1j * uv[:, 1]
+    return complex_of(uv)
 
 
 def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
     """As `lscm`, by the Hermitian form |Σ Wⱼ uⱼ|² / 2A of each triangle (Lévy et al., §2.3); None if it is singular."""
-    from ..linalg import nested_dissection
+    from ..linalg import hermitian
 
     diagonal, ends, values = form = _form(patch)
     if not np.isfinite(diagonal).all():
@@ -152,10 +153,10 @@ def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
         right[row] -= value * found[column]
         right[column] -= value.conjugate() * found[row]
     number = np.cumsum(free, dtype=np.int32) - 1
-    inner = nested_dissection.Hermitian(diagonal[free], number[ends[:, ~held]], values[~held])
+    inner = hermitian.Hermitian(diagonal[free], number[ends[:, ~held]], values[~held])
     del form, values, ends, number
     try:
-        found[free] = nested_dissection.solve(inner, patch.points[free], right[free])
+        found[free] = hermitian.solve(inner, patch.points[free], right[free])
     except np.linalg.LinAlgError:
         return None
     return found if np.isfinite(found).all() else None
@@ -166,7 +167,7 @@ def _form(patch: Patch) -> tuple[Real, NDArray[np.integer], Complex]:
     triangles = patch.triangles
     flat = laid_flat(patch.points[patch.faces])
     sides = np.roll(flat, -2, axis=1) - np.roll(flat, -1, axis=1)
-    area = (sides[:, 0].conj() * sides[:, 1]).imag
+    area = cross(sides[:, 0], sides[:, 1])
     with np.errstate(invalid="ignore", divide="ignore"):
         sides /= np.sqrt(area)[:, None]
     diagonal = np.bincount(triangles.tail, (sides.real**2 + sides.imag**2).ravel()).astype(float, copy=False)
@@ -212,10 +213,9 @@ def upright(patch: Patch, flat: Complex) -> Complex:
     area = np.linalg.norm(across, axis=1)
     weight = np.bincount(patch.faces.ravel(), np.repeat(area, 3), minlength=len(flat))
     centred = flat - np.sum(weight * flat) / weight.sum()
-    turn = np.sum(weight * centred.conj() * seen)
-    flat_area = np.abs(_signed_areas(flat[patch.faces])).sum()
+    flat_area = np.abs(triangle_areas(flat[patch.faces])).sum()
     scale = np.sqrt(area.sum() / flat_area) if flat_area > 0 else 1.0
-    return centred * scale * (turn / abs(turn) if abs(turn) > 0 else 1.0)
+    return centred * scale * rotation(centred, weight * seen)
 
 
 def weighted_percentiles(values: Real, weight: Real, percents: tuple[int, ...]) -> list[float]:
@@ -224,7 +224,3 @@ def weighted_percentiles(values: Real, weight: Real, percents: tuple[int, ...]) 
     share = np.cumsum(weight[order])
     at = np.searchsorted(share, np.array(percents) / 100 * share[-1])
     return [float(v) for v in values[order][np.minimum(at, values.size - 1)]]
-
-
-def _signed_areas(z: Complex) -> Real:
-    return 0.5 * ((z[:, 1] - z[:, 0]).conj() * (z[:, 2] - z[:, 0])).imag

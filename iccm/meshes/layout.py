@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Index, Real
+from ..arrays import Index, Real, complex_of
 from ..errors import InputError
-from ..maps.triangulated.predicates import orientation
+from ..plane import orientation
 from .rasterise import Ownership, open_edges, rasterise
+from .topology import labels
 
 MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file (by hand)
 
@@ -95,7 +96,7 @@ def check_layout(name: str, uv: Real, uv_faces: Index) -> Real:
 
 def turned_over(corners: Real) -> dict[str, int]:
     """How many of the triangles with texture coordinates (m, 3, 2), v up, are `flipped` or `degenerate`; exactly."""
-    z = corners @ np.array([1, 1j])
+    z = complex_of(corners)
     turn = orientation(*z.T)
     return {"flipped": int((turn < 0).sum()), "degenerate": int((turn == 0).sum())}
 
@@ -125,15 +126,10 @@ def charts(corners: Index, count: int, starts: Index | None = None) -> Index:
         count: of texture coordinates.
         starts: (m + 1,) where faces begin that are no triangles.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     corners, starts = corners.ravel(), np.arange(0, corners.size + 1, 3) if starts is None else starts
     after = np.arange(1, corners.size + 1)
     after[starts[1:] - 1] = starts[:-1]
     both = (corners >= 0) & (corners[after] >= 0)
-    links = corners[both], corners[after][both]
-    graph = coo_matrix((np.ones(len(links[0]), np.int8), links), shape=(count, count))
     used = np.zeros(count, bool)
     used[corners[corners >= 0]] = True
-    return np.where(used, connected_components(graph, directed=False)[1], -1)
+    return np.where(used, labels(corners[both], corners[after][both], count), -1)

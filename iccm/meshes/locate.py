@@ -1,15 +1,38 @@
 """Which triangle of a flattened patch a point of the plane lies in."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Complex, Index, Real
+from ..arrays import Complex, Index, Real, xy_of
 from ..jit import kept
 from ..parallel import over_slices
+from ..plane import bounding_box, longer_side
 from .flatten import Flattening
 from .rasterise import rasterise
 
 GRID = 1024  # cells of the longer side of the grid of starting triangles (by hand)
+
+
+class Places(NamedTuple):
+    """What finds a triangle in a kernel.
+
+    Attributes:
+        flat: (n,) vertices.
+        faces: (m, 3) triangles.
+        twin: (3m,) half-edges.
+        grid: (GRID, GRID) triangles to start from.
+        low: corner of the grid.
+        scale: cells to the unit.
+    """
+
+    flat: Complex
+    faces: Index
+    twin: Index
+    grid: NDArray[np.int32]
+    low: complex
+    scale: float
 
 
 class Locator:
@@ -23,12 +46,16 @@ class Locator:
         self.faces = flattening.patch.faces
         self.flat = flattening.flat
         self.twin = flattening.patch.triangles.twin
-        low = complex(self.flat.real.min(), self.flat.imag.min())
-        size = max(np.ptp(self.flat.real), np.ptp(self.flat.imag))
+        low, high = bounding_box(self.flat)
+        size = longer_side(low, high)
         self.low, self.scale = low - size * (1 + 1j) / GRID, (GRID - 2) / size
-        at = (self.flat - self.low) * self.scale
-        corners = np.stack([at.real, at.imag], axis=-1)[self.faces]
+        corners = xy_of((self.flat - self.low) * self.scale)[self.faces]
         self.grid = self._filled(rasterise(corners, GRID, GRID, border=np.ones(len(self.faces), bool)).owner)
+
+    @property
+    def places(self) -> Places:
+        """For kernels."""
+        return Places(self.flat, self.faces, self.twin, self.grid, complex(self.low), float(self.scale))
 
     @staticmethod
     def _filled(owner: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -81,23 +108,37 @@ def _cross(o, a, b):
 
 @kept()
 def _walk(flat, faces, twin, z, start, triangle, weights):
-    """Cross the edge that the point lies farthest beyond until it lies beyond none, or a border stops the walk."""
+    """Fills in the triangles of points, and the barycentric coordinates there."""
     for i in range(z.size):
-        t, steps = start[i], 0
-        while True:
-            a, b, c = flat[faces[t, 0]], flat[faces[t, 1]], flat[faces[t, 2]]
-            area = _cross(a, b, c)
-            w = (_cross(b, c, z[i]) / area, _cross(c, a, z[i]) / area, _cross(a, b, z[i]) / area)
-            worst, beyond = -1, 0.0
-            for k in range(3):  # weight k belongs to the edge from corner k + 1 to k + 2
-                if w[k] < beyond and twin[3 * t + (k + 1) % 3] >= 0:
-                    worst, beyond = k, w[k]
-            if worst < 0 or steps > 4096:
-                break
-            t = twin[3 * t + (worst + 1) % 3] // 3
-            steps += 1
-        triangle[i] = t
-        _clamped(a, b, c, z[i], w, weights[i])
+        triangle[i] = _walk_to(flat, faces, twin, z[i], start[i], weights[i])
+
+
+@kept()
+def place_on(places, z, weights):
+    """The triangle of a point, whose barycentric coordinates (3,) are filled in."""
+    at = (z - places.low) * places.scale
+    column, row = int(min(max(at.real, 0), GRID - 1)), int(min(max(at.imag, 0), GRID - 1))
+    return _walk_to(places.flat, places.faces, places.twin, z, places.grid[row, column], weights)
+
+
+@kept()
+def _walk_to(flat, faces, twin, z, t, weights):
+    """Crosses the edge that the point lies farthest beyond until it lies beyond none, or a border stops the walk."""
+    steps = 0
+    while True:
+        a, b, c = flat[faces[t, 0]], flat[faces[t, 1]], flat[faces[t, 2]]
+        area = _cross(a, b, c)
+        w = (_cross(b, c, z) / area, _cross(c, a, z) / area, _cross(a, b, z) / area)
+        worst, beyond = -1, 0.0
+        for k in range(3):  # weight k belongs to the edge from corner k + 1 to k + 2
+            if w[k] < beyond and twin[3 * t + (k + 1) % 3] >= 0:
+                worst, beyond = k, w[k]
+        if worst < 0 or steps > 4096:
+            break
+        t = twin[3 * t + (worst + 1) % 3] // 3
+        steps += 1
+    _clamped(a, b, c, z, w, weights)
+    return t
 
 
 @kept()

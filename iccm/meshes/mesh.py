@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..arrays import Index, Real, xy_of
 from ..errors import InputError
 from ..parallel import over_slices
+from ..plane import cross, triangle_areas
 
 MOST_EARS = 100  # corners of a polygon that is cut into ears, which takes their number to the third power
 
@@ -138,6 +139,10 @@ def checked(mesh: Mesh) -> Mesh:
         _refuse_corner(
             mesh, mesh.uv_corners >= len(mesh.uv), "names a texture coordinate that the file does not have"
         )
+    if mesh.normal_corners is not None and mesh.normals is not None:
+        _refuse_corner(
+            mesh, mesh.normal_corners >= len(mesh.normals), "names a normal that the file does not have"
+        )
     bad = ~np.isfinite(mesh.points).all(axis=1)
     if bad.any():
         vertex = int(np.flatnonzero(bad)[0])
@@ -261,8 +266,7 @@ def _delaunay(z: NDArray[np.complex128]) -> Index:
     parts = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
     xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
     corners = np.array([[number[complex(x, y)] for x, y in triangle] for triangle in xy])
-    a, b, c = z[corners.T]
-    turned = ((b - a).conj() * (c - a)).imag < 0
+    turned = triangle_areas(z[corners]) < 0
     corners[turned] = corners[turned][:, ::-1]
     return corners
 
@@ -281,9 +285,9 @@ def _ears(z: NDArray[np.complex128]) -> Index:
 def _ear_score(z: NDArray[np.complex128], left: list[int], k: int) -> float:
     """Area over longest side squared of the ear at place k; negative when it is none."""
     a, b, c = z[left[k - 1]], z[left[k]], z[left[(k + 1) % len(left)]]
-    area = ((b - a).conjugate() * (c - a)).imag
+    area = cross(b - a, c - a)
     others = z[[i for i in left if z[i] not in (a, b, c)]]
-    turns = [((q - p).conjugate() * (others - p)).imag >= 0 for p, q in ((a, b), (b, c), (c, a))]
+    turns = [cross(q - p, others - p) >= 0 for p, q in ((a, b), (b, c), (c, a))]
     blocked = np.logical_and.reduce(turns).any()
     size = max(abs(b - a), abs(c - b), abs(a - c)) ** 2
     return float(area / size) - (2.0 if blocked else 0.0)

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Box, Complex, Real
+from ..arrays import Box, Complex, Real, xy_of
 from ..pixels.texture import Places, repeated
+from ..plane import cross
 from .layout import turns
 from .locate import Locator
 
@@ -31,7 +32,7 @@ class Surface:
     def scale(self) -> tuple[float, float]:
         """Texels a unit, across and down: the square root of the ratio of areas."""
         at = self.locator.flat[self.locator.faces]
-        flat, own = (np.abs(turns(c)).sum() for c in (np.stack([at.real, at.imag], axis=-1), self.corners))
+        flat, own = (np.abs(turns(c)).sum() for c in (xy_of(at), self.corners))
         return (float(np.sqrt(own / flat)),) * 2
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
@@ -41,11 +42,11 @@ class Surface:
         place = place if self.tiled else repeated(place, self.size)
         at = self.locator.flat[self.locator.faces[triangle]]
         e1, e2 = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
-        area = (e1.conj() * e2).imag
+        area = cross(e1, e2)
         d1, d2 = (self.corners[triangle, k] - self.corners[triangle, 0] for k in (1, 2))
         turn = np.empty((z.size, 4))
         for k, step in enumerate((right, down)):
-            s, t = (step.conj() * e2).imag / area, (e1.conj() * step).imag / area
+            s, t = cross(step, e2) / area, cross(e1, step) / area
             turn[:, k::2] = s[:, None] * d1 + t[:, None] * d2
         turned = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
         tangent = np.sign(turned) * (e1 * d2[:, 1] - e2 * d1[:, 1])  # where x grows and y does not

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..arrays import Complex, Flags, Real
 from ..maps.distortion import Distortion
+from ..plane import diagonal
 from .flatten import Flattening, weighted_percentiles
 from .locate import Locator
 from .stretch import Linear, laid_flat, linear
@@ -67,7 +68,7 @@ def _on_surface(layout: Flattening, z: Complex) -> Flags:
     """(p,) which points are on the surface, and not in its holes, but for NEAR of its diagonal."""
     face, place = Locator(layout)(z, 1)
     found = np.einsum("pk,pk->p", place, layout.flat[layout.patch.faces[face]])
-    return np.abs(found - z) <= NEAR * np.hypot(np.ptp(layout.flat.real), np.ptp(layout.flat.imag))
+    return np.abs(found - z) <= NEAR * diagonal(layout.flat)
 
 
 def _to_surface(layout: Flattening, z: Complex) -> Linear:

@@ -12,4 +12,9 @@
 | §3.4, Eq. 13: first-order distance | `least_squares.System._first_order` |
 | §4.1: consistency energy μ | `energies.consistency` |
 | §4.1: one least squares system | `least_squares.System`, `algorithm1.assemble` |
+
+algorithm1     local and global steps until the energy no longer falls; deformation
+initial        initial maps
+energies       the energies, each a matrix, a weight and a target
+least_squares  one weighted system of all energies
 """

@@ -7,6 +7,7 @@ import scipy.linalg
 
 from ..arrays import Complex, Real
 from ..curve import Curve
+from ..plane import Similarity
 from ..problem import Problem, measure_of
 from .energies import Basis, Target, Term, fixed, points, smoothness
 from .least_squares import System
@@ -69,9 +70,8 @@ def similarity(source: Complex, target: Complex, least: complex) -> tuple[comple
     """Least squares similarity z ↦ scale · z + shift; where the points do not fix one, the one of scale `least`."""
     if not source.size:
         return least, 0j
-    p, v = source - source.mean(), target - target.mean()
-    spread = float(np.sum(np.abs(p) ** 2))
-    scale = complex(np.vdot(p, v) / spread) if spread > 1e-12 else 0j
+    apart = float(np.sum(np.abs(source - source.mean()) ** 2)) > 1e-12
+    scale = Similarity.fit(source, target).factor if apart else 0j
     if abs(scale) < PARALLEL:
         scale = least
     return scale, complex(target.mean() - scale * source.mean())

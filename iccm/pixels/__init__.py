@@ -1,1 +1,20 @@
-"""Pictures: where pixels come from, how texels are filtered, what is written where nothing is covered."""
+"""Pictures: where pixels come from, how texels are filtered, what is written where nothing is covered.
+
+warp                    a texture carried through a map: inverse, filter, coverage
+texture                 a picture with its place in the plane
+canvas                  a raster in the plane, and bands of its rows
+preimages               source points of a canvas's pixels, for a map of any kind
+inverse_tiles           those of harmonic maps: polynomials on square tiles, else Newton
+triangulated_preimages  those of triangulated maps: scanlines over patches
+composed                maps made of several parts, and with holes
+sampler                 a texture ready to be filtered; stored pixels again
+colour                  linear light, premultiplied, and back
+pyramid                 reductions of a picture, coefficients of its spline
+filters                 stretched kernels that read it
+lanes                   four channels at once in a register
+normals                 normals that turn with a map
+coverage                exact coverage of pixels by outlines
+padding                 colours beyond the outline
+stmap                   maps as pictures
+checkerboard            a test picture of numbered cells
+"""

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..memory import Memory
 from ..parallel import over_slices
+from ..plane import cross
 from . import colour, filters, pyramid
 from .canvas import Band
 from .colour import Float
@@ -130,7 +131,7 @@ class Sampler:
             assert at.right is not None
             assert at.down is not None
             turn = np.where(at.right != 0, at.right, 1).conj()
-            mirrored = (at.right.conj() * at.down).imag > 0
+            mirrored = cross(at.right, at.down) > 0
             up = self.kind == "normal"
             values[:, :3] = turned(values[:, :3], turn, self.dtype, up=up, mirrored=mirrored)
         return values

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Complex
+from ..arrays import Complex, Index
 from ..jit import kernel
 from ..maps.triangulated.map import TriangulatedMap
 from ..parallel import in_order
@@ -40,7 +40,7 @@ class TriangulatedPreimages:
     def __post_init__(self) -> None:
         # Everything that bands share is made before threads ask for it.
         self.loop = self.canvas.pixels(_joined([self.map.image[loop] for loop in self.map.loops]))
-        drawn = slice(None)
+        drawn: slice | Index = slice(None)
         if self.map.seen is not None:
             drawn = np.arange(self.map.seen)[::-1]  # what lies on top is drawn last
         centres = self.canvas.pixels(self.map.corners[drawn]) - 0.5 * (1 + 1j)

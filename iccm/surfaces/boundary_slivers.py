@@ -4,6 +4,7 @@ import numpy as np
 
 from ..arrays import Complex, Index
 from ..meshes.topology import Triangles
+from ..plane import cross, triangle_areas
 
 ROUNDS = 20  # of lifting; one does unless such triangles lie behind one another
 RIM = 1e-3  # of the outline's diagonal, the default tolerance: how far a vertex may be moved out of it
@@ -31,7 +32,7 @@ def lifted(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex
     moved = flat.copy()
     for _ in range(ROUNDS):
         base = moved[tails] - moved[heads]
-        height = (base.conj() * (moved[tips] - moved[heads])).imag / np.maximum(np.abs(base), 1e-300)
+        height = cross(base, moved[tips] - moved[heads]) / np.maximum(np.abs(base), 1e-300)
         short = np.maximum(HEIGHT * np.abs(base), LEAST * diagonal) - height
         low = np.flatnonzero(short > 0)
         if not low.size:
@@ -52,8 +53,7 @@ def opened(flat: Complex, faces: Index) -> Complex:
         flat: positions.
         faces: (m, 3) triangles, most of them counter-clockwise.
     """
-    a, b, c = flat[faces].T
-    down = ((b - a).conj() * (c - a)).imag <= 0
+    down = triangle_areas(flat[faces]) <= 0
     if not down.any():
         return flat
     moved, shape = flat.copy(), Triangles(faces, flat.size)
@@ -71,7 +71,7 @@ def _room(z: complex, heads: Complex, tails: Complex, height: float) -> complex 
     base = tails - heads
     length = np.maximum(np.abs(base), 1e-300)
     for _ in range(STEPS):
-        short = height * length - (base.conj() * (z - heads)).imag / length
+        short = height * length - cross(base, z - heads) / length
         most = int(np.argmax(short))
         if short[most] <= 0:
             return z

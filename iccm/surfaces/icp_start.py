@@ -4,16 +4,15 @@ The usual starts know outlines alone, and what stands out inside (legs, ears) ma
 mesh while what it should go to is drawn from its base; no later step mends that.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
-from ..arrays import Complex, Real
+from ..arrays import Complex
 from ..balanced.model.boundary_pairs import Match, loops_of
 from ..balanced.model.sketch import Sketch
 from ..balanced.search import initial_matches
 from ..balanced.search.levels import UnitProblem
 from ..curve import Curve
+from ..plane import Similarity
 
 SAMPLES = 256  # of an outline
 SHARES = np.arange(SAMPLES) / SAMPLES
@@ -21,17 +20,6 @@ FARTHEST = 100.0  # in unit coordinates
 FAR = FARTHEST * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
 ROUNDS = 30  # of closest points
 CLOSE = 0.15  # root mean square distance of outlines and pins, of areas of one, up to which it is tried
-
-
-class Similarity(NamedTuple):
-    """z -> factor z + shift."""
-
-    factor: complex
-    shift: complex
-
-    def __call__(self, z: Complex) -> Complex:
-        """Of points."""
-        return self.factor * z + self.shift
 
 
 def sketched(problem: UnitProblem) -> Sketch | None:
@@ -80,7 +68,7 @@ def unlikeness(source: Curve, target: Curve, here: Complex, there: Complex) -> f
     """
     s = source.length * SHARES
     z, w = source.at(s), target.at(_between(source, target, (here, there)).at(s))
-    away = _fitted(z, w, np.ones(SAMPLES))(z) - w
+    away = Similarity.fit(z, w)(z) - w
     return float(np.sqrt(np.mean(np.abs(away) ** 2) / target.area))
 
 
@@ -109,16 +97,9 @@ def _closest(problem: UnitProblem, match: Match) -> tuple[float, Similarity]:
     z, w = problem.source.at(s), problem.target.at(match.at(s))
     weight = np.append(np.ones(SAMPLES), np.full(pins.size, SAMPLES / max(pins.size, 1)))
     for _ in range(ROUNDS):
-        near = _fitted(np.append(z, pins), np.append(w, goals), weight)
+        near = Similarity.fit(np.append(z, pins), np.append(w, goals), weight)
         if problem.anchors[0]:
             break
         w = problem.target.at(problem.target.closest(near(z)))
     away = near(np.append(z, pins)) - np.append(w, goals)
     return float(np.sqrt(weight @ np.abs(away) ** 2 / weight.sum())), near
-
-
-def _fitted(z: Complex, w: Complex, weight: Real) -> Similarity:
-    """The similarity that takes points z closest to w."""
-    a, b = (weight @ x / weight.sum() for x in (z, w))
-    factor = np.vdot(z - a, weight * (w - b)) / (weight @ np.abs(z - a) ** 2)
-    return Similarity(complex(factor), complex(b - factor * a))

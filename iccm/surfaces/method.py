@@ -19,7 +19,6 @@ from ..balanced.model.frames import UnitFrame, frames_of
 from ..balanced.model.metric import LaidMetric, Metrics
 from ..balanced.model.settings import Settings, Solution, SolveLog
 from ..balanced.search import final_mesh, multilevel
-from ..balanced.search.angle_area_tradeoff import leaning
 from ..balanced.search.final_mesh import Meshed
 from ..balanced.search.levels import UnitProblem, eased
 from ..balanced.search.warm_start import continued
@@ -28,12 +27,13 @@ from ..meshes.flatten import Flattening
 from ..problem import Options, Problem
 from ..result import Fit
 from . import icp_start
-from .descent import Ground, descended
+from .ground import ground_of
 from .side import Side
 from .target_mesh_map import OwnMap, on_own_mesh
 from .unfolding import unfolded_in
 
 SURE = 1.3  # energy of a map of surfaces that are alike from which down no other is looked for, by hand
+STEPS, DECREASE = 40, 1e-3  # of Newton's method in space, and the relative decrease that ends it
 ROUNDED = 0.2  # of the tolerance: for outlines between two surfaces, by hand
 Layouts = tuple[Flattening | None, Flattening | None]
 
@@ -163,7 +163,6 @@ def _solved(
             raise
         return _of_own(ready, alike, pins, settings, journal), True
     met = final_mesh.meets(used, state)
-    ready = replace(ready, unit=ready.unit._replace(theta=used.theta))
     try:
         state_there = _own_start(ready, used, state)
         own = None if state_there is None else _on_own(ready, state_there, settings, journal)
@@ -238,18 +237,18 @@ def _on_own(ready: _Prepared, state: Meshed, settings: Settings, journal: SolveL
         Stuck: there is none.
     """
     problem = ready.unit.inverse() if ready.onto else ready.unit
+    theta = problem.theta
     step = -1 if ready.onto else 1
     level = final_mesh.last_level(problem, settings)
     own = on_own_mesh(ready.sides[::step], ready.frames[::step], level, state, problem)
-    theta = leaning(problem, own.state)
     other = ready.sides[not ready.onto].even
     if other is None:
-        begun = eased(own.state, problem.theta)
+        begun = eased(own.state, theta)
         return replace(own, state=final_mesh.lowered(begun, theta, settings, journal))
-    ground = Ground(other, ready.frames[not ready.onto])
-    first = descended(own.state, ground, theta, 1.0)
+    begun = replace(own.state, ground=ground_of(other, ready.frames[not ready.onto]))
+    first = begun.forward(theta, 1.0, STEPS, DECREASE)
     journal.level("own", first, 1.0)
-    state = final_mesh.lowered_by(lambda state, q: descended(state, ground, theta, q), first, settings)
+    state = final_mesh.lowered_by(lambda state, q: state.forward(theta, q, STEPS, DECREASE), first, settings)
     return replace(own, state=state, energy=first.energy)
 
 

@@ -14,9 +14,10 @@ import numpy as np
 from ..arrays import Complex, Index, Real
 from ..errors import InputError
 from ..flattening import even, flatten
-from ..meshes.cut import Lattice, opened_along, opened_through, way_through
+from ..meshes.cut import opened_along, opened_through, way_through
 from ..meshes.disk_patch import nearest, sound_piece
 from ..meshes.flatten import Flattening
+from ..meshes.geodesics import GeodesicGraph
 from ..meshes.mesh import face_areas
 from ..meshes.patch import Patch
 from .icp_start import unlikeness
@@ -140,7 +141,7 @@ def _cost(source: Patch, target: Patch, stops: Index) -> Real:
 def _ways(whole: Patch, stops: Index) -> tuple[Real, Real]:
     """(k, k) lengths of the geodesics between vertices, the area taken as one, and the angles at which each leaves its
     first vertex, of which a full turn there is 2 π."""
-    reach = Lattice.of(whole.points, whole.triangles).distances(stops)
+    reach = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)
     angles = np.zeros((len(stops), len(stops)))
     for i, vertex in enumerate(stops):
         around, at = _fan(whole, int(vertex))

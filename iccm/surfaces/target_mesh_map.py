@@ -2,31 +2,30 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Complex, Flags, Index, Real
 from ..balanced.errors import Stuck, Tangled
-from ..balanced.meshing.mesh import closed_links
 from ..balanced.meshing.transfer import interpolate
-from ..balanced.model.boundary_pairs import Pairs, apart, boundary_pairs, limited, loops_of, through
-from ..balanced.model.discrete_map import FILLED, PASSED_OVER, DiscreteMap, MeshHoles
+from ..balanced.model.boundary import MatchedBoundary
+from ..balanced.model.boundary_pairs import loops_of
+from ..balanced.model.discrete_map import FILLED, PASSED_OVER, DiscreteMap
 from ..balanced.model.frames import UnitFrame
 from ..balanced.model.inner_constraints import InnerConstraints
 from ..balanced.model.outline import Outline
 from ..balanced.model.sketch import Sketch
-from ..balanced.search.final_mesh import STEEPEST_FINE
-from ..balanced.search.levels import SPACING, SPREAD, Level, UnitProblem, match_on
+from ..balanced.search.levels import Level, UnitProblem, match_on
 from ..curve import Curve
 from ..flattening.scaffold import filling
 from ..linalg.cholesky import system_of
 from ..meshes.mesh import face_areas
 from ..meshes.stretch import Linear, laid_flat, linear
+from ..plane import cross, triangle_areas
 from .refined import RefinedSurface
 from .side import Side
-from .unfolding import signed_areas, unfolded_nearby
+from .unfolding import unfolded_nearby
 
 UNFOLDING, POLISHING = 200, 30  # steps: a bunny with holes takes over 40
 ROOM = 4  # times that triangles around folds are halved, by hand
@@ -112,8 +111,8 @@ def on_own_mesh(
         _, there = _rims(sides[1], frames[1], goals, (problem.target, problem.holes[1]))
         own = _with_exact(own, there, goals, target=True)
     own = _anchored_again(own, problem)
-    boundary = _Boundary(loops, *_pairs_of(own, match_on(own, state)))
-    return _meshed(sides[0], frames[0], own, state, problem, boundary)
+    boundary = own.boundary(match_on(own, state), fewest=1)
+    return _meshed(sides[0], frames[0], state, problem, boundary, loops)
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,56 +169,25 @@ def _anchored_again(level: Level, problem: UnitProblem) -> Level:
     return replace(level, anchors=level.anchors._replace(s=s[order], tau=tau))
 
 
-def _pairs_of(level: Level, match) -> tuple[Pairs, MeshHoles, list[int]]:
-    """The boundary: all vertices of the surface's, and those of the other side's outlines."""
-    outer = through(limited(match, STEEPEST_FINE), level.anchors, SPREAD)
-    spacing = SPACING * level.size
-    pairs = [boundary_pairs(level.source, level.target, outer, spacing, level.anchors)]
-    outlines = []
-    for hole in match.holes:
-        pair = level.holes[0][hole.source], level.holes[1][hole.target]
-        outlines.append(pair)
-        pairs.append(boundary_pairs(*pair, limited(hole.match, STEEPEST_FINE), spacing))
-    sizes = [each.s.size for each in pairs]
-    rims = [(hole.source, hole.target, size) for hole, size in zip(match.holes, sizes[1:])]
-    return Pairs.joined(pairs), MeshHoles(tuple(outlines), loops_of(rims, sizes[0])), sizes
-
-
-class _Boundary(NamedTuple):
-    """The boundary asked for: the surface's loops, all vertices on them, the holes, and how many vertices each loop
-    has."""
-
-    loops: list[Index]
-    pairs: Pairs
-    holes: MeshHoles
-    sizes: list[int]
-
-    @property
-    def slices(self) -> list[slice]:
-        """The vertices of each loop."""
-        ends = np.cumsum([0, *self.sizes])
-        return [slice(start, end) for start, end in pairwise(ends)]
-
-
 def _meshed(
     side: Side,
     frame: UnitFrame,
-    level: Level,
     state: DiscreteMap | Sketch,
     problem: UnitProblem,
-    boundary: _Boundary,
+    boundary: MatchedBoundary,
+    loops: list[Index],
 ) -> OwnMap:
-    """The mesh with the boundary asked for, and the map on it; where triangles have no room, on smaller ones."""
+    """The mesh with the boundary asked for, and the map on it; where triangles have no room, on smaller ones. `loops`
+    are the surface's own vertices along each outline."""
     closing = [side.loops[1 + loop.source] for loop in state.filled]
     mesh, given = _covered(side, closing)
     mesh, pinned = _with_pins(mesh, side, frame.world(problem.pins[:, 0]))
-    outlines = [level.source, *(here for here, _ in boundary.holes.outlines)]
     still = np.zeros(mesh.count, bool)
-    still[np.concatenate([*boundary.loops, pinned])] = True
-    mesh, rim = _with_boundary(mesh.without_chords(still), outlines, boundary)
+    still[np.concatenate([*loops, pinned])] = True
+    mesh, rim = _with_boundary(mesh.without_chords(still), loops, boundary)
     if problem.metrics[1] is not None and len(mesh.faces) < COARSE:
         mesh = mesh.without_chords(np.ones(mesh.count, bool))
-    on = _On(side, frame, level, problem, boundary, [rim, pinned, *closing])
+    on = _On(side, frame, problem, boundary, [rim, pinned, *closing])
     for rounds in reversed(range(ROOM)):
         own = on.map(mesh, given[mesh.own], state)
         try:
@@ -227,7 +195,7 @@ def _meshed(
         except Tangled as left:
             if not rounds:
                 raise
-            mesh = mesh.without_chords(own.near(signed_areas(left.u, own.state.faces) <= 0))
+            mesh = mesh.without_chords(own.near(triangle_areas(left.u[own.state.faces]) <= 0))
     raise AssertionError
 
 
@@ -237,9 +205,8 @@ class _On(NamedTuple):
 
     side: Side
     frame: UnitFrame
-    level: Level
     problem: UnitProblem
-    boundary: _Boundary
+    boundary: MatchedBoundary
     first: list[Index]
 
     def map(self, mesh: RefinedSurface, weights: Real, state: DiscreteMap | Sketch) -> OwnMap:
@@ -252,16 +219,16 @@ class _On(NamedTuple):
         material, constrained = weights == 1, rim.size + pinned.size
         maps = _to_surface(mesh, side, material, z[faces], mirrored=frame.mirrored)
         faces = np.ascontiguousarray(faces[:, ::-1] if frame.mirrored else faces)
-        following = np.append(closed_links(boundary.sizes), np.arange(rim.size, constrained))
+        following = np.append(boundary.following, np.arange(rim.size, constrained))
         alone = [(loop.source, -1, each.size) for loop, each in zip(state.filled, self.first[2:])]
         pins = np.column_stack([z[rim.size : constrained], self.problem.pins[:, 1]])
+        u = interpolate(state.z, state.faces, state.u, z)
+        u[: rim.size] = boundary.images()
         found = DiscreteMap(
-            *(self.level.source, self.level.target, faces, system_of(faces, following, z.size), z),
-            *(_images(state, z, self.level, boundary), boundary.pairs),
-            anchored=_anchored(self.level, boundary.pairs.s, boundary.sizes[0]),
+            *(faces, system_of(faces, following, z.size), z, u),
+            boundary.with_filled(loops_of(alone, constrained)),
             inside=InnerConstraints.of_pins(pins),
             bound=pinned.size > 0,
-            holes=boundary.holes._replace(filled=loops_of(alone, constrained)),
             weights=None if material.all() else weights,
             metrics=(OwnMetric(maps, material), self.problem.metrics[1]),
         )
@@ -275,15 +242,6 @@ def _covered(side: Side, closing: list[Index]) -> tuple[RefinedSurface, Real]:
     fills = [filling(side.given.flat, loop) for loop in (*closing, *side.passed_over)]
     weights = np.repeat([1.0, *kinds], [len(patch.faces), *map(len, fills)])
     return RefinedSurface.of(np.concatenate([patch.faces, *fills]), len(patch.points)), weights
-
-
-def _images(state: DiscreteMap | Sketch, z: Complex, level: Level, boundary: _Boundary) -> Complex:
-    """(n,) the images of vertices under the map so far, those of the boundary where they belong."""
-    u = interpolate(state.z, state.faces, state.u, z)
-    targets = [level.target, *(there for _, there in boundary.holes.outlines)]
-    for rim, target in zip(boundary.slices, targets):
-        u[rim] = target.curve.at(boundary.pairs.tau[rim])
-    return u
 
 
 def _unfolded(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
@@ -333,21 +291,21 @@ def _holding(corners: Complex, z: complex) -> tuple[int, Real]:
     """The triangle of (m, 3) whose sides a point is farthest inside of, relative to its size, and the point's
     barycentric coordinates (3,), none below 0."""
     a, b, c = (corners - z).T
-    areas = np.array([(p.conj() * q).imag for p, q in ((b, c), (c, a), (a, b))])
+    areas = np.array([cross(p, q) for p, q in ((b, c), (c, a), (a, b))])
     shares = areas / areas.sum(axis=0)
     face = int(np.argmax(shares.min(axis=0)))
     return face, np.maximum(shares[:, face], 0)
 
 
 def _with_boundary(
-    mesh: RefinedSurface, outlines: list[Outline], boundary: _Boundary
+    mesh: RefinedSurface, loops: list[Index], boundary: MatchedBoundary
 ) -> tuple[RefinedSurface, Index]:
-    """The mesh with all vertices (b,) of the boundary, and their numbers, in order."""
+    """The mesh with all vertices (b,) of the boundary, which lie along its loops, and their numbers, in order."""
     s = boundary.pairs.s
     rim = np.empty(s.size, np.int64)
     tails, heads, new = ([np.empty(0, np.int64)] for _ in range(3))
     shares = [np.empty(0)]
-    for part, loop, outline in zip(boundary.slices, boundary.loops, outlines):
+    for loop, (outline, _, part) in zip(loops, boundary.loops):
         edge, share = outline.curve.locate(s[part])
         length = outline.curve.lengths[edge]
         at_head = (1 - share) * length < SAME * outline.length
@@ -372,11 +330,3 @@ def _to_surface(mesh: RefinedSurface, side: Side, material: Flags, z: Complex, *
     rest[material] = laid_flat(space[mesh.faces[material]])
     scale = 1 / np.sqrt(face_areas(space[mesh.faces[material]]).sum())
     return linear(z, scale * (rest.conj() if mirrored else rest))
-
-
-def _anchored(level: Level, s: Real, outer: int) -> Flags:
-    """(b,) which vertices of the boundary never move."""
-    found = np.zeros(s.size, bool)
-    if level.anchors is not None:
-        found[:outer] = ~apart(s[:outer], level.anchors.s, level.source.length)
-    return found

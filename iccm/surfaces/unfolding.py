@@ -4,11 +4,12 @@ import numpy as np
 
 from ..arrays import Complex, Flags, Index, Real
 from ..balanced.errors import Tangled
-from ..balanced.minimise.energy import geometry
+from ..balanced.minimise.energy import RestShapes, geometry
 from ..balanced.minimise.untangle import untangle
 from ..balanced.model.discrete_map import DiscreteMap
 from ..balanced.model.metric import rest_geometry
 from ..linalg.cholesky import system_of
+from ..plane import triangle_areas
 
 RINGS = (
     2,
@@ -30,7 +31,7 @@ def unfolded_nearby(map: DiscreteMap) -> Complex:
     gradients, areas = rest_geometry(map.z, map.u, map.faces, (map.metrics[0], None))
     if map.weights is not None:
         areas = areas * map.weights
-    image = signed_areas(map.u, map.faces)
+    image = triangle_areas(map.u[map.faces])
     folded = image * areas.sum() < THIN * areas * image.sum()
     return _unfolded(map.u, map.faces, map.constrained, folded, gradients, areas)
 
@@ -48,7 +49,7 @@ def unfolded_in(u: Complex, faces: Index, held: int, rest: Complex) -> Complex:
         Tangled: folds remain.
     """
     gradients, areas = geometry(rest, faces)
-    image = signed_areas(u, faces)
+    image = triangle_areas(u[faces])
     return _unfolded(u, faces, held, image * areas.sum() < BARE * areas * image.sum(), gradients, areas)
 
 
@@ -61,9 +62,9 @@ def _unfolded(u: Complex, faces: Index, held: int, folded: Flags, gradients: Com
         free, grown = near.copy(), rings
         free[:held] = False
         new = _moved(u, faces, free, gradients, areas)
-        if (signed_areas(new, faces) > 0).all():
+        if (triangle_areas(new[faces]) > 0).all():
             return new
-    if (signed_areas(u, faces) <= 0).any():
+    if (triangle_areas(u[faces]) <= 0).any():
         raise Tangled(u)
     return u
 
@@ -77,12 +78,13 @@ def _moved(u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Rea
     vertices = vertices[np.argsort(free[vertices], kind="stable")]
     border = int(np.count_nonzero(~free[vertices]))
     part = _numbered(faces[hit], vertices, u.size)
-    system = system_of(part, np.arange(border), vertices.size)
-    order = np.argsort(system.position[part], axis=1)
-    scale = np.sqrt(np.abs(signed_areas(u, faces[hit]).sum()) / areas[hit].sum())
+    pattern = system_of(part, np.arange(border), vertices.size)
+    order = np.argsort(pattern.position[part], axis=1)
+    scale = np.sqrt(np.abs(triangle_areas(u[faces[hit]]).sum()) / areas[hit].sum())
     own = np.ascontiguousarray(np.take_along_axis(gradients[hit], order, axis=1)) / scale
     moved, here = u.copy(), u[vertices]
-    untangle(system, own, areas[hit] / areas[hit].sum(), here, border, False, STEPS, POLISHING)
+    rest = RestShapes.of(pattern, own, areas[hit] / areas[hit].sum())
+    untangle(pattern, rest, here, border, False, STEPS, POLISHING)
     moved[vertices] = here
     return moved
 
@@ -91,9 +93,3 @@ def _numbered(faces: Index, vertices: Index, count: int) -> Index:
     number = np.full(count, -1)
     number[vertices] = np.arange(vertices.size)
     return number[faces]
-
-
-def signed_areas(u: Complex, faces: Index) -> Real:
-    """(m,) areas of triangles, negative where they are folded."""
-    a, b, c = u[faces].T
-    return 0.5 * ((b - a).conj() * (c - a)).imag

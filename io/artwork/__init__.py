@@ -2,6 +2,17 @@
 
 What has no path follows the map as well as its kind allows: line widths and dashes its mean scale along the line,
 gradients, patterns and filters its affine part. Of what lies outside the source shape nothing is left.
+
+document      the drawing written anew, without transforms and `use`
+element       one shape, and the elements that it becomes
+mapping       paths carried through a map and refitted
+affine_part   the map over some shapes as an affine map
+clip          runs cut at the domain's boundary
+paint_server  gradients, patterns and markers
+filters       filters, by the map's affine part
+attributes    attributes and styles that stay
+references    references, kept within the drawing
+budget        how much of a drawing may be carried
 """
 
 from collections.abc import Sequence

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Complex
+from ...plane import bounding_box
 from ..svg.affine import Affine
 
 
@@ -70,7 +71,7 @@ def affine_part(samples: Sequence[Samples]) -> AffinePart | None:
     length = np.maximum(length, max(1e-9 * float(length.max()), 1e-300))
     affine = _nearest(z, w, alpha, beta, length)
     away = float(np.average(np.abs(w - affine(z)) ** 2, weights=length)) ** 0.5
-    low, high = (complex(f(hull.real), f(hull.imag)) for f in (np.min, np.max))
+    low, high = bounding_box(hull)
     weight = length * lined if lined.any() else length
     scales = np.sqrt(np.abs(np.abs(alpha) ** 2 - np.abs(beta) ** 2))
     order = np.argsort(scales)

@@ -4,6 +4,7 @@ from xml.etree.ElementTree import Element
 
 from ..svg import css
 from ..svg.document import local
+from ..svg.tree import Document
 
 SPACES = {
     "": "http://www.w3.org/2000/svg",
@@ -21,7 +22,7 @@ _PLACED |= {"clip-path", "clipPathUnits", "mask", "maskUnits", "maskContentUnits
 _PLACED |= {"version", "baseProfile", "requiredExtensions", "requiredFeatures", "systemLanguage"}
 
 
-def kept(sheet: css.Sheet, element: Element, tag: str, *, named: bool) -> dict[str, str]:
+def kept(document: Document, element: Element, tag: str, *, named: bool) -> dict[str, str]:
     """The attributes of an element that becomes a `tag`: no place, no script, and no id unless `named`.
 
     What style sheets said of it by its old tag or id becomes its own style, as far as they don't say it any more.
@@ -30,7 +31,8 @@ def kept(sheet: css.Sheet, element: Element, tag: str, *, named: bool) -> dict[s
     rest = {k: v for k, v in own.items() if k not in _PLACED and not k.lower().startswith("on")}
     if not named:
         rest.pop("id", None)
-    before, after = sheet.style(local(element), own), sheet.style(tag, rest)
+    sheet = document.sheet
+    before, after = (sheet.style(element), sheet.simple_style(tag, rest)) if sheet else ({}, {})
     style = {k: v for k, v in before.items() if after.get(k) != v}
     style |= {k: own.get(k, "inherit") for k in after if k not in before}
     style |= css.declarations(rest.pop("style", ""))
@@ -38,4 +40,23 @@ def kept(sheet: css.Sheet, element: Element, tag: str, *, named: bool) -> dict[s
     if "transform" in after:
         style["transform"] = "none"
     rest |= {k: v for k, v in element.attrib.items() if k in _NAMED}
-    return rest | ({"style": ";".join(f"{k}:{v}" for k, v in style.items())} if style else {})
+    return rest | ({"style": _written(style)} if style else {})
+
+
+def settled(document: Document) -> Document:
+    """The document with what its style sheet says by the place of elements as their own styles, in place."""
+    sheet = document.sheet
+    if sheet is None or not sheet.contextual:
+        return document
+    said = [(e, sheet.style(e), sheet.simple_style(local(e), e.attrib)) for e in document.top.iter()]
+    for element, before, after in said:
+        if style := {k: v for k, v in before.items() if after.get(k) != v}:
+            element.set("style", _written(style | css.declarations(element.get("style", ""))))
+        if local(element) == "style":
+            element.text = sheet.without_contextual("".join(element.itertext()))
+            element[:] = []
+    return Document(document.top)
+
+
+def _written(style: dict[str, str]) -> str:
+    return ";".join(f"{k}:{v}" for k, v in style.items())

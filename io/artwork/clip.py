@@ -15,9 +15,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from ...arrays import Complex, xy_of
+from ...arrays import Complex, complex_of, xy_of
 from ...conformal.panels import corners
 from ...curve import Curve
+from ...plane import cross
 from ..svg.curves import Bezier, Piece
 from ..svg.path_data import PenPath
 
@@ -97,9 +98,9 @@ class _Ring:
         lines = shapely.linestrings(xy_of(np.column_stack([z[:-1], z[1:]])))
         segment, wall = self.tree.query(lines)
         p, d, e = z[segment], z[segment + 1] - z[segment], self.b[wall] - self.a[wall]
-        area = _cross(d, e)
+        area = cross(d, e)
         with np.errstate(divide="ignore", invalid="ignore"):
-            part, along = _cross(self.a[wall] - p, e) / area, _cross(self.a[wall] - p, d) / area
+            part, along = cross(self.a[wall] - p, e) / area, cross(self.a[wall] - p, d) / area
         met = (part >= 0) & (part <= 1) & (along >= 0) & (along <= 1)
         return np.unique((place[segment] + part * (place[segment + 1] - place[segment]))[met])
 
@@ -122,7 +123,7 @@ class Domain:
         self.reach = shapely.Polygon(outer.exterior, [each.exterior for each in deep])
         shapely.prepare([self.polygon, self.reach])
         self.shore = _Ring(
-            *(shapely.get_coordinates(each.exterior)[:-1] @ [1, 1j] for each in (outer, *deep))
+            *(complex_of(shapely.get_coordinates(each.exterior)[:-1]) for each in (outer, *deep))
         )
         self.ring = _Ring(rim.z, *(hole.z for hole in holes))
         self.inner = complex(*shapely.maximum_inscribed_circle(self.polygon).coords[0])
@@ -247,7 +248,7 @@ def _closed(run: PenPath) -> Sequence[Piece]:
 def _point_in(hole: Curve) -> complex:
     """A point deep in a hole, but not the middle, through which drawings pass."""
     circle = shapely.get_coordinates(shapely.maximum_inscribed_circle(shapely.Polygon(xy_of(hole.z))))
-    middle, touched = circle @ np.array([1, 1j])
+    middle, touched = complex_of(circle)
     return complex(middle + OFF_MIDDLE * (touched - middle))
 
 
@@ -297,7 +298,3 @@ def _speed(pieces: Sequence[Piece], place: float) -> float:
 def _angle(z: Complex) -> float:
     """The angle that a polyline, seen from the origin, runs through."""
     return float(np.angle(z[1:] * z[:-1].conj()).sum())
-
-
-def _cross(a: Complex, b: Complex) -> NDArray[np.float64]:
-    return (a.conj() * b).imag

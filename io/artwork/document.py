@@ -8,37 +8,43 @@ import copy
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, SubElement
 
 from ...errors import InputError
 from ..shapes.shape import Shape
 from ..svg import affine, reader, tree
 from ..svg.affine import Affine
-from ..svg.document import length, local, root
+from ..svg.budget import Quota
+from ..svg.document import local
 from ..svg.drawing import Rectangle
-from ..svg.tree import Drawn, Inherited
+from ..svg.tree import Node
 from . import attributes
-from .budget import Load
 from .element import SVG, MappedElement, box_of, restyle, runs_of
 from .filters import MARGIN, filtered
 from .mapping import OUTSIDE, Effect
 from .paint_server import SIDES, Definitions, Space, lined, scale, shown
 from .references import confine, typed
 
+MAX_CARRIED = 100_000  # lines and curves, each of which takes up to a millisecond
+MAX_COVERED = 3 * MAX_CARRIED  # of these, as often as each lies under a clip path, mask or filter: 10 µs
 CELL = 1 / 24
 """Of the source's diagonal: size of the parts of a picture that follow the map each by its affine part."""
 OVERLAP = 0.02  # of a part: so much it reaches under the next, which leaves no seam
 _TEXT = "<{}>, left out (turn it into paths: Inkscape, Path > Object to Path; Illustrator, Type > Create Outlines)"
-_UNREAD = "style rule that is not read but kept: its selector is more than a tag, classes and an id"
+_UNREAD = "style rule that is not read but kept: a malformed selector, or a pseudo-class such as :hover"
+_CARRIED = (
+    f"as artwork these are more than {MAX_CARRIED} lines and curves, with clip paths, masks and parts of "
+    "pictures for each place that uses them; simplify the drawing, or carry a picture of it (--texture)"
+)
+_COVERED = (
+    f"as artwork more than {MAX_COVERED} lines and curves lie under clip paths, masks and filters, counted "
+    "for each group around them that has one; use these in fewer groups"
+)
 _COPIED = ("title", "desc", "metadata")
-# Drawn only where something refers to them, or not at all.
-_SILENT = {"defs", "clipPath", "mask", "marker", "symbol", "linearGradient", "radialGradient", "pattern"}
-_SILENT |= {"filter", "style", "view", "solidColor", "color-profile", "cursor", "font", "font-face"}
 _PAINTED = ("linearGradient", "radialGradient", "pattern")
 _MARKERS = ("marker-start", "marker-mid", "marker-end")
 _MARKED = ("path", "line", "polyline", "polygon")
-MOST_USED = 40  # deep: no drawing made by people comes near (by hand)
 
 
 @dataclass(eq=False)
@@ -47,7 +53,7 @@ class MappedDocument:
 
     Attributes:
         out, definitions: its root, and what will be in its <defs>.
-        walk: the document that it is built from.
+        document: what it is built from.
         region: of a mask: the target's canvas and as much around it.
         elements, effects: what the map has to carry.
         shapes: those of `elements` that are drawn in the present place, not in a clip path or mask that is used there.
@@ -55,12 +61,13 @@ class MappedDocument:
         pictures: groups of the parts of a picture.
         cell: size of these, in the source's units.
         notes: what was left out.
-        load: how much there is to carry.
+        carried: lines and curves to carry.
+        covered: of these, each as often as a clip path, mask or filter applies to it or to a group around it.
     """
 
     out: Element
     definitions: Definitions
-    walk: tree.Walk
+    document: tree.Document
     region: dict[str, str]
     cell: float
     elements: list[MappedElement] = field(default_factory=list)
@@ -69,7 +76,8 @@ class MappedDocument:
     aside: bool = False
     pictures: list[Element] = field(default_factory=list)
     notes: Counter[str] = field(default_factory=Counter)
-    load: Load = field(default_factory=Load)
+    carried: Quota = field(default_factory=lambda: Quota(MAX_CARRIED, _CARRIED))
+    covered: Quota = field(default_factory=lambda: Quota(MAX_COVERED, _COVERED))
 
     @classmethod
     def of(cls, data: bytes, source: Shape, target: Shape) -> "MappedDocument":
@@ -78,25 +86,25 @@ class MappedDocument:
         Raises:
             InputError: it is malformed.
         """
-        top = root(data)
-        _, walk, inner = tree.begin(top)
+        document = attributes.settled(tree.parse(data))
+        node = document.root
         low, high = target.box
         x, y, width, height = low.real, -high.imag, (high - low).real, (high - low).imag
         around = (x - width, y - height, 3 * width, 3 * height)
         out = Element(f"{SVG}svg", {"viewBox": " ".join(f"{v:.9g}" for v in (x, y, width, height))})
         drawing = cls(
             out,
-            Definitions(walk.ids, walk.copies),
-            walk,
+            Definitions(document),
+            document,
             {name: f"{value:.9g}" for (name, _), value in zip(SIDES, around)},
             CELL * abs(source.bounds[1] - source.bounds[0]),
         )
-        out.attrib |= drawing._styled(top, "svg")
-        out.extend(copy.deepcopy(e) for e in top.iter() if local(e) == "style")
-        drawing.notes[_UNREAD] += walk.sheet.unread
-        if inner is not None:
-            drawing._children(top, inner, out)
-            drawing._applied(top, inner, out, drawing.shapes)
+        out.attrib |= drawing._styled(node, "svg")
+        out.extend(copy.deepcopy(e) for e in document.top.iter() if local(e) == "style")
+        drawing.notes[_UNREAD] += document.unread
+        if not node.hidden:
+            drawing._children(node, out)
+            drawing._applied(node, out, drawing.shapes)
         return drawing
 
     def finish(self) -> None:
@@ -109,251 +117,194 @@ class MappedDocument:
             self.out.insert(0, self.definitions.out)
         self.notes["reference to another file, left out"] += confine(self.out)
 
-    def _children(self, element: Element, state: Inherited, parent: Element) -> None:
-        for child in element:
-            self.add(child, state, parent)
+    def _children(self, node: Node, parent: Element) -> None:
+        for child in self.document.children(node):
+            self.add(child, parent)
 
-    def add(self, element: Element, outer: Inherited, parent: Element) -> None:
-        """Adds an element, and what is in it, to the parent in the new document."""
-        tag = local(element)
-        if tag in _COPIED:
-            if outer.used:
-                self.walk.copies.add(element, whole=True)
-            parent.append(copy.deepcopy(element))
-        elif tag in tree.SHAPES or tag in (*tree.GROUPS, "svg", "use", "image"):
-            self.walk.count(element, outer)
-            state = self.walk.enter(element, outer)
-            if state is None:
-                self.notes["hidden element (display: none, opacity 0), left out"] += not self.aside
-            elif tag in tree.SHAPES:
-                try:
-                    self._shape(tag, element, state, outer, parent)
-                except InputError as error:
-                    if str(error).startswith("<"):
-                        raise
-                    name = f" {element.get('id')!r}" if element.get("id") else ""
-                    raise InputError(f"<{tag}>{name}: {error}") from error
-            elif tag == "image":
-                self._picture(element, state, parent)
-            else:
-                self._group(tag, element, state, parent)
-        elif tag and tag not in _SILENT:
-            self.notes[(_TEXT if tag in ("text", "flowRoot") else "<{}>, left out").format(tag)] += 1
-
-    def _group(self, tag: str, element: Element, state: Inherited, parent: Element) -> None:
-        first = len(self.shapes)
-        group = self._nested(parent, self._styled(element, "g", state))
-        if tag == "use":  # x and y are part of its transform, for what applies to it, too
-            x, y = (length(state.properties.get(k) or "0", state.size, k, f"<use> {k}") for k in "xy")
-            state = replace(state, affine=state.affine @ affine.translation(x, y))
-            self._use(element, state, group)
-        elif tag == "svg":
-            self._view(element, state, state.properties, group)
-        elif tag == "switch":
-            chosen = next((child for child in element if _understood(child)), None)
-            if chosen is not None:
-                self.add(chosen, state, group)
+    def add(self, node: Node, parent: Element) -> None:
+        """Adds a node, and what is in it, to the parent in the new document."""
+        if node.hidden:
+            self.notes["hidden element (display: none, opacity 0), left out"] += not self.aside
+        elif node.tag in tree.SHAPES:
+            try:
+                self._shape(node, parent)
+            except InputError as error:
+                if str(error).startswith("<"):
+                    raise
+                name = f" {node.element.get('id')!r}" if node.element.get("id") else ""
+                raise InputError(f"<{node.tag}>{name}: {error}") from error
+        elif node.tag in tree.GROUPS:
+            self._group(node, parent)
+        elif node.tag == "image":
+            self._picture(node, parent)
+        elif node.tag in _COPIED:
+            if node.used:
+                self.document.copies.add(node.element, whole=True)
+            parent.append(copy.deepcopy(node.element))
         else:
-            self._children(element, state, group)
-        if group is not parent:
-            self._applied(element, state, group, self.shapes[first:])
+            note = _TEXT if node.tag in ("text", "flowRoot") else "<{}>, left out"
+            self.notes[note.format(node.tag)] += 1
 
-    def _use(self, element: Element, state: Inherited, group: Element) -> None:
-        used = tree.linked(self.walk.ids, element)
-        if used is None:
-            return
-        if id(used) in state.used:
-            raise InputError(f"<use> of {used.get('id')!r} contains itself")
-        inside = replace(state, used=(*state.used, id(used)))
-        if local(used) not in ("symbol", "svg"):
-            self.add(used, inside, group)
-            return
-        inner = self.walk.enter(used, inside)
-        if inner is None:
-            return
-        size = {k: state.properties[k] for k in ("width", "height") if k in state.properties}
+    def _group(self, node: Node, parent: Element) -> None:
         first = len(self.shapes)
-        view = self._nested(group, self._styled(used, "g", inner))
-        self._view(used, inner, dict(inner.properties) | size, view)
-        if view is not group:
-            self._applied(used, inner, view, self.shapes[first:])
+        group = self._nested(parent, {} if node.tag == tree.VIEWPORT else self._styled(node, "g"))
+        self._children(node, group)
+        if group is parent:
+            return
+        shapes = self.shapes[first:]
+        if node.tag != tree.VIEWPORT:
+            self._applied(node, group, shapes)
+        elif node.frame and (box := box_of(shapes, node.frame.affine)):
+            place = _rectangle(node.frame)
+            if not _holds(place, box):  # it is clipped only where it reaches out
+                restyle(group, {"clip-path": self._clip_to(place, node.frame)[0]})
 
-    def _view(self, element: Element, state: Inherited, said: Mapping[str, str], group: Element) -> None:
-        """The inside of a nested svg or a symbol, clipped to its rectangle where it reaches out of that."""
-        first = len(self.shapes)
-        inner = tree.inside_viewport(state, said)
-        inside = self._nested(group, {})
-        self._children(element, inner, inside)
-        box = box_of(self.shapes[first:], state.affine)
-        if inside is group or not box or not inner.size or said.get("overflow") in ("visible", "auto"):
+    def _shape(self, node: Node, parent: Element) -> None:
+        if any(name.startswith((reader.PIN, reader.STROKE)) for name in node.names):
             return
-        sides = {k: said[k] for k, _ in SIDES if said.get(k, "auto") != "auto"}
-        whole = {"x": "0", "y": "0", "width": "100%", "height": "100%"}
-        place = Space(state.affine, state.size).rectangle({"units": "userSpaceOnUse"} | sides, "units", whole)
-        if place and not _holds(place, box):
-            restyle(inside, {"clip-path": self._clip_to(place, state)[0]})
-
-    def _shape(self, tag: str, element: Element, state: Inherited, outer: Inherited, parent: Element) -> None:
-        names = state.groups[len(outer.groups) :]
-        if any(name.startswith((reader.PIN, reader.STROKE)) for name in names):
+        runs = runs_of(node)
+        if not runs or not scale(node.affine):
             return
-        drawn = Drawn(tag, state.properties, state.affine, state.size, names, outer.groups)
-        runs = runs_of(drawn)
-        if not runs or not scale(state.affine):
-            return
-        self.load.carry(sum(len(run.pieces) for run in runs))
-        said = state.properties
-        out = SubElement(parent, f"{SVG}path", self._styled(element, "path", state))
+        self.carried.spend(sum(len(run.pieces) for run in runs))
+        said = node.properties
+        out = SubElement(parent, f"{SVG}path", self._styled(node, "path"))
         marked = {name for name in _MARKERS if said.get(name, said.get("marker", "none")) != "none"}
-        marks = frozenset(marked if tag in _MARKED else ())
+        marks = frozenset(marked if node.tag in _MARKED else ())
         shape = MappedElement(
             out,
             parent,
             runs,
-            own=self.walk.own(element),
-            filled=drawn.filled,
-            lined=local(parent) != "clipPath" and (bool(marks) or drawn._painted("stroke", "none")),
+            own=node.own,
+            filled=node.filled,
+            lined=local(parent) != "clipPath" and (bool(marks) or node.stroked),
             aside=self.aside,
             markers=marks,
             line_first=said.get("paint-order", "").strip().startswith("stroke"),
         )
         self.elements.append(shape)
         self.shapes.append(shape)
-        self._applied(element, state, out, [shape])
+        self._applied(node, out, [shape])
         if local(parent) == "clipPath":
             if "clip-rule" in said and "clip-rule" not in shape.own:  # of a <use> that is not there any more
                 restyle(out, {"clip-rule": said["clip-rule"]})
             return
-        if marked and tag not in _MARKED:
+        if marked and node.tag not in _MARKED:
             restyle(out, dict.fromkeys(sorted(marked), "none"))
-        space = Space(state.affine, state.size, [shape])
+        space = Space(node.affine, node.size, [shape])
         self._paint(shape, said, space)
         if shape.lined and said.get("vector-effect") != "non-scaling-stroke":
-            self.effects.append(Effect([shape], lined(shape, element, said, space)))
+            self.effects.append(Effect([shape], lined(shape, node.element, said, space)))
 
-    def _picture(self, element: Element, state: Inherited, parent: Element) -> None:
+    def _picture(self, node: Node, parent: Element) -> None:
         """A picture in parts: each is cut out as the map has it, and shows the picture under the affine part there."""
-        said = state.properties
+        element, said = node.element, node.properties
         link = next((k for k in tree.LINKS if element.get(k, "").strip().startswith("data:")), None)
-        sides = {k: said[k] for k in ("x", "y", "width", "height") if said.get(k, "auto").strip() != "auto"}
-        if link is None or len({"width", "height"} & sides.keys()) < 2:
+        if link is None or any(said.get(k, "auto").strip() == "auto" for k in ("width", "height")):
             self.notes["<image> that is not embedded, or without width and height, left out"] += 1
             return
-        zero = {"x": "0", "y": "0", "width": "0", "height": "0"}
-        place = Space(state.affine, state.size).rectangle(sides | {"units": "userSpaceOnUse"}, "units", zero)
-        if local(parent) == "clipPath" or not place or min(place[2:]) <= 0:
+        place = _rectangle(node)
+        if local(parent) == "clipPath" or min(place[2:]) <= 0:
             return
         kept = {link: typed(element.get(link, ""))} | {
             k: f"{v:.9g}" for k, v in zip(("width", "height"), place[2:])
         }
         picture = self.definitions.picture(kept | {k: said[k] for k in ("preserveAspectRatio",) if k in said})
-        inside = state.affine @ affine.translation(*place[:2])
-        group = SubElement(parent, f"{SVG}g", self._styled(element, "g", state))
+        inside = node.affine @ affine.translation(*place[:2])
+        group = SubElement(parent, f"{SVG}g", self._styled(node, "g"))
         shapes: list[MappedElement] = []
-        cells = _cells(place, state.affine, self.cell)
-        self.load.check(4 * len(cells))
+        cells = _cells(place, node.affine, self.cell)
+        self.carried.check(4 * len(cells))
         for cell in cells:
-            clip, corners = self._clip_to(cell, state)
+            clip, corners = self._clip_to(cell, node)
             part = SubElement(group, f"{SVG}g", {"clip-path": clip})
             use = SubElement(part, f"{SVG}use", {tree.LINKS[1]: f"#{picture.get('id')}"})
             self.effects.append(Effect(corners, shown(use, inside)))
             shapes += corners
         self.pictures.append(group)
         self.shapes += shapes
-        self._applied(element, state, group, shapes)
+        self._applied(node, group, shapes)
 
     def _paint(self, shape: MappedElement, said: Mapping[str, str], space: Space) -> None:
         """Gradients, patterns and markers in user space, each as one of the shape's own."""
         for kind in ("fill", "stroke"):
-            found = self.definitions.named(said.get(kind, ""), *_PAINTED)
+            found = self.document.named(said.get(kind, ""), *_PAINTED)
             if found is not None and (made := self.definitions.painted(found, space)):
                 restyle(shape.out, {kind: made[0]})
                 self.effects.append(Effect([shape], made[1]))
         for name in sorted(shape.markers):
-            found = self.definitions.named(said.get(name, said.get("marker", "")), "marker")
+            found = self.document.named(said.get(name, said.get("marker", "")), "marker")
             if found is not None and (made := self.definitions.marker(found, scale(space.affine))):
                 restyle(shape.out, {name: made[0]})
                 self.effects.append(Effect([shape], made[1]))
 
-    def _applied(self, element: Element, state: Inherited, out: Element, shapes: list[MappedElement]) -> None:
-        """Gives `out` the clip path, mask and filter that its element has, each one of its own to be mapped."""
-        own = self.walk.own(element)
-        space = Space(state.affine, state.size, shapes)
+    def _applied(self, node: Node, out: Element, shapes: list[MappedElement]) -> None:
+        """Gives `out` the clip path, mask and filter that its node has, each one of its own to be mapped."""
+        space = Space(node.affine, node.size, shapes)
         kinds = (
             ("clip-path", "clipPath", self._clip),
             ("mask", "mask", self._mask),
             ("filter", "filter", self._filter),
         )
         for name, tag, make in kinds:
-            said = own.get(name, "none").strip()
+            said = node.own.get(name, "none").strip()
             if said == "none" or (local(out) == "clipPath" and name != "clip-path"):
                 continue
-            found = self.definitions.named(said, tag)
-            self.load.cover(shapes)
-            known = found is not None and id(found) not in state.used
-            made = make(found, state, space) if found is not None and known else None
+            found = self.document.named(said, tag)
+            self.covered.spend(sum(len(run.pieces) for shape in shapes for run in shape.runs))
+            known = found is not None and id(found) not in node.used
+            made = make(found, node, space) if found is not None and known else None
             if made is None and shapes:
                 self.notes[f"{name} without its element in the file or without area, left out"] += 1
             restyle(out, {name: made or "none"})
 
-    def _clip(self, found: Element, state: Inherited, space: Space) -> str | None:
-        inner = self._entered(found, state, space, "clipPathUnits")
+    def _clip(self, found: Element, node: Node, space: Space) -> str | None:
+        inner = self._definition(found, node, space, "clipPathUnits")
         if inner is None:
             return None
-        mapped = self.definitions.new("clipPath", self._styled(found, "clipPath", inner))
+        mapped = self.definitions.new("clipPath", self._styled(inner, "clipPath"))
         with self._elsewhere():
-            self._children(found, inner, mapped)
-            self._applied(found, inner, mapped, self.shapes)
+            self._children(inner, mapped)
+            self._applied(inner, mapped, self.shapes)
         return f"url(#{mapped.get('id')})"
 
-    def _mask(self, found: Element, state: Inherited, space: Space) -> str | None:
-        inner = self._entered(found, state, space, "maskContentUnits")
-        place = space.rectangle(self.walk.own(found), "maskUnits", MARGIN)
+    def _mask(self, found: Element, node: Node, space: Space) -> str | None:
+        inner = self._definition(found, node, space, "maskContentUnits")
+        place = space.rectangle(self.document.own(found), "maskUnits", MARGIN)
         if inner is None or place is None:
             return None
-        mapped = self.definitions.new("mask", self._styled(found, "mask", inner) | self.region)
+        mapped = self.definitions.new("mask", self._styled(inner, "mask") | self.region)
         mapped.set("maskUnits", "userSpaceOnUse")
         content = SubElement(mapped, f"{SVG}g")
         if space.area and not _holds(place, space.box):
-            restyle(content, {"clip-path": self._clip_to(place, state)[0]})
+            restyle(content, {"clip-path": self._clip_to(place, node)[0]})
         with self._elsewhere():
-            self._children(found, inner, content)
-            self._applied(found, inner, mapped, self.shapes)
+            self._children(inner, content)
+            self._applied(inner, mapped, self.shapes)
         return f"url(#{mapped.get('id')})"
 
-    def _filter(self, found: Element, state: Inherited, space: Space) -> str | None:
+    def _filter(self, found: Element, node: Node, space: Space) -> str | None:
         made = filtered(self.definitions, found, space)
         if made is None:
             return None
         self.effects.append(Effect(space.shapes, made[1]))
         return made[0]
 
-    def _entered(self, found: Element, state: Inherited, space: Space, units: str) -> Inherited | None:
-        """The state inside a clip path or mask, which inherits from where it is written, not from where it is used."""
-        if len(state.used) > MOST_USED:
-            raise InputError(f"clip paths, masks and <use> refer to each other more than {MOST_USED} deep")
-        own = self.walk.own(found)
-        boxed = own.get(units) == "objectBoundingBox"
+    def _definition(self, found: Element, node: Node, space: Space, units: str) -> Node | None:
+        """A clip path or mask that a node uses; None where it is in units of a box without area."""
+        boxed = self.document.own(found).get(units) == "objectBoundingBox"
         if boxed and not space.area:
             return None
-        kept = {k: v for k, v in own.items() if k not in ("display", "opacity")}
-        transform = affine.parse(own.get("transform", "")) if local(found) == "clipPath" else Affine()
-        to_root = space.affine @ transform @ (space.units if boxed else Affine())
-        return replace(
-            state,
-            affine=to_root,
-            properties=kept,
-            groups=(),
-            used=(*state.used, id(found)),
-            depth=state.depth + 1,
-        )
+        return self.document.definition(found, node, space.units if boxed else tree.IDENTITY)
 
-    def _clip_to(self, place: Rectangle, state: Inherited) -> tuple[str, list[MappedElement]]:
-        """A clip path of a rectangle in the state's user space, and its shape."""
+    def _clip_to(self, place: Rectangle, node: Node) -> tuple[str, list[MappedElement]]:
+        """A clip path of a rectangle in the node's user space, and its shape."""
         mapped = self.definitions.new("clipPath")
+        sides = {name: repr(value) for (name, _), value in zip(SIDES, place)}
+        rectangle = Node(
+            Element(f"{SVG}rect", sides), "rect", node.affine, node.size, used=node.used, properties=sides
+        )
         with self._elsewhere():
-            rectangle = Element(f"{SVG}rect", {name: repr(value) for (name, _), value in zip(SIDES, place)})
-            self.add(rectangle, replace(state, properties={}, groups=()), mapped)
+            self.add(rectangle, mapped)
             return f"url(#{mapped.get('id')})", self.shapes
 
     @contextmanager
@@ -366,10 +317,10 @@ class MappedDocument:
         finally:
             self.shapes, self.aside = shapes, aside
 
-    def _styled(self, element: Element, tag: str, state: Inherited | None = None) -> dict[str, str]:
-        """What an element keeps of its attributes; no id where it may be there twice."""
-        once = (state is None or not state.used) and tag not in ("clipPath", "mask")
-        return attributes.kept(self.walk.sheet, element, tag, named=once)
+    def _styled(self, node: Node, tag: str) -> dict[str, str]:
+        """What a node keeps of its element's attributes; no id where it may be there twice."""
+        once = not node.used and tag not in ("clipPath", "mask")
+        return attributes.kept(self.document, node.element, tag, named=once)
 
     @staticmethod
     def _nested(parent: Element, attributes: dict[str, str]) -> Element:
@@ -377,11 +328,10 @@ class MappedDocument:
         return parent if local(parent) == "clipPath" else SubElement(parent, f"{SVG}g", attributes)
 
 
-def _understood(element: Element) -> bool:
-    """Whether a <switch> takes this child."""
-    drawn = local(element) in (*tree.SHAPES, *tree.GROUPS, "svg", "use", "text", "image")
-    speaks = element.get("systemLanguage", "en").partition("-")[0].strip() == "en"
-    return drawn and "requiredExtensions" not in element.attrib and speaks
+def _rectangle(node: Node) -> Rectangle:
+    """x, y, width and height of a node in its user space."""
+    x, y, width, height = (node.length(name, axis) for name, axis in SIDES)
+    return x, y, width, height
 
 
 def _holds(outer: Rectangle, inner: Rectangle) -> bool:

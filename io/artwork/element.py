@@ -1,6 +1,6 @@
 """A shape of a drawing on its way through a map, and the SVG elements that it becomes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -15,7 +15,7 @@ from ..svg.affine import Affine
 from ..svg.curves import Bezier, Piece
 from ..svg.drawing import Rectangle
 from ..svg.path_data import LARGEST, PenPath
-from ..svg.tree import Drawn
+from ..svg.tree import Node
 from .clip import Clipped
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -46,7 +46,7 @@ class MappedElement:
     out: Element
     parent: Element
     runs: list[PenPath]
-    own: dict[str, str] = field(default_factory=dict)
+    own: Mapping[str, str] = field(default_factory=dict)
     filled: bool = True
     lined: bool = False
     aside: bool = False
@@ -91,7 +91,7 @@ class MappedElement:
             restyle(self.out, drawn[0][1])
             return
         kept_style = css.declarations(self.out.get("style", ""))
-        whole = {k: v for k, v in (self.own | kept_style).items() if k in _WHOLE}
+        whole = {k: v for k, v in (dict(self.own) | kept_style).items() if k in _WHOLE}
         for data, style in drawn:
             part = SubElement(self.out, self.out.tag, {k: v for k, v in self.out.attrib.items() if k != "id"})
             part.set("d", data)
@@ -101,7 +101,7 @@ class MappedElement:
         restyle(self.out, whole)
 
 
-def runs_of(drawn: Drawn) -> list[PenPath]:
+def runs_of(drawn: Node) -> list[PenPath]:
     """The shape's runs in the root's user units, y down; closed ones end where they begin.
 
     Raises:

@@ -16,16 +16,15 @@ from xml.etree.ElementTree import Element
 from ...errors import InputError
 from ..svg import affine
 from ..svg.affine import Affine
-from ..svg.budget import MAX_LINKS, Copies
+from ..svg.budget import MAX_LINKS
 from ..svg.document import length, local
 from ..svg.drawing import Rectangle
-from ..svg.tree import LINKS, linked
+from ..svg.tree import LINKS, Document
 from .affine_part import AffinePart
 from .element import SVG, MappedElement, box_of, length_of, restyle
 
 CURVED = 0.05  # of a shape's size: from how far off the affine part is worth a note
 UNEVEN = 1.5  # of a line's scale, largest by smallest: from where a constant width is worth a note
-_URL = re.compile(r"""\s*url\(\s*["']?#([^"')]+?)["']?\s*\).*""", re.DOTALL)
 _REFERENCE = re.compile(r"""url\(\s*["']?#([^"')]+?)["']?\s*\)""")
 _FOCUS = (("fx", "x", ""), ("fy", "y", ""), ("fr", "r", ""))
 _GRADIENTS = {
@@ -86,22 +85,15 @@ class Space:
 
 @dataclass(eq=False)
 class Definitions:
-    """The document's elements by id, and the definitions that are made for the drawing."""
+    """The definitions that are made for the drawing, of those of a document."""
 
-    ids: Mapping[str, Element]
-    copies: Copies
+    document: Document
     out: Element = field(default_factory=lambda: Element(f"{SVG}defs"))
 
     def __post_init__(self) -> None:
         numbered = (f"mapped-{number}" for number in count(1))
-        self._free = (name for name in numbered if name not in self.ids)
+        self._free = (name for name in numbered if name not in self.document.ids)
         self._pictures: dict[tuple[tuple[str, str], ...], Element] = {}
-
-    def named(self, paint: str, *tags: str) -> Element | None:
-        """The element of one of these kinds that `url(#id)` names."""
-        match = _URL.fullmatch(paint)
-        found = self.ids.get(match[1]) if match else None
-        return found if found is not None and local(found) in tags else None
 
     def new(self, tag: str, attributes: Mapping[str, str] | None = None) -> Element:
         """A new, empty definition with an id of its own."""
@@ -122,12 +114,12 @@ class Definitions:
         Raises:
             InputError: the drawing makes too many copies.
         """
-        self.copies.add(element, whole=True)
+        self.document.copies.add(element, whole=True)
         return [copy.deepcopy(child) for child in element]
 
     def collect(self, top: Element) -> None:
         """Adds copies of all that the new document refers to and does not have, and drops what is not referred to."""
-        wanted = [top]
+        wanted, ids = [top], self.document.ids
         known = {e.get("id") for e in top.iter()}
         made = {e.get("id"): e for e in self.out}
         self.out[:] = []
@@ -137,14 +129,14 @@ class Definitions:
                     name for text in (*element.attrib.values(), element.text or "") for name in _names(text)
                 }
                 if local(element) == "style":  # clip paths and masks are copies of each element's own
-                    names = {n for n in names if local(self.ids.get(n, element)) not in ("clipPath", "mask")}
+                    names = {n for n in names if local(ids.get(n, element)) not in ("clipPath", "mask")}
                 names |= {
                     element.get(link, "")[1:] for link in LINKS if element.get(link, "").startswith("#")
                 }
                 for name in sorted(names - known):
                     found = made.get(name)
-                    if found is None and name in self.ids:
-                        found = copy.deepcopy(self.ids[name])
+                    if found is None and name in ids:
+                        found = copy.deepcopy(ids[name])
                         found.tail = None
                     if found is not None:
                         known |= {e.get("id") for e in found.iter()}
@@ -161,7 +153,7 @@ class Definitions:
         following: Element | None = element
         while following is not None and following not in chain:
             chain.append(following)
-            following = linked(self.ids, following)
+            following = self.document.linked(following)
             if len(chain) > MAX_LINKS:
                 name = element.get("id")
                 raise InputError(f"<{local(element)}> {name!r} refers to others more than {MAX_LINKS} deep")

@@ -1,1 +1,8 @@
-"""Many jobs: manifests, pools of workers, a journal to resume from."""
+"""Many jobs: manifests, pools of workers, a journal to resume from.
+
+manifest  jobs in TOML or JSON Lines, checked whole
+dispatch  tasks run on a pool, one result for each
+pools     processes of this machine, or a Dask cluster
+worker    what runs in a worker
+journal   what was begun and finished, to resume from
+"""

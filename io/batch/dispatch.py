@@ -48,7 +48,7 @@ class _Running:
     alone: bool = False  # its worker died, or that of a bundle that it was in
 
 
-def prepared(tasks: list[Task], book: Journal, *, resume: bool, make: bool = True) -> list[Task]:
+def prepare(tasks: list[Task], book: Journal, *, resume: bool, make: bool = True) -> list[Task]:
     """The tasks with their outputs checked; with `resume`, this batch's own may be replaced, and `make` makes folders.
 
     Raises:
@@ -60,15 +60,17 @@ def prepared(tasks: list[Task], book: Journal, *, resume: bool, make: bool = Tru
         if resume and all(book.wrote(path) or not os.path.lexists(path) for path in job.outputs):
             job = job.model_copy(update={"force": True})
         found += [
-            f"{task.place}: {wrong}" for path in job.outputs if (wrong := _unwritable(path, job.force, make))
+            f"{task.place}: {wrong}"
+            for path in job.outputs
+            if (wrong := _why_unwritable(path, job.force, make))
         ]
-        ready.append(task.holding(job))
+        ready.append(task.with_job(job))
     if found:
         raise ManifestError(found)
     return ready
 
 
-def _unwritable(path: str, force: bool, make: bool) -> str | None:
+def _why_unwritable(path: str, force: bool, make: bool) -> str | None:
     """Why an output cannot be written, after making its folder, or looking whether it can be made."""
     folder = os.path.dirname(path) or "."
     try:
@@ -107,17 +109,17 @@ def execute(
         if stopping():
             pool.abandon(list(running))
             yield from (
-                _record(r, _ended("cancelled", "stopped by a signal"))
+                _record(r, _answer("cancelled", "stopped by a signal"))
                 for r in chain(*running.values(), pending)
             )
             return
         if failed and policy.fail_fast:
             yield from (
-                _record(r, _ended("cancelled", "an earlier job failed (--fail-fast)")) for r in pending
+                _record(r, _answer("cancelled", "an earlier job failed (--fail-fast)")) for r in pending
             )
             pending.clear()
         known = None
-        while pending and known is None and len(running) < _room(pool, running, pending):
+        while pending and known is None and len(running) < _capacity(pool, running, pending):
             items = []
             for item in _bundle(pending, pool.together(len(pending))):
                 known = _begin(item, book, keys, resume, warn, unasked=pool.runs_again)
@@ -130,9 +132,9 @@ def execute(
         if known is not None:
             failed |= known["status"] not in GOOD
             yield known
-        for items, answers in _ended_ones(running, pool, policy, 0.0 if known else POLL):
+        for items, answers in _collect(running, pool, policy, 0.0 if known else POLL):
             if answers is None:
-                again, answers = _after_a_death(items, policy, warn)
+                again, answers = _retry(items, policy, warn)
             else:
                 again = items[len(answers) :]
             pending.extendleft(reversed(again))
@@ -145,7 +147,7 @@ def execute(
         files.sweep(path for task in tasks for path in task.job.outputs)
 
 
-def _room(pool: Pool, running: dict[Future, list[_Running]], pending: deque[_Running]) -> int:
+def _capacity(pool: Pool, running: dict[Future, list[_Running]], pending: deque[_Running]) -> int:
     """How many bundles may be under way. What waits at a worker goes down with it, and would be blamed as well: where
     a job may have killed one, none waits."""
     suspicious = pending[0].alone or any(items[0].alone for items in running.values())
@@ -160,7 +162,7 @@ def _bundle(pending: deque[_Running], count: int) -> Iterator[_Running]:
         yield pending.popleft()
 
 
-def _after_a_death(
+def _retry(
     items: list[_Running], policy: Policy, warn: Callable[[str], None]
 ) -> tuple[list[_Running], list[dict[str, Any]]]:
     """What is run again after a worker died, and the answer for what is not. Of several jobs nobody knows which one
@@ -173,7 +175,7 @@ def _after_a_death(
     if first.attempt <= policy.retries:
         warn(f"{first.task.place}: its worker died; running it again")
         return [replace(first, attempt=first.attempt + 1, alone=True)], []
-    return [], [_ended("killed", "its worker died, killed or out of memory")]
+    return [], [_answer("killed", "its worker died, killed or out of memory")]
 
 
 def _begin(
@@ -193,11 +195,11 @@ def _begin(
     try:
         key = journal.key(job)
     except (InputError, OSError) as error:
-        return _record(item, _ended("failed", f"an input went away: {error}"))
+        return _record(item, _answer("failed", f"an input went away: {error}"))
     if unasked:
-        wrong = next((w for path in job.outputs if (w := _unwritable(path, job.force, False))), None)
+        wrong = next((w for path in job.outputs if (w := _why_unwritable(path, job.force, False))), None)
         if wrong:
-            return _record(item, _ended("failed", wrong))
+            return _record(item, _answer("failed", wrong))
     old = book.finished(key) if resume else None
     if old is not None:
         outputs = [{**o, "path": book.place(o["path"])} for o in old["outputs"]]
@@ -226,7 +228,7 @@ def _finish(key: str | None, record: dict[str, Any], book: Journal, warn: Callab
         )
 
 
-def _ended_ones(
+def _collect(
     running: dict[Future, list[_Running]], pool: Pool, policy: Policy, patience: float
 ) -> Iterator[tuple[list[_Running], list[dict[str, Any]] | None]]:
     """What ended within some seconds, by itself or by the clock; None for answers when the worker died."""
@@ -245,7 +247,7 @@ def _ended_ones(
     pool.abandon(late)
     for future in late:
         items = running.pop(future)
-        yield items, [_ended("timeout", f"took longer than {policy.timeout:g} s (--timeout)") for _ in items]
+        yield items, [_answer("timeout", f"took longer than {policy.timeout:g} s (--timeout)") for _ in items]
 
 
 def _answers(future: Future) -> list[dict[str, Any]] | None:
@@ -262,7 +264,7 @@ def _payload(item: _Running, pool: Pool, policy: Policy) -> dict[str, Any]:
     return {"job": job, "threads": policy.threads, "folder": os.getcwd()}
 
 
-def _ended(status: str, message: str) -> dict[str, Any]:
+def _answer(status: str, message: str) -> dict[str, Any]:
     return {"status": status, "message": message, "outputs": [], "figures": {}, "notes": [], "seconds": 0.0}
 
 

@@ -35,7 +35,7 @@ class Journal:
         self._finished: dict[str, int] = {}
         self._begun: set[str] = set()
         self._left: set[str] = set()
-        gone = lru_cache(_gone)
+        gone = lru_cache(_has_ended)
         for start, line in self._lines():
             if line.get("event") == "begun":
                 outputs = [str(path) for path in _list(line, "outputs")]
@@ -98,14 +98,14 @@ class Journal:
         start = 0
         with suppress(OSError), self.path.open("rb") as file:
             for text in file:
-                if line := _parsed(text):
+                if line := _parse(text):
                     yield start, line
                 start += len(text)
 
     def _line(self, start: int) -> dict[str, Any] | None:
         with suppress(OSError), self.path.open("rb") as file:
             file.seek(start)
-            return _parsed(file.readline())
+            return _parse(file.readline())
         return None
 
     def _append(self, line: dict[str, Any]) -> None:
@@ -145,7 +145,7 @@ def _by(line: dict[str, Any]) -> tuple[str, int]:
     return "", 0
 
 
-def _gone(node: str, number: int) -> bool:
+def _has_ended(node: str, number: int) -> bool:
     """Whether the batch of this machine and process number has ended."""
     if os.name != "posix" or number <= 0 or node != platform.node():
         return False
@@ -158,7 +158,7 @@ def _gone(node: str, number: int) -> bool:
     return False
 
 
-def _parsed(line: bytes) -> dict[str, Any] | None:
+def _parse(line: bytes) -> dict[str, Any] | None:
     try:
         value = json.loads(line.decode("utf-8", errors="replace"))
     except (ValueError, RecursionError):

@@ -15,14 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError, JobError
-from .. import files, names
+from .. import files, limits, names
+from ..options import many
 from ..pictures.tiles import MARK, files_of
 from ..run.job import STEM, WRITTEN, Job
-from ..run.options import many
 from ..spec import Spec, path_of
 
-MAX_BYTES, MAX_JOBS, LONGEST = 64 << 20, 100_000, 500
-MAX_DEPTH = 8  # of lists and tables in each other; pins need three
+LONGEST = 500  # characters of a mistake that are shown
 JOURNAL = ".iccm-journal.jsonl"
 GLOBBED = ("source", "target", "texture")
 FURTHER = ("normal", "normal_down", "data")  # textures, relative to the manifest
@@ -66,7 +65,7 @@ class Task:
         """What differs from the defaults, as JSON has it."""
         return json.loads(self.packed)
 
-    def holding(self, job: Job) -> Task:
+    def with_job(self, job: Job) -> Task:
         """The same with another job."""
         return Task.of(self.number, self.name, self.place, job)
 
@@ -107,13 +106,13 @@ def read(text: str, name: str, *, root: Path, outside: bool = False) -> list[Tas
     tasks: list[Task] = []
     base = "" if name == "-" else os.path.dirname(name)
     for entry in _entries(text, name, found):
-        for values in _expanded(entry, base, found):
-            if len(tasks) >= MAX_JOBS:
-                raise ManifestError([f"{name}: more than {MAX_JOBS} jobs; split the manifest"])
+        for values in _expand(entry, base, found):
+            if len(tasks) >= limits.JOBS:
+                raise ManifestError([f"{name}: more than {limits.JOBS} jobs; split the manifest"])
             task = _task(len(tasks) + 1, entry, values, found)
             if task:
-                tasks.append(_placed(task, root, outside, found))
-    _distinct(tasks, {os.path.realpath(path): what for path, what in _taken(name, root)}, found)
+                tasks.append(_place(task, root, outside, found))
+    _check_distinct(tasks, {os.path.realpath(path): what for path, what in _reserved(name, root)}, found)
     if not found and not tasks:
         found.append(f"{name}: no jobs; add [[job]] tables, or one JSON object a line")
     if found:
@@ -122,7 +121,7 @@ def read(text: str, name: str, *, root: Path, outside: bool = False) -> list[Tas
     return tasks
 
 
-def _taken(name: str, root: Path) -> Iterator[tuple[str, str]]:
+def _reserved(name: str, root: Path) -> Iterator[tuple[str, str]]:
     """Files that no job may write, and what they are."""
     yield os.path.join(root, JOURNAL), "the batch's journal"
     if name != "-":
@@ -136,7 +135,7 @@ def load(name: str) -> str:
         InputError: it cannot be read or is not UTF-8.
     """
     try:
-        return files.read_bytes(name, max_bytes=MAX_BYTES).decode("utf-8-sig")
+        return files.read_bytes(name, max_bytes=limits.MANIFEST_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{name}: byte {error.start} is not UTF-8; save the manifest as UTF-8") from None
 
@@ -165,8 +164,8 @@ def _from_toml(text: str, name: str, found: list[str]) -> Iterator[Entry]:
             (above, defaults),
             *((f"{name}: job {n}", job) for n, job in enumerate(jobs, 1)),
         ]:
-            if _deeper(values, MAX_DEPTH):
-                found.append(f"{place}: nested more than {MAX_DEPTH} deep")
+            if _exceeds(values, limits.DEPTH):
+                found.append(f"{place}: nested more than {limits.DEPTH} deep")
                 return
         yield from (Entry(f"{name}: job {n}", job, defaults, above) for n, job in enumerate(jobs, 1))
 
@@ -179,7 +178,7 @@ def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
             continue
         place = f"{name}: line {number}"
         try:
-            values = json.loads(line.lstrip("\ufeff"), object_pairs_hook=_once)
+            values = json.loads(line.lstrip("\ufeff"), object_pairs_hook=_without_repeats)
         except (ValueError, RecursionError) as error:  # also numbers of thousands of digits, and deep nesting
             what = str(error)
             if isinstance(error, json.JSONDecodeError):
@@ -188,15 +187,15 @@ def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
             continue
         if not isinstance(values, dict):
             found.append(f"{place}: not a JSON object")
-        elif _deeper(values, MAX_DEPTH):
-            found.append(f"{place}: nested more than {MAX_DEPTH} deep")
+        elif _exceeds(values, limits.DEPTH):
+            found.append(f"{place}: nested more than {limits.DEPTH} deep")
         elif values.keys() == {"defaults"} and isinstance(values["defaults"], dict):
             defaults, above = values["defaults"], f"{place}: [defaults]"
         else:
             yield Entry(place, values, defaults, above)
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """A JSON object whose keys are there once.
 
     Raises:
@@ -209,16 +208,16 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return values
 
 
-def _deeper(value: Any, depth: int) -> bool:
+def _exceeds(value: Any, depth: int) -> bool:
     """Whether lists and tables are nested more than so deep."""
     if not isinstance(value, dict | list):
         return False
     return depth == 0 or any(
-        _deeper(v, depth - 1) for v in (value.values() if isinstance(value, dict) else value)
+        _exceeds(v, depth - 1) for v in (value.values() if isinstance(value, dict) else value)
     )
 
 
-def _expanded(entry: Entry, base: str, found: list[str]) -> Iterator[dict[str, Any]]:
+def _expand(entry: Entry, base: str, found: list[str]) -> Iterator[dict[str, Any]]:
     """One set of values for each combination of the files that the globs match."""
     choices, whole = [], entry.whole
     for key in GLOBBED:
@@ -228,8 +227,8 @@ def _expanded(entry: Entry, base: str, found: list[str]) -> Iterator[dict[str, A
             found.append(f"{entry.at(key)}: {key}: no file matches {value!r}")
         choices.append(matches)
     count = math.prod(map(len, choices))
-    if count > MAX_JOBS:
-        found.append(f"{entry.place}: its globs make {count} jobs, more than {MAX_JOBS}; split them")
+    if count > limits.JOBS:
+        found.append(f"{entry.place}: its globs make {count} jobs, more than {limits.JOBS}; split them")
         return
     for combination in itertools.product(*choices):
         yield {**whole, **{k: v for k, v in zip(GLOBBED, combination) if v is not None}, "": base}
@@ -257,7 +256,7 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
     wrong += [f"{entry.at(key)}: {key}: `-` is no file; a batch reads files only" for key in streams]
     filled = {}
     for key, value in values.items():
-        filled[key] = _filled(value, fields, f"{entry.at(key)}: {key}", wrong) if key in TEMPLATED else value
+        filled[key] = _fill(value, fields, f"{entry.at(key)}: {key}", wrong) if key in TEMPLATED else value
     for key in FURTHER:
         given = filled.get(key)
         if isinstance(given, str | list):
@@ -266,7 +265,7 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
             ]
     if isinstance(filled.get("constraints"), str) and filled["constraints"] != "-":
         filled["constraints"] = os.path.join(base, filled["constraints"])
-    label = _filled(name or "{source.stem}-{target.stem}", fields, f"{entry.at('name')}: name", wrong)
+    label = _fill(name or "{source.stem}-{target.stem}", fields, f"{entry.at('name')}: name", wrong)
     try:
         job = Job(**filled)
     except (JobError, TypeError) as error:
@@ -278,19 +277,19 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
         tiles = [path.replace(MARK, "1001") for path in job.outputs]
         wrong += [f"{entry.place}: output: {text}" for text in filter(None, map(names.mistake, tiles))]
         if not wrong:
-            wrong = [f"{entry.place}: {path}: no such file" for path in job.inputs if not _is_there(path)]
+            wrong = [f"{entry.place}: {path}: no such file" for path in job.inputs if not _exists(path)]
         if not wrong:
-            wrong = [f"{entry.place}: {text}" for text in _unmakeable(job)]
+            wrong = [f"{entry.place}: {text}" for text in _check_kinds(job)]
     found.extend(wrong)
     return None if wrong else Task.of(number, str(label).strip("-"), entry.place, job)
 
 
-def _is_there(path: str) -> bool:
+def _exists(path: str) -> bool:
     """Whether an input is a file, or the tiles that its name stands for are."""
     return bool(files_of(path)) if MARK in path else os.path.isfile(path)
 
 
-def _unmakeable(job: Job) -> Iterator[str]:
+def _check_kinds(job: Job) -> Iterator[str]:
     """What is wrong with the kinds of the inputs and outputs."""
     from ..run import outputs
     from ..run.inputs import Inputs
@@ -322,9 +321,9 @@ def _fields(values: dict[str, Any], number: int) -> dict[str, str]:
     return fields
 
 
-def _filled(value: Any, fields: dict[str, str], place: str, wrong: list[str]) -> Any:
+def _fill(value: Any, fields: dict[str, str], place: str, wrong: list[str]) -> Any:
     if isinstance(value, list):
-        return [_filled(item, fields, place, wrong) for item in value]
+        return [_fill(item, fields, place, wrong) for item in value]
     if not isinstance(value, str):
         return value
 
@@ -336,7 +335,7 @@ def _filled(value: Any, fields: dict[str, str], place: str, wrong: list[str]) ->
     return re.sub(r"\{([^{}]*)\}", fill, value)
 
 
-def _placed(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
+def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
     """The task with its outputs under the root, after checking that they stay there and are no folders."""
     job = task.job
     if job.constraints == "-":
@@ -354,10 +353,10 @@ def _placed(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
             )
     values: dict[str, Any] = {field: moved.get(getattr(job, field) or "") for field in WRITTEN}
     values["output"] = tuple(moved.get(name, name) for name in job.output)
-    return task.holding(job.model_copy(update=values))
+    return task.with_job(job.model_copy(update=values))
 
 
-def _distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> None:
+def _check_distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> None:
     """No file may be the output of two jobs, or an input of one and the output of another, or be taken.
 
     Names that differ only by case or by how Unicode writes a letter are one file on many disks.
@@ -376,7 +375,7 @@ def _distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> Non
             other = owner.get(names.alike(real))
             if other is not None:
                 both = f"{other.place} writes it too" if other is not task else "it is named twice"
-                if (same := _written(other, real)) != real:
+                if (same := _name_in(other, real)) != real:
                     both = f"{other.place} writes {same}, which is the same file on many disks"
                 found.append(f"{task.place}: output: {path}: {both}; use a template such as {{source.stem}}")
             if real in inputs:
@@ -386,19 +385,19 @@ def _distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> Non
             owner[names.alike(real)] = task
     for task, paths in zip(tasks, outputs):
         for path in paths:
-            above = next(((owner[key], key) for key in _above(path) if key in owner), None)
+            above = next(((owner[key], key) for key in _parents(path) if key in owner), None)
             if above:
                 found.append(
-                    f"{task.place}: output: {path}: {above[0].place} writes {_written(*above)}, which is no folder"
+                    f"{task.place}: output: {path}: {above[0].place} writes {_name_in(*above)}, which is no folder"
                 )
 
 
-def _written(task: Task, name: str) -> str:
+def _name_in(task: Task, name: str) -> str:
     """The output of a task that is the same file as another, on many disks."""
     real = map(os.path.realpath, task.job.outputs)
     return next(path for path in real if names.alike(path) == names.alike(name))
 
 
-def _above(path: str) -> Iterator[str]:
+def _parents(path: str) -> Iterator[str]:
     """The folders that an output lies in, from its own on."""
     return (names.alike(str(folder)) for folder in Path(os.path.realpath(path)).parents)

@@ -1,4 +1,4 @@
-"""Where jobs run: processes of this machine, or an existing Dask cluster. Both are `concurrent.futures` executors."""
+"""Pools of workers: processes of this machine, or an existing Dask cluster. Both are `concurrent.futures` executors."""
 
 from __future__ import annotations
 
@@ -54,7 +54,8 @@ class Processes:
     """Processes of this machine, each an executor of its own.
 
     A pool of one process is broken by its own job only, and can be killed when its time is up; one pool of many
-    would lose every pending job when any worker dies.
+    would lose every pending job when any worker dies. pebble's pool (5.2.3) costs as much, but is lost as a whole when
+    a worker dies before it has begun a job, and stops workers one by one: 4 in compiled code in 12.2 s, these in 3.1.
     """
 
     ahead = 0
@@ -125,7 +126,7 @@ class _Lane:
         """Start jobs, once the process is ready: their time starts here. A dead process is an answer too."""
         try:
             self._pid.result()
-            self.future = self.executor.submit(worker.several, payloads)
+            self.future = self.executor.submit(worker.run_bundle, payloads)
         except BrokenExecutor as error:
             self.future = Future()
             self.future.set_exception(error)
@@ -184,7 +185,7 @@ class Dask:
 
     def submit(self, payloads: list[dict[str, Any]]) -> Future:
         """Start jobs somewhere."""
-        future = self._executor.submit(worker.several, payloads)
+        future = self._executor.submit(worker.run_bundle, payloads)
         future.add_done_callback(self._learn)
         return future
 

@@ -1,4 +1,4 @@
-"""What runs in a worker of a batch. Nothing heavy is imported at the top: threads are capped before numpy loads."""
+"""The worker of a batch. Nothing heavy is imported at the top: threads are capped before numpy loads."""
 
 from __future__ import annotations
 
@@ -34,22 +34,22 @@ def prepare(threads: int) -> None:
         os.environ[name] = "1" if name.startswith(("OPENBLAS", "MKL")) else str(threads)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
     signal.signal(signal.SIGTERM, _stop)
-    threading.Thread(target=_outlive_nobody, daemon=True).start()
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     warnings.simplefilter("ignore")  # what a worker has to say is in its answer
     logging.getLogger().addHandler(logging.NullHandler())
     from ...pixels import warp  # noqa: F401  now, so that the first job's time is its own
     from ..pictures import image_files  # noqa: F401
 
 
-def several(payloads: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def run_bundle(payloads: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Run jobs one after another, and begin none after SPAN seconds; what came of those that were begun."""
     end, answers = time.monotonic() + SPAN, list[dict[str, Any]]()
     while len(answers) < len(payloads) and (not answers or time.monotonic() < end):
-        answers.append(work(payloads[len(answers)]))
+        answers.append(run_job(payloads[len(answers)]))
     return answers
 
 
-def work(payload: dict[str, Any]) -> dict[str, Any]:
+def run_job(payload: dict[str, Any]) -> dict[str, Any]:
     """Run one job and describe what came of it; only a dying process does not answer.
 
     Args:
@@ -82,11 +82,11 @@ def _run(payload: dict[str, Any]) -> dict[str, Any]:
             for k, v in outcome.report.items()
             if k in ("boundary", "dilatation", "log10_area", "injective")
         },
-        "notes": _few(outcome.notes),
+        "notes": _first_notes(outcome.notes),
     }
 
 
-def _few(notes: tuple[str, ...]) -> list[str]:
+def _first_notes(notes: tuple[str, ...]) -> list[str]:
     """The first notes; a drawing with a thousand strokes would otherwise drown the results."""
     return [*notes[:NOTES], *([f"and {len(notes) - NOTES} more"] if len(notes) > NOTES else [])]
 
@@ -118,7 +118,7 @@ def _stop(number: int, frame: object) -> NoReturn:
     raise Stopped
 
 
-def _outlive_nobody() -> None:
+def _end_with_parent() -> None:
     """End with the parent, however it ends: an orphan would wait for jobs for ever."""
     parent = multiprocessing.parent_process()
     if parent is not None:

@@ -1,1 +1,5 @@
-"""Results against baselines."""
+"""Results against baselines.
+
+compare     two results: pictures, reports, other files
+regression  a folder of results against a folder of baselines
+"""

@@ -13,10 +13,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import InputError
-from .. import files, formats
-from ..run.checked import mistakes
-
-MAX_BYTES = 1 << 28
+from .. import files, formats, limits
+from ..run.validate import mistakes
 
 
 class Pictures(BaseModel):
@@ -87,7 +85,7 @@ def tolerances(path: Path | None) -> Tolerances:
     if path is None:
         return Tolerances()
     try:
-        return Tolerances(**tomllib.loads(files.read_bytes(path, max_bytes=MAX_BYTES).decode()))
+        return Tolerances(**tomllib.loads(files.read_bytes(path, max_bytes=limits.COMPARED_BYTES).decode()))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: {error}") from None
     except ValidationError as error:
@@ -113,7 +111,7 @@ def compare(name: str, run: Path, baseline: Path, allowed: Tolerances) -> Verdic
 def _pictures(run: Path, baseline: Path, allowed: Pictures, verdict: Verdict) -> None:
     a, b = _pixels(run), _pixels(baseline)
     if a.shape != b.shape or a.dtype != b.dtype:
-        verdict.problems.append(f"is {_said(a)} where the baseline is {_said(b)}")
+        verdict.problems.append(f"is {_kept(a)} where the baseline is {_kept(b)}")
         return
     x, y = scaled(a), scaled(b)
     if not np.array_equal(np.isfinite(x), np.isfinite(y)):
@@ -145,7 +143,7 @@ def _pixels(path: Path) -> np.ndarray:
     return image_files.read(path).pixels
 
 
-def _said(pixels: np.ndarray) -> str:
+def _kept(pixels: np.ndarray) -> str:
     height, width, channels = pixels.shape
     return f"{width}x{height} with {channels} channels of {pixels.dtype}"
 
@@ -185,7 +183,7 @@ def _reports(run: Path, baseline: Path, allowed: Tolerances, verdict: Verdict) -
 
 def _json(path: Path) -> Any:
     try:
-        return json.loads(files.read_bytes(path, max_bytes=MAX_BYTES))
+        return json.loads(files.read_bytes(path, max_bytes=limits.COMPARED_BYTES))
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise

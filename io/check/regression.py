@@ -83,7 +83,7 @@ def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | N
     if not formats.of(verdict.name).picture or not all(path.is_file() for path in pair):
         return None
     try:
-        shown = [_shown(image_files.read(path).pixels) for path in pair]
+        shown = [_as_picture(image_files.read(path).pixels) for path in pair]
     except InputError:
         return None
     if shown[0].shape == shown[1].shape:
@@ -92,7 +92,7 @@ def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | N
     path = folder / f"{verdict.name}.diff.png"
     path.parent.mkdir(parents=True, exist_ok=True)
     picture = image_files.Image(
-        np.round(255 * _beside(shown)).astype(np.uint8),
+        np.round(255 * _side_by_side(shown)).astype(np.uint8),
         alpha=-1,
         associated=False,
         colorspace="sRGB",
@@ -103,7 +103,7 @@ def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | N
     return path
 
 
-def _shown(pixels: np.ndarray) -> np.ndarray:
+def _as_picture(pixels: np.ndarray) -> np.ndarray:
     """(h, w, 3) in 0..1: grey repeated, alpha over grey."""
     x = np.clip(finite(scaled(pixels)), 0, 1)
     if x.shape[2] in (2, 4):
@@ -111,7 +111,7 @@ def _shown(pixels: np.ndarray) -> np.ndarray:
     return np.repeat(x[..., :1], 3, axis=2) if x.shape[2] < 3 else x[..., :3]
 
 
-def _beside(pictures: list[np.ndarray]) -> np.ndarray:
+def _side_by_side(pictures: list[np.ndarray]) -> np.ndarray:
     height, gap = max(p.shape[0] for p in pictures), 8
     padded = [np.pad(p, ((0, height - p.shape[0]), (0, gap), (0, 0)), constant_values=1.0) for p in pictures]
     return np.concatenate(padded, axis=1)[:, :-gap]

@@ -1,9 +1,14 @@
 """`iccm edit`: a page in the browser on which pins and strokes are placed and the map is seen to follow.
 
-session   the shapes, the map at rest and the map that follows
-scene     what the page draws of them
-saving    constraints, copies of the drawings, the command line, exports
-link      the conversation with the page
-guard     who is answered
-server    the files of the page, and the life of the server
+session       the shapes, the map at rest and the map that follows
+map_choice    a map gone on with, or found anew
+scene         what the page draws of them
+surface_view  a mesh in space
+shown         a map in the page, or why there is none
+saving        constraints, the command line, exports
+drawn         pins and strokes in copies of the drawings
+link          the conversation with the page
+messages      what the page may say
+guard         who is answered
+server        the files of the page, and the life of the server
 """

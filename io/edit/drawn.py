@@ -23,7 +23,7 @@ LABEL = "inkscape:label"
 RADIUS = 0.008  # of the canvas: of the circles that show pins
 
 
-def copied(of: Shape, pins: Pins, strokes: Strokes) -> bytes:
+def copy_with(of: Shape, pins: Pins, strokes: Strokes) -> bytes:
     """The drawing that a shape was read from with these pins and strokes, names without their prefix, in file units.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Who is answered: a page of this very server that knows the token.
+"""The guard of the server: only its own page, which knows the token, is answered.
 
 Anything else on the machine may send to a port of 127.0.0.1: other users, and every page that is open in the browser.
 """

@@ -15,7 +15,7 @@ from ...errors import InputError
 from ..files import check_output
 from . import messages, saving
 from .messages import Draw, Export, Follow, Place, Save, Solve
-from .scene import framed
+from .scene import frame
 from .session import Session, Shown
 
 KINDS = ("follow", "solve", "compare")
@@ -107,7 +107,7 @@ class _Link:
             message: Solve = await queue.get()
             await asyncio.sleep(IDLE)
             if session.scene is message.scene and queue.empty():
-                shown: Any = await self._done("compare", session.compared, message.scene)
+                shown: Any = await self._done("compare", session.compare, message.scene)
                 if isinstance(shown, Shown) and session.scene is message.scene:
                     await self._show(message, shown)
 
@@ -125,7 +125,7 @@ class _Link:
         if drawn is None:
             await self._say(head)
         else:
-            await self._send(self._socket.send_bytes(framed(head, drawn)))
+            await self._send(self._socket.send_bytes(frame(head, drawn)))
 
     async def _done(self, pool: str, call: Callable[..., Any], *arguments: Any) -> Any:
         """What a call gives in a thread of its own, or {"error": …}."""
@@ -139,10 +139,10 @@ class _Link:
     def _answer(self, message: Place | Save | Draw | Export) -> dict[str, Any]:
         session = self._session
         if isinstance(message, Place):
-            return {"points": session.placed(message.side, message.points)}
+            return {"points": session.transfer(message.side, message.points)}
         names = saving.copy_names(session, message.name) if isinstance(message, Draw) else [message.name]
-        if not message.replace and (there := [name for name in names if self._asks(name)]):
-            return {"exists": there}
+        if not message.replace and (existing := [name for name in names if self._asks(name)]):
+            return {"exists": existing}
         return self._written(message, names)
 
     def _asks(self, name: str) -> bool:

@@ -1,4 +1,4 @@
-"""Which map a scene has: gone on to from the map before it, or found from scratch."""
+"""The choice between two maps of a scene: continued from the map before it, or from scratch."""
 
 from __future__ import annotations
 

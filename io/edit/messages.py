@@ -1,4 +1,4 @@
-"""What the page may say, checked: everything that comes from it is data of a stranger."""
+"""Messages of the page, validated: everything that comes from it is data of a stranger."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from ...errors import InputError
+from .. import limits
 from ..point_syntax import Place as Spot
-from ..run.options import MAX_SIDE, MOST_BALANCE
 from ..shapes.listing import Pin, Stroke
-
-MOST_PINS, MOST_STROKES, MOST_POINTS = 500, 100, 2000
 
 
 class _Message(BaseModel):
@@ -21,16 +19,16 @@ class _Message(BaseModel):
 class Scene(_Message):
     """All that is edited: pins and strokes in the files' units, and how the map is to be."""
 
-    pins: list[Pin] = Field(default=[], max_length=MOST_PINS)
-    strokes: list[Stroke] = Field(default=[], max_length=MOST_STROKES)
-    balance: float = Field(default=1.0, gt=0, le=MOST_BALANCE)
+    pins: list[Pin] = Field(default=[], max_length=limits.PAGE_PINS)
+    strokes: list[Stroke] = Field(default=[], max_length=limits.PAGE_STROKES)
+    balance: float = Field(default=1.0, gt=0, le=limits.BALANCE)
     turn: float | Literal["any"] = 0.0
 
     @model_validator(mode="after")
     def _short(self) -> Scene:
         lines = [line for stroke in self.strokes for line in (stroke.source, stroke.target)]
-        if any(len(line) > MOST_POINTS for line in lines):
-            raise ValueError(f"a stroke has more than {MOST_POINTS} points")
+        if any(len(line) > limits.PAGE_POINTS for line in lines):
+            raise ValueError(f"a stroke has more than {limits.PAGE_POINTS} points")
         return self
 
     @property
@@ -63,7 +61,7 @@ class Place(_Message):
     type: Literal["place"]
     id: int
     side: Literal["source", "target"]
-    points: list[Spot] = Field(min_length=1, max_length=MOST_POINTS)
+    points: list[Spot] = Field(min_length=1, max_length=limits.PAGE_POINTS)
 
 
 class _File(_Message):
@@ -89,7 +87,7 @@ class Export(_File):
     """What `iccm map` writes."""
 
     type: Literal["export"]
-    size: int = Field(default=1024, ge=1, le=MAX_SIDE)
+    size: int = Field(default=1024, ge=1, le=limits.SIDE)
 
 
 Message = Annotated[Follow | Solve | Place | Save | Draw | Export, Field(discriminator="type")]

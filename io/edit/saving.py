@@ -1,4 +1,4 @@
-"""What leaves the page: constraints as JSON or drawn, the command that repeats the result, and what that writes."""
+"""Saving from the page: constraints as JSON or drawn, the command that repeats the result, and what that writes."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from typing import Any
 
 from ...errors import InputError
 from .. import files, formats
+from ..options import options_of
 from ..run.execute import Outcome, run
 from ..run.job import Job, make
-from ..run.options import described
-from ..run.report import plain
+from ..run.report import as_json
 from ..shapes.shape import Shape
 from ..shapes.starts import StartingMap
 from ..spec import path_of
@@ -55,7 +55,7 @@ def local(name: str) -> str:
     return name
 
 
-def listed(session: Session, scene: Scene, kinds: tuple[str, ...] = ("pins", "strokes")) -> str:
+def constraints_json(session: Session, scene: Scene, kinds: tuple[str, ...] = ("pins", "strokes")) -> str:
     """The constraints as JSON, with the sizes of the shapes that they belong to, and the map to go on from."""
     sides = {"source": session.source, "target": session.target}
     files = {side: {"file": path_of(shape.spec), "size": _size(shape)} for side, shape in sides.items()}
@@ -65,7 +65,7 @@ def listed(session: Session, scene: Scene, kinds: tuple[str, ...] = ("pins", "st
     }
     lines = [f'  "files": {json.dumps(files, ensure_ascii=False)}']
     for kind, found in entries.items():
-        rows = ",".join(f"\n    {json.dumps(plain(entry), ensure_ascii=False)}" for entry in found)
+        rows = ",".join(f"\n    {json.dumps(as_json(entry), ensure_ascii=False)}" for entry in found)
         lines.append(f'  "{kind}": [{rows}\n  ]' if found else f'  "{kind}": []')
     if start := session.start(scene):
         kept = StartingMap.of(start, session.source, session.target).model_dump_json()
@@ -90,7 +90,7 @@ def save(session: Session, scene: Scene, name: str, *, replace: bool) -> str:
     if formats.suffix_of(name) != ".json":
         raise InputError(f"{name}: constraints are written as .json")
     with files.replacing(name, force=replace) as path:
-        path.write_text(listed(session, scene), encoding="utf-8")
+        path.write_text(constraints_json(session, scene), encoding="utf-8")
     session.saved = scene
     session.written.add(name)
     return name
@@ -121,15 +121,15 @@ def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -
     Raises:
         InputError: a drawing cannot be changed so, a copy cannot be written, or exists without `replace`.
     """
-    start = listed(session, scene, ()) if session.start(scene) else ""
-    scene = named(scene)
+    start = constraints_json(session, scene, ()) if session.start(scene) else ""
+    scene = with_names(scene)
     specs = {}
     with ExitStack() as stack:  # all appear, or none
         for side, name, shape in zip(("source", "target"), names, _sides(session)):
             pins = [(pin.name, _point(getattr(pin, side))) for pin in scene.pins]
             strokes = [(s.name, [_point(place) for place in getattr(s, side)]) for s in scene.strokes]
             path = stack.enter_context(files.replacing(name, force=replace))
-            path.write_bytes(drawn.copied(shape, pins, strokes))
+            path.write_bytes(drawn.copy_with(shape, pins, strokes))
             drawn.check(_spec(str(path), shape), shape, pins, strokes)
             specs[side] = _spec(name, shape)
         if start:
@@ -149,7 +149,7 @@ def _spec(name: str, shape: Shape) -> str:
     return name + shape.spec[len(path_of(shape.spec)) :]
 
 
-def named(scene: Scene) -> Scene:
+def with_names(scene: Scene) -> Scene:
     """The scene with a name for each pin and stroke, different from all others."""
 
     def all_named(entries: list[Any]) -> Iterator[Any]:
@@ -189,12 +189,12 @@ def command(session: Session, scene: Scene, fields: dict[str, str] | None = None
         fields: of the job that name what was saved; by default what Save will write.
     """
     job = job_of(session, scene)
-    named = {"source": job.source, "target": job.target or ""} | (fields or _to_be_saved(session, scene))
+    named = {"source": job.source, "target": job.target or ""} | (fields or _fields_to_save(session, scene))
     words = ["iccm", "map", named.pop("source"), named.pop("target")]
     given = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
     if session.job.size:
         given["size"] = session.job.size
-    for name, (_, option) in described().items():
+    for name, (_, option) in options_of().items():
         if name in given and "map" in option.commands:
             value = given[name]
             text = "x".join(map(str, value)) if isinstance(value, tuple) else f"{value}"
@@ -205,7 +205,7 @@ def command(session: Session, scene: Scene, fields: dict[str, str] | None = None
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
 
 
-def _to_be_saved(session: Session, scene: Scene) -> dict[str, str]:
+def _fields_to_save(session: Session, scene: Scene) -> dict[str, str]:
     if not session.drawn:
         return {"constraints": constraints_file(session)} if scene.pins or scene.strokes else {}
     names = copy_names(session, ENDING)
@@ -224,7 +224,7 @@ def export(session: Session, scene: Scene, name: str, size: int, *, replace: boo
     local(name)
     stmap = formats.suffix_of(name) == ".exr" and Path(name).stem.lower().endswith("stmap")
     output: dict[str, Any] = {"stmap": name} if stmap else {"output": (name,)}
-    with _materialised(session, scene) as given:
+    with _written_constraints(session, scene) as given:
         job = job_of(session, scene, **{"size": (size,), "force": replace, **output, **given})
         outcome = run(job)
     session.written.update(outcome.written)
@@ -232,7 +232,7 @@ def export(session: Session, scene: Scene, name: str, size: int, *, replace: boo
 
 
 @contextmanager
-def _materialised(session: Session, scene: Scene) -> Iterator[dict[str, Any]]:
+def _written_constraints(session: Session, scene: Scene) -> Iterator[dict[str, Any]]:
     """Fields of a job whose constraints are the scene's, in files that last for the block."""
     with tempfile.TemporaryDirectory() as folder:
         if session.drawn:
@@ -240,7 +240,7 @@ def _materialised(session: Session, scene: Scene) -> Iterator[dict[str, Any]]:
             yield copies(session, scene, names, replace=True)
         elif scene.pins or scene.strokes:
             path = Path(folder) / "constraints.json"
-            path.write_text(listed(session, scene), encoding="utf-8")
+            path.write_text(constraints_json(session, scene), encoding="utf-8")
             yield {"constraints": str(path)}
         else:
             yield {}

@@ -1,4 +1,4 @@
-"""What the page draws, in coordinates of its own: about 1 large, y down, so that 32 bits are enough.
+"""Drawings for the page, in its own coordinates: about 1 large, y down, so that 32 bits are enough.
 
 A point of a file is origin + scale · (x, ±y); the sign says whether the file's own y points down.
 """
@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
 from ...maps.triangulated.map import TriangulatedMap
+from ...plane import bounding_box, longer_side
+from .. import limits
 from ..formats import picture
 from ..pictures import image_files
-from ..pictures.image import Image, prepared
+from ..pictures.image import Image, prepare
 from ..shapes.shape import Shape
-
-MOST_TEXELS = 8192  # of a side: what nearly every WebGL 2 takes
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,8 @@ class PageHalf:
     @classmethod
     def of(cls, *boxes: Box) -> PageHalf:
         """The view whose unit holds all boxes."""
-        low = complex(min(b[0].real for b in boxes), min(b[0].imag for b in boxes))
-        high = complex(max(b[1].real for b in boxes), max(b[1].imag for b in boxes))
-        return cls((low + high) / 2, max((high - low).real, (high - low).imag))
+        low, high = bounding_box(np.array(boxes))
+        return cls((low + high) / 2, longer_side(low, high))
 
     def __call__(self, z: Complex) -> NDArray[np.float32]:
         """(..., 2) coordinates of the page of points of the core plane."""
@@ -84,16 +83,16 @@ def patches(map: TriangulatedMap, source: PageHalf, target: PageHalf) -> NDArray
     return np.concatenate([side.reshape(len(map.faces), 6) for side in sides], axis=1)
 
 
-def framed(head: dict[str, Any], floats: NDArray[np.float32]) -> bytes:
+def frame(head: dict[str, Any], floats: NDArray[np.float32]) -> bytes:
     """A binary message: the length of a JSON text padded to four bytes, the text, then floats, little-endian."""
     text = json.dumps(head, allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
     return struct.pack("<I", len(text)) + text + floats.astype("<f4").tobytes()
 
 
-def png(image: Image, most: int = MOST_TEXELS) -> bytes:
+def png(image: Image, most: int = limits.PAGE_TEXELS) -> bytes:
     """The texture as a browser takes it: a PNG of at most so many pixels a side."""
-    shown = prepared(image, picture("texture.png"))
+    shown = prepare(image, picture("texture.png"))
     height, width = shown.pixels.shape[:2]
     if (larger := max(height, width)) > most:
         size = (round(width * most / larger) or 1, round(height * most / larger) or 1)

@@ -18,13 +18,12 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from ...errors import InputError
+from .. import limits
 from .guard import Guard
 from .link import Links
-from .scene import MOST_TEXELS
 from .session import Session
 
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
-LARGEST_MESSAGE = 1 << 22
 LEAST_TEXELS = 2048  # of a texture's side: what every WebGL 2 takes
 
 
@@ -48,7 +47,9 @@ def app(session: Session, token: str, port: int, gone: Callable[[], None], **opt
     def texture(request: Request) -> Response:
         side = request.query_params.get("side", "")
         most = int(side) if side.isdecimal() and len(side) < 6 else LEAST_TEXELS
-        return Response(session.texture(min(max(most, LEAST_TEXELS), MOST_TEXELS)), media_type="image/png")
+        return Response(
+            session.texture(min(max(most, LEAST_TEXELS), limits.PAGE_TEXELS)), media_type="image/png"
+        )
 
     def triangles(request: Request) -> Response:
         try:
@@ -86,7 +87,7 @@ def serve(session: Session, *, port: int, browser: bool, show: Callable[[str], N
         InputError: the port is taken.
         KeyboardInterrupt: Ctrl-C.
     """
-    with listening(port) as listener:
+    with listen(port) as listener:
         port = listener.getsockname()[1]
         token = secrets.token_urlsafe(24)
         server = uvicorn.Server(
@@ -96,7 +97,7 @@ def serve(session: Session, *, port: int, browser: bool, show: Callable[[str], N
                 log_config=None,
                 access_log=False,
                 server_header=False,
-                ws_max_size=LARGEST_MESSAGE,
+                ws_max_size=limits.PAGE_MESSAGE_BYTES,
                 ws_ping_interval=None,  # a machine that slept has not closed its page
                 timeout_graceful_shutdown=1,
             )
@@ -104,18 +105,18 @@ def serve(session: Session, *, port: int, browser: bool, show: Callable[[str], N
         address = f"http://127.0.0.1:{port}/{token}/"
         show(address)
         if browser:
-            threading.Timer(0.3, _opened, (address,)).start()
+            threading.Timer(0.3, _open, (address,)).start()
         server.run(sockets=[listener])
 
 
-def _opened(address: str) -> None:
+def _open(address: str) -> None:
     try:
         webbrowser.open(address)
     except Exception:  # the address was shown: it can be opened by hand
         return
 
 
-def listening(port: int) -> socket.socket:
+def listen(port: int) -> socket.socket:
     """A socket of this machine alone.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What is edited: two shapes, a texture, the map at rest, and the map that follows while something is dragged."""
+"""An editing session: two shapes, a texture, the map at rest, and the map that follows while something is dragged."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from ...memory import Memory
 from ...result import Fit, Status
 from ..point_syntax import Place
 from ..run import framing, texture
-from ..run.constraints import holed, inside, solved
+from ..run.constraints import check_inside, solve
 from ..run.inputs import Inputs
 from ..run.job import Job
 from ..run.outputs import suffix_for
-from ..run.report import plain
+from ..run.report import as_json
 from ..shapes import constraints, listing
 from ..shapes.listing import Listed, Pin, Stroke
 from ..shapes.mesh_shape import MeshShape
@@ -37,8 +37,8 @@ from ..shapes.starts import StartingMap
 from .map_choice import Way, same
 from .messages import Scene, scene_of
 from .scene import PageHalf, patches, png
-from .shown import MISSED, Shown, figures, missed, refused
-from .surface_view import SurfaceView, laid_out
+from .shown import MISSED, Shown, figures, missed_constraints, refusal
+from .surface_view import SurfaceView, lay_out
 
 ON_OUTLINE = 2e-3
 """Of the diagonal: what is so close to an outline goes onto the other; twice what a pin's is."""
@@ -91,14 +91,14 @@ class Session:
     @property
     def _boxes(self) -> tuple[Box, Box]:
         """What the texture covers, and what pictures show."""
-        return texture.box_of(self.job, self.source), framing.shown(self.job, self.target)
+        return texture.box_of(self.job, self.source), framing.picture_box(self.job, self.target)
 
     @lru_cache(maxsize=1)  # noqa: B019  (there is one session)
     def texture(self, most: int) -> bytes:
         """The texture as PNG of at most so many pixels a side."""
         image, source = self._image, self.source
         if isinstance(source, MeshShape) and texture.on_mesh(self.job, source):
-            image = laid_out(self.job, source, image, self._boxes[0], most)
+            image = lay_out(self.job, source, image, self._boxes[0], most)
         return png(image, most)
 
     @property
@@ -124,14 +124,14 @@ class Session:
             "digits": DIGITS,
         }
         how["mean"] = self._magnification
-        return plain({"source": sides[0], "target": sides[1], "notes": self.notes, **scenes, **how})
+        return as_json({"source": sides[0], "target": sides[1], "notes": self.notes, **scenes, **how})
 
     @property
     def _magnification(self) -> float:
         """Lengths in the texture's plane by those on the target, both as the page has them, in the mean."""
-        surface, (here, there) = self.surfaces[1], self.views
-        scale = surface.scale if surface else there.scale
-        return float(np.sqrt(self.source.curve.area / self.target.curve.area) * scale / here.scale)
+        surface, (source, target) = self.surfaces[1], self.views
+        scale = surface.scale if surface else target.scale
+        return float(np.sqrt(self.source.curve.area / self.target.curve.area) * scale / source.scale)
 
     def triangles(self, side: str) -> bytes:
         """A mesh for the page: its triangles, and of the source's the places in the texture's plane.
@@ -168,12 +168,12 @@ class Session:
             with one_thread():
                 chosen = self._ways.get(scene.key) or Way(self._start(scene))
                 chosen = replace(chosen, fresh=way == "fresh") if way else chosen
-                fit, report, chosen = self._found(scene, chosen)
+                fit, report, chosen = self._solve(scene, chosen)
         except InputError as error:
-            return refused(error)
-        return self._rested(scene, fit, report, chosen)
+            return refusal(error)
+        return self._settle(scene, fit, report, chosen)
 
-    def compared(self, scene: Scene) -> Shown | None:
+    def compare(self, scene: Scene) -> Shown | None:
         """What there is to be said once the map that was gone on to is compared with that from scratch.
 
         Where no difference is seen the latter takes its place: then nothing but pins and strokes has to be saved.
@@ -183,13 +183,13 @@ class Session:
             return None
         try:
             with one_thread():
-                fit, report = self._fitted(scene, None)
+                fit, report = self._fit_scene(scene, None)
         except InputError:
             return None
-        if any(missed(report, scene).values()) or self.scene is not scene:
+        if any(missed_constraints(report, scene).values()) or self.scene is not scene:
             return None
         if same(before.map, fit.map):  # type: ignore[arg-type]
-            return self._rested(scene, fit, report, Way())
+            return self._settle(scene, fit, report, Way())
         self._ways[scene.key] = chosen = replace(chosen, other=True)
         return replace(self._last[1], drawn=None, other=chosen.alternative)
 
@@ -206,37 +206,37 @@ class Session:
         if self._live is None and scene.balance == last.balance:
             return fit.map  # type: ignore[return-value]
         try:
-            return self._followed(*self.core(scene), scene).map
+            return self._continue(*self.core(scene), scene).map
         except NoMapError:
             return None
 
-    def _found(self, scene: Scene, chosen: Way) -> tuple[Fit, dict[str, Any], Way]:
+    def _solve(self, scene: Scene, chosen: Way) -> tuple[Fit, dict[str, Any], Way]:
         """The map, by the way chosen if that leads anywhere."""
         if chosen.begins is not None:
             try:
-                fit, report = self._fitted(scene, chosen.begins)
+                fit, report = self._fit_scene(scene, chosen.begins)
                 if fit.status is not Status.PINS:
                     return fit, report, chosen
             except NoMapError:
                 pass
             chosen = Way()
-        return *self._fitted(scene, None), chosen
+        return *self._fit_scene(scene, None), chosen
 
-    def _fitted(self, scene: Scene, start: TriangulatedMap | None) -> tuple[Fit, dict[str, Any]]:
+    def _fit_scene(self, scene: Scene, start: TriangulatedMap | None) -> tuple[Fit, dict[str, Any]]:
         """The fit, as `iccm map` makes it, and its report."""
         pins, strokes = self.core(scene)
         given: dict[str, Any] = self.job.solver | {"balance": scene.balance, "turn": scene.turn}
         given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
         said: list[str] = []
         given |= {} if start is None else {"start": start}
-        fit = solved(self.job, self.source, self.target, given, said.append)
+        fit = solve(self.source, self.target, given, holed=self.job.holed, tell=said.append)
         report = fit.report()
         report["notes"] += said
         return fit, report
 
-    def _rested(self, scene: Scene, fit: Fit, report: dict[str, Any], chosen: Way) -> Shown:
+    def _settle(self, scene: Scene, fit: Fit, report: dict[str, Any], chosen: Way) -> Shown:
         """What is shown of a map, which takes the place of the last one if it meets what it must."""
-        wrong = missed(report, scene)
+        wrong = missed_constraints(report, scene)
         if any(wrong.values()) and self._map is not None:
             return Shown("error", False, fit.status.value, {}, wrong)
         drawn = self.image_of(fit.map)  # type: ignore[arg-type]
@@ -253,11 +253,11 @@ class Session:
         try:
             with one_thread():
                 pins, strokes = self.core(scene)
-                self._live = live = self._followed(pins, strokes, scene)
+                self._live = live = self._continue(pins, strokes, scene)
                 map = live.map
                 found = Shown("coarse", live.met, "", of_triangles(map).report(), {}, self.image_of(map))
         except InputError as error:
-            return refused(error)
+            return refusal(error)
         self._map = map
         if found.ok:
             return found
@@ -266,7 +266,7 @@ class Session:
         message = "Not there yet: the map follows as far as nothing folds. Let go to look for another way."
         return replace(found, wrong=wrong, message=message)
 
-    def _followed(self, pins: Complex, strokes: list[tuple[Curve, Curve]], scene: Scene) -> Live:
+    def _continue(self, pins: Complex, strokes: list[tuple[Curve, Curve]], scene: Scene) -> Live:
         if self._live is not None:
             return self._live.moved(pins, strokes, scene.balance)
         if self._fit is None:
@@ -275,7 +275,7 @@ class Session:
         settings = Settings(theta=scene.balance, turn=turn, tolerance=self.job.tolerance)
         return Live.of(self._fit, settings, pins, strokes)
 
-    def placed(self, side: str, points: Sequence[Place]) -> list[list[float]]:
+    def transfer(self, side: str, points: Sequence[Place]) -> list[list[float]]:
         """Where places of a side, as its file counts them, are on the other; points on the outline stay on it.
 
         Raises:
@@ -283,23 +283,23 @@ class Session:
         """
         if self._map is None:
             raise InputError("there is no map yet")
-        here, there = (self.source, self.target) if side == "source" else (self.target, self.source)
-        z = np.array([here.at(point) for point in points])
-        inside(here, "point", list(z))
-        if holed(self.job) and any(Curve(hole).contains(z).any() for hole in here.holes):
+        shape, other = (self.source, self.target) if side == "source" else (self.target, self.source)
+        z = np.array([shape.at(point) for point in points])
+        check_inside(shape, "point", list(z))
+        if self.job.holed and any(Curve(hole).contains(z).any() for hole in shape.holes):
             raise InputError(
                 "that is in a hole; place a pin beside it, then drag both ends into holes that go together"
             )
         w = (self._map if side == "source" else self._map.inverse)(z)
         if not np.isfinite(w).all():
             raise InputError("the map does not reach that point")
-        s = here.curve.closest(z)
-        rim = np.abs(here.curve.at(s) - z) < ON_OUTLINE * here.curve.diagonal
-        w[rim] = there.curve.at(there.curve.closest(w[rim]))
+        s = shape.curve.closest(z)
+        rim = np.abs(shape.curve.at(s) - z) < ON_OUTLINE * shape.curve.diagonal
+        w[rim] = other.curve.at(other.curve.closest(w[rim]))
         if surface := self.surfaces[side == "source"]:
             return surface.places(w, DIGITS)
-        digits = DIGITS - int(np.floor(np.log10(there.curve.diagonal)))
-        return [[round(value, digits) for value in place] for place in there.to_file(w).tolist()]
+        digits = DIGITS - int(np.floor(np.log10(other.curve.diagonal)))
+        return [[round(value, digits) for value in place] for place in other.to_file(w).tolist()]
 
     def core(self, scene: Scene) -> tuple[Complex, list[tuple[Curve, Curve]]]:
         """Pins (k, 2) and strokes in the core plane.
@@ -310,9 +310,9 @@ class Session:
         listed = Listed(pins=scene.pins, strokes=scene.strokes)
         pins, strokes = constraints.pair(self.source, self.target, listed)
         for side, shape in enumerate((self.source, self.target)):
-            inside(shape, "pin", list(pins[:, side]))
+            check_inside(shape, "pin", list(pins[:, side]))
             for number, stroke in enumerate(strokes):
-                inside(shape, f"stroke {number + 1}: point", list(stroke[side].z))
+                check_inside(shape, f"stroke {number + 1}: point", list(stroke[side].z))
         return pins, strokes
 
 
@@ -332,13 +332,13 @@ def _scene(job: Job, source: Shape, target: Shape, listed: Listed) -> Scene:
         )
         for name, (a, b) in zip(source.strokes, kept.strokes)
     ]
-    typed = [Pin(source=here, target=there) for here, there in job.pin]
-    pins += [_seen(pin, source, target) for pin in [*listed.all_pins, *typed]]
-    strokes += [_seen(stroke, source, target) for stroke in listed.strokes]
+    typed = [Pin(source=start, target=end) for start, end in job.pin]
+    pins += [_on_surface(pin, source, target) for pin in [*listed.all_pins, *typed]]
+    strokes += [_on_surface(stroke, source, target) for stroke in listed.strokes]
     return scene_of(pins, strokes, job.balance, job.turn)
 
 
-def _seen(entry: Any, source: Shape, target: Shape) -> Any:
+def _on_surface(entry: Any, source: Shape, target: Shape) -> Any:
     """A pin or stroke with places of a mesh's plane as those of its surface."""
     sides = (("source", source), ("target", target))
     meshes = [(side, SurfaceView(shape)) for side, shape in sides if isinstance(shape, MeshShape)]

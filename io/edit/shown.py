@@ -1,4 +1,4 @@
-"""What the page is shown of a map, and what is said of one that cannot be."""
+"""The answer to the page: figures and picture of a map, or why there is none."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ..run.report import plain
+from ..run.report import as_json
 from .messages import Scene
 
 MISSED = 1e-6  # of the target's diagonal; pins that are met are met to 1e-9
@@ -43,7 +43,7 @@ class Shown:
     def head(self, seq: int) -> dict[str, Any]:
         """All but what is drawn, for the page; `seq` says to what this is the answer."""
         head = {name: getattr(self, name) for name in ("kind", "ok", "message", "figures", "wrong", "other")}
-        return plain({"type": "map", "seq": seq, **head})
+        return as_json({"type": "map", "seq": seq, **head})
 
 
 def figures(report: dict[str, Any]) -> dict[str, Any]:
@@ -52,7 +52,7 @@ def figures(report: dict[str, Any]) -> dict[str, Any]:
     return {name: report[name] for name in names}
 
 
-def missed(report: dict[str, Any], scene: Scene) -> dict[str, list[int]]:
+def missed_constraints(report: dict[str, Any], scene: Scene) -> dict[str, list[int]]:
     """Numbers of the pins and strokes that a full map does not meet."""
     pins, strokes = report["pins"][: len(scene.pins)], report["strokes"]
     return {
@@ -61,7 +61,7 @@ def missed(report: dict[str, Any], scene: Scene) -> dict[str, list[int]]:
     }
 
 
-def refused(error: InputError) -> Shown:
+def refusal(error: InputError) -> Shown:
     """What cannot be: the message counts from 1, and so names which."""
     text, wrong = str(error), {}
     for kind in ("pin", "stroke"):

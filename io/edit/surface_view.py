@@ -61,7 +61,7 @@ class SurfaceView:
         return [[round(value, after) for value in place] for place in self.shape.to_space(z).tolist()]
 
 
-def laid_out(job: Job, shape: MeshShape, image: Image, box: Box, most: int) -> Image:
+def lay_out(job: Job, shape: MeshShape, image: Image, box: Box, most: int) -> Image:
     """The texture of a mesh with coordinates of its own as a picture of a box of the flattening's plane."""
     texture = image.texture(box, kind=job.kind)
     placing = shape.placing(texture)
@@ -77,8 +77,8 @@ def laid_out(job: Job, shape: MeshShape, image: Image, box: Box, most: int) -> I
         z = (x + 1j * y[row : row + ROWS, None]).ravel()
 
         def places(part: slice, z: Complex = z) -> Any:
-            here = z[part]
-            return placing.places(here, np.full(here.size, right), np.full(here.size, down))
+            points = z[part]
+            return placing.places(points, np.full(points.size, right), np.full(points.size, down))
 
         out[row : row + ROWS] = sampler(places, z.size).reshape(-1, width, sampler.channels)
     return image.with_pixels(out, texture.alpha)

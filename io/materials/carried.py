@@ -14,9 +14,9 @@ from ...meshes.relayout import Origin, carry, paint, spread
 from ...pixels import colour
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
-from .. import files, formats
+from .. import files, formats, limits
 from ..pictures import image_files
-from ..pictures.image import Image, prepared
+from ..pictures.image import Image, prepare
 from .material_set import Material, MaterialMap, MaterialSet
 
 COLOURLESS = 1024  # texels across of a picture that no material has, but several factors make (by hand)
@@ -41,7 +41,7 @@ class How:
     filter: str = "auto"
     limit: float = np.inf
     padding: int | None = None
-    max_pixels: int = image_files.MAX_PIXELS
+    max_pixels: int = limits.READ_PIXELS
     threads: int | None = None
 
 
@@ -92,8 +92,14 @@ class Carrier:
     @cached_property
     def slots(self) -> list[str]:
         """What there will be pictures for."""
-        there = (slot for k in self.materials for slot in self.material_set.materials[k].maps)
-        return list(dict.fromkeys([*there, *sorted(self._differing)]))
+        shown = (slot for k in self.materials for slot in self.material_set.materials[k].maps)
+        return list(dict.fromkeys([*shown, *sorted(self._differing)]))
+
+    @property
+    def kinds(self) -> dict[str, str]:
+        """What the channels of each slot's picture are, by the first of the materials that has one."""
+        materials = [self.material_set.materials[k] for k in reversed(self.materials)]
+        return {slot: each.kind for material in materials for slot, each in material.maps.items()}
 
     def image(self, slot: str) -> Image:
         """The picture for a slot."""
@@ -103,8 +109,8 @@ class Carrier:
             return self._together(slot, maps, origin)
         assert maps[0] is not None
         image, sampler = self._ready(maps[0])
-        there, how = self._shown(origin, maps[0]), self.how
-        pixels = carry(there, sampler, how.limit, padding=how.padding, threads=how.threads)
+        origin, how = self._shown(origin, maps[0]), self.how
+        pixels = carry(origin, sampler, how.limit, padding=how.padding, threads=how.threads)
         return image.with_pixels(pixels, image.alpha)
 
     def origin(self, size: tuple[int, int]) -> Origin:
@@ -135,7 +141,7 @@ class Carrier:
 
     def _together(self, slot: str, maps: list[MaterialMap | None], origin: Origin) -> Image:
         """One picture of what several materials show, with or without pictures; factors that differ go into it."""
-        read = [None if each is None else plain(self._read(each)) for each in maps]
+        read = [None if each is None else without_profile(self._read(each)) for each in maps]
         materials = [self.material_set.materials[k] for k in self.materials]
         kind = next((each.kind for each in maps if each is not None), "data" if "Rough" in slot else "colour")
         factors = [
@@ -156,7 +162,7 @@ class Carrier:
                 level = FLAT if kind == "normal" else (1.0, 1.0, 1.0)
                 out[own] = np.rint(np.array((*level, 1.0)[:channels]) * top)
             else:
-                _, sampler = self._ready(each, _widened(image, np.dtype(dtype), clear))
+                _, sampler = self._ready(each, _widen(image, np.dtype(dtype), clear))
                 paint(out, self._shown(origin, each), sampler, own, threads=self.how.threads)
             if factor:
                 _multiply(out, own, factor, srgb=kind == "colour")
@@ -164,7 +170,7 @@ class Carrier:
         return Image(out, alpha=3 if clear else -1)
 
 
-def png(image: Image) -> bytes:
+def as_png(image: Image) -> bytes:
     """The picture as a PNG file."""
     with files.scratch() as folder:
         path = folder / "a.png"
@@ -172,12 +178,12 @@ def png(image: Image) -> bytes:
         return path.read_bytes()
 
 
-def plain(image: Image) -> Image:
+def without_profile(image: Image) -> Image:
     """The picture in sRGB, with integers of 8 or 16 bits and straight alpha."""
-    return prepared(image, formats.picture("a.png"))
+    return prepare(image, formats.picture("a.png"))
 
 
-def _widened(image: Image, dtype: np.dtype, clear: bool) -> Image:
+def _widen(image: Image, dtype: np.dtype, clear: bool) -> Image:
     """A plain picture with three colours, alpha if it is `clear`, and this type."""
     pixels = image.pixels if image.pixels.dtype == dtype else image.pixels.astype(dtype) * 257
     has = image.alpha >= 0

@@ -11,7 +11,7 @@ from ...meshes.mesh import triangulated
 from ..meshes import gltf_materials, material_library
 from ..meshes.mesh_files import MeshFile
 from . import of_gltf, of_mtl
-from .carried import Carrier, How, png
+from .carried import Carrier, How, as_png
 from .material_set import MaterialSet, part
 
 SHOWN = (gltf_materials.BASE, gltf_materials.DIFFUSE, "map_kd")  # where a texture that is mapped goes
@@ -33,7 +33,7 @@ def check(file: MeshFile, name: str | Path) -> None:
 
 
 def beside(file: MeshFile, name: str | Path, *, shown: bool) -> list[str]:
-    """The pictures that come beside an OBJ, and its library; `shown` as for `carried`.
+    """The pictures that come beside an OBJ, and its library; `shown` as for `carry`.
 
     Raises:
         InputError: old coordinates that are none.
@@ -54,7 +54,7 @@ def beside(file: MeshFile, name: str | Path, *, shown: bool) -> list[str]:
     return [str(Path(name).with_suffix(".mtl")), *sorted(found)] if found else []
 
 
-def carried(
+def carry(
     file: MeshFile, uv: Real, uv_corners: Index, *, shown: bool = False, threads: int | None = None
 ) -> dict[str, dict[str, bytes]]:
     """The pictures of materials for new coordinates, as PNG files, those of normals turned.
@@ -83,7 +83,7 @@ def carried(
         same = own, np.tile(np.arange(3), (own.size, 1))
         carrier = Carrier(material_set, part(new, own), same, How(threads=threads))
         slots = [slot for slot in material.maps if own.size and not (shown and slot in SHOWN)]
-        made[key] = {slot: png(carrier.image(slot)) for slot in slots}
+        made[key] = {slot: as_png(carrier.image(slot)) for slot in slots}
     return made
 
 

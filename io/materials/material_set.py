@@ -1,6 +1,5 @@
-"""What a mesh shows: its triangles, the material of each, and the pictures of materials."""
+"""The material set of a mesh: its triangles, the material of each, and the pictures of materials."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -125,8 +124,3 @@ def check_pictures(material_set: MaterialSet, name: str) -> None:
         raise InputError(
             f"{name}: its materials show no pictures; name some with --texture, --normal or --data"
         )
-
-
-def known(names: Iterable[str]) -> str:
-    """Names for messages, each once."""
-    return ", ".join(dict.fromkeys(names))

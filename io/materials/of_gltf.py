@@ -56,14 +56,14 @@ def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
     known = [each for each in normals if each is not None]
     stated = len(known) == len(parts)
     normal: Real | None = np.concatenate(known) if stated else None
-    tangents = _joined([part.tangents for part in parts], points, 4)
-    uv = _joined([_layout(part, bare) for part in parts], points, 2)
+    tangents = _join([part.tangents for part in parts], points, 4)
+    uv = _join([_layout(part, bare) for part in parts], points, 2)
     assert uv is not None
     corners = None if tangents is None else tangents[faces]
     return Charted(name, np.concatenate(points), faces, uv, faces, normal, faces if stated else None, corners)
 
 
-def _joined(values: Sequence[Real | None], points: Sequence[Real], width: int) -> Real | None:
+def _join(values: Sequence[Real | None], points: Sequence[Real], width: int) -> Real | None:
     """Values of vertices of all parts, zeros for those that have none; None where no part has any."""
     if all(each is None for each in values):
         return None
@@ -99,8 +99,8 @@ def _material(name: str, parts: Sequence[Primitive], key: str) -> Material:
         key = repr((gltf_materials.set_of(info), info.get("extensions", {}).get("KHR_texture_transform")))
         if key not in made:
             values = [part.uv(info) if part in own else None for part in parts]
-            made[key] = _joined(values, [part.points for part in parts], 2)
-        where = f"{name}: {gltf_materials.named([slot])}"
+            made[key] = _join(values, [part.points for part in parts], 2)
+        where = f"{name}: {gltf_materials.name_slots([slot])}"
         sampler = document.tree["textures"][info["index"]].get("sampler")
         options = None if sampler is None else document.tree["samplers"][sampler]
         maps[slot] = MaterialMap(content, gltf_materials.kind_of(slot), where, made[key], options)
@@ -117,7 +117,7 @@ def factors(material: dict[str, Any]) -> dict[str, tuple[float, ...]]:
     }
 
 
-def multiplied(material: dict[str, Any], slots: set[str]) -> None:
+def multiplied_slots(material: dict[str, Any], slots: set[str]) -> None:
     """Have a material multiply pictures in these slots by 1: what they were multiplied by is in them."""
     rough = material.setdefault("pbrMetallicRoughness", {})
     if gltf_materials.BASE in slots:

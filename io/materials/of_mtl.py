@@ -8,6 +8,7 @@ from ...arrays import Real
 from ...errors import InputError
 from ...meshes.charted import Charted
 from ...meshes.mesh import triangulated
+from .. import limits
 from ..meshes import material_library, obj_materials
 from ..meshes.mesh_files import MeshFile
 from ..pictures import image_files
@@ -24,7 +25,7 @@ BLUE, LEAN = (
 )  # of the mean of a normal map: at least so blue, so far from grey in red and green (by hand)
 
 
-def material_set(file: MeshFile, max_pixels: int = image_files.MAX_PIXELS) -> MaterialSet:
+def material_set(file: MeshFile, max_pixels: int = limits.READ_PIXELS) -> MaterialSet:
     """The material set of an OBJ, or of another mesh with one picture.
 
     Raises:
@@ -72,11 +73,11 @@ def _material(
             notes.append(f"{path}: {word} of {name} names {named}, which is no file; left out")
             continue
         kind = _kind(word, picture, most)
-        maps[word] = MaterialMap(picture, kind, str(picture), _placed(sheet.uv, rest))
+        maps[word] = MaterialMap(picture, kind, str(picture), _place(sheet.uv, rest))
     return Material(name, maps, lines)
 
 
-def _placed(uv: Real, rest: str) -> Real | None:
+def _place(uv: Real, rest: str) -> Real | None:
     """Texture coordinates as the options of a statement move them; None where they don't."""
     scale, offset = material_library.placing(rest)
     return None if (scale, offset) == ((1, 1), (0, 0)) else uv * scale + offset

@@ -49,7 +49,7 @@ def _name(meshes: Sequence[MeshFile]) -> str:
     return meshes[0].mesh.name if len(meshes) == 1 else str(meshes[0].path)
 
 
-def given(kinds: Mapping[str, Sequence[str]], dialect: str) -> dict[str, MaterialMap]:
+def given_maps(kinds: Mapping[str, Sequence[str]], dialect: str) -> dict[str, MaterialMap]:
     """Pictures that the user names for the old coordinates, by slot.
 
     Raises:

@@ -48,7 +48,7 @@ def to_gltf(
         material["alphaMode"] = "BLEND"
     known = {*TO_GLTF, *GREYS, "map_d"}
     left = [word for word in images if word not in known and kinds[word] != "normal"]
-    return made, material, _left(left)
+    return made, material, _left_out(left)
 
 
 def to_mtl(images: Pictures, source_material: Material) -> tuple[Pictures, list[str], list[str]]:
@@ -64,10 +64,10 @@ def to_mtl(images: Pictures, source_material: Material) -> tuple[Pictures, list[
     if ROUGH not in images and base:
         lines += [f"Pr {base.get('roughnessFactor', 1):g}", f"Pm {base.get('metallicFactor', 1):g}"]
     left = [slot for slot in images if slot not in TO_MTL and slot != ROUGH]
-    return made, lines, _left([gltf_materials.named([slot]) for slot in left])
+    return made, lines, _left_out([gltf_materials.name_slots([slot]) for slot in left])
 
 
-def _left(names: Iterable[str]) -> list[str]:
+def _left_out(names: Iterable[str]) -> list[str]:
     said = ", ".join(names)
     return [f"{said}: the other format has no place for it; left out"] if said else []
 

@@ -8,7 +8,7 @@ from ..meshes import gltf, gltf_dressed, material_library, obj_materials, obj_wr
 from ..meshes.gltf_dressed import Clothes
 from ..meshes.material_library import Library
 from . import of_gltf, translate
-from .carried import Carrier, Pictures, plain, png
+from .carried import Carrier, Pictures, as_png, without_profile
 from .relaid import Relaid
 
 
@@ -48,7 +48,7 @@ def _glb(relaid: Relaid) -> bytes:
     found = zip(relaid.carriers, relaid.pictures, groups)
     clothes = [_clothes(relaid, *each) for each in found if each[0].material is not None]
     used = dict.fromkeys(name for each in clothes for name in each.material.get("extensions", {}))
-    return gltf_dressed.dressed(document, clothes, list(used))
+    return gltf_dressed.dress(document, clothes, list(used))
 
 
 def _clothes(relaid: Relaid, carrier: Carrier, images: Pictures, group: list[gltf.Primitive]) -> Clothes:
@@ -56,20 +56,19 @@ def _clothes(relaid: Relaid, carrier: Carrier, images: Pictures, group: list[glt
     assert source_material is not None
     if relaid.before.dialect == "gltf":
         material = deepcopy(source_material.source)
-        of_gltf.multiplied(material, carrier.multiplied)
+        of_gltf.multiplied_slots(material, carrier.multiplied)
         samplers = {slot: each.options for slot, each in source_material.maps.items() if each.options}
     else:
-        kinds = {slot: each.kind for slot, each in source_material.maps.items()}
-        images, material, notes = translate.to_gltf(_plain(images), kinds, source_material)
+        images, material, notes = translate.to_gltf(_without_profiles(images), carrier.kinds, source_material)
         relaid.told(notes)
-    contents = {slot: png(image) for slot, image in images.items()}
+    contents = {slot: as_png(image) for slot, image in images.items()}
     return Clothes(group, material, contents, samplers, of_gltf.layout_of(group[0]))
 
 
 def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
     whole, faces, library = relaid.meshes[0].obj, relaid.meshes[0].faces, relaid.name.with_suffix(".mtl")
     assert whole is not None
-    rename, unclothed = obj_materials.renamed(whole, faces)
+    rename, unclothed = obj_materials.rename(whole, faces)
     materials, missing = obj_materials.library_of(whole)
     relaid.notes += missing
     made, contents = dict[str, list[str]](), dict[Path, bytes]()
@@ -78,17 +77,17 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
             continue
         images, lines = _statements(relaid, carrier, images)
         paths = {word: _picture(relaid, old.name, word) for word in images}
-        contents |= {paths[word]: png(image) for word, image in images.items()}
+        contents |= {paths[word]: as_png(image) for word, image in images.items()}
         names = {word: material_library.name_of(path, library.parent) for word, path in paths.items()}
         own = rename[old.name or None]
         body = [f"newmtl {own}", *(line for line in lines if _stays(line, set(images)))]
         made[own] = material_library.with_maps(body, names)
     others = [line for name, lines in materials.materials().items() if name not in made for line in lines]
-    text = material_library.bound(Library(tuple(others), materials.folder), {}, unclothed, {}, library)
+    text = material_library.bind(Library(tuple(others), materials.folder), {}, unclothed, {}, library)
     text += "".join(f"{line}\n" for lines in made.values() for line in lines)
     contents[library] = text.lstrip("\n").encode("utf-8", "surrogateescape")
     binding = obj_write.Binding(library.name, rename, unclothed)
-    out.write_bytes(obj_write.rebound(whole, faces, binding))
+    out.write_bytes(obj_write.rebind(whole, faces, binding))
     for path, data in contents.items():
         with files.replacing(path, force=force) as temporary:
             temporary.write_bytes(data)
@@ -100,7 +99,7 @@ def _statements(relaid: Relaid, carrier: Carrier, images: Pictures) -> tuple[Pic
     assert carrier.material is not None
     if relaid.before.dialect == "mtl":
         return images, list(carrier.material.source or translate.PLAIN)
-    images, lines, notes = translate.to_mtl(_plain(images), carrier.material)
+    images, lines, notes = translate.to_mtl(_without_profiles(images), carrier.material)
     relaid.told(notes)
     return images, lines
 
@@ -117,5 +116,5 @@ def _picture(relaid: Relaid, material: str, word: str) -> Path:
     return material_library.picture_of(relaid.name, material if several else None, word)
 
 
-def _plain(images: Pictures) -> Pictures:
-    return {slot: plain(image) for slot, image in images.items()}
+def _without_profiles(images: Pictures) -> Pictures:
+    return {slot: without_profile(image) for slot, image in images.items()}

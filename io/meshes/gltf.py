@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
-from .. import files
+from .. import files, limits, references
+from . import gltf_schema
 from .gltf_materials import base, set_of
 from .odd_forms import strip
 from .size_limits import ITEMS
 
-MAX_BYTES = 4 << 30
 DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 LINES, TRIANGLES, STRIP, FAN = 1, 4, 5, 6
 COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
@@ -104,10 +104,10 @@ class Gltf:
                 continue
             seen.add(number)
             node = nodes[number]
-            here = above @ _matrix(node)
+            matrix = above @ _matrix(node)
             if node.get("mesh") == mesh:
-                return here
-            waiting += [(child, here) for child in reversed(node.get("children", []))]
+                return matrix
+            waiting += [(child, matrix) for child in reversed(node.get("children", []))]
         return np.eye(4)
 
 
@@ -238,12 +238,13 @@ def read(path: Path) -> Gltf:
         InputError: a buffer that is missing or in another place, or compressed data.
         ValueError, LookupError, TypeError, struct.error: it is no such file.
     """
-    data = files.read_bytes(path, max_bytes=MAX_BYTES)
+    data = files.read_bytes(path, max_bytes=limits.MESH_BYTES)
     text, held = _chunks(data) if data[:4] == b"glTF" else (data, b"")
     tree = json.loads(text)
     for name in COMPRESSED:
         if name in tree.get("extensionsRequired", []):
             raise InputError(f"{path}: is compressed ({name}); save it without compression")
+    gltf_schema.check(tree)
     buffers = [
         _content(path, buffer["uri"]) if "uri" in buffer else held for buffer in tree.get("buffers", [])
     ]
@@ -315,13 +316,13 @@ def _view(buffers: list[bytes], view: dict) -> bytes:
 
 
 def _content(path: Path, uri: str) -> bytes:
-    """What a URI stands for: data in it, or a file in the folder of the glTF file or below."""
+    """What a URI stands for: data in it, or a file; see `references`."""
     if uri.startswith("data:"):
         return base64.b64decode(uri.partition(",")[2])
-    name = Path(unquote(uri))
-    if "://" in uri or name.is_absolute() or ".." in name.parts:
-        raise InputError(f"{path}: names {uri!r}, which is not in its folder; put it beside the file")
-    return files.read_bytes(path.parent / name, max_bytes=MAX_BYTES)
+    name = path.parent / unquote(uri)
+    if "://" in uri or not references.may_be_read(name, path.parent):
+        raise InputError(f"{path}: names {uri!r}, {references.OUTSIDE}; or put it beside the file")
+    return files.read_bytes(name, max_bytes=limits.MESH_BYTES)
 
 
 def _sources(texture: dict) -> Iterator[int]:

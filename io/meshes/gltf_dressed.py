@@ -33,7 +33,7 @@ class Clothes:
     coordinates: int = 0
 
 
-def dressed(document: Gltf, clothes: Sequence[Clothes], used: Sequence[str] = ()) -> bytes:
+def dress(document: Gltf, clothes: Sequence[Clothes], used: Sequence[str] = ()) -> bytes:
     """The file as GLB with these materials; `used` are the extensions that they need."""
     draft = Draft(document)
     materials = draft.tree.setdefault("materials", [])
@@ -76,9 +76,11 @@ def _paint(draft: Draft, material: dict[str, Any], clothes: Clothes) -> None:
     """Have a material of the file show its new pictures and no others."""
     gltf_materials.bare(material, set(clothes.pictures))
     for slot, content in sorted(clothes.pictures.items()):
-        name = f"{material.get('name', '')} {gltf_materials.named([slot]).removesuffix('Texture')}".strip()
+        name = (
+            f"{material.get('name', '')} {gltf_materials.name_slots([slot]).removesuffix('Texture')}".strip()
+        )
         texture = draft.new_texture(content, clothes.samplers.get(slot), name)
-        gltf_materials.shown(material, slot, texture, clothes.coordinates)
+        gltf_materials.shown_picture(material, slot, texture, clothes.coordinates)
 
 
 def sheets(name: str, whole: Charted, owner: Index) -> Gltf:

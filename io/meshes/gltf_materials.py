@@ -35,7 +35,7 @@ def kind_of(slot: str) -> str:
     return "colour" if name in COLOURS else "data"
 
 
-def named(slots: list[str]) -> str:
+def name_slots(slots: list[str]) -> str:
     """Slots for messages."""
     return ", ".join(dict.fromkeys(slot.rpartition("/")[2] for slot in slots))
 
@@ -46,7 +46,7 @@ def set_of(info: dict[str, Any]) -> int:
     return transform.get("texCoord", info.get("texCoord", 0))
 
 
-def moved(material: dict[str, Any], to: int, but: set[str]) -> None:
+def move_maps(material: dict[str, Any], to: int, but: set[str]) -> None:
     """Have all that reads the first set of coordinates read another one, but for some slots."""
     for slot, info in slots(material):
         if slot not in but and set_of(info) == 0:
@@ -69,7 +69,7 @@ def bare(material: dict[str, Any], but: set[str]) -> None:
             del holder[key]
 
 
-def shown(material: dict[str, Any], slot: str, texture: int, coordinates: int = 0) -> None:
+def shown_picture(material: dict[str, Any], slot: str, texture: int, coordinates: int = 0) -> None:
     """Have a slot show a texture by a set of coordinates; scale and strength stay."""
     *above, key = slot.split("/")
     for word in above:

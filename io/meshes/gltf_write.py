@@ -165,11 +165,11 @@ def with_coordinates(
         corners = uv_corners[corner : corner + 3 * int(own.sum())]
         first, corner = first + own.size, corner + corners.size
         if own.any():
-            notes |= dict.fromkeys(_changed(draft, part, own, uv, corners, pictures.get(part.key, {})))
+            notes |= dict.fromkeys(_change(draft, part, own, uv, corners, pictures.get(part.key, {})))
     return draft.bytes(), list(notes)
 
 
-def _changed(
+def _change(
     draft: Draft, part: Primitive, faces: Flags, uv: Real, uv_corners: Index, pictures: Mapping[str, bytes]
 ) -> list[str]:
     """Give triangles (m,) of a primitive new coordinates; the notes. Arguments as for `with_coordinates`."""
@@ -181,13 +181,13 @@ def _changed(
     kept = next(k for k in range(len(before) + 2) if f"TEXCOORD_{k}" not in before) if staying else None
     if kept is not None:
         attributes[f"TEXCOORD_{kept}"] = attributes.pop("TEXCOORD_0")
-    _copied(draft, primitive, split, {"TEXCOORD_0"})
+    _copy(draft, primitive, split, {"TEXCOORD_0"})
     old = part.document.floats(before["TEXCOORD_0"]) if "TEXCOORD_0" in before else np.zeros((count, 2))
     values = split.values(np.column_stack([uv[:, 0], 1 - uv[:, 1]]), old).astype("<f4")
     attributes["TEXCOORD_0"] = draft.accessor(values, COORDINATES, ATTRIBUTE, attributes.get("TEXCOORD_0"))
     if split.copies.size or not faces.all() or primitive.get("mode", TRIANGLES) != TRIANGLES:
-        _indexed(draft, primitive, split.number, primitive.get("indices"), split.order.size)
-    _rebound(draft, primitive, pictures, kept)
+        _index(draft, primitive, split.number, primitive.get("indices"), split.order.size)
+    _rebind(draft, primitive, pictures, kept)
     if "TANGENT" in attributes and "normalTexture" in pictures:
         _with_tangents(draft, primitive, part, split, uv, uv_corners, faces)
     return _notes(staying, kept)
@@ -230,7 +230,7 @@ def plain(
     for k in range(int(owner.max()) + 1):
         made.append({"attributes": dict(attributes), "mode": TRIANGLES})
         primitives["primitives"] = [*made, {"attributes": attributes}]  # so that nothing is taken for unused
-        _indexed(draft, made[-1], faces[owner == k].ravel(), None, len(points))
+        _index(draft, made[-1], faces[owner == k].ravel(), None, len(points))
     primitives["primitives"] = made
     return Gltf(None, tree, draft.views)  # type: ignore[arg-type]
 
@@ -243,14 +243,14 @@ def _alone(draft: Draft, part: Primitive, faces: Flags) -> dict[str, Any]:
         return old
     new = deepcopy(old)
     count = draft.tree["accessors"][old["attributes"]["POSITION"]]["count"]
-    _indexed(draft, old, part.faces[~faces].ravel(), old.get("indices"), count)
+    _index(draft, old, part.faces[~faces].ravel(), old.get("indices"), count)
     if "indices" in new:
         new.pop("indices")
     inside.append(new)
     return new
 
 
-def _indexed(draft: Draft, primitive: dict, vertices: Index, instead: int | None, count: int) -> None:
+def _index(draft: Draft, primitive: dict, vertices: Index, instead: int | None, count: int) -> None:
     """Give a primitive triangles."""
     kind = next(k for k, most in ((5121, 255), (5123, 65535), (5125, 2**32 - 1)) if count <= most)
     kind = max(kind, draft.tree["accessors"][instead]["componentType"] if instead is not None else 5123)
@@ -261,7 +261,7 @@ def _indexed(draft: Draft, primitive: dict, vertices: Index, instead: int | None
         primitive["mode"] = TRIANGLES
 
 
-def _copied(draft: Draft, primitive: dict, split: Split, but: set[str]) -> None:
+def _copy(draft: Draft, primitive: dict, split: Split, but: set[str]) -> None:
     """Every attribute of the vertices that are split, morph targets' too."""
     if not split.copies.size:
         return
@@ -296,7 +296,7 @@ def _variants(primitive: dict) -> list[dict]:
     return primitive.get("extensions", {}).get("KHR_materials_variants", {}).get("mappings", [])
 
 
-def _rebound(draft: Draft, primitive: dict, pictures: Mapping[str, bytes], kept: int | None) -> None:
+def _rebind(draft: Draft, primitive: dict, pictures: Mapping[str, bytes], kept: int | None) -> None:
     """Materials of its own for the primitive, if they change: new pictures, others on the coordinates that are kept."""
     if not pictures and kept is None:
         return
@@ -309,9 +309,9 @@ def _rebound(draft: Draft, primitive: dict, pictures: Mapping[str, bytes], kept:
         for slot in sorted(slots):
             old = dict(gltf_materials.slots(material)).get(slot, {}).get("index")
             texture = draft.texture(new.get(slot, new.get(gltf_materials.BASE, b"")), old)
-            gltf_materials.shown(material, slot, texture)
+            gltf_materials.shown_picture(material, slot, texture)
         if kept is not None and (holder is primitive or own is not None):
-            gltf_materials.moved(material, kept, slots)
+            gltf_materials.move_maps(material, kept, slots)
 
 
 def _own_material(draft: Draft, number: int | None) -> int:
@@ -345,7 +345,7 @@ def _with_tangents(
 def _notes(staying: list[str], kept: int | None) -> list[str]:
     if kept is None:
         return []
-    names = gltf_materials.named(staying)
+    names = gltf_materials.name_slots(staying)
     return [
         f"{names} stay on the old coordinates, which are TEXCOORD_{kept} now; --carry-maps carries them over"
     ]

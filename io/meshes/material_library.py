@@ -1,4 +1,4 @@
-"""OBJ material libraries that keep their lines: only pictures change, and file names when the library moves."""
+"""OBJ material libraries that keep their statements: only pictures change, and file names when the library moves."""
 
 import os
 import re
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...errors import InputError
+from .. import limits, references
 
-MAX_BYTES = 16 << 20
 ARGUMENTS = {
     "-blendu": 1,
     "-blendv": 1,
@@ -25,12 +25,15 @@ PLACING = (*UP_TO_THREE, "-clamp")  # options of where a picture lies
 SPELT = {"map_kd": "map_Kd", "map_ke": "map_Ke", "map_pr": "map_Pr", "map_pm": "map_Pm", "map_ks": "map_Ks"}
 SPELT |= dict.fromkeys(("bump", "map_bump"), "map_Bump -bm 1")  # without: of strength 0 in Blender
 MAPS = ("map_", "bump", "disp", "decal", "refl", "norm")
+MAP = re.compile(r"map_\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
+NUMBERS = {"ka", "kd", "ks", "ke", "ns", "ni", "d", "tr", "tf", "illum", "sharpness"}
+NUMBERS |= {"pr", "pm", "ps", "pc", "pcr", "aniso", "anisor"}
 PLAIN = ["Ka 1 1 1", "Kd 1 1 1", "Ks 0 0 0", "illum 1"]
 
 
 @dataclass(frozen=True)
 class Library:
-    """Lines of the material libraries of an OBJ file, in one, and the folder their file names are relative to."""
+    """Statements of the material libraries of an OBJ file, in one, and the folder their file names are relative to."""
 
     lines: tuple[str, ...]
     folder: Path
@@ -49,9 +52,8 @@ class Library:
     def texture(self, material: str) -> Path | None:
         """The file of a material's `map_Kd`."""
         for line in self.materials().get(material, []):
-            word, rest = split(line)
-            if word.lower() == "map_kd" and file_name(rest):
-                return self.folder / file_name(rest).replace("\\", "/")
+            if split(line)[0].lower() == "map_kd" and (name := picture_named(line)):
+                return self.folder / name
         return None
 
     def maps(self, material: str) -> list[str]:
@@ -60,31 +62,55 @@ class Library:
         return [word for word in words if word.lower().startswith(MAPS)]
 
 
-def read(folder: Path, names: list[str]) -> tuple[Library, list[str]]:
-    """The libraries that `mtllib` lines name, and a note for each that is missing.
+def read(folder: Path, names: list[str]) -> tuple[Library, list[str], list[str]]:
+    """The libraries that `mtllib` lines name, a note for each that is missing, and one for each file outside.
 
-    A line may name a file with spaces or several files: the first that exists is meant.
+    A line may name a file with spaces or several files: the first that exists is meant. Of a library that is taken by
+    mistake nothing may show in what is written: lines that are no statements are left out.
     """
     lines: list[str] = []
-    notes = []
+    missing, outside = [], []
     for text in names:
         whole = folder / text
         paths = [whole] if os.path.isfile(whole) else [folder / word for word in text.split()]
         for path in paths:
-            if not os.path.isfile(path) or path.stat().st_size > MAX_BYTES:
-                notes.append(
+            if not references.may_be_read(path, folder):
+                outside.append(f"names the material library {relative(path, folder)}, {references.OUTSIDE}")
+            elif not os.path.isfile(path) or path.stat().st_size > limits.LIBRARY_BYTES:
+                missing.append(
                     f"{path}: the material library is missing or too large; its materials are made anew"
                 )
-                continue
-            lines += path.read_bytes().decode("utf-8", "surrogateescape").splitlines()
-    return Library(tuple(lines), folder), notes
+            else:
+                lines += path.read_bytes().decode("utf-8", "surrogateescape").splitlines()
+    kept = []
+    for line in filter(_is_statement, lines):
+        picture = picture_named(line)
+        if picture and not references.may_be_read(folder / picture, folder):
+            outside.append(f"a material names {picture}, {references.OUTSIDE}")
+        else:
+            kept.append(line)
+    return Library(tuple(kept), folder), missing, list(dict.fromkeys(outside))
+
+
+def _is_statement(line: str) -> bool:
+    """Whether a line is empty or a statement of the format, as far as it can be told."""
+    word, rest = split(line)
+    if word.lower() in NUMBERS:
+        return all(is_number(each) or each in ("-halo", "xyz") for each in rest.split())
+    return not word or word == "newmtl" or bool(picture_named(line)) or bool(MAP.fullmatch(word) and not rest)
+
+
+def picture_named(line: str) -> str:
+    """The file that a statement names as the picture it shows, with forward slashes; nothing where it names none."""
+    word, rest = split(line)
+    return file_name(rest).replace("\\", "/") if MAP.fullmatch(word) else ""
 
 
 Names = Mapping[str | None, Mapping[str, str]]
 """Names of pictures by material (None: no material) and statement, in lower case."""
 
 
-def bound(library: Library, rename: dict[str | None, str], plain: str, shown: Names, out: Path) -> str:
+def bind(library: Library, rename: dict[str | None, str], plain: str, shown: Names, out: Path) -> str:
     """The text of a library for the file `out` in which the renamed materials show other pictures.
 
     Args:
@@ -94,7 +120,7 @@ def bound(library: Library, rename: dict[str | None, str], plain: str, shown: Na
         shown: the names of the pictures, see `name_of`, by old name.
         out: the library's own path: file names become relative to its folder.
     """
-    moved = [_moved(line, library.folder, out.parent) for line in library.lines]
+    moved = [_move(line, library.folder, out.parent) for line in library.lines]
     found = Library(tuple(moved), out.parent).materials()
     text: list[str] = []
     for line in moved:  # what stands before the first material
@@ -194,7 +220,7 @@ def placing(rest: str) -> tuple[tuple[float, float], tuple[float, float]]:
     return (found["-s"][0], found["-s"][1]), (found["-o"][0], found["-o"][1])
 
 
-def _moved(line: str, old: Path, new: Path) -> str:
+def _move(line: str, old: Path, new: Path) -> str:
     """A line whose file name is relative to the new folder."""
     word, rest = split(line)
     if old.resolve() == new.resolve() or not word.lower().startswith(MAPS):

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...arrays import Index, Real, distinct_rows
 from ...errors import InputError
 from ...meshes.mesh import Mesh, united
-from .. import files, formats
+from .. import files, formats, limits, references
 from ..spec import Spec
 from . import (
     gltf,
@@ -33,10 +33,8 @@ from . import (
 from .gltf import Primitive
 from .obj import Obj
 from .obj_materials import Pictures
-from .obj_source import ObjSource
 from .ply import Ply
 
-MAX_BYTES = 4 << 30
 VIEW = re.compile(r"(?:piece[ -]?(?P<piece>\d{1,9})|uv(?:[ -]?(?P<chart>\d{1,9}))?)")
 
 
@@ -77,14 +75,6 @@ class MeshFile:
     notes: tuple[str, ...] = ()
 
 
-def is_mesh(spec: str) -> bool:
-    """Whether `file` or `file#part` names a mesh by its suffix, an OBJ only if it has more than one face."""
-    path = Spec.of(spec).path
-    if formats.suffix_of(path) != ".obj":
-        return formats.of(path).mesh
-    return ObjSource(path).faces > 1
-
-
 def read(text: str, whole: Obj | None = None) -> MeshFile:
     """The mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
@@ -96,7 +86,7 @@ def read(text: str, whole: Obj | None = None) -> MeshFile:
     Raises:
         InputError: the file cannot be read, or has no such part.
     """
-    return _opened(text, whole)[0]
+    return _open(text, whole)[0]
 
 
 def read_all(text: str, whole: Obj | None = None) -> list[MeshFile]:
@@ -105,7 +95,7 @@ def read_all(text: str, whole: Obj | None = None) -> list[MeshFile]:
     Raises:
         InputError: as `read`.
     """
-    found, picked = _opened(text, whole)
+    found, picked = _open(text, whole)
     if found.obj or found.part or found.numbered or len(found.names) < 2:
         return [found]
     parts = [picked(name, 1) for name in found.names]
@@ -126,7 +116,7 @@ def read_all(text: str, whole: Obj | None = None) -> list[MeshFile]:
     ]
 
 
-def _opened(text: str, whole: Obj | None) -> tuple[MeshFile, Callable[[str | None, int], MeshFile]]:
+def _open(text: str, whole: Obj | None) -> tuple[MeshFile, Callable[[str | None, int], MeshFile]]:
     """What `read` finds, and what picks another part of the file."""
     spec = Spec.of(text)
     path, suffix = spec.path, formats.suffix_of(spec.path)
@@ -139,13 +129,13 @@ def _opened(text: str, whole: Obj | None) -> tuple[MeshFile, Callable[[str | Non
     view = None if spec.part in names else VIEW.fullmatch(last)
     part = spec.part if view is None else rest or None
     found = picked(part, 1 if spec.number is None else spec.number)
-    piece, chart = _viewed(view)
+    piece, chart = _view(view)
     numbered = spec.number is not None or bool(view and view.lastgroup)
     found = replace(found, piece=piece, chart=chart, part=part, numbered=numbered, names=tuple(names))
     return found, picked
 
 
-def _viewed(view: re.Match | None) -> tuple[int, int]:
+def _view(view: re.Match | None) -> tuple[int, int]:
     """Numbers of the piece and of the chart that `piece-2`, `uv` or `uv-2` names, 0 where it names none."""
     if view is None:
         return 0, 0
@@ -165,16 +155,19 @@ Reader = tuple[Callable[[str | None, int], MeshFile], list[str]]
 def _of_obj(whole: Obj) -> Reader:
     def picked(part: str | None, loop: int) -> MeshFile:
         faces = whole.faces_of(part) if part else np.ones(len(whole.face_at), bool)
-        return MeshFile(whole.path, whole.mesh(part), faces, whole, loop=loop)
+        return MeshFile(
+            whole.path, whole.mesh(part), faces, whole, loop=loop, notes=obj_materials.outside_of(whole)
+        )
 
     return picked, whole.parts()
 
 
 def _read_other(path: Path) -> Reader:
-    files.open_input(path, max_bytes=MAX_BYTES)
+    files.open_input(path, max_bytes=limits.MESH_BYTES)
     kind = {".glb": _of_gltf, ".gltf": _of_gltf, ".ply": _of_ply}.get(formats.suffix_of(path), _of_scene)
     try:
-        pieces = kind(path)
+        with np.errstate(all="ignore"):  # what numbers of a broken file come to is told by what checks them
+            pieces = kind(path)
     except InputError:
         raise
     except Exception as error:  # whatever a parser stumbles over: the file is at fault
@@ -194,7 +187,7 @@ def _read_other(path: Path) -> Reader:
         left = len(pieces) - 1
         others = f"left out {left} other geometr{'ies' if left > 1 else 'y'}"
         notes = (others + ("" if part else f"; {path}#name picks one"),) if left else ()
-        return replace(found, mesh=mesh, loop=loop, notes=notes)
+        return replace(found, mesh=mesh, loop=loop, notes=(*found.notes, *notes))
 
     return picked, list(pieces)
 
@@ -213,12 +206,17 @@ def _of_primitive(part: Primitive) -> MeshFile:
 
 def _of_ply(path: Path) -> dict[str, MeshFile]:
     whole = ply.read(path)
-    texture = whole.texture
-    picture = None if texture is None else files.read_bytes(texture, max_bytes=MAX_BYTES)
-    mesh = whole.mesh
-    if not mesh.sizes.size:
-        return {}
-    return {path.name: MeshFile(path, mesh, np.ones(mesh.sizes.size, bool), ply=whole, picture=picture)}
+    texture, picture, notes = whole.texture, None, tuple[str, ...]()
+    if texture is not None and not references.may_be_read(texture, path.parent):
+        notes = (f"names {material_library.relative(texture, path.parent)}, {references.OUTSIDE}",)
+    elif texture is not None:
+        picture = files.read_bytes(texture, max_bytes=limits.MESH_BYTES)
+    mesh, every = whole.mesh, np.ones(whole.mesh.sizes.size, bool)
+    return (
+        {path.name: MeshFile(path, mesh, every, ply=whole, picture=picture, notes=notes)}
+        if every.size
+        else {}
+    )
 
 
 def _of_scene(path: Path) -> dict[str, MeshFile]:

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
-from .. import files
+from .. import files, limits
 
-MAX_BYTES = 4 << 30
 NUMBER_WIDTH = 32  # bytes of a number that numpy may convert many at a time
 WRONG = {
     1: "a face needs at least 3 corners; was the file cut short?",
@@ -176,7 +175,7 @@ def read(path: str | Path) -> Obj:
     Raises:
         InputError: naming file, line and fault: a number or an index that is none, a face with fewer than 3 corners.
     """
-    return parse(files.read_bytes(path, max_bytes=MAX_BYTES), Path(path))
+    return parse(files.read_bytes(path, max_bytes=limits.MESH_BYTES), Path(path))
 
 
 def parse(data: bytes, path: Path) -> Obj:

@@ -43,12 +43,21 @@ def staying(whole: Obj, faces: Flags, name: Path, but: Container[str]) -> list[s
 
 def library_of(whole: Obj) -> tuple[material_library.Library, list[str]]:
     """The libraries that a file names, in one, and notes on those that are missing."""
+    return _read(whole)[:2]
+
+
+def outside_of(whole: Obj) -> tuple[str, ...]:
+    """Notes on libraries and pictures that are left out because they are not in the file's folder."""
+    return tuple(_read(whole)[2])
+
+
+def _read(whole: Obj) -> tuple[material_library.Library, list[str], list[str]]:
     return material_library.read(
         whole.path.parent, [s.text for s in whole.statements if s.keyword == "mtllib"]
     )
 
 
-def renamed(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
+def rename(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
     """New material names of the faces that change: their own where no other face uses it. And one for faces without."""
     which, uses = whole.current("usemtl")
     names: list[str | None] = [s.text for s in uses] + [None]
@@ -62,10 +71,10 @@ def renamed(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
         taken.add(name)
         return name
 
-    rename = {
+    renames = {
         m: fresh(NEW if m is None else f"{m}_{NEW}") if m is None or m in outside else m for m in inside
     }
-    return rename, fresh(f"{NEW}_plain") if None in outside else ""
+    return renames, fresh(f"{NEW}_plain") if None in outside else ""
 
 
 def written_beside(name: Path, texture: Path | bytes | None, normals: Path | None = None) -> list[str]:
@@ -97,7 +106,7 @@ def write(
     words |= {NORMALS} if normals else set()
     notes = staying(whole, faces, name, words)
     if not words:
-        out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners))
+        out.write_bytes(obj_write.retexture(whole, faces, uv, uv_corners))
         return [], notes
     library, contents = name.with_suffix(".mtl"), dict[Path, bytes]()
     own = dict[str, Path]()
@@ -105,9 +114,9 @@ def write(
         own["map_kd"] = texture if isinstance(texture, Path) else Path(written_beside(name, texture)[1])
         contents |= {own["map_kd"]: texture} if isinstance(texture, bytes) else {}
     own |= {NORMALS: normals} if normals is not None else {}
-    rename, plain = renamed(whole, faces)
+    renames, plain = rename(whole, faces)
     shown = dict[str | None, dict[str, str]]()
-    for material in rename:
+    for material in renames:
         made, several = pictures.get(material or "", {}), len(pictures) > 1
         paths = {
             word: material_library.picture_of(name, (material or "") if several else None, word)
@@ -118,9 +127,9 @@ def write(
             word: material_library.name_of(path, library.parent) for word, path in (own | paths).items()
         }
     materials, missing = library_of(whole)
-    text = material_library.bound(materials, rename, plain, shown, library)
-    binding = obj_write.Binding(library.name, rename, plain)
-    out.write_bytes(obj_write.retextured(whole, faces, uv, uv_corners, binding))
+    text = material_library.bind(materials, renames, plain, shown, library)
+    binding = obj_write.Binding(library.name, renames, plain)
+    out.write_bytes(obj_write.retexture(whole, faces, uv, uv_corners, binding))
     contents = {library: text.encode("utf-8", "surrogateescape")} | contents
     for path, data in contents.items():
         with files.replacing(path, force=force) as temporary:

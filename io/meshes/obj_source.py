@@ -7,7 +7,7 @@ from io import BufferedReader
 from pathlib import Path
 
 from ...errors import InputError
-from .. import files
+from .. import files, limits
 from . import obj
 from .obj import Obj
 
@@ -33,8 +33,8 @@ class ObjSource:
             InputError: it is missing or cannot be read.
         """
         self.path = path
-        with files.opened(path, max_bytes=obj.MAX_BYTES) as file:
-            self.faces, self.libraries = _scanned(file)
+        with files.opened(path, max_bytes=limits.MESH_BYTES) as file:
+            self.faces, self.libraries = _scan(file)
             file.seek(0)
             self._content = file.read() if self.faces <= keep else None
 
@@ -57,7 +57,7 @@ class ObjSource:
         return hashlib.sha256(self._content).hexdigest()
 
 
-def _scanned(file: BufferedReader) -> tuple[int, list[bytes]]:
+def _scan(file: BufferedReader) -> tuple[int, list[bytes]]:
     """The number of faces and the names of the libraries, a block of whole lines at a time."""
     faces, libraries, rest = 0, list[bytes](), b"\n"
     while block := file.read(BLOCK):

@@ -26,7 +26,7 @@ class Binding:
     plain: str
 
 
-def retextured(
+def retexture(
     obj: Obj, faces: NDArray[np.bool_], uv: Real, uv_corners: Index, binding: Binding | None = None
 ) -> bytes:
     """The file's bytes with new texture coordinates for some faces.
@@ -50,7 +50,7 @@ def retextured(
     return _apply(obj, edits, changed, index)
 
 
-def rebound(obj: Obj, faces: NDArray[np.bool_], binding: Binding) -> bytes:
+def rebind(obj: Obj, faces: NDArray[np.bool_], binding: Binding) -> bytes:
     """The file's bytes with other materials for some faces; arguments as for `retextured`."""
     nothing = np.zeros(0, np.int64)
     return _apply(obj, _binding_edits(obj, faces, binding, _newline(obj)), nothing, nothing)
@@ -73,14 +73,14 @@ def _runs_of_lines(obj: Obj) -> list[Edit]:
         return []
     ends = np.append(obj.line_ends, len(obj.data) - 1)
     stop = ends[np.searchsorted(ends, obj.vt_at)] + 1
-    while (more := _continued(obj.data, stop)).any():
+    while (more := _continues(obj.data, stop)).any():
         stop[more] = ends[np.searchsorted(ends, stop[more])] + 1
     begins = np.flatnonzero(np.append(True, obj.vt_at[1:] != stop[:-1]))
     last = np.append(begins[1:], len(stop)) - 1
     return [(int(a), int(b), b"") for a, b in zip(obj.vt_at[begins], stop[last])]
 
 
-def _continued(data: bytes, stop: Index) -> NDArray[np.bool_]:
+def _continues(data: bytes, stop: Index) -> NDArray[np.bool_]:
     """Whether the line that ends before each byte goes on after a backslash."""
     raw = np.frombuffer(b"  " + data, np.uint8)
     before = np.where(raw[stop] == 13, raw[stop - 1], raw[stop])  # raw is shifted by two

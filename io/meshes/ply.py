@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from ...arrays import Index, Real, distinct_rows
 from ...meshes.mesh import Mesh
-from .. import files
+from .. import files, limits
 from .odd_forms import strip
 
-MAX_BYTES = 4 << 30
 TYPES = {
     **{"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2"},
     **{"ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4"},
@@ -173,7 +172,7 @@ def read(path: Path) -> Ply:
     Raises:
         ValueError, IndexError, KeyError: it is none.
     """
-    return parse(files.read_bytes(path, max_bytes=MAX_BYTES), path)
+    return parse(files.read_bytes(path, max_bytes=limits.MESH_BYTES), path)
 
 
 def parse(data: bytes, path: Path) -> Ply:
@@ -227,11 +226,11 @@ def _rows(cells: NDArray, count: int, properties: tuple[Property, ...]) -> Index
     if not 0 <= count * least <= cells.size:
         raise ValueError(f"{count} rows do not fit into what there is; was it cut short?")
     counted = [k for k, p in enumerate(properties) if p.count]
-    row = _walked(cells, 1, properties, sizes, heads)[0] if count and counted else np.cumsum([0, *sizes])
+    row = _walk(cells, 1, properties, sizes, heads)[0] if count and counted else np.cumsum([0, *sizes])
     starts = row[-1] * np.arange(count + 1)[:, None] + row
     if starts[-1, 0] <= cells.size and all(_alike(cells, starts[:-1, k], properties[k]) for k in counted):
         return starts
-    return _walked(cells, count, properties, sizes, heads)
+    return _walk(cells, count, properties, sizes, heads)
 
 
 def _alike(cells: NDArray, at: Index, said: Property) -> bool:
@@ -240,7 +239,7 @@ def _alike(cells: NDArray, at: Index, said: Property) -> bool:
     return bool((counts == counts[:1]).all())
 
 
-def _walked(cells: NDArray, count: int, properties, sizes: list[int], heads: list[int]) -> Index:
+def _walk(cells: NDArray, count: int, properties, sizes: list[int], heads: list[int]) -> Index:
     """As `_rows`, row by row, where lists have different lengths."""
     wide = [1 if cells.dtype.kind == "S" else np.dtype(p.dtype).itemsize for p in properties]
     counted = [_counter(cells, p) if p.count else None for p in properties]

@@ -1,4 +1,4 @@
-"""How large a mesh is, from its header or a scan of its bytes: refused before memory is taken for it."""
+"""Size limits of meshes: faces are counted from the header or a scan of the bytes, before memory is taken for them."""
 
 from __future__ import annotations
 
@@ -10,13 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
+from .. import limits
 from ..files import open_input
 from .obj_source import ObjSource
 
 HEADER = 1 << 16
-MAX_JSON = 1 << 26
-MAX_BUFFER = 1 << 32  # bytes of one view
-PER_FACE = 12  # items without data (zeros) that a face may stand for
 BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
@@ -29,7 +27,7 @@ def faces(path: Path, most: int) -> int:
     """
     open_input(path)
     if path.suffix.lower() in (".glb", ".gltf"):
-        _backed(path, most)
+        _check_backing(path, most)
     return refuse(path, COUNTS.get(path.suffix.lower(), _unknown)(path), most)
 
 
@@ -81,37 +79,37 @@ def _scene(path: Path) -> bytes:
     """The JSON of a glTF file, by itself or in a GLB."""
     with path.open("rb") as file:
         if path.suffix.lower() == ".gltf":
-            return file.read(MAX_JSON)
+            return file.read(limits.SCENE_BYTES)
         start = file.read(20)
         if len(start) < 20 or start[:4] != b"glTF":
             return b""
-        return file.read(min(struct.unpack_from("<I", start, 12)[0], MAX_JSON))
+        return file.read(min(struct.unpack_from("<I", start, 12)[0], limits.SCENE_BYTES))
 
 
-def _backed(path: Path, most: int) -> None:
+def _check_backing(path: Path, most: int) -> None:
     """Refuse accessors that claim more than the file has data for: readers take the memory before they look.
 
     Raises:
         InputError: naming the first.
     """
     try:
-        found = next(_empty(json.loads(_scene(path)), most), None)
+        found = next(_unbacked(json.loads(_scene(path)), most), None)
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return  # the reader will say what is wrong
     if found:
         raise InputError(f"{path}: accessor {found[0]} claims {found[1]} items, more than there are data for")
 
 
-def _empty(scene: Any, most: int) -> Iterator[tuple[int, int]]:
+def _unbacked(scene: Any, most: int) -> Iterator[tuple[int, int]]:
     """Number and count of each accessor that claims more items than it has data for."""
     views = scene.get("bufferViews", [])
     for number, accessor in enumerate(scene.get("accessors", [])):
         count, view = accessor.get("count", 0), accessor.get("bufferView")
-        held, size = PER_FACE * most, 0
+        held, size = limits.ITEMS_PER_FACE * most, 0
         if view is not None:
             size = views[view]["byteLength"]
             held = size // (BYTES[accessor["componentType"]] * ITEMS[accessor["type"]])
-        if not 0 <= count <= held or size > MAX_BUFFER:
+        if not 0 <= count <= held or size > limits.BUFFER_BYTES:
             yield number, count
 
 

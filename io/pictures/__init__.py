@@ -1,1 +1,8 @@
-"""Pictures in files: read as stored, written with colour space and metadata kept."""
+"""Pictures in files: read as stored, written with colour space and metadata kept.
+
+image        pictures as stored: colour space, alpha, depth
+image_files  read and written, metadata kept
+png          PNG files, deflated fast
+stmap_files  STMaps read and written
+tiles        UDIM tiles: `name.<UDIM>.png`
+"""

@@ -58,7 +58,7 @@ class Image:
         step = strip_rows(*linear.shape[1:])
         for row in range(0, len(linear), step):
             part = replace(self, pixels=self.pixels[row : row + step])
-            linear[row : row + step] = _converted(part, "lin_rec709", np.dtype(np.float32)).pixels
+            linear[row : row + step] = _convert(part, "lin_rec709", np.dtype(np.float32)).pixels
             room.release()
         return Texture(linear, box, self.alpha, "linear", self.associated)
 
@@ -72,7 +72,7 @@ class Image:
         """The same kind of picture with other pixels, as `warp` made them from this picture's texture."""
         made = replace(self, pixels=pixels, alpha=alpha)
         if pixels.dtype != self.pixels.dtype:
-            made = _converted(replace(made, colorspace="lin_rec709"), self.colorspace, self.pixels.dtype)
+            made = _convert(replace(made, colorspace="lin_rec709"), self.colorspace, self.pixels.dtype)
         return made
 
 
@@ -106,25 +106,23 @@ def usual_of(said: str) -> str | None:
     return next((name for name in TRANSFERS if config.equivalent(said, name)), said)
 
 
-def prepared(image: Image, format: PictureFormat) -> Image:
+def prepare(image: Image, format: PictureFormat) -> Image:
     """The picture as a format can hold it: encoding, association of alpha, channels and depth."""
     before, encoded = image.colorspace, transfer_of(image.colorspace)
     unsaid = not format.named and encoded != "srgb" and image.colorspace != "data"
     display, linear = format.light == "display", format.light == "linear"
     if display:
-        image = straight(image)
+        image = unassociate(image)
     if linear and (encoded != "linear" or image.pixels.dtype.kind != "f"):
         space = "data" if image.colorspace == "data" else "lin_rec709"
-        image = _converted(
-            image, space, np.dtype(np.float16 if image.pixels.dtype == np.uint8 else np.float32)
-        )
+        image = _convert(image, space, np.dtype(np.float16 if image.pixels.dtype == np.uint8 else np.float32))
     elif display and (unsaid or image.pixels.dtype.kind == "f"):
         depth = np.uint16 if 16 in format.bits else np.uint8
-        image = _converted(image, "data" if image.colorspace == "data" else "sRGB", np.dtype(depth))
+        image = _convert(image, "data" if image.colorspace == "data" else "sRGB", np.dtype(depth))
     if image.colorspace != before:
         image = replace(image, metadata=_without(image, "ICCProfile", "CICP"))
     if image.alpha >= 0 and (linear or not format.alpha):
-        image = _associated(image, keep=format.alpha)
+        image = _associate(image, keep=format.alpha)
     if image.pixels.dtype == np.uint16 and 16 not in format.bits:
         image = replace(image, pixels=np.rint(image.pixels / 257.0).astype(np.uint8))
     channels = image.pixels.shape[2]
@@ -138,7 +136,7 @@ def prepared(image: Image, format: PictureFormat) -> Image:
     return image
 
 
-def straight(image: Image) -> Image:
+def unassociate(image: Image) -> Image:
     """The picture with alpha divided out, if it is not."""
     if not image.associated:
         return image
@@ -148,7 +146,7 @@ def straight(image: Image) -> Image:
     return replace(image, pixels=pixels, associated=False)
 
 
-def _associated(image: Image, *, keep: bool) -> Image:
+def _associate(image: Image, *, keep: bool) -> Image:
     """Alpha multiplied in, and without `keep` removed, the picture being laid on white."""
     srgb = transfer_of(image.colorspace) == "srgb"
     values = colour.decode(
@@ -167,7 +165,7 @@ def _without(image: Image, *names: str) -> dict[str, Any]:
     return {name: value for name, value in image.metadata.items() if name not in names}
 
 
-def _converted(image: Image, space: str, dtype: np.dtype) -> Image:
+def _convert(image: Image, space: str, dtype: np.dtype) -> Image:
     """The picture in another colour space and depth; alpha keeps its association."""
     old = image.pixels.dtype
     values = image.pixels.astype(np.float32)

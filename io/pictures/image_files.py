@@ -15,15 +15,14 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...memory import Memory
 from ...pixels.pyramid import strip_rows
-from .. import formats
+from .. import formats, limits
 from ..files import as_text, open_input
-from ..quiet_stderr import silenced
-from .image import Image, error_of, prepared, transfer_of, usual_of
+from ..quiet_stderr import silence
+from .image import Image, error_of, prepare, transfer_of, usual_of
 from .png import PngOutput
 
-__all__ = ["MAX_PIXELS", "Image", "check", "read", "transfer_of", "write", "write_bands"]
+__all__ = ["Image", "check", "read", "transfer_of", "write", "write_bands"]
 
-MAX_PIXELS = 1 << 29
 KEPT = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
 WIDE = {"uint", "int", "uint64", "int64"}  # integers that floats cannot hold
 STRAIGHT = {"bmp", "dds", "jpeg2000", "jpegxl"}
@@ -46,7 +45,7 @@ FORGOTTEN += ("Orientation", "textureformat", "Exif:PixelXDimension", "Exif:Pixe
 def read(
     path: str | Path,
     *,
-    max_pixels: int = MAX_PIXELS,
+    max_pixels: int = limits.READ_PIXELS,
     colorspace: str | None = None,
     room: Memory | None = None,
 ) -> Image:
@@ -64,7 +63,7 @@ def read(
     with open_input(path).open("rb") as content:
         if content.read(len(formats.PNG)) == formats.PNG:
             _check_png(path, content)
-    with silenced():
+    with silence():
         return _read(path, max_pixels, colorspace, room or Memory())
 
 
@@ -74,7 +73,7 @@ def proportions(picture: str | Path | bytes) -> float | None:
 
     from PIL import Image as Pillow
 
-    with silenced():
+    with silence():
         try:
             if isinstance(picture, bytes):
                 width, height = Pillow.open(BytesIO(picture)).size
@@ -117,11 +116,11 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
         others = file.seek_subimage(1, 0)
     finally:
         file.close()
-    pixels = _upright(_displayed(pixels, spec, room), spec)
+    pixels = _turn_upright(_as_displayed(pixels, spec, room), spec)
     metadata, whole = _metadata(spec)
     holes = _holes(pixels, room) if pixels.dtype.kind == "f" else 0
     return Image(
-        pixels if pixels.flags.c_contiguous else _copied(pixels, room(pixels.shape, pixels.dtype), room),
+        pixels if pixels.flags.c_contiguous else _copy(pixels, room(pixels.shape, pixels.dtype), room),
         _alpha(spec),
         _is_associated(spec, file.format_name()),
         _known(path, colorspace) if colorspace else _space(spec, pixels.dtype),
@@ -185,12 +184,12 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
         blocks: rows of `like`'s kind.
     """
     row, format = 0, formats.picture(path)
-    with _opened(path) as file:
+    with _open(path) as file:
         for block in blocks:
-            ready = prepared(replace(like, pixels=block), format)
+            ready = prepare(replace(like, pixels=block), format)
             if row == 0:
                 _check_channels(path, ready, file.supports("nchannels"))
-                with silenced():
+                with silence():
                     begun = file.open(str(path), _spec(ready, height, width, format.encoder))
                 if not begun:
                     raise InputError(f"{path}: cannot be written: {error_of(file)}")
@@ -223,7 +222,7 @@ def _unknown(path: str | Path) -> InputError:
 
 
 @contextmanager
-def _opened(path: str | Path) -> Iterator[Any]:
+def _open(path: str | Path) -> Iterator[Any]:
     file: Any = oiio.ImageOutput.create(str(path))
     if file is None:
         oiio.geterror()
@@ -289,7 +288,7 @@ def _holes(pixels: NDArray, room: Memory) -> int:
     return count
 
 
-def clipped(path: str | Path, image: Image) -> str | None:
+def clipping_note(path: str | Path, image: Image) -> str | None:
     """What a picture loses in a file that holds 0 to 1 only, as a sentence."""
     format, pixels = formats.picture(path), image.pixels
     if format.light != "display" or pixels.dtype.kind != "f":
@@ -326,7 +325,7 @@ def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int, who
     return tuple(notes)
 
 
-def _copied(pixels: NDArray, out: NDArray, room: Memory) -> NDArray:
+def _copy(pixels: NDArray, out: NDArray, room: Memory) -> NDArray:
     """`out` with the pixels in it."""
     step = strip_rows(*pixels.shape[1:])
     for row in range(0, len(pixels), step):
@@ -423,22 +422,22 @@ def _fits(profile: Any, colours: int) -> bool:
     return header[36:] == b"acsp" and header[16:20] == {1: b"GRAY", 3: b"RGB "}.get(colours)
 
 
-def _displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Memory) -> NDArray:
+def _as_displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Memory) -> NDArray:
     """The pixels of the display window: an EXR may store more or less than that."""
     full = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
     if full == (spec.x, spec.y, spec.width, spec.height) or min(full[2:]) <= 0:
         return pixels
     shape = (spec.full_height, spec.full_width, pixels.shape[2])
-    out = _copied(np.broadcast_to(pixels.dtype.type(0), shape), room(shape, pixels.dtype), room)
+    out = _copy(np.broadcast_to(pixels.dtype.type(0), shape), room(shape, pixels.dtype), room)
     dx, dy = spec.x - spec.full_x, spec.y - spec.full_y
     x0, y0 = max(dx, 0), max(dy, 0)
     x1, y1 = min(dx + spec.width, spec.full_width), min(dy + spec.height, spec.full_height)
     if x1 > x0 and y1 > y0:
-        _copied(pixels[y0 - dy : y1 - dy, x0 - dx : x1 - dx], out[y0:y1, x0:x1], room)
+        _copy(pixels[y0 - dy : y1 - dy, x0 - dx : x1 - dx], out[y0:y1, x0:x1], room)
     return out
 
 
-def _upright(pixels: NDArray, spec: oiio.ImageSpec) -> NDArray:
+def _turn_upright(pixels: NDArray, spec: oiio.ImageSpec) -> NDArray:
     """The pixels as a viewer shows them: EXIF orientations 1 to 8."""
     turn = spec.get_int_attribute("Orientation", 1)
     if turn in (5, 6, 7, 8):

@@ -13,7 +13,7 @@ from ...pixels.canvas import BAND, Canvas
 from ...pixels.sampler import Sampler
 from ...pixels.texture import Placing
 from ...pixels.warp import PIXEL, Warp
-from .. import formats
+from .. import formats, limits
 from . import image_files
 
 EDGE = 1e-4  # of a tile (by hand)
@@ -74,9 +74,7 @@ def check(path: str | Path) -> None:
         raise InputError(f"{path}: an STMap holds floats; use one of {' '.join(formats.holding('stmap'))}")
 
 
-def read(
-    path: str | Path, *, max_pixels: int = image_files.MAX_PIXELS, room: Memory | None = None
-) -> NDArray:
+def read(path: str | Path, *, max_pixels: int = limits.READ_PIXELS, room: Memory | None = None) -> NDArray:
     """The (h, w, c) floats of an STMap.
 
     Raises:

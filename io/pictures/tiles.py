@@ -13,11 +13,12 @@ import numpy as np
 from ...arrays import Box, Real
 from ...errors import InputError
 from ...memory import Memory
+from .. import limits
 from . import image_files
 from .image import Image
 
 MARK = "<UDIM>"
-ACROSS, MOST = 10, 9999
+ACROSS = 10
 
 
 def is_pattern(name: str | Path | bytes | None) -> bool:
@@ -28,12 +29,7 @@ def is_pattern(name: str | Path | bytes | None) -> bool:
 def number_of(tile: complex) -> int | None:
     """The number of the tile with this lower left corner, or None where it has none."""
     number = 1001 + int(tile.real) + ACROSS * int(tile.imag)
-    return number if 0 <= tile.real < ACROSS and tile.imag >= 0 and number <= MOST else None
-
-
-def corner_of(number: int) -> complex:
-    """The lower left corner of a tile."""
-    return complex((number - 1001) % ACROSS, (number - 1001) // ACROSS)
+    return number if 0 <= tile.real < ACROSS and tile.imag >= 0 and number <= limits.TILE else None
 
 
 def name_of(pattern: str, number: int) -> str:
@@ -54,7 +50,7 @@ def files_of(pattern: str | Path) -> list[str]:
         return []
     names = [entry.name for entry in path.parent.iterdir() if entry.name.startswith(before)]
     middle = [name[len(before) : len(name) - len(after)] for name in names if name.endswith(after)]
-    numbers = sorted({int(word) for word in middle if word.isdecimal() and 1001 <= int(word) <= MOST})
+    numbers = sorted({int(word) for word in middle if word.isdecimal() and 1001 <= int(word) <= limits.TILE})
     return [str(path.with_name(before + str(number) + after)) for number in numbers]
 
 
@@ -81,7 +77,7 @@ def read(
     pattern: str | Path,
     wanted: Iterable[complex],
     *,
-    max_pixels: int = image_files.MAX_PIXELS,
+    max_pixels: int = limits.READ_PIXELS,
     colorspace: str | None = None,
     room: Memory | None = None,
 ) -> TiledImage:
@@ -98,12 +94,12 @@ def read(
     """
     corners = sorted(set(wanted), key=lambda tile: (tile.imag, tile.real))
     paths = {tile: name_of(str(pattern), n) for tile in corners if (n := number_of(tile)) is not None}
-    there = {tile: name for tile, name in paths.items() if Path(name).is_file()}
-    if not there:
+    present = {tile: name for tile, name in paths.items() if Path(name).is_file()}
+    if not present:
         listed = ", ".join(str(number_of(tile) or f"({tile.real:g}, {tile.imag:g})") for tile in corners[:8])
         raise InputError(f"{pattern}: no picture for the tiles that are used: {listed}")
     options: dict[str, Any] = {"max_pixels": max_pixels, "colorspace": colorspace, "room": room}
-    images = {tile: image_files.read(name, **options) for tile, name in there.items()}
+    images = {tile: image_files.read(name, **options) for tile, name in present.items()}
     first = next(iter(images.values()))
     height, width = (max(image.pixels.shape[k] for image in images.values()) for k in range(2))
     u, v = (np.array([getattr(tile, part) for tile in images], int) for part in ("real", "imag"))
@@ -120,9 +116,9 @@ def read(
     for tile, image in images.items():
         at = tile - low
         x, y = int(at.real) * width, (rows - 1 - int(at.imag)) * height
-        pixels[y : y + height, x : x + width] = _alike(there[tile], image, first, width, height)
+        pixels[y : y + height, x : x + width] = _alike(present[tile], image, first, width, height)
     notes = [note for image in images.values() for note in image.notes]
-    if lacking := [tile for tile in corners if tile not in there]:
+    if lacking := [tile for tile in corners if tile not in present]:
         names = ", ".join(str(number_of(tile) or f"({tile.real:g}, {tile.imag:g})") for tile in lacking[:8])
         more = f" and {len(lacking) - 8} more" if len(lacking) > 8 else ""
         shown = "black" if first.alpha < 0 else "transparent"

@@ -1,4 +1,4 @@
-"""Whether a picture shows anything at all: an empty one, or one of a single colour, is never written without a word."""
+"""Blank pictures: an empty one, or one of a single colour, is never written without a word."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Names = tuple[list[str], list[str]]  # of pins and of strokes, empty for those that have none
 
 
-def constrained(
+def constrain(
     job: Job, source: Shape, target: Shape, listed: Listed | None = None
 ) -> tuple[dict[str, Any], Names]:
     """The pins (k, 2), pairs of strokes and earlier map of a job as `iccm.fit` takes them, and the names of both;
@@ -29,23 +29,23 @@ def constrained(
     Raises:
         InputError: a name without its partner, a place that a file does not have, a point outside the source.
     """
-    from ..shapes.constraints import pairs_at
+    from ..shapes import constraints
 
-    pins, strokes, called, start = _drawn(job, source, target, listed)
-    pairs = [pairs_at(source, target, here, there) for here, there in job.pin]
-    typed = [each for pair in pairs for each in pair]
-    pins = np.concatenate([np.reshape(pins, (-1, 2)), np.reshape(np.array(typed, dtype=complex), (-1, 2))])
-    inside(source, "pin", list(pins[:, 0]))
-    inside(source, "vertex of a stroke", [z for stroke in strokes for z in stroke[0].z])
-    if job.target and exact(job):
-        inside(target, "pin", list(pins[:, 1]))
-        inside(target, "vertex of a stroke", [z for stroke in strokes for z in stroke[1].z])
-    found = {"pins": pins if len(pins) else None, "strokes": strokes or None}
-    return found | ({} if start is None else {"start": start}), called
+    found = constraints.collect(source, target, listed)
+    found.check_weights()
+    typed = [pair for start, end in job.pin for pair in constraints.pairs_at(source, target, start, end)]
+    pins = np.concatenate([found.pins, np.reshape(np.array(typed, dtype=complex), (-1, 2))])
+    for side, shape in enumerate((source, target) if job.target and job.exact else (source,)):
+        check_inside(shape, "pin", list(pins[:, side]))
+        check_inside(shape, "vertex of a stroke", [z for stroke in found.strokes for z in stroke[side].z])
+    given: dict[str, Any] = {"pins": pins if len(pins) else None, "strokes": found.strokes or None}
+    if listed and listed.start:
+        given["start"] = listed.start.map(source, target)
+    return given, found.names
 
 
 @contextmanager
-def calling(called: Names) -> Iterator[None]:
+def add_names(called: Names) -> Iterator[None]:
     """Add the names of pins and strokes to what is told of them by number."""
     try:
         yield
@@ -61,41 +61,30 @@ def _named(names: list[str], k: int) -> bool:
     return k < len(names) and bool(names[k])
 
 
-def exact(job: Job) -> bool:
-    """Whether pins and strokes are met, not weighed: what lies outside the target could not be."""
-    from ...problem import Options as Solver
+def solve(
+    source: Shape, target: Shape | None, given: dict[str, Any], *, holed: bool, tell: Callable[[str], None]
+) -> Fit:
+    """The map of two shapes, or the deformation of one, with their holes if it knows of them (`holed`).
 
-    return Solver(**job.solver).is_balanced
-
-
-def holed(job: Job) -> bool:
-    """Whether the map of a job knows of holes: the balanced method's does, unless they are to be filled."""
-    return job.holes == "keep" and exact(job)
-
-
-def solved(job: Job, source: Shape, target: Shape, given: dict[str, Any], tell: Callable[[str], None]) -> Fit:
-    """The map of two shapes as a job wants it, or the deformation; `tell` hears of holes that had to be left out."""
+    Args:
+        source: the shape that is mapped.
+        target: the shape that it is mapped onto; None for a deformation.
+        given: options of `iccm.fit` and `iccm.deform`.
+        holed: whether holes go onto holes.
+        tell: hears of holes that had to be left out.
+    """
     import iccm
 
-    from ..shapes.holes import deformed, fitted
+    from ..shapes.holes import deform_with_holes, fit_with_holes
 
-    if not job.target:
-        return deformed(source, **given) if holed(job) else iccm.deform(source.curve, **given)
-    if holed(job):
-        return fitted(source, target, tell, **given)
+    if target is None:
+        return deform_with_holes(source, **given) if holed else iccm.deform(source.curve, **given)
+    if holed:
+        return fit_with_holes(source, target, tell, **given)
     return iccm.fit(source.domain, target.domain, **given)
 
 
-def _drawn(job: Job, source: Shape, target: Shape, listed: Listed | None) -> tuple[Any, Any, Names, Any]:
-    if not (listed or any(shape.pins or shape.strokes for shape in (source, target))):
-        return [], [], ([], []), None
-    from ..shapes import constraints
-
-    start = listed.start.map(source, target) if listed and listed.start else None
-    return *constraints.pair(source, target, listed), constraints.names(source, target, listed), start
-
-
-def inside(shape: Shape, what: str, points: list[complex]) -> None:
+def check_inside(shape: Shape, what: str, points: list[complex]) -> None:
     """Say in the file's own units which point lies outside a shape.
 
     Raises:

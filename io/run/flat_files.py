@@ -6,6 +6,7 @@ import numpy as np
 
 from ...arrays import Index, Real, xy_of
 from ...errors import InputError
+from ...plane import longer_side
 from .. import formats
 from ..materials import carried_maps
 from ..meshes import mesh_files
@@ -65,9 +66,7 @@ def flat_obj(shape: MeshShape) -> str:
 
 def unit_uvs(shape: MeshShape) -> Real:
     """(p, 2) flat positions scaled alike in both directions into 0..1."""
-    low, high = shape.box
-    at = (shape.flattening.flat - low) / max((high - low).real, (high - low).imag)
-    return xy_of(at)
+    return xy_of((shape.flattening.flat - shape.box[0]) / longer_side(*shape.box))
 
 
 def write_uvs(
@@ -79,7 +78,7 @@ def write_uvs(
         InputError: the format holds none.
     """
     uv, (corners, triangles) = unit_uvs(shape), shape.corners
-    pictures = carried_maps.carried(shape.file, uv, corners) if carry_maps else None
+    pictures = carried_maps.carry(shape.file, uv, corners) if carry_maps else None
     return mesh_files.write(
         shape.file, uv, corners, triangles, out, name=name, pictures=pictures, force=force
     )

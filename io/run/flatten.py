@@ -1,4 +1,4 @@
-"""What `iccm flatten` writes and tells."""
+"""The run of `iccm flatten`: its layout, figures and files."""
 
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -22,23 +22,7 @@ from . import flat_files, report
 SCHEMA = "iccm.flatten/1"
 
 
-def checked(names: list[str | None], mesh: str, *, force: bool) -> list[str]:
-    """The outputs that are asked for, after checking that each can be written.
-
-    Raises:
-        InputError: one cannot be written, is named twice, or is the mesh itself.
-    """
-    outputs = [name for name in names if name]
-    seen = {Spec.of(mesh).path.resolve()}
-    for name in outputs:
-        real = files.check_output(name, force=force)
-        if real in seen:
-            raise InputError(f"{name}: is the input, or named for two outputs; name another file")
-        seen.add(real)
-    return outputs
-
-
-class LaidOut(NamedTuple):
+class Layout(NamedTuple):
     """A mesh laid out in the plane.
 
     Attributes:
@@ -52,7 +36,7 @@ class LaidOut(NamedTuple):
     outline: Path | None = None
 
 
-def laid_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None]) -> LaidOut:
+def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None]) -> Layout:
     """A mesh laid out by a method, or onto an outline.
 
     Args:
@@ -65,7 +49,7 @@ def laid_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None]) 
         InputError: the mesh cannot be laid out; no such method, nor file, or no outline in it.
     """
     if method in METHODS:
-        found = LaidOut(mesh_shape.read(mesh, cut=cut, method=method, chart=True), {})
+        found = Layout(mesh_shape.read(mesh, cut=cut, method=method, chart=True), {})
     else:
         path = Spec.of(method).path
         if not path.is_file():
@@ -76,13 +60,13 @@ def laid_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None]) 
             )
         outline = planar.read(method)
         before = mesh_shape.read(mesh, cut=cut)
-        found = LaidOut(*onto_outline.laid_onto(before, outline, tell), path)
+        found = Layout(*onto_outline.lay_onto(before, outline, tell), path)
     for note in found.shape.notes:
         tell(note)
     return found
 
 
-def figures(laid: LaidOut, uv: str | None) -> dict[str, Any]:
+def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
     """The report: conformal error, area distortion, holes, seam; lengths in the mesh's units.
 
     Args:
@@ -91,7 +75,7 @@ def figures(laid: LaidOut, uv: str | None) -> dict[str, Any]:
     """
     shape = laid.shape
     low, high = shape.box
-    turned, fault = turned_over(shape, uv), overlap(shape.flattening)
+    turned, fault = count_flips(shape, uv), overlap(shape.flattening)
     return {
         "schema": SCHEMA,
         "version": __version__,
@@ -107,7 +91,7 @@ def figures(laid: LaidOut, uv: str | None) -> dict[str, Any]:
     }
 
 
-def turned_over(shape: MeshShape, uv: str | None) -> dict[str, int]:
+def count_flips(shape: MeshShape, uv: str | None) -> dict[str, int]:
     """How many triangles are flipped or degenerate in the coordinates that are written."""
     corners = mesh_files.as_written(flat_files.unit_uvs(shape), uv or "flat.obj")[
         shape.flattening.patch.faces
@@ -124,7 +108,7 @@ def doubt(found: dict[str, Any]) -> str | None:
 
 
 def write_all(
-    laid: LaidOut,
+    laid: Layout,
     output: tuple[str, ...],
     uv: str | None,
     plot: str | None,

@@ -1,4 +1,4 @@
-"""What of the target's plane pictures show, and what of the source's plane the texture covers."""
+"""Framing: what pictures show of the target's plane, how large, and what of the source's plane the texture covers."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from ...arrays import Box
+from ...errors import InputError
+from ...pixels.canvas import LONGER_SIDE, proportional
 from .job import Job
 
 if TYPE_CHECKING:
@@ -16,16 +18,16 @@ UNLIKE = 0.05  # of one side by the other: what is stretched more is told
 OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is told
 
 
-def shown(job: Job, target: Shape) -> Box:
+def picture_box(job: Job, target: Shape) -> Box:
     """What pictures show of the target's plane: what --target-box names.
 
     By default that is the canvas, unless the shape takes little of it, as a country of a world map does, or lies beside
     it: then it is the shape's bounding box. A chart's picture is of use on all of its layout only.
     """
-    return target.bounds if job.target_box == "bbox" or _astray(job, target) else target.box
+    return target.bounds if job.target_box == "bbox" or _why_not_canvas(job, target) else target.box
 
 
-def _astray(job: Job, target: Shape) -> str:
+def _why_not_canvas(job: Job, target: Shape) -> str:
     """Why the default is not the canvas; empty where it is, or where it is said what is to be shown."""
     if job.target_box or target.is_layout:
         return ""
@@ -35,12 +37,12 @@ def _astray(job: Job, target: Shape) -> str:
     return f"takes {share:.0%} of its canvas' sides" if share <= SMALL else ""
 
 
-def covered(job: Job, source: Shape) -> Box:
+def texture_box(job: Job, source: Shape) -> Box:
     """What of the source a texture covers: what --texture-box names, by default the canvas."""
     return source.bounds if job.texture_box == "bbox" else source.box
 
 
-def stretched(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
+def stretch_notes(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
     """A note where a texture of (height, width, …) pixels has other proportions than the canvas that it covers."""
     if not job.texture or source.is_mesh or job.texture_box == "bbox":
         return []
@@ -52,7 +54,7 @@ def stretched(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
     return [f"{job.texture}: {text}; crop it to these proportions to keep its own"]
 
 
-def chequered(job: Job, source: Shape) -> Box:
+def checkerboard_box(job: Job, source: Shape) -> Box:
     """What of the source the checkerboard covers: a square about the shape, or about its canvas where that is said."""
     return square(source.box if job.texture_box == "viewbox" else source.bounds)
 
@@ -60,10 +62,10 @@ def chequered(job: Job, source: Shape) -> Box:
 def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
     """Notes on what is shown of the target, and on shapes that reach out of that, or out of the texture."""
     said = []
-    if why := _astray(job, target):
+    if why := _why_not_canvas(job, target):
         text = "pictures show the shape's box; --target-box viewbox shows the canvas"
         said.append(f"{target.spec}: {why}, so {text}")
-    if job.target and (out := _reach(target, shown(job, target))) > OFF:
+    if job.target and (out := _reach(target, picture_box(job, target))) > OFF:
         text = f"{out:.0%} of its extent lies outside its canvas, where pictures end"
         cure = (
             "names with <UDIM> give each tile a picture"
@@ -92,6 +94,27 @@ def square(box: Box) -> Box:
     return middle - half, middle + half
 
 
+def canvas_size(job: Job, box: Box) -> tuple[int, int]:
+    """Width and height of the raster of a box of the target's plane.
+
+    Raises:
+        InputError: more pixels than --max-pixels.
+    """
+    return size_within(job.size or (LONGER_SIDE,), box[1] - box[0], job.max_pixels)
+
+
+def size_within(size: tuple[int, ...], extent: complex, most: int) -> tuple[int, int]:
+    """Width and height from --size: both, or the longer side of something with the extent's proportions.
+
+    Raises:
+        InputError: more pixels than `most`.
+    """
+    width, height = size if len(size) == 2 else proportional(size[0], extent)
+    if width * height > most:
+        raise InputError(f"--size: {width}x{height} is more than {most} pixels; raise --max-pixels")
+    return width, height
+
+
 def _share(shape: Shape) -> float:
     """Width or height of a shape by that of its canvas, whichever is the larger part."""
     size, canvas = (high - low for low, high in (shape.bounds, shape.box))
@@ -100,7 +123,7 @@ def _share(shape: Shape) -> float:
 
 def _reach(shape: Shape, box: Box) -> float:
     """How far a shape reaches out of a box, relative to its size in that direction; at most 1."""
-    (low, high), (here, there) = box, shape.bounds
-    over = (low.real - here.real, there.real - high.real), (low.imag - here.imag, there.imag - high.imag)
-    size = there - here
+    (low, high), (lower, upper) = box, shape.bounds
+    over = (low.real - lower.real, upper.real - high.real), (low.imag - lower.imag, upper.imag - high.imag)
+    size = upper - lower
     return min(1.0, max(max(over[0]) / size.real, max(over[1]) / size.imag))

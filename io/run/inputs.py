@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import files, formats
+from .. import files, formats, limits, references
 from ..meshes import size_limits
 from ..meshes.obj import Obj
 from ..meshes.obj_source import ObjSource
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from ...surfaces.inserted import Opening
     from ..shapes.listing import Listed
 
-MAX_BYTES = 1 << 26
 _MAP = re.compile(rb"^[ \t]*(?:map_\w+|bump|norm|disp|decal)[ \t]+([^\r\n]+)", re.MULTILINE | re.IGNORECASE)
 
 
@@ -159,9 +158,14 @@ class Inputs:
     @cached_property
     def named(self) -> tuple[str, ...]:
         """Every file that the job reads, those that its meshes name included; only those that exist."""
-        found = tiled(self.job.inputs)
-        for name in self.job.inputs:
-            found += [path for path in tiled(self._named(Path(name))) if os.path.isfile(path)]
+        found = expand_tiles(self.job.inputs)
+        with references.outside(self.job.outside):
+            for name in self.job.inputs:
+                folder = Path(name).parent
+                named = [
+                    path for path in self._named(Path(name)) if references.may_be_read(Path(path), folder)
+                ]
+                found += [path for path in expand_tiles(named) if os.path.isfile(path)]
         return tuple(dict.fromkeys(found))
 
     def sha256(self, name: str) -> str:
@@ -173,7 +177,8 @@ class Inputs:
         suffix = formats.suffix_of(path)
         try:
             if suffix == ".obj":
-                libraries = [_beside(path, line) for line in self._obj(path).libraries]
+                libraries = [_path_beside(path, line) for line in self._obj(path).libraries]
+                libraries = [name for name in libraries if references.may_be_read(Path(name), path.parent)]
                 return [name for library in libraries for name in (library, *_pictures(Path(library)))]
             return _of_gltf(path) if suffix == ".gltf" else []
         except (OSError, files.InputError):
@@ -183,11 +188,11 @@ class Inputs:
 def _first_proportions(pictures: Sequence[Path | bytes]) -> float | None:
     from ..pictures.image_files import proportions
 
-    first = next(iter(tiled(pictures[:1])), None)
+    first = next(iter(expand_tiles(pictures[:1])), None)
     return proportions(first) if first else None
 
 
-def tiled(names: Iterable[Path | bytes | str]) -> list[Any]:
+def expand_tiles(names: Iterable[Path | bytes | str]) -> list[Any]:
     """Names of pictures, those of the tiles that there are in the place of one that stands for all of them."""
     from ..pictures.tiles import files_of, is_pattern
 
@@ -196,14 +201,14 @@ def tiled(names: Iterable[Path | bytes | str]) -> list[Any]:
 
 def _pictures(library: Path) -> list[str]:
     """The last word of each map of a material library, and all its words: names may hold spaces."""
-    if not os.path.isfile(library) or library.stat().st_size > MAX_BYTES:
+    if not os.path.isfile(library) or library.stat().st_size > limits.SCENE_BYTES:
         return []
     lines = _MAP.findall(library.read_bytes())
-    return [_beside(library, name) for line in lines for name in (line, line.split()[-1])]
+    return [_path_beside(library, name) for line in lines for name in (line, line.split()[-1])]
 
 
 def _of_gltf(path: Path) -> list[str]:
-    if path.stat().st_size > MAX_BYTES:
+    if path.stat().st_size > limits.SCENE_BYTES:
         return []
     try:
         scene = json.loads(path.read_bytes())
@@ -215,5 +220,5 @@ def _of_gltf(path: Path) -> list[str]:
     ]
 
 
-def _beside(path: Path, name: bytes) -> str:
+def _path_beside(path: Path, name: bytes) -> str:
     return str(path.parent / name.strip().replace(b"\0", b"").decode("utf-8", "surrogateescape"))

@@ -11,8 +11,8 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 from ...errors import InputError, JobError
 from .. import formats
+from ..options import SOLVER, JobOptions, Option, options_of
 from ..spec import path_of
-from .options import SOLVER, JobOptions, Option, described
 
 WRITTEN = ("report", "plot", "stmap")
 """Fields that name a file to write, beside `output`."""
@@ -24,7 +24,7 @@ class Job(JobOptions):
     """What to map onto what, how, and what to write. Paths are as the user gave them; coordinates in file units.
 
     `target` None means a deformation of the source by its constraints alone. It never changes; what is asked of it
-    goes by pydantic's names, which checks its values unless they are plain (see `checked`).
+    goes by pydantic's names, which checks its values unless they are plain (see `validate`).
 
     Raises:
         JobError: a value, or what it comes to with others, is wrong.
@@ -34,11 +34,11 @@ class Job(JobOptions):
     target: str | None
 
     def __init__(self, **values: Any):
-        plain = _plain(values)
+        plain = _parse(values)
         if plain is None:
-            from .checked import checked
+            from .validate import validate
 
-            plain = checked(values)
+            plain = validate(values)
         vars(self).update(DEFAULTS, **plain)
         if [*self.output, self.report].count("-") > 1:
             raise JobError([("", "only one output can be `-`: stdout is one stream")])
@@ -52,7 +52,7 @@ class Job(JobOptions):
             vars(self).update({"texture": path, "kind": kind, name: getattr(self, name)[1:]})
         if self.maps and (self.output or any(getattr(self, field) for field in WRITTEN)):
             try:
-                vars(self)["output"] = shared(self.output, self.maps)
+                vars(self)["output"] = pair_outputs(self.output, self.maps)
             except ValueError as error:
                 raise JobError([("", str(error))]) from None
 
@@ -78,7 +78,7 @@ class Job(JobOptions):
         found = {name: getattr(self, name) for name in DEFAULTS if name not in exclude}
         if exclude_defaults:
             found = {name: value for name, value in found.items() if value != DEFAULTS[name]}
-        return {name: _listed(value) for name, value in found.items()} if mode == "json" else found
+        return {name: _as_lists(value) for name, value in found.items()} if mode == "json" else found
 
     def model_dump_json(self, *, exclude_defaults: bool = False) -> str:
         """The values as JSON."""
@@ -102,6 +102,18 @@ class Job(JobOptions):
         return {name: value for name in SOLVER if (value := getattr(self, name)) is not None}
 
     @property
+    def exact(self) -> bool:
+        """Whether pins and strokes are met, not weighed: what lies outside the target could not be."""
+        from ...problem import Options as Solver
+
+        return Solver(**self.solver).is_balanced
+
+    @property
+    def holed(self) -> bool:
+        """Whether the map knows of holes: the balanced method's does, unless they are to be filled."""
+        return self.holes == "keep" and self.exact
+
+    @property
     def outputs(self) -> tuple[str, ...]:
         """Every file that the job writes, in no particular order; stdout is not a file."""
         names = [*self.output, *(getattr(self, field) for field in WRITTEN)]
@@ -116,16 +128,16 @@ class Job(JobOptions):
 
 
 HINTS: dict[str, Any] = {"source": str, "target": str | None} | {
-    name: hint for name, (hint, _) in described().items()
+    name: hint for name, (hint, _) in options_of().items()
 }
-OPTIONS = {name: option for name, (_, option) in described().items()}
+OPTIONS = {name: option for name, (_, option) in options_of().items()}
 DEFAULTS: dict[str, Any] = {name: option.default for name, option in OPTIONS.items()} | {
     "source": None,
     "target": None,
 }
 
 
-def _plain(values: dict[str, Any]) -> dict[str, Any] | None:
+def _parse(values: dict[str, Any]) -> dict[str, Any] | None:
     """The values as a job has them, if they are beyond doubt; None where a closer look is needed, which is slow."""
     if not values.get("source") or not values.keys() <= DEFAULTS.keys():
         return None
@@ -137,7 +149,7 @@ def _plain(values: dict[str, Any]) -> dict[str, Any] | None:
         except ValueError:
             return None
         found[name] = tuple(parsed) if isinstance(parsed, list) else parsed
-        if not _fits(found[name], HINTS[name]) or (option and not _within(found[name], option)):
+        if not _fits(found[name], HINTS[name]) or (option and not _in_bounds(found[name], option)):
             return None
     return found
 
@@ -157,7 +169,7 @@ def _fits(value: Any, hint: Any) -> bool:
     return type(value) is hint and (hint is not float or math.isfinite(value))
 
 
-def _within(value: Any, option: Option) -> bool:
+def _in_bounds(value: Any, option: Option) -> bool:
     """Whether a number is between the bounds of its option."""
     return not isinstance(value, int | float) or (
         (option.least is None or value >= option.least)
@@ -166,9 +178,9 @@ def _within(value: Any, option: Option) -> bool:
     )
 
 
-def _listed(value: Any) -> Any:
+def _as_lists(value: Any) -> Any:
     """Tuples as lists, all the way down."""
-    return [_listed(each) for each in value] if isinstance(value, tuple | list) else value
+    return [_as_lists(each) for each in value] if isinstance(value, tuple | list) else value
 
 
 def is_picture(name: str) -> bool:
@@ -181,7 +193,7 @@ def is_mesh(name: str) -> bool:
     return name != "-" and formats.of(name).uv
 
 
-def shared(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+def pair_outputs(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tuple[str, ...]:
     """Outputs with a picture for each of the maps, in their order, where one name with `{stem}` stands for all; none
     where a mesh shows them: one of colours, one of normals.
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...errors import InputError
+from .. import limits
 from .job import Job
 
 if TYPE_CHECKING:
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 
 Pairs = list[tuple["Shape", "Shape"]]
 
-MOST = 64  # parts of a drawing that are mapped, the largest first: each is solved for
 LISTED = 12
 FIGURES = ("status", "boundary", "dilatation", "log10_area", "injective", "notes")
 
@@ -33,17 +33,18 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str]]:
     if job.pin or job.constraints:
         raise InputError("--parts all: pins and strokes are for one shape; name it with #id")
     (sources, notes), (targets, more) = (
-        inputs.shapes(spec, MOST, target=bool(k)) for k, spec in enumerate((job.source, job.target or ""))
+        inputs.shapes(spec, limits.PARTS, target=bool(k))
+        for k, spec in enumerate((job.source, job.target or ""))
     )
     notes += more
     turn = job.turn if isinstance(job.turn, float | int) else 0.0
     found = parts.pair(sources, targets, turn)
     for shapes, others, taken in zip((sources, targets), (targets, sources), zip(*found)):
-        notes += _without(shapes, others, set(taken))
+        notes += _unpaired(shapes, others, set(taken))
     return [(sources[i], targets[j]) for i, j in sorted(found, key=lambda pair: pair[1])], notes
 
 
-def _without(shapes: Sequence[Shape], others: Sequence[Shape], taken: set[int]) -> list[str]:
+def _unpaired(shapes: Sequence[Shape], others: Sequence[Shape], taken: set[int]) -> list[str]:
     alone = [_name(shape) for number, shape in enumerate(shapes) if number not in taken]
     if not alone:
         return []
@@ -57,12 +58,12 @@ def _name(shape: Shape) -> str:
     return f"#{shape.part}{own}"
 
 
-def named(source: Shape, note: str) -> str:
+def label(source: Shape, note: str) -> str:
     """A remark with the name of the part that it is about, if there are several."""
     return f"#{source.part}: {note}" if source.part else note
 
 
-def mapping(pairs: Pairs, fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Several:
+def compose(pairs: Pairs, fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Several:
     """The maps of all parts as one, small parts over large ones; `maps` are those of `fits`, made ready."""
     from ...curve import Curve
     from ...pixels.composed import Several, reflected

@@ -1,4 +1,4 @@
-"""What `iccm relayout` reads, writes and tells."""
+"""The run of `iccm relayout`: what it reads, writes and reports."""
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -12,6 +12,7 @@ from ... import __version__
 from ...arrays import Box
 from ...errors import InputError
 from ...meshes.charted import Charted
+from ...meshes.mesh import checked
 from ...meshes.relayout import Origin, carry, partners
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
@@ -24,9 +25,9 @@ from ..pictures import image_files, tiles
 from ..pictures.image import Image
 from ..spec import Spec
 from . import report
-from .inputs import tiled
+from .framing import size_within
+from .inputs import expand_tiles
 from .job import STEM
-from .raster_size import bounded
 
 SCHEMA = "iccm.relayout/1"
 TEXELS = ("overlapping_texels", "covered_texels")  # of a layout, counted in each tile
@@ -49,7 +50,7 @@ class CarriedPicture:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Plan:
     """What is to be made.
 
     Attributes:
@@ -63,9 +64,7 @@ class Wanted:
     mesh: str | None
 
 
-def wanted(
-    given: dict[str, Sequence[str]], outputs: Sequence[str], meshes: Sequence[str], force: bool
-) -> Wanted:
+def plan(given: dict[str, Sequence[str]], outputs: Sequence[str], meshes: Sequence[str], force: bool) -> Plan:
     """What outputs ask for: a mesh; and pictures, one for each texture in order, or one name with `{stem}` in it.
 
     Raises:
@@ -75,15 +74,11 @@ def wanted(
     if len(whole) > 1:
         raise InputError(f"{whole[1]}: one mesh is written at a time; name one")
     rest = [name for name in outputs if name not in whole]
-    found = Wanted(given, _pictures(given, rest) if rest else [], whole[0] if whole else None)
-    taken = {Spec.of(mesh).path.resolve() for mesh in meshes}
-    taken |= {Path(path).resolve() for paths in given.values() for path in paths}
-    for name in [*whole, *(each.output for each in found.pictures)]:
-        real = files.check_output(name, force=force)
-        if real in taken:
-            raise InputError(f"{name}: is an input, or named for two outputs; name another file")
-        taken.add(real)
-    return found
+    pictures = _pictures(given, rest) if rest else []
+    inputs = [str(Spec.of(mesh).path) for mesh in meshes]
+    inputs += [path for paths in given.values() for path in paths]
+    files.check_outputs([*whole, *(each.output for each in pictures)], inputs, force=force)
+    return Plan(given, pictures, whole[0] if whole else None)
 
 
 def _pictures(given: dict[str, Sequence[str]], outputs: Sequence[str]) -> list[CarriedPicture]:
@@ -104,10 +99,10 @@ def _pictures(given: dict[str, Sequence[str]], outputs: Sequence[str]) -> list[C
 class _Mesh:
     """The new mesh with the old one's materials, about to be written; all of it is checked when it is made."""
 
-    def __init__(self, wanted: Wanted, before: _Read, after: _Read, how: How, force: bool) -> None:
+    def __init__(self, wanted: Plan, before: _Read, after: _Read, how: How, force: bool) -> None:
         assert wanted.mesh is not None
         material_set = relaid.material_set_of(before)
-        material_set = material_set.instead(relaid.given(wanted.given, material_set.dialect))
+        material_set = material_set.instead(relaid.given_maps(wanted.given, material_set.dialect))
         self.name, self.force = wanted.mesh, force
         self.relaid = relaid.Relaid(material_set, after, Path(wanted.mesh), how)
         self.relaid.check()
@@ -135,7 +130,7 @@ class _Pictures:
         self.before, self.after = relaid.sheet_of(before), relaid.sheet_of(after)
         self.wanted, self.how, self.force = wanted, how, force
         self.read = [_read(each.path, self.before, how.max_pixels) for each in wanted]
-        self.size = how.size(_largest(self.read))
+        self.size = how.size(_largest_size(self.read))
         width, height = self.size
         for each, (image, _) in zip(wanted, self.read):
             check_kind(each.kind, image.pixels.shape[2], each.path)
@@ -146,7 +141,7 @@ class _Pictures:
     def notes(self) -> list[str]:
         """On the textures."""
         return [
-            _named(each.path, note)
+            _with_path(each.path, note)
             for each, (image, _) in zip(self.wanted, self.read)
             for note in image.notes
         ]
@@ -171,7 +166,7 @@ class _Pictures:
 def run(
     old: str,
     new: str,
-    wanted: Wanted,
+    wanted: Plan,
     *,
     size: tuple[int, ...] | None,
     filter: str,
@@ -204,9 +199,11 @@ def run(
 
     with one_thread(), ExitStack() as stack:
         before, after = sources = [mesh_files.read_all(name) for name in (old, new)]
+        for file in (*before, *after):
+            checked(file.mesh)
         notes = [f"{each.mesh.name}: {note}" for read in sources for each in read for note in each.notes]
         diagonal = _diagonal(after)
-        how = How(_sized(size, max_pixels), filter, limit * diagonal, padding, max_pixels, threads)
+        how = How(_size_rule(size, max_pixels), filter, limit * diagonal, padding, max_pixels, threads)
         work: list[_Mesh | _Pictures] = []
         if wanted.mesh:
             work.append(_Mesh(wanted, before, after, how, force))
@@ -218,7 +215,7 @@ def run(
             names, origins, notes = names + made, origins + where, notes + each.notes
         inputs = [str(Spec.of(name).path) for name in (old, new)]
         inputs += [path for paths in wanted.given.values() for path in paths]
-        figures = _figures(origins, limit, diagonal, tiled(inputs))
+        figures = _figures(origins, limit, diagonal, expand_tiles(inputs))
         figures |= {"notes": list(dict.fromkeys(notes)), "written": names}
         if report_to:
             report.write(figures, report_to, stack, force=force)
@@ -231,12 +228,12 @@ def _diagonal(meshes: _Read) -> float:
     return float(np.linalg.norm(np.ptp(used, axis=0))) if used.size else 0.0
 
 
-def _sized(size: tuple[int, ...] | None, most: int) -> Callable[[tuple[int, int]], tuple[int, int]]:
+def _size_rule(size: tuple[int, ...] | None, most: int) -> Callable[[tuple[int, int]], tuple[int, int]]:
     """What makes the size of a new picture of an old one's."""
-    return lambda own: own if size is None else bounded(size, complex(*own), most)
+    return lambda own: own if size is None else size_within(size, complex(*own), most)
 
 
-def _largest(read: Sequence[tuple[Image, Box | None]]) -> tuple[int, int]:
+def _largest_size(read: Sequence[tuple[Image, Box | None]]) -> tuple[int, int]:
     """Width and height of the largest picture, or of a tile of it."""
     sizes = []
     for image, box in read:
@@ -274,7 +271,7 @@ def _outputs(name: str, mesh: Charted, force: bool) -> dict[complex | None, str]
     return found
 
 
-def _named(path: str, note: str) -> str:
+def _with_path(path: str, note: str) -> str:
     return note if note.startswith(path) else f"{path}: {note}"
 
 
@@ -285,7 +282,7 @@ def _figures(
     partner = np.concatenate(list({id(origin.partner): origin.partner for origin in origins}.values()))
     distance = np.concatenate([origin.distance for origin in origins])
     far = sum(int(origin.far(limit * diagonal).sum()) for origin in origins)
-    return report.plain(
+    return report.as_json(
         {
             "schema": SCHEMA,
             "version": __version__,

@@ -13,8 +13,7 @@ import numpy as np
 from ... import __version__
 from ...result import Status
 from .. import files
-from .constraints import exact
-from .parts import named
+from .parts import label
 
 if TYPE_CHECKING:
     from .state import Run
@@ -36,22 +35,22 @@ def build(run: Run) -> dict[str, Any]:
     What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
     job then gives the same bytes.
     """
-    weighed = not exact(run.job)
-    each = run.found.get("parts", [run.found])
+    weighed = not run.job.exact
+    each = run.fit_report.get("parts", [run.fit_report])
     for (source, _), part in zip(run.pairs, each):
-        doubted = doubts(run.found | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
+        doubted = doubts(run.fit_report | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
         for note in [*part["notes"], *doubted]:
-            if named(source, note) not in run.notes:
-                run.note(named(source, note))
-    report = {"schema": SCHEMA, "version": __version__, **run.found, **run.figures}
-    if run.fit.status.ok and flipped(run.figures):
+            if label(source, note) not in run.notes:
+                run.note(label(source, note))
+    report = {"schema": SCHEMA, "version": __version__, **run.fit_report, **run.figures}
+    if run.fit.status.ok and has_flips(run.figures):
         report |= {"status": Status.FLIPPED.name.lower(), "message": Status.FLIPPED.value}
     if "SOURCE_DATE_EPOCH" not in os.environ:
         report["seconds"] = run.phases.report()
     report["notes"] = run.notes
     report["inputs"] = [{"path": name, "sha256": run.inputs.sha256(name)} for name in run.inputs.named]
     report["job"] = run.job.model_dump(mode="json", exclude_defaults=True, exclude={"force"})
-    return plain(report)
+    return as_json(report)
 
 
 def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: bool = True) -> list[str]:
@@ -81,29 +80,29 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: boo
     return [type(text)(f"{text}; {cure}") for text in said]
 
 
-def plain(value: Any) -> Any:
+def as_json(value: Any) -> Any:
     """Only what JSON can say: numpy becomes lists and numbers, complex numbers pairs, NaN and infinity null.
 
     File names that are no UTF-8 keep their odd bytes as escapes.
     """
     if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
+        return {str(key): as_json(item) for key, item in value.items()}
     if isinstance(value, list | tuple | np.ndarray):
-        return [plain(item) for item in value]
+        return [as_json(item) for item in value]
     if isinstance(value, str):
         return value.encode("utf-8", "backslashreplace").decode()
     if isinstance(value, np.generic):
-        return plain(value.item())
+        return as_json(value.item())
     if isinstance(value, complex):
-        return [plain(value.real), plain(value.imag)]
+        return [as_json(value.real), as_json(value.imag)]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
 
 
 def text(report: dict[str, Any]) -> str:
-    """The report, made `plain`, as it is written: one key a line, ending in a newline."""
-    return json.dumps(plain(report), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    """The report, made so by `as_json`, as it is written: one key a line, ending in a newline."""
+    return json.dumps(as_json(report), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def write(report: dict[str, Any], name: str, stack: ExitStack, *, force: bool) -> None:
@@ -117,15 +116,15 @@ def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
     wanted = run.job.require_injective
     for (source, _), fit, part in zip(run.pairs, run.fits, report.get("parts", [report])):
         if not fit.status.ok:
-            return False, named(source, fit.status.value)
+            return False, label(source, fit.status.value)
         share = (part.get("injective") or {}).get("share") or 0.0
         if wanted is not None and not share >= wanted:
             found = f"{share:.4g} of the source's area are certified injective, less than {wanted:g}"
-            return False, named(source, f"{found} (--require-injective)")
-    return not flipped(report), (Status.FLIPPED if flipped(report) else run.fit.status).value
+            return False, label(source, f"{found} (--require-injective)")
+    return not has_flips(report), (Status.FLIPPED if has_flips(report) else run.fit.status).value
 
 
-def flipped(figures: dict[str, Any]) -> bool:
+def has_flips(figures: dict[str, Any]) -> bool:
     """Whether texture coordinates were written that turn a triangle over, or leave it without area."""
     return any((figures.get("uv") or {}).values())
 
@@ -136,38 +135,38 @@ def summary(report: dict[str, Any]) -> list[str]:
     boundary, dilatation = report.get("boundary", {}), report.get("dilatation", {})
     area, injective = report.get("log10_area", {}), report.get("injective", {})
     if boundary:
-        rms, gap = _short(boundary.get("rms")), _short(boundary.get("hausdorff"))
+        rms, gap = _figure(boundary.get("rms")), _figure(boundary.get("hausdorff"))
         lines.append(f"boundary    rms {rms}, Hausdorff {gap} of the diagonal")
     if dilatation:
         lines.append(
-            "dilatation  " + ", ".join(f"{name} {_short(value)}" for name, value in dilatation.items())
+            "dilatation  " + ", ".join(f"{name} {_figure(value)}" for name, value in dilatation.items())
         )
     if area:
-        lines.append("log10 area  " + ", ".join(f"{name} {_short(value)}" for name, value in area.items()))
+        lines.append("log10 area  " + ", ".join(f"{name} {_figure(value)}" for name, value in area.items()))
     if apart := report.get("apart"):
-        shown = ", ".join(f"{name} {_short(value)}" for name, value in apart.items())
+        shown = ", ".join(f"{name} {_figure(value)}" for name, value in apart.items())
         lines.append(f"apart       {shown} of the diagonal, in space")
     if injective:
-        lines.append(f"injective   {_injective(injective)}")
+        lines.append(f"injective   {_certificate(injective)}")
     if found := report.get("parts"):
         worst = max(found, key=lambda part: part["boundary"]["hausdorff"])
-        gap = _short(worst["boundary"]["hausdorff"])
+        gap = _figure(worst["boundary"]["hausdorff"])
         worst_of = f"the worst Hausdorff is {gap}, of #{worst['source']}"
         lines.append(f"parts       {len(found)}, the largest above; {worst_of}")
     if report.get("pins"):
-        lines.append(f"pins        largest error {_short(max(pin['error'] for pin in report['pins']))}")
+        lines.append(f"pins        largest error {_figure(max(pin['error'] for pin in report['pins']))}")
     if "seconds" in report:
         parts = {k: v for k, v in report["seconds"].items() if v >= 0.005}
         lines.append("seconds     " + ", ".join(f"{name} {value:.2f}" for name, value in parts.items()))
     return lines
 
 
-def _injective(found: dict[str, Any]) -> str:
+def _certificate(found: dict[str, Any]) -> str:
     if found.get("certified"):
-        depth, share = _short(found.get("depth")), found.get("share") or 0.0
+        depth, share = _figure(found.get("depth")), found.get("share") or 0.0
         return f"certified on {share:.2%} of the area, from a depth of {depth} of the inradius"
     return f"not certified; {found.get('obstacle', 'unknown')}"
 
 
-def _short(value: Any) -> str:
+def _figure(value: Any) -> str:
     return f"{value:.3g}" if isinstance(value, int | float) else "unknown"

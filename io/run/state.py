@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ...arrays import Box, Complex
+from ...memory import Memory
 from ...parallel import beside, thread_count
 from ...pixels.texture import Repeated
-from . import framing, parts, raster_size, texture
+from ...plane import bounding_box
+from ..memory import Bounded
+from . import framing, parts, texture
+from .constraints import constrain
 from .job import Job
 from .parts import Pairs
 from .phases import Phases
 
 if TYPE_CHECKING:
-    from ...memory import Memory
     from ...pixels.preimages import AnyMap
     from ...pixels.texture import Placing
     from ...pixels.warp import Canvas, Sampler
@@ -65,7 +72,30 @@ class Run:
     _begun: dict[str, Future] = field(default_factory=dict)
     _other: dict[tuple[str, str], Run] = field(default_factory=dict)
 
-    def showing(self, map: tuple[str, str] | None) -> Run:
+    @classmethod
+    def read(cls, job: Job, inputs: Inputs, threads: int | None, tell: Tell, phases: Phases) -> Run:
+        """A job whose shapes and constraints are read.
+
+        Raises:
+            InputError: a file is wrong, or constraints are not places of it.
+        """
+        if job.parts == "all":
+            pairs, notes = parts.read(job, inputs)
+        else:
+            source = inputs.shape(job.source)
+            pairs, notes = [(source, inputs.shape(job.target, target=True) if job.target else source)], []
+        room = Memory()
+        if job.memory:  # the disk that has room for the first output has it for the scratch file
+            folder = Path(job.outputs[0]).resolve().parent if job.outputs else Path(tempfile.gettempdir())
+            room = Bounded(job.memory, folder)
+        run = cls(job, inputs, pairs, room, tell, phases, threads)
+        for note in notes:
+            run.note(note)
+        if job.parts == "largest":
+            run.constraints, run.called = constrain(job, run.source, run.target, inputs.listed)
+        return run
+
+    def with_texture(self, map: tuple[str, str] | None) -> Run:
         """The same with another texture, of the kind named; one of these is kept at a time."""
         if map is None or map == (self.job.texture, self.job.kind):
             return self
@@ -97,23 +127,28 @@ class Run:
         A chart's texture lies in its layout, which it may be mirrored against; a checkerboard on one chart need not be.
         """
         return (
-            self.laid if texture.textured(self.job, self.source) or len(self.pairs) > 1 else self._made(False)
+            self.in_layout
+            if texture.has_texture(self.job, self.source) or len(self.pairs) > 1
+            else self._compose(False)
         )
 
     @cached_property
-    def laid(self) -> AnyMap:
+    def in_layout(self) -> AnyMap:
         """The same from where charts of the source lie in their layout."""
-        return self._made(True)
+        return self._compose(True)
 
-    def _made(self, laid: bool) -> AnyMap:
+    def _compose(self, in_layout: bool) -> AnyMap:
         from ...pixels.composed import Holed, Reflected
 
         maps: list[AnyMap] = []
         for (source, target), fit, holes in zip(self.pairs, self.fits, self._holes):
-            lines = source.mirror if laid else None, target.mirror if self.job.target or laid else None
+            lines = (
+                source.mirror if in_layout else None,
+                target.mirror if self.job.target or in_layout else None,
+            )
             made = Holed(fit.map, holes) if holes else fit.map
             maps.append(Reflected(made, *lines) if lines != (None, None) else made)
-        return maps[0] if len(maps) == 1 else parts.mapping(self.pairs, self.fits, maps)
+        return maps[0] if len(maps) == 1 else parts.compose(self.pairs, self.fits, maps)
 
     @property
     def _holes(self) -> list[tuple[Complex, ...]]:
@@ -121,12 +156,12 @@ class Run:
         that is deformed move with it."""
         if self.job.holes == "fill":
             return [()] * len(self.pairs)
-        from ..shapes.holes import passed_over
+        from ..shapes.holes import unmapped
 
         if self.job.target is None:
-            left = passed_over(self.source, self.fit.source_holes)
+            left = unmapped(self.source, self.fit.source_holes)
             return [tuple(self.fit.map(hole) for hole in left)]
-        return [passed_over(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
+        return [unmapped(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
 
     @cached_property
     def tiled(self) -> TiledImage | None:
@@ -159,7 +194,7 @@ class Run:
         placed = self.sampler.texture
         if self.on_mesh:
             return self.whole(0).placing(placed, self.tiles)
-        repeats = self.source.is_layout and not self.tiled and texture.textured(self.job, self.source)
+        repeats = self.source.is_layout and not self.tiled and texture.has_texture(self.job, self.source)
         return Repeated(placed) if repeats else None
 
     def whole(self, side: int) -> Shape:
@@ -167,13 +202,13 @@ class Run:
         shapes = [pair[side] for pair in self.pairs]
         if len(shapes) == 1:
             return shapes[0]
-        from ..shapes.mesh_parts import joined
+        from ..shapes.mesh_parts import join
         from ..shapes.mesh_shape import as_mesh
 
-        return joined([as_mesh(shape) for shape in shapes])
+        return join([as_mesh(shape) for shape in shapes])
 
     def begin(self, part: str) -> None:
-        """Make `sampler` or `found` beside what follows, if there may be threads."""
+        """Make `sampler` or `fit_report` beside what follows, if there may be threads."""
         if thread_count(self.threads) > 1:
             self._begun[part] = beside(getattr(self, f"_{part}"))
 
@@ -187,11 +222,11 @@ class Run:
             return texture.sampler_of(self.job, self.image, self.box, self.room, self.threads)
 
     @cached_property
-    def found(self) -> dict[str, Any]:
+    def fit_report(self) -> dict[str, Any]:
         """The solver's own report."""
-        return self._begun["found"].result() if "found" in self._begun else self._found()
+        return self._begun["fit_report"].result() if "fit_report" in self._begun else self._fit_report()
 
-    def _found(self) -> dict[str, Any]:
+    def _fit_report(self) -> dict[str, Any]:
         with self.phases.timed("evaluate"):
             found = [fit.report() for fit in self.fits]
         return found[0] | ({"parts": parts.figures(self.pairs, found)} if len(found) > 1 else {})
@@ -203,12 +238,10 @@ class Run:
         Raises:
             InputError: more pixels than --max-pixels.
         """
-        from ...pixels.canvas import LONGER_SIDE, Canvas
+        from ...pixels.canvas import Canvas
 
-        low, high = self._extent()
-        size, most = self.job.size or (LONGER_SIDE,), self.job.max_pixels
-        width, height = raster_size.bounded(size, high - low, most)
-        return Canvas.about(width, height, (low, high))
+        box = self._extent()
+        return Canvas.about(*framing.canvas_size(self.job, box), box)
 
     def canvas_of(self, tile: complex | None) -> Canvas:
         """The raster of a tile of the target's layout, by its lower left corner; None: the usual one."""
@@ -220,14 +253,8 @@ class Run:
 
     def _extent(self) -> Box:
         """What pictures show of the target; a deformed shape may leave that of the source, which grows."""
-        low, high = framing.shown(self.job, self.target)
-        if self.job.target is not None:
-            return low, high
-        image = self.fit.image
-        return (
-            complex(min(low.real, image.real.min()), min(low.imag, image.imag.min())),
-            complex(max(high.real, image.real.max()), max(high.imag, image.imag.max())),
-        )
+        box = framing.picture_box(self.job, self.target)
+        return box if self.job.target is not None else bounding_box(np.append(self.fit.image, box))
 
     def note(self, remark: str) -> None:
         """Add a remark, once."""

@@ -1,4 +1,4 @@
-"""Where a texture comes from, and where it lies in the source's plane."""
+"""The texture of a job: where it is read from, and its place in the source's plane."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ KEPT = 1 << 24  # numbers of a picture that is kept for the next job (by hand)
 
 def on_mesh(job: Job, source: Shape) -> bool:
     """Whether the texture lies on a mesh that is the source, and not in the plane of its coordinates."""
-    return source.is_mesh and not source.is_layout and textured(job, source)
+    return source.is_mesh and not source.is_layout and has_texture(job, source)
 
 
-def textured(job: Job, source: Shape) -> bool:
+def has_texture(job: Job, source: Shape) -> bool:
     """Whether there is a texture, other than the checkerboard."""
     return bool(job.texture or source.pictures)
 
@@ -56,7 +56,11 @@ def box_of(job: Job, source: Shape, tiles: Box | None = None) -> Box:
     if tiles is not None:
         low, high = (complex(corner.real * source.aspect, corner.imag) for corner in tiles)
         return low, high
-    return framing.covered(job, source) if textured(job, source) else framing.chequered(job, source)
+    return (
+        framing.texture_box(job, source)
+        if has_texture(job, source)
+        else framing.checkerboard_box(job, source)
+    )
 
 
 class Latest:

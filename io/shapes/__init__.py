@@ -1,1 +1,17 @@
-"""Shapes from files of every format, planar or flattened, and the constraints between them."""
+"""Shapes from files of every format, planar or flattened, and the constraints between them.
+
+shape           `file#part` as a domain in the core plane
+silhouette      pictures as outlines
+planar_obj      planar OBJ files as outlines
+mesh_shape      a mesh as a planar shape, flattened
+mesh_parts      all charts or pieces of a mesh
+mesh_texture    the texture that a mesh shows
+onto_outline    a mesh laid out onto a given outline
+parts           which shapes of two files go together
+holes           which holes go together, and the maps between them
+mappable_holes  holes that leave room for a map
+constraints     pins and strokes, drawn or listed
+listing         those listed in a JSON file
+starts          an earlier map to go on from
+seam_order      the order of seams through pins
+"""

@@ -7,7 +7,7 @@ same name in source and target makes a pair.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ..point_syntax import Place
 from .shape import Shape
 
 if TYPE_CHECKING:
-    from .listing import Listed, Pin, Stroke
+    from .listing import Listed, Stroke
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,12 +30,26 @@ class Constraints:
         pin_weights: (k,) positive, relative to each other.
         strokes: open curves of the source, each with one of the target.
         stroke_weights: one positive number a stroke, relative to each other.
+        names: of the pins and of the strokes, empty for those that have none.
     """
 
     pins: Complex
     pin_weights: Real
     strokes: list[tuple[Curve, Curve]]
     stroke_weights: Real
+    names: tuple[list[str], list[str]]
+
+    def check_weights(self) -> None:
+        """Refuse weights that differ: solvers weigh all pins alike, and all strokes.
+
+        Raises:
+            InputError: they do.
+        """
+        for weights, kind in ((self.pin_weights, "pin"), (self.stroke_weights, "stroke")):
+            if weights.size and np.ptp(weights):
+                raise InputError(
+                    f"{kind}s: weights that differ are not supported; use --{kind}-weight for all of them"
+                )
 
 
 def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Constraints:
@@ -49,35 +63,28 @@ def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Const
     """
     if listed:
         listed.check(source, target)
-    pins = [(*_both(source.pins, target.pins, name), 1.0) for name in _paired(source, target, "pins")]
-    pins += [
-        (*pair, pin.weight)
-        for pin in _pins(listed)
-        for pair in pairs_at(source, target, pin.source, pin.target)
+    pins: list[tuple] = [
+        (source.pins[name], target.pins[name], 1.0, name) for name in _common_names(source, target, "pins")
     ]
-    names = _paired(source, target, "strokes")
-    strokes = [(*_both(source.strokes, target.strokes, name), 1.0) for name in names]
+    for pin in listed.all_pins if listed else []:
+        pairs = pairs_at(source, target, pin.source, pin.target)
+        pins += [(*pair, pin.weight, pin.name) for pair in pairs]
+    strokes: list[tuple] = [
+        (source.strokes[name], target.strokes[name], 1.0, name)
+        for name in _common_names(source, target, "strokes")
+    ]
     for number, stroke in enumerate(listed.strokes if listed else []):
         a, b = _curves(stroke, number, source, target)
-        strokes.append((a, b, stroke.weight))
+        strokes.append((a, b, stroke.weight, stroke.name))
         if stroke.ends == "stick":
-            pins += [(a.z[end], b.z[end], stroke.weight) for end in (0, -1)]
+            pins += [(a.z[end], b.z[end], stroke.weight, stroke.name) for end in (0, -1)]
     return Constraints(
-        np.array([p[:2] for p in pins], dtype=complex).reshape(-1, 2),
-        np.array([p[2] for p in pins], dtype=float),
-        [(a, b) for a, b, _ in strokes],
-        np.array([weight for _, _, weight in strokes], dtype=float),
+        np.array([pin[:2] for pin in pins], dtype=complex).reshape(-1, 2),
+        np.array([pin[2] for pin in pins], dtype=float),
+        [stroke[:2] for stroke in strokes],
+        np.array([stroke[2] for stroke in strokes], dtype=float),
+        ([pin[3] for pin in pins], [stroke[3] for stroke in strokes]),
     )
-
-
-def names(source: Shape, target: Shape, listed: Listed | None = None) -> tuple[list[str], list[str]]:
-    """The names of all pins, and of all strokes, in the order of `collect`; those that have none are empty."""
-    again = [pin.name for pin in _pins(listed) for _ in pairs_at(source, target, pin.source, pin.target)]
-    pins = [*_paired(source, target, "pins"), *again]
-    strokes = listed.strokes if listed else []
-    for stroke in strokes:
-        pins += 2 * [stroke.name] if stroke.ends == "stick" else []
-    return pins, [*_paired(source, target, "strokes"), *(stroke.name for stroke in strokes)]
 
 
 def pairs_at(source: Shape, target: Shape, start: Place, end: Place) -> list[tuple[complex, complex]]:
@@ -87,8 +94,8 @@ def pairs_at(source: Shape, target: Shape, start: Place, end: Place) -> list[tup
     Raises:
         InputError: a place that is not on its shape.
     """
-    here, there = source.all_at(start), target.all_at(end)
-    return list(zip(here, there)) if len(here) == len(there) else [(here[0], there[0])]
+    starts, ends = source.all_at(start), target.all_at(end)
+    return list(zip(starts, ends)) if len(starts) == len(ends) else [(starts[0], ends[0])]
 
 
 def pair(
@@ -100,35 +107,23 @@ def pair(
         InputError: as `collect`, and weights that differ.
     """
     found = collect(source, target, listed)
-    for weights, kind in ((found.pin_weights, "pin"), (found.stroke_weights, "stroke")):
-        if weights.size and np.ptp(weights):
-            raise InputError(
-                f"{kind}s: weights that differ are not supported; use --{kind}-weight for all of them"
-            )
+    found.check_weights()
     return found.pins, found.strokes
 
 
-def _pins(listed: Listed | None) -> list[Pin]:
-    return listed.all_pins if listed else []
-
-
-def _paired(source: Shape, target: Shape, kind: str) -> list[str]:
+def _common_names(source: Shape, target: Shape, kind: str) -> list[str]:
     """The names drawn in both files, in the source's order."""
-    here, there = getattr(source, kind), getattr(target, kind)
+    in_source, in_target = getattr(source, kind), getattr(target, kind)
     for alone, by, other in (
-        (here.keys() - there.keys(), source, target),
-        (there.keys() - here.keys(), target, source),
+        (in_source.keys() - in_target.keys(), source, target),
+        (in_target.keys() - in_source.keys(), target, source),
     ):
         if alone:
             names = ", ".join(sorted(alone)[:12])
             raise InputError(
                 f"{by.path}: {names}: not drawn in {other.path}; draw each in both files, or in none"
             )
-    return list(here)
-
-
-def _both(here: dict[str, Any], there: dict[str, Any], name: str) -> tuple[Any, Any]:
-    return here[name], there[name]
+    return list(in_source)
 
 
 def _curves(stroke: Stroke, number: int, source: Shape, target: Shape) -> tuple[Curve, Curve]:

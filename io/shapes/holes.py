@@ -27,7 +27,7 @@ def named_partners(
 ) -> list[tuple[int, int]]:
     """Pairs of places in the lists of holes, those that have a name in common that no other hole has."""
     said = [
-        [parts.said(shape.hole_names[k] if shape.hole_names else ()) for k in chosen]
+        [parts.words_of(shape.hole_names[k] if shape.hole_names else ()) for k in chosen]
         for shape, chosen in zip((source, target), holes)
     ]
     own = [{name for name in set().union(*side) if sum(name in each for each in side) == 1} for side in said]
@@ -39,14 +39,14 @@ def named_partners(
     return list(found.items())
 
 
-def passed_over(shape: Shape, mapped: Sequence[Curve]) -> tuple[Complex, ...]:
+def unmapped(shape: Shape, mapped: Sequence[Curve]) -> tuple[Complex, ...]:
     """The holes of a shape that are not among those that a map knows of."""
     corners = np.array([_corner(hole.z) for hole in mapped])
     near = 1e-9 * shape.curve.diagonal
     return tuple(hole for hole in shape.holes if not np.any(np.abs(corners - _corner(hole)) < near))
 
 
-def fitted(
+def fit_with_holes(
     source: Shape,
     target: Shape,
     tell: Callable[[str], None],
@@ -55,7 +55,6 @@ def fitted(
 ) -> Fit:
     """`iccm.fit` of two shapes with their holes; without them, and a remark, where no such map was found, or `start`
     is one without."""
-    curves = source.domain, target.domain
     chosen = source.mappable_holes, target.mappable_holes
     inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), chosen)]
     partners = named_partners(source, target, chosen)
@@ -63,16 +62,18 @@ def fitted(
     if not any(inner) or (plain and all(inner)):
         if any(inner):
             tell(f"{target.spec}: {UNMAPPED}")
-        return iccm.fit(*curves, start=start, **given)
-    holes: dict[str, Any] = dict(source_holes=inner[0], target_holes=inner[1], hole_partners=partners)
+        return iccm.fit(source.domain, target.domain, start=start, **given)
+    holes: dict[str, Any] = dict(
+        source_holes=inner[0], target_holes=inner[1], hole_partners=partners, **given
+    )
     try:
-        return iccm.fit(*curves, start=start, **holes, **given)
+        return iccm.fit(source.domain, target.domain, start=start, **holes)
     except NoMapError:
         tell(f"{target.spec}: {UNMAPPED}")
-        return iccm.fit(*curves, start=start if plain else None, **given)
+        return iccm.fit(source.domain, target.domain, start=start if plain else None, **given)
 
 
-def deformed(source: Shape, **given: Any) -> Fit:
+def deform_with_holes(source: Shape, **given: Any) -> Fit:
     """`iccm.deform` of a shape with its holes; as if filled where it cannot be meshed with them."""
     holes = [source.holes[k] for k in source.mappable_holes]
     try:

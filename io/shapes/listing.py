@@ -34,19 +34,18 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import InputError
-from .. import files
-from ..point_syntax import LARGEST, TAGS, Place
+from .. import files, limits
+from ..point_syntax import TAGS, Place
 from .shape import Shape
 from .starts import StartingMap
 
-MAX_BYTES = 16 * 2**20
 MESSAGES = {
     "extra_forbidden": "unknown key",
     "missing": "is missing",
     "model_type": "must be an object, {…}",
 }
 SAME_SIZE = 1e-3  # relative
-Size = Annotated[float, Field(gt=0, le=LARGEST, strict=True)]
+Size = Annotated[float, Field(gt=0, le=limits.COORDINATE, strict=True)]
 Weight = Annotated[float, Field(gt=0, le=1e12, strict=True)]
 
 
@@ -112,12 +111,15 @@ class Listed(BaseModel):
         Raises:
             InputError: a landmark of one side only.
         """
-        here, there = self.landmarks.source, self.landmarks.target
-        for alone, side in ((here.keys() - there.keys(), "source"), (there.keys() - here.keys(), "target")):
+        sources, targets = self.landmarks.source, self.landmarks.target
+        for alone, side in (
+            (sources.keys() - targets.keys(), "source"),
+            (targets.keys() - sources.keys(), "target"),
+        ):
             if alone:
                 names = ", ".join(sorted(alone)[:12])
                 raise InputError(f"landmarks: {names}: given for the {side} alone; give each for both")
-        marks = [Pin(name=name[:200], source=place, target=there[name]) for name, place in here.items()]
+        marks = [Pin(name=name[:200], source=place, target=targets[name]) for name, place in sources.items()]
         return [*self.pins, *marks]
 
     def check(self, source: Shape, target: Shape) -> None:
@@ -130,14 +132,15 @@ class Listed(BaseModel):
             low, high = shape.box
             size = np.array([(high - low).real, (high - low).imag])
             if sheet and not np.allclose(size, sheet.size, rtol=SAME_SIZE):
-                there, here = ("{:g} x {:g}".format(*each) for each in (sheet.size, size))
+                expected, actual = ("{:g} x {:g}".format(*each) for each in (sheet.size, size))
                 cure = 'scale the places, or take its size out of "files"'
                 raise InputError(
-                    f"the constraints are for {sheet.file or 'a shape'} of {there}, and {shape.spec} is {here}; {cure}"
+                    f"the constraints are for {sheet.file or 'a shape'} of {expected}, "
+                    f"and {shape.spec} is {actual}; {cure}"
                 )
 
 
-def read(path: str | Path, *, max_bytes: int = MAX_BYTES) -> Listed:
+def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> Listed:
     """The pins and strokes of a JSON file (see the module for its form; - for stdin), in file units.
 
     Raises:

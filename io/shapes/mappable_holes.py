@@ -1,4 +1,4 @@
-"""Which holes of a shape leave room for a map: those large enough, and apart from the outline and from each other."""
+"""Mappable holes of a shape: those large enough, and apart from the outline and from each other."""
 
 from collections.abc import Sequence
 
@@ -7,8 +7,8 @@ import shapely
 
 from ...arrays import Complex, xy_of
 from ...curve import Curve
+from .. import limits
 
-MOST = 64  # the largest: each costs a chain of vertices on every mesh
 SPECK = 1e-5  # of the area inside the outline: a smaller hole would need triangles as small
 CLOSE = (
     2e-4  # of the diagonal: a hole as close as that to the outline, or to another, leaves no room for a map
@@ -25,7 +25,7 @@ def mappable(curve: Curve, holes: Sequence[Complex]) -> list[int]:
     kept: list[int] = []
     for k in np.argsort(-sizes, kind="stable"):
         ring = rings[k]
-        if len(kept) == MOST or not (ring.is_valid and sizes[k] > SPECK * curve.area):
+        if len(kept) == limits.HOLES or not (ring.is_valid and sizes[k] > SPECK * curve.area):
             continue
         free = ring.distance(outline) > near and all(ring.distance(rings[j]) > near for j in kept)
         if free and domain.contains_properly(ring):

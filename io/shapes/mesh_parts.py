@@ -16,10 +16,10 @@ from ...meshes.mesh import Mesh
 from ...meshes.patch import Patch
 from ...meshes.topology import Triangles
 from ...pixels.composed import reflected
+from ...plane import bounding_box
 from ..meshes import mesh_files
 from ..meshes.obj import Obj
-from .mesh_shape import Aspect, MeshShape, aspect_of, charted, flattened, read
-from .shape import around
+from .mesh_shape import Aspect, MeshShape, aspect_of, flatten_patch, read, read_chart
 
 GAP = 0.02  # of the larger side, between pieces that are laid side by side (by hand)
 
@@ -47,11 +47,11 @@ def read_all(
     charts = bool(parts[0].chart) or layout
     found = _charts(spec, parts, aspect) if charts else _pieces(spec, parts, cut)
     found = sorted(found, key=lambda each: -each.area)
-    made, faults = _made(found[:most])
+    made, faults = _pick(found[:most])
     if not made:
         raise InputError(faults[0])
     shapes = [shape for _, shape in made] if charts else side_by_side([shape for _, shape in made])
-    extent = around([reflected(shape.curve.box, shape.mirror) for shape in shapes])
+    extent = bounding_box(np.array([reflected(shape.curve.box, shape.mirror) for shape in shapes]))
     notes = tuple(f"left out: {fault.removeprefix(f'{parts[0].path}: ')}" for fault in faults)
     box = shapes[0].box if charts else extent
     return [
@@ -96,7 +96,7 @@ def _charts(spec: str, parts: Sequence[mesh_files.MeshFile], aspect: Aspect | No
             continue
         wide = aspect_of(file, aspect)
         found += [
-            _Found(float(area), _named(file, "uv", k), partial(charted, spec, file, atlas, k, wide))
+            _Found(float(area), _named(file, "uv", k), partial(read_chart, spec, file, atlas, k, wide))
             for k, area in enumerate(atlas.areas, 1)
         ]
     if not found:
@@ -108,7 +108,7 @@ def _pieces(spec: str, parts: Sequence[mesh_files.MeshFile], cut: bool) -> list[
     """The pieces of all geometries; errors as for `_charts`."""
 
     def made(file: mesh_files.MeshFile, joined: Joined, number: int) -> MeshShape:
-        return flattened(spec, file, disk_patch(joined, cut=cut, piece=number), cut, "conformal")
+        return flatten_patch(spec, file, disk_patch(joined, cut=cut, piece=number), cut, "conformal")
 
     found = []
     for file in parts:
@@ -125,7 +125,7 @@ def _named(file: mesh_files.MeshFile, word: str, number: int) -> str:
     return "#".join([*filter(None, [file.part]), f"{word}-{number}"])
 
 
-def _made(found: Sequence[_Found]) -> tuple[list[tuple[str, MeshShape]], list[str]]:
+def _pick(found: Sequence[_Found]) -> tuple[list[tuple[str, MeshShape]], list[str]]:
     """The shapes that can be made, with their names, and why the others cannot."""
     made, faults = [], []
     for each in found:
@@ -156,22 +156,22 @@ def side_by_side(shapes: list[MeshShape]) -> list[MeshShape]:
         if x > 0 and x + sizes[k].real > width:
             x, y, tallest = 0.0, y - tallest - gap, 0.0
         tallest = max(tallest, sizes[k].imag)
-        placed[k] = _moved(shapes[k], complex(x, y - sizes[k].imag) - shapes[k].curve.box[0])
+        placed[k] = _move(shapes[k], complex(x, y - sizes[k].imag) - shapes[k].curve.box[0])
         x += sizes[k].real + gap
     return [placed[k] for k in range(len(shapes))]
 
 
-def _moved(shape: MeshShape, by: complex) -> MeshShape:
+def _move(shape: MeshShape, by: complex) -> MeshShape:
     flat = replace(shape.flattening, flat=shape.flattening.flat + by)
     holes = tuple(hole + by for hole in shape.holes)
     return replace(shape, flattening=flat, curve=flat.boundary, box=flat.boundary.box, holes=holes)
 
 
-def joined(shapes: Sequence[MeshShape]) -> MeshShape:
+def join(shapes: Sequence[MeshShape]) -> MeshShape:
     """Several parts of one file as one shape, for what holds all of them; its outline is the first one's."""
     if len(shapes) == 1:
         return shapes[0]
-    mesh, faces, corners = _united([shape.file for shape in shapes])
+    mesh, faces, corners = _unite([shape.file for shape in shapes])
     patches = [shape.flattening.patch for shape in shapes]
     firsts = np.cumsum([0, *(len(patch.points) for patch in patches)])
     whole = Patch(
@@ -191,7 +191,7 @@ def joined(shapes: Sequence[MeshShape]) -> MeshShape:
     return replace(first, file=replace(first.file, mesh=mesh, faces=faces), flattening=laid)
 
 
-def _united(files: Sequence[mesh_files.MeshFile]) -> tuple[Mesh, Flags, list[Index]]:
+def _unite(files: Sequence[mesh_files.MeshFile]) -> tuple[Mesh, Flags, list[Index]]:
     """The faces of several parts of a file as one mesh, which these are, and the numbers of each part's corners."""
     own = [np.flatnonzero(file.faces) for file in files]
     faces, first = np.unique(np.concatenate(own), return_index=True)

@@ -133,12 +133,12 @@ class MeshShape(Shape):
         if self.start < 0 or (number is None and len(place) == 2):
             return [self.at(place)]
         patch, loop = self.flattening.patch, self.flattening.loop
-        there = self.at(place)
-        away = np.abs(self.flattening.flat - there) if number is not None else patch.points - np.array(place)
+        point = self.at(place)
+        away = np.abs(self.flattening.flat - point) if number is not None else patch.points - np.array(place)
         flat = int(np.linalg.norm(away.reshape(len(patch.points), -1), axis=1).argmin())
         around = np.roll(loop, -int(np.flatnonzero(loop == self.start)[0]))
         copies = around[patch.vertex[around] == patch.vertex[flat]]
-        return self.flattening.flat[copies].tolist() if copies.size else [there]
+        return self.flattening.flat[copies].tolist() if copies.size else [point]
 
     def along(self, places: Sequence[Place], name: str) -> Curve:
         """The stroke through places; vertices alone are joined along the mesh's edges.
@@ -306,7 +306,7 @@ def read(
     file = mesh_files.read(spec, whole)
     if file.chart or (layout and not file.piece):
         atlas = Atlas.of(file.mesh)
-        return charted(spec, file, atlas, file.chart or 1, aspect_of(file, aspect))
+        return read_chart(spec, file, atlas, file.chart or 1, aspect_of(file, aspect))
     through = np.array([point_of(file, spec, place) for place in pins]) if pins else None
     if opening is not None:
         file, through = replace(file, mesh=opening.mesh), opening.points
@@ -314,10 +314,10 @@ def read(
         file = split_at(file, through)
     piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
     grow = cut and through is None  # between two meshes seams that are lengthened would differ
-    return flattened(spec, file, piece, grow, method, _start_of(piece, through), chart)
+    return flatten_patch(spec, file, piece, grow, method, _start_of(piece, through), chart)
 
 
-def flattened(
+def flatten_patch(
     spec: str,
     file: mesh_files.MeshFile,
     piece: Patch,
@@ -342,10 +342,10 @@ def flattened(
             "the others are holes" if left == loops else f"the cut joins {loops - left} of the others to it"
         )
         notes.append(f"boundary loop {file.loop} of {loops} is the outline, {others}")
-    return _laid(spec, file, flat, curve, curve.box, notes, start=start)
+    return _lay_out(spec, file, flat, curve, curve.box, notes, start=start)
 
 
-def _laid(
+def _lay_out(
     spec: str,
     file: mesh_files.MeshFile,
     flat: Flattening,
@@ -411,7 +411,7 @@ def _start_of(piece: Patch, through: Real | None) -> int:
     return int(first) if alone and piece.vertex[near] == piece.vertex[first] else -1
 
 
-def charted(spec: str, file: mesh_files.MeshFile, atlas: Atlas, number: int, aspect: float) -> MeshShape:
+def read_chart(spec: str, file: mesh_files.MeshFile, atlas: Atlas, number: int, aspect: float) -> MeshShape:
     """A chart of a mesh in the plane of its texture coordinates; errors as for `read`."""
     if file.loop != 1:
         raise InputError(
@@ -428,7 +428,7 @@ def charted(spec: str, file: mesh_files.MeshFile, atlas: Atlas, number: int, asp
     if shared := atlas.shared(number):
         notes.append(f"other charts lie on {shared:.0%} of chart {number}, and show what it shows there")
     box = low, low + complex(aspect, 1)
-    return _laid(spec, file, flat, flat.boundary, box, notes, chart=chart, aspect=aspect)
+    return _lay_out(spec, file, flat, flat.boundary, box, notes, chart=chart, aspect=aspect)
 
 
 def aspect_of(file: mesh_files.MeshFile, given: Aspect | None) -> float:

@@ -29,12 +29,12 @@ def read(shape: Shape, **options: Any) -> Image:
     picture = shape.pictures[0]
     if not isinstance(picture, bytes):
         return image_files.read(picture, **options)
-    pixels = _decoded(shape.spec, picture)
+    pixels = _decode(shape.spec, picture)
     opaque = bool((pixels[..., 3] == 255).all())
     return Image(pixels[..., :3].copy() if opaque else pixels, alpha=-1 if opaque else 3)
 
 
-def _decoded(spec: str, picture: bytes) -> NDArray[np.uint8]:
+def _decode(spec: str, picture: bytes) -> NDArray[np.uint8]:
     from PIL import Image as Pillow
 
     try:

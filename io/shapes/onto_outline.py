@@ -6,12 +6,12 @@ from typing import Any
 
 from ...curve import Curve
 from ...surfaces.boundary_slivers import lifted, opened
-from .holes import fitted
+from .holes import fit_with_holes
 from .mesh_shape import MeshShape
 from .shape import Shape
 
 
-def laid_onto(
+def lay_onto(
     mesh: MeshShape, outline: Shape, tell: Callable[[str], None]
 ) -> tuple[MeshShape, dict[str, Any]]:
     """The mesh laid out onto a drawn outline, in its coordinates, evenly on the surface; and the map's figures.
@@ -24,7 +24,7 @@ def laid_onto(
     Raises:
         NoMapError: no map without folds was found.
     """
-    fit = fitted(mesh, outline, tell)
+    fit = fit_with_holes(mesh, outline, tell)
     for note in fit.notes:
         tell(note)
     before = mesh.flattening

@@ -1,11 +1,11 @@
-"""Which of the shapes that a file draws goes to which of another file's: by name, else by place and area."""
+"""Pairs of the shapes that two files draw: by name, else by place and area."""
 
 import re
 from collections.abc import Sequence
 
 import numpy as np
 
-from ...arrays import Real, xy_of
+from ...arrays import Real, complex_of, xy_of
 from .shape import Shape
 
 # Costs of a pair: the square of the distance in half diagonals of the drawing is 1 each, the square of the natural
@@ -28,16 +28,17 @@ def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) 
     from scipy.optimize import linear_sum_assignment
 
     spatial = all(shape.is_mesh for shape in (sources[0], targets[0]))
-    (here, size), (there, large) = _placed(sources, spatial), _placed(targets, spatial)
-    here[:, :2] = xy_of(here[:, :2] @ np.array([1, 1j]) * np.exp(1j * np.radians(turn)))
-    apart = ((here[:, None] - there) ** 2).sum(axis=-1)
+    placed, size = _fit_to_unit(sources, spatial)
+    aims, large = _fit_to_unit(targets, spatial)
+    placed[:, :2] = xy_of(complex_of(placed[:, :2]) * np.exp(1j * np.radians(turn)))
+    apart = ((placed[:, None] - aims) ** 2).sum(axis=-1)
     cost = apart + SIZE * (np.log(size)[:, None] - np.log(large)) ** 2
-    names = [[said(shape.names) for shape in shapes] for shapes in (sources, targets)]
+    names = [[words_of(shape.names) for shape in shapes] for shapes in (sources, targets)]
     shared = np.array([[len(a & b) for b in names[1]] for a in names[0]])
     return [(int(i), int(j)) for i, j in zip(*linear_sum_assignment(cost - NAMED * shared))]
 
 
-def _placed(shapes: Sequence[Shape], spatial: bool) -> tuple[Real, Real]:
+def _fit_to_unit(shapes: Sequence[Shape], spatial: bool) -> tuple[Real, Real]:
     """Centroids (k, 3) about the middle of them all in half diagonals, and areas relative to their sum."""
     middles, lows, highs = (np.array(each) for each in zip(*(shape.spread(spatial) for shape in shapes)))
     low, high = lows.min(axis=0), highs.max(axis=0)
@@ -45,6 +46,6 @@ def _placed(shapes: Sequence[Shape], spatial: bool) -> tuple[Real, Real]:
     return (middles - (low + high) / 2) / (np.linalg.norm(high - low) / 2), areas / areas.sum()
 
 
-def said(names: Sequence[str]) -> set[str]:
+def words_of(names: Sequence[str]) -> set[str]:
     """The names that somebody gave, not the drawing program."""
     return {name.casefold() for name in names if not UNNAMED.fullmatch(name)}

@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 from ...arrays import Complex, Real
 from ...errors import InputError
-from .. import files
+from .. import files, limits
 from ..meshes import obj
 from ..meshes.obj import Obj
 from ..svg.drawing import Drawing
 from ..svg.fill import outlines
 from ..svg.path_data import LARGEST
 
-MAX_BYTES = 1 << 30
 FLAT = 1e-6  # largest deviation from a plane z = constant, relative to the extent
 
 _LINE = re.compile(rb"^[ \t]*l[ \t]+([^\r\n]*)", re.MULTILINE)
@@ -28,7 +27,7 @@ Edges = NDArray[np.int64]  # (e, 2) pairs of vertices, from 0
 
 
 def read(
-    path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = MAX_BYTES
+    path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
 ) -> Drawing:
     """The closed outlines of an OBJ file in a plane z = constant, or those of the object or group `chosen`.
 
@@ -180,9 +179,9 @@ def _rings(edges: Edges, z: Complex) -> Iterator[NDArray]:
     near = {int(v): (int(both[s, 1]), int(both[s + 1, 1])) for v, s in zip(vertex, start)}
     while near:
         first = previous = next(iter(near))
-        here, ring = near.pop(first)[0], [first]
-        while here != first:
-            ring.append(here)
-            a, b = near.pop(here)
-            previous, here = here, b if a == previous else a
+        current, ring = near.pop(first)[0], [first]
+        while current != first:
+            ring.append(current)
+            a, b = near.pop(current)
+            previous, current = current, b if a == previous else a
         yield np.array(ring)

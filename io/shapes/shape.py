@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...arrays import Box, Complex, Real, xy_of
 from ...curve import Curve
 from ...errors import InputError
+from ...plane import bounding_box
 from .. import formats
 from ..point_syntax import Place, written
 from ..spec import Spec
@@ -151,8 +152,7 @@ class Shape:
 
     def to_file(self, z: ArrayLike) -> NDArray[np.float64]:
         """Complex numbers of the core plane to (..., 2) coordinates in the file's units."""
-        points: Complex = _core(np.asarray(z, dtype=complex), self.flip)
-        return np.stack([points.real, points.imag], axis=-1)
+        return xy_of(_core(np.asarray(z, dtype=complex), self.flip))
 
 
 THINNEST = 1e6  # square of the outline's length by the area: of a strip, four times its length by its width
@@ -234,7 +234,7 @@ def read_all(text: str, *, flatness: float = 1e-4) -> list[Shape]:
             notes += outline.notes
     if not curves:
         raise InputError(f"{text}: none of its outlines is a domain; {notes[-1]}")
-    extent = around([curve.box for curve in curves.values()])
+    extent = bounding_box(np.array([curve.box for curve in curves.values()]))
     box, said = _box(drawing, extent), tuple(dict.fromkeys(notes))
     return [
         Shape(
@@ -246,12 +246,6 @@ def read_all(text: str, *, flatness: float = 1e-4) -> list[Shape]:
         )
         for number, curve in curves.items()
     ]
-
-
-def around(boxes: Sequence[Box]) -> Box:
-    """The smallest box that holds all boxes."""
-    low, high = np.array(boxes).T
-    return complex(low.real.min(), low.imag.min()), complex(high.real.max(), high.imag.max())
 
 
 def known(path: Path) -> str:

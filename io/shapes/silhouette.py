@@ -9,14 +9,13 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from ...arrays import complex_of
 from ...errors import InputError
-from .. import files
+from ...plane import cross
+from .. import files, limits
 from ..svg.drawing import Drawing
 from ..svg.fill import FilledOutline
 
-MAX_BYTES = 1 << 30
-MAX_PIXELS = 1 << 27
-MOST = 50  # pieces that are traced, the largest first
 STRAY = 1e-3  # of the pixels: so few transparent ones in an opaque picture are no shape
 SPECK = 4  # pixels; smaller pieces are noise
 # Tolerances of the simplification in pixels. A hard mask knows its outline to half a pixel, and a straight edge in
@@ -30,8 +29,8 @@ def read(
     chosen: str | None = None,
     *,
     flatness: float = 1e-4,
-    max_bytes: int = MAX_BYTES,
-    max_pixels: int = MAX_PIXELS,
+    max_bytes: int = limits.DRAWING_BYTES,
+    max_pixels: int = limits.SILHOUETTE_PIXELS,
 ) -> Drawing:
     """The outlines in a picture: of its alpha channel, or of a mask or drawing on a plain background.
 
@@ -54,7 +53,7 @@ def read(
     drawing = Drawing(found, (0.0, 0.0, float(width), float(height)), flip=True)
     if rest:
         drawing.notes.append(
-            f"left out {rest} specks of less than {SPECK} pixels or beyond the {MOST} largest pieces"
+            f"left out {rest} specks of less than {SPECK} pixels or beyond the {limits.PIECES} largest pieces"
         )
     return drawing
 
@@ -107,7 +106,7 @@ def trace(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[Fill
     inside = (field >= 0.5).astype(np.uint8)
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(inside, connectivity=4)
     sizes = boxes[1:, cv2.CC_STAT_AREA]
-    order = [int(k) + 1 for k in np.argsort(-sizes, kind="stable")[:MOST] if sizes[k] >= SPECK]
+    order = [int(k) + 1 for k in np.argsort(-sizes, kind="stable")[: limits.PIECES] if sizes[k] >= SPECK]
     if not order:
         raise InputError(f"nothing of at least {SPECK} pixels stands out")
     found = [outline for k in order if (outline := _piece(field, labels, boxes[k], k, flatness))]
@@ -137,9 +136,9 @@ def _piece(
     tolerance = max(SOFT if soft else HARD, flatness * diagonal)
     smooth = _straightened(whole, tolerance)
     shift = complex(columns.start - 1 + 0.5, rows.start - 1 + 0.5)
-    z = shapely.get_coordinates(smooth.exterior)[:-1] @ np.array([1, 1j]) + shift
+    z = complex_of(shapely.get_coordinates(smooth.exterior)[:-1]) + shift
     holes = [_straightened(c, tolerance) for c in contours if c is not whole and c.area >= SPECK]
-    inner = tuple(shapely.get_coordinates(h.exterior)[:-1] @ np.array([1, 1j]) + shift for h in holes)
+    inner = tuple(complex_of(shapely.get_coordinates(h.exterior)[:-1]) + shift for h in holes)
     return FilledOutline(f"piece at ({left}, {top})", z, smooth.area, inner)
 
 
@@ -150,7 +149,7 @@ def _straightened(polygon: shapely.Polygon, tolerance: float) -> shapely.Polygon
     and a vertex is where two edges meet. The choice alone is off by up to the tolerance, and cuts corners.
     """
     simple = shapely.simplify(polygon, tolerance)
-    z, corners = (shapely.get_coordinates(p.exterior)[:-1] @ np.array([1, 1j]) for p in (polygon, simple))
+    z, corners = (complex_of(shapely.get_coordinates(p.exterior)[:-1]) for p in (polygon, simple))
     index = {point: k for k, point in enumerate(z.tolist())}
     start = np.array([index[point] for point in corners.tolist()])
     count = np.mod(np.roll(start, -1) - start - 1, z.size) + 2
@@ -171,9 +170,9 @@ def _line(z: NDArray[np.complex128]) -> tuple[complex, complex]:
 def _meeting(before: tuple[complex, complex], after: tuple[complex, complex], corner: complex) -> complex:
     """Where two lines meet, when that is near the corner; otherwise the middle of the corner's feet on both."""
     (a, d), (b, e) = before, after
-    turn = (d.conjugate() * e).imag
+    turn = cross(d, e)
     if abs(turn) > 0.05:
-        point = a + d * ((b - a) * e.conjugate()).imag / (d * e.conjugate()).imag
+        point = a + d * cross(b - a, e) / turn
         if abs(point - corner) <= REACH:
             return point
     feet = [p + u * ((corner - p) * u.conjugate()).real for p, u in (before, after)]

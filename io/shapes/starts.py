@@ -18,12 +18,13 @@ from ...errors import InputError
 from ...maps.triangulated.map import TriangulatedMap
 from ...meshes.mesh import proper
 from ...meshes.topology import Triangles
+from ...plane import polygon_area, triangle_areas
+from .. import limits
 from ..point_syntax import Number
 from .shape import Shape
 
-MOST = 200_000  # vertices and triangles
-Vertices = Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length=MOST)]
-Corner = Annotated[int, Field(ge=0, lt=MOST, strict=True)]
+Vertices = Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length=limits.START_ENTRIES)]
+Corner = Annotated[int, Field(ge=0, lt=limits.START_ENTRIES, strict=True)]
 
 
 class StartingMap(BaseModel):
@@ -32,7 +33,9 @@ class StartingMap(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     source: Vertices
     target: Vertices
-    triangles: Annotated[list[tuple[Corner, Corner, Corner]], Field(min_length=1, max_length=MOST)]
+    triangles: Annotated[
+        list[tuple[Corner, Corner, Corner]], Field(min_length=1, max_length=limits.START_ENTRIES)
+    ]
 
     @classmethod
     def of(cls, map: TriangulatedMap, source: Shape, target: Shape) -> StartingMap:
@@ -55,14 +58,9 @@ class StartingMap(BaseModel):
         if not np.array_equal(np.unique(faces), np.arange(len(z))):
             raise InputError(f"start: the triangles must use each of its {len(z)} vertices")
         for side, at in (("source", z), ("target", w)):
-            if not proper(faces).all() or (_areas(at[faces]) <= 0).any():
+            if not proper(faces).all() or (triangle_areas(at[faces]) <= 0).any():
                 raise InputError(f"start: a triangle is turned over or has no area in the {side}")
         return TriangulatedMap(z, w, faces, _loops(z, faces))
-
-
-def _areas(corners: Complex) -> NDArray[np.float64]:
-    a, b, c = corners.T
-    return ((b - a).conj() * (c - a)).imag
 
 
 def _loops(z: Complex, faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
@@ -77,5 +75,5 @@ def _loops(z: Complex, faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...
     loops = shape.loops() if sound else []
     if not loops or shape.count - shape.edge_count + len(faces) != 2 - len(loops):
         raise InputError("start: the triangles are no disk, nor one with holes")
-    size = [float(_areas(np.stack([np.zeros(k.size), z[k], z[np.roll(k, -1)]], axis=1)).sum()) for k in loops]
+    size = [polygon_area(z[k]) for k in loops]
     return tuple(loops[k] for k in np.argsort([-s for s in size], kind="stable"))

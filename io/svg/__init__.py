@@ -1,1 +1,19 @@
-"""SVG: XML read safely, what is drawn, and the outlines of what is filled."""
+"""SVG: XML read safely, what is drawn, and the outlines of what is filled.
+
+reader     a drawing's outlines and drawn constraints
+source     its bytes, compressed or not
+document   XML read safely, and the size of the drawing
+tree       the shapes that it draws, `use` expanded, styles inherited
+css        declarations, and rules with simple selectors
+affine     `transform` lists and viewports
+path_data  path data as polylines
+curves     pieces of curves, and their polylines
+batches    many pieces at once
+fill       the regions that a fill paints
+strokes    the regions that lines paint, and silhouettes
+clips      what clip paths and masks leave
+crossings  crossing lines, counted up to a limit
+thinning   polylines with fewer vertices
+drawing    `Drawing`: outlines, canvas, constraints, of any format
+budget     the work that a drawing may ask for
+"""

@@ -5,13 +5,12 @@ from collections.abc import Callable
 import shapely
 from tinycss2.color3 import RGBA, parse_color
 
-from ...errors import InputError
 from . import crossings
-from .budget import MAX_CROSSINGS, MAX_CUT
+from .budget import MAX_CROSSINGS, MAX_CUT, Quota
 from .fill import painted, rings_of
 from .path_data import Subpath
 from .strokes import painted_by_stroke
-from .tree import Clip, Drawn
+from .tree import Clip, Node
 
 HAIR = 1e-9  # of a shape's area: less is cut off by rounding alone
 
@@ -22,12 +21,14 @@ class Clips:
     A mask lets through what it paints, but in black where it goes by luminance; what it shows faintly counts as shown.
     """
 
-    def __init__(self, runs: Callable[[Drawn], list[Subpath]]):
+    def __init__(self, runs: Callable[[Node], list[Subpath]]):
         self.runs = runs
         self.known: dict[Clip, shapely.Geometry] = {}
-        self.work = 0
+        self.work = Quota(
+            MAX_CUT, "clip paths and masks cut too many shapes; apply them (Inkscape: Path > Intersection)"
+        )
 
-    def cut(self, drawn: Drawn, region: shapely.Geometry) -> shapely.Geometry:
+    def cut(self, drawn: Node, region: shapely.Geometry) -> shapely.Geometry:
         """What is shown of a region that a shape paints; the region itself where nothing of it is hidden.
 
         Raises:
@@ -43,11 +44,7 @@ class Clips:
         if area.covers(region):
             return region
         counts = [int(shapely.get_num_coordinates(each)) for each in (region, area)]
-        self.work += sum(counts)
-        if self.work > MAX_CUT:
-            raise InputError(
-                "clip paths and masks cut too many shapes; apply them (Inkscape: Path > Intersection)"
-            )
+        self.work.spend(sum(counts))
         if counts[0] * counts[1] > MAX_CROSSINGS:
             crossings.check([*rings_of(region), *rings_of(area)])
         left = shapely.intersection(region, area)
@@ -74,11 +71,11 @@ class Clips:
                 area = (shapely.difference if dark else shapely.union)(area, self.cut(each, region))
         return area
 
-    def _painted(self, drawn: Drawn) -> list[tuple[str, shapely.Geometry]]:
+    def _painted(self, drawn: Node) -> list[tuple[str, shapely.Geometry]]:
         filled = [("fill", self._filled(drawn, "fill-rule"))] if drawn.filled else []
         return filled + ([("stroke", painted_by_stroke(drawn, self.runs(drawn)))] if drawn.stroked else [])
 
-    def _filled(self, drawn: Drawn, rule: str) -> shapely.Geometry:
+    def _filled(self, drawn: Node, rule: str) -> shapely.Geometry:
         rings = [run.z for run in self.runs(drawn) if run.z.size > 2]
         return shapely.MultiPolygon(painted(rings, drawn.properties.get(rule, "nonzero").strip()))
 

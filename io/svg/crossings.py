@@ -7,6 +7,7 @@ import shapely
 
 from ...arrays import Complex
 from ...errors import InputError
+from ...plane import cross
 from .budget import MAX_CROSSINGS, MAX_NEAR, MAX_NESTED, MAX_WINDING
 
 FEW = 300  # segments, which cannot cross too often
@@ -75,6 +76,6 @@ def _cross(a: Complex, b: Complex, c: Complex, d: Complex) -> np.ndarray:
     """Whether segments ab and cd cross properly: not at a common end."""
 
     def side(p: Complex, q: Complex, r: Complex) -> np.ndarray:
-        return np.sign(((q - p).conj() * (r - p)).imag)
+        return np.sign(cross(q - p, r - p))
 
     return (side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)

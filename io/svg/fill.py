@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ...arrays import Complex, xy_of
+from ...arrays import Complex, complex_of, xy_of
 from ...errors import InputError
+from ...plane import cross, distinct
 from . import crossings
 from .budget import MAX_WINDING
 
@@ -97,15 +98,6 @@ def outlines_of(region: shapely.Geometry, name: str, notes: tuple[str, ...] = ()
     return sorted(found, key=lambda o: -o.area)
 
 
-def distinct(z: Complex) -> Complex:
-    """A ring without repeated neighbours (to 1e-12 of its size)."""
-    if z.size < 2:
-        return z
-    tiny = 1e-12 * max(np.ptp(z.real), np.ptp(z.imag))
-    keep = np.abs(z - np.roll(z, 1)) > tiny
-    return z[keep] if keep.any() else z[:1]
-
-
 def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
     """The polygons that filling the rings by `rule` paints, whatever crosses what."""
     if not rings:
@@ -166,7 +158,7 @@ def _winding(ring: Complex, points: np.ndarray) -> np.ndarray:
     for k in range(0, len(points), step):
         x, y = points[k : k + step, :1], points[k : k + step, 1:]
         up, down = (a.imag <= y) & (b.imag > y), (a.imag > y) & (b.imag <= y)
-        side = ((b - a).conj() * (x + 1j * y - a)).imag
+        side = cross(b - a, x + 1j * y - a)
         total[k : k + step] = (up & (side > 0)).sum(axis=1) - (down & (side < 0)).sum(axis=1)
     return total
 
@@ -179,7 +171,7 @@ def _flat(ring: Complex) -> bool:
     """Whether all points lie on a line, to within rounding."""
     w = ring - ring[0]
     far = w[np.argmax(np.abs(w))]
-    return bool(np.abs((w * far.conjugate()).imag).max() <= 1e-13 * abs(far) ** 2)
+    return bool(np.abs(cross(far, w)).max() <= 1e-13 * abs(far) ** 2)
 
 
 def _place(polygon: shapely.Polygon) -> str:
@@ -193,8 +185,8 @@ def _place(polygon: shapely.Polygon) -> str:
 def rings_of(area: shapely.Geometry) -> list[Complex]:
     """The closed boundaries of all polygons of an area; the last point of each is the first."""
     rings = [ring for part in _polygons(area) for ring in (part.exterior, *part.interiors)]
-    return [shapely.get_coordinates(ring) @ np.array([1, 1j]) for ring in rings]
+    return [complex_of(shapely.get_coordinates(ring)) for ring in rings]
 
 
 def _z(ring: shapely.LinearRing) -> Complex:
-    return shapely.get_coordinates(ring)[:-1] @ np.array([1, 1j])
+    return complex_of(shapely.get_coordinates(ring)[:-1])

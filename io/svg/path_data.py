@@ -4,7 +4,6 @@ Written out here because svgelements, which knows all of it, cuts malformed data
 like `5.` and fails on arcs with extreme radii.
 """
 
-import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -13,6 +12,7 @@ import numpy as np
 
 from ...arrays import Complex
 from ...errors import InputError
+from ...plane import diagonal
 from .affine import Affine
 from .batches import batches
 from .budget import Budget
@@ -142,12 +142,13 @@ def runs(d: str, budget: Budget | None = None, *, joined: bool = False) -> list[
         InputError: as `commands`, or the budget is spent.
     """
     budget = budget or Budget()
-    budget.check(least(d))
+    budget.segments.check(least(d))
     found: list[PenPath] = []
     pen = _Pen()
     for command, values in commands(d):
         kind, count = command.upper(), _COUNTS[command.upper()]
-        budget.draw(len(values) // count if count else 0, runs=kind == "M")
+        budget.segments.spend(len(values) // count if count else 0)
+        budget.runs.spend(kind == "M")
         if kind == "Z":
             if pen.down:
                 found[-1].closed = True
@@ -227,8 +228,10 @@ def _flatten(run: PenPath, affine: Affine, flatness: float, budget: Budget) -> S
         return _flatten_many(run, affine, flatness, budget)
     pieces = [piece.under(affine) for piece in run.pieces]
     start = affine(run.start)
-    tolerance = flatness * _size(np.array([start, *(point for piece in pieces for point in piece.rough())]))
-    budget.flatten(sum(piece.count(tolerance) for piece in pieces))
+    tolerance = flatness * diagonal(
+        np.array([start, *(point for piece in pieces for point in piece.rough())])
+    )
+    budget.points.spend(sum(piece.count(tolerance) for piece in pieces))
     return Subpath(np.concatenate([[start], *(piece.points(tolerance) for piece in pieces)]), run.closed)
 
 
@@ -236,11 +239,11 @@ def _flatten_many(run: PenPath, affine: Affine, flatness: float, budget: Budget)
     """As `_flatten`, all pieces at once."""
     groups = batches(run.pieces, affine)
     start = affine(run.start)
-    tolerance = flatness * _size(np.concatenate([[start], *(group.rough() for group in groups)]))
+    tolerance = flatness * diagonal(np.concatenate([[start], *(group.rough() for group in groups)]))
     counts = np.empty(len(run.pieces), dtype=np.int64)
     for group in groups:
         counts[group.number] = group.counts(tolerance)
-    budget.flatten(int(counts.sum()))
+    budget.points.spend(int(counts.sum()))
     z = np.empty(1 + counts.sum(), dtype=np.complex128)
     z[0], ends = start, 1 + np.cumsum(counts)
     for group in groups:
@@ -248,7 +251,3 @@ def _flatten_many(run: PenPath, affine: Affine, flatness: float, budget: Budget)
         first = np.cumsum(own) - own
         z[np.repeat(ends[group.number] - own - first, own) + np.arange(own.sum())] = group.points(own)
     return Subpath(z, run.closed)
-
-
-def _size(z: Complex) -> float:
-    return math.hypot(np.ptp(z.real), np.ptp(z.imag))

@@ -9,19 +9,20 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from ...arrays import Complex, xy_of
+from ...arrays import Complex, complex_of, xy_of
 from ...errors import InputError
+from ...plane import diagonal, distinct
 from . import tree
 from .budget import MAX_BYTES, MAX_SEGMENTS, Budget
 from .clips import Clips
 from .crossings import TooMuch
 from .drawing import Drawing
-from .fill import FilledOutline, Refused, distinct, outlines, outlines_of
+from .fill import FilledOutline, Refused, outlines, outlines_of
 from .path_data import LARGEST, Subpath, least, numbers, subpaths
 from .source import drawing_bytes
 from .strokes import silhouette, width_of
 from .thinning import thinned
-from .tree import Drawn
+from .tree import Node
 
 PIN, STROKE = "pin-", "stroke-"
 CANVAS, SILHOUETTE = "canvas", "silhouette"
@@ -54,15 +55,16 @@ def read(
     data = drawing_bytes(path, max_bytes)
     try:
         document = tree.parse(data)
+        shapes = document.shapes
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     drawing, detail = Drawing([], document.canvas, flip=True), Detail(flatness, Budget(max_segments))
     if count := document.unread:
         rules = f"{count} style rule{'s' * (count > 1)}"
-        drawing.notes.append(f"{rules} not read: a selector of more than a tag, classes and an id")
+        drawing.notes.append(f"{rules} not read: a malformed selector, or a pseudo-class such as :hover")
     shown = []
-    _affordable(path, document.shapes, max_segments)
-    for drawn in document.shapes:
+    _affordable(path, shapes, max_segments)
+    for drawn in shapes:
         try:
             if not _constraint(drawn, drawing, detail):
                 shown.append(drawn)
@@ -89,12 +91,12 @@ class Detail:
         self.flatness, self.budget = flatness, budget
         self.clips = Clips(self.runs)
 
-    def runs(self, drawn: Drawn) -> list[Subpath]:
+    def runs(self, drawn: Node) -> list[Subpath]:
         """The runs of a shape, as `runs_of`."""
         return runs_of(drawn, self.flatness, self.budget)
 
 
-def _affordable(path: Path, shapes: list[Drawn], max_segments: int) -> None:
+def _affordable(path: Path, shapes: list[Node], max_segments: int) -> None:
     """Refuse at once what would be refused in the end.
 
     Raises:
@@ -106,13 +108,14 @@ def _affordable(path: Path, shapes: list[Drawn], max_segments: int) -> None:
             text = drawn.properties.get({"path": "d"}.get(drawn.tag, "points"), "")
             if text not in known:
                 known[text] = least(text)
-            budget.draw(known[text], runs=text.count("M") + text.count("m"))
+            budget.runs.spend(text.count("M") + text.count("m"))
+            budget.segments.spend(known[text])
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 
 
 def _special(
-    drawing: Drawing, document: tree.Document, shown: list[Drawn], chosen: str | None, detail: Detail
+    drawing: Drawing, document: tree.Document, shown: list[Node], chosen: str | None, detail: Detail
 ) -> None:
     """Adds the outlines that no single element has: the silhouette of the drawing, and its canvas."""
     if chosen is not None and chosen in document.tags and chosen not in drawing.ids:
@@ -136,19 +139,19 @@ def _special(
         drawing.outlines.extend(silhouette(shapes, what, detail.clips.cut))
 
 
-def _not_seen(shapes: list[Drawn]) -> list[str]:
+def _not_seen(shapes: list[Node]) -> list[str]:
     """What a silhouette does not know of its shapes."""
     counts = Counter(name for drawn in shapes for name in _unknown(drawn))
     counts["dashes"] = sum(drawn.dashed for drawn in shapes)
     return [f"{name} of {count} shape{'s' * (count > 1)} ignored" for name, count in counts.items() if count]
 
 
-def _unknown(drawn: Drawn) -> list[str]:
+def _unknown(drawn: Node) -> list[str]:
     """The clip paths and masks of a shape that are not understood."""
     return list(dict.fromkeys(clip.name for clip in drawn.clips if clip.properties is None))
 
 
-def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, detail: Detail) -> None:
+def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> None:
     """Adds a shape's outlines to the drawing, or the reason why it has none."""
     names = (*drawn.groups, *drawn.names)
     drawing.ids.update(dict.fromkeys(names))
@@ -185,12 +188,12 @@ def _candidate(drawn: Drawn, chosen: str | None, drawing: Drawing, detail: Detai
     drawing.refused.extend(refused)
 
 
-def _too_much(runs: list[Subpath], drawn: Drawn, error: TooMuch) -> Refused:
+def _too_much(runs: list[Subpath], drawn: Node, error: TooMuch) -> Refused:
     size = max(float(np.ptp(run.z.real) * np.ptp(run.z.imag)) for run in runs)
     return size, InputError(f"{drawn.name}: {error}")
 
 
-def _shown(found: list[FilledOutline], drawn: Drawn, detail: Detail) -> list[FilledOutline]:
+def _shown(found: list[FilledOutline], drawn: Node, detail: Detail) -> list[FilledOutline]:
     """What clip paths and masks leave of a shape's outlines."""
     shown: list[FilledOutline] = []
     for outline in found if drawn.clips else ():
@@ -200,11 +203,11 @@ def _shown(found: list[FilledOutline], drawn: Drawn, detail: Detail) -> list[Fil
     return shown if drawn.clips else found
 
 
-def _ring(run: Subpath, drawn: Drawn, notes: list[str]) -> Complex:
+def _ring(run: Subpath, drawn: Node, notes: list[str]) -> Complex:
     z = distinct(run.z)
     gap = abs(run.z[-1] - run.z[0])
     reach = width_of(drawn) * math.sqrt(abs(drawn.affine.determinant))
-    if run.closed or z.size < 3 or gap <= max(reach, GAP * abs(complex(np.ptp(z.real), np.ptp(z.imag)))):
+    if run.closed or z.size < 3 or gap <= max(reach, GAP * diagonal(z)):
         return z
     ends = " and ".join(f"({p.real:g}, {p.imag:g})" for p in (run.z[0], run.z[-1]))
     if not drawn.filled:
@@ -213,7 +216,7 @@ def _ring(run: Subpath, drawn: Drawn, notes: list[str]) -> Complex:
     return z
 
 
-def _constraint(drawn: Drawn, drawing: Drawing, detail: Detail) -> bool:
+def _constraint(drawn: Node, drawing: Drawing, detail: Detail) -> bool:
     """Whether the shape is a pin or a stroke; if so, adds it to the drawing."""
     name = next((n for n in reversed(drawn.names) if n.startswith((PIN, STROKE))), None)
     if name is None:
@@ -234,13 +237,13 @@ def _constraint(drawn: Drawn, drawing: Drawing, detail: Detail) -> bool:
     return True
 
 
-def _centre(drawn: Drawn) -> complex:
+def _centre(drawn: Node) -> complex:
     if drawn.tag not in ("circle", "ellipse"):
         raise InputError("a pin is the centre of a circle or an ellipse; draw one")
     return drawn.affine(complex(drawn.length("cx", "x"), drawn.length("cy", "y")))
 
 
-def runs_of(drawn: Drawn, flatness: float, budget: Budget | None = None) -> list[Subpath]:
+def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[Subpath]:
     """The runs of a shape in the root's user units, flattened to `flatness` times each run's diagonal; of those with
     very many points only what is needed.
 
@@ -253,7 +256,7 @@ def runs_of(drawn: Drawn, flatness: float, budget: Budget | None = None) -> list
     budget = budget or Budget()
     if drawn.tag in ("polyline", "polygon"):
         runs = _polyline(drawn)
-        budget.draw(sum(run.z.size for run in runs))
+        budget.segments.spend(sum(run.z.size for run in runs))
     else:
         runs = subpaths(_PATH[drawn.tag](drawn), drawn.affine, flatness, budget)
     if not all((np.abs(run.z) <= LARGEST).all() for run in runs):
@@ -262,26 +265,26 @@ def runs_of(drawn: Drawn, flatness: float, budget: Budget | None = None) -> list
 
 
 def _fewer(run: Subpath, share: float) -> Subpath:
-    size = abs(complex(np.ptp(run.z.real), np.ptp(run.z.imag)))
+    size = diagonal(run.z)
     return Subpath(thinned(run.z, share * size, closed=run.closed), run.closed, run.z.size)
 
 
-def _polyline(drawn: Drawn) -> list[Subpath]:
+def _polyline(drawn: Node) -> list[Subpath]:
     try:
         values = numbers(drawn.properties.get("points", ""))
     except InputError as error:
         raise InputError(f"points: {error}") from error
     if len(values) % 2:
         raise InputError(f"points: {len(values)} numbers; x and y of each point are needed")
-    z = drawn.affine(np.array(values).reshape(-1, 2) @ np.array([1, 1j]))
+    z = drawn.affine(complex_of(np.array(values).reshape(-1, 2)))
     return [Subpath(z, drawn.tag == "polygon")] if values else []
 
 
-def _line(drawn: Drawn) -> str:
+def _line(drawn: Node) -> str:
     return _text("M", (drawn.length(f"{axis}{end}", axis) for end in "12" for axis in "xy"))
 
 
-def _ellipse(drawn: Drawn) -> str:
+def _ellipse(drawn: Node) -> str:
     if drawn.tag == "circle":
         rx = ry = _positive(drawn, "r", "r")
     else:
@@ -294,7 +297,7 @@ def _ellipse(drawn: Drawn) -> str:
     return f"{_text('M', (x + rx, y))}{halves[0]}{halves[1]}Z"
 
 
-def _rectangle(drawn: Drawn) -> str:
+def _rectangle(drawn: Node) -> str:
     x, y, w, h = drawn.length("x", "x"), drawn.length("y", "y"), _positive(drawn, "width", "x"), 0.0
     h = _positive(drawn, "height", "y")
     if not w or not h:
@@ -315,7 +318,7 @@ def _rectangle(drawn: Drawn) -> str:
     return _text("M", (x + rx, y)) + "".join(sides) + "Z"
 
 
-def _positive(drawn: Drawn, name: str, axis: str) -> float:
+def _positive(drawn: Node, name: str, axis: str) -> float:
     value = drawn.length(name, axis)
     if value < 0:
         raise InputError(f"{name} is {value:g}; it must not be negative")

@@ -12,7 +12,7 @@ from . import crossings
 from .affine import Affine
 from .fill import FilledOutline, outlines_of, painted, rings_of
 from .path_data import LARGEST, Subpath
-from .tree import Drawn
+from .tree import Node
 
 JOINS = {"round": "round", "bevel": "bevel"}  # others (arcs, miter-clip) are drawn as mitres
 CAPS = {"round": "round", "square": "square"}
@@ -24,7 +24,7 @@ FIRST_LOOK, MORE = (
 )  # runs after which crossings are looked for, and how many times more for the next look
 
 
-def width_of(drawn: Drawn) -> float:
+def width_of(drawn: Node) -> float:
     """The width of a shape's stroke in its own units; 0 where it has none.
 
     Raises:
@@ -38,7 +38,7 @@ def width_of(drawn: Drawn) -> float:
     return width
 
 
-def painted_by_stroke(drawn: Drawn, runs: Iterable[Subpath]) -> shapely.Geometry:
+def painted_by_stroke(drawn: Node, runs: Iterable[Subpath]) -> shapely.Geometry:
     """The area that a shape's stroke paints, from its runs in the root's units."""
     width = width_of(drawn)
     affine = drawn.affine
@@ -60,9 +60,9 @@ def painted_by_stroke(drawn: Drawn, runs: Iterable[Subpath]) -> shapely.Geometry
 
 
 def silhouette(
-    shapes: Iterable[tuple[Drawn, list[Subpath]]],
+    shapes: Iterable[tuple[Node, list[Subpath]]],
     name: str,
-    cut: Callable[[Drawn, shapely.Geometry], shapely.Geometry],
+    cut: Callable[[Node, shapely.Geometry], shapely.Geometry],
 ) -> list[FilledOutline]:
     """The outlines of the union of all that fills and strokes paint, each as `cut` leaves it, the largest first.
 
@@ -81,7 +81,7 @@ def silhouette(
     return outlines_of(shapely.union_all(areas), name)
 
 
-def _bearable(shapes: Iterable[tuple[Drawn, list[Subpath]]]) -> Iterator[tuple[Drawn, list[Subpath]]]:
+def _bearable(shapes: Iterable[tuple[Node, list[Subpath]]]) -> Iterator[tuple[Node, list[Subpath]]]:
     """The shapes, looked at for crossings of what they fill as they come, ever more of them at once, so that what is
     refused has not been read to its end.
 

@@ -1,4 +1,5 @@
-"""An SVG document as the list of shapes that it draws: XML read safely, `use` expanded, styles inherited.
+"""The rendering tree of an SVG document (SVG 2, section 3.1), resolved once for all that read it: styles cascaded,
+transforms and viewports composed, `use` expanded, clip paths and masks found.
 
 Nothing outside the file is ever read: entities are refused, and links to anything but an id of the file are ignored.
 """
@@ -6,6 +7,7 @@ Nothing outside the file is ever read: entities are refused, and links to anythi
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from xml.etree.ElementTree import Element
 
 from ...errors import InputError
@@ -15,59 +17,74 @@ from .budget import MAX_DEPTH, MAX_LINKS, Copies
 from .document import SHAPES, canvas, length, local, root, view_box
 from .drawing import Rectangle
 
-GROUPS = frozenset(["g", "a", "switch"])
-_LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
+VIEWPORT = "viewport"  # the node of what is inside an <svg> or a <symbol>, of which there is no element
+GROUPS = frozenset(["g", "a", "switch", "svg", "symbol", "use", VIEWPORT])
+_RENDERED = SHAPES | GROUPS | {"image"}
+# Rendered only where something refers to them, or not at all; "" is what is not SVG.
+_NEVER_RENDERED = {
+    "",
+    "defs",
+    "clipPath",
+    "mask",
+    "marker",
+    "symbol",
+    "linearGradient",
+    "radialGradient",
+    "pattern",
+}
+_NEVER_RENDERED |= {"filter", "style", "view", "solidColor", "color-profile", "cursor", "font", "font-face"}
+LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
 CLIPS = {  # what cuts an element off, the element that it names, and what says that this is in units of a box
     "clip-path": ("clipPath", "clipPathUnits"),
     "mask": ("mask", "maskContentUnits"),
 }
 UNREAD = frozenset(["image", "text", "foreignObject"])  # what no shape is read from
-_URL = re.compile(r"""url\(\s*["']?#([^"')]+?)["']?\s*\)""")
+_URL = re.compile(r"""\s*url\(\s*["']?#([^"')]+?)["']?\s*\)""")
 _INHERITED = (
     *("fill", "stroke", "fill-rule", "visibility", "clip-rule", "paint-order"),
     *("stroke-width", "stroke-dasharray", "stroke-dashoffset", "stroke-linejoin", "stroke-linecap"),
     *("marker", "marker-start", "marker-mid", "marker-end"),
 )
+IDENTITY = Affine()
+_KEYWORDS = {"left": "0", "top": "0", "center": "50%", "right": "100%", "bottom": "100%"}
 
 
-@dataclass(frozen=True, eq=False)
-class Clip:
-    """What cuts shapes off: a clip path, or a mask.
-
-    Attributes:
-        name: the property that asks for it, for messages.
-        properties: of the element that draws it; None where there is none, it depends on the box of what it cuts, or
-            holds pictures or text.
-        shapes: what this draws, in the root's user units.
-    """
-
-    name: str
-    properties: Mapping[str, str] | None = None
-    shapes: tuple["Drawn", ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
-class Drawn:
-    """One shape that the document draws.
+@dataclass(eq=False, slots=True)
+class Node:
+    """An element where it is rendered.
 
     Attributes:
-        tag: one of SHAPES.
-        properties: attributes and styles by name, those of the style sheet and of parents included.
-        affine: from the shape's own coordinates to the root's user units.
+        element: of the document; the same for all nodes that `use` makes of it.
+        tag: the element's, or VIEWPORT.
+        affine: from its own coordinates to the root's user units.
         size: width and height that percentages refer to; None where the document states none.
-        names: its own id and Inkscape label, as far as it has them.
+        origin: the corner of the viewBox, which `transform-origin` is measured from.
         groups: ids and labels of everything that it is inside of.
-        clips: what cuts it off: its own, and those of all that it is inside of.
+        used: what it is a copy of, innermost last: <use>'s targets, clip paths and masks, by Python's id.
+        depth: of nesting.
+        own: attributes and styles by name, those of the style sheet included, nothing inherited.
+        properties: these and what is inherited.
+        names: its own id and Inkscape label, as far as it has them.
+        hidden: whether it is not displayed, and so nothing in it.
+        frame: of a viewport that does not overflow: its rectangle, a node outside of it.
+        clips: what cuts it off, its own and those of all that it is inside of; only `Document.shapes` says so.
     """
 
+    element: Element
     tag: str
-    properties: Mapping[str, str]
     affine: Affine
     size: tuple[float, float] | None
-    names: tuple[str, ...]
+    origin: tuple[float, float] = (0.0, 0.0)
     groups: tuple[str, ...] = ()
-    clips: tuple[Clip, ...] = ()
+    used: tuple[int, ...] = ()
+    depth: int = 0
+    own: Mapping[str, str] = field(default_factory=dict)
+    properties: Mapping[str, str] = field(default_factory=dict)
+    names: tuple[str, ...] = ()
+    hidden: bool = False
+    frame: "Node | None" = None
+    clips: "tuple[Clip, ...]" = ()
 
     def length(self, name: str, axis: str, default: float = 0.0) -> float:
         """A length attribute in user units; `axis` (x, y or r) says what a percentage refers to."""
@@ -92,11 +109,8 @@ class Drawn:
     @property
     def dashed(self) -> bool:
         """Whether its line has gaps."""
-        return self.stroked and self.properties.get("stroke-dasharray", "none").strip() not in (
-            "",
-            "none",
-            "0",
-        )
+        dashes = self.properties.get("stroke-dasharray", "none").strip()
+        return self.stroked and dashes not in ("", "none", "0")
 
     @property
     def visible(self) -> bool:
@@ -110,232 +124,265 @@ class Drawn:
 
 
 @dataclass(frozen=True, eq=False)
+class Clip:
+    """What cuts shapes off: a clip path, or a mask.
+
+    Attributes:
+        name: the property that asks for it, for messages.
+        properties: of the element that draws it; None where there is none, it depends on the box of what it cuts, or
+            holds pictures or text.
+        shapes: what this draws, in the root's user units.
+    """
+
+    name: str
+    properties: Mapping[str, str] | None = None
+    shapes: tuple[Node, ...] = ()
+
+
+def parse(data: bytes) -> "Document":
+    """An SVG document, its tree still to be walked.
+
+    Raises:
+        InputError: not XML, not SVG, entities, too deep or too many elements, a malformed transform or viewBox of the
+            root.
+    """
+    return Document(root(data))
+
+
 class Document:
-    """A parsed document: its canvas in user units (None when it states none), what it draws in order, the tags of
-    all its elements by id and Inkscape label, and how many of its style rules are not read."""
+    """A parsed document.
 
-    canvas: Rectangle | None
-    shapes: list[Drawn]
-    tags: Mapping[str, str]
-    unread: int = 0
-
-
-def parse(data: bytes) -> Document:
-    """The shapes that an SVG document draws.
-
-    Raises:
-        InputError: not XML, not SVG, entities, too deep or too many elements, a `use` of itself, a malformed transform,
-            length or viewBox.
+    Attributes:
+        top: its <svg>.
+        ids: its elements by id.
+        sheet: its style sheet, if any.
+        copies: what is shown again so far.
+        canvas: its viewBox or size in user units; None when it states none.
+        root: the node of `top`.
     """
-    top = root(data)
-    box, walk, inside = begin(top)
-    shapes = list(walk.children(top, inside and walk.clipped(inside)))
-    tags = {n: local(e) for e in top.iter() for n in (e.get("id"), e.get(_LABEL)) if n}
-    return Document(box, shapes, tags, walk.sheet.unread)
 
+    def __init__(self, top: Element):
+        self.top, self.copies = top, Copies()
+        self.ids = {e.get("id", ""): e for e in reversed(list(top.iter()))}
+        text = "\n".join("".join(e.itertext()) for e in top.iter() if local(e) == "style")
+        self.sheet = None
+        if text:
+            from .stylesheet import Stylesheet  # and its library: few drawings need them
 
-def begin(top: Element) -> tuple[Rectangle | None, "Walk", "Inherited | None"]:
-    """A document's canvas, what walks over its elements, and the state inside its root, None when it is not displayed.
+            self.sheet = Stylesheet(text, top)
+        self.canvas: Rectangle | None = canvas(top)
+        corner, size = (self.canvas[:2], self.canvas[2:]) if self.canvas else ((0.0, 0.0), None)
+        self.root = self._resolved(Node(top, "g", IDENTITY, size, corner, depth=1), {})
+        self.root.names = ()
+        self._clips: dict[tuple[int, Affine, tuple[float, float] | None], Clip] = {}
+        self._unread: dict[int, bool] = {}
 
-    Raises:
-        InputError: a malformed transform, length or viewBox.
-    """
-    box = canvas(top)
-    sheet = css.sheet("\n".join("".join(e.itertext()) for e in top.iter() if local(e) == "style"))
-    walk = Walk({e.get("id", ""): e for e in reversed(list(top.iter()))}, sheet)
-    state = Inherited(Affine(), box[2:] if box else None, box[:2] if box else (0.0, 0.0))
-    return box, walk, walk.enter(top, state, root=True)
+    @property
+    def unread(self) -> int:
+        """How many of its selectors are not read."""
+        return self.sheet.unread if self.sheet else 0
 
+    @cached_property
+    def tags(self) -> dict[str, str]:
+        """The tags of all elements by id and Inkscape label."""
+        return {n: local(e) for e in self.top.iter() for n in (e.get("id"), e.get(LABEL)) if n}
 
-def linked(ids: Mapping[str, Element], element: Element) -> Element | None:
-    """The element of the same document that another one's href names."""
-    link = next(filter(None, map(element.get, LINKS)), "")
-    return ids.get(link[1:]) if link.startswith("#") else None
-
-
-@dataclass(frozen=True, eq=False)
-class Inherited:
-    """What children inherit."""
-
-    affine: Affine
-    size: tuple[float, float] | None
-    origin: tuple[float, float] = (0.0, 0.0)
-    properties: Mapping[str, str] = field(default_factory=dict)
-    groups: tuple[str, ...] = ()
-    used: tuple[int, ...] = ()
-    depth: int = 0
-    clips: tuple[Clip, ...] = ()
-
-
-class Walk:
-    """The document in drawing order."""
-
-    def __init__(self, ids: Mapping[str, Element], sheet: css.Sheet):
-        self.ids, self.sheet, self.copies = ids, sheet, Copies()
-        self.unread: dict[int, bool] = {}
-        self.clips: dict[tuple[int, Affine, tuple[float, float] | None], Clip] = {}
-
-    def count(self, element: Element, outer: Inherited) -> None:
-        """Count an element that is about to be drawn.
+    @cached_property
+    def shapes(self) -> list[Node]:
+        """The shapes that the document shows, in painting order, with what cuts them off.
 
         Raises:
-            InputError: too much is drawn again by `use` and the like, or nested too deeply.
+            InputError: a `use` of itself, a malformed transform, length or viewBox, or too much is drawn again.
         """
-        if outer.used:
+        self.root.clips = self._cut_by(self.root)
+        return [] if self.root.hidden else list(self._shapes(self.root))
+
+    def linked(self, element: Element) -> Element | None:
+        """The element of the same document that another one's href names."""
+        link = next(filter(None, map(element.get, LINKS)), "")
+        return self.ids.get(link[1:]) if link.startswith("#") else None
+
+    def named(self, paint: str, *tags: str) -> Element | None:
+        """The element of one of these tags that `url(#id)` names."""
+        match = _URL.match(paint)
+        found = self.ids.get(match[1]) if match else None
+        return found if found is not None and local(found) in tags else None
+
+    def own(self, element: Element) -> dict[str, str]:
+        """An element's attributes and styles by name, nothing inherited."""
+        own = {k: v for k, v in element.attrib.items() if k[0] != "{"}
+        style = own.get("style")
+        if self.sheet:
+            own |= self.sheet.style(element)
+        return own | css.declarations(style) if style else own
+
+    def children(self, node: Node) -> Iterator[Node]:
+        """What is rendered in a node, in painting order: what a <use> refers to, the viewport of an <svg> or <symbol>,
+        the first child of a <switch> that is understood, else all children, those of unknown tags included.
+
+        Raises:
+            InputError: a `use` of itself, a malformed transform, length or viewBox, or too much is drawn again.
+        """
+        if node.tag == "use":
+            yield from self._used(node)
+        elif node.tag in ("svg", "symbol"):
+            yield _viewport(node)
+        elif node.tag == "switch":
+            understood = (child for child in node.element if _is_understood(child))
+            yield from (self._child(child, node, node.used) for child in list(understood)[:1])
+        else:
+            for child in node.element:
+                if local(child) not in _NEVER_RENDERED:
+                    yield self._child(child, node, node.used)
+
+    def definition(self, found: Element, node: Node, units: Affine = IDENTITY) -> Node:
+        """A clip path or mask that a node uses; it inherits from nothing around it.
+
+        Args:
+            found: its element.
+            node: what it cuts.
+            units: from the units of what it draws to the node's.
+
+        Raises:
+            InputError: they refer to each other too often, or its transform is malformed.
+        """
+        if len(node.used) > MAX_LINKS:
+            raise InputError(f"clip paths, masks and <use> refer to each other more than {MAX_LINKS} deep")
+        own = self.own(found)
+        transform = affine.parse(own.get("transform", "")) if local(found) == "clipPath" else IDENTITY
+        return Node(
+            found,
+            local(found),
+            node.affine @ transform @ units,
+            node.size,
+            node.origin,
+            used=(*node.used, id(found)),
+            depth=node.depth + 1,
+            own=own,
+            properties=own,
+        )
+
+    def _used(self, node: Node) -> Iterator[Node]:
+        target = self.linked(node.element)
+        if target is None:  # elsewhere, or nowhere: SVG draws nothing, and no other file is read
+            return
+        if id(target) in node.used:
+            raise InputError(f"<use> of {'#' + target.get('id', '')!r} contains itself")
+        tag = local(target)
+        if tag == "symbol" or tag not in _NEVER_RENDERED:
+            child = self._child(target, node, (*node.used, id(target)))
+            if tag in ("symbol", "svg"):
+                size = {k: node.properties[k] for k in ("width", "height") if k in node.properties}
+                child.properties = dict(child.properties) | size
+            yield child
+
+    def _child(self, element: Element, outer: Node, used: tuple[int, ...]) -> Node:
+        """The node of an element in another, counted where it is drawn again."""
+        tag = local(element)
+        groups = outer.groups + outer.names
+        node = Node(element, tag, outer.affine, outer.size, outer.origin, groups, used, outer.depth + 1)
+        if tag not in _RENDERED:
+            return node
+        if used and tag != "symbol":
             self.copies.add(element)
         if outer.depth > MAX_DEPTH:
             raise InputError(f"<use> nests elements more than {MAX_DEPTH} deep")
+        return self._resolved(node, outer.properties)
 
-    def own(self, element: Element) -> dict[str, str]:
-        """The element's attributes and styles by name, nothing inherited."""
-        own = {k.rpartition("}")[2]: v for k, v in element.attrib.items() if not k.startswith("{")}
-        return own | self.sheet.style(local(element), own) | css.declarations(own.get("style", ""))
+    def _resolved(self, node: Node, inherited: Mapping[str, str]) -> Node:
+        """The node, with its own styles, transform and names; only `hidden` where it is not displayed."""
+        own = node.own = self.own(node.element)
+        node.hidden = own.get("display") == "none" or own.get("opacity", "").strip() in ("0", "0%", "0.0")
+        if node.hidden:
+            return node
+        kept = {k: inherited[k] for k in _INHERITED if k in inherited}
+        node.properties = kept | {k: v for k, v in own.items() if v != "inherit"}
+        names = node.element.get("id"), node.element.get(LABEL)
+        node.names = tuple(dict.fromkeys(n for n in names if n))
+        if "transform" in node.properties and node.element is not self.top:
+            node.affine = node.affine @ _transform(node)
+        if node.tag == "use":  # x and y are part of its transform, for what cuts it off, too
+            x, y = (length(node.properties.get(k) or "0", node.size, k, f"<use> {k}") for k in "xy")
+            node.affine = node.affine @ affine.translation(x, y)
+        return node
 
-    def enter(self, element: Element, state: Inherited, *, root: bool = False) -> Inherited | None:
-        """The state inside an element, or None when it is not displayed."""
-        own = self.own(element)
-        if own.get("display") == "none" or own.get("opacity", "").strip() in ("0", "0%", "0.0"):
-            return None
-        kept = {k: state.properties[k] for k in _INHERITED if k in state.properties}
-        properties = kept | {k: v for k, v in own.items() if v != "inherit"}
-        names = tuple(dict.fromkeys(n for n in (element.get("id"), element.get(_LABEL)) if n))
-        transform = Affine() if root else _transform(properties, state)
-        return replace(
-            state,
-            affine=state.affine @ transform,
-            properties=properties,
-            groups=state.groups if root else state.groups + names,
-            depth=state.depth + 1,
-        )
+    def _shapes(self, node: Node) -> Iterator[Node]:
+        for child in self.children(node):
+            if not child.hidden and (child.tag in SHAPES or child.tag in GROUPS):
+                child.clips = node.clips + self._cut_by(child)
+                if child.tag in GROUPS:
+                    yield from self._shapes(child)
+                elif child.properties.get("visibility", "visible") == "visible":
+                    yield child
 
-    def children(self, element: Element, state: Inherited | None) -> Iterator[Drawn]:
-        """What the children of an element draw."""
-        if state is not None:
-            for child in element:
-                yield from self.element(child, state)
+    def _cut_by(self, node: Node) -> tuple[Clip, ...]:
+        """The clip path and the mask of a node itself, or the rectangle of a viewport."""
+        if node.tag == VIEWPORT:
+            return (Clip("overflow", {}, (node.frame,)),) if node.frame else ()
+        said = ((name, node.properties.get(name, "none").strip()) for name in CLIPS)
+        return tuple(self._clip(name, text, node) for name, text in said if text not in ("", "none"))
 
-    def element(self, element: Element, outer: Inherited) -> Iterator[Drawn]:
-        """What an element draws."""
-        tag = local(element)
-        if tag not in SHAPES and tag not in GROUPS and tag not in ("svg", "use"):
-            return
-        self.count(element, outer)
-        state = self.enter(element, outer)
-        if state is None:
-            return
-        state = state if tag == "use" else self.clipped(state)
-        if tag in GROUPS:
-            yield from self.children(element, state)
-        elif tag == "svg":
-            yield from self.children(element, _viewed(state, state.properties))
-        elif tag == "use":
-            yield from self.use(element, state)
-        elif state.properties.get("visibility", "visible") == "visible":
-            names = state.groups[len(outer.groups) :]
-            yield Drawn(tag, state.properties, state.affine, state.size, names, outer.groups, state.clips)
-
-    def clipped(self, state: Inherited) -> Inherited:
-        """The state inside an element with the clip path and the mask that it has itself.
-
-        Raises:
-            InputError: they refer to each other too often, or what draws them is malformed.
-        """
-        said = {name: state.properties.get(name, "none").strip() for name in CLIPS}
-        own = [self._clip(name, text, state) for name, text in said.items() if text not in ("", "none")]
-        return replace(state, clips=(*state.clips, *own)) if own else state
-
-    def _clip(self, name: str, said: str, state: Inherited) -> Clip:
+    def _clip(self, name: str, said: str, node: Node) -> Clip:
         tag, units = CLIPS[name]
-        match = _URL.match(said)
-        found = self.ids.get(match[1]) if match else None
-        if found is None or local(found) != tag or id(found) in state.used:
+        found = self.named(said, tag)
+        if found is None or id(found) in node.used:
             return Clip(name)
-        if len(state.used) > MAX_LINKS:
-            raise InputError(f"clip paths, masks and <use> refer to each other more than {MAX_LINKS} deep")
-        own = self.own(found)
-        if id(found) not in self.unread:
-            self.unread[id(found)] = any(local(each) in UNREAD for each in found.iter())
-        if self.unread[id(found)] or own.get(units) == "objectBoundingBox":
+        inside = self.definition(found, node)
+        if id(found) not in self._unread:
+            self._unread[id(found)] = any(local(each) in UNREAD for each in found.iter())
+        if self._unread[id(found)] or inside.own.get(units) == "objectBoundingBox":
             return Clip(name)
-        place = id(found), state.affine, state.size
-        if place not in self.clips:
-            shapes = tuple(self.children(found, self._inside_clip(found, own, state)))
-            self.clips[place] = Clip(name, own, shapes)
-        return self.clips[place]
-
-    def _inside_clip(self, found: Element, own: Mapping[str, str], state: Inherited) -> Inherited:
-        """The state inside a clip path or mask, which inherits nothing from where it is used."""
-        transform = affine.parse(own.get("transform", "")) if local(found) == "clipPath" else Affine()
-        return self.clipped(
-            Inherited(
-                state.affine @ transform,
-                state.size,
-                state.origin,
-                properties=own,
-                used=(*state.used, id(found)),
-                depth=state.depth + 1,
-            )
-        )
-
-    def use(self, element: Element, state: Inherited) -> Iterator[Drawn]:
-        """What a `use` draws."""
-        target = linked(self.ids, element)
-        if target is None:  # elsewhere, or nowhere: SVG draws nothing, and no other file is read
-            return
-        if id(target) in state.used:
-            raise InputError(f"<use> of {'#' + target.get('id', '')!r} contains itself")
-        shift = affine.translation(
-            *(length(state.properties.get(k) or "0", state.size, k, f"<use> {k}") for k in "xy")
-        )
-        state = self.clipped(
-            replace(state, affine=state.affine @ shift)
-        )  # x and y move what it is cut by, too
-        state = replace(state, used=(*state.used, id(target)))
-        if local(target) not in ("symbol", "svg"):
-            yield from self.element(target, state)
-            return
-        inner = self.enter(target, state)
-        if inner is not None:
-            size = {k: state.properties[k] for k in ("width", "height") if k in state.properties}
-            yield from self.children(target, _viewed(self.clipped(inner), dict(inner.properties) | size))
+        place = id(found), node.affine, node.size
+        if place not in self._clips:
+            inside.clips = self._cut_by(inside)
+            self._clips[place] = Clip(name, inside.own, tuple(self._shapes(inside)))
+        return self._clips[place]
 
 
-def _viewed(state: Inherited, attributes: Mapping[str, str]) -> Inherited:
-    """The state inside a nested svg or a symbol, which is cut off at its rectangle unless it overflows."""
-    inner = inside_viewport(state, attributes)
-    overflows = attributes.get("overflow", "hidden").strip() in ("visible", "auto")
-    if overflows or inner.size is None or min(inner.size) <= 0:
-        return inner
-    given = {k: attributes[k] for k in ("x", "y", "width", "height") if attributes.get(k, "auto") != "auto"}
-    view = Drawn("rect", {"width": "100%", "height": "100%"} | given, state.affine, state.size, ())
-    return replace(inner, clips=(*inner.clips, Clip("overflow", {}, (view,))))
+def _is_understood(element: Element) -> bool:
+    """Whether a <switch> takes this child."""
+    drawn = local(element) in _RENDERED - {"symbol"} | {"text"}
+    speaks = element.get("systemLanguage", "en").partition("-")[0].strip() == "en"
+    return drawn and "requiredExtensions" not in element.attrib and speaks
 
 
-def _transform(properties: Mapping[str, str], state: Inherited) -> Affine:
-    own = affine.parse(properties.get("transform", ""))
+def _transform(node: Node) -> Affine:
+    properties = node.properties
+    own = affine.parse(properties["transform"])
     if "transform-origin" not in properties:
         return own
-    words = [*properties["transform-origin"].split(), "50%"][:2]
-    words = [
-        {"left": "0", "top": "0", "center": "50%", "right": "100%", "bottom": "100%"}.get(w, w) for w in words
-    ]
-    at = [length(w, state.size, axis, "transform-origin") for w, axis in zip(words, "xy")]
-    at = [a + o for a, o in zip(at, state.origin)]
+    words = [_KEYWORDS.get(w, w) for w in [*properties["transform-origin"].split(), "50%"][:2]]
+    at = [length(w, node.size, axis, "transform-origin") for w, axis in zip(words, "xy")]
+    at = [a + o for a, o in zip(at, node.origin)]
     return affine.translation(*at) @ own @ affine.translation(-at[0], -at[1])
 
 
-def inside_viewport(state: Inherited, attributes: Mapping[str, str]) -> Inherited:
-    """The state inside a nested svg or a symbol, whose rectangle and viewBox `attributes` give."""
-    x, y = (length(attributes.get(k) or "0", state.size, k, k) for k in "xy")
-    whole = "100%" if state.size else None
-    sides = [attributes.get(k, whole) for k in ("width", "height")]
-    sides = [whole if text == "auto" else text for text in sides]
-    if None in sides:
-        return replace(state, affine=state.affine @ affine.translation(x, y), origin=(0.0, 0.0))
-    width, height = (length(t or "", state.size, k, k) for t, k in zip(sides, "xy"))
-    if "viewBox" not in attributes or width <= 0 or height <= 0:
-        shifted = state.affine @ affine.translation(x, y)
-        return replace(state, affine=shifted, size=(width, height), origin=(0.0, 0.0))
-    box = view_box(attributes)
-    fit = affine.viewport((x, y, width, height), box, attributes.get("preserveAspectRatio", "xMidYMid"))
-    return replace(state, affine=state.affine @ fit, size=box[2:], origin=box[:2])
+def _viewport(node: Node) -> Node:
+    """What is inside an <svg> or a <symbol>, whose rectangle and viewBox its properties give."""
+    said, size, corner, frame = node.properties, node.size, (0.0, 0.0), None
+    given = {k: said[k] for k in ("x", "y", "width", "height") if said.get(k, "auto") != "auto"}
+    sides = ({"width": "100%", "height": "100%"} if size else {}) | given
+    x, y = (length(given.get(k) or "0", size, k, k) for k in "xy")
+    fit = affine.translation(x, y)
+    if "width" in sides and "height" in sides:
+        size = width, height = (
+            length(sides["width"], size, "x", "width"),
+            length(sides["height"], size, "y", "height"),
+        )
+        if "viewBox" in said and min(size) > 0:
+            box, aspect = view_box(said), said.get("preserveAspectRatio", "xMidYMid")
+            fit, size, corner = affine.viewport((x, y, width, height), box, aspect), box[2:], box[:2]
+    overflows = said.get("overflow", "hidden").strip() in ("visible", "auto")
+    if not overflows and size and min(size) > 0:
+        frame = Node(node.element, "rect", node.affine, node.size, properties=sides)
+    return replace(
+        node,
+        tag=VIEWPORT,
+        affine=node.affine @ fit,
+        size=size,
+        origin=corner,
+        groups=node.groups + node.names,
+        names=(),
+        own={},
+        frame=frame,
+    )

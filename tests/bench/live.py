@@ -17,7 +17,7 @@ import numpy as np
 
 from iccm.errors import InputError
 from iccm.io.edit.messages import Scene
-from iccm.io.edit.scene import framed
+from iccm.io.edit.scene import frame
 from iccm.io.edit.session import DIGITS, Session
 from iccm.io.run.job import make
 
@@ -49,7 +49,7 @@ def place(session: Session, side: int, z: complex) -> list[float]:
 def reached(session: Session, z: complex) -> bool:
     """Whether a point of the source is in no hole."""
     try:
-        session.placed("source", [tuple(session.source.to_file(z).tolist())])
+        session.transfer("source", [tuple(session.source.to_file(z).tolist())])
     except InputError:
         return False
     return True
@@ -75,7 +75,7 @@ def spread(session: Session, rng: np.random.Generator) -> list[Pin]:
     if len(found) < PINS:
         raise InputError(f"no room for {PINS} pins")
     here = [place(session, 0, z) for z in found]
-    return [list(ends) for ends in zip(here, session.placed("source", here))]
+    return [list(ends) for ends in zip(here, session.transfer("source", here))]
 
 
 def dragged(session: Session, pins: list[Pin], side: int, updates: int) -> tuple[np.ndarray, int]:
@@ -90,7 +90,7 @@ def dragged(session: Session, pins: list[Pin], side: int, updates: int) -> tuple
         cpu, wall = time.process_time(), time.perf_counter()
         shown = session.follow(scene(moved))
         if shown.drawn is not None:
-            framed(shown.head(0), shown.drawn)
+            frame(shown.head(0), shown.drawn)
         if shown.kind != "error":  # the way has left the shape
             seconds.append((time.process_time() - cpu, time.perf_counter() - wall))
             missed += not shown.ok

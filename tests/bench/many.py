@@ -21,7 +21,7 @@ import numpy as np
 from iccm.io import files
 from iccm.io.batch import dispatch, manifest
 from iccm.io.batch.journal import Journal
-from iccm.io.run.report import plain
+from iccm.io.run.report import as_json
 
 from .batch import jobs
 from .goals import goal
@@ -84,10 +84,10 @@ def hand_out(name: str, resume: bool) -> None:
     book = Journal(root)
     book.sweep()
     took("journal")
-    tasks = dispatch.prepared(tasks, book, resume=resume)
+    tasks = dispatch.prepare(tasks, book, resume=resume)
     took("outputs")
     for result in dispatch.execute(tasks, Trivial(), book, dispatch.Policy(), resume=resume):
-        json.dumps(plain(result), ensure_ascii=False)
+        json.dumps(as_json(result), ensure_ascii=False)
     took("jobs")
     print(json.dumps(said))
 

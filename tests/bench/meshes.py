@@ -71,7 +71,7 @@ def files() -> None:
         every = np.ones(len(faces), bool)
 
         def rewrite() -> None:
-            other.write_bytes(obj_write.retextured(whole, every, mesh.uv, faces.ravel()))
+            other.write_bytes(obj_write.retexture(whole, every, mesh.uv, faces.ravel()))
 
         again, *_ = best(rewrite)
     print(

@@ -43,7 +43,7 @@ SCRIPT = """
 import sys, time
 from iccm.cli import logs, status
 logs.configure({verbosity}, {form!r})
-with status.shown() as listener:
+with status.show_status() as listener:
     assert (listener is None) == {silent}, listener
     if listener:
         listener("solve, starts", 3, 44)
@@ -84,7 +84,7 @@ def test_nothing_is_shown_to_who_wants_less(given):
 def test_without_a_terminal_nothing_is_shown(capsys):
     from iccm.cli import status
 
-    with status.shown() as listener:
+    with status.show_status() as listener:
         assert listener is None
 
 
@@ -116,7 +116,7 @@ def test_commands_that_may_take_long_have_a_line(monkeypatch, tmp_path, iccm):
         with heard(lambda what, done, of: told.append(what)):
             yield None
 
-    monkeypatch.setattr(status, "shown", recorded)
+    monkeypatch.setattr(status, "show_status", recorded)
     for folder in ("run", "baselines"):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "a.txt").write_text("the same")

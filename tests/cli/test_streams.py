@@ -58,3 +58,27 @@ def test_quiet_does_not_hide_a_poor_job_of_a_batch(shapes, iccm):
 def test_terminal_controls_in_names_are_written_out(shapes, iccm):
     typed = iccm("info", "a\x1b[31m.svg")
     assert typed.code == 2 and "\x1b" not in typed.err and r"\x1b[31m" in typed.err
+
+
+@pytest.mark.parametrize("name", ["o.png", "o.glb", "o.svg", "o.OBJ", "o.pdf"])
+def test_a_report_is_not_written_under_the_name_of_something_else(shapes, iccm, name):
+    mesh = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/2\n"
+    (shapes / "m.obj").write_text(mesh)
+    for line in (
+        ("map", "square.svg", "blob.svg"),
+        ("deform", "square.svg", "--pin", "20,20:30,20"),
+        ("flatten", "m.obj"),
+        ("relayout", "m.obj", "m.obj", "-o", "n.obj"),
+    ):
+        done = iccm(*line, "--report", name)
+        assert done.code == 2 and done.lines == [
+            f"error: {name}: a report is JSON; give --report a name that ends in .json"
+        ]
+    assert not (shapes / name).exists()
+
+
+def test_info_writes_out_what_a_terminal_would_act_on(shapes, iccm):
+    mesh = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\ng a\0b\x1b[31m\nf 1 2 3\nf 1 3 4\n"
+    (shapes / "m.obj").write_bytes(mesh.encode())
+    done = iccm("info", "m.obj")
+    assert done.code == 0 and "a\\x00b\\x1b[31m" in done.out and done.out.replace("\n", "").isprintable()

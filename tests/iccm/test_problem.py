@@ -1,9 +1,16 @@
 """Options: which method they choose, and that none is without effect."""
 
+import inspect
+from typing import get_type_hints
+
+import numpy as np
 import pytest
 
+import iccm
 from iccm import InputError
-from iccm.problem import OTHERS, OWN, Options
+from iccm.arrays import xy_of
+from iccm.problem import OTHERS, OWN, Options, OptionValues
+from iccm.texture_transfer import FitOptions
 
 GIVEN = {"balance": 2.0, "turn": "any", "max_dilatation": 3.0, "max_stretch": 3.0}
 CONFORMAL = {
@@ -35,3 +42,32 @@ def test_what_the_others_do_is_refused_by_the_balanced_method():
             InputError, match=f"^{name}: an option of --method conformal or paper, not of balanced"
         ):
             Options(method="balanced", **{name: values.get(name, 7)})
+
+
+def test_type_checkers_see_the_options_and_the_arguments_of_fit():
+    assert get_type_hints(OptionValues) == get_type_hints(Options)
+    named = [
+        each.name
+        for each in inspect.signature(iccm.fit).parameters.values()
+        if each.kind is each.KEYWORD_ONLY
+    ]
+    assert {*named, *get_type_hints(OptionValues)} == set(get_type_hints(FitOptions))
+
+
+def test_real_arrays_make_the_same_map_as_complex_ones():
+    z = np.array([0, 2, 2 + 1j, 1j])
+    pins = np.array([[0.5 + 0.5j, 0.6 + 0.5j]])
+    strokes = [(np.array([1 + 0.2j, 1 + 0.8j]), np.array([1.1 + 0.2j, 1.1 + 0.8j]))]
+    known = {"method": "conformal", "max_iterations": 5}
+    one = iccm.fit(z, 2 * z, pins=pins, strokes=strokes, **known)
+    pairs = [[xy_of(line) for line in pair] for pair in strokes]
+    two = iccm.fit(xy_of(z), xy_of(2 * z), pins=xy_of(pins), strokes=pairs, **known)
+    assert np.array_equal(one.map.polygon, two.map.polygon) and one.energies == two.energies
+
+
+def test_a_result_is_told_in_a_line():
+    z = np.array([0, 2, 2 + 1j, 1j])
+    fit = iccm.deform(z, pins=[(0.5 + 0.5j, 0.6 + 0.5j), (1.5 + 0.5j, 1.5 + 0.5j)])
+    assert repr(fit).startswith("<Fit: met, TriangulatedMap with ") and repr(fit).endswith(", 2 pins>")
+    shown = repr(iccm.warp(fit, iccm.checkerboard(), size=16))
+    assert shown.startswith("<Transfer: ") and repr(fit) in shown and "\n" not in shown

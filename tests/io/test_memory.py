@@ -10,7 +10,7 @@ import pytest
 
 from iccm import InputError
 from iccm.io import memory as room
-from iccm.io.run.options import memory
+from iccm.io.options import memory
 
 MIB = 1 << 20
 SVG = "http://www.w3.org/2000/svg"

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ...arrays import Complex, Flags, Index, xy_of
+from ...arrays import Complex, Flags, Index, complex_of, xy_of
 from ...curve import Curve
 from ...errors import ConstraintError
 from ...problem import ON_OUTLINE
@@ -170,7 +170,7 @@ def _on_outline(curve: Curve, stroke: Curve, end: int) -> Curve:
     else:
         first = 1 + int(np.argmax(np.append(curve.contains(z[1:-1]), True)))
         way = shapely.LineString(xy_of(z[[first - 1, first]])).intersection(_ring(curve))
-        crossings = shapely.get_coordinates(way) @ np.array([1, 1j])
+        crossings = complex_of(shapely.get_coordinates(way))
         foot = crossings[[np.abs(crossings - z[first - 1]).argmin()]] if crossings.size else foot
         z = np.append(curve.at(curve.closest(foot)), z[first:])
     return Curve(z[::-1] if end else z, closed=False)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from ...arrays import Complex, xy_of
+from ...arrays import Complex, complex_of, xy_of
 from ...curve import Curve
 from ..minimise.sliding import Rail
 from ..model.boundary_pairs import MERGED, Match, parted
@@ -53,7 +53,7 @@ class StrokePair:
 def simplified(curve: Curve, fineness: float) -> Curve:
     """A stroke with fewer vertices, within `fineness` of it."""
     line = shapely.LineString(xy_of(curve.z)).simplify(fineness)
-    return Curve(shapely.get_coordinates(line) @ np.array([1, 1j]), closed=False)
+    return Curve(complex_of(shapely.get_coordinates(line)), closed=False)
 
 
 def rail_of(curve: Curve) -> Rail:

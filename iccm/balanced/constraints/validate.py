@@ -9,6 +9,7 @@ import shapely
 from ...arrays import Complex, Flags, Index, Real, xy_of
 from ...curve import Curve
 from ...errors import ConstraintError
+from ...plane import bounding_box, longer_side
 from ...problem import ON_OUTLINE
 from ..model.frames import GRID, UnitFrame
 from .boundary_strokes import NAMES, DrawnStroke, refuse_other_sides, sorted_out
@@ -343,7 +344,7 @@ def place(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> None:
         border: vertices on the outline.
         first: vertex of the first inner pin.
     """
-    near, near_image = (1e-8 * max(np.ptp(w.real), np.ptp(w.imag)) for w in (z, u))
+    near, near_image = (1e-8 * longer_side(*bounding_box(w)) for w in (z, u))
     vertices = first + np.arange(len(pins.inner))
     if len(pins.outer):
         on_outline = np.abs(pins.outer[:, :1] - z[None, :border]).argmin(axis=1)

@@ -6,17 +6,21 @@ import numpy as np
 
 from ...arrays import Complex
 from ...curve import Curve
+from ...linalg.cholesky import system_of
 from ..constraints.strokes import inside
 from ..constraints.validate import Pins
 from ..holes.outlines import FEWEST
 from ..meshing.mesh import Sizes, triangulate
+from ..model.boundary import FreeBoundary
 from ..model.boundary_pairs import Match, parted
-from .deformed import Deformed
+from ..model.discrete_map import DiscreteMap
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
 
 
-def meshed(outlines: Sequence[Curve], pins: Pins, size: float, drawn: list[Match] | None = None) -> Deformed:
+def meshed(
+    outlines: Sequence[Curve], pins: Pins, size: float, drawn: list[Match] | None = None
+) -> DiscreteMap:
     """The shape on a mesh, not moved yet.
 
     Args:
@@ -35,7 +39,9 @@ def meshed(outlines: Sequence[Curve], pins: Pins, size: float, drawn: list[Match
     z, faces = triangulate(outer, Sizes.even(0.5 * size**2), kept.z, kept.links, holes, kept.rays(outer))
     border = np.concatenate([outer, *holes])
     pinned = np.abs(pins.outer[:, :1] - border).argmin(axis=1) if len(pins.outer) else np.empty(0, np.int64)
-    return Deformed.on(z, faces, (outer.size, *(hole.size for hole in holes)), pinned, pins.outer[:, 1], kept)
+    boundary = FreeBoundary((outer.size, *(hole.size for hole in holes)), pinned, pins.outer[:, 1])
+    pattern = system_of(faces, np.append(boundary.following, boundary.size + kept.following), z.size)
+    return DiscreteMap(faces, pattern, z, z.copy(), boundary, inside=kept, bound=True)
 
 
 def spaced(outline: Curve, spacing: float, points: Complex) -> Complex:

@@ -14,20 +14,19 @@ from ...arrays import Complex, Index
 from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
 from ...maps.triangulated.simple import fault
-from .. import orientation
-from ..constraints.strokes import aimed
+from .. import injectivity
 from ..constraints.validate import Pins, place, with_points
 from ..errors import NoMapError, Stuck
 from ..holes.outlines import manageable_holes
 from ..meshing.transfer import interpolate
+from ..model.discrete_map import DiscreteMap, folds
 from ..model.frames import UnitFrame
 from ..model.outline import manageable
 from ..model.settings import Settings
 from ..search import final_mesh, levels
-from ..search.homotopy import MOVING_DECREASE, STAGE_STEPS, in_stages, way_to
+from ..search.homotopy import brought
 from ..search.levels import EVENED
-from ..search.pin_continuation import BESIDE
-from .deformed import Deformed
+from ..search.pin_continuation import BESIDE, aimed
 from .mesh import meshed
 
 COARSE = 0.08  # mesh size h, of a domain of area one
@@ -112,7 +111,7 @@ def _outlines(curves: Sequence[Curve], points: Complex, settings: Settings) -> l
     return [simple, *manageable_holes(simple, holes, settings.tolerance, kept[1:])]
 
 
-def bent(outlines: Sequence[Curve], pins: Pins, settings: Settings, start: Start | None) -> list[Deformed]:
+def bent(outlines: Sequence[Curve], pins: Pins, settings: Settings, start: Start | None) -> list[DiscreteMap]:
     """The deformation on one mesh after the other, the last one fine."""
     size, theta = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.theta
     levels = []
@@ -121,9 +120,9 @@ def bent(outlines: Sequence[Curve], pins: Pins, settings: Settings, start: Start
         rough = levels[0].forward(theta, 1.0, FORWARD, SETTLED, corners=False) if pins.strokes else levels[0]
         start, drawn = (rough.z, rough.u, rough.faces), rough.inside.matches
     else:
-        drawn = beside(begun(meshed(outlines, pins, size), start), pins, EVENED).inside.matches
+        drawn = aimed(pins.strokes, begun(meshed(outlines, pins, size), start), EVENED).inside.matches
     fine = begun(meshed(outlines, pins, size, drawn), start)
-    levels.append(settled(brought(fine, theta), theta, 1.0))
+    levels.append(settled(brought(fine, theta, MOVING_STEPS, SETTLED), theta, 1.0))
     for q in POWERS:
         levels.append(settled(levels[-1], theta, q))
         if excess(levels[-1], settings) <= 1:
@@ -131,32 +130,27 @@ def bent(outlines: Sequence[Curve], pins: Pins, settings: Settings, start: Start
     return levels
 
 
-def roughly(outlines: Sequence[Curve], pins: Pins, size: float, theta: float) -> Deformed:
+def roughly(outlines: Sequence[Curve], pins: Pins, size: float, theta: float) -> DiscreteMap:
     """The deformation on a coarse mesh; ends of strokes that slide pass corners of theirs between meshes."""
-    state = beside(rigid(meshed(outlines, pins, size)), pins, BESIDE)
-    state = settled(brought(state, theta), theta, 1.0)
+    state = aimed(pins.strokes, rigid(meshed(outlines, pins, size)), BESIDE)
+    state = settled(brought(state, theta, MOVING_STEPS, SETTLED), theta, 1.0)
     for _ in range(RELEASES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
         freed = state.forward(theta, 1.0, FORWARD, SETTLED, corners=False)
         new = begun(meshed(outlines, pins, size, freed.inside.matches), (freed.z, freed.u, freed.faces))
-        new = settled(brought(new, theta), theta, 1.0)
+        new = settled(brought(new, theta, MOVING_STEPS, SETTLED), theta, 1.0)
         if new.miss > 0 or new.energy > (1 - ROUND_DECREASE) * state.energy:
             break
         state = new
     return state
 
 
-def beside(state: Deformed, pins: Pins, even: float) -> Deformed:
-    """The map with strokes whose ends slide aimed at places beside where they are."""
-    return replace(state, inside=aimed(state.inside, pins.strokes, state.u[state.inner], even))
-
-
-def excess(state: Deformed, settings: Settings) -> float:
+def excess(state: DiscreteMap, settings: Settings) -> float:
     """As that of maps onto a target, lengths relative to the mean scale."""
-    scale = np.sqrt(abs(sum(Curve(state.u[loop]).area for loop in state.loops)))
+    scale = np.sqrt(abs(sum(Curve(state.u[loop]).area for loop in state.boundary.slices)))
     return final_mesh.excess(state.z, state.u / scale, state.faces, settings)
 
 
-def begun(state: Deformed, start: Start) -> Deformed:
+def begun(state: DiscreteMap, start: Start) -> DiscreteMap:
     """The mesh with the images of an earlier map; moved as a whole only, where those fold."""
     try:
         return carried(state, *start)
@@ -164,47 +158,28 @@ def begun(state: Deformed, start: Start) -> Deformed:
         return rigid(state)
 
 
-def rigid(state: Deformed) -> Deformed:
+def rigid(state: DiscreteMap) -> DiscreteMap:
     """The shape turned and shifted, as a whole, so that what is constrained fits best."""
-    here, there = state.z[state.constrained], state.aims
+    here, there = state.z[state.aimed], state.goals
     turn = np.vdot(here - here.mean(), there - there.mean())
     turn = turn / abs(turn) if abs(turn) > UNTURNED * np.sum(np.abs(here - here.mean()) ** 2) else 1.0
     return replace(state, u=there.mean() + turn * (state.z - here.mean()))
 
 
-def brought(state: Deformed, theta: float) -> Deformed:
-    """The map with its constraints met, straight or in stages; or as close as it got."""
-    straight = state.forward(theta, 1.0, MOVING_STEPS, SETTLED)
-    if straight.miss == 0:
-        return straight
-    return min(by_stages(state, theta), straight, key=lambda each: each.miss)
-
-
-def by_stages(state: Deformed, theta: float) -> Deformed:
-    """The map with what is constrained brought to its goals in stages, all of it turning and growing evenly."""
-    aims = state.aims
-    way = way_to(state.u[state.constrained], aims)
-
-    def to(state: Deformed, aims: Complex) -> Deformed:
-        return state.aimed(aims).forward(theta, 1.0, STAGE_STEPS, MOVING_DECREASE)
-
-    return in_stages(state, way, to).aimed(aims)
-
-
-def settled(state: Deformed, theta: float, q: float) -> Deformed:
+def settled(state: DiscreteMap, theta: float, q: float) -> DiscreteMap:
     """The map at rest; what has not met its goal stays where it is, and along strokes vertices find their places."""
-    aims = state.aims
-    resting = state if state.miss == 0 else state.aimed(state.u[state.constrained])
+    goals = state.goals
+    resting = state if state.miss == 0 else state.held()
     resting = resting.forward(theta, q, SETTLING_STEPS, SETTLED)
     for _ in range(ROUNDS if state.inside.strokes else 0):
         before = resting.energy
         resting = resting.backward(theta, q, BACKWARD, SETTLED).forward(theta, q, FORWARD, SETTLED)
         if before - resting.energy < ROUND_DECREASE * before:
             break
-    return resting if state.miss == 0 else resting.aimed(aims)
+    return resting if state.miss == 0 else resting.with_goals(goals)
 
 
-def carried(state: Deformed, z: Complex, u: Complex, faces: Index) -> Deformed:
+def carried(state: DiscreteMap, z: Complex, u: Complex, faces: Index) -> DiscreteMap:
     """The mesh of `state` with the images of another map of the shape, z -> u; of a map on the same mesh, those.
 
     Raises:
@@ -212,7 +187,10 @@ def carried(state: Deformed, z: Complex, u: Complex, faces: Index) -> Deformed:
     """
     same = z.size == state.z.size and len(faces) == len(state.faces) and np.abs(z - state.z).max() < SAME
     same = same and np.array_equal(_sorted(faces), _sorted(state.faces))
-    return replace(state, u=u.copy() if same else interpolate(z, faces, u, state.z)).unfolded()
+    new = replace(state, u=u.copy() if same else interpolate(z, faces, u, state.z))
+    if not folds(new.faces, new.u):
+        return new
+    return new.held().unfolded(harmonic=False).with_goals(new.goals)
 
 
 def _sorted(faces: Index) -> Index:
@@ -223,16 +201,16 @@ def _in(frame: UnitFrame, start: TriangulatedMap) -> Start:
     return frame.unit(start.source), frame.unit(start.image), start.faces
 
 
-def _deformation(levels: list[Deformed], frame: UnitFrame, pins: Pins) -> Deformation:
+def _deformation(levels: list[DiscreteMap], frame: UnitFrame, pins: Pins) -> Deformation:
     """The map in the given coordinates, checked there."""
     state = levels[-1]
     z, u = frame.world(state.z), frame.world(state.u)
     place(pins, z, u, state.border, state.first_pin)
-    loops = tuple(state.loops)
-    orientation.refuse_folds("source", z, state.faces)
-    orientation.refuse_folds("image", u, state.faces)
-    orientation.refuse_touching("source", *(z[loop] for loop in loops))
+    loops = tuple(np.arange(state.border)[rim] for rim in state.boundary.slices)
+    injectivity.refuse_folds("source", z, state.faces)
+    injectivity.refuse_folds("image", u, state.faces)
+    injectivity.refuse_touching("source", *(z[loop] for loop in loops))
     energies = [{"total": level.energy} for level in levels]
     images = [u[loop] for loop in loops]
-    simple = orientation.is_simple(images[0]) and not (len(images) > 1 and fault(images))
+    simple = injectivity.is_simple(images[0]) and not (len(images) > 1 and fault(images))
     return Deformation(z, u, state.faces, loops, state.lines, energies, state.miss == 0, simple, True)

@@ -67,9 +67,9 @@ def apart(loops: Sequence[Complex]) -> bool:
     return bool(domain.is_valid) and shapely.get_num_interior_rings(domain.normalize()) == len(holes)
 
 
-def rim_spacing(outlines: tuple[Outline, Outline], spacing: float) -> float:
+def rim_spacing(outlines: tuple[Outline, Outline], spacing: float, fewest: int = FEWEST) -> float:
     """The longest edge of a hole's rim."""
-    return min(spacing, *(outline.length / FEWEST for outline in outlines))
+    return min(spacing, *(outline.length / fewest for outline in outlines))
 
 
 def spaced(outline: Outline, spacing: float) -> Complex:

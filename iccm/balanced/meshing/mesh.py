@@ -13,6 +13,7 @@ import numpy as np
 
 from ...arrays import Complex, Index, Real
 from ...jit import kernel
+from ...plane import polygon_area, triangle_areas
 from ..errors import Stuck
 from ..kernels import cross, dot, set_row, twice_area
 from .delaunay import clip_ears, flip, in_circle, joined, legalise, opposite, push, relink
@@ -79,8 +80,7 @@ def triangulate(
     links = np.append(around, np.full(inside.size, -1) if links is None else links + rims * (links >= 0))
     inside = np.concatenate([*holes, inside])
     border, given = outline.size, outline.size + inside.size
-    area = 0.5 * float(np.sum((outline.conj() * np.roll(outline, -1)).imag))
-    room = int(12 * area / sizes.areas.mean() + 16 * given + 4000)
+    room = int(12 * polygon_area(outline) / sizes.areas.mean() + 16 * given + 4000)
     z = np.empty(room, np.complex128)
     z[:border], z[border:given] = outline, inside
     all_links = np.full(given, -1)
@@ -89,8 +89,7 @@ def triangulate(
         all_links[vertex] = border + rims + place
     faces, across = np.empty((2 * room, 3), np.int64), np.full((2 * room, 3), -1)
     triangles = clip_ears(z[:border], *np.empty((4, border), np.int64), faces, across)
-    a, b, c = z[faces[: max(triangles, 0)]].T
-    if triangles < 0 or not ((b - a).conj() * (c - a)).imag.min() > 0:
+    if triangles < 0 or not triangle_areas(z[faces[:triangles]]).min() > 0:
         raise Stuck("the outline is too thin to be triangulated in double precision")
     stack, mark, cavity = (
         np.zeros(8 * room, np.int64),

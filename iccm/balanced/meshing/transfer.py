@@ -6,6 +6,7 @@ from ...arrays import Complex, Index
 from ...maps.triangulated.adjacency import edges_of
 from ...maps.triangulated.location import PatchLocator
 from ...maps.triangulated.rim import Rim
+from ...plane import cross
 
 
 def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> Complex:
@@ -19,8 +20,8 @@ def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> C
     """
     nearest = _nearest(z, faces, points)
     a, b, c = z[faces[nearest]].T
-    area = _cross(b - a, c - a)
-    second, third = _cross(points - a, c - a) / area, _cross(b - a, points - a) / area
+    area = cross(b - a, c - a)
+    second, third = cross(points - a, c - a) / area, cross(b - a, points - a) / area
     first, *others = values[faces[nearest]].T
     return first + second * (others[0] - first) + third * (others[1] - first)
 
@@ -34,7 +35,3 @@ def _nearest(z: Complex, faces: Index, points: Complex) -> Index:
         rim = Rim(z, edges_of(faces))
         found[outside] = rim.beside[rim.closest(points[outside])[0]]
     return found
-
-
-def _cross(a: Complex, b: Complex) -> np.ndarray:
-    return a.real * b.imag - a.imag * b.real

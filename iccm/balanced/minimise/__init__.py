@@ -1,7 +1,8 @@
 """The balanced energy and its minimisation; nothing here knows of levels or candidates.
 
 energy     the density, its gradient and its projected Hessian, triangle by triangle
-sliding    vertices that slide along a curve, and the curve's own energy
+in_space   the energy of a map onto a surface in space
+sliding    constrained vertices: held, or sliding along a curve that has an energy of its own
 newton     projected Newton with a line search that never folds a triangle
 untangle   a first map without folds
 """

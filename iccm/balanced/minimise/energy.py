@@ -13,14 +13,68 @@ projection of Teran et al. 2005, in the form of Smith, De Goes and Kim, *Analyti
 Energies*, 2019).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ...arrays import Complex, Index, Real
 from ...jit import in_place, inlined
+from ...linalg.cholesky import BlockPattern
 from ..kernels import dot
 
-BOTH_AREAS = 0.5  # share of the image's area in the measure
+BOTH_AREAS, SOURCE_AREA, IMAGE_AREA = 0.5, 0.0, 1.0  # shares of the image's area in the measure
 UNTANGLING_AREA = 0.5  # weight of the area part while untangling
+NO_SLOTS = np.empty((0, 6), np.int64)
+
+
+class Objective(NamedTuple):
+    """What is minimised.
+
+    Attributes:
+        theta: weight of the area part.
+        q: power that raises the worst.
+        share: of the image's area in the measure: ½ where map and inverse have the same energy, or the source's area
+            alone, 0, or the image's, 1.
+        epsilon: 0, a barrier that no triangle folds through, or how far untangling reaches below zero.
+        quadratic: whether, instead, the energy is a quadratic one, of which the derivatives are given: one whole step
+            leads to its least.
+    """
+
+    theta: float
+    q: float
+    share: float = BOTH_AREAS
+    epsilon: float = 0.0
+    quadratic: bool = False
+
+    @classmethod
+    def of(cls, theta: float, q: float, share: float = BOTH_AREAS) -> "Objective":
+        """With numbers of the one type for which kernels are compiled."""
+        return cls(float(theta), float(q), float(share))
+
+
+class RestShapes(NamedTuple):
+    """Triangles as they are at rest: what their images are compared with.
+
+    Attributes:
+        corners: (m, 3) their vertices, in the order of elimination where there are slots.
+        slots: (m, 6) the Hessian's blocks for the pairs 00, 01, 02, 11, 12, 22 of corners; (0, 6) without a Hessian.
+        gradients: (m, 3) Wirtinger gradients of the hat functions at rest.
+        weights: (m,) areas at rest, times weights if there are any.
+    """
+
+    corners: Index
+    slots: Index
+    gradients: Complex
+    weights: Real
+
+    @classmethod
+    def of(cls, pattern: BlockPattern, gradients: Complex, weights: Real) -> "RestShapes":
+        """For the triangles of a mesh, gradients at its corners in the pattern's order."""
+        return cls(pattern.corners, pattern.slots, gradients, weights)
+
+    def energy(self, u: Complex, objective: Objective) -> float:
+        """Of images (n,); infinite where a triangle is folded."""
+        return float(total(self, u, objective))
 
 
 @in_place
@@ -128,8 +182,10 @@ def wirtinger(corners, gradients, u, t):
 
 
 @in_place
-def total(corners, gradients, weights, u, theta, q, share, epsilon):
+def total(rest, u, objective):
     """The energy of the images u (n,); infinite where a triangle is folded, unless epsilon > 0 (untangling)."""
+    theta, q, share, epsilon = objective.theta, objective.q, objective.share, objective.epsilon
+    corners, gradients, weights = rest.corners, rest.gradients, rest.weights
     energy = 0.0
     for t in range(corners.shape[0]):
         a, b = wirtinger(corners, gradients, u, t)
@@ -144,11 +200,11 @@ def total(corners, gradients, weights, u, theta, q, share, epsilon):
 
 
 @in_place
-def least_determinant(corners, gradients, u):
+def least_determinant(rest, u):
     """The smallest determinant of all triangles."""
     least = np.inf
-    for t in range(corners.shape[0]):
-        a, b = wirtinger(corners, gradients, u, t)
+    for t in range(rest.corners.shape[0]):
+        a, b = wirtinger(rest.corners, rest.gradients, u, t)
         least = min(least, dot(a, a) - dot(b, b))
     return least
 
@@ -176,28 +232,25 @@ def _add(matrix, slot, r, s, x, y, a, b):
 
 
 @in_place
-def assemble(system, gradients, weights, u, theta, q, share, epsilon, matrix, gradient):
+def assemble(rest, u, objective, matrix, gradient):
     """The energy at u; fills in its gradient and projected Hessian.
 
     Args:
-        system: pattern of the Hessian.
-        gradients: (m, 3) of the hat functions, in the order of `system.corners`.
-        weights: (m,) areas of the source's triangles, times weights if there are any.
+        rest: triangles at rest.
         u: (n,) images, without folds unless epsilon > 0.
-        theta: weight of the area part.
-        q: power that raises the worst.
-        share: of the image's area in the measure: ½, or 0 for the source's alone.
-        epsilon: 0, or how far untangling reaches below zero.
+        objective: what is minimised.
         matrix: (e, 4) blocks of the upper triangle, written.
         gradient: (n,) complex, x + iy, written.
     """
+    theta, q, share, epsilon = objective.theta, objective.q, objective.share, objective.epsilon
+    corners, slots, gradients, weights = rest.corners, rest.slots, rest.gradients, rest.weights
     for p in range(matrix.shape[0]):
         matrix[p, 0] = matrix[p, 1] = matrix[p, 2] = matrix[p, 3] = 0.0
     for v in range(gradient.size):
         gradient[v] = 0j
     energy = 0.0
-    for t in range(system.corners.shape[0]):
-        a, b = wirtinger(system.corners, gradients, u, t)
+    for t in range(corners.shape[0]):
+        a, b = wirtinger(corners, gradients, u, t)
         aa, bb, weight = dot(a, a), dot(b, b), weights[t]
         if epsilon > 0:
             w, w_p, w_d, w_pp, w_pd, w_dd = untangling_derivatives(aa + bb, aa - bb, epsilon)
@@ -205,8 +258,11 @@ def assemble(system, gradients, weights, u, theta, q, share, epsilon, matrix, gr
             w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(aa + bb, aa - bb, theta, q, share)
         energy += weight * w
         size_a, size_b = np.sqrt(aa), np.sqrt(bb)
+        # directions of a and b; any do where one vanishes, since the derivatives along them do then
         unit_a = a * (1 / size_a) if size_a > 1e-140 else 1 + 0j
         unit_b = b * (1 / size_b) if size_b > 1e-140 else 1 + 0j
+        # the chain rule for |a| and |b|, p = |a|² + |b|² and d = |a|² - |b|²: slopes over |a| and |b|, which are
+        # the tangential eigenvalues too, then the 2 × 2 block of the radial directions
         along_a, along_b = 2 * weight * (w_p + w_d), 2 * weight * (w_p - w_d)
         radial_a, radial_b, both = _projected(
             along_a + 4 * weight * (w_pp + 2 * w_pd + w_dd) * aa,
@@ -215,16 +271,17 @@ def assemble(system, gradients, weights, u, theta, q, share, epsilon, matrix, gr
         )
         around_a, around_b = max(along_a, 0.0), max(along_b, 0.0)
         along_a, along_b = along_a * size_a, along_b * size_b
+        # by the corners' values: a = Σ α u and b = Σ ᾱ u take the eigenvectors to multiples of the hats' gradients
         pair = 0
         for k in range(3):
             alpha = gradients[t, k]
             a, b = unit_a * alpha.conjugate(), unit_b * alpha
-            gradient[system.corners[t, k]] += along_a * a + along_b * b
+            gradient[corners[t, k]] += along_a * a + along_b * b
             r, s = radial_a * a + both * b, both * a + radial_b * b
             x, y = around_a * a, around_b * b
             for m in range(k, 3):
                 alpha = gradients[t, m]
-                _add(matrix, system.slots[t, pair], r, s, x, y, unit_a * alpha.conjugate(), unit_b * alpha)
+                _add(matrix, slots[t, pair], r, s, x, y, unit_a * alpha.conjugate(), unit_b * alpha)
                 pair += 1
     return energy
 
@@ -237,8 +294,7 @@ def energy_of(z: Complex, u: Complex, faces: Index, theta: float = 1.0, q: float
     _, areas = geometry(z, faces)
     _, images = geometry(u, faces)
     z, u = z / np.sqrt(areas.sum()), u / np.sqrt(images.sum())
-    gradients, areas = geometry(z, faces)
-    return float(total(faces, gradients, areas, u, float(theta), float(q), BOTH_AREAS, 0.0))
+    return RestShapes(faces, NO_SLOTS, *geometry(z, faces)).energy(u, Objective.of(theta, q))
 
 
 def geometry(z: Complex, corners: Index) -> tuple[Complex, Real]:

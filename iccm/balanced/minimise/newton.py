@@ -10,32 +10,24 @@ where none does the two are the same.
 Held vertices with a goal elsewhere move there: their whole way is imposed on the step, the others take the step that
 is best with it (the gradient is g + H r), and the step ends before a triangle folds; at its end they are held at their
 goals.
+
+Onto a surface in space steps are damped where they are cut short (Levenberg and Marquardt): between its triangles the
+energy has kinks, of which its derivatives know nothing.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Complex, Real
+from ...arrays import Complex, Index, Real
 from ...jit import in_place
 from ...linalg.cholesky import BlockPattern, Factor, downhill, factorise
-from ..kernels import cross, dot, move
-from .energy import assemble, total
-from .sliding import (
-    FREE,
-    HELD,
-    border_derivatives,
-    border_energy,
-    choose_directions,
-    gap_ahead,
-    point_at,
-    rail_of,
-    restrict,
-    stiffen,
-)
+from ..kernels import cross, dot
+from .energy import RestShapes, assemble, total
+from .in_space import assemble_in_space, total_in_space
+from .sliding import Constraints, border_energy, constrain, gap_limit, moved, release
 
 SHARE_OF_FLIP = 0.95  # of the largest step without a fold
-SHARE_OF_GAP = 0.9  # by which two neighbours of the outline may approach in one step
 ARMIJO = 1e-5  # share of the slope that a step must gain
 SHORTEST_STEP = 1e-8  # below, rounding decides (by hand)
 LONGEST = 0.5  # of the energy: a step is lengthened to at most 1 / (1 - LONGEST) of Newton's
@@ -44,6 +36,11 @@ GROWTH = 1.5  # of the energy in one step while vertices move
 CRAWL, CRAWLING = 0.03, 5  # vertices are stuck after so many steps of a smaller share of their way,
 LONGER = 1.1  # none of which is longer than the one before by this: 9 of 60 drags beside a filled hole ended in vain
 REGULAR = 1e-9  # of the mean diagonal, added to it: the projected Hessian may be singular (similarities)
+SHORT, LONG = (
+    0.1,
+    0.5,
+)  # of a step in space: after a shorter share the next is damped more, after a longer one less
+DAMPED = 1e-4  # of the mean diagonal: the first damping. Without it one squeezed triangle ends the descent
 
 
 @in_place
@@ -81,70 +78,8 @@ def regularise(system, matrix, share):
         matrix[slot, 3] += little
 
 
-@in_place
-def gap_limit(border, tau, slide, most):
-    """The largest share of the step, at most `most`, that keeps the outline's vertices well in order."""
-    for v in range(tau.size):
-        closing = slide[v] - slide[border.following[v]]
-        if closing > 0:
-            most = min(most, SHARE_OF_GAP * gap_ahead(border, tau, v) / closing)
-    return most
-
-
-@in_place
-def moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau):
-    """Fills in where a share t of the step leads."""
-    move(u, step, t, new_u)
-    for v in range(tau.size):
-        s = min(max(t * slide[v], low[v]), high[v])
-        new_tau[v] = tau[v] + s
-        if s != 0:
-            new_u[v] = point_at(rail_of(rails, v), new_tau[v])
-
-
-@in_place
-def _remaining(kinds, goals, u, way):
-    """Fills in the way (n,) of held vertices to their goals; whether there is any."""
-    moving = False
-    for v in range(way.size):
-        way[v] = 0j
-    for v in range(goals.size):
-        if kinds[v] == HELD and goals[v] != u[v]:
-            way[v], moving = goals[v] - u[v], True
-    return moving
-
-
-@in_place
-def add_product(system, matrix, way, gradient):
-    """Adds the matrix times the way (n,) to the gradient (n,), both x + iy of each vertex."""
-    for k in range(system.order.size):
-        row = system.order[k]
-        for p in range(system.starts[k], system.starts[k + 1]):
-            column = system.order[system.columns[p]]
-            if way[column] != 0:
-                x, y = way[column].real, way[column].imag
-                gradient[row] += complex(
-                    matrix[p, 0] * x + matrix[p, 1] * y, matrix[p, 2] * x + matrix[p, 3] * y
-                )
-            if row != column and way[row] != 0:
-                x, y = way[row].real, way[row].imag
-                gradient[column] += complex(
-                    matrix[p, 0] * x + matrix[p, 2] * y, matrix[p, 1] * x + matrix[p, 3] * y
-                )
-
-
-@in_place
-def restrict_gradient(kinds, directions, slope, gradient):
-    """Rewrites the gradient of constrained vertices along their directions, 0 where they are held."""
-    for v in range(directions.size):
-        if kinds[v] == FREE:
-            continue
-        along = gradient[v].real * directions[v].real + gradient[v].imag * directions[v].imag
-        gradient[v] = complex(along + slope[v] if directions[v] != 0 else 0.0, 0.0)
-
-
-class Space(NamedTuple):
-    """Room for Newton's steps; (n,) of the vertices, (c,) of the constrained ones.
+class Workspace(NamedTuple):
+    """Arrays that Newton's steps write; (n,) of the vertices, (c,) of the constrained ones.
 
     Attributes:
         matrix: (e, 4) the Hessian.
@@ -177,122 +112,118 @@ class Space(NamedTuple):
     high: Real
 
     @classmethod
-    def of(cls, system: BlockPattern, constrained: int) -> "Space":
+    def of(cls, pattern: BlockPattern, constrained: int) -> "Workspace":
         """For a mesh with so many constrained vertices."""
-        gradient, step, way, new_u = np.empty((4, system.position.size), np.complex128)
-        matrix, directions = np.empty((system.columns.size, 4)), np.empty(constrained, np.complex128)
-        given = matrix, Factor.of(system), gradient, step, way, new_u, directions
+        gradient, step, way, new_u = np.empty((4, pattern.position.size), np.complex128)
+        matrix, directions = np.empty((pattern.columns.size, 4)), np.empty(constrained, np.complex128)
+        given = matrix, Factor.of(pattern), gradient, step, way, new_u, directions
         return cls(*given, *np.empty((6, constrained)))
 
 
+class System(NamedTuple):
+    """A mesh whose vertices move: its triangles at rest, and what holds its vertices.
+
+    Attributes:
+        pattern: of the Hessian.
+        faces: (m, 3) triangles, counter-clockwise.
+        rest: what their images are compared with.
+        constraints: what holds vertices.
+        workspace: for the steps.
+    """
+
+    pattern: BlockPattern
+    faces: Index
+    rest: RestShapes
+    constraints: Constraints
+    workspace: Workspace
+
+    @classmethod
+    def of(cls, pattern: BlockPattern, faces: Index, rest: RestShapes, constraints: Constraints) -> "System":
+        """With a workspace."""
+        workspace = Workspace.of(pattern, constraints.kinds.size)
+        return cls(pattern, faces, rest, constraints, workspace)
+
+
 @in_place
-def descend(
-    system,
-    faces,
-    gradients,
-    weights,
-    u,
-    tau,
-    rails,
-    border,
-    kinds,
-    goals,
-    theta,
-    q,
-    share,
-    epsilon,
-    steps,
-    tolerance,
-    space,
-):
+def _energy(rest, surface, u, objective):
+    """The energy of images (n,), without the curves'."""
+    if surface is None:
+        return total(rest, u, objective)
+    return total_in_space(rest, surface, u, objective)
+
+
+@in_place
+def _derivatives(rest, surface, u, objective, matrix, gradient):
+    """The same; fills in its derivatives."""
+    if surface is None:
+        return assemble(rest, u, objective, matrix, gradient)
+    return assemble_in_space(rest, surface, u, objective, matrix, gradient)
+
+
+@in_place
+def descend(system, objective, surface, u, tau, steps, tolerance):
     """Newton steps until two of them gain less than `tolerance` of the energy each, or held vertices are stuck on
     the way to their goals; changes u and tau in place.
 
     Args:
-        system: pattern of the mesh.
-        faces: (m, 3) triangles.
-        gradients: (m, 3) of the hat functions on the side that is kept, corners as in the system.
-        weights: (m,) areas on that side, times weights.
+        system: the mesh and what holds it.
+        objective: what is minimised.
+        surface: in space, to which the map goes (`in_space.SurfaceMap`); None for the plane.
         u: (n,) positions on the side that moves, without folds unless epsilon > 0, sliding vertices on their rails at
             tau.
         tau: (c,) arclengths of the constrained vertices, increasing along each curve.
-        rails: the polylines they slide on.
-        border: the curves as chains.
-        kinds: (c,) HELD, SLIDING or FREE.
-        goals: (c,) where held vertices are to be; elsewhere of no account.
-        theta: weight of the area part.
-        q: power that raises the worst.
-        share: of the image's area in the measure.
-        epsilon: 0, or how far untangling reaches below zero: steps fold what they like. Infinite: one step to the
-            least of a quadratic energy, whose derivatives are given in `space`.
         steps: the most there may be.
         tolerance: relative decrease that counts as none.
-        space: room for them.
 
     Returns:
         The energy, the number of steps, and how many of the last ones gained less than the tolerance.
     """
-    matrix, gradient, step = space.matrix, space.gradient, space.step
-    slope, slide, directions, low, high = space.slope, space.slide, space.directions, space.low, space.high
-    new_u, new_tau, way = space.new_u, space.new_tau, space.way
-    energy, small, crawling, before = np.inf, 0, 0, np.inf
+    pattern, rest, constraints, space = system.pattern, system.rest, system.constraints, system.workspace
+    border, matrix, gradient, step = constraints.border, space.matrix, space.gradient, space.step
+    energy, small, crawling, before, damping = np.inf, 0, 0, np.inf, 0.0
     for done in range(steps):
-        if epsilon < np.inf:
-            energy = assemble(system, gradients, weights, u, theta, q, share, epsilon, matrix, gradient)
+        if not objective.quadratic:
+            energy = _derivatives(rest, surface, u, objective, matrix, gradient)
             energy += border_energy(border, tau)
-        border_derivatives(border, tau, slope, space.curvature)
-        choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
-        moving = _remaining(kinds, goals, u, way)
-        if moving:
-            add_product(system, matrix, way, gradient)
-        restrict(system, kinds, directions, matrix)
-        stiffen(system, border, directions, space.curvature, matrix)
-        regularise(system, matrix, REGULAR)
-        restrict_gradient(kinds, directions, slope, gradient)
-        if not factorise(system, matrix, gradient, space.factor):
+        moving = constrain(pattern, constraints, u, tau, space)
+        regularise(pattern, matrix, REGULAR + damping)
+        if not factorise(pattern, matrix, gradient, space.factor):
             return energy, done, small
-        downhill(system, space.factor, step)
+        downhill(pattern, space.factor, step)
         decrease = 0.0
         for v in range(u.size):
             decrease += dot(gradient[v], step[v])
-        for v in range(tau.size):
-            if kinds[v] == FREE:
-                slide[v] = 0.0
-                continue
-            slide[v] = step[v].real
-            if low[v] == 0:
-                slide[v] = max(slide[v], 0.0)
-            if high[v] == 0:
-                slide[v] = min(slide[v], 0.0)
-            step[v] = slide[v] * directions[v] + way[v]
+        release(constraints, space)
         t = 1.0
-        if epsilon == 0:
+        if objective.epsilon == 0 and not objective.quadratic:
             if not moving:
                 t = 1 / (1 + max(decrease / energy, -LONGEST))  # decrease < 0: Newton's for log E
             most = SHARE_WHILE_MOVING if moving else SHARE_OF_FLIP
-            t = min(gap_limit(border, tau, slide, t), most * largest_step(faces, u, step))
+            t = min(gap_limit(border, tau, space.slide, t), most * largest_step(system.faces, u, step))
+        # line search: halved until Armijo's condition holds, or, on the way to goals, the energy hardly grows
         gained, accepted = 0.0, False
         while t > SHORTEST_STEP:
-            moved(rails, u, tau, step, slide, low, high, t, new_u, new_tau)
-            if moving and t == 1.0:
-                for v in range(tau.size):
-                    if kinds[v] == HELD:
-                        new_u[v] = goals[v]
-            new_energy = border_energy(border, new_tau)
-            if new_energy < np.inf:
-                new_energy += total(system.corners, gradients, weights, new_u, theta, q, share, epsilon)
+            moved(constraints, u, tau, t, space)
+            new_energy = border_energy(border, space.new_tau)
+            if new_energy < np.inf and not objective.quadratic:
+                new_energy += _energy(rest, surface, space.new_u, objective)
             most = GROWTH * energy if moving else energy + ARMIJO * t * decrease
-            if new_energy <= most or epsilon == np.inf:
+            if new_energy <= most or objective.quadratic:
                 gained, accepted = energy - new_energy, True
                 break
             t *= 0.5
         if not accepted:
             return energy, done, small
         for v in range(u.size):
-            u[v] = new_u[v]
+            u[v] = space.new_u[v]
         for v in range(tau.size):
-            tau[v] = new_tau[v]
+            tau[v] = space.new_tau[v]
         energy -= gained
+        if surface is not None:
+            if t < SHORT:
+                damping = max(10 * damping, DAMPED)
+            elif t > LONG:
+                damping *= 0.1
         if moving:
             crawling = crawling + 1 if t < min(CRAWL, LONGER * before) else 0
             before = t

@@ -12,9 +12,10 @@ import numpy as np
 
 from ...arrays import Complex, Index, Real
 from ...jit import in_place
-from ..kernels import dot, located
+from ..kernels import dot, located, move
 
 HELD, SLIDING, FREE = 0, 1, 2  # kinds of constrained vertices
+SHARE_OF_GAP = 0.9  # by which two neighbours of the outline may approach in one step
 BETA = 0.02  # weight of the outline's term; without it outline edges cut across the tips of limbs
 SAME_PLACE = 1e-8  # of the length: a vertex this close to a corner is on it
 
@@ -91,6 +92,28 @@ class Border(NamedTuple):
     def then(self, more: "Border") -> "Border":
         """These chains and others, of the vertices that follow."""
         return Border(*(np.append(a, b) for a, b in zip(self, more)))
+
+
+class Constraints(NamedTuple):
+    """What holds the first c vertices of a mesh.
+
+    Attributes:
+        kinds: (c,) HELD, SLIDING or FREE.
+        goals: (c,) where held vertices are to be; elsewhere of no account.
+        rails: what sliding ones slide on.
+        border: the curves as chains.
+    """
+
+    kinds: Index
+    goals: Complex
+    rails: Rails
+    border: Border
+
+    @classmethod
+    def held(cls, goals: Complex) -> "Constraints":
+        """The first vertices held at goals (c,)."""
+        those = np.arange(goals.size)
+        return cls(np.full(those.size, HELD), goals, Rails.of([NO_RAIL], 0 * those), Border.still(those))
 
 
 @in_place
@@ -254,3 +277,111 @@ def stiffen(system, border, directions, curvature, matrix):
             matrix[system.diagonal[w], 0] += curvature[v]
         if directions[v] != 0 and directions[w] != 0:
             matrix[system.ahead[v], 0] -= curvature[v]
+
+
+@in_place
+def _remaining(kinds, goals, u, way):
+    """Fills in the way (n,) of held vertices to their goals; whether there is any."""
+    moving = False
+    for v in range(way.size):
+        way[v] = 0j
+    for v in range(goals.size):
+        if kinds[v] == HELD and goals[v] != u[v]:
+            way[v], moving = goals[v] - u[v], True
+    return moving
+
+
+@in_place
+def add_product(system, matrix, way, gradient):
+    """Adds the matrix times the way (n,) to the gradient (n,), both x + iy of each vertex."""
+    for k in range(system.order.size):
+        row = system.order[k]
+        for p in range(system.starts[k], system.starts[k + 1]):
+            column = system.order[system.columns[p]]
+            if way[column] != 0:
+                x, y = way[column].real, way[column].imag
+                gradient[row] += complex(
+                    matrix[p, 0] * x + matrix[p, 1] * y, matrix[p, 2] * x + matrix[p, 3] * y
+                )
+            if row != column and way[row] != 0:
+                x, y = way[row].real, way[row].imag
+                gradient[column] += complex(
+                    matrix[p, 0] * x + matrix[p, 2] * y, matrix[p, 1] * x + matrix[p, 3] * y
+                )
+
+
+@in_place
+def restrict_gradient(kinds, directions, slope, gradient):
+    """Rewrites the gradient of constrained vertices along their directions, 0 where they are held."""
+    for v in range(directions.size):
+        if kinds[v] == FREE:
+            continue
+        along = gradient[v].real * directions[v].real + gradient[v].imag * directions[v].imag
+        gradient[v] = complex(along + slope[v] if directions[v] != 0 else 0.0, 0.0)
+
+
+@in_place
+def constrain(pattern, constraints, u, tau, space):
+    """Rewrites the derivatives by all vertices' places as those by what may change: places of free vertices, and
+    arclengths along curves; whether held vertices have a way to go to their goals.
+
+    Args:
+        pattern: of the Hessian.
+        constraints: what holds the first c vertices.
+        u: (n,) positions.
+        tau: (c,) arclengths.
+        space: matrix and gradient are rewritten, and what a step along the curves needs is filled in.
+    """
+    matrix, gradient, slope, directions = space.matrix, space.gradient, space.slope, space.directions
+    rails, border, kinds = constraints.rails, constraints.border, constraints.kinds
+    border_derivatives(border, tau, slope, space.curvature)
+    choose_directions(rails, tau, kinds, gradient, slope, directions, space.low, space.high)
+    # the whole way of held vertices is imposed: the others' gradient is that at its end, g + H way
+    moving = _remaining(kinds, constraints.goals, u, space.way)
+    if moving:
+        add_product(pattern, matrix, space.way, gradient)
+    restrict(pattern, kinds, directions, matrix)
+    stiffen(pattern, border, directions, space.curvature, matrix)
+    restrict_gradient(kinds, directions, slope, gradient)
+    return moving
+
+
+@in_place
+def release(constraints, space):
+    """Rewrites the step of constrained vertices as one in the plane, and fills in their steps along curves; those on a
+    corner do not leave it to the wrong side."""
+    step, slide = space.step, space.slide
+    for v in range(slide.size):
+        if constraints.kinds[v] == FREE:
+            slide[v] = 0.0
+            continue
+        slide[v] = step[v].real
+        if space.low[v] == 0:
+            slide[v] = max(slide[v], 0.0)
+        if space.high[v] == 0:
+            slide[v] = min(slide[v], 0.0)
+        step[v] = slide[v] * space.directions[v] + space.way[v]
+
+
+@in_place
+def gap_limit(border, tau, slide, most):
+    """The largest share of the step, at most `most`, that keeps the outline's vertices well in order."""
+    for v in range(tau.size):
+        closing = slide[v] - slide[border.following[v]]
+        if closing > 0:
+            most = min(most, SHARE_OF_GAP * gap_ahead(border, tau, v) / closing)
+    return most
+
+
+@in_place
+def moved(constraints, u, tau, t, space):
+    """Fills in where a share t of the step leads, new_u and new_tau; a whole one takes held vertices to their goals."""
+    new_u, new_tau = space.new_u, space.new_tau
+    move(u, space.step, t, new_u)
+    for v in range(tau.size):
+        s = min(max(t * space.slide[v], space.low[v]), space.high[v])
+        new_tau[v] = tau[v] + s
+        if s != 0:
+            new_u[v] = point_at(rail_of(constraints.rails, v), new_tau[v])
+        if t == 1.0 and constraints.kinds[v] == HELD:
+            new_u[v] = constraints.goals[v]

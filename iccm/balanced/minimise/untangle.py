@@ -8,9 +8,9 @@ import numpy as np
 
 from ...arrays import Complex, Real
 from ...linalg.cholesky import BlockPattern
-from .energy import BOTH_AREAS, least_determinant
-from .newton import Space, descend
-from .sliding import HELD, NO_RAIL, Border, Rails
+from .energy import Objective, RestShapes, least_determinant
+from .newton import System, Workspace, descend
+from .sliding import Constraints
 
 LEAST_WEIGHT = 0.08  # of an edge: cotangents of obtuse angles are negative and would fold
 ENOUGH = 1e-3  # determinant from which a triangle counts as unfolded
@@ -21,6 +21,7 @@ SLOW = 3e-3  # relative decrease below which ε shrinks
 SHRINK = 0.6  # of ε where the energy hardly falls: without it a few folds lock up
 LEAST_EPSILON = 1e-5  # below, what is folded stays so (by hand)
 STEPS = 40  # at most (by hand)
+UNTANGLING, HARMONIC = Objective(1.0, 1.0), Objective(1.0, 1.0, quadratic=True)
 
 
 def springs(gradients: Complex, areas: Real) -> Real:
@@ -29,12 +30,12 @@ def springs(gradients: Complex, areas: Real) -> Real:
     return np.maximum(-4 * areas[:, None] * (a.real * b.real + a.imag * b.imag), LEAST_WEIGHT)
 
 
-def _pull(system: BlockPattern, weights: Real, u: Complex, space: Space) -> None:
+def _pull(pattern: BlockPattern, weights: Real, u: Complex, space: Workspace) -> None:
     """Fills in the derivatives of the energy ½ Σ w |u_i - u_j|² of springs, weights (m, 3)."""
-    tails, heads = system.corners[:, (1, 2, 0)].ravel(), system.corners[:, (2, 0, 1)].ravel()
-    pairs, weights = system.slots[:, (4, 2, 1)].ravel(), weights.ravel()
-    stiffness = -np.bincount(pairs, weights, system.columns.size)
-    stiffness[system.diagonal] = np.bincount(tails, weights, u.size) + np.bincount(heads, weights, u.size)
+    tails, heads = pattern.corners[:, (1, 2, 0)].ravel(), pattern.corners[:, (2, 0, 1)].ravel()
+    pairs, weights = pattern.slots[:, (4, 2, 1)].ravel(), weights.ravel()
+    stiffness = -np.bincount(pairs, weights, pattern.columns.size)
+    stiffness[pattern.diagonal] = np.bincount(tails, weights, u.size) + np.bincount(heads, weights, u.size)
     space.matrix[:] = 0.0
     space.matrix[:, 0] = space.matrix[:, 3] = stiffness
     pull = weights * (u[tails] - u[heads])
@@ -53,9 +54,8 @@ def _epsilon(least: float, before: float, shrink: float) -> float:
 
 
 def untangle(
-    system: BlockPattern,
-    gradients: Complex,
-    areas: Real,
+    pattern: BlockPattern,
+    rest: RestShapes,
     u: Complex,
     border: int,
     harmonic: bool,
@@ -65,33 +65,28 @@ def untangle(
     """Fills in the inside of u, given on the outline, so that no triangle is folded; the least determinant.
 
     Args:
-        system: pattern of the mesh.
-        gradients: (m, 3) of the hat functions on the source, corners as in the system.
-        areas: (m,) of the source's triangles.
+        pattern: of the mesh.
+        rest: its triangles in the source.
         u: (n,) images, changed in place but for the first `border` ones.
         border: how many vertices stay where they are, those of the outline first.
         harmonic: whether the inside begins as the harmonic one instead of as given.
         steps: the most there may be.
         polish: how many of them may be made once nothing is folded.
     """
-    space, still = Space.of(system, border), np.arange(border)
-    rails, chains, kinds = Rails.of([NO_RAIL], 0 * still), Border.still(still), np.full(border, HELD)
+    system = System.of(pattern, rest.corners, rest, Constraints.held(u[:border].copy()))
 
-    def stepped(epsilon: float) -> tuple[int, bool]:
+    def stepped(objective: Objective) -> tuple[int, bool]:
         """A step with the outline held: how many there were, and whether it gained little."""
-        _, made, slow = descend(
-            system, system.corners, gradients, areas, u, np.zeros(border), rails, chains, kinds, u[:border].copy(),
-            1.0, 1.0, BOTH_AREAS, epsilon, 1, SLOW, space,
-        )  # fmt: skip
+        _, made, slow = descend(system, objective, None, u, np.zeros(border), 1, SLOW)
         return made, slow > 0
 
     if harmonic:
         u[border:] = 0
-        _pull(system, springs(gradients, areas), u, space)
-        stepped(np.inf)
+        _pull(pattern, springs(rest.gradients, rest.weights), u, system.workspace)
+        stepped(HARMONIC)
     epsilon, shrink, kept, best = -1.0, 1.0, u.copy(), 0.0
     for _ in range(steps):
-        least = least_determinant(system.corners, gradients, u)
+        least = least_determinant(rest, u)
         if least > best:  # the smoothed energy lets thin triangles fold again
             best, kept = least, u.copy()
         if least > ENOUGH:
@@ -99,11 +94,11 @@ def untangle(
                 return least
             polish -= 1
         epsilon = _epsilon(least, epsilon, shrink)
-        made, slow = stepped(epsilon)
+        made, slow = stepped(UNTANGLING._replace(epsilon=epsilon))
         if made == 0:
             break
         shrink = SHRINK if slow else 1.0
-    least = least_determinant(system.corners, gradients, u)
+    least = least_determinant(rest, u)
     if least >= best or best == 0:
         return least
     u[:] = kept

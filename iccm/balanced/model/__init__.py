@@ -6,7 +6,8 @@ outline             outlines simplified to a tolerance, with their corners
 boundary_pairs      correspondences of outlines, and the pairs of arclengths at a mesh's boundary vertices
 inner_constraints   pins and strokes as vertices of a mesh
 metric              surfaces as planes with a metric
-discrete_map        a mesh, its image, and what holds its vertices
+boundary            what holds a mesh's boundary: outlines that it slides on, or pins alone
+discrete_map        a mesh, its image, what holds its vertices, and its triangles at rest
 sketch              the same without outlines: what is carried from mesh to mesh
 measures            turn, stretch, dilatation and scale of a piecewise linear map
 mesh_sizes          triangle sizes, smaller where a map magnifies

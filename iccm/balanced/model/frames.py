@@ -11,6 +11,7 @@ import numpy as np
 
 from ...arrays import Complex, Real
 from ...curve import Curve
+from ...plane import cross
 
 Holes = tuple[Sequence[Curve], Sequence[Curve]]
 
@@ -84,8 +85,8 @@ def frames_of(
 
 def _moment(w: Complex) -> complex:
     """Six times the integral of w over what a closed polyline surrounds."""
-    products = (w.conj() * np.roll(w, -1)).imag
-    return np.sum(products * (w + np.roll(w, -1)))
+    ahead = np.roll(w, -1)
+    return np.sum(cross(w, ahead) * (w + ahead))
 
 
 def _upside_down(*loops: Complex) -> bool:

@@ -113,6 +113,12 @@ class InnerConstraints(NamedTuple):
         goals = np.where(stay, self.goals, u)
         return self._replace(tau=tau, goals=goals, at_target=self.at_target & stay)
 
+    def with_pins_of(self, other: "InnerConstraints") -> "InnerConstraints":
+        """With the goals that the same pins have in another mesh."""
+        goals = self.goals.copy()
+        goals[self.own < 0] = other.goals[other.own < 0]
+        return self._replace(goals=goals)
+
     def chains(self, forward: bool, first: int) -> tuple[Real, Border]:
         """(k,) arclengths on the side that moves, and the strokes as chains of vertices, the first of which is `first`.
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ..minimise.energy import BOTH_AREAS, energy_of, total
+from ..minimise.energy import NO_SLOTS, Objective, RestShapes, energy_of
 from .metric import PLANES, Metrics, rest_geometry
 
 
@@ -38,17 +38,5 @@ def energy_between(z: Complex, u: Complex, faces: Index, theta: float, metrics: 
     """The energy at q = 1 without the outline's term, both areas taken as one."""
     if metrics == PLANES:
         return energy_of(z, u, faces, theta)
-    gradients, areas = rest_geometry(z, u, faces, metrics)
-    return float(total(faces, gradients, areas, u, float(theta), 1.0, BOTH_AREAS, 0.0))
-
-
-def within(factor: float, z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> float:
-    """The share of the area, half the source's and half the target's, whose linear scale is within a factor of 1.
-
-    Both areas are taken as one.
-    """
-    a, b, areas = derivatives(z, u, faces, metrics)
-    determinant = np.abs(a) ** 2 - np.abs(b) ** 2
-    weight = areas * (1 + determinant)
-    near = (determinant <= factor**2) & (determinant >= factor**-2)
-    return float(weight @ near / weight.sum())
+    rest = RestShapes(faces, NO_SLOTS, *rest_geometry(z, u, faces, metrics))
+    return rest.energy(u, Objective.of(theta, 1.0))

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...arrays import Complex, Index
+from ...plane import bounding_box, longer_side
 from ..meshing.mesh import Sizes
 from .measures import stretches
 
@@ -15,8 +16,8 @@ def graded(z: Complex, u: Complex, faces: Index, area: float) -> Sizes:
     """The area limit, divided by how much the map z -> u magnifies, between 1 and MOST_MAGNIFIED."""
     _, _, magnified = stretches(z, u, faces)
     middle = z[faces].mean(1)
-    low, high = complex(z.real.min(), z.imag.min()), complex(z.real.max(), z.imag.max())
-    side = max((high - low).real, (high - low).imag) / CELLS
+    low, high = bounding_box(z)
+    side = longer_side(low, high) / CELLS
     cell = ((middle - low).real // side).astype(int), ((middle - low).imag // side).astype(int)
     grid = np.ones((max(cell[0]) + 1, max(cell[1]) + 1))
     np.maximum.at(grid, cell, np.clip(magnified, 1, MOST_MAGNIFIED))

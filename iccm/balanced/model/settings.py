@@ -27,11 +27,6 @@ class Settings:
     max_stretch: float | None = None
     triangles: int = 6000
 
-    @property
-    def bounded(self) -> bool:
-        """Whether bounds are asked for."""
-        return self.max_dilatation is not None or self.max_stretch is not None
-
 
 @dataclass(frozen=True, eq=False)
 class Solution:
@@ -87,3 +82,9 @@ class SolveLog:
     def level(self, name: str, state: DiscreteMap, q: float) -> None:
         """Notes the end of a level."""
         self.energies.append({"level": name, "triangles": len(state.faces), "q": q, "energy": state.energy})
+
+    def add(self, other: "SolveLog") -> None:
+        """Takes over what another one has."""
+        self.energies += other.energies
+        self.notes += other.notes
+        self.starts = {key: count + other.starts[key] for key, count in self.starts.items()}

@@ -15,6 +15,7 @@ import numpy as np
 
 from ...arrays import Complex, Index
 from ...curve import Curve
+from ...plane import rotation
 from ..errors import Stuck
 from ..meshing.mesh import Sizes
 from ..meshing.transfer import interpolate
@@ -132,8 +133,7 @@ def through_circles(level: Level, pairs: Sequence[tuple[int, int]], theta: float
     sides = [[side[pair[k]] for pair in pairs] for k, side in enumerate(level.holes)]
     outlines = list(zip((level.source, level.target), sides))
     filled = [FilledMap.of(outer, holes, level, theta) for outer, holes in outlines]
-    turn = np.vdot(filled[0].middles, filled[1].middles)
-    filled[0] = replace(filled[0], turned=complex(turn / abs(turn)) if abs(turn) > 0 else 1.0)
+    filled[0] = replace(filled[0], turned=rotation(filled[0].middles, filled[1].middles))
     goal = circle_domain(0.5 * (filled[0].middles + filled[1].middles))
     there, back = (
         onto_circles(each, outer.curve, [hole.curve for hole in holes], goal, level, theta)

@@ -15,7 +15,6 @@ from ..model.metric import PLANES, Metrics
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
 from . import pin_continuation
-from .angle_area_tradeoff import leaning
 from .levels import FINE_BACKWARD, FINE_ROUNDS, POWERS, Level, UnitProblem, alternated, eased, refined
 
 FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
@@ -71,9 +70,8 @@ def last(
 ) -> DiscreteMap:
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
     progress.tell("last map")
-    theta = leaning(problem, state)
     state = on_finer(last_level(problem, settings, share), state, problem)
-    return lowered(state, theta, settings, journal)
+    return lowered(state, problem.theta, settings, journal)
 
 
 def last_level(problem: UnitProblem, settings: Settings, share: float = 1.0) -> Level:

@@ -5,8 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
-from ...arrays import Complex, xy_of
+from ...arrays import Complex, complex_of, xy_of
 from ...curve import Curve
+from ...meshes.topology import walk
+from ...plane import longer_side
 from ...result import distances
 
 if TYPE_CHECKING:
@@ -30,7 +32,7 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
     from scipy.sparse.csgraph import dijkstra  # slow to import, and seldom needed
 
     low, high = domain.box
-    cell = max((high - low).real, (high - low).imag) / CELLS
+    cell = longer_side(low, high) / CELLS
     x, y = (np.arange(int(size / cell) + 2) * cell for size in ((high - low).real, (high - low).imag))
     w = (low + x[None, :] + 1j * y[:, None]).ravel()
     inside = domain.contains(w)
@@ -40,12 +42,9 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
     graph = _graph(cost.reshape(y.size, x.size), inside.reshape(y.size, x.size))
     start, end = (int(np.argmin(np.where(inside, np.abs(w - place), np.inf))) for place in (here, there))
     _, before = dijkstra(graph, directed=False, indices=end, return_predecessors=True)
-    cells = [start]
-    while cells[-1] != end and before[cells[-1]] >= 0:
-        cells.append(before[cells[-1]])
-    way = np.concatenate([[here], w[cells[1:-1]], [there]])
+    way = np.concatenate([[here], w[walk(before, start)[1:-1]], [there]])
     line = shapely.LineString(xy_of(way)).simplify(cell)
-    return (shapely.get_coordinates(line) @ np.array([1, 1j]))[1:]
+    return complex_of(shapely.get_coordinates(line))[1:]
 
 
 def _graph(cost: np.ndarray, inside: np.ndarray) -> "csr_array":

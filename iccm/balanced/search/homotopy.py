@@ -1,13 +1,16 @@
 """How constrained points go to their goals where they cannot go straight."""
 
 from collections.abc import Callable
-from typing import Protocol, TypeVar
+from dataclasses import replace
 
 import numpy as np
 
 from ...arrays import Complex
+from ...plane import Similarity
+from ..model.discrete_map import DiscreteMap
 
 FIRST_SHARE, LEAST_SHARE, STAGE_STEPS = 0.25, 0.02, 15  # of the way in stages; Newton steps in each
+MOVING_STEPS = 40  # of Newton while constrained points move straight (by hand)
 MOVING_DECREASE = 1e-3  # relative, of a step that ends a stage (by hand)
 LEAST_FACTOR = 1e-3  # by which constraints shrink: below, they are taken as moved only
 
@@ -18,8 +21,7 @@ def way_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
     It takes a share of the way, 1 for the goals themselves.
     """
     middle, end = begun.mean(), goals.mean()
-    spread = np.sum(np.abs(begun - middle) ** 2)
-    factor = complex(np.vdot(begun - middle, goals - end) / spread) if spread > 0 else 1.0
+    factor = Similarity.fit(begun, goals).factor
     factor = factor if abs(factor) > LEAST_FACTOR else 1.0
     rest = goals - end - factor * (begun - middle)
 
@@ -32,34 +34,34 @@ def way_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
     return at
 
 
-class Aimed(Protocol):
-    """A map in the making, and how far it is from its goals."""
-
-    @property
-    def miss(self) -> float:
-        """0 where they are met."""
-        ...
-
-
-State = TypeVar("State", bound=Aimed)
+def brought(
+    state: DiscreteMap, theta: float, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE
+) -> DiscreteMap:
+    """The map with constrained vertices at their goals, straight or in stages; or as close as they got."""
+    straight = moved(state, theta, steps, decrease)
+    if straight.miss == 0:
+        return straight
+    return min(in_stages(state, theta), straight, key=lambda each: each.miss)
 
 
-def in_stages(
-    state: State, way: Callable[[float], Complex], moved: Callable[[State, Complex], State]
-) -> State:
-    """The map moved along a way in stages, smaller where it gets stuck; or as far as that goes.
+def moved(
+    state: DiscreteMap, theta: float, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE
+) -> DiscreteMap:
+    """The map with constrained vertices moved straight to their goals, as far as they go."""
+    return replace(state, bound=True).forward(theta, 1.0, steps, decrease)
 
-    Args:
-        state: at the beginning of the way.
-        way: as `way_to` makes it.
-        moved: takes a map to goals (k,), or as close to them as it gets.
-    """
+
+def in_stages(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map with constrained vertices moved along `way_to` their goals in stages, smaller where they get stuck; or as
+    far as that goes."""
+    goals = state.goals
+    way = way_to(state.u[state.aimed], goals)
     share, step = 0.0, FIRST_SHARE
     while share < 1 and step > LEAST_SHARE:
         new = min(1.0, share + step)
-        tried = moved(state, way(new))
+        tried = moved(state.with_goals(way(new)), theta, STAGE_STEPS)
         if tried.miss > 0:
             step *= 0.5
             continue
         state, share, step = tried, new, 1.5 * step
-    return state
+    return state.with_goals(goals)

@@ -12,12 +12,13 @@ from ...arrays import Complex, Real
 from ...curve import Curve
 from ..constraints.strokes import StrokePair, inside
 from ..errors import Stuck
-from ..holes.outlines import outlines_of, rim_spacing, spaced
+from ..holes.outlines import FEWEST, outlines_of, rim_spacing, spaced
 from ..meshing.mesh import Sizes
 from ..meshing.transfer import interpolate
 from ..minimise.untangle import STEPS
+from ..model.boundary import MatchedBoundary, MeshHoles
 from ..model.boundary_pairs import HoleMatch, Loop, Match, Pairs, boundary_pairs, limited, loops_of, through
-from ..model.discrete_map import DiscreteMap, MeshHoles
+from ..model.discrete_map import DiscreteMap
 from ..model.measures import stretches
 from ..model.metric import PLANES, Metrics
 from ..model.outline import Outline
@@ -57,7 +58,6 @@ class UnitProblem(NamedTuple):
         partners: (i, j) that hole i of the source is to go to hole j of the target.
         metrics: of the surfaces that the two planes stand for.
         inverted: whether this is the inverse of what was given, so that the target's area is that of `source`.
-        bounded: whether bounds on K or the stretch are asked for.
     """
 
     source: Curve
@@ -72,7 +72,6 @@ class UnitProblem(NamedTuple):
     partners: tuple[tuple[int, int], ...] = ()
     metrics: Metrics = PLANES
     inverted: bool = False
-    bounded: bool = False
 
     @property
     def holed(self) -> bool:
@@ -156,32 +155,33 @@ class Level:
         self, match: Match, sizes: Sizes | None = None, drawn: list[Match] | None = None
     ) -> DiscreteMap:
         """A mesh for a match of the outlines, and of each stroke, without an inside yet."""
-        outer = through(limited(match, self.steepest), self.anchors, 0.0 if self.halved else SPREAD)
-        spacing = SPACING * self.size
-        if max(self.source.length, self.target.length) > MOST_PAIRS * spacing:
-            raise Stuck("an outline is too long for its area")
-        pairs = boundary_pairs(self.source, self.target, outer, spacing, self.anchors)
-        pairs, holes = self._with_holes(pairs, match.holes)
+        boundary, spacing = self.boundary(match), SPACING * self.size
         sizes = sizes or Sizes.even(0.5 * self.size**2)
-        axis = self.anchors.s[-1] if self.anchors and self.halved else np.inf
         drawn = drawn or [stroke.even for stroke in self.strokes]
         kept = inside(self.strokes, drawn, spacing, self.pins)
         alone = sorted(set(range(len(self.holes[0]))) - {hole.source for hole in match.holes})
         filled = [spaced(self.holes[0][k], spacing) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
-        holes = holes._replace(filled=loops_of(sizes_of_filled, pairs.s.size + kept.z.size))
-        given = self.source, self.target, pairs, sizes, self.anchors, kept, axis, holes, filled
-        return DiscreteMap.on(*given, self.metrics)
+        boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + kept.z.size))
+        return DiscreteMap.on(boundary, sizes, kept, filled, self.metrics)
 
-    def _with_holes(self, outer: Pairs, matches: Sequence[HoleMatch]) -> tuple[Pairs, MeshHoles]:
-        """The boundary with holes that have partners."""
-        outlines = tuple((self.holes[0][hole.source], self.holes[1][hole.target]) for hole in matches)
-        pairs = [
-            boundary_pairs(*pair, limited(hole.match, self.steepest), rim_spacing(pair, SPACING * self.size))
-            for hole, pair in zip(matches, outlines)
-        ]
-        sizes = [(hole.source, hole.target, each.s.size) for hole, each in zip(matches, pairs)]
-        return Pairs.joined([outer, *pairs]), MeshHoles(outlines, loops_of(sizes, outer.s.size))
+    def boundary(self, match: Match, fewest: int = FEWEST) -> MatchedBoundary:
+        """The boundary of a mesh for a match of the outlines, with at least `fewest` vertices on each hole."""
+        outer = through(limited(match, self.steepest), self.anchors, 0.0 if self.halved else SPREAD)
+        spacing = SPACING * self.size
+        if max(self.source.length, self.target.length) > MOST_PAIRS * spacing:
+            raise Stuck("an outline is too long for its area")
+        outlines = tuple((self.holes[0][hole.source], self.holes[1][hole.target]) for hole in match.holes)
+        pairs = [boundary_pairs(self.source, self.target, outer, spacing, self.anchors)]
+        for hole, pair in zip(match.holes, outlines):
+            pairs.append(
+                boundary_pairs(*pair, limited(hole.match, self.steepest), rim_spacing(pair, spacing, fewest))
+            )
+        sizes = [(hole.source, hole.target, each.s.size) for hole, each in zip(match.holes, pairs[1:])]
+        holes = MeshHoles(outlines, loops_of(sizes, pairs[0].s.size))
+        axis = self.anchors.s[-1] if self.anchors and self.halved else np.inf
+        joined = Pairs.joined(pairs)
+        return MatchedBoundary.of(self.source, self.target, joined, self.anchors, holes, axis)
 
     def outlines(self, loops: Sequence[Loop]) -> tuple[list[Outline], list[Outline]]:
         """The outer outlines, and those of holes, in the source and in the target."""
@@ -223,7 +223,12 @@ class Level:
 
 def score(state: DiscreteMap, upright: float) -> float:
     """The energy, made larger the more the picture is turned."""
-    return state.energy * (1 + 0.5 * upright * (1 - np.cos(state.turn)))
+    return state.energy * turn_factor(state, upright)
+
+
+def turn_factor(state: DiscreteMap, upright: float) -> float:
+    """What a turned picture counts more: 1 where it is upright, 1 + upright where it is upside down."""
+    return float(1 + 0.5 * upright * (1 - np.cos(state.turn)))
 
 
 def started(level: Level, matches: list[Match]) -> list[DiscreteMap]:
@@ -318,9 +323,7 @@ def laid(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) 
     drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
     fine = level.mapped(match_on(level, state), sizes, drawn)
     if isinstance(state, DiscreteMap) and state.bound:
-        goals = fine.inside.goals.copy()
-        goals[fine.inside.own < 0] = state.inside.goals[state.inside.own < 0]  # pins that were not met stay
-        fine = replace(fine, bound=True, inside=fine.inside._replace(goals=goals))
+        fine = replace(fine, bound=True, inside=fine.inside.with_pins_of(state.inside))  # those not met stay
     return fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
 
 

@@ -1,22 +1,23 @@
 """The stages of a solve, from two outlines in unit coordinates to a map on the last mesh."""
 
-from functools import partial
+from contextlib import suppress
 
 import numpy as np
 
 from ...curve import Curve
+from ...plane import rotation
 from ..constraints.validate import Pins, with_points
 from ..errors import NoMapError, Stuck
 from ..holes.given import Holes
 from ..holes.outlines import manageable_holes
 from ..model.boundary_pairs import Match
 from ..model.discrete_map import DiscreteMap
+from ..model.measures import energy_between
 from ..model.metric import PLANES
 from ..model.outline import manageable
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
 from . import initial_matches, pin_continuation, warm_start
-from .angle_area_tradeoff import leaning, leant
 from .candidates import raced, released, screened
 from .circle_domains import circle_starts
 from .final_mesh import (
@@ -32,7 +33,7 @@ from .final_mesh import (
     meets,
 )
 from .hole_partners import Partners
-from .levels import Level, UnitProblem, eased, score, started
+from .levels import Level, UnitProblem, eased, score, started, turn_factor
 from .similarity import similar_with_holes, similarity
 from .symmetry import Half, half_of, mirrored
 from .via_annulus import ring_matches
@@ -50,6 +51,8 @@ ROUND = 0.95  # 4π · area / length², 1 for a disc and .91 for a hexagon
 COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, of the diagonal
 STEEPEST = 8.0  # slope of a match, relative to the mean, that a coarse mesh follows
 SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
+SYMMETRY_WORTH = 1.03  # times the cost of the best map, up to which one that is its own mirror image is taken
+ASKEW = "The shapes are symmetric, the map is not: no symmetric one without folds costs as little energy."
 
 
 def constrained(
@@ -87,7 +90,7 @@ def with_constraints(
     curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
     curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
     ends = anchors[0], anchors[1]
-    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, ends, bounded=settings.bounded)
+    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, ends)
     return with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
 
 
@@ -104,8 +107,7 @@ def further(
         state = warm_start.continued(level, start, problem)
     except Stuck:
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
-    theta = leaning(problem, state)
-    return lowered(eased(state, problem.theta), theta, settings, journal), meets(problem, state)
+    return lowered(eased(state, problem.theta), problem.theta, settings, journal), meets(problem, state)
 
 
 def mapped(
@@ -118,32 +120,62 @@ def mapped(
     """
     upright = 0.0 if settings.turn is None else UPRIGHT
     simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
-    problem = UnitProblem(simple, goal, settings.theta, upright, bounded=settings.bounded)
+    problem = UnitProblem(simple, goal, settings.theta, upright)
     problem = with_holes(problem, holes, settings)
     same = similarity(source, target, turns=settings.turn is None)
     same = same and similar_with_holes(problem, same)
     if same is not None:
         journal.notes.append("The shapes are similar: the map is the similarity.")
         return onto_itself(problem, same, settings), False
-    upright_pair = settings.turn == 0 and not problem.holed
-    halves = (half_of(source), half_of(target)) if upright_pair else (None, None)
+    halves = (half_of(source), half_of(target)) if settings.turn == 0 and not problem.holed else (None, None)
     if halves[0] and halves[1]:
-        try:
-            return by_halves(problem, halves[0], halves[1], settings, journal)
-        except (Stuck, NoMapError):
-            journal.notes.append("The shapes are symmetric, but no symmetric map without folds was found.")
-    return whole(problem, settings, journal), False
+        return of_symmetric(problem, (halves[0], halves[1]), settings, journal)
+    return whole(*solved(problem, journal), settings, journal), False
 
 
-def whole(problem: UnitProblem, settings: Settings, journal: SolveLog) -> Meshed:
-    """All stages."""
-    used, fine_map = solved(problem, journal)
+def whole(used: UnitProblem, fine_map: DiscreteMap, settings: Settings, journal: SolveLog) -> Meshed:
+    """The map on the final mesh, of what `solved` gives."""
     state = finished(used, fine_map, settings, journal)
     return inverted(state) if used.inverted else state
 
 
+def of_symmetric(
+    problem: UnitProblem, halves: tuple[Half, Half], settings: Settings, journal: SolveLog
+) -> tuple[Meshed, bool]:
+    """The map of two symmetric shapes, and whether it is its own mirror image: it is where that costs little.
+
+    Raises:
+        NoMapError: none without folds was found.
+    """
+    half = free = None
+    half_log, free_log = SolveLog(), SolveLog()
+    with suppress(NoMapError):
+        half = solved(half_problem(problem, halves, settings), half_log, share=0.5)
+    most = np.inf if half is None else cost(half[1], problem.theta, 0.0) / SYMMETRY_WORTH
+    if most > 1:  # no map has an energy below 1
+        try:
+            free = solved(problem, free_log)
+        except NoMapError:
+            if half is None:
+                raise
+    if half is not None and (free is None or cost(free[1], problem.theta, problem.upright) >= most):
+        with suppress(Stuck):
+            found = by_halves(problem, halves, *half, settings, half_log)
+            journal.add(half_log)
+            return found, True
+    journal.add(free_log)
+    journal.notes.append(ASKEW)
+    return whole(*(free or solved(problem, journal)), settings, journal), False
+
+
+def cost(state: DiscreteMap, theta: float, upright: float) -> float:
+    """The energy at q = 1 without the outline's term, made larger the more the picture is turned."""
+    energy = energy_between(state.z, state.u, state.material, theta, state.metrics)
+    return energy * turn_factor(state, upright)
+
+
 def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple[UnitProblem, DiscreteMap]:
-    """All stages but the last, of the problem or of its inverse; and which of the two, with the θ that was settled on.
+    """All stages but the last, of the problem or of its inverse; and which of the two.
 
     Maps that no finer mesh takes over (spirals onto stars) are left on a coarse one with all corners.
 
@@ -170,7 +202,7 @@ def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple
             except Stuck:
                 continue
             if meets(*found):
-                return leant(*found, partial(again, sizes=sizes, journal=journal), state)
+                return found
             closest = closest or found
     if closest is not None:
         return closest
@@ -182,19 +214,6 @@ def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple
     raise NoMapError(
         "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
     )
-
-
-def again(
-    problem: UnitProblem, start: DiscreteMap, sizes: tuple[float, float], journal: SolveLog
-) -> tuple[DiscreteMap, DiscreteMap]:
-    """The coarse map and the fine one, of such mesh sizes, that go on from a coarse one with another θ.
-
-    Raises:
-        Stuck: they fold.
-    """
-    level = Level.of(problem, sizes[0], *COARSE_EXACTNESS, STEEPEST)
-    start = released(level, start, problem)
-    return start, fine(problem, start, sizes[1], journal)
 
 
 def coarse_size(problem: UnitProblem) -> float:
@@ -230,26 +249,36 @@ def inverted(state: Meshed) -> Sketch:
     return Sketch(*given, loops, filled, state.weights, state.metrics[::-1])
 
 
-def by_halves(
-    problem: UnitProblem, source: Half, target: Half, settings: Settings, journal: SolveLog
-) -> tuple[Meshed, bool]:
-    """The map of the right halves, mirrored; carried to the outlines given where those are not quite symmetric."""
-    roots = np.sqrt([source.curve.area, target.curve.area])
-    curves = [Curve(half.curve.z / root) for half, root in zip((source, target), roots)]
-    anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, (source, target))]
+def half_problem(problem: UnitProblem, halves: tuple[Half, Half], settings: Settings) -> UnitProblem:
+    """That of the right halves, of area one, the ends of their axes pinned."""
+    curves = [Curve(half.curve.z / np.sqrt(half.curve.area)) for half in halves]
+    anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, halves)]
     simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
-    both = anchors[0], anchors[1]
-    half_problem = UnitProblem(simple, goal, problem.theta, 0.0, both, halved=True, bounded=problem.bounded)
-    used, half = solved(half_problem, journal, share=0.5)
-    exact = max(source.asymmetry, target.asymmetry) < SYMMETRIC_ENOUGH * settings.tolerance
+    return UnitProblem(simple, goal, problem.theta, 0.0, (anchors[0], anchors[1]), halved=True)
+
+
+def by_halves(
+    problem: UnitProblem,
+    halves: tuple[Half, Half],
+    used: UnitProblem,
+    half: DiscreteMap,
+    settings: Settings,
+    journal: SolveLog,
+) -> Meshed:
+    """The map of the right halves, mirrored; carried to the outlines given where those are not quite symmetric.
+
+    Raises:
+        Stuck: it folds on the final mesh.
+    """
+    exact = max(side.asymmetry for side in halves) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:
         half = last(used, half, settings, journal, share=0.5)
-    outline = 1 + int(np.searchsorted(half.pairs.s, half.axis - 1e-9))
+    outline = 1 + int(np.searchsorted(half.pairs.s, half.matched.axis - 1e-9))
     z, u = (half.u, half.z) if used.inverted else (half.z, half.u)
     z, u, faces, border = mirrored(z, u, half.faces, half.border, outline)
-    sketch = Sketch(z * roots[0] + source.axis, u * roots[1] + target.axis, faces, border)
-    whole_problem = problem._replace(theta=used.theta)
-    return (sketch if exact else finished(whole_problem, sketch, settings, journal)), True
+    z, u = (w * np.sqrt(side.curve.area) + side.axis for w, side in zip((z, u), halves))
+    sketch = Sketch(z, u, faces, border)
+    return sketch if exact else finished(problem, sketch, settings, journal)
 
 
 def coarse(
@@ -328,6 +357,6 @@ def onto_itself(problem: UnitProblem, match: Match, settings: Settings) -> Meshe
     """The similarity on a mesh."""
     size = np.sqrt(TRIANGLES_PER_AREA / settings.triangles)
     state = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE).mapped(match)
-    turn = np.vdot(state.z[: state.border], state.u[: state.border])
-    loops = state.holes.loops
-    return Sketch(state.z, state.z * turn / abs(turn), state.faces, state.border, loops=loops)
+    turn = rotation(state.z[: state.border], state.u[: state.border])
+    loops = state.loops
+    return Sketch(state.z, state.z * turn, state.faces, state.border, loops=loops)

@@ -7,16 +7,16 @@ import numpy as np
 from ... import progress
 from ...arrays import Complex
 from ..constraints import strokes
+from ..constraints.strokes import StrokePair
 from ..errors import Stuck
 from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.boundary_pairs import Match
 from ..model.discrete_map import DiscreteMap, folds
-from ..model.inner_constraints import InnerConstraints
 from ..model.settings import SolveLog
 from . import initial_matches
 from .grid_paths import route
-from .homotopy import MOVING_DECREASE, STAGE_STEPS, in_stages, way_to
+from .homotopy import MOVING_DECREASE, brought, moved
 from .levels import (
     BACKWARD,
     GOOD_ENOUGH,
@@ -31,7 +31,6 @@ from .levels import (
 )
 
 FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
-MOVING_STEPS = 40  # of Newton while pins move (by hand)
 BROUGHT = 6  # starts, best without pins, that are tried harder where none met its pins
 LED = 2  # of these, whose pins are led around each other where none met them still
 HELD_STEPS = 10  # of unfolding around held pins; where it works, it mostly does in so many
@@ -46,49 +45,16 @@ STRETCHED = "The pins force strong stretch: the energy is over three times that 
 RELEASES = 2  # rounds of released corners with pins held
 
 
-def aimed(level: Level, state: DiscreteMap, even: float) -> DiscreteMap:
+def aimed(pairs: tuple[StrokePair, ...], state: DiscreteMap, even: float) -> DiscreteMap:
     """The map with strokes whose ends slide aimed at places beside where they are."""
-    u = state.u[state.border : state.border + state.inside.z.size]
-    return replace(state, inside=strokes.aimed(state.inside, level.strokes, u, even))
-
-
-def bound(state: DiscreteMap) -> DiscreteMap:
-    """The map with its constraints in force."""
-    return replace(state, bound=True)
-
-
-def moved(state: DiscreteMap, theta: float) -> DiscreteMap:
-    """The map with pins moved straight to their goals as far as they go."""
-    return bound(state).forward(theta, 1.0, MOVING_STEPS, MOVING_DECREASE, corners=True)
-
-
-def turned_to_goals(state: DiscreteMap, theta: float) -> DiscreteMap:
-    """The map with pins moved to their goals in stages."""
-    goals = state.inside.goals
-    way = way_to(state.u[state.border : state.border + goals.size], goals)
-
-    def to(state: DiscreteMap, aims: Complex) -> DiscreteMap:
-        aimed = replace(state, inside=state.inside._replace(goals=aims), bound=True)
-        return aimed.forward(theta, 1.0, STAGE_STEPS, MOVING_DECREASE, corners=True)
-
-    state = in_stages(state, way, to)
-    return replace(state, inside=state.inside._replace(goals=goals))
-
-
-def brought(state: DiscreteMap, theta: float) -> DiscreteMap:
-    """The map with pins at their goals, straight or in stages; or as close as they got."""
-    straight = moved(state, theta)
-    if straight.miss == 0:
-        return straight
-    turned = turned_to_goals(replace(state, bound=False), theta)
-    return min(turned, straight, key=lambda each: each.miss)
+    return replace(state, inside=strokes.aimed(state.inside, pairs, state.u[state.inner], even))
 
 
 def led(level: Level, state: DiscreteMap, theta: float) -> DiscreteMap:
     """The map with its pins led to their goals one after the other, the nearest first, along ways around the others and
     the outline; or as far as that goes."""
     goals = state.inside.goals
-    state = held_where_they_are(state)
+    state = state.held()
     for pin in np.argsort(np.abs(goals - state.inside.goals), kind="stable"):
         here = state.inside.goals
         for place in route(level.target.curve, here[pin], goals[pin], np.delete(here, pin)):
@@ -96,17 +62,17 @@ def led(level: Level, state: DiscreteMap, theta: float) -> DiscreteMap:
             aims[pin] = place
             state = stepped(level, state, aims, theta)
             if state.miss > 0:
-                return replace(state, inside=state.inside._replace(goals=goals))
+                return state.with_goals(goals)
     return state
 
 
 def stepped(level: Level, state: DiscreteMap, aims: Complex, theta: float) -> DiscreteMap:
     """The map with its pins moved straight, on new meshes where they get stuck; or as close as they got."""
     for attempt in range(1 + REMESHES):
-        tried = moved(replace(state, inside=state.inside._replace(goals=aims)), theta)
+        tried = moved(state.with_goals(aims), theta)
         if tried.miss == 0 or attempt == REMESHES:
             break
-        rested = held_where_they_are(tried).forward(theta, 1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
+        rested = tried.held().forward(theta, 1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
         try:
             sizes = mesh_sizes.graded(rested.z, rested.u, rested.faces, 0.5 * level.size**2)
             state = refined(level, rested, sizes, only=HELD_STEPS)
@@ -146,7 +112,7 @@ def screened(
         except Stuck:
             failed += 1
     free = min((state.energy for state in states), default=np.inf)
-    states = [aimed(level, state, BESIDE) for state in states]
+    states = [aimed(level.strokes, state, BESIDE) for state in states]
     straight = (moved(state, problem.theta) for state in progress.counted("pins moved", states))
     ends = sorted(straight, key=lambda s: rank(s, problem.upright))
     if ends and ends[0].miss > 0:
@@ -193,7 +159,7 @@ def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None 
     except Stuck:
         relaxed = state.forward(theta, 1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)
         new = refined(level, relaxed, sizes)
-    new = brought(replace(new, inside=with_goals_of(state, new)), theta)
+    new = brought(replace(new, inside=new.inside.with_pins_of(state.inside)), theta)
     if new.miss > 0:
         raise Stuck("the constraints are not met on a new mesh")
     return new
@@ -214,17 +180,10 @@ def again(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap
     """The map with pins met that coarser meshes left on their way; as it is where they are not met on this one."""
     if problem.strokes:
         return state
-    free = replace(state, inside=state.inside._replace(goals=problem.pins[:, 1].copy()), bound=False)
+    free = replace(state.with_goals(problem.pins[:, 1].copy()), bound=False)
     new = brought(free, problem.theta)
     new = new if new.miss == 0 else led(level, free, problem.theta)
     return new if new.miss == 0 else state
-
-
-def with_goals_of(state: DiscreteMap, new: DiscreteMap) -> InnerConstraints:
-    """What is constrained in a new map, pins with the goals that they have in the old one."""
-    goals = new.inside.goals.copy()
-    goals[new.inside.own < 0] = state.inside.goals[state.inside.own < 0]
-    return new.inside._replace(goals=goals)
 
 
 def coarse(level: Level, matches: list[Match], problem: UnitProblem, journal: SolveLog) -> DiscreteMap:
@@ -245,14 +204,8 @@ def coarse(level: Level, matches: list[Match], problem: UnitProblem, journal: So
     elif problem.strokes:
         best = settled(level, replace(states[0], bound=False), problem)
     else:
-        best = settled(level, held_where_they_are(states[0]), problem)
+        best = settled(level, states[0].held(), problem)
     earlier = [note for note in journal.notes if note != STRETCHED]  # an attempt given up may have noted it
     journal.notes = [*earlier, STRETCHED] if best.energy > STRONG * free else earlier
     journal.level("coarse", best, 1.0)
     return best
-
-
-def held_where_they_are(state: DiscreteMap) -> DiscreteMap:
-    """The map with its inner constraints asking for no more than is."""
-    u = state.u[state.border : state.border + state.inside.z.size].copy()
-    return replace(state, inside=state.inside._replace(goals=u), bound=True)

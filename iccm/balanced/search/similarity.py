@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...curve import Curve
+from ...plane import rotation
 from ..model.boundary_pairs import HoleMatch, Match
 from .levels import UnitProblem
 
@@ -24,8 +25,7 @@ def similarity(source: Curve, target: Curve, *, turns: bool) -> Match | None:
     found = []
     for start in _far_vertices(target, np.abs(source.z).max()):
         v = target.at(start + target.length * steps)
-        product = complex(np.vdot(w, v))
-        turn = product / abs(product) if turns else 1.0
+        turn = rotation(w, v) if turns else 1.0
         if np.abs(turn * w - v).max() < SAME * 10:
             found.append((abs(np.angle(turn)), start))
     if not found:
@@ -46,8 +46,7 @@ def similar_with_holes(problem: UnitProblem, match: Match) -> Match | None:
         return None
     w = problem.source.at(match.s[:1] + problem.source.length * np.arange(SAMPLES) / SAMPLES)
     v = problem.target.at(match.tau[:1] + problem.target.length * np.arange(SAMPLES) / SAMPLES)
-    turn = complex(np.vdot(w, v))
-    found = [_same(hole, problem.holes[1], turn / abs(turn)) for hole in problem.holes[0]]
+    found = [_same(hole, problem.holes[1], rotation(w, v)) for hole in problem.holes[0]]
     holes = tuple(HoleMatch(i, *pair) for i, pair in enumerate(found) if pair)
     as_wished = set(problem.partners) <= {(hole.source, hole.target) for hole in holes}
     return match._replace(holes=holes) if len(holes) == len(found) and as_wished else None

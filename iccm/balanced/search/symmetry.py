@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ...arrays import Complex, Index
+from ...arrays import Complex, Index, complex_of
 from ...curve import Curve
 
 SYMMETRIC = 5e-3
@@ -42,7 +42,7 @@ def half_of(curve: Curve) -> Half | None:
     right = polygon.intersection(shapely.box(0, low.imag - 1, high.real - low.real + 1, high.imag + 1))
     if right.geom_type != "Polygon" or len(right.interiors):
         return None
-    ring = shapely.get_coordinates(shapely.geometry.polygon.orient(right).exterior)[:-1] @ np.array([1, 1j])
+    ring = complex_of(shapely.get_coordinates(shapely.geometry.polygon.orient(right).exterior)[:-1])
     return _begun_at_axis(ring, axis, worst)
 
 

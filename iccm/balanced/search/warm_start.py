@@ -9,13 +9,15 @@ from ...curve import Curve
 from ...linalg.cholesky import system_of
 from ..meshing.mesh import closed_links
 from ..model import mesh_sizes
+from ..model.boundary import MatchedBoundary, MeshHoles
 from ..model.boundary_pairs import Pairs
-from ..model.discrete_map import DiscreteMap, MeshHoles
+from ..model.discrete_map import DiscreteMap
 from ..model.inner_constraints import InnerConstraints
 from ..model.outline import Outline
 from ..model.sketch import Sketch
+from .homotopy import brought
 from .levels import EVENED, Level, UnitProblem, refined
-from .pin_continuation import aimed, brought, held_where_they_are, led
+from .pin_continuation import aimed, led
 
 SAME = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
 
@@ -32,12 +34,12 @@ def continued(level: Level, start: Sketch, problem: UnitProblem) -> DiscreteMap:
     if not state.inside.z.size:
         return state
     if level.strokes:  # corners of theirs get vertices where the earlier map has them
-        state = refined(level, aimed(level, state, EVENED))
+        state = refined(level, aimed(level.strokes, state, EVENED))
     new = brought(replace(state, bound=False), problem.theta)
     new = new if new.miss == 0 or problem.strokes else led(level, new, problem.theta)
     if new.miss == 0:
         return new
-    return replace(state, bound=False) if problem.strokes else held_where_they_are(new)
+    return replace(state, bound=False) if problem.strokes else new.held()
 
 
 def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
@@ -65,11 +67,12 @@ def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
     faces = place[start.faces]
     around = closed_links([each.s.size for each in rims])
     following = np.append(around, start.border + np.arange(len(level.pins)))
+    holes = MeshHoles(tuple(outlines[1:]), start.loops)
     return DiscreteMap(
-        level.source, level.target, faces, system_of(faces, following, order.size), start.z[order],
-        start.u[order], pairs, anchored, inside=InnerConstraints.of_pins(level.pins),
-        holes=MeshHoles(tuple(outlines[1:]), start.loops),
-    )  # fmt: skip
+        *(faces, system_of(faces, following, order.size), start.z[order], start.u[order]),
+        MatchedBoundary(level.source, level.target, pairs, anchored, holes=holes),
+        inside=InnerConstraints.of_pins(level.pins),
+    )
 
 
 def _pairs_on(source: Outline, target: Outline, z: Complex, u: Complex) -> Pairs | None:

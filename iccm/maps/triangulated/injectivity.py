@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Complex, Real
+from ...plane import TINY, UNIT, orientation
 from ..injectivity import Certificate
 from .adjacency import Edges, Index
 from .patches import bernstein, gradients, slides
-from .predicates import TINY, UNIT, orientation
 from .simple import fault
 
 # Error of a Bernstein coefficient relative to the product of its operands' sums of absolute values: an operand takes

@@ -12,6 +12,7 @@ from ...arrays import Complex, Real
 from ...buckets import BucketGrid
 from ...jit import kernel
 from ...parallel import over_slices
+from ...plane import diagonal
 from .adjacency import Index
 
 STEPS = 12
@@ -44,8 +45,7 @@ class PatchLocator:
     @cached_property
     def rounding(self) -> float:
         """How far outside its patch a point may lie."""
-        corners = self.control[:, :3]
-        return ROUNDING * float(np.hypot(np.ptp(corners.real), np.ptp(corners.imag)))
+        return ROUNDING * diagonal(self.control[:, :3])
 
     @cached_property
     def grid(self) -> BucketGrid:

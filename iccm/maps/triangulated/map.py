@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ...arrays import Complex, Real
+from ...plane import diagonal
 from ..boundary_image import BoundaryImage
 from .adjacency import Edges, Index, edges_of
 from .evaluation import evaluate
@@ -81,12 +82,12 @@ class TriangulatedMap:
     @cached_property
     def diagonal(self) -> float:
         """Length of the diagonal of the source's bounding box."""
-        return _diagonal(self.source)
+        return diagonal(self.source)
 
     @cached_property
     def image_diagonal(self) -> float:
         """Length of the diagonal of the image's bounding box."""
-        return _diagonal(self.image)
+        return diagonal(self.image)
 
     def __call__(self, z: Complex, threads: int | None = None) -> Complex:
         """f at points of any shape."""
@@ -232,7 +233,3 @@ def inverted(p: Complex, q: Complex) -> tuple[Complex, Complex]:
     with np.errstate(divide="ignore", invalid="ignore"):
         jacobian = np.abs(p) ** 2 - np.abs(q) ** 2
         return p.conj() / jacobian, -q / jacobian
-
-
-def _diagonal(z: Complex) -> float:
-    return float(np.hypot(np.ptp(z.real), np.ptp(z.imag)))

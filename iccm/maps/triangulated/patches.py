@@ -16,6 +16,7 @@ is taken, so that the outline stays the polyline that it is; so it is on edges t
 import numpy as np
 
 from ...arrays import Complex, Real
+from ...plane import cross
 from .adjacency import Edges, Index
 
 LEAST, MOST = (
@@ -29,11 +30,6 @@ BEND = 4.0  # most that a bulge moves a corner past a triangle's height, in heig
 SHRINK = 0.7  # of the bulges of a triangle that does not keep them
 SLIVER = 1e-9  # of the squared sides: a smaller area leaves too few digits for the Bernstein coefficients
 ROUNDS = 40  # of shrinking; 0.7^40 = 6e-7 is as good as linear, which is what is left takes
-
-
-def cross(a: Complex, b: Complex) -> Real:
-    """The determinant of two vectors, twice the signed area between them."""
-    return a.real * b.imag - a.imag * b.real
 
 
 def gradients(faces: Index, image: Complex, source: Complex) -> tuple[Complex, Complex]:

@@ -4,8 +4,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from ...arrays import Complex
-from .predicates import orientation
+from ...arrays import Complex, xy_of
+from ...plane import orientation
 
 
 def fault(loops: list[Complex]) -> str:
@@ -46,7 +46,7 @@ def _touching(loops: list[Complex]) -> bool:
 def _near(a: Complex, b: Complex) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Pairs i < j of segments whose bounding boxes meet."""
     ends = np.stack([a, b], axis=1)
-    segments = shapely.linestrings(np.stack([ends.real, ends.imag], axis=-1))
+    segments = shapely.linestrings(xy_of(ends))
     i, j = shapely.STRtree(segments).query(segments)
     return i[i < j], j[i < j]
 

@@ -1,1 +1,5 @@
-"""Figures of a run: what `--plot` writes."""
+"""Figures of a run: what `--plot` writes.
+
+domains   grids, energy and distortion of a map
+surfaces  a mesh's flattening, and its textured surface
+"""

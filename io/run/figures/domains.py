@@ -19,6 +19,7 @@ from matplotlib.ticker import FuncFormatter
 
 from ....arrays import xy_of
 from ....maps.harmonic import area_scale, dilatation
+from ....plane import bounding_box, longer_side
 from ..report import summary
 
 if TYPE_CHECKING:
@@ -52,11 +53,8 @@ def grid(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Grid lines inside an outline: (lines, points) complex arrays, NaN outside and in holes, first across and then
     up."""
-    low, high = (
-        complex(outline.real.min(), outline.imag.min()),
-        complex(outline.real.max(), outline.imag.max()),
-    )
-    step = max((high - low).real, (high - low).imag) / lines
+    low, high = bounding_box(outline)
+    step = longer_side(low, high) / lines
     columns = np.arange(low.real + step / 2, high.real, step)
     rows = np.arange(low.imag + step / 2, high.imag, step)
     x, y = np.linspace(low.real, high.real, per_line), np.linspace(low.imag, high.imag, per_line)
@@ -110,7 +108,7 @@ def _apply(evaluate: Any, z: np.ndarray) -> np.ndarray:
 
 
 def _strands(axes: Any, lines: np.ndarray, colour: str) -> None:
-    points = np.stack([lines.real, lines.imag], axis=-1)
+    points = xy_of(lines)
     axes.add_collection(LineCollection(list(points), colors=colour, linewidths=0.7))
 
 
@@ -155,7 +153,7 @@ def _distortion(run: Run, figure: Any, left: Any, right: Any) -> None:
     """log10 of the area scale (relative to its median) and the dilatation, over the source."""
     outline = run.fit.source.z
     low, high = run.fit.source.box
-    step = max((high - low).real, (high - low).imag) / PIXELS
+    step = longer_side(low, high) / PIXELS
     x, y = np.arange(low.real + step / 2, high.real, step), np.arange(low.imag + step / 2, high.imag, step)
     margin, holes = 1e-3 * run.fit.source.diagonal, run.fit.openings[0]
     z = _inside(x[None, :] + 1j * y[:, None], run.fit.map.polygon, margin, holes)
@@ -201,7 +199,7 @@ def _folded(axes: Any, area: np.ndarray, extent: tuple) -> None:
 
 def _words(run: Run, axes: Any) -> None:
     axes.set_axis_off()
-    lines = [run.fit.status.value, "", *summary(run.found)]
+    lines = [run.fit.status.value, "", *summary(run.fit_report)]
     wrapped = [
         part
         for number, line in enumerate(lines)

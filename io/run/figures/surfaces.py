@@ -10,7 +10,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ....arrays import Complex
+from ....arrays import Complex, xy_of
 from ....maps.approximation import AnyMap
 from ....maps.extended_inverse import ExtendedInverse
 from ....meshes.render import render
@@ -113,5 +113,5 @@ def _pins(axes: Axes, map: AnyMap | None, pins: Complex) -> None:
 
 
 def _strands(axes: Axes, lines: Complex, colour: str, width: float) -> None:
-    points = np.stack([lines.real, lines.imag], axis=-1)
+    points = xy_of(lines)
     axes.add_collection(LineCollection(list(points), colors=colour, linewidths=width))

@@ -1,14 +1,24 @@
-"""What a run writes, a module for each kind of output; one is imported when it is wanted."""
+"""The outputs of a run, a module for each kind; one is imported when it is wanted.
+
+output         what every kind of output is asked
+checks         checks that several kinds share
+picture        the texture on the target's canvas
+artwork        the drawing as SVG
+textured_mesh  the mesh with new texture coordinates
+baked          the texture in the mesh's own layout
+stmap          the map as a picture
+plot           the figure
+"""
 
 from copy import copy
 from importlib import import_module
 
 from ....errors import InputError
-from ... import formats
+from ... import files, formats
 from ...pictures.tiles import MARK, name_of, number_of
 from ...spec import Spec
 from ..inputs import Inputs
-from ..job import Job, is_picture
+from ..job import STEM, WRITTEN, Job, is_picture, pair_outputs
 from ..state import Run
 from . import checks
 from .output import Output
@@ -23,43 +33,56 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
     onto_mesh = job.target is not None and inputs.is_mesh(job.target)
     if job.bake and not onto_mesh:
         raise InputError(f"{job.target or job.source}: --bake needs a mesh as target")
-    found = [_made(_kind(name, job), name) for name in job.output]
+    found = [_load(_kind(name, job), name) for name in job.output]
     for output, map in zip((each for each in found if is_picture(each.name)), job.maps):
         output.map = map
-    found += [_made("plot.Plot", job.plot)] if job.plot else []
-    found += [_made("stmap.STMap", job.stmap)] if job.stmap else []
+    found += [_load("plot.Plot", job.plot)] if job.plot else []
+    found += [_load("stmap.STMap", job.stmap)] if job.stmap else []
     for output in found:
         output.suit(job, onto_mesh)
     return found
 
 
-def check(run: Run, outputs: list[Output]) -> None:
-    """Refuse before the solving what the outputs would refuse after it, and tell what is left out of the texture.
+def check(run: Run, wanted: list[Output]) -> list[Output]:
+    """The outputs, one for each tile in the place of those whose names hold `<UDIM>`. Refuses before the solving what
+    they would refuse after it, and tells what is wrong with the inputs.
 
     Raises:
         InputError: as each of them says, and a texture that cannot be carried.
     """
+    from ...shapes.holes import about
+
+    outputs = [
+        each for output in wanted for each in (_tiles_of(run, output) if MARK in output.name else [output])
+    ]
+    known = {output.name for output in wanted}
+    _check_others(run, [output.name for output in outputs if output.name not in known])
     for output in outputs:
-        output.check(run.showing(output.map))
+        output.check(run.with_texture(output.map))
     checks.source(run)
     if run.job.texture:
         checks.texture(run)
         if not any(output.shows for output in outputs):
             run.note(f"{run.job.texture}: nothing that is written shows it; a picture (-o FILE.png) does")
+    _check_others(run, [name for output in outputs for name in output.beside(run)])
+    told = [f"{shape.spec}: {note}" for pair in run.pairs for shape in pair for note in shape.notes]
+    for note in [*told, *about(run.pairs, keep=run.job.holes == "keep", mapped=run.job.holed)]:
+        run.note(note)
+    return outputs
 
 
-def expanded(run: Run, outputs: list[Output]) -> list[Output]:
-    """The outputs, one for each tile in the place of those whose names hold `<UDIM>`.
+def _check_others(run: Run, names: list[str]) -> None:
+    """Check files that are written beside those that the job names."""
+    if names:
+        files.check_outputs(names, run.inputs.named, force=run.job.force, taken=run.job.outputs)
+
+
+def _tiles_of(run: Run, output: Output) -> list[Output]:
+    """The output for each tile of the target's layout.
 
     Raises:
         InputError: what is written there has no tiles, or something lies beside those that have numbers.
     """
-    return [
-        each for output in outputs for each in (_tiles_of(run, output) if MARK in output.name else [output])
-    ]
-
-
-def _tiles_of(run: Run, output: Output) -> list[Output]:
     if not (output.tiles and run.target.has_uv and (run.job.bake or run.target.is_layout)):
         cure = f"use --bake, or {run.target.spec}#uv as the target"
         raise InputError(f"{output.name}: tiles are for pictures of a mesh's own texture coordinates; {cure}")
@@ -90,9 +113,29 @@ def _kind(name: str, job: Job) -> str:
     return "baked.Baked" if job.bake else "picture.Picture"
 
 
-def _made(kind: str, name: str) -> Output:
+def _load(kind: str, name: str) -> Output:
     module, _, made = kind.partition(".")
     return getattr(import_module(f".{module}", __name__), made)(name)
+
+
+def name_outputs(job: Job, inputs: Inputs) -> Job:
+    """The job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else.
+
+    Raises:
+        InputError: that mesh would not show the texture.
+    """
+    if job.output or any(getattr(job, field) for field in WRITTEN):
+        return job
+    specs = [Spec.of(spec) for spec in (job.source, job.target) if spec]
+    names = [spec.path.stem + (f"#{spec.chosen}" if spec.chosen else "") for spec in specs]
+    name = "-".join(names if job.target else [*names, "deformed"]).replace("#", "-")
+    suffix = suffix_for(job, inputs)
+    if len(job.maps) > 1:
+        name, suffix = f"{name}-{STEM}", ".png"
+    try:
+        return job.model_copy(update={"output": pair_outputs([name + suffix], job.maps)})
+    except ValueError as error:
+        raise InputError(str(error)) from None
 
 
 def suffix_for(job: Job, inputs: Inputs) -> str:

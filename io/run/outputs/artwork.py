@@ -51,6 +51,6 @@ class Artwork(Output):
         """All of it, and notes on what was cut off or left out."""
         with run.phases.timed("artwork"):
             carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
-            target = replace(run.target, box=framing.shown(run.job, run.target))
+            target = replace(run.target, box=framing.picture_box(run.job, run.target))
             for note in carry_parts(carried, target, path):
                 run.note(note)

@@ -20,7 +20,7 @@ from ...pictures import image_files
 from ...pictures.tiles import number_of
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
-from .. import raster_size
+from .. import framing
 from ..state import Run
 from . import checks
 from .picture import Picture
@@ -56,7 +56,7 @@ class Baked(Picture):
                 **options,
             )
             made = run.image.with_pixels(pixels, run.image.alpha)
-        told(run, figures, self.tile)
+        report_bake(run, figures, self.tile)
         with run.phases.timed("write"):
             image_files.write(path, made)
 
@@ -132,7 +132,7 @@ def baked_parts(
     ]
 
 
-def told(run: Run, figures: dict[str, Any], tile: complex | None) -> None:
+def report_bake(run: Run, figures: dict[str, Any], tile: complex | None) -> None:
     """Report what was found in baking, a tile by its number, and say what a person should know."""
     if tile is None:
         run.figures |= figures
@@ -156,4 +156,4 @@ def size(run: Run) -> tuple[int, int]:
     if run.tiles:
         across = run.tiles[1] - run.tiles[0]
         width, height = width // int(across.real), height // int(across.imag)
-    return raster_size.bounded(run.job.size or (width, height), complex(width, height), run.job.max_pixels)
+    return framing.size_within(run.job.size or (width, height), complex(width, height), run.job.max_pixels)

@@ -1,19 +1,19 @@
-"""What several kinds of output check before the solving; remarks that are made twice are told once."""
+"""Checks before the solving that several kinds of output share; remarks that are made twice are told once."""
 
 from __future__ import annotations
 
 from ....pixels.texture import MENDING, check_kind, strip_bytes
 from ...shapes.shape import Shape
-from .. import framing, raster_size
+from .. import framing
 from ..state import Run
-from ..texture import textured
+from ..texture import has_texture
 
 
 def source(run: Run) -> None:
     """Note which of a mesh source's textures is carried, if any."""
     if not run.source.is_mesh:
         return
-    if not textured(run.job, run.source):
+    if not has_texture(run.job, run.source):
         run.note(f"{run.source.spec}: names no texture; give one with --texture")
         return
     pictures = dict.fromkeys(picture for source, _ in run.pairs for picture in source.pictures)
@@ -30,7 +30,7 @@ def texture(run: Run) -> None:
     Raises:
         InputError: it cannot be read, or has fewer channels than its kind needs.
     """
-    for note in (*run.image.notes, *framing.stretched(run.job, run.source, run.image.pixels.shape)):
+    for note in (*run.image.notes, *framing.stretch_notes(run.job, run.source, run.image.pixels.shape)):
         run.note(note)
     check_kind(run.job.kind, run.image.pixels.shape[2], run.job.texture or run.job.source)
 
@@ -68,7 +68,7 @@ def canvas(run: Run, tile: complex | None = None) -> tuple[int, int]:
     """
     for note in framing.remarks(run.job, run.source, run.target) if tile is None else ():
         run.note(note)
-    return raster_size.canvas_size(run.job, run.target)
+    return framing.canvas_size(run.job, framing.picture_box(run.job, run.target))
 
 
 def room(run: Run) -> None:

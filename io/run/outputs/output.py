@@ -1,4 +1,4 @@
-"""What every kind of output is: asked in this order, by `io.run.execute`."""
+"""The interface of every kind of output; `io.run.execute` calls its methods in this order."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from ....pixels.canvas import Diagnostics
 from ....pixels.warp import Warp, band_bytes, padded, whole, whole_bytes
 from ... import formats
 from ...pictures import image_files
-from ...pictures.image import Image, straight
+from ...pictures.image import Image, unassociate
 from ..blank_picture import Colours
 from ..job import Job
 from ..state import Run
@@ -65,7 +65,7 @@ class Picture(Output):
         job, suffix, format = run.job, formats.suffix_of(self.name), self._format
         path = formats.written(self.name)
         image_files.check(path, image, height, width)
-        if clipped := image_files.clipped(path, run.image):
+        if clipped := image_files.clipping_note(path, run.image):
             run.note(f"{self.name}: {clipped}")
         as_stored = job.kind != "colour" or job.filter == "nearest"
         kept = format.hidden or (format.light == "linear" and format.alpha and image.associated)
@@ -99,11 +99,11 @@ class Picture(Output):
             each = whole_bytes(canvas.height, canvas.width, work.channels, work.dtype.itemsize)
             run.room.threads(1, each, PADDED)
             warped = whole(work, threads=run.threads)
-            image = straight(run.image.with_pixels(warped.pixels, warped.alpha))
+            image = unassociate(run.image.with_pixels(warped.pixels, warped.alpha))
             image = replace(image, pixels=padded(image.pixels, image.alpha, job.padding or 0, job.fill))
         colours = Colours()
         colours.see(warped.pixels, warped.alpha)
-        _told(run, colours, warped.diagnostics)
+        _report_pixels(run, colours, warped.diagnostics)
         return image
 
     def _stream(self, run: Run, path: Path) -> None:
@@ -118,10 +118,10 @@ class Picture(Output):
             work, colours = self._warp(run), Colours()
             like = replace(run.image, alpha=work.alpha)
             image_files.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
-        _told(run, colours, work.diagnostics)
+        _report_pixels(run, colours, work.diagnostics)
 
 
-def _told(run: Run, colours: Colours, seen: Diagnostics) -> None:
+def _report_pixels(run: Run, colours: Colours, seen: Diagnostics) -> None:
     """Report what became of the pixels, and say so when they show nothing."""
     run.figures["pixels"] = seen.as_dict()
     textured = bool(run.job.texture) and run.job.texture_box != "bbox" and not run.on_mesh

@@ -39,13 +39,13 @@ class STMap(Output):
 
     def write(self, run: Run, path: Path) -> None:
         """Rows as they are computed; a baked one at once."""
-        box, job = framing.covered(run.job, run.source), run.job
+        box, job = framing.texture_box(run.job, run.source), run.job
         with run.phases.timed("resample"):
             if not job.bake:
                 place, room = _placing(run), run.room
                 stmap_files.write(
                     path,
-                    run.laid,
+                    run.in_layout,
                     box,
                     run.canvas_of(self.tile),
                     placing=place,
@@ -58,12 +58,12 @@ class STMap(Output):
             placed = baked.baked_parts(parts, flat(box), run.threads, _unit(run))
             st, figures = baking.bake_stmap(placed, grid, padding=job.padding, threads=run.threads)
             stmap_files.write_whole(path, st)
-        baked.told(run, figures, self.tile)
+        baked.report_bake(run, figures, self.tile)
 
 
 def _placing(run: Run) -> Placing | None:
     """Where points of a mesh lie in a texture of one texel; None for what lies flat in the plane."""
-    lying = flat(framing.covered(run.job, run.source))
+    lying = flat(framing.texture_box(run.job, run.source))
     if run.source.is_layout:
         return flat((0j, complex(run.source.aspect, 1))) if run.tiles else Repeated(lying)
     return run.whole(0).placing(lying, _unit(run)) if run.source.has_uv else None

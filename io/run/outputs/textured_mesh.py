@@ -18,10 +18,10 @@ from ....surfaces.boundary_slivers import lifted, opened
 from ... import formats
 from ...materials import carried_maps
 from ...meshes import mesh_files, obj_materials
-from ...shapes.mesh_parts import joined
+from ...shapes.mesh_parts import join
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
-from ..framing import covered
+from ..framing import texture_box
 from ..job import Job
 from ..state import Run
 from .baked import Parts, parts_of
@@ -42,7 +42,7 @@ class TexturedMesh(Output):
         if not onto_mesh:
             raise InputError(f"{self.name}: a mesh is written for a mesh as target; {job.target} is none")
         formats.check(self.name, "uv", "-o")
-        if _normals(job) is None:
+        if _normal_map(job) is None:
             return
         if self.name.lower().endswith(".ply"):
             raise InputError(f"{self.name}: PLY has no place for a normal map; use .glb or .obj")
@@ -56,26 +56,30 @@ class TexturedMesh(Output):
         for source, _ in run.pairs:
             if source.is_mesh:
                 _ = as_mesh(source).uv_faces
-        for path in _unshown(run.job):
+        for path in _textures_not_shown(run.job):
             run.note(f"{self.name}: does not show {path}; a mesh shows a --texture of colours and a --normal")
-        for texture in (_shown(run), _normals(run.job)):
+        for texture in (_shown_texture(run), _normal_map(run.job)):
             mesh_files.check_texture(Path(self.name), texture)
         if run.job.carry_maps:
             carried_maps.check(as_mesh(run.target).file, self.name)
 
     def beside(self, run: Run) -> list[str]:
         """Material library and picture."""
-        found = obj_materials.written_beside(Path(self.name), _shown(run), _normals(run.job))
+        found = obj_materials.written_beside(Path(self.name), _shown_texture(run), _normal_map(run.job))
         if run.job.carry_maps:
-            file, shown = as_mesh(run.whole(1)).file, _shown(run) is not None
+            file, shown = as_mesh(run.whole(1)).file, _shown_texture(run) is not None
             found += [name for name in carried_maps.beside(file, self.name, shown=shown) if name not in found]
         return found
 
     def write(self, run: Run, path: Path) -> None:
         """The mesh, and what stands beside it."""
-        box, name = covered(run.job, run.source), Path(self.name)
-        options: dict[str, Any] = {"texture": _shown(run), "force": run.job.force, "threads": run.threads}
-        options |= {"carry_maps": run.job.carry_maps, "normals": _normals(run.job)}
+        box, name = texture_box(run.job, run.source), Path(self.name)
+        options: dict[str, Any] = {
+            "texture": _shown_texture(run),
+            "force": run.job.force,
+            "threads": run.threads,
+        }
+        options |= {"carry_maps": run.job.carry_maps, "normals": _normal_map(run.job)}
         with run.phases.timed("write"):
             figures = new_uvs(parts_of(run), box, path, name=name, **options)
         for note in figures.pop("material_notes"):
@@ -84,12 +88,12 @@ class TexturedMesh(Output):
         run.figures |= figures | {"also_written": [*before, *figures["also_written"]]}
 
 
-def _shown(run: Run) -> Path | bytes | None:
+def _shown_texture(run: Run) -> Path | bytes | None:
     """The picture that a mesh with new coordinates shows: --texture, or that of a mesh source."""
     return _first(run.job, "colour") or next(iter(run.source.pictures), None)
 
 
-def _normals(job: Job) -> Path | None:
+def _normal_map(job: Job) -> Path | None:
     """The normal map that such a mesh shows."""
     return _first(job, "normal")
 
@@ -98,9 +102,9 @@ def _first(job: Job, kind: str) -> Path | None:
     return next((Path(path) for path, is_kind in job.maps if is_kind == kind), None)
 
 
-def _unshown(job: Job) -> list[str]:
+def _textures_not_shown(job: Job) -> list[str]:
     """The textures that such a mesh has no place for: numbers, normals with y down, further normals."""
-    shown = _first(job, "colour"), _normals(job)
+    shown = _first(job, "colour"), _normal_map(job)
     return [path for path, _ in job.maps if Path(path) not in shown]
 
 
@@ -137,10 +141,10 @@ def new_uvs(
         InputError: the format holds no texture coordinates, or the source has none.
     """
     mesh_files.check_output(str(name))
-    target = joined([part for part, _, _ in parts])
+    target = join([part for part, _, _ in parts])
     pulls = [ExtendedInverse(map, threads) for _, map, _ in parts]
     found = [
-        _uv_of(source, box, _pulled(part, map, pull), part, threads)
+        _uv_of(source, box, _pull_back(part, map, pull), part, threads)
         for (part, map, source), pull in zip(parts, pulls)
     ]
     uv = np.concatenate([coordinates for coordinates, _ in found])
@@ -148,7 +152,7 @@ def new_uvs(
     corners, triangles = target.corners
     pictures = None
     if carry_maps:
-        pictures = carried_maps.carried(target.file, uv, corners, shown=texture is not None, threads=threads)
+        pictures = carried_maps.carry(target.file, uv, corners, shown=texture is not None, threads=threads)
     written, missing = mesh_files.write(
         target.file,
         uv,
@@ -175,7 +179,7 @@ def new_uvs(
     }
 
 
-def _pulled(part: MeshShape, map: AnyMap, pull: ExtendedInverse) -> Complex:
+def _pull_back(part: MeshShape, map: AnyMap, pull: ExtendedInverse) -> Complex:
     """Where a mesh's vertices come from; triangles for which the source's outline leaves no room are given some."""
     flat = part.flattening
     z = pull(flat.flat)

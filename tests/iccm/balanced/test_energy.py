@@ -7,20 +7,21 @@ from hypothesis import strategies as st
 
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise import energy
+from iccm.balanced.minimise.energy import Objective, RestShapes
 from iccm.linalg.cholesky import system_of
 
 ANGLES = 2 * np.pi * np.arange(16) / 16
 OUTLINE = np.exp(1j * ANGLES) / np.sqrt(np.pi)
 Z, FACES = triangulate(OUTLINE, Sizes.even(0.05))
 SYSTEM = system_of(FACES, (np.arange(16) + 1) % 16, Z.size)
-GRADIENTS, AREAS = energy.geometry(Z, SYSTEM.corners)
+REST = RestShapes.of(SYSTEM, *energy.geometry(Z, SYSTEM.corners))
 BENT = Z + 0.15 * Z**2 + 0.1 * Z.conj()
 POWERS = [(1.0, 1.0), (1.0, 3.0), (0.5, 1.0), (2.0, 4.0), (0.1, 2.0)]
 
 
 def assembled(u, theta=1.0, q=1.0, epsilon=0.0):
     matrix, gradient = np.empty((SYSTEM.columns.size, 4)), np.empty(u.size, complex)
-    value = energy.assemble(SYSTEM, GRADIENTS, AREAS, u, theta, q, 0.5, epsilon, matrix, gradient)
+    value = energy.assemble(REST, u, Objective(theta, q, 0.5, epsilon), matrix, gradient)
     return value, gradient, matrix
 
 
@@ -61,30 +62,25 @@ def test_an_affine_map_by_hand():
     u = np.sqrt(stretched) * Z.real + 1j * Z.imag / np.sqrt(stretched)
     p = 0.5 * (stretched + 1 / stretched)
     assert energy.energy_of(Z, u, FACES, 1.0, 3.0) == pytest.approx(p**3, rel=1e-12)
-    half = energy.total(SYSTEM.corners, GRADIENTS, AREAS, 0.5 * Z, 2.0, 1.0, 0.5, 0.0)  # d = 1/4
-    assert half / AREAS.sum() == pytest.approx((0.5 * (0.25 + 4)) ** 2 * 0.5 * 1.25, rel=1e-12)
+    half = energy.total(REST, 0.5 * Z, Objective(2.0, 1.0, 0.5, 0.0))  # d = 1/4
+    assert half / REST.weights.sum() == pytest.approx((0.5 * (0.25 + 4)) ** 2 * 0.5 * 1.25, rel=1e-12)
 
 
 def test_a_fold_is_infinite_but_not_while_untangling():
     u = BENT.copy()
     u[-1] += 3
-    assert energy.total(SYSTEM.corners, GRADIENTS, AREAS, u, 1.0, 1.0, 0.5, 0.0) == np.inf
-    assert np.isfinite(energy.total(SYSTEM.corners, GRADIENTS, AREAS, u, 1.0, 1.0, 0.5, 0.1))
+    assert energy.total(REST, u, Objective(1.0, 1.0, 0.5, 0.0)) == np.inf
+    assert np.isfinite(energy.total(REST, u, Objective(1.0, 1.0, 0.5, 0.1)))
 
 
 @pytest.mark.parametrize(("theta", "q", "epsilon"), [(*p, 0.0) for p in POWERS] + [(1.0, 1.0, 0.3)])
 def test_the_gradient_is_that_of_the_energy(theta, q, epsilon):
     value, gradient, _ = assembled(BENT, theta, q, epsilon)
-    assert value == pytest.approx(
-        energy.total(SYSTEM.corners, GRADIENTS, AREAS, BENT, theta, q, 0.5, epsilon)
-    )
+    assert value == pytest.approx(energy.total(REST, BENT, Objective(theta, q, 0.5, epsilon)))
     rng = np.random.default_rng(3)
     for _ in range(3):
         way = rng.standard_normal(Z.size) + 1j * rng.standard_normal(Z.size)
-        ends = [
-            energy.total(SYSTEM.corners, GRADIENTS, AREAS, BENT + h * way, theta, q, 0.5, epsilon)
-            for h in (1e-6, -1e-6)
-        ]
+        ends = [energy.total(REST, BENT + h * way, Objective(theta, q, 0.5, epsilon)) for h in (1e-6, -1e-6)]
         assert np.sum((gradient.conj() * way).real) == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-5)
 
 
@@ -113,10 +109,7 @@ def test_the_projected_hessian_is_positive(epsilon):
 
 def test_the_gradient_by_the_sources_area_alone():
     matrix, gradient = np.empty((SYSTEM.columns.size, 4)), np.empty(Z.size, complex)
-    energy.assemble(SYSTEM, GRADIENTS, AREAS, BENT, 1.0, 3.0, 0.0, 0.0, matrix, gradient)
+    energy.assemble(REST, BENT, Objective(1.0, 3.0, 0.0, 0.0), matrix, gradient)
     way = np.exp(1j * np.arange(Z.size))
-    ends = [
-        energy.total(SYSTEM.corners, GRADIENTS, AREAS, BENT + h * way, 1.0, 3.0, 0.0, 0.0)
-        for h in (1e-6, -1e-6)
-    ]
+    ends = [energy.total(REST, BENT + h * way, Objective(1.0, 3.0, 0.0, 0.0)) for h in (1e-6, -1e-6)]
     assert np.sum((gradient.conj() * way).real) == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-5)

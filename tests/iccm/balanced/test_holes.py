@@ -14,13 +14,13 @@ from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise.energy import energy_of, geometry
 from iccm.balanced.model.frames import frames_of
 from iccm.balanced.model.outline import Outline
-from iccm.balanced.orientation import positive
 from iccm.balanced.search.circle_domains import circle_domain, through_circles
 from iccm.balanced.search.hole_partners import Partners, middle_of
 from iccm.balanced.search.levels import Level, UnitProblem
 from iccm.balanced.search.via_annulus import onto_ring, ring
 from iccm.curve import Curve
 from iccm.maps.triangulated.simple import fault
+from iccm.plane import orientation
 from iccm.result import hausdorff
 
 SMALL = Settings(triangles=1200)
@@ -63,7 +63,9 @@ def area(z, faces):
 def check(solution, source, target):
     assert len(solution.loops) == 1 + len(target[1])
     for side, (w, (outer, holes)) in enumerate(zip((solution.source, solution.image), (source, target))):
-        assert positive(w, solution.faces).all() and fault([w[loop] for loop in solution.loops]) == ""
+        assert (orientation(*w[solution.faces].T) > 0).all() and fault(
+            [w[loop] for loop in solution.loops]
+        ) == ""
         assert hausdorff(Curve(w[solution.loops[0]]), outer) <= 5e-4 * outer.diagonal
         for loop, partners in zip(solution.loops[1:], solution.partners):
             if partners[side] >= 0:
@@ -138,7 +140,7 @@ def test_a_mesh_with_holes_covers_all_but_them():
     outer, holes = box(half=0.55), [0.2 * STEPS[::-1], box(0.4 + 0.4j, 0.08)[::-1]]
     z, faces = triangulate(outer, Sizes.even(0.005), np.array([0.3 - 0.4j]), None, holes)
     whole = sum(Curve(ring).area for ring in (outer, *holes))
-    assert area(z, faces) == pytest.approx(whole, rel=1e-12) and positive(z, faces).all()
+    assert area(z, faces) == pytest.approx(whole, rel=1e-12) and (orientation(*z[faces].T) > 0).all()
     assert np.array_equal(z[:57], np.concatenate([outer, *holes, [0.3 - 0.4j]]))
     edges, count = np.unique(
         np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])),
@@ -254,7 +256,7 @@ def test_shapes_whose_outlines_give_no_start_go_by_way_of_a_circle_domain():
     for pairs in ([(0, 0), (1, 1)], [(0, 1), (1, 0)]):
         state = through_circles(level, pairs, 1.0)
         assert [(loop.source, loop.target) for loop in state.loops] == pairs
-        assert positive(state.z, state.faces).all() and positive(state.u, state.faces).all()
+        assert all((orientation(*w[state.faces].T) > 0).all() for w in (state.z, state.u))
         rims = [state.u[rim.vertices] for rim in state.rims]
         assert fault(rims) == "" and all(
             np.abs(rim.target.curve.at(rim.target.curve.closest(w)) - w).max() < 1e-9

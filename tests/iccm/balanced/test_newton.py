@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from iccm.balanced.meshing.mesh import Sizes
-from iccm.balanced.minimise.energy import geometry
+from iccm.balanced.minimise.energy import RestShapes, geometry
 from iccm.balanced.minimise.newton import largest_step
 from iccm.balanced.minimise.sliding import (
     SLIDING,
@@ -19,6 +19,7 @@ from iccm.balanced.minimise.sliding import (
     way_to_corners,
 )
 from iccm.balanced.minimise.untangle import LEAST_WEIGHT, untangle
+from iccm.balanced.model.boundary import MatchedBoundary
 from iccm.balanced.model.boundary_pairs import Match, boundary_pairs
 from iccm.balanced.model.discrete_map import DiscreteMap, folds
 from iccm.balanced.model.outline import Outline
@@ -32,7 +33,7 @@ ELL = Outline.of(Curve(np.array([0, 2, 2 + 1j, 1 + 1j, 1 + 2j, 2j]) / np.sqrt(3)
 def begun(source, target, shift=0.0, size=0.12):
     match = Match(np.array([0.0, source.length]), shift + np.array([0.0, target.length]))
     pairs = boundary_pairs(source, target, match, 0.75 * size)
-    return DiscreteMap.on(source, target, pairs, Sizes.even(0.5 * size**2), None)
+    return DiscreteMap.on(MatchedBoundary.of(source, target, pairs, None), Sizes.even(0.5 * size**2))
 
 
 def test_the_outlines_energy_has_the_derivatives_that_are_used():
@@ -130,8 +131,9 @@ def test_folds_are_undone_with_the_outline_held():
 
 def test_the_harmonic_start_is_the_mean_of_its_neighbours_by_half_cotangents():
     start = begun(SQUARE, ELL, 0.3)
-    corners, u = start.system.corners, start.u.copy()
-    untangle(start.system, *geometry(start.z, corners), u, start.border, True, 0, 0)
+    corners, u = start.pattern.corners, start.u.copy()
+    rest = RestShapes.of(start.pattern, *geometry(start.z, corners))
+    untangle(start.pattern, rest, u, start.border, True, 0, 0)
     pull = np.zeros_like(u)
     for triangle in corners:
         for i, j, k in (np.roll(triangle, -shift) for shift in range(3)):

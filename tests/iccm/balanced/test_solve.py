@@ -1,7 +1,6 @@
 """The solver as a whole: identities, invariants, and what every map must be."""
 
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -9,14 +8,15 @@ import pytest
 import iccm
 from iccm.balanced import NoMapError, Settings, solve
 from iccm.balanced.errors import Stuck
+from iccm.balanced.injectivity import is_simple
 from iccm.balanced.meshing.transfer import interpolate
 from iccm.balanced.minimise.energy import energy_of
 from iccm.balanced.model.discrete_map import folds
-from iccm.balanced.orientation import is_simple, positive
-from iccm.balanced.search import angle_area_tradeoff, final_mesh, initial_matches, multilevel, via_disc
+from iccm.balanced.search import final_mesh, initial_matches, multilevel, via_disc
 from iccm.balanced.search.levels import Level, UnitProblem
 from iccm.curve import Curve
 from iccm.maps import bounds, distortion
+from iccm.plane import orientation
 from iccm.result import Status, hausdorff
 
 SMALL = Settings(triangles=1200)
@@ -47,7 +47,7 @@ def difference(first, second, place, image):
 
 def check(solution, source, target, tolerance=5e-4):
     for w, given in ((solution.source, source), (solution.image, target)):
-        assert positive(w, solution.faces).all()
+        assert (orientation(*w[solution.faces].T) > 0).all()
         loop = w[solution.loops[0]]
         assert is_simple(loop) and Curve(loop).area > 0
         assert hausdorff(Curve(loop), given) <= tolerance * given.diagonal
@@ -115,7 +115,7 @@ def test_mirrored_shapes_have_the_mirrored_map(solution, mirror):
     check(seen, Curve.domain(mirror(BLOB.z)), Curve.domain(mirror(FLAG.z)))
 
 
-@pytest.mark.parametrize(("source", "target"), [(STAR, SHIELD), (SQUARE, DISC), (DISC, STAR)])
+@pytest.mark.parametrize(("source", "target"), [(SHIELD, SQUARE), (SQUARE, DISC), (DISC, STAR)])
 def test_symmetric_shapes_have_a_symmetric_map_without_turn(source, target):
     found = solve(source, target, SMALL)
     assert found.symmetric and found.turn == pytest.approx(0, abs=1e-9)
@@ -124,11 +124,23 @@ def test_symmetric_shapes_have_a_symmetric_map_without_turn(source, target):
     check(found, source, target)
 
 
+def test_symmetric_shapes_have_another_map_where_a_symmetric_one_is_dear():
+    """The stem of a T onto the gap of an arch: it goes into one of the legs."""
+    stem = Curve.domain(np.array([-0.2 - 1j, 0.2 - 1j, 0.2, 1, 1 + 0.5j, -1 + 0.5j, -1, -0.2]))
+    arch = Curve.domain(
+        np.array([-1 - 1j, -0.5 - 1j, -0.5 - 0.3j, 0.5 - 0.3j, 0.5 - 1j, 1 - 1j, 1 + 0.6j, -1 + 0.6j])
+    )
+    found, free = (solve(stem, arch, replace(SMALL, turn=turn)) for turn in (0.0, 1e-3))
+    assert not found.symmetric and found.energy == pytest.approx(free.energy, rel=0.01)
+    assert any("symmetric" in note for note in found.notes)
+    check(found, stem, arch)
+
+
 def test_shapes_symmetric_but_for_a_little_keep_their_own_outlines():
-    bent = Curve.domain(np.where(STAR.z.real > 0.5, STAR.z + 0.004, STAR.z))
-    found = solve(bent, SHIELD, SMALL)
+    bent = Curve.domain(np.where(SHIELD.z.real > 0.5, SHIELD.z + 0.004, SHIELD.z))
+    found = solve(bent, SQUARE, SMALL)
     assert found.symmetric and abs(found.turn) < np.radians(0.5)
-    check(found, bent, SHIELD)
+    check(found, bent, SQUARE)
 
 
 def test_onto_a_disc_no_turn_is_made():
@@ -222,33 +234,6 @@ def test_a_spiral_onto_a_square():
     check(solve(spiral(3), SQUARE, SMALL), spiral(3), SQUARE, 1e-3)
 
 
-def test_angles_are_kept_better_where_that_is_needed_and_sizes_allow_it(monkeypatch):
-    bar = Curve.domain(np.array([0, 1, 1 + 5.5j, 5.5j]))
-    leant, back = (iccm.fit(*pair).distortion for pair in ((bar, SQUARE), (SQUARE, bar)))
-    long = iccm.fit(Curve.domain(np.array([0, 1, 1 + 14j, 14j])), SQUARE).distortion
-    monkeypatch.setattr(angle_area_tradeoff, "LEANINGS", 0)
-    even = iccm.fit(bar, SQUARE).distortion
-    assert even.quantile(even.dilatations, 0.95) > 5
-    for found in (leant, back):
-        assert found.quantile(found.dilatations, 0.95) <= 5
-        assert angle_area_tradeoff.EVEN <= found.within(2) < even.within(2)
-    hopeless = iccm.fit(Curve.domain(np.array([0, 1, 1 + 14j, 14j])), SQUARE).distortion
-    assert np.array_equal(hopeless.dilatations, long.dilatations)  # no θ would do
-
-
-def test_sizes_are_even_where_angles_cannot_be_kept(monkeypatch):
-    panel_with_tail = np.array([0, 1, 1 + 0.35j, 6 + 0.35j, 6 + 0.65j, 1 + 0.65j, 1 + 1j, 1j]) * np.exp(0.3j)
-    pair = SQUARE, Curve.domain(panel_with_tail)
-    asked = {"balance": 0.9}, {"max_dilatation": 1000.0}
-    even, *angular = (iccm.fit(*pair, **options).distortion for options in ({}, *asked))
-    monkeypatch.setattr(angle_area_tradeoff, "MOST_MORE", 0.0)
-    before = iccm.fit(*pair).distortion
-    assert before.within(2) < 0.8 < angle_area_tradeoff.AMPLE <= even.within(2)
-    assert all(found.within(2) < 0.8 for found in angular)  # who asks for angles gets no more sizes
-    figures = [d.quantile(d.dilatations, 0.95) for d in (before, even)]
-    assert angle_area_tradeoff.HOPELESS < figures[0] < figures[1] < 2 * figures[0]
-
-
 def test_more_balance_evens_the_areas():
     even = [np.var(np.log(areas(solve(STAR, SHIELD, replace(SMALL, theta=t))))) for t in (0.25, 4.0)]
     assert even[1] < 0.6 * even[0]
@@ -287,17 +272,6 @@ def test_failure_is_an_error_that_says_why(monkeypatch):
     monkeypatch.setattr(multilevel, "coarse", stuck)
     with pytest.raises(NoMapError, match="too thin or too intricate"):
         solve(BLOB, FLAG, SMALL)
-
-
-def test_orientation_is_exact():
-    z = np.array([0, 1 + 1j, 3 + 3j]) / 3 + 0.1
-    nudged = z.copy()
-    nudged[2] += 1e-17j + np.spacing(z[2].imag) * 1j
-    faces = np.array([[0, 1, 2], [2, 1, 0]])
-    for w in (z, nudged):
-        (ax, ay), (bx, by), (cx, cy) = ((Fraction(p.real), Fraction(p.imag)) for p in w.tolist())
-        sign = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        assert positive(w, faces).tolist() == [sign > 0, sign < 0]
 
 
 @pytest.mark.parametrize("height", [100, 137])

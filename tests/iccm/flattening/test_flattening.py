@@ -6,11 +6,10 @@ import shapely
 
 from iccm.cli.flatten import METHODS as TYPED
 from iccm.errors import InputError
-from iccm.flattening import METHODS, flatten
+from iccm.flattening import METHODS, flatten, tutte
 from iccm.flattening.free import surface
 from iccm.flattening.scaffold import FRAME, apart, frame, outside
 from iccm.flattening.seams import Ways, turns
-from iccm.meshes import tutte
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import Flattening, overlap
 from iccm.meshes.mesh import Mesh, face_areas

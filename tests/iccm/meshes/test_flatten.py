@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from iccm.errors import InputError
-from iccm.flattening import flatten
+from iccm.flattening import flatten, tutte
 from iccm.meshes import cut as seam
-from iccm.meshes import tutte
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import Flattening, farthest, lscm, overlap, upright
 from iccm.meshes.mesh import Mesh

@@ -8,7 +8,8 @@ import pytest
 
 from iccm.errors import InputError
 from iccm.io.meshes import mesh_files, obj
-from iccm.io.run import flat_files
+from iccm.io.run import Job, flat_files
+from iccm.io.run.inputs import Inputs
 from iccm.io.shapes import mesh_shape
 from iccm.io.spec import Spec
 from iccm.meshes.disk_patch import Joined, disk_patch
@@ -338,9 +339,9 @@ def test_names_with_hashes_parts_and_loops(tmp_path):
 def test_an_obj_without_faces_is_a_drawing_not_a_mesh(tmp_path):
     path = tmp_path / "m.obj"
     path.write_text(SQUARE + "l 1 2 3 4 1\n")
-    assert not mesh_files.is_mesh(str(path))
+    assert not Inputs(Job(source=str(path))).is_mesh(str(path))
     path.write_text(TWO)
-    assert mesh_files.is_mesh(f"{path}#x")
+    assert Inputs(Job(source=str(path))).is_mesh(f"{path}#x")
 
 
 @pytest.mark.slow

@@ -300,10 +300,10 @@ BAD_INPUT = {
         {"strokes": [([0, 0.5], [1, 1])]},
         "target stroke: a stroke needs at",
     ),
-    "pairs of coordinates": (
-        ([[0, 0], [1, 0], [1, 1]], square()),
+    "points in space": (
+        ([[0, 0, 0], [1, 0, 0], [1, 1, 0]], square()),
         {},
-        "source: an array of shape (3, 2); (n,) complex numbers x + iy are needed",
+        "source: an array of shape (3, 3); (n,) complex numbers x + iy, or pairs of x and y, are needed",
     ),
     "words": (("abc", square()), {}, "source: no array of complex numbers"),
     "flat pins": ((square(), ell()), {"pins": [0, 1, 2]}, "pins: an array of shape (3,); (n, 2) complex"),
@@ -333,5 +333,11 @@ def test_an_outline_of_very_many_vertices_is_mapped():
 
 
 def test_an_unknown_option_is_a_type_error():
-    with pytest.raises(TypeError, match="verticse"):
+    with pytest.raises(
+        TypeError, match=r"fit\(\) got an unexpected .* 'verticse'; did you mean 'vertices'\?"
+    ):
         iccm.fit(square(), ell(), verticse=5)
+    with pytest.raises(TypeError, match=r"deform\(\) .* 'stroke'; did you mean 'strokes'\?"):
+        iccm.deform(square(), stroke=[])
+    with pytest.raises(TypeError, match=r"'elephant'$"):
+        iccm.transfer(iccm.checkerboard(), square(), ell(), elephant=1)

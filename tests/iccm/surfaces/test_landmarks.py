@@ -1,5 +1,7 @@
 """Meshes of one surface onto each other: the way back is known. What stands out of them is not lost; seams agree."""
 
+from dataclasses import replace
+
 import igl
 import numpy as np
 import pytest
@@ -7,6 +9,10 @@ from scipy.spatial import Delaunay
 
 import iccm
 from iccm.arrays import xy_of
+from iccm.balanced.minimise.energy import Objective
+from iccm.balanced.minimise.in_space import assemble_in_space, total_in_space
+from iccm.balanced.minimise.sliding import border_energy
+from iccm.balanced.model.frames import UnitFrame
 from iccm.balanced.model.metric import LaidMetric
 from iccm.balanced.search import multilevel
 from iccm.balanced.search.levels import UnitProblem
@@ -15,12 +21,15 @@ from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
 from iccm.io.shapes import constraints
 from iccm.io.shapes.listing import Listed, Pin
-from iccm.meshes.cut import Lattice, opened_through
+from iccm.meshes.cut import opened_through
 from iccm.meshes.disk_patch import disk_patch, nearest, sound_piece
+from iccm.meshes.geodesics import GeodesicGraph
 from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh, face_areas
+from iccm.plane import triangle_areas
 from iccm.result import Status
-from iccm.surfaces import descent, icp_start, seams, trilateration, unfolding
+from iccm.surfaces import icp_start, seams, trilateration, unfolding
+from iccm.surfaces.ground import ground_of
 from iccm.surfaces.inserted import with_vertices
 from iccm.surfaces.refined import RefinedSurface
 from tests.triangulations import hull, spiral_points
@@ -154,7 +163,7 @@ def subdivided():
 
 def test_geodesics_on_flat_subdivided_faces_end():
     whole, stops = subdivided(), np.array([28, 4])
-    found = Lattice.of(whole.points, whole.triangles).distances(stops)[:, : len(whole.points)]
+    found = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)[:, : len(whole.points)]
     fine = trilateration.halved(whole.points, whole.faces)
     other = trilateration.distances(fine, fine.carried(whole.points), stops)[: len(whole.points)].T
     area = face_areas(whole.points[whole.faces]).sum()
@@ -167,9 +176,9 @@ def test_geodesics_on_flat_subdivided_faces_end():
 
 
 @pytest.mark.parametrize("n", [160, 3000])
-def test_lattices_are_nearly_geodesic(n):
+def test_ways_between_points_on_edges_are_nearly_geodesic(n):
     whole, stops = sound_piece(limbed(n)), np.array([0, n // 3])
-    found = Lattice.of(whole.points, whole.triangles).distances(stops)[:, :n]
+    found = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)[:, :n]
     none, faces = np.zeros(0, np.int64), np.ascontiguousarray(whole.faces)
     exact = np.array(
         [igl.exact_geodesic(whole.points, faces, stops[[k]], none, np.arange(n), none) for k in (0, 1)]
@@ -193,46 +202,51 @@ def test_horns_go_onto_horns_without_landmarks_on_them():
 def shaken():
     """A map of a surface onto a copy, on its own triangles, its inner vertices away from where they belong."""
     here, there = (even(flatten(disk_patch(horned(*how)))) for how in ((120, 3), (200, 4)))
-    frames = [descent.UnitFrame.of(each.boundary) for each in (here, there)]
+    frames = [UnitFrame.of(each.boundary) for each in (here, there)]
     curves = [frame.curve(each.boundary) for frame, each in zip(frames, (here, there))]
     metrics = tuple(LaidMetric.of(each, frame) for each, frame in zip((here, there), frames))
     problem = UnitProblem(*curves, 1.0, 0.0, metrics=metrics)
     level = multilevel.Level.of(problem, 0.08, 1e-3, 1e-3, 20.0)
     match = icp_start._between(*curves, (curves[0].z[:1], curves[1].z[[0]]))
     state = level.mapped(match).unfolded()
-    return state, descent.Ground(there, frames[1])
+    return replace(state, ground=ground_of(there, frames[1]))
 
 
-def test_the_gradient_is_that_of_the_energy(shaken):
-    state, ground = shaken
-    between = descent.Between(state, ground, 0.8, 1.0)
-    tau, _ = state.chains(True)
-    gradient = descent._gradient(state.system, between.derivatives(state.u)[0])
+def test_the_gradient_in_space_is_that_of_the_energy(shaken):
+    rest, surface = shaken._in_space(shaken.ground, 0.8)
+    objective, matrix = Objective.of(0.8, 1.0), np.empty((shaken.pattern.columns.size, 4))
+    gradient = np.empty(shaken.u.size, complex)
+    value = assemble_in_space(rest, surface, shaken.u, objective, matrix, gradient)
+    assert value == pytest.approx(total_in_space(rest, surface, shaken.u, objective))
     step = 1e-7
-    for v in np.random.default_rng(1).integers(state.border, state.u.size, 12):
+    for v in np.random.default_rng(1).integers(shaken.border, shaken.u.size, 12):
         found = []
         for way in (1, 1j):
-            ends = [state.u + sign * step * way * (np.arange(state.u.size) == v) for sign in (1, -1)]
-            found.append(np.subtract(*(between.energy(u, tau) for u in ends)) / (2 * step))
+            ends = [shaken.u + sign * step * way * (np.arange(shaken.u.size) == v) for sign in (1, -1)]
+            found.append(
+                np.subtract(*(total_in_space(rest, surface, u, objective) for u in ends)) / (2 * step)
+            )
         scale = 1e-4 * max(1, abs(gradient[v]))
         assert abs(complex(*found) - gradient[v]) < scale
 
 
-def test_newtons_method_lowers_the_energy_and_folds_nothing(shaken):
-    state, ground = shaken
-    tau, _ = state.chains(True)
-    before = descent.Between(state, ground, 1.0, 1.0).energy(state.u, tau)
-    found = descent.descended(state, ground, 1.0, 1.0)
-    again = descent.Between(found, ground, 1.0, 1.0).energy(found.u, found.chains(True)[0])
-    assert found.energy == pytest.approx(again)
+def test_newtons_method_in_space_lowers_the_energy_and_folds_nothing(shaken):
+    def energy(state):
+        rest, surface = state._in_space(state.ground, 1.0)
+        tau, constraints = state.constraints(True, True, state.inside.at_target)
+        inside = total_in_space(rest, surface, state.u, Objective.of(1.0, 1.0))
+        return inside + border_energy(constraints.border, tau)
+
+    before, found = energy(shaken), shaken.forward(1.0, 1.0, 40, 1e-3)
+    assert found.energy == pytest.approx(energy(found))
     assert found.energy < 0.9 * before
-    assert (unfolding.signed_areas(found.u, found.faces) > 0).all()
-    outline = found.target.curve
+    assert (triangle_areas(found.u[found.faces]) > 0).all()
+    outline = found.matched.target.curve
     assert np.abs(outline.at(outline.closest(found.u[: found.border])) - found.u[: found.border]).max() < 1e-9
 
 
 def test_a_fold_is_undone_and_the_rest_stays(shaken):
-    state, _ = shaken
+    state = shaken
     u = state.u.copy()
     inner = np.flatnonzero(np.abs(u) < 0.2)
     worst = int(inner[np.argmin(np.abs(u[inner]))])
@@ -241,9 +255,9 @@ def test_a_fold_is_undone_and_the_rest_stays(shaken):
     for _ in range(3):
         rings[state.faces[rings[state.faces].any(axis=1)]] = True
     u[worst] += 0.25
-    assert (unfolding.signed_areas(u, state.faces) <= 0).any()
+    assert (triangle_areas(u[state.faces]) <= 0).any()
     found = unfolding.unfolded_in(u, state.faces, state.border, state.u)
-    assert (unfolding.signed_areas(found, state.faces) > 0).all()
+    assert (triangle_areas(found[state.faces]) > 0).all()
     moved = np.abs(found - state.u) > 1e-12
     assert moved.sum() < 0.5 * u.size
     np.testing.assert_array_equal(found[: state.border], state.u[: state.border])

@@ -497,11 +497,24 @@ def test_styles_said_by_tag_or_id_outlast_both(tmp_path):
 
 
 def test_style_rules_that_are_not_read_are_told(tmp_path):
-    drawing = (
-        "<style>@font-face{font-family:x}g>rect,.a .b{stroke-width:9}.c{fill:red}</style><circle r='9'/>"
-    )
+    drawing = "<style>@font-face{font-family:x}.a:hover,g:has(.b){stroke-width:9}.c{fill:red}</style><circle r='9'/>"
     _, notes = body(tmp_path, drawing)
     assert len(notes) == 1 and notes[0].startswith("2 × style rule that is not read but kept")
+
+
+def test_styles_said_by_place_become_the_elements_own(tmp_path):
+    drawing = """<style>#a>rect,.t{fill:lime}linearGradient>stop{stop-color:red}path:not(.t){stroke:blue}
+    g g path{opacity:.5}</style><linearGradient id="g"><stop id="stop"/></linearGradient>
+    <g id="a"><rect id="b" width="9" height="9"/><rect id="c" width="9" height="9" fill="url(#g)"/></g>
+    <g id="d"><g><circle id="e" class="t" r="9" fill="url(#g)"/></g></g>
+    <rect id="f" width="5" height="5" fill="url(#g)"/>"""
+    found, notes = body(tmp_path, drawing)
+    styles = {name: style_of(found[name]) for name in ("b", "c", "e", "f", "stop")}
+    assert styles["b"]["fill"] == styles["c"]["fill"] == "lime" and "stroke" not in styles["b"]
+    assert styles["e"].get("fill") == "url(#g)" and "opacity" not in styles["e"]
+    assert styles["f"]["fill"].startswith("url(#mapped-") and styles["stop"]["stop-color"] == "red"
+    text = (tmp_path / "b.svg").read_text()
+    assert ".t{fill:lime}" in text and "#a" not in text and ":not" not in text and not notes
 
 
 def test_nothing_that_would_undo_the_map_or_run_is_kept(tmp_path):

@@ -168,10 +168,10 @@ def test_what_is_skipped_does_not_wait_for_what_runs(play, monkeypatch):
 
 def test_a_worker_begins_no_job_when_its_time_is_up(monkeypatch):
     ran = []
-    monkeypatch.setattr(worker, "work", lambda payload: ran.append(payload) or {"seconds": 0})
-    assert len(worker.several([1, 2, 3])) == 3
+    monkeypatch.setattr(worker, "run_job", lambda payload: ran.append(payload) or {"seconds": 0})
+    assert len(worker.run_bundle([1, 2, 3])) == 3
     monkeypatch.setattr(worker, "SPAN", 0.0)
-    assert len(worker.several([1, 2, 3])) == 1 and ran == [1, 2, 3, 1]
+    assert len(worker.run_bundle([1, 2, 3])) == 1 and ran == [1, 2, 3, 1]
 
 
 def test_a_time_limit_ends_the_job_alone(play):
@@ -288,7 +288,7 @@ def test_a_worker_answers_for_every_failure(monkeypatch, error, status, part):
         raise error
 
     monkeypatch.setattr(worker, "_run", fail)
-    result = worker.work({"folder": os.getcwd(), "job": {}, "threads": 1})
+    result = worker.run_job({"folder": os.getcwd(), "job": {}, "threads": 1})
     assert result["status"] == status and part in result["message"] and "\n" not in result["message"]
 
 
@@ -301,7 +301,7 @@ def test_outputs_that_cannot_be_written_are_all_told_before_anything_runs(tmp_pa
     tasks = [Task.of(n, "", f"job {n}", job) for n, job in enumerate(jobs, 1)]
     for resume in (False, True):
         with pytest.raises(ManifestError) as caught:
-            dispatch.prepared(tasks, Journal(tmp_path), resume=resume)
+            dispatch.prepare(tasks, Journal(tmp_path), resume=resume)
         assert [line[:5] for line in caught.value.mistakes] == ["job 1", "job 2"]
     assert (tmp_path / "there.json").read_text() == "mine"
 
@@ -379,13 +379,13 @@ class Forgetful:
         return 1
 
     def submit(self, payloads):
-        future, result = Future(), worker.several(payloads)
+        future, result = Future(), worker.run_bundle(payloads)
         if not self.lost:
             self.lost += 1
             if not self.runs_again:
                 future.set_exception(RuntimeError("the worker died"))
                 return future
-            result = worker.several(payloads)
+            result = worker.run_bundle(payloads)
         future.set_result(result)
         return future
 

@@ -212,10 +212,10 @@ def test_a_batch_that_was_killed_goes_on_and_repeats_nothing_that_ended(shapes, 
 KILLER = """
 import os
 from iccm.io.batch import worker
-def work(payload, ordinary=worker.work):
+def work(payload, ordinary=worker.run_job):
     return os._exit(1) if payload["job"]["source"] == "killer.svg" else ordinary(payload)
-if worker.work.__module__ == worker.__name__:  # it is loaded twice
-    worker.work = work
+if worker.run_job.__module__ == worker.__name__:  # it is loaded twice
+    worker.run_job = work
 """
 
 

@@ -6,6 +6,7 @@ import os
 import pytest
 
 from iccm import InputError
+from iccm.io import limits
 from iccm.io.batch import manifest
 from iccm.io.batch.manifest import ManifestError, read
 
@@ -273,7 +274,7 @@ def test_a_mistake_in_the_defaults_is_told_once_and_there(shapes):
 
 
 def test_globs_that_multiply_are_told_before_they_are(shapes, monkeypatch):
-    monkeypatch.setattr(manifest, "MAX_JOBS", 5)
+    monkeypatch.setattr(limits, "JOBS", 5)
     (found,) = listed(shapes, {"source": "*.svg", "target": "*.svg"})
     assert found == "line 1: its globs make 9 jobs, more than 5; split them"
 

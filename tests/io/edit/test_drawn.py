@@ -16,7 +16,7 @@ STROKES = [("arm", [(30, 40), (50, 45), (60, 40)])]
 def copied(tmp_path, body, pins=PINS, strokes=STROKES, part="", head=HEAD):
     (tmp_path / "a.svg").write_text(f"{head}{body}</svg>\n", encoding="utf-8")
     like = shape.read(f"{tmp_path / 'a.svg'}{part}")
-    (tmp_path / "b.svg").write_bytes(drawn.copied(like, pins, strokes))
+    (tmp_path / "b.svg").write_bytes(drawn.copy_with(like, pins, strokes))
     drawn.check(f"{tmp_path / 'b.svg'}{part}", like, pins, strokes)
     return (tmp_path / "b.svg").read_text(encoding="utf-8"), shape.read(f"{tmp_path / 'b.svg'}{part}")
 
@@ -55,7 +55,7 @@ def test_parts_and_prefixes_stay(tmp_path):
     body += '<s:circle id="pin-a" cx="1" cy="1" r="1"/><s:rect id="p" x="40" y="40" width="20" height="20"/></s:svg>'
     (tmp_path / "a.svg").write_text(body)
     like = shape.read(f"{tmp_path / 'a.svg'}#p")
-    (tmp_path / "b.svg").write_bytes(drawn.copied(like, PINS, STROKES))
+    (tmp_path / "b.svg").write_bytes(drawn.copy_with(like, PINS, STROKES))
     drawn.check(f"{tmp_path / 'b.svg'}#p", like, PINS, STROKES)
     assert shape.read(f"{tmp_path / 'b.svg'}#p").curve.area == pytest.approx(400)
 
@@ -73,4 +73,4 @@ def test_a_drawing_whose_root_is_transformed_is_refused_or_right(tmp_path):
 def test_a_drawing_in_sixteen_bits_is_refused(tmp_path):
     (tmp_path / "a.svg").write_text(f"{HEAD[21:]}{OUTLINE}</svg>", encoding="utf-16")
     with pytest.raises(InputError, match="UTF-8"):
-        drawn.copied(shape.read(str(tmp_path / "a.svg")), PINS, STROKES)
+        drawn.copy_with(shape.read(str(tmp_path / "a.svg")), PINS, STROKES)

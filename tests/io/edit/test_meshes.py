@@ -69,25 +69,25 @@ def _core(points, view):
 
 def test_pins_are_places_of_the_surface_and_vertices(onto):
     onto.solve(scene())
-    [place] = onto.placed("source", [[40, 45]])
+    [place] = onto.transfer("source", [[40, 45]])
     assert len(place) == 3
-    [back] = onto.placed("target", [place])
+    [back] = onto.transfer("target", [place])
     assert np.allclose(back, [40, 45], atol=1e-3)
-    [vertex] = onto.placed("target", ["v41"])
+    [vertex] = onto.transfer("target", ["v41"])
     assert onto.solve(scene([vertex, "v41"], [[40, 45], place])).ok
     moved = [place[0] + 4, place[1] - 3, place[2]]
     coarse = onto.follow(scene([vertex, "v41"], [[40, 45], moved]))
     assert coarse.ok and coarse.kind == "coarse" and coarse.drawn.shape == (81, 2)
     with pytest.raises(InputError, match="no vertex 999"):
-        onto.placed("target", ["v999"])
+        onto.transfer("target", ["v999"])
     with pytest.raises(InputError, match="on a mesh, and this is none"):
-        onto.placed("source", ["v5"])
+        onto.transfer("source", ["v5"])
 
 
 def test_pins_on_a_mesh_are_saved_and_repeat_the_map(onto, shapes, shell):
     onto.solve(scene())
-    [place] = onto.placed("source", [[40, 45]])
-    [again] = onto.placed("target", ["v61"])
+    [place] = onto.transfer("source", [[40, 45]])
+    [again] = onto.transfer("target", ["v61"])
     wanted = scene([[40, 45], [place[0] + 4, place[1] - 3, place[2]]], [again, "v61"])
     onto.solve(scene([[40, 45], place], [again, "v61"]))
     onto.follow(wanted)
@@ -134,4 +134,4 @@ def test_a_mesh_as_the_source_shows_its_own_texture(shapes):
     flat = np.frombuffer(data[-8 * count :], "<f4").reshape(-1, 2)
     assert np.allclose(_core(flat, view), edited.source.flattening.flat, atol=1e-4)
     assert edited.solve(Scene()).drawn.shape[1] == 18
-    assert len(edited.placed("target", [[50, 50]])[0]) == 3
+    assert len(edited.transfer("target", [[50, 50]])[0]) == 3

@@ -62,16 +62,16 @@ def test_a_view_is_about_one_large_and_upside_down():
 def test_a_point_is_found_on_the_other_side_and_back(shapes):
     edited = session()
     edited.solve(scene())
-    there = edited.placed("source", [(40, 45), (60, 61)])
-    assert np.allclose(edited.placed("target", there), [(40, 45), (60, 61)], atol=1e-3)
-    [[x, y]] = edited.placed("source", [(10, 50)])
+    there = edited.transfer("source", [(40, 45), (60, 61)])
+    assert np.allclose(edited.transfer("target", there), [(40, 45), (60, 61)], atol=1e-3)
+    [[x, y]] = edited.transfer("source", [(10, 50)])
     z = complex(x, -y)
     curve = edited.target.curve
     assert abs(curve.at(curve.closest(np.array([z])))[0] - z) < 1e-5
     rim = {"source": [10, 50], "target": [x, y]}
     assert edited.solve(scene(rim)).ok
     with pytest.raises(InputError, match="outside"):
-        edited.placed("source", [(5, 5)])
+        edited.transfer("source", [(5, 5)])
 
 
 def test_holes_are_carried_and_take_pins_that_name_partners(shapes):
@@ -82,8 +82,8 @@ def test_holes_are_carried_and_take_pins_that_name_partners(shapes):
     full = edited.solve(scene())
     assert full.ok and len(edited._map.loops) == 2 and len(edited.describe()["target"]["holes"]) == 1
     with pytest.raises(InputError, match="in a hole"):
-        edited.placed("source", [(50, 50)])
-    [[x, y]] = edited.placed("source", [(25, 30)])
+        edited.transfer("source", [(50, 50)])
+    [[x, y]] = edited.transfer("source", [(25, 30)])
     pin = {"source": [25, 30], "target": [x + 2, y]}
     coarse = edited.follow(scene(pin, {"source": [50, 50], "target": [50, 50]}))
     assert coarse.ok and len(edited._map.loops) == 2
@@ -178,7 +178,7 @@ def test_drawn_pins_are_edited_in_copies(shapes, shell):
 
 
 def test_names_are_made_different():
-    made = saving.named(
+    made = saving.with_names(
         scene({**PIN, "name": "a"}, {**PIN, "name": ""}, {**PIN, "name": "a"}, {**PIN, "name": "2"})
     )
     assert [pin.name for pin in made.pins] == ["a", "2", "a'", "2'"]

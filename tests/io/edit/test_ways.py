@@ -24,7 +24,7 @@ def dragged(shapes):
     """A session, the scene after a long drag of one of two pins, and the map that was last seen during it."""
     edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
     edited.solve(scene())
-    ends = [[AT, edited.placed("source", [AT])[0]], [[65, 60], edited.placed("source", [[65, 60]])[0]]]
+    ends = [[AT, edited.transfer("source", [AT])[0]], [[65, 60], edited.transfer("source", [[65, 60]])[0]]]
     edited.solve(scene(*ends))
     for step in range(8):
         last = scene([AT, [ends[0][1][0] + 2 * step, ends[0][1][1] + step]], ends[1])
@@ -53,7 +53,7 @@ def test_a_click_where_the_map_goes_moves_nothing_that_is_seen(dragged):
     edited, last, _ = dragged
     edited.solve(last)
     before = edited._map
-    more = [30, 62], edited.placed("source", [[30, 62]])[0]
+    more = [30, 62], edited.transfer("source", [[30, 62]])[0]
     assert edited.solve(scene(*((pin.source, pin.target) for pin in last.pins), more)).ok
     assert same(before, edited._map)
 
@@ -84,13 +84,13 @@ def test_undo_gives_the_map_that_was_there(dragged):
 def test_maps_that_agree_need_no_start_and_others_are_told(dragged):
     edited, last, _ = dragged
     edited.solve(last)
-    kept, fresh = edited._map, edited._fitted(last, None)[0].map
-    found = edited.compared(last)
+    kept, fresh = edited._map, edited._fit_scene(last, None)[0].map
+    found = edited.compare(last)
     if same(kept, fresh):
         assert found.other == "" and found.drawn is not None and edited.start(last) is None
     else:
         assert found.other == "fresh" and found.drawn is None and edited._map is kept
-        assert edited.compared(last) is None  # it is known by now
+        assert edited.compare(last) is None  # it is known by now
     assert same(kept, kept)
 
 
@@ -178,14 +178,14 @@ def test_maps_with_holes_go_on_from_the_one_before_and_the_file_repeats_them(sha
     edited = Session(make({"source": "a.svg", "target": "b.svg"}))
     edited.solve(scene())
     here = [20.0, 20.0]
-    (x, y), *_ = edited.placed("source", [here])
+    (x, y), *_ = edited.transfer("source", [here])
     for step in (1, 2):
         last = scene((here, [x + 3 * step, y + 2 * step]))
         assert edited.follow(last).ok
         seen = edited._map
         assert edited.solve(last).ok
         assert edited.start(last) is not None and apart(edited._map, seen) < 0.025
-    (shapes / "kept.json").write_text(saving.listed(edited, last))
+    (shapes / "kept.json").write_text(saving.constraints_json(edited, last))
     again = Session(make({"source": "a.svg", "target": "b.svg", "constraints": "kept.json"}))
     assert again.solve(again.first).ok
     assert np.abs(again._map.image - edited._map.image).max() < 1e-9 * edited._map.image_diagonal

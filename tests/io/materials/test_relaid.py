@@ -235,7 +235,7 @@ def test_several_materials_become_one_with_their_factors(there, iccm):
         (("old.glb", "new.glb", "-o", "out.obj"), "would lose what new.glb holds; use .glb"),
         (("old.glb", "new.glb", "-o", "out.ply"), "use .glb"),
         (("old.glb", "new.glb", "-o", "a.glb", "-o", "b.glb"), "one mesh is written at a time"),
-        (("old.glb", "new.glb", "-o", "new.glb", "--force"), "is an input"),
+        (("old.glb", "new.glb", "-o", "new.glb", "--force"), "is also an input"),
         (("new.obj", "new.glb", "-o", "out.glb"), "new.obj: its materials show no pictures"),
         (("old.glb", "new.glb", "--data", "kd.png", "-o", "out.glb"), "no one place for --data"),
         (("old.obj", "new.obj", "-o", "out.gltf"), "written to .glb and .obj"),

@@ -65,7 +65,7 @@ def test_no_change_gives_the_same_bytes(data, tmp_path):
     found = parse(data, Path("m.obj"))
     assert found.data == data
     # even when every texture index is written anew, all other lines stay
-    again = obj_write.retextured(found, every(found), found.vt, np.maximum(found.corners[:, 1], 0))
+    again = obj_write.retexture(found, every(found), found.vt, np.maximum(found.corners[:, 1], 0))
     strip = [line for line in data.splitlines() if not line.strip().startswith((b"vt", b"f", b"5/"))]
     kept = [line for line in again.splitlines() if not line.strip().startswith((b"vt", b"f", b"5/"))]
     assert strip == kept
@@ -87,13 +87,13 @@ def test_an_obj_of_absolute_indices_written_with_its_own_coordinates_is_the_same
     for newline in ("\n", "\r\n"):
         data = newline.join(lines).encode()
         found = parse(data, Path("m.obj"))
-        assert obj_write.retextured(found, every(found), found.vt, found.corners[:, 1]) == data
+        assert obj_write.retexture(found, every(found), found.vt, found.corners[:, 1]) == data
 
 
 def test_only_vt_lines_and_texture_indices_change():
     found = parse(MIXED.encode(), Path("m.obj"))
     uv = np.array([[0.1, 0.2], [0.3, 0.4]])
-    again = obj_write.retextured(found, every(found), uv, np.arange(10) % 2).decode().split("\n")
+    again = obj_write.retexture(found, every(found), uv, np.arange(10) % 2).decode().split("\n")
     expected = MIXED.split("\n")
     expected[8:11] = ["vt 0.1 0.2", "vt 0.3 0.4"]
     expected[14] = "f 1/1/1 2/2/1 3/1/1 4/2/1"
@@ -108,7 +108,7 @@ def test_a_part_leaves_the_other_faces_their_coordinates():
     found = parse(data, Path("m.obj"))
     roof = found.faces_of("roof")
     again = parse(
-        obj_write.retextured(found, roof, np.array([[7.0, 8], [9, 9]]), np.array([0, 1, 1])), Path("m.obj")
+        obj_write.retexture(found, roof, np.array([[7.0, 8], [9, 9]]), np.array([0, 1, 1])), Path("m.obj")
     )
     for face in (0, 1):
         old, new = (o.vt[o.corners[o.starts[face] : o.starts[face + 1], 1]] for o in (found, again))
@@ -121,7 +121,7 @@ def test_a_part_before_the_others_moves_their_indices():
     data = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\ng a\nf 1/1 2/1 3/1\nvt 5 5\ng b\nf 1/2 2/-1 3/1\nf 1/-2 2/2 3/2\n"
     found = parse(data, Path("m.obj"))
     again = parse(
-        obj_write.retextured(found, found.faces_of("a"), np.array([[3.0, 3]]), np.zeros(3, int)), Path("m")
+        obj_write.retexture(found, found.faces_of("a"), np.array([[3.0, 3]]), np.zeros(3, int)), Path("m")
     )
     assert again.vt[again.corners[:, 1], 0].tolist() == [3, 3, 3, 5, 5, 0, 0, 5, 5]
 
@@ -230,7 +230,7 @@ def showing(materials, name):
 def test_a_library_changes_in_map_kd_alone(tmp_path):
     library = material_library.Library(tuple(LIBRARY), tmp_path)
     rename = {"Red Brick": "Red Brick"}
-    text = material_library.bound(library, rename, "", showing(rename, "my fabric.png"), tmp_path / "out.mtl")
+    text = material_library.bind(library, rename, "", showing(rename, "my fabric.png"), tmp_path / "out.mtl")
     expected = list(LIBRARY)
     expected[3] = "map_Kd my fabric.png"
     assert text == "\n".join(expected) + "\n"
@@ -240,7 +240,7 @@ def test_a_library_that_moves_takes_its_file_names_along(tmp_path):
     out = tmp_path / "sub"
     out.mkdir()
     library = material_library.Library(tuple(LIBRARY), tmp_path)
-    text = material_library.bound(
+    text = material_library.bind(
         library, {"Roof": "Roof"}, "", showing({"Roof"}, "../f.png"), out / "out.mtl"
     )
     assert "map_Kd -s 2 2 2 ../old brick.png" in text
@@ -251,7 +251,7 @@ def test_a_library_that_moves_takes_its_file_names_along(tmp_path):
 def test_a_shared_or_missing_material_is_made_anew(tmp_path):
     library = material_library.Library(tuple(LIBRARY), tmp_path)
     rename = {"Roof": "Roof_iccm", None: "iccm"}
-    text = material_library.bound(library, rename, "iccm_plain", showing(rename, "f.png"), tmp_path / "o.mtl")
+    text = material_library.bind(library, rename, "iccm_plain", showing(rename, "f.png"), tmp_path / "o.mtl")
     found = material_library.Library(tuple(text.splitlines()), tmp_path)
     assert list(found.materials()) == ["Red Brick", "Roof", "Roof_iccm", "iccm", "iccm_plain"]
     assert found.texture("Roof") is None
@@ -264,7 +264,7 @@ def test_usemtl_lines_go_around_the_part(tmp_path):
     data = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl M\ng a\nf 1 2 3\ng b\nf 1 2 3\ng c\nf 2 3 1\n"
     found = parse(data, tmp_path / "m.obj")
     binding = obj_write.Binding("new.mtl", {"M": "M_iccm"}, "")
-    text = obj_write.retextured(
+    text = obj_write.retexture(
         found, found.faces_of("b"), np.zeros((1, 2)), np.zeros(3, int), binding
     ).decode()
     assert text.splitlines() == [

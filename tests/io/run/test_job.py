@@ -7,9 +7,11 @@ import pytest
 
 from iccm import Fit, InputError
 from iccm.cli import apply, deform, map, options
-from iccm.io.run.execute import check, run, with_outputs
+from iccm.io.options import options_of
+from iccm.io.run import outputs
+from iccm.io.run.execute import run
+from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job, make
-from iccm.io.run.options import described
 from iccm.io.run.state import Run
 from iccm.io.spec import path_of
 from iccm.parallel import thread_count
@@ -65,7 +67,7 @@ def test_a_pin_may_be_a_point_in_space():
 
 
 def test_every_field_is_an_option_of_the_command_line_and_back():
-    fields = {"source", "target", *described()}
+    fields = {"source", "target", *options_of()}
     for command, own in (
         (map.command, set()),
         (deform.command, {"target", "bake", "parts", "turn", "carry_maps"}),
@@ -92,9 +94,9 @@ def test_apply_takes_its_options_from_the_same_place():
     assert {"filter", "kind", "edge", "colorspace", "memory"} <= {p.name for p in apply.command.params}
 
 
-@pytest.mark.parametrize("name", sorted(described()))
+@pytest.mark.parametrize("name", sorted(options_of()))
 def test_what_is_said_of_an_option_is_what_the_job_checks(name):
-    _, option = described()[name]
+    _, option = options_of()[name]
     assert getattr(Job(source="a"), name) == option.default and option.help[0].isalnum()
     if option.least is not None:
         with pytest.raises(InputError, match=f"--{name.replace('_', '-')}: "):
@@ -130,12 +132,12 @@ def test_a_file_whose_name_has_a_hash_wins(tmp_path):
     ],
 )
 def test_the_default_output_is_named_after_the_shapes(job, name):
-    assert with_outputs(job).output == (name,)
+    assert outputs.name_outputs(job, Inputs(job)).output == (name,)
 
 
 def test_no_picture_by_default_when_something_else_is_asked_for():
-    assert with_outputs(Job(source="a", target="b", report="-")).output == ()
-    assert with_outputs(Job(source="a", target="b", plot="p.png")).output == ()
+    for job in (Job(source="a", target="b", report="-"), Job(source="a", target="b", plot="p.png")):
+        assert outputs.name_outputs(job, Inputs(job)).output == ()
 
 
 @pytest.mark.parametrize(
@@ -154,7 +156,7 @@ def test_outputs_are_checked_before_anything_runs(tmp_path, monkeypatch, options
     for name in ("there.png", "a.png"):
         (tmp_path / name).write_bytes(b"old")
     with pytest.raises(InputError, match=what):
-        check(Job(source="a.png", target="b.svg", **options))
+        run(Job(source="a.png", target="b.svg", **options))
     assert (tmp_path / "there.png").read_bytes() == b"old"
 
 

@@ -299,7 +299,7 @@ def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, 
     (tmp_path / "drawing.svg").write_text("<svg/>")
     for words, message in {
         ("tetra.obj",): "is closed",
-        ("hill.obj", "-o", "hill.obj", "--force"): "is the input",
+        ("hill.obj", "-o", "hill.obj", "--force"): "is also an input",
         ("hill.obj", "-o", "x.stl"): "a flattening is written as",
         ("hill.obj", "--uv", "x.stl"): "cannot hold texture coordinates",
         ("hill.obj", "--plot", "x.gif"): "unknown suffix for --plot",

@@ -5,6 +5,7 @@ import pytest
 import shapely
 
 from iccm import InputError
+from iccm.io import limits
 from iccm.io.pictures import image_files
 from iccm.io.shapes import shape as shapes
 from iccm.io.shapes import silhouette
@@ -142,7 +143,7 @@ def test_pieces_that_touch_at_a_corner_are_two():
 def test_a_mask_with_noise_is_bounded():
     noise = np.random.default_rng(3).random((300, 300)).astype(np.float32)
     found, rest = silhouette.trace(noise)
-    assert len(found) <= silhouette.MOST and rest > 1000
+    assert len(found) <= limits.PIECES and rest > 1000
 
 
 @pytest.mark.parametrize(

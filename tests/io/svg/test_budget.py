@@ -2,6 +2,7 @@
 
 import gzip
 import time
+from xml.etree.ElementTree import Element, SubElement, fromstring
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ import shapely
 from iccm import InputError
 from iccm.io import artwork
 from iccm.io.shapes import shape
-from iccm.io.svg import budget, crossings, css, path_data, reader
+from iccm.io.svg import budget, crossings, path_data, reader, stylesheet
 from iccm.io.svg.affine import Affine
+from iccm.io.svg.stylesheet import Stylesheet
 from iccm.io.svg.thinning import thinned
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
@@ -123,10 +125,74 @@ def test_many_rules_for_many_elements_are_looked_up_once(tmp_path):
 
 
 def test_rules_that_cannot_be_looked_up_once_are_counted():
-    sheet = css.sheet("".join(f".a{{x:{k}}}.b{k}{{y:1}}" for k in range(2000)))
+    sheet = Stylesheet("".join(f".a{{x:{k}}}.b{k}{{y:1}}" for k in range(2000)), Element("svg"))
     with pytest.raises(InputError, match="combinations of rules and elements"):
         for k in range(2000):
-            sheet.style("path", {"class": f"a b{k}"})
+            sheet.style(Element("path", {"class": f"a b{k}"}))
+
+
+def nested(depth):
+    """An <svg> of nested groups, and the innermost."""
+    top = inner = Element("svg")
+    for _ in range(depth):
+        inner = SubElement(inner, "g")
+    return top, inner
+
+
+@pytest.mark.parametrize(
+    "selector", ["a " + "g " * 12 + "g", "a" + "~g" * 9, "a" + " g~g" * 5, ":not(a g " + "g " * 9 + "g)"]
+)
+def test_steps_of_a_selector_are_counted(selector):
+    top, _ = nested(150)
+    for each in list(top.iter("g")):
+        each[:] = [*each, *(Element("g") for _ in range(20))]
+    sheet = Stylesheet(f"{selector}{{x:1}}", top)
+    began = time.process_time()
+    with pytest.raises(InputError, match="combinations of rules and elements"):
+        for each in top.iter():
+            sheet.style(each)
+    assert time.process_time() - began < 2 * SECONDS
+
+
+def test_siblings_are_looked_at_without_copies_of_their_lists():
+    top = fromstring(f"<svg>{'<g/>' * 30_000}<a/></svg>")
+    assert Stylesheet("a~g{x:1}g~a{y:2}", top).style(top[-1]) == {"y": "2"}
+
+
+@pytest.mark.parametrize(
+    "selector",
+    [
+        "g" + " g" * 600,
+        "." * 5000,
+        "g:not(" * 300 + "a" + ")" * 300,
+        "[" * 2000,
+        "g" + "[a]" * 400,
+        "a|",
+        "[|",
+        "a::b",
+        ')[a]@x("b',
+    ],
+)
+def test_selectors_that_are_too_much_are_not_read(selector):
+    top, inner = nested(3)
+    sheet = Stylesheet(f"{selector}{{x:1}}g{{y:2}}", top)
+    assert sheet.style(inner) in ({"y": "2"}, {}) and not sheet.contextual
+
+
+@pytest.mark.parametrize("condition", ["[d*='xy']", "[d~=x]", "[d$=x i]", ":not([d^=x])", "[d*='xy'] > g"])
+def test_comparing_long_attributes_is_counted(condition):
+    top = fromstring(f'<svg d="{"x " * 500_000}"><g d="{"x " * 500_000}"/></svg>')
+    began = time.process_time()
+    with pytest.raises(InputError, match="combinations of rules and elements"):
+        Stylesheet("".join(f"{condition}{{x:{k}}}" for k in range(9000)), top).style(top[0])
+    assert time.process_time() - began < 3 * SECONDS
+
+
+def test_selectors_are_counted():
+    began = time.process_time()
+    with pytest.raises(InputError, match="more than 50000 selectors"):
+        Stylesheet(",".join(f"a{k}" for k in range(60_000)) + "{x:1}", Element("svg"))
+    assert time.process_time() - began < 3 * SECONDS
 
 
 @pytest.mark.parametrize("closed", [True, False])
@@ -228,14 +294,14 @@ def test_what_a_drawing_uses_again_and_again_is_counted(shapes, iccm, name):
 
 
 def test_lists_of_classes_are_looked_up_once_and_counted(monkeypatch):
-    monkeypatch.setattr(css, "MAX_RULES", 20_000)
-    sheet = css.sheet("".join(f".b{k}{{y:{k}}}" for k in range(200)))
+    monkeypatch.setattr(stylesheet, "MAX_RULES", 20_000)
+    sheet = Stylesheet("".join(f".b{k}{{y:{k}}}" for k in range(200)), Element("svg"))
     many = " ".join(f"b{k}" for k in range(20_000))
     for _ in range(100):
-        assert sheet.style("path", {"class": many})["y"] == "199"
+        assert sheet.style(Element("path", {"class": many}))["y"] == "199"
     with pytest.raises(InputError, match="combinations of rules and elements"):
         for k in range(100):
-            sheet.style("path", {"class": f"{many} c{k}"})
+            sheet.style(Element("path", {"class": f"{many} c{k}"}))
 
 
 def test_a_picture_that_is_used_often_is_written_once(shapes, iccm):

@@ -274,12 +274,50 @@ def test_entities_of_plain_words_are_read(tmp_path):
     assert shapes.read(f"{tmp_path}/a.svg#silhouette").curve.area == 50
 
 
+@pytest.mark.parametrize(
+    "selector",
+    [
+        *("g rect", "g > rect", "svg rect#a", "x, path + rect", "path ~ rect.k", "path+rect:last-child"),
+        *("[fill]", '[fill="red"]', "[fill^=r]", '[data-name~="b"]', "rect:not(.j)", "rect:not(svg > rect)"),
+        *(":is(rect, circle)", ":where(g) .k", "rect:nth-child(2)", "rect:nth-child(2n)", ":root rect"),
+    ],
+)
+def test_selectors_say_which_elements_they_style(svg, selector):
+    body = f"<style>rect{{width:1px}} {selector}{{width:9px !important}}</style>"
+    body += '<g><path/><rect id="a" class="k" fill="red" data-name="a b" height="4"/></g>'
+    body += '<rect class="j" x="20" width="2" height="3"/>'
+    shown = svg(body, chosen="#a")
+    assert (
+        shown.curve.area == 36 and svg(body).curve.area == 36 and not [n for n in shown.notes if "read" in n]
+    )
+
+
+def test_selectors_hold_by_specificity_then_by_order(svg):
+    body = '<g id="g"><rect id="r" class="a b" height="1"/></g>'
+    for rules, width in [
+        ("#g rect{width:5px} .a.b{width:6px}", 5),
+        (".b.a{width:6px} g .a{width:5px}", 6),
+        (".a{width:5px} rect[class]{width:6px} .b{width:7px}", 6),
+        ("g>.a{width:5px} g .b{width:6px}", 6),
+        ("g>.a{width:5px} .b.a{width:6px} .a{width:7px}", 6),
+    ]:
+        assert svg(f"<style>{rules}</style>{body}").curve.area == width, rules
+
+
+def test_a_use_is_styled_as_what_it_refers_to(svg):
+    body = "<style>#g > rect{width:4px} #h use{width:9px} #h rect{width:7px}</style>"
+    body += '<g id="g"><rect id="r" height="1"/></g>'
+    areas = svg(f'{body}<g id="h"><use id="u" href="#r" x="20"/></g>', chosen="#u").curve.area
+    assert areas == 4
+
+
 def test_style_rules_that_are_not_read_are_told(svg):
     body = '<rect class="a" width="9" height="9"/>'
-    assert svg(f"<style>g>.a{{fill:none}} .a:hover{{fill:red}}</style>{body}").notes == (
-        "2 style rules not read: a selector of more than a tag, classes and an id",
+    rules = "g>.a{fill:none} .a:hover{fill:red} g:has(rect){fill:none} .a:nth-of-type(2), .a:no{x:1}"
+    assert svg(f"<style>{rules}</style>{body}").notes == (
+        "4 style rules not read: a malformed selector, or a pseudo-class such as :hover",
     )
-    assert not svg(f"<style>.a{{fill:red}}</style>{body}").notes
+    assert not svg(f"<style>.a{{fill:red}} g>.a{{fill:none}}</style>{body}").notes
 
 
 def test_a_clip_is_told(svg):

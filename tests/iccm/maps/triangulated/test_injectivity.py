@@ -1,7 +1,6 @@
 """The certificate holds for maps that are one-to-one, and for no other, however small the fold."""
 
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -11,40 +10,11 @@ from hypothesis import strategies as st
 from iccm.maps.triangulated.injectivity import positive
 from iccm.maps.triangulated.map import TriangulatedMap
 from iccm.maps.triangulated.patches import bernstein
-from iccm.maps.triangulated.predicates import orientation
 from iccm.maps.triangulated.simple import fault
 from tests.shapes import arrow, circle, ell, radial, star
-from tests.triangulations import irregular, lattice, map_of, ring, wavy
+from tests.triangulations import exact_turn, irregular, lattice, map_of, ring, wavy
 
 SQUARE = np.array([0, 1, 1 + 1j, 1j])
-LITTLE = st.floats(-1e-15, 1e-15)
-
-
-def exact_turn(a, b, c):
-    (ax, ay), (bx, by), (cx, cy) = (
-        (Fraction(p.real), Fraction(p.imag)) for p in (complex(a), complex(b), complex(c))
-    )
-    value = (ax - cx) * (by - cy) - (ay - cy) * (bx - cx)
-    return (value > 0) - (value < 0)
-
-
-@given(
-    st.complex_numbers(max_magnitude=10),
-    st.complex_numbers(max_magnitude=10),
-    st.floats(-2, 2),
-    st.builds(complex, LITTLE, LITTLE),
-)
-def test_orientation_is_exact_near_lines(a, b, part, off):
-    c = a + part * (b - a) + off
-    assert orientation(*(np.array([p]) for p in (a, b, c)))[0] == exact_turn(a, b, c)
-
-
-@given(
-    st.lists(st.integers(-3, 3), min_size=6, max_size=6), st.sampled_from([1e-200, 1e-160, 5e-324, 1, 1e100])
-)
-def test_orientation_is_exact_where_products_underflow(numbers, scale):
-    a, b, c = (complex(x * scale, y * scale) for x, y in zip(numbers[::2], numbers[1::2]))
-    assert orientation(*(np.array([p]) for p in (a, b, c)))[0] == exact_turn(a, b, c)
 
 
 def test_maps_that_are_one_to_one_are_certified():

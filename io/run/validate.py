@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import JobError
 from .. import point_syntax
-from .options import JobOptions
+from ..options import JobOptions
 
 
 class _Shapes(BaseModel):
@@ -23,7 +23,7 @@ class CheckedJob(JobOptions, _Shapes):
     """The values of a `Job`, each checked for itself."""
 
 
-def checked(values: dict[str, Any]) -> dict[str, Any]:
+def validate(values: dict[str, Any]) -> dict[str, Any]:
     """The values, defaults among them, as a job has them.
 
     Raises:
@@ -41,11 +41,11 @@ def mistakes(error: ValidationError) -> list[tuple[str, str]]:
     for item in error.errors(include_url=False, include_context=False):
         parts = [str(part) for part in item["loc"] if part not in point_syntax.TAGS]
         key = ".".join(part for part in parts if not part.startswith(("tuple[", "function-")))
-        found.setdefault(key.removesuffix(".0") if key.startswith("size") else key, _said(item["msg"]))
+        found.setdefault(key.removesuffix(".0") if key.startswith("size") else key, _sentence(item["msg"]))
     return list(found.items())
 
 
-def _said(message: str) -> str:
+def _sentence(message: str) -> str:
     if "as a unicode string" in message:
         return "the name is not UTF-8; rename the file"
     return message.removeprefix("Value error, ").replace("Extra inputs are not permitted", "unknown key")

@@ -1,20 +1,19 @@
-"""The options of a run, each described once: the command line and `Job` are both made from this class.
+"""The options of every command, each described once: the command line, `Job` and manifests are made from this table.
 
-To add an option, add a line to `Options`. Nothing heavy is imported: `iccm map --help` reads this.
+To add an option, add a row to the class of its command, or to `JobOptions`, which describes a job: `map`, `deform`,
+manifests and `edit` make one. A row says which other commands have it, too. Nothing heavy is imported: help reads this.
 """
 
 import re
 from collections.abc import Callable
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
 
-MAX_SIDE = 1 << 17
+from . import limits
+
 DIGITS = 15  # of a number of bytes, K, M, G or T
-MOST_MEMORY = 1 << 62
-MOST_VERTICES = 4000  # of a map's polygon
 CERTIFIED = 0.99  # share of the source's area that `--require-injective` asks for
-MOST_BALANCE = 10  # beyond 4 areas hardly change, and angles pay for it
 
 
 @dataclass(frozen=True)
@@ -29,8 +28,9 @@ class Option:
         parse: makes the value of what was typed.
         validated: the pydantic type, where it is more than the annotation says; imported when it is needed.
         solver: whether it goes to `iccm.fit` and `iccm.deform`, unless it is None.
-        commands: those that have it.
+        commands: those that have it; of a row that says none those of its class.
         short: a second name.
+        required: whether it must be given.
         flag: its value where it is given without one.
     """
 
@@ -44,8 +44,9 @@ class Option:
     parse: Callable[[Any], Any] | None = None
     validated: Callable[[], Any] | None = None
     solver: bool = False
-    commands: tuple[str, ...] = ("map", "deform")
+    commands: tuple[str, ...] = ()
     short: str = ""
+    required: bool = False
     flag: str | None = None
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
@@ -62,13 +63,18 @@ def _option(*words: str, **more: Any) -> Any:
     return Option(*words, **more)
 
 
-def _fields(cls: type) -> type:
-    """The class with annotations that hold the options, and their defaults, as pydantic wants them."""
-    for name, hint in get_type_hints(cls).items():
-        option = getattr(cls, name)
-        cls.__annotations__[name] = Annotated[hint, option]
-        setattr(cls, name, option.default)
-    return cls
+def _table(*commands: str) -> Callable[[type], type]:
+    """Annotate a class with its options, and give it their defaults, as pydantic wants them."""
+
+    def fill(cls: type) -> type:
+        for name, hint in get_type_hints(cls).items():
+            option = getattr(cls, name)
+            row = replace(option, commands=option.commands or commands)
+            cls.__annotations__[name] = Annotated[hint, row]
+            setattr(cls, name, option.default)
+        return cls
+
+    return fill
 
 
 def size(value: Any) -> Any:
@@ -79,8 +85,10 @@ def size(value: Any) -> Any:
             raise ValueError(f"{value!r} is not WxH or N, such as 1024x768 or 1024")
         value = [int(part) for part in match.groups() if part]
     sides = [value] if isinstance(value, int) else value
-    if isinstance(sides, list | tuple) and any(isinstance(n, int) and not 1 <= n <= MAX_SIDE for n in sides):
-        raise ValueError(f"a side must be from 1 to {MAX_SIDE} pixels")
+    if isinstance(sides, list | tuple) and any(
+        isinstance(n, int) and not 1 <= n <= limits.SIDE for n in sides
+    ):
+        raise ValueError(f"a side must be from 1 to {limits.SIDE} pixels")
     return tuple(sides) if isinstance(sides, list | tuple) else value
 
 
@@ -113,8 +121,8 @@ def vertices(value: Any) -> Any:
     if isinstance(value, str) and not value.isdecimal():
         raise ValueError(f"{value!r} is neither a number nor source")
     count = int(value) if isinstance(value, str) else value
-    if isinstance(count, int) and not 3 <= count <= MOST_VERTICES:
-        raise ValueError(f"{count} is not between 3 and {MOST_VERTICES}")
+    if isinstance(count, int) and not 3 <= count <= limits.VERTICES:
+        raise ValueError(f"{count} is not between 3 and {limits.VERTICES}")
     return count
 
 
@@ -137,7 +145,7 @@ def many(value: Any) -> Any:
 
 
 def _pins() -> Any:
-    from ..point_syntax import Pin
+    from .point_syntax import Pin
 
     return tuple[Pin, ...]
 
@@ -146,7 +154,110 @@ EVERY = ("map", "deform", "apply")
 EDITED = ("map", "deform", "edit")  # what is seen on the page
 
 
-@_fields
+@_table("apply")
+class ApplyOptions:
+    """Those of `iccm apply`."""
+
+    output: str = _option("The picture to write; - for a PNG on stdout.", "FILE", required=True, short="-o")
+
+
+@_table("flatten")
+class FlattenOptions:
+    """Those of `iccm flatten`."""
+
+    output: tuple[str, ...] = _option(
+        "The outline (.svg) or the flat mesh (.obj).", "FILE", default=(), short="-o"
+    )
+    uv: str | None = _option("The mesh with its flattening as texture coordinates (.obj .glb .ply).", "FILE")
+    method: str = _option(
+        "conformal: angles kept, one-to-one; lscm: least squares, whether it folds or not; balanced: angles and areas; "
+        "or onto the outline of a drawing or picture (outline.svg, sheet.svg#id), as evenly as the surface allows.",
+        "[conformal|lscm|balanced|OUTLINE]", default="conformal",
+    )  # fmt: skip
+    carry_maps: bool = _option(
+        "With --uv of a GLB or OBJ: carry the maps of its materials to the new coordinates.", default=False
+    )
+    cut: bool = _option("Cut a closed surface, or one with handles, open.", default=False)
+    report: str | None = _option("Figures of the flattening as JSON; - for stdout.", "FILE.json")
+    plot: str | None = _option(
+        "The flat mesh and the surface with a checkerboard (.png .svg .pdf).", "FILE.png"
+    )
+
+
+@_table("relayout")
+class RelayoutOptions:
+    """Those of `iccm relayout`."""
+
+    texture: tuple[str, ...] = _option(
+        "A picture of colours to carry over; may be repeated, as the next three.", "IMAGE", default=()
+    )
+    normal: tuple[str, ...] = _option(
+        "A tangent-space normal map, y up (OpenGL, glTF, Blender).", "IMAGE", default=()
+    )
+    normal_down: tuple[str, ...] = _option("One with y down (DirectX).", "IMAGE", default=())
+    data: tuple[str, ...] = _option("A picture of numbers: roughness, height, masks.", "IMAGE", default=())
+    output: tuple[str, ...] = _option(
+        "What to write: NEW as .glb or .obj with all maps of OLD's materials; or pictures, one for each given, or "
+        "one name with {stem} in it, the picture's own. May be repeated.",
+        "FILE", default=(), required=True, short="-o",
+    )  # fmt: skip
+    size: tuple[int] | tuple[int, int] | None = _option(
+        "Of the pictures made.  [default: the largest one given]", "WxH|N", parse=size
+    )
+    limit: float = _option(
+        "Largest distance between the surfaces, as a share of the diagonal; texels farther away stay empty.",
+        default=0.01,
+        least=0,
+    )
+    padding: int | None = _option("Texels to spread past the charts.  [default: size / 32]", least=-1)
+    report: str | None = _option("What was found, as JSON; - for stdout.", "FILE.json")
+
+
+@_table("batch")
+class BatchOptions:
+    """Those of `iccm batch`."""
+
+    root: str | None = _option("Where outputs go and stay.  [default: the manifest's folder]", "DIR")
+    outside: bool = _option("Let outputs leave the root.", default=False)
+    workers: int | None = _option("Processes.  [default: all cores]", least=1, short="-j")
+    threads: int = _option("Threads of each worker.", default=1, least=1)
+    dask: str | None = _option(
+        "Use a Dask cluster, such as tcp://host:8786, instead of processes.", "ADDRESS"
+    )
+    timeout: float | None = _option("Time limit of each job.", "SECONDS", above=0)
+    retries: int = _option("How often a job is run again after its worker died.", default=1, least=0)
+    fail_fast: bool = _option("Begin no job after the first that fails.", default=False)
+    resume: bool = _option(
+        "Skip jobs that an earlier run finished and nothing has changed since.", default=False
+    )
+    check: bool = _option("Check the manifest, run nothing.", default=False)
+
+
+@_table("check")
+class CheckOptions:
+    """Those of `iccm check`."""
+
+    tolerances: str | None = _option("Limits.  [default: BASELINES/tolerances.toml, if it is there]", "FILE")
+    junit: str | None = _option("JUnit report for CI: one test case per file.", "FILE.xml")
+    diff: str | None = _option("Pictures of what differs: baseline, run, difference.", "DIR")
+    update: bool = _option("Make the run the baselines.", default=False)
+
+
+@_table("info")
+class InfoOptions:
+    """Those of `iccm info`."""
+
+    json: bool = _option("One JSON object per file, each on its line.", default=False)
+
+
+@_table("doctor")
+class DoctorOptions:
+    """Those of `iccm doctor`."""
+
+    json: bool = _option("One JSON object per finding, each on its line.", default=False)
+
+
+@_table("map", "deform")
 class JobOptions:
     """What can be said about a run, in the order in which help shows it."""
 
@@ -154,8 +265,9 @@ class JobOptions:
         "Picture to carry along.  [default: a numbered checkerboard]", "IMAGE", commands=EDITED
     )
     normal: tuple[str, ...] = _option(
-        "A tangent-space normal map, y up, through the same map, as the next two: each gets an -o, or {stem} in one "
-        "stands for its name; a mesh (-o x.glb) shows one itself. May be repeated.", "IMAGE", default=(), parse=many,
+        "A tangent-space normal map, y up, to carry through the same map. Each picture of this option and the next two "
+        "gets an -o, or one -o names all with {stem}, the picture's name; a mesh (-o x.glb) shows a normal map "
+        "itself. May be repeated.", "IMAGE", default=(), parse=many,
     )  # fmt: skip
     normal_down: tuple[str, ...] = _option("One with y down (DirectX).", "IMAGE", default=(), parse=many)
     data: tuple[str, ...] = _option(
@@ -169,18 +281,20 @@ class JobOptions:
     report: str | None = _option("Figures of the run as JSON; - for stdout.", "FILE.json")
     plot: str | None = _option("A figure: grids, energy, distortion (.png .svg .pdf).", "FILE.png")
     stmap: str | None = _option("The map itself, for `iccm apply` and compositors.", "FILE.exr")
-    force: bool = _option("Replace files that exist.", default=False, commands=EVERY)
+    force: bool = _option(
+        "Replace files that exist.", default=False, commands=(*EVERY, "flatten", "relayout", "batch")
+    )
 
     parts: Literal["largest", "all"] = _option(
-        "What is mapped of files that draw several outlines: the largest, or each onto its partner.",
+        "Of files that draw several outlines map the largest, or all of them, each onto its partner.",
         default="largest", commands=("map",),
     )  # fmt: skip
     plane: Literal["flat", "uv"] = _option(
-        "The plane that meshes lie in: their flattening, or their own texture coordinates, as #uv does.",
+        "The plane that meshes are mapped in: flat, flattened; uv, their own texture coordinates, as #uv does.",
         default="flat",
     )
     holes: Literal["keep", "fill"] = _option(
-        "Whether holes go onto holes and stay transparent in pictures, or are taken for inside and painted over.",
+        "keep: holes go onto holes and stay transparent in pictures; fill: they are ignored and painted over.",
         default="keep", commands=EDITED,
     )  # fmt: skip
     pin: tuple[Any, ...] = _option(
@@ -191,13 +305,13 @@ class JobOptions:
         "Pins and strokes from a file; - for stdin.", "FILE.json", commands=EDITED
     )
     pin_weight: float | None = _option(
-        "Pull of the pins against the outline's (conformal, paper); balanced meets them.  [default: 1]",
+        "Weight of the pins against the outline (conformal, paper); balanced meets them exactly.  [default: 1]",
         "W",
         above=0,
         solver=True,
     )
     stroke_weight: float | None = _option(
-        "Pull of the strokes (likewise).  [default: 1]", "W", above=0, solver=True
+        "Weight of the strokes, likewise.  [default: 1]", "W", above=0, solver=True
     )
 
     quasi: float | None = _option(
@@ -209,49 +323,49 @@ class JobOptions:
     )  # fmt: skip
     balance: float = _option(
         "0 keeps angles only, 1 is even, more keeps areas (balanced).", "THETA",
-        default=1.0, least=0, most=MOST_BALANCE, solver=True, commands=EDITED,
+        default=1.0, least=0, most=limits.BALANCE, solver=True, commands=EDITED,
     )  # fmt: skip
     turn: float | Literal["any"] = _option(
-        "Degrees by which the picture should be turned; any leaves it to the shapes (balanced).  [default: 0]",
+        "Degrees by which to turn the picture; any: as suits the shapes best (balanced).  [default: 0]",
         "DEGREES|any", default=0.0, parse=turn, solver=True, commands=("map", "edit"),
     )  # fmt: skip
     max_dilatation: float | None = _option(
-        "Bound on the dilatation to meet (balanced).",
+        "Largest dilatation allowed (balanced).",
         "K",
         above=1,
         solver=True,
         commands=EDITED,
     )
     max_stretch: float | None = _option(
-        "Bound on the stretch to meet (balanced).", "S", above=1, solver=True, commands=EDITED
+        "Largest stretch allowed (balanced).", "S", above=1, solver=True, commands=EDITED
     )
     order: Literal[0, 1] | None = _option(
         "Distance of zeroth or first order.  [default: by method]", least=0, most=1, solver=True
     )
     max_iterations: int | None = _option("Stop after N.  [default: by method]", "N", least=1, solver=True)
     vertices: int | Literal["source"] | None = _option(
-        "Boundary vertices, or the source's own and no others.  [default: by shape]", "N|source",
+        "Number of boundary vertices; source: exactly those of the file.  [default: by shape]", "N|source",
         parse=vertices, solver=True,
     )  # fmt: skip
     samples_per_edge: int | None = _option(
         "Samples between two vertices, with --method paper.  [default: 4]", "N", least=1, most=64, solver=True
     )
     weights: Literal["relative", "paper"] | None = _option(
-        "Means that do not depend on sizes and counts, or sums as the paper has them.  [default: relative]",
+        "relative: means, which do not depend on sizes and counts; paper: sums, as published.  [default: relative]",
         solver=True,
     )
     smoothness: float | None = _option(
         "Resistance to bending.  [default: by command]", "W", least=0, solver=True
     )
     tolerance: float = _option(
-        "Boundary gap to reach, relative to the target's diagonal.",
+        "Distance to reach between the mapped outline and the target's, relative to its diagonal.",
         default=1e-3,
         above=0,
         solver=True,
         commands=EDITED,
     )
     require_injective: float | None = _option(
-        "Exit code 1 unless it is certified one-to-one on this share of the source's area.  [0.99]", "[SHARE]",
+        "Exit code 1 unless the map is certified one-to-one on this share of the source's area.  [0.99]", "[SHARE]",
         above=0, most=1, parse=share, flag=str(CERTIFIED),
     )  # fmt: skip
 
@@ -284,37 +398,76 @@ class JobOptions:
     edge: Literal["clamp", "transparent"] = _option(
         "What lies outside the texture.", default="clamp", commands=(*EVERY, "edit")
     )
-    padding: int | None = _option("Pixels to spill past the outline; -1: all.", "N", least=-1)
+    padding: int | None = _option(
+        "Pixels by which colours extend past the outline; -1: over the whole picture.", "N", least=-1
+    )
     fill: Literal["push-pull", "nearest"] = _option("How padding is filled.", default="push-pull")
     max_pixel_error: float = _option("Error that fast evaluation may make, in texels.", default=0.05, above=0)
     max_pixels: int = _option(
-        "Refuse larger pictures.", default=1 << 28, least=1, commands=(*EVERY, "edit", "relayout")
+        "Refuse larger pictures.", default=limits.PIXELS, least=1, commands=(*EVERY, "edit", "relayout")
     )
     memory: int | None = _option(
         "Bound on the process, such as 2G: pictures that do not fit go through a scratch file.", "SIZE",
-        least=1, most=MOST_MEMORY, parse=memory, commands=EVERY,
+        least=1, most=limits.MEMORY, parse=memory, commands=EVERY,
     )  # fmt: skip
     max_segments: int = _option(
-        "Refuse SVGs that draw more lines and curves.", default=1 << 20, least=1, commands=EDITED
+        "Refuse SVGs that draw more lines and curves.", default=limits.SEGMENTS, least=1, commands=EDITED
     )
 
     bake: bool = _option(
-        "Fill the texture layout that the target mesh has, not a new one.", default=False, commands=("map",)
+        "Write the picture for the texture coordinates that the target mesh has, instead of new ones.",
+        default=False,
+        commands=("map",),
     )
     carry_maps: bool = _option(
         "Carry the other maps of a mesh's materials (normals, roughness, …) to the new coordinates, too.",
         default=False, commands=("map",),
     )  # fmt: skip
-    cut: bool = _option(
-        "Cut a closed mesh, or one with handles, open.", default=False, commands=(*EVERY, "edit")
+    cut: bool = _option("Cut a closed mesh, or one with handles, open.", default=False, commands=EDITED)
+    max_faces: int = _option(
+        "Refuse larger meshes.",
+        default=limits.FACES,
+        least=1,
+        commands=(*EDITED, "flatten", "relayout", "info"),
     )
-    max_faces: int = _option("Refuse larger meshes.", default=5_000_000, least=1, commands=(*EVERY, "edit"))
+    outside: bool = _option(
+        "Take material libraries and pictures that a mesh names from anywhere, not only from its folder and below.",
+        default=False, commands=("map", "deform", "flatten", "relayout"),
+    )  # fmt: skip
 
 
-def described() -> dict[str, tuple[Any, Option]]:
-    """The type and the description of each option of `JobOptions`, by name."""
-    hints = get_type_hints(JobOptions, include_extras=True)
+@_table(*EVERY, "edit", "relayout")
+class CommonOptions:
+    """Of the run, not of the job."""
+
+    threads: int | None = _option("Never changes the result.  [default: all cores]", "N", least=1)
+
+
+@_table("edit")
+class EditOptions:
+    """Those of `iccm edit` beside the job's."""
+
+    port: int | None = _option("Port of the page.  [default: any that is free]", "N", least=0, most=65535)
+    no_browser: bool = _option("Show the page's address, and leave it to you to open it.", default=False)
+
+
+TABLE: tuple[type, ...] = (
+    *(ApplyOptions, FlattenOptions, RelayoutOptions, BatchOptions, CheckOptions, InfoOptions, DoctorOptions),
+    *(JobOptions, CommonOptions, EditOptions),
+)
+"""Every option of every command, in the order of help."""
+
+
+def options_of(table: type = JobOptions) -> dict[str, tuple[Any, Option]]:
+    """The type and the description of each option of a class, by name."""
+    hints = get_type_hints(table, include_extras=True)
     return {name: (hint.__origin__, hint.__metadata__[0]) for name, hint in hints.items()}
 
 
-SOLVER = tuple(name for name, (_, option) in described().items() if option.solver)
+def of_command(command: str) -> dict[str, tuple[Any, Option]]:
+    """The type and the description of each option of a command, by name."""
+    rows = (row for table in TABLE for row in options_of(table).items())
+    return {name: row for name, row in rows if command in row[1].commands}
+
+
+SOLVER = tuple(name for name, (_, option) in options_of().items() if option.solver)

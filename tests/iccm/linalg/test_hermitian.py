@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from scipy.sparse import csr_matrix, diags
 
-from iccm.linalg import nested_dissection
+from iccm.linalg import hermitian, nested_dissection
 from iccm.meshes import flatten
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.mesh import Mesh
@@ -23,24 +23,24 @@ def system(n, seed):
     half = csr_matrix((values, pairs.T), (n, n))
     whole = half + half.getH()
     most = 1 + np.asarray(abs(whole).sum(axis=1)).ravel()
-    return nested_dissection.Hermitian(most, pairs.T, values), (whole + diags(most)).toarray(), points
+    return hermitian.Hermitian(most, pairs.T, values), (whole + diags(most)).toarray(), points
 
 
 @pytest.mark.parametrize("n", [1, 50, 97, 900])
 def test_the_solution_is_that_of_the_dense_matrix(n):
     matrix, dense, points = system(n, n)
     right = np.exp(1j * np.arange(n))
-    found = nested_dissection.solve(matrix, points, right)
+    found = hermitian.solve(matrix, points, right)
     assert found == pytest.approx(np.linalg.solve(dense, right), abs=1e-12)
 
 
 def test_parts_that_nothing_couples_are_solved_each():
     matrix, dense, points = system(300, 7)
-    twice = nested_dissection.Hermitian(
+    twice = hermitian.Hermitian(
         np.tile(matrix.diagonal, 2), np.hstack([matrix.ends, matrix.ends + 300]), np.tile(matrix.values, 2)
     )
     right = np.exp(1j * np.arange(600))
-    found = nested_dissection.solve(twice, np.vstack([points, 9 + points]), right)
+    found = hermitian.solve(twice, np.vstack([points, 9 + points]), right)
     expected = [np.linalg.solve(dense, half) for half in (right[:300], right[300:])]
     assert found == pytest.approx(np.concatenate(expected), abs=1e-12)
 
@@ -48,19 +48,19 @@ def test_parts_that_nothing_couples_are_solved_each():
 def test_entries_in_one_place_add_up():
     diagonal, ends, values = system(300, 4)[0]
     points, right = system(300, 4)[2], np.ones(300, complex)
-    halves = nested_dissection.Hermitian(
+    halves = hermitian.Hermitian(
         diagonal, np.hstack([ends, ends[::-1]]), np.append(0.3 * values, 0.7 * values.conj())
     )
     one, other = (
-        nested_dissection.solve(matrix, points, right)
-        for matrix in (nested_dissection.Hermitian(diagonal, ends, values), halves)
+        hermitian.solve(matrix, points, right)
+        for matrix in (hermitian.Hermitian(diagonal, ends, values), halves)
     )
     assert other == pytest.approx(one, abs=1e-12)
 
 
 def test_parts_are_not_coupled_but_by_what_comes_after_them():
     matrix, dense, points = system(900, 1)
-    order, nodes = nested_dissection.dissected(matrix.ends, points)
+    order, nodes = nested_dissection.nested_dissection(matrix.ends, points)
     assert sorted(order) == list(range(900)) and nodes[-1][1] == 900
     coupled = dense[np.ix_(order, order)] != 0
     begins = {}
@@ -77,7 +77,7 @@ def test_a_matrix_that_is_not_definite_is_refused():
     matrix, _, points = system(300, 2)
     matrix = matrix._replace(diagonal=matrix.diagonal - 1e3)
     with pytest.raises(np.linalg.LinAlgError):
-        nested_dissection.solve(matrix, points, np.ones(300, complex))
+        hermitian.solve(matrix, points, np.ones(300, complex))
 
 
 def test_least_squares_of_large_patches_are_libigls(monkeypatch):

@@ -27,7 +27,7 @@ def columns_by_sets(faces, order):
     return columns
 
 
-@pytest.mark.parametrize("route", [ordering._by_elements, ordering._by_superlu])
+@pytest.mark.parametrize("route", [ordering._by_quotient_graph, ordering._by_superlu])
 @pytest.mark.parametrize("count", [3, 12, 150])
 def test_columns_are_those_of_the_factor(route, count):
     faces = mesh(count)
@@ -42,7 +42,7 @@ def test_vertices_of_least_degree_go_first():
     faces = mesh(60)
     left = {v: set(faces[(faces == v).any(axis=1)].ravel().tolist()) - {v} for v in range(60)}
     updated = set()  # of the others the number of triangles stands for the degree
-    for v in ordering._by_elements(faces, 60).order.tolist():
+    for v in ordering._by_quotient_graph(faces, 60).order.tolist():
         column = left.pop(v)
         if v in updated:
             assert len(column) <= min((len(left[w]) for w in updated if w in left), default=60)
@@ -54,13 +54,13 @@ def test_vertices_of_least_degree_go_first():
 
 def test_the_factor_is_about_as_small_as_with_superlu():
     faces = mesh(2000, seed=1)
-    sizes = [route(faces, 2000).columns.size for route in (ordering._by_elements, ordering._by_superlu)]
+    sizes = [route(faces, 2000).columns.size for route in (ordering._by_quotient_graph, ordering._by_superlu)]
     assert sizes[0] < 1.2 * sizes[1]
 
 
 def test_a_long_factor_gets_more_room(monkeypatch):
     faces = mesh(400)
-    found = ordering._by_elements(faces, 400)
+    found = ordering._by_quotient_graph(faces, 400)
     monkeypatch.setattr(ordering, "ROOM", 1)
-    again = ordering._by_elements(faces, 400)
+    again = ordering._by_quotient_graph(faces, 400)
     assert all(np.array_equal(a, b) for a, b in zip(found, again))

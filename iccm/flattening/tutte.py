@@ -7,10 +7,10 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
-from ..arrays import Complex, Index, Real, xy_of
+from ..arrays import Complex, Index, Real, complex_of, xy_of
 from ..blas import on_one_thread
-from .patch import Patch
-from .topology import Triangles
+from ..meshes.patch import Patch
+from ..meshes.topology import Triangles
 
 
 @on_one_thread
@@ -35,7 +35,7 @@ def convex(patch: Patch, outline: Index) -> Complex:
         factor = splu(
             rows[:, inner].tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
         )
-        z[inner] = factor.solve(xy_of(right)) @ np.array([1, 1j])
+        z[inner] = complex_of(factor.solve(xy_of(right)))
     return z[: patch.triangles.count]
 
 

@@ -1,0 +1,269 @@
+"""What holds the vertices of a mesh's boundary: outlines that they slide on, or pins and nothing else."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Complex, Flags, Index, Real
+from ..meshing.mesh import closed_links
+from ..minimise.energy import BOTH_AREAS, IMAGE_AREA, SOURCE_AREA
+from ..minimise.sliding import BETA, FREE, HELD, NO_RAIL, SLIDING, Border, Rail
+from .boundary_pairs import HoleMatch, Loop, Match, Pairs, apart
+from .outline import Outline
+
+NO_PINS, NO_GOALS = np.empty(0, np.int64), np.empty(0, np.complex128)
+
+
+class Support(NamedTuple):
+    """How constrained vertices are held on the side of a map that moves.
+
+    Attributes:
+        tau: (c,) arclengths on their rails.
+        border: the curves as chains.
+        kinds: (c,) HELD, SLIDING or FREE.
+        goals: (c,) where held ones are to be.
+        rails: what they slide on.
+        own: (c,) the rail of each.
+    """
+
+    tau: Real
+    border: Border
+    kinds: Index
+    goals: Complex
+    rails: list[Rail]
+    own: Index
+
+
+class MeshHoles(NamedTuple):
+    """The holes of a map in the making.
+
+    Attributes:
+        outlines: those of each hole of the mesh, in the source and in the target.
+        loops: their vertices.
+        filled: the outlines of holes of the source that have no partner, as inner vertices of the mesh.
+    """
+
+    outlines: tuple[tuple[Outline, Outline], ...] = ()
+    loops: tuple[Loop, ...] = ()
+    filled: tuple[Loop, ...] = ()
+
+    def inverse(self) -> "MeshHoles":
+        """Those of the inverse map."""
+        outlines = tuple((b, a) for a, b in self.outlines)
+        return MeshHoles(outlines, tuple(loop.inverse() for loop in self.loops))
+
+
+NO_HOLES = MeshHoles()
+
+
+class MatchedLoop(NamedTuple):
+    """A loop of a map's outline.
+
+    Attributes:
+        source: what it is in the source.
+        target: and in the target.
+        vertices: those on it.
+    """
+
+    source: Outline
+    target: Outline
+    vertices: slice
+
+    @property
+    def lengths(self) -> tuple[float, float]:
+        """Of both."""
+        return self.source.length, self.target.length
+
+
+@dataclass(frozen=True, eq=False)
+class MatchedBoundary:
+    """Vertices that slide on the outlines of source and target.
+
+    Attributes:
+        source: outline of the source at this level.
+        target: outline of the target.
+        pairs: arclengths of the vertices on both, and which are corners.
+        anchored: (b,) vertices that never move.
+        axis: arclength on the source from which the outline is a mirror axis and has no energy of its own.
+        holes: the holes.
+    """
+
+    source: Outline
+    target: Outline
+    pairs: Pairs
+    anchored: Flags
+    axis: float = np.inf
+    holes: MeshHoles = NO_HOLES
+
+    pinned, goals = NO_PINS, NO_GOALS
+
+    @classmethod
+    def of(
+        cls,
+        source: Outline,
+        target: Outline,
+        pairs: Pairs,
+        anchors: Match | None,
+        holes: MeshHoles = NO_HOLES,
+        axis: float = np.inf,
+    ) -> "MatchedBoundary":
+        """With vertices that stay at anchors of the outer outline."""
+        anchored = np.zeros(pairs.s.size, bool)
+        outer = slice(0, holes.loops[0].first if holes.loops else anchored.size)
+        if anchors is not None:
+            anchored[outer] = ~apart(pairs.s[outer], anchors.s, source.length)
+        return cls(source, target, pairs, anchored, axis, holes)
+
+    @property
+    def size(self) -> int:
+        """How many vertices are on the outlines."""
+        return self.pairs.s.size
+
+    @property
+    def slices(self) -> list[slice]:
+        """The vertices on each outline."""
+        outer = slice(0, self.holes.loops[0].first if self.holes.loops else self.size)
+        return [outer, *(loop.vertices for loop in self.holes.loops)]
+
+    @cached_property
+    def loops(self) -> list[MatchedLoop]:
+        """The outlines and their vertices, the outer one first."""
+        outlines = (self.source, self.target), *self.holes.outlines
+        return [MatchedLoop(*both, vertices) for both, vertices in zip(outlines, self.slices)]
+
+    @property
+    def following(self) -> Index:
+        """(b,) the next vertex of each one's outline."""
+        return closed_links([vertices.stop - vertices.start for vertices in self.slices])
+
+    @property
+    def match(self) -> Match:
+        """The correspondence of the outlines."""
+        outer, *holes = [self._match(loop) for loop in self.loops]
+        numbers = ((loop.source, loop.target) for loop in self.holes.loops)
+        return outer._replace(holes=tuple(HoleMatch(i, j, hole) for (i, j), hole in zip(numbers, holes)))
+
+    def _match(self, loop: MatchedLoop) -> Match:
+        s, tau = self.pairs.s[loop.vertices], self.pairs.tau[loop.vertices]
+        return Match(np.append(s, s[0] + loop.source.length), np.append(tau, tau[0] + loop.target.length))
+
+    def inverse(self) -> "MatchedBoundary":
+        """That of the inverse map; not where holes are filled."""
+        s, tau, at_source, at_target = self.pairs
+        pairs, holes = Pairs(tau, s, at_target, at_source), self.holes.inverse()
+        return replace(self, source=self.target, target=self.source, pairs=pairs, holes=holes)
+
+    def with_filled(self, loops: tuple[Loop, ...]) -> "MatchedBoundary":
+        """With the outlines of holes without a partner."""
+        return replace(self, holes=self.holes._replace(filled=loops))
+
+    def images(self) -> Complex:
+        """(b,) where the vertices are on the target."""
+        u = np.zeros(self.size, np.complex128)
+        for loop in self.loops:
+            u[loop.vertices] = loop.target.curve.at(self.pairs.tau[loop.vertices])
+        return u
+
+    def area_share(self, forward: bool) -> float:
+        """Half: a map and its inverse have the same energy."""
+        return BOTH_AREAS
+
+    def support(self, forward: bool, moving: Complex, corners: bool) -> Support:
+        """Corners of the side that is kept slide; those of the other one hold their vertices."""
+        loops, own = self.loops, np.zeros(self.size, np.int64)
+        for k, loop in enumerate(loops):
+            own[loop.vertices] = k
+        kinds = np.where(self._held(forward, corners), HELD, SLIDING)
+        rails = [(loop.target if forward else loop.source).rail for loop in loops]
+        return Support(*self._chains(forward), kinds, moving, rails, own)
+
+    def _held(self, forward: bool, corners: bool) -> Flags:
+        """(b,) vertices that stay."""
+        if forward and not corners:
+            return self.anchored
+        return self.anchored | (self.pairs.at_target if forward else self.pairs.at_source)
+
+    def _chains(self, forward: bool) -> tuple[Real, Border]:
+        """Arclengths on the side that moves, and the loops as chains."""
+        moving, kept = (self.pairs.tau, self.pairs.s) if forward else (self.pairs.s, self.pairs.tau)
+        spans, laps = np.empty(kept.size), np.zeros(kept.size)
+        spans[:-1] = kept[1:] - kept[:-1]
+        for loop in self.loops:
+            (length, lap), last = loop.lengths if forward else loop.lengths[::-1], loop.vertices.stop - 1
+            spans[last] = kept[loop.vertices.start] + length - kept[last]
+            laps[last] = lap
+        stiffness = np.full(kept.size, BETA)
+        if self.axis < np.inf:
+            on_axis = np.mod(self.pairs.s, self.source.length) > self.axis - 1e-9 * self.source.length
+            stiffness[on_axis] = 0.0
+        return moving, Border(self.following, spans, stiffness, laps)
+
+    def slid(self, forward: bool, tau: Real, corners: bool) -> "MatchedBoundary":
+        """With vertices at arclengths tau (b,) of one side; corners of the target that let go hold theirs no more."""
+        if not forward:
+            return replace(self, pairs=self.pairs._replace(s=tau))
+        at_target = self.pairs.at_target & self._held(True, corners)
+        return replace(self, pairs=self.pairs._replace(tau=tau, at_target=at_target))
+
+    def with_goals(self, goals: Complex) -> "MatchedBoundary":
+        """As it is: pins on outlines are anchored there."""
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class FreeBoundary:
+    """Vertices of which only pins are held.
+
+    Attributes:
+        sizes: how many vertices are on each of the outlines, the outer one and those of holes.
+        pinned: (p,) those of them that are pins.
+        goals: (p,) where these are to be.
+    """
+
+    sizes: tuple[int, ...]
+    pinned: Index
+    goals: Complex
+
+    holes = NO_HOLES
+
+    @property
+    def size(self) -> int:
+        """How many vertices are on the outlines."""
+        return sum(self.sizes)
+
+    @property
+    def slices(self) -> list[slice]:
+        """The vertices on each outline."""
+        return [slice(start, end) for start, end in pairwise(np.cumsum([0, *self.sizes]).tolist())]
+
+    @property
+    def following(self) -> Index:
+        """(b,) each vertex itself: the outlines have no energy of their own."""
+        return np.arange(self.size)
+
+    def area_share(self, forward: bool) -> float:
+        """The source's area alone counts: else a bar shrinks to 74 % as it bends."""
+        return SOURCE_AREA if forward else IMAGE_AREA
+
+    def support(self, forward: bool, moving: Complex, corners: bool) -> Support:
+        """Pins are held; in the source all vertices are."""
+        those = np.arange(self.size)
+        border, goals = Border.still(those), moving.copy()
+        kinds = np.full(self.size, FREE if forward else HELD)
+        if forward:
+            kinds[self.pinned], goals[self.pinned] = HELD, self.goals
+        return Support(np.zeros(self.size), border, kinds, goals, [NO_RAIL], 0 * those)
+
+    def slid(self, forward: bool, tau: Real, corners: bool) -> "FreeBoundary":
+        """As it is."""
+        return self
+
+    def with_goals(self, goals: Complex) -> "FreeBoundary":
+        """With other goals (p,)."""
+        return replace(self, goals=goals)
+
+
+Boundary = MatchedBoundary | FreeBoundary

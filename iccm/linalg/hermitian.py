@@ -1,0 +1,130 @@
+"""Hermitian systems over large surfaces, a complex unknown for each vertex: a multifrontal factorisation on BLAS.
+
+Liu, *The Multifrontal Method for Sparse Matrix Solution*, SIAM Review 1992, in the order of `nested_dissection`. What
+counts is done by dense products of matrices, so that twice the vertices take little more than twice the time up to
+millions. Between fronts Python runs, so that signals are heard.
+
+The real factor of `cholesky` holds each complex number twice in a 2 × 2 block. For least squares layouts of 202,000 and
+1,000,000 vertices it takes 3.3 and 29 CPU-seconds in this order, 3.3 and 34 by minimum degree, against 2.0 and 11 here,
+and for the larger one 4.7 GB against 2.1.
+"""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import blas, lapack
+from scipy.sparse import csr_matrix
+
+from .. import progress
+from ..arrays import Complex, Index, Real
+from ..blas import on_one_thread
+from .nested_dissection import Node, Numbers, nested_dissection
+
+STRIP = 64  # columns that are added at once, so that they stay in the processor's memory (by hand)
+
+
+class Hermitian(NamedTuple):
+    """A Hermitian matrix.
+
+    Attributes:
+        diagonal: (n,) of it.
+        ends: (2, e) rows and columns of entries beside it, of each pair one; those in one place add up.
+        values: (e,) these entries.
+    """
+
+    diagonal: Real
+    ends: Numbers
+    values: Complex
+
+
+class Front(NamedTuple):
+    """The vertices from `start` to `end` in the order of elimination, once they are eliminated.
+
+    Attributes:
+        start, end: of them.
+        beyond: (b,) later ones that they are coupled to.
+        inner: (k, k) the lower triangle of their factor.
+        outer: (b, k) its rows beyond.
+    """
+
+    start: int
+    end: int
+    beyond: Index
+    inner: Any
+    outer: Any
+
+
+@on_one_thread
+def solve(matrix: Hermitian, points: Real, right: Complex) -> Complex:
+    """(n,) the solution of a Hermitian positive definite system of which every unknown belongs to a point (n, 3).
+
+    Raises:
+        numpy.linalg.LinAlgError: it is not positive definite.
+    """
+    order, nodes = nested_dissection(matrix.ends, points)
+    fronts = [front for front in _eliminate(*_permute(matrix, order), nodes) if front.end > front.start]
+    found = right[order]
+    for front in fronts:
+        own = blas.ztrsv(front.inner, found[front.start : front.end], lower=1)
+        found[front.start : front.end] = own
+        found[front.beyond] -= front.outer @ own
+    for front in reversed(fronts):
+        own = found[front.start : front.end]
+        own -= (found[front.beyond].conj() @ front.outer).conj()
+        found[front.start : front.end] = blas.ztrsv(front.inner, own, lower=1, trans=2)
+    solution = np.empty_like(found)
+    solution[order] = found
+    return solution
+
+
+def _permute(matrix: Hermitian, order: Index) -> tuple[Real, csr_matrix]:
+    """The diagonal, and what is above it, with the unknowns in another order."""
+    place = np.empty(order.size, np.int32)
+    place[order] = np.arange(order.size, dtype=np.int32)
+    row, column = place[matrix.ends[0]], place[matrix.ends[1]]
+    values = np.where(row < column, matrix.values, matrix.values.conj())
+    ends = np.minimum(row, column), np.maximum(row, column)
+    return matrix.diagonal[order], csr_matrix((values, ends), (order.size,) * 2)
+
+
+def _eliminate(diagonal: Real, above: csr_matrix, nodes: list[Node]) -> Iterator[Front]:
+    """Eliminates the nodes, one after the other."""
+    waiting = dict[int, tuple[Index, Complex]]()  # what a node has to add to those above it, and where
+    for number, (start, end, children) in enumerate(nodes):
+        progress.tell("flatten: factorise", number, len(nodes))
+        own, entries = end - start, slice(above.indptr[start], above.indptr[end])
+        columns, values = above.indices[entries], above.data[entries]
+        added = [waiting.pop(child) for child in children]
+        beyond = np.unique(np.concatenate([columns[columns >= end], *(at[at >= end] for at, _ in added)]))
+        # of both the lower half counts
+        panel = np.zeros((own + beyond.size, own), complex, order="F")
+        rest = np.zeros((beyond.size, beyond.size), complex, order="F")
+        np.fill_diagonal(panel, diagonal[start:end])
+        rows = np.repeat(np.arange(own), np.diff(above.indptr[start : end + 1]))
+        panel[_place(columns, start, end, beyond), rows] = values.conj()
+        for at, update in added:
+            place, inside = _place(at, start, end, beyond), int(np.searchsorted(at, end))
+            _extend_add(update, panel, place, range(0, inside, STRIP), inside)
+            _extend_add(update, rest, place - own, range(inside, at.size, STRIP), at.size)
+        inner, fault = lapack.zpotrf(panel[:own], lower=1)
+        if fault:
+            raise np.linalg.LinAlgError("the matrix is not positive definite")
+        outer = panel[own:]
+        if beyond.size:
+            outer = blas.ztrsm(1.0, inner, outer, side=1, lower=1, trans_a=2)
+            rest = blas.zherk(-1.0, outer, 1.0, rest, lower=1, overwrite_c=1)
+        waiting[number] = beyond, rest
+        yield Front(start, end, beyond, inner, outer)
+
+
+def _extend_add(update: Complex, to: Complex, place: Index, firsts: range, end: int) -> None:
+    """Adds the columns up to `end` of a lower half, in strips that begin at `firsts`, at their places in another's."""
+    for first in firsts:
+        last = min(first + STRIP, end)
+        to.T[np.ix_(place[first:last], place[first:])] += update.T[first:last, first:]  # row by row
+
+
+def _place(vertices: Index, start: int, end: int, beyond: Index) -> Index:
+    """Rows of a front."""
+    return np.where(vertices < end, vertices - start, end - start + np.searchsorted(beyond, vertices))

@@ -1,0 +1,90 @@
+"""Geodesics of surfaces: shortest ways along straight lines within triangles, which are nearly as short.
+
+Lanthier, Maheshwari, Sack, *Approximating Shortest Paths on Weighted Polyhedral Surfaces*, 2001. They are found in
+bounded time on any mesh; libigl's exact geodesics never end on some whose flat faces are subdivided.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+
+from ..arrays import Index, Real
+from .topology import Triangles, walk
+
+FINEST = 8
+"""Parts of an edge: geodesics are 0.2 to 0.4 % too long in the mean (capsules and limbs of 320 to 18,000 triangles)."""
+ARCS = 2_000_000  # straight lines within triangles: Dijkstra's algorithm takes about two seconds then
+SAMPLES = 8  # of each straight part of a way
+
+
+@dataclass(frozen=True, eq=False)
+class GeodesicGraph:
+    """Points on triangles, and the straight lines between those of one triangle.
+
+    Attributes:
+        points: (p, 3) points; the vertices come first.
+        tails: (a,) where each line begins.
+        heads: (a,) and where it ends.
+    """
+
+    points: Real
+    tails: Index
+    heads: Index
+
+    @classmethod
+    def of(cls, points: Real, shape: Triangles, finest: int = FINEST) -> "GeodesicGraph":
+        """The vertices and points on the edges, as many on each as keep the graph small.
+
+        Args:
+            points: (n, 3) vertices.
+            shape: the triangles.
+            finest: parts of an edge, at most.
+        """
+        few = (k for k in range(finest, 1, -1) if 3 * k * (k - 1) * len(shape.faces) <= ARCS)
+        parts = next(few, 1)
+        low, high = np.minimum(shape.tail, shape.head), np.maximum(shape.tail, shape.head)
+        _, first, edge = np.unique(low * len(points) + high, return_index=True, return_inverse=True)
+        low, high = low[first], high[first]
+        share = np.arange(1, parts)[:, None] / parts
+        between = points[low][:, None] * (1 - share) + points[high][:, None] * share
+        inner = len(points) + np.arange(low.size * (parts - 1)).reshape(-1, parts - 1)
+        chains = np.column_stack([low, inner, high])
+        a, b, c = (
+            inner[edge].reshape(-1, 3, parts - 1).swapaxes(0, 1)
+        )  # on the sides that begin at each corner
+        across = [(a, b), (b, c), (c, a)]
+        across += [(shape.faces[:, [k]], side) for k, side in ((0, b), (1, c), (2, a))]
+        lines = [(chains[:, :-1].ravel(), chains[:, 1:].ravel())]
+        for side, other in across:
+            ends = np.broadcast_arrays(side[:, :, None], other[:, None])
+            lines.append((ends[0].ravel(), ends[1].ravel()))
+        tails, heads = (np.concatenate(ends) for ends in zip(*lines))
+        return cls(np.concatenate([points, between.reshape(-1, 3)]), tails, heads)
+
+    @classmethod
+    def within(cls, points: Real, groups: Index) -> "GeodesicGraph":
+        """Points (p, 3), and lines between all of each flat group (m, k) of them."""
+        tails, heads = (groups[:, k].ravel() for k in np.triu_indices(groups.shape[1], 1))
+        low, high = np.minimum(tails, heads), np.maximum(tails, heads)
+        _, first = np.unique(low * len(points) + high, return_index=True)
+        return cls(points, low[first], high[first])
+
+    @cached_property
+    def _graph(self):
+        lengths = np.linalg.norm(self.points[self.tails] - self.points[self.heads], axis=1)
+        return coo_array((lengths, (self.tails, self.heads)), shape=2 * (len(self.points),)).tocsr()
+
+    def distances(self, stops: Index) -> Real:
+        """(k, p) from vertices (k,) to all points; infinite where no way leads."""
+        return dijkstra(self._graph, directed=False, indices=stops)
+
+    def way(self, start: int, end: int) -> Real:
+        """(p, 3) points along the shortest way between two vertices, close to each other."""
+        before = dijkstra(self._graph, directed=False, indices=start, return_predecessors=True)[1]
+        ends = self.points[walk(before, end)]
+        share = np.arange(SAMPLES)[:, None, None] / SAMPLES
+        along = (ends[:-1] * (1 - share) + ends[1:] * share).reshape(-1, 3)
+        return np.concatenate([along, ends[-1:]])

@@ -1,0 +1,115 @@
+"""Geometry of the plane, whose points are complex numbers: areas, boxes, similarities, and exact orientation."""
+
+from fractions import Fraction
+from typing import Any, NamedTuple, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arrays import Box, Complex, Real
+
+Signs = NDArray[np.int8]
+UNIT = 2.0**-53  # unit roundoff
+FILTER = (
+    3 + 16 * UNIT
+) * UNIT  # Shewchuk's bound for (a - c) × (b - c), relative to the sum of the two products
+TINY = 1e-250  # below this products may underflow, which the bound leaves out
+
+
+@overload
+def cross(a: complex, b: complex) -> float: ...
+@overload
+def cross(a: Complex, b: Complex | complex) -> Real: ...
+def cross(a: Any, b: Any) -> Any:
+    """The determinants of vectors a and b: twice the signed areas of the triangles 0, a, b."""
+    return a.real * b.imag - a.imag * b.real
+
+
+def triangle_areas(corners: Complex) -> Real:
+    """(m,) signed areas of triangles (m, 3), positive where they are counter-clockwise."""
+    a, b, c = corners.T
+    return 0.5 * cross(b - a, c - a)
+
+
+def polygon_area(z: Complex) -> float:
+    """The signed area of a closed polyline (n,), positive where it is counter-clockwise."""
+    w = z - z[0]  # far from the origin digits would cancel
+    return 0.5 * float(np.sum(cross(w, np.roll(w, -1))))
+
+
+def bounding_box(z: Complex) -> Box:
+    """The lower left and the upper right corner of the smallest box around points (n,)."""
+    return complex(z.real.min(), z.imag.min()), complex(z.real.max(), z.imag.max())
+
+
+def diagonal(z: Complex) -> float:
+    """The length of the diagonal of the box around points."""
+    return float(np.hypot(np.ptp(z.real), np.ptp(z.imag)))
+
+
+def longer_side(low: complex, high: complex) -> float:
+    """The longer side of the box between two corners."""
+    return max((high - low).real, (high - low).imag)
+
+
+def distinct(z: Complex, closed: bool = True) -> Complex:
+    """A polyline (n,) without vertices that repeat their predecessor, to within 1e-12 of its size."""
+    if z.size < 2:
+        return z
+    tiny = 1e-12 * longer_side(*bounding_box(z))
+    keep = np.abs(np.diff(z, prepend=z[-1:] if closed else np.inf)) > tiny
+    return z[keep] if keep.any() else z[:1]
+
+
+def rotation(z: Complex, w: Complex) -> complex:
+    """The number of modulus one that takes points z (n,), multiplied by it, closest to w; 1 where all are as close."""
+    turn = complex(np.vdot(z, w))
+    return turn / abs(turn) if abs(turn) > 0 else 1.0
+
+
+class Similarity(NamedTuple):
+    """The similarity z ↦ factor z + shift."""
+
+    factor: complex
+    shift: complex
+
+    @classmethod
+    def fit(cls, z: Complex, w: Complex, weights: Real | None = None) -> "Similarity":
+        """The similarity that takes points z (n,) closest to w, by least squares; a translation where z is one point.
+
+        Args:
+            z: points.
+            w: their images.
+            weights: (n,) of the squares; by default one.
+        """
+        weights = np.ones(z.size) if weights is None else weights
+        a, b = (np.average(points, weights=weights) for points in (z, w))
+        spread = np.sum(weights * np.abs(z - a) ** 2)
+        factor = complex(np.vdot(z - a, weights * (w - b)) / spread) if spread > 0 else 1.0
+        return cls(factor, complex(b - factor * a))
+
+    def __call__(self, z: Complex) -> Complex:
+        """The images of points."""
+        return self.factor * z + self.shift
+
+
+def orientation(a: Complex, b: Complex, c: Complex) -> Signs:
+    """Whether points a, b, c (p,), all finite, turn left (1), right (-1) or lie on a line (0), exactly.
+
+    By floating point where its error bound is certain of the sign, by fractions elsewhere: Shewchuk, *Adaptive
+    Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*, Discrete & Computational Geometry 18,
+    1997, §4.3.
+    """
+    u, v = a - c, b - c
+    left, right = u.real * v.imag, u.imag * v.real
+    value, size = left - right, np.abs(left) + np.abs(right)
+    sign = np.sign(value).astype(np.int8)
+    for k in np.flatnonzero(~((np.abs(value) > FILTER * size) & (size > TINY))):
+        sign[k] = _exact_orientation(a[k], b[k], c[k])
+    return sign
+
+
+def _exact_orientation(a: complex, b: complex, c: complex) -> int:
+    (ax, ay), (bx, by), (cx, cy) = ((Fraction(float(p.real)), Fraction(float(p.imag))) for p in (a, b, c))
+    value = (ax - cx) * (by - cy) - (ay - cy) * (bx - cx)
+    return (value > 0) - (value < 0)

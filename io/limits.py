@@ -1,0 +1,71 @@
+"""Limits on what is read and made: input above one of them is rejected in a line, before memory is taken for it.
+
+A limit that a user can raise is the default of an option (`io/options.py`). What a method bounds for itself, such as
+the vertices of its mesh, stands with the method.
+"""
+
+FACES = 5_000_000
+"""Faces of a mesh; --max-faces."""
+PIXELS = 1 << 28
+"""Pixels of a picture, read or made; --max-pixels."""
+SEGMENTS = 1 << 20
+"""Lines and curves that an SVG draws; --max-segments."""
+
+SIDE = 1 << 17
+"""Pixels of one side of a picture that is made."""
+MEMORY = 1 << 62
+"""Bytes that --memory can name."""
+VERTICES = 4000
+"""Boundary vertices that --vertices can ask for: a map's equations are a dense matrix."""
+BALANCE = 10
+"""The largest --balance: beyond 4 areas hardly change, and angles pay for it."""
+COORDINATE = 1e100
+"""The largest coordinate of a point that a user names."""
+NAME_BYTES = 255
+"""Bytes of one name of a file, on nearly every disk."""
+TILE = 9999
+"""The largest number of a tile (UDIM)."""
+
+DRAWING_BYTES = 1 << 30
+"""Bytes of a picture whose silhouette is traced, or of an OBJ that is read as an outline."""
+SILHOUETTE_PIXELS = 1 << 27
+"""Pixels of a picture whose silhouette is traced."""
+PIECES = 50
+"""Pieces of a silhouette that are traced, the largest first."""
+PARTS = 64
+"""Parts of a drawing that --parts all maps, the largest first: each is solved for."""
+HOLES = 64
+"""Holes of a shape that are mapped, the largest first: each costs a chain of vertices on every mesh."""
+
+READ_PIXELS = 1 << 29
+"""Pixels of a picture that is read where no option bounds them."""
+MESH_BYTES = 4 << 30
+"""Bytes of a mesh file, of a buffer beside it, or of the picture that it is written with."""
+SCENE_BYTES = 1 << 26
+"""Bytes of the JSON of a glTF file, and of a material library whose pictures are looked for."""
+BUFFER_BYTES = 1 << 32
+"""Bytes of one buffer view of a glTF file."""
+ITEMS_PER_FACE = 12
+"""Items of a glTF file without data, which stand for zeros, by the faces that are allowed."""
+LIBRARY_BYTES = 16 << 20
+"""Bytes of a material library that is read."""
+
+CONSTRAINTS_BYTES = 16 << 20
+"""Bytes of a file of pins and strokes."""
+START_ENTRIES = 200_000
+"""Vertices, and triangles, of the earlier map that a file of pins and strokes may hold."""
+MANIFEST_BYTES = 64 << 20
+"""Bytes of a manifest."""
+JOBS = 100_000
+"""Jobs of a manifest."""
+DEPTH = 8
+"""Lists and tables in each other, in a manifest; pins need three."""
+COMPARED_BYTES = 1 << 28
+"""Bytes of a report or of tolerances that `iccm check` reads."""
+
+PAGE_PINS, PAGE_STROKES, PAGE_POINTS = 500, 100, 2000
+"""Pins, strokes, and points of a stroke, that the page of `iccm edit` may place."""
+PAGE_MESSAGE_BYTES = 1 << 22
+"""Bytes of one message of that page."""
+PAGE_TEXELS = 8192
+"""Texels of one side of a texture that the page shows: what nearly every WebGL 2 takes."""

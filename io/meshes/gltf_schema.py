@@ -1,0 +1,78 @@
+"""What readers of glTF materials rely on: types, lengths of lists, and numbers of what there is.
+
+Khronos, *glTF 2.0 Specification*, 2021, §5. What a file holds beside this is not looked at.
+"""
+
+from typing import Any
+
+TRANSFORM = {"offset": (float, 2), "scale": (float, 2), "rotation": float, "texCoord": int}
+INFO = {
+    "index": "textures",
+    "texCoord": int,
+    "scale": float,
+    "strength": float,
+    "extensions": {"KHR_texture_transform": TRANSFORM},
+}
+TEXTURES = {"*Texture": INFO}
+MATERIAL = TEXTURES | {
+    "name": str,
+    "pbrMetallicRoughness": TEXTURES
+    | {"baseColorFactor": (float, 4), "roughnessFactor": float, "metallicFactor": float},
+    "emissiveFactor": (float, 3),
+    "extensions": {"*": TEXTURES},
+}
+TREE = {
+    "materials": [MATERIAL],
+    "textures": [{"source": "images", "sampler": "samplers", "extensions": {"*": {"source": "images"}}}],
+    "images": [{"uri": str, "bufferView": "bufferViews", "mimeType": str, "name": str}],
+    "samplers": [{}],
+    "meshes": [{"primitives": [{"attributes": {"*": "accessors"}, "material": "materials"}]}],
+    "accessors": [{"count": int}],
+}
+WORDS = {int: "a whole number", float: "a number", str: "text", dict: "an object", list: "a list"}
+
+
+def check(tree: dict[str, Any]) -> None:
+    """Refuse a file that readers would stumble over.
+
+    Raises:
+        ValueError: naming the first place at fault.
+    """
+    _check(tree, tree, TREE, "")
+    for k, mesh in enumerate(tree.get("meshes", [])):
+        for number, primitive in enumerate(mesh["primitives"]):
+            accessors = {name: tree["accessors"][at] for name, at in primitive["attributes"].items()}
+            points = accessors["POSITION"]["count"]
+            for name, accessor in accessors.items():
+                if accessor["count"] < points:
+                    place = f"meshes/{k}/primitives/{number}"
+                    raise ValueError(f"{place}: {accessor['count']} of {name}, but {points} positions")
+
+
+def _check(value: Any, tree: dict[str, Any], shape: Any, place: str) -> None:
+    if isinstance(shape, str):
+        count = len(tree.get(shape, []))
+        if not _is(value, int) or not 0 <= value < count:
+            raise ValueError(f"{place} is {value!r}, and there are {count} {shape}")
+    elif isinstance(shape, dict):
+        _demand(_is(value, dict), place, WORDS[dict])
+        for key, each in value.items():
+            like = "*Texture" if key.endswith("Texture") else "*"
+            if known := shape.get(key, shape.get(like)):
+                _check(each, tree, known, f"{place}/{key}".lstrip("/"))
+    elif isinstance(shape, list | tuple):
+        right = _is(value, list) and (isinstance(shape, list) or len(value) == shape[1])
+        _demand(right, place, WORDS[list] if isinstance(shape, list) else f"{shape[1]} numbers")
+        for k, each in enumerate(value):
+            _check(each, tree, shape[0], f"{place}/{k}")
+    else:
+        _demand(_is(value, shape), place, WORDS[shape])
+
+
+def _is(value: Any, kind: type) -> bool:
+    return isinstance(value, int | float if kind is float else kind) and not isinstance(value, bool)
+
+
+def _demand(right: bool, place: str, what: str) -> None:
+    if not right:
+        raise ValueError(f"{place or 'the file'} is not {what}")

@@ -1,0 +1,218 @@
+"""A document's style sheet: what its rules say of each element, in the order of the cascade; selectors by cssselect2.
+
+Read are all selectors but malformed ones and those with pseudo-classes that depend on what a user does (`:hover`), or
+that cost more than a walk to the root or over the siblings before (`:has`, `:nth-of-type`). Each step is counted.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+from xml.etree.ElementTree import Element
+
+import cssselect2
+import tinycss2
+
+from ...errors import InputError
+from . import css
+from .budget import MAX_RULES, MAX_SELECTOR, MAX_SELECTORS, MAX_STYLE, Quota
+from .document import local
+
+COSTLY = 100  # characters of a selector, or of an attribute that it is compared with, that take a microsecond
+_MARKS = (">", "+", "~", ":")  # of combinators and of pseudo-classes
+_LOGICAL = {"not", "is", "where"}
+_STRUCTURAL = {"root", "first-child", "last-child", "only-child"}
+_COUNTED = {"nth-child", "nth-last-child"}
+
+
+class Stylesheet:
+    """The rules of a style sheet outside every @-rule.
+
+    Args:
+        text: the style sheet.
+        root: of the document whose elements are styled.
+
+    Attributes:
+        unread: how many selectors are not read.
+        contextual: whether a selector depends on more than the tag, the classes and the id of its element.
+
+    Raises:
+        InputError: it is too long.
+    """
+
+    def __init__(self, text: str, root: Element):
+        if len(text) > MAX_STYLE:
+            raise InputError(f"its style sheet has more than {MAX_STYLE} characters; save it as plain SVG")
+        self.root, self.unread = root, 0
+        self._tests = Quota(
+            MAX_RULES,
+            f"its style sheet has more than {MAX_RULES} combinations of rules and elements; "
+            "save it as plain SVG, with styles in attributes",
+        )
+        self._simple, self._contextual = _Matcher(self._tests), _Matcher(self._tests)
+        self._known: dict[tuple[str, str | None, str | None], tuple[list[Any], dict[str, str]]] = {}
+        named: set[str] = set()
+        for order, (tokens, style) in enumerate(_rules(text)):
+            if order >= MAX_SELECTORS:
+                raise InputError(f"its style sheet has more than {MAX_SELECTORS} selectors; simplify it")
+            selector = _compiled(tokens)
+            if selector is None:
+                self.unread += 1
+                continue
+            matcher = self._contextual if _is_contextual(tokens) else self._simple
+            matcher.order = order  # one order for both
+            matcher.cost = max(matcher.cost, 1 + len(css.written(tokens)) // COSTLY)
+            matcher.add_selector(selector, style)
+            named.update(_attributes(tokens))
+        self.contextual = self._contextual.order > 0
+        if named:
+            values = (v for each in root.iter() for k, v in each.attrib.items() if k in named)
+            self._contextual.cost *= 1 + max(map(len, values), default=0) // COSTLY
+
+    def style(self, element: Element) -> Mapping[str, str]:
+        """What the sheet says of an element of the document.
+
+        Raises:
+            InputError: there are too many rules for too many elements.
+        """
+        matches, style = self._simple_matches(local(element), element.attrib)
+        wrapper = self._wrappers.get(id(element)) if self.contextual else None
+        if wrapper is None or not (more := self._contextual.match(wrapper)):
+            return style
+        self._tests.spend(len(matches))
+        return _cascade(sorted(matches + more))
+
+    def simple_style(self, tag: str, attributes: Mapping[str, str]) -> Mapping[str, str]:
+        """What selectors of a tag, classes and an id say of an element, wherever it is."""
+        return self._simple_matches(tag, attributes)[1]
+
+    def _simple_matches(self, tag: str, attributes: Mapping[str, str]) -> tuple[list[Any], Mapping[str, str]]:
+        name = attributes.get("id")
+        key = tag, attributes.get("class"), name if name in self._simple.id_selectors else None
+        if key not in self._known:
+            element = Element(tag, {k: v for k, v in zip(("class", "id"), key[1:]) if v is not None})
+            wrapper = cssselect2.ElementWrapper.from_xml_root(element)
+            self._tests.spend(len(wrapper.classes) // 8)  # looking for one takes so much less than a rule
+            matches = self._simple.match(wrapper)
+            self._known[key] = matches if self.contextual else [], _cascade(matches)
+        return self._known[key]
+
+    @staticmethod
+    def without_contextual(text: str) -> str:
+        """A style sheet without the selectors that depend on more than the tag, classes and the id."""
+        kept, comma = [], tinycss2.ast.LiteralToken(0, 0, ",")
+        for rule in css.parsed(tinycss2.parse_stylesheet, text):
+            if rule.type == "qualified-rule":
+                parts = [part for part in _selectors(rule) if not _is_contextual(part) or not _compiled(part)]
+                rule.prelude = [token for part in parts for token in (comma, *part)][1:]
+            if rule.type != "qualified-rule" or rule.prelude:
+                kept.append(css.written([rule]))
+        return "".join(kept)
+
+    @cached_property
+    def _wrappers(self) -> dict[int, cssselect2.ElementWrapper]:
+        """Every element of the document as selectors see it."""
+        wrapper = _counting_wrapper(self._tests, self._contextual.cost)
+        return {id(each.etree_element): each for each in wrapper.from_xml_root(self.root).iter_subtree()}
+
+
+class _Matcher(cssselect2.Matcher):
+    """Selectors, of which those that are tested are counted, each as what the costliest takes."""
+
+    def __init__(self, tests: Quota):
+        super().__init__()
+        self.tests, self.cost = tests, 1
+
+    def add_relevant_selectors(self, element, selectors, relevant_selectors):
+        self.tests.spend(self.cost * len(selectors))
+        super().add_relevant_selectors(element, selectors, relevant_selectors)
+
+
+def _counting_wrapper(tests: Quota, cost: int) -> type[cssselect2.ElementWrapper]:
+    """Wrappers whose classes, ancestors and siblings are counted as selectors look at them."""
+
+    def walk(wrapper: Any, step: str) -> Iterator[Any]:
+        while (wrapper := getattr(wrapper, step)) is not None:
+            tests.spend(cost)
+            yield wrapper
+
+    def counted(words: list[str]) -> set[str]:
+        tests.spend(len(words))
+        return set(words)
+
+    class Wrapper(cssselect2.ElementWrapper):
+        classes = cached_property(lambda self: counted(self.etree_element.get("class", "").split()))
+        ancestors = property(lambda self: walk(self, "parent"))
+        previous_siblings = property(lambda self: walk(self, "previous"))
+
+    return Wrapper
+
+
+def _rules(text: str) -> Iterator[tuple[list[Any], dict[str, str]]]:
+    """Selectors, each as its tokens, with declarations."""
+    for rule in css.parsed(tinycss2.parse_stylesheet, text):
+        if rule.type == "qualified-rule":
+            style = css.block(rule.content)
+            yield from ((tokens, style) for tokens in _selectors(rule))
+
+
+def _selectors(rule: Any) -> list[list[Any]]:
+    """The selectors of a rule: CSS drops all of them where one is wrong, here each stands for itself."""
+    found: list[list[Any]] = [[]]
+    for token in rule.prelude:
+        if token == ",":
+            found.append([])
+        elif token.type != "comment" and (found[-1] or token.type != "whitespace"):
+            found[-1].append(token)
+    for tokens in found:
+        while tokens and tokens[-1].type == "whitespace":
+            tokens.pop()
+    return found
+
+
+def _compiled(tokens: list[Any]) -> Any:
+    """A selector ready to be tested; None where it is not read."""
+    try:
+        if len(css.written(tokens)) > MAX_SELECTOR or not _is_bounded(tokens):
+            return None
+        (selector,) = cssselect2.compile_selector_list(tokens)
+    except Exception:  # many kinds, of the library and of the Python that it compiles selectors to
+        return None
+    return selector
+
+
+def _is_contextual(tokens: Sequence[Any]) -> bool:
+    """Whether a selector asks for more than a tag, classes and ids."""
+    return any(t.type in ("whitespace", "[] block") or t in _MARKS for t in tokens)
+
+
+def _attributes(tokens: Sequence[Any]) -> Iterator[str]:
+    """The names of attributes, and other words, in the brackets of a selector."""
+    for token in tokens:
+        if token.type == "[] block":
+            yield from (each.value for each in token.content if each.type == "ident")
+        elif token.type == "function":
+            yield from _attributes(token.arguments)
+
+
+def _is_bounded(tokens: Sequence[Any]) -> bool:
+    """Whether all pseudo-classes in a selector are such as are read."""
+    for before, token in pairwise([None, *tokens]):
+        if token.type == "function" and token.lower_name in _LOGICAL:
+            if not _is_bounded(token.arguments):
+                return False
+        elif token.type == "function":
+            words = (each.lower_value for each in token.arguments if each.type == "ident")
+            if token.lower_name not in _COUNTED or "of" in words:
+                return False
+        elif before == ":" and (token.type != "ident" or token.lower_value not in _STRUCTURAL):
+            return False
+    return True
+
+
+def _cascade(matches: Sequence[Any]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for _specificity, _order, pseudo_element, style in matches:
+        if pseudo_element is None:
+            found |= style
+    return found

@@ -1,0 +1,77 @@
+"""`iccm doctor`: every requirement of the installed package, and what it says of each."""
+
+import json
+import subprocess
+import sys
+import tomllib
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+from iccm import jit
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+
+
+@pytest.fixture
+def findings(iccm):
+    """`findings()` runs `iccm doctor --json`: the exit code, and what was found by its name."""
+
+    def run():
+        typed = iccm("doctor", "--json")
+        found = [json.loads(line) for line in typed.out.splitlines()]
+        return typed.code, {finding["what"]: finding for finding in found}
+
+    return run
+
+
+def name_of(requirement: str) -> str:
+    return requirement.partition(">=")[0]
+
+
+def test_every_requirement_is_examined(findings):
+    code, found = findings()
+    extras = [name for extra in ("dask", "edit") for name in PROJECT["optional-dependencies"][extra]]
+    assert {name_of(each) for each in [*PROJECT["dependencies"], *extras]} <= found.keys()
+    assert code == 0 and not [each for each in found.values() if each["ok"] is False]
+
+
+def test_what_is_missing_or_too_old_is_said(findings, monkeypatch):
+    def version(name, there=metadata.version):
+        if name in ("tinycss2", "distributed"):
+            raise metadata.PackageNotFoundError(name)
+        return {"click": "8.1.7", "uvicorn": "0.1", "tqdm": "999.0rc1"}.get(name) or there(name)
+
+    monkeypatch.setattr(metadata, "version", version)
+    code, found = findings()
+    said = {name: (found[name]["ok"], found[name]["said"]) for name in found}
+    assert code == 1 and said["tinycss2"] == (False, "not installed")
+    assert said["distributed"] == (None, "not installed; only needed for iccm batch --dask")
+    assert said["click"] == (False, "8.1.7; click>=8.1.8 is needed")
+    assert said["uvicorn"] == (False, "0.1; uvicorn>=0.34 is needed for iccm edit")
+    assert said["tqdm"][0] is True
+
+
+@pytest.mark.parametrize("module", ["numpy", "tinycss2", "packaging"])
+def test_it_runs_without_the_library_that_is_missing(module):
+    code = f"import sys; sys.modules[{module!r}] = None\nfrom iccm import cli; sys.exit(cli.run(['doctor']))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    wrong = [line for line in done.stdout.splitlines() if line.startswith("WRONG") and module in line]
+    assert done.returncode == 1 and wrong and "internal error" not in done.stderr
+
+
+def test_a_version_of_numba_that_compiles_longer_is_told(findings, monkeypatch):
+    assert jit.KNOWS and "compiles longer" not in findings()[1]["kernels"]["said"]
+    monkeypatch.setattr(jit, "KNOWS", False)
+    assert "a first run compiles longer than with 0.68" in findings()[1]["kernels"]["said"]
+
+
+def test_without_its_metadata_nothing_is_known(findings, monkeypatch):
+    def requires(name):
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(metadata, "requires", requires)
+    code, found = findings()
+    assert code == 1 and found["requirements"]["said"] == "iccm is not installed"

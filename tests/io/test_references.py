@@ -1,0 +1,139 @@
+"""Files that a mesh refers to: from its folder and below; from elsewhere only with --outside, as a line says."""
+
+import json
+import os
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from iccm.io import references
+from iccm.io.meshes import material_library
+from iccm.io.pictures import image_files
+
+SECRET = "# password hunter2\nhunter2 4\nnewmtl other\nKd 1 0 0\nhunter2\n"
+CORNERS = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+FACES = "usemtl skin\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
+NAMES = ("../canary/secret.txt", "{folder}/canary/secret.txt", "inner/../../canary/secret.txt", "link.txt")
+
+
+def picture(path, colour):
+    Image.new("RGB", (8, 8), (colour, colour, colour)).save(path)
+
+
+@pytest.fixture
+def meshes(tmp_path, monkeypatch):
+    """The folder `mesh`, made current, with x.obj, new.obj and a library; beside it `canary` with secrets."""
+    (tmp_path / "canary").mkdir()
+    (tmp_path / "mesh" / "inner").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "mesh")
+    (tmp_path / "canary" / "secret.txt").write_text(SECRET)
+    picture(tmp_path / "canary" / "secret.png", 200)
+    picture(tmp_path / "mesh" / "inner" / "own.png", 90)
+    os.symlink("../canary/secret.txt", "link.txt")
+    os.symlink("../canary/secret.png", "link.png")
+    (tmp_path / "mesh" / "new.obj").write_text(CORNERS.replace("vt 0 1", "vt 0 .9") + FACES)
+    return tmp_path / "mesh"
+
+
+def written(folder):
+    """What of the secrets is in the files of a folder: the text and pictures made of the other one."""
+    texts = [path.read_bytes() for path in folder.glob("o*") if path.suffix != ".png"]
+    bright = [path.name for path in folder.glob("o*.png") if image_files.read(path).pixels.max() > 150]
+    return b"hunter2" in b"".join(texts) or bright
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_library_outside_of_the_folder_is_not_read(meshes, iccm, name):
+    name = name.format(folder=meshes.parent)
+    (meshes / "x.mtl").write_text("newmtl skin\nmap_Ks inner/own.png\n")
+    (meshes / "x.obj").write_text(f"mtllib x.mtl\nmtllib {name}\n" + CORNERS + FACES)
+    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
+    assert done.code == 0 and done.err.count("names the material library") == 1 and "--outside" in done.err
+    assert not written(meshes) and "newmtl other" not in (meshes / "o.mtl").read_text()
+    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj", "--force", "--outside")
+    assert done.code == 0 and "--outside" not in done.err
+    assert not written(meshes)  # of a library that is taken only statements are
+
+
+@pytest.mark.parametrize("name", ["../canary/secret.png", "inner/../../canary/secret.png", "link.png"])
+def test_a_picture_outside_of_the_folder_is_not_carried(meshes, iccm, name):
+    (meshes / "x.mtl").write_text(f"newmtl skin\nmap_Kd {name}\nmap_Ks inner/own.png\n")
+    (meshes / "x.obj").write_text("mtllib x.mtl\n" + CORNERS + FACES)
+    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
+    assert done.code == 0 and done.err.count("--outside takes it") == 1 and not written(meshes)
+    assert "map_Ks o-ks.png" in (meshes / "o.mtl").read_text().splitlines()
+    assert "--outside" in iccm("info", "x.obj").out
+    assert "--outside" in iccm("flatten", "x.obj", "-o", "flat.svg", "--force").err
+    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj", "--force", "--outside")
+    assert done.code == 0 and "--outside" not in done.err and written(meshes) == ["o-kd.png"]
+
+
+def test_a_mesh_as_source_shows_no_picture_from_outside(meshes, iccm):
+    (meshes / "x.mtl").write_text("newmtl skin\nmap_Kd ../canary/secret.png\n")
+    (meshes / "x.obj").write_text("mtllib x.mtl\n" + CORNERS + FACES)
+    line = ["map", "x.obj", "new.obj", "--bake", "--size", "16", "--report", "o.json", "--force"]
+    done = iccm(*line, "-o", "o.png")
+    hashed = [each["path"] for each in json.loads((meshes / "o.json").read_text())["inputs"]]
+    assert done.code == 0 and "--outside" in done.err and not [name for name in hashed if "canary" in name]
+    done = iccm(*line, "-o", "o.png", "--outside")
+    hashed = [each["path"] for each in json.loads((meshes / "o.json").read_text())["inputs"]]
+    assert done.code == 0 and "--outside" not in done.err and [name for name in hashed if "canary" in name]
+    assert (image_files.read(meshes / "o.png").pixels[6:10, 6:10, :3] == 200).all()
+
+
+def test_gltf_takes_no_file_from_outside(meshes, iccm):
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0]], "<f4").tobytes()
+    (meshes.parent / "canary" / "points.bin").write_bytes(points)
+    os.symlink("../canary/points.bin", "link.bin")
+    for uri in ("../canary/points.bin", "link.bin", str(meshes.parent / "canary" / "points.bin")):
+        tree = {
+            "asset": {"version": "2.0"},
+            "buffers": [{"uri": uri, "byteLength": len(points)}],
+            "bufferViews": [{"buffer": 0, "byteLength": len(points)}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        }
+        (meshes / "x.gltf").write_text(json.dumps(tree))
+        done = iccm("flatten", "x.gltf", "-o", "o.svg", "--force")
+        assert done.code == 2 and len(done.lines) == 1 and "--outside" in done.err
+        assert iccm("flatten", "x.gltf", "-o", "o.svg", "--force", "--outside").code == 0
+
+
+def test_ply_takes_no_picture_from_outside(meshes, iccm):
+    text = "ply\nformat ascii 1.0\ncomment TextureFile ../canary/secret.png\nelement vertex 3\n"
+    text += "".join(f"property float {name}\n" for name in "xyzst")
+    text += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    (meshes / "x.ply").write_text(text + "0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n3 0 1 2\n")
+    assert "names ../canary/secret.png" in iccm("info", "x.ply").out
+    done = iccm("flatten", "x.ply", "--uv", "o.glb", "--carry-maps")
+    assert "--outside" in done.err and not written(meshes)
+
+
+def test_what_is_no_statement_is_not_in_a_library(tmp_path):
+    kept = [
+        "newmtl a b",
+        "Kd 1 1 1",
+        "d -halo 0.5",
+        "",
+        "map_Kd -s 1 1 a b.png",
+        "bump x.png",
+        "illum 2",
+        "Pr .5",
+    ]
+    left = ["# hunter2", "hunter2", "Kd hunter2", "password 12", "Ns 1 hunter2", "map hunter2", "map_kd"]
+    (tmp_path / "x.mtl").write_text("\n".join([*kept, *left[:-1]]))
+    library, missing, outside = material_library.read(tmp_path, ["x.mtl"])
+    assert list(library.lines) == kept and not missing and not outside
+
+
+def test_what_may_be_read(tmp_path):
+    inside, other = tmp_path / "a" / "b.png", tmp_path / "c.png"
+    assert references.may_be_read(inside, tmp_path / "a") and not references.may_be_read(
+        other, tmp_path / "a"
+    )
+    assert not references.may_be_read(tmp_path / "ab", tmp_path / "a")
+    assert not references.may_be_read(tmp_path / "a" / "\0", tmp_path / "a")
+    with references.outside(True):
+        assert references.may_be_read(other, tmp_path / "a")
+    assert not references.may_be_read(other, tmp_path / "a")
