@@ -18,7 +18,7 @@ from .maps.distortion import Distortion
 from .maps.injectivity import Certificate
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
-from .meshes.surface_distortion import apart, on_surfaces
+from .meshes.surface_distortion import on_surfaces, surface_distances
 
 INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
 CERTAIN = 0.99
@@ -256,7 +256,7 @@ class Fit:
     def _apart(self) -> dict[str, Any]:
         """How far points of two surfaces that go together are apart in space."""
         source, target = self.layouts
-        return {"apart": apart(self._samples, source, target)} if source and target else {}
+        return {"apart": surface_distances(self._samples, source, target)} if source and target else {}
 
     def _doubts(self) -> list[str]:
         """What the figures say against the map, as sentences."""

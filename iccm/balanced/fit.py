@@ -11,8 +11,8 @@ from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
-from .constraints.validate import checked_free
-from .holes.given import Holes, named, open_holes
+from .constraints.validate import check_free
+from .holes.given import Holes, named_partners, open_holes
 from .method import solve as solved
 from .model.settings import Settings, Solution
 
@@ -29,19 +29,19 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     source, target = problem.given
     strokes = problem.given_strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
-    holes, pins, numbers = named(given, source, target, problem.given_pins, strokes)
+    holes, pins, numbers = named_partners(given, source, target, problem.given_pins, strokes)
     settings = settings_of(options)
     found = solved(source, target, settings, pins, strokes, holes, numbers, start)
-    map = straight(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
-    map = bounds.held(map, settings.max_dilatation, settings.max_stretch)
-    drawn = bounds.bounded(map, settings.max_dilatation, settings.max_stretch)
-    fit = fitted(problem, found, map, (holes, pins), settings, drawn=drawn)
+    map = straighten_lines(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
+    map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
+    drawn = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
+    fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
     if not (len(pins) or len(strokes)):
         fit.notes.extend(strain(fit.distortion))
     return fit
 
 
-def fitted(
+def result_of(
     problem: Problem,
     found: Solution,
     map: TriangulatedMap,
@@ -76,29 +76,29 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
 
     Raises:
         NoMapError: the shape cannot be meshed.
-        InputError: as `checked_free`.
+        InputError: as `check_free`.
     """
     from .deform import method as deforming
 
     source, pins, strokes = problem.given_source, problem.given_pins, problem.given_strokes
     holes, notes = open_holes(problem.source_holes, source, pins[:, 0], [here for here, _ in strokes])
-    given = checked_free(source, pins, strokes, holes)
+    given = check_free(source, pins, strokes, holes)
     settings, said = settings_of(options), [*notes, *given.notes]
     found = deforming.solve(source, given, settings, start, holes)
     faces = found.faces
     if not found.simple:
         bottom = pins[0, 0] if len(pins) else strokes[0][0].z[0]
-        faces = faces[layered(found.source[faces].mean(axis=1), bottom)]
+        faces = faces[drawing_order(found.source[faces].mean(axis=1), bottom)]
         said.append(LAYERED.format("first pin" if len(pins) else "beginning of the first stroke"))
-    map = straight(TriangulatedMap(found.source, found.image, faces, found.loops), found.lines)
-    map = bounds.held(map, settings.max_dilatation, settings.max_stretch)
-    bounded = found.bounded and bounds.bounded(map, settings.max_dilatation, settings.max_stretch)
+    map = straighten_lines(TriangulatedMap(found.source, found.image, faces, found.loops), found.lines)
+    map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
+    bounded = found.bounded and bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     ended = Status.BOUNDS if not bounded else Status.MET if found.simple else Status.OVERLAP
     status = ended if found.met else Status.PINS
     return Fit(map, status, found.energies, source, None, pins, strokes, said, source_holes=holes)
 
 
-def layered(middles: Complex, bottom: complex) -> Index:
+def drawing_order(middles: Complex, bottom: complex) -> Index:
     """(m,) an order of triangles, of which pictures show the later ones where several overlap, by the distance of their
     middles in the source from what lies lowest."""
     return np.argsort(np.abs(middles - bottom), kind="stable")
@@ -115,7 +115,7 @@ def settings_of(options: Options) -> Settings:
     )
 
 
-def straight(map: TriangulatedMap, lines: Index) -> TriangulatedMap:
+def straighten_lines(map: TriangulatedMap, lines: Index) -> TriangulatedMap:
     """The map with the edges of strokes going straight to straight lines."""
     if not len(lines):
         return map

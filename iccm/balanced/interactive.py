@@ -15,20 +15,20 @@ from ..curve import Curve
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
 from ..result import Fit
-from .constraints.validate import Pins, checked
+from .constraints.validate import Pins, check
 from .errors import NoMapError, Stuck
-from .holes.filled import cut_out
-from .holes.given import Holes, named
-from .method import sketched
+from .holes.filled import without_filled
+from .holes.given import Holes, named_partners
+from .method import sketch_of
 from .model.discrete_map import DiscreteMap
 from .model.frames import UnitFrame, frames_of
 from .model.settings import Settings
 from .model.sketch import Sketch
 from .search.final_mesh import FINE_EXACTNESS
 from .search.homotopy import brought
-from .search.levels import Level, refined
+from .search.levels import Level, refine
 from .search.multilevel import STEEPEST, with_constraints
-from .search.pin_continuation import stepped
+from .search.pin_continuation import move_on_new_meshes
 
 SIZE = 0.06
 """Mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh."""
@@ -50,8 +50,8 @@ class _Pair:
         Raises:
             InputError: those that no one-to-one map meets.
         """
-        _, pins, numbers = named(self.holes, self.source, self.target, pins, strokes)
-        return checked(self.source, self.target, pins, strokes, numbers).unit(self.frames)
+        _, pins, numbers = named_partners(self.holes, self.source, self.target, pins, strokes)
+        return check(self.source, self.target, pins, strokes, numbers).unit(self.frames)
 
     def carried(self, state: DiscreteMap | Sketch, given: Pins, settings: Settings) -> DiscreteMap:
         """A map on a new coarse mesh, brought to constraints.
@@ -65,11 +65,11 @@ class _Pair:
             state = Sketch(state.z, state.u, state.faces, state.border, loops=state.loops)
         try:
             level = Level.of(problem, SIZE, *FINE_EXACTNESS, STEEPEST)
-            new = brought(refined(level, state), settings.theta)
+            new = brought(refine(level, state), settings.theta)
             if new.miss > 0 and not given.strokes:  # other triangles may let the pins pass
-                anew = stepped(level, new.held(), new.inside.goals, settings.theta)
+                anew = move_on_new_meshes(level, new.held(), new.inside.goals, settings.theta)
                 new = min(anew, new, key=lambda each: each.miss)
-            return _settled(new, settings.theta)
+            return _relax(new, settings.theta)
         except Stuck as error:
             raise NoMapError(f"the map cannot follow: {error}") from error
 
@@ -114,7 +114,7 @@ class Live:
         frames = frames_of(fit.source, fit.target, settings.turn, holes.sides)
         pair = _Pair(fit.source, fit.target, holes, frames)
         given = pair.checked(pins, strokes)
-        return cls(pair, settings, given, pair.carried(sketched(fit.map, frames, own), given, settings))
+        return cls(pair, settings, given, pair.carried(sketch_of(fit.map, frames, own), given, settings))
 
     def moved(
         self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = (), theta: float | None = None
@@ -129,7 +129,7 @@ class Live:
         given = self.pair.checked(pins, strokes)
         state = self._pulled(given)
         if state is not None:
-            state = _settled(
+            state = _relax(
                 state.forward(settings.theta, 1.0, FORWARD, DECREASE, corners=True), settings.theta
             )
         if state is None or state.miss > 0:
@@ -161,12 +161,12 @@ class Live:
     def map(self) -> TriangulatedMap:
         """The map in the given coordinates."""
         frames = self.pair.frames
-        cut = cut_out(self.state, mirrored=frames[0].mirrored)
+        cut = without_filled(self.state, mirrored=frames[0].mirrored)
         z, u = (f.world(w[cut.vertices]) for f, w in zip(frames, (self.state.z, self.state.u)))
         map = TriangulatedMap(z, u, cut.faces, cut.loops)
         return replace(map, bulge=bulges(cut.faces, u, z, map.edges, cut.lines))
 
 
-def _settled(state: DiscreteMap, theta: float) -> DiscreteMap:
+def _relax(state: DiscreteMap, theta: float) -> DiscreteMap:
     """The map after some Newton steps on its inverse, if it has reached its goals."""
     return state if state.miss > 0 else state.backward(theta, 1.0, BACKWARD, DECREASE)

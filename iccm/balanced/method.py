@@ -15,8 +15,8 @@ from ..errors import InputError
 from ..maps.triangulated.map import TriangulatedMap
 from ..result import hausdorff
 from . import injectivity
-from .constraints.validate import Pins, checked, place
-from .holes.filled import Cut, cut_out
+from .constraints.validate import Pins, check, put_pins
+from .holes.filled import Cut, without_filled
 from .holes.given import NONE, Holes, unequal, which
 from .model.boundary_pairs import loops_of
 from .model.frames import UnitFrame, frames_of
@@ -62,17 +62,17 @@ def solve(
     curves = frames[0].curve(source), frames[1].curve(target), holes.unit(frames)
     domains = (source, *holes.source), (target, *holes.target)
     if len(pins) or len(strokes) or start is not None:
-        given = checked(source, target, pins, strokes, numbers)
+        given = check(source, target, pins, strokes, numbers)
         journal.notes += given.notes
-        before = None if start is None else sketched(start, frames, holes_of(start, holes))
-        state, met = multilevel.constrained(*curves, given.unit(frames), settings, journal, before)
+        before = None if start is None else sketch_of(start, frames, holes_of(start, holes))
+        state, met = multilevel.constrained_map(*curves, given.unit(frames), settings, journal, before)
         found = solution_of(state, *_world(state, frames), frames, domains, settings, journal, False, given)
         return replace(found, met=met)
-    state, symmetric = multilevel.mapped(*curves, settings, journal)
+    state, symmetric = multilevel.free_map(*curves, settings, journal)
     return solution_of(state, *_world(state, frames), frames, domains, settings, journal, symmetric)
 
 
-def sketched(
+def sketch_of(
     map: TriangulatedMap, frames: tuple[UnitFrame, UnitFrame], holes: Sequence[tuple[int, int, int]] = ()
 ) -> Sketch:
     """A map in unit coordinates, vertices of the outlines first; `holes` are (its loop, the hole of the source, that of
@@ -139,8 +139,8 @@ def solution_of(
     """
     mirror = frames[0].mirrored
     if pins is not None:
-        place(pins, z, u, state.border, state.first_pin)
-    cut = cut_out(state, mirrored=mirror)
+        put_pins(pins, z, u, state.border, state.first_pin)
+    cut = without_filled(state, mirrored=mirror)
     z, u, loops = z[cut.vertices], u[cut.vertices], cut.loops
     for name, w in (("source", z), ("image", u)):
         injectivity.refuse_folds(name, w, cut.faces)

@@ -3,7 +3,7 @@
 What goes past the paper's limits (local minima, missed limbs, folds near the boundary):
 
 1. harmonic measure of both domains gives the boundary correspondence of a conformal map, its three free parameters
-   chosen for the least distortion or by the pins (`measure`, `normalised`);
+   chosen for the least distortion or by the pins (`measure`, `normalise`);
 2. vertices are placed so that the interpolation error is even, on the source's corners and at the preimages of the
    target's detail alike (`vertices`);
 3. Newton's method makes the boundary values those of a holomorphic map (`riemann_hilbert`);
@@ -22,7 +22,7 @@ from ..arrays import Complex, Real, complex_of, xy_of
 from ..blas import on_one_thread
 from ..curve import Curve, boundary_samples
 from ..maps.harmonic import HarmonicMap
-from ..paper.algorithm1 import assemble, discretised, finish, iterate
+from ..paper.algorithm1 import assemble, discretise, finish, iterate
 from ..paper.energies import Basis
 from ..paper.initial import constraint_points
 from ..paper.least_squares import System
@@ -32,7 +32,7 @@ from .correspondence import CircleMap, Correspondence, View
 from .harmonic_measure import HarmonicMeasure
 from .normalisation import search
 from .panels import corners, graded
-from .relaxation import State, followed, relax
+from .relaxation import State, follow, relax
 from .riemann_hilbert import newton, shares
 from .triangulation import TooThinError
 from .vertices import Allowance, around_corners, clean, radius_along
@@ -85,21 +85,21 @@ def _solve(problem: Problem, settings: Options):
     assert problem.target is not None
     source, notes = from_farthest(problem.source), list[str]()
     if settings.vertices == "source":
-        discretised(source, "source")  # refuses too many
+        discretise(source, "source")  # refuses too many
     else:
-        source, notes = simplified(source, settings.tolerance, "source")
-    target, more = simplified(from_farthest(problem.target), settings.tolerance, "target")
+        source, notes = simplify(source, settings.tolerance, "source")
+    target, more = simplify(from_farthest(problem.target), settings.tolerance, "target")
     fineness = float(np.clip(settings.tolerance / COARSEST, FINEST / COARSEST, 1.0))
     try:
-        chosen = normalised(problem, source, target, fineness)
+        chosen = normalise(problem, source, target, fineness)
     except TooThinError:
         (source, first), (target, second) = without_hairs(source, "source"), without_hairs(target, "target")
         notes += first + second
-        chosen = normalised(problem, source, target, fineness)
+        chosen = normalise(problem, source, target, fineness)
     crowded = crowding(chosen)
     notes += more + list(crowded.values())
     state, energies = correspond(chosen, settings)
-    keep = told_apart(problem.source_frame.world(source.at(state.s)))
+    keep = distinct_vertices(problem.source_frame.world(source.at(state.s)))
     state = replace(state, s=state.s[keep], tau=state.tau[keep])
     polygon = Curve(source.at(state.s))
     basis = Basis(polygon.z, settings.quasi is not None)
@@ -111,7 +111,7 @@ def _solve(problem: Problem, settings: Options):
     return polygon.z, *basis.split(x), energies, status, notes
 
 
-def told_apart(z: Complex) -> list[int]:
+def distinct_vertices(z: Complex) -> list[int]:
     """Indices of vertices that the rounding of the user's coordinates leaves apart from the one before."""
     least = ULPS * np.spacing(np.abs(z).max())
     keep = [0]
@@ -121,7 +121,7 @@ def told_apart(z: Complex) -> list[int]:
     return keep
 
 
-def simplified(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[str]]:
+def simplify(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[str]]:
     """A long outline without the detail far below the tolerance, and a note that says so."""
     if curve.z.size <= MANY:
         return curve, []
@@ -159,7 +159,7 @@ def without_hairs(curve: Curve, name: str) -> tuple[Curve, list[str]]:
     ]
 
 
-def normalised(problem: Problem, source: Curve, target: Curve, fineness: float) -> Correspondence:
+def normalise(problem: Problem, source: Curve, target: Curve, fineness: float) -> Correspondence:
     """The boundary correspondence of the conformal map to start from.
 
     Args:
@@ -175,8 +175,8 @@ def normalised(problem: Problem, source: Curve, target: Curve, fineness: float) 
     c = search(measure(source, sharp[0], spacing), measure(target, sharp[1], spacing), pins, problem.upright)
     for _ in range(DEEPENINGS):
         deeper = [
-            deepened(source, sharp[0], c.forward, target),
-            deepened(target, sharp[1], c.backward, source),
+            grade_corners(source, sharp[0], c.forward, target),
+            grade_corners(target, sharp[1], c.backward, source),
         ]
         if all((new == old).all() for new, old in zip(deeper, sharp)):
             break
@@ -205,7 +205,7 @@ def at_corners(curve: Curve, most: float) -> Real:
     return np.minimum(share * beside, most)
 
 
-def deepened(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: Curve) -> Real:
+def grade_corners(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: Curve) -> Real:
     """Panel lengths at the corners, shorter where the other side of the correspondence blows a corner's panels up."""
     s = curve.knots[:-1][corners(curve)]
     extent = np.maximum(to(s + sharp) - to(s), to(s) - to(s - sharp)) / other.diagonal
@@ -258,7 +258,7 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
         assert best is not None
         if best[0] <= settings.tolerance or settings.vertices or best[1] > GAIN * before:
             break
-        c, error = followed(c, states[-1]), error / 2
+        c, error = follow(c, states[-1]), error / 2
     assert best is not None
     return best[2], energies
 

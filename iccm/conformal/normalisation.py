@@ -83,7 +83,7 @@ def distortion(source: Coarse, target: Coarse, m: Moebius) -> Real:
     return (stretch - (stretch @ weight)[..., None]) ** 2 @ weight
 
 
-def charged(distortion: Real, cosine: Real) -> Real:
+def charged_distortion(distortion: Real, cosine: Real) -> Real:
     """Distortion, and more by the cosine of the angle that the picture is turned by: it is looked at upright."""
     beyond = np.maximum(np.cos(UPRIGHT) - cosine, 0) / (np.cos(UPRIGHT) + 1)
     return distortion * (1 + (UPSIDE_DOWN - 1) * beyond) + SYMMETRIC * (1 - cosine)
@@ -179,7 +179,7 @@ class Wish:
         """Of maps with their costs."""
         if self.pins is not None:
             return cost
-        return charged(cost, self.cosine(a, b, m))
+        return charged_distortion(cost, self.cosine(a, b, m))
 
     def cosine(self, a: View, b: View, m: Moebius) -> Real:
         """Of the angle by which a map turns the boundary about its middle, from the upright; m as for `distortion`."""

@@ -17,7 +17,7 @@ import scipy.linalg
 from ..arrays import Complex, Real
 from ..curve import Curve
 from .correspondence import CircleMap, Correspondence
-from .riemann_hilbert import LEAST_DAMPING, consistency, raised, shares, stretches
+from .riemann_hilbert import LEAST_DAMPING, consistency, interpolate_means, shares, stretches
 from .vertices import Allowance, place
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
@@ -62,7 +62,7 @@ class State:
     @property
     def phi(self) -> Complex:
         """(n,) coefficients of the map."""
-        return raised(self.target.at(self.tau), self.source.at(self.s))
+        return interpolate_means(self.target.at(self.tau), self.source.at(self.s))
 
     @property
     def energy(self) -> float:
@@ -83,7 +83,7 @@ def lay(c: Correspondence, pairs: Callable, allowed: Allowance, most: int) -> St
     return State.of(source, target, s, tau, allowed)
 
 
-def followed(c: Correspondence, state: State) -> Correspondence:
+def follow(c: Correspondence, state: State) -> Correspondence:
     """The correspondence brought to where Newton's method moved the vertices' images.
 
     Steps leave the target's corners where they are (`relaxation_step`); this moves them.

@@ -23,7 +23,7 @@ LEAST_DAMPING = 1e-6  # relative; picks the least change among the three real pa
 MOST_DAMPING = 1e2
 STALLED = 0.98  # stop when a step leaves more than this share of the residual
 FLOOR = 1e-13  # of the largest diagonal entry: columns below it carry rounding only
-RAISE = 1 / 6  # derived: see `raised`
+RAISE = 1 / 6  # derived: see `interpolate_means`
 SHORTEST = 1e-15  # gap, relative to the length of the boundary
 
 
@@ -45,7 +45,7 @@ def stretches(s: Real, source: Curve, tau: Real, target: Curve) -> Real:
     return (dtau + np.roll(dtau, 1)) / (ds + np.roll(ds, 1))
 
 
-def raised(w: Complex, z: Complex) -> Complex:
+def interpolate_means(w: Complex, z: Complex) -> Complex:
     """Values φ for linear interpolation whose mean on every edge is that of the holomorphic function through w.
 
     Linear interpolation errs by w'' Δz²/12 on the average. Vertices raised by a sixth of their distance from the linear
@@ -62,9 +62,9 @@ def raised(w: Complex, z: Complex) -> Complex:
 def consistency(z: Complex) -> Complex:
     """(n, n) matrix D = (C - ½I)(I + P) - ½I: D w = 0 for the boundary values w of a holomorphic map at vertices z.
 
-    C holds the Cauchy coordinates of the vertices, and φ = (I + P) w are the raised values (`raised`). Their linear
-    interpolation errs by an oscillation without mean, of which one half is holomorphic: at vertices the coordinates
-    give C φ = ½ (w + φ), to third order. The paper's (C - I) w = 0 would hold to second order.
+    C holds the Cauchy coordinates of the vertices, and φ = (I + P) w are the values of `interpolate_means`. Their
+    linear interpolation errs by an oscillation without mean, of which one half is holomorphic: at vertices the
+    coordinates give C φ = ½ (w + φ), to third order. The paper's (C - I) w = 0 would hold to second order.
     """
     matrix = cauchy_green.coordinates(z, z)
     matrix[np.diag_indices_from(matrix)] -= 0.5
@@ -110,7 +110,7 @@ def newton(
         steps = _steps(defect, residual, target, tau, q)
         tried: list[tuple[float, float, Real, Complex]] = []
         while damping <= MOST_DAMPING:
-            trial = ordered(tau, steps(damping), target.length)
+            trial = keep_order(tau, steps(damping), target.length)
             found = defect @ target.at(trial)
             tried.append((float(np.linalg.norm(q * found)), damping, trial, found))
             if len(tried) > 1 and tried[-2][0] < min(before, tried[-1][0]):
@@ -144,7 +144,7 @@ def _steps(defect: Complex, residual: Complex, target: Curve, tau: Real, q: Real
     return step
 
 
-def ordered(tau: Real, step: Real, length: float) -> Real:
+def keep_order(tau: Real, step: Real, length: float) -> Real:
     """τ + step with every gap kept positive: a gap shrinks exponentially where the step would turn it around."""
     gaps = np.maximum(cyclic_gaps(tau, length), SHORTEST * length)
     change = (np.roll(step, -1) - step) / gaps

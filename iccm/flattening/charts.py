@@ -7,10 +7,10 @@ import numpy as np
 
 from ..arrays import Complex, Flags, Index, Real, complex_of, distinct_rows, xy_of
 from ..errors import InputError
-from ..meshes.disk_patch import taken_apart
+from ..meshes.disk_patch import split_non_manifold
 from ..meshes.flatten import Flattening, overlap
 from ..meshes.layout import turns
-from ..meshes.mesh import Mesh, checked, proper, triangulated
+from ..meshes.mesh import Mesh, check, proper, triangulate
 from ..meshes.patch import Patch
 from ..meshes.rasterise import rasterise
 from ..meshes.topology import Triangles, labels
@@ -71,7 +71,7 @@ class Atlas:
         Raises:
             InputError: an element at fault (see `mesh.checked`), or no face has texture coordinates.
         """
-        corner = triangulated(checked(mesh))
+        corner = triangulate(check(mesh))
         if mesh.uv is None or mesh.uv_corners is None:
             raise InputError(f"{mesh.name}: has no texture coordinates; make them with iccm flatten --uv")
         known = _known(mesh, mesh.uv, mesh.uv_corners, corner)
@@ -90,7 +90,7 @@ class Atlas:
         if not whole.any():
             raise InputError(f"{mesh.name}: no face has an area in its texture coordinates")
         shape = Triangles(faces[whole], kept.size)
-        uv, turned = _mended(shape, rows[kept, 3:])
+        uv, turned = _turn_slips(shape, rows[kept, 3:])
         notes += [f"{turned} triangles that the layout folds back by a hair are turned"] if turned else []
         return cls(mesh, shape, of[first][kept], uv, corner[whole], tuple(notes))
 
@@ -174,10 +174,10 @@ class Atlas:
         faces = np.where(turned, self.shape.faces[own][:, ::-1], self.shape.faces[own])
         corner = np.where(turned, self.corner[own][:, ::-1], self.corner[own])
         used, local = np.unique(faces, return_inverse=True)
-        shape, pair = taken_apart(Triangles(local.reshape(-1, 3), used.size), used, [])
+        shape, pair = split_non_manifold(Triangles(local.reshape(-1, 3), used.size), used, [])
         vertex = self.vertex[pair]
         z = self.uv[pair, 0] * aspect + 1j * self.uv[pair, 1]
-        flat = _pulled_apart(shape, z if mirror is None else 2 * mirror - z.conj())
+        flat = _separate_boundaries(shape, z if mirror is None else 2 * mirror - z.conj())
         name = self.mesh.name
         patch = Patch(self.mesh, self.mesh.points[vertex], shape, vertex, corner, notes=self.notes)
         if not patch.loops:
@@ -211,7 +211,7 @@ def _across(shape: Triangles, turn: Real) -> tuple[Index, Index]:
     return ends[joined], ends[~joined & ~against]
 
 
-def _mended(shape: Triangles, uv: Real) -> tuple[Real, int]:
+def _turn_slips(shape: Triangles, uv: Real) -> tuple[Real, int]:
     """Coordinates (p, 2) in which slips are turned over by the least moves, and how many triangles that are."""
     turn = turns(uv[shape.faces])
     joined, folds = _across(shape, turn)
@@ -229,13 +229,13 @@ def _mended(shape: Triangles, uv: Real) -> tuple[Real, int]:
     if not 0 < slips.size <= SLIPS:
         return uv, 0
     near = np.flatnonzero(np.isin(shape.faces, shape.faces[slips]).any(axis=1))
-    moved = _turned(shape.faces[near], wanted[near], uv)
+    moved = _kaczmarz(shape.faces[near], wanted[near], uv)
     far = np.linalg.norm(np.ptp(uv, axis=0))
     good = (np.sign(turns(moved[shape.faces])) == wanted).all() and np.abs(moved - uv).max() < MOVED * far
     return (moved, int(slips.size)) if good else (uv, 0)
 
 
-def _turned(faces: Index, wanted: Real, uv: Real) -> Real:
+def _kaczmarz(faces: Index, wanted: Real, uv: Real) -> Real:
     """Coordinates moved, a triangle at a time, until each has the sign that is wanted and a height (Kaczmarz)."""
     z, far = complex_of(uv), np.linalg.norm(np.ptp(uv, axis=0))
     corner = z[faces]
@@ -256,7 +256,7 @@ def _turned(faces: Index, wanted: Real, uv: Real) -> Real:
     return xy_of(z)
 
 
-def _pulled_apart(shape: Triangles, flat: Complex) -> Complex:
+def _separate_boundaries(shape: Triangles, flat: Complex) -> Complex:
     """Flat positions in which no boundary touches itself at a vertex: each of those there goes a little inwards."""
     rim = np.unique(shape.tail[shape.twin < 0])
     first, place = distinct_rows(xy_of(flat[rim]))

@@ -6,12 +6,12 @@ import numpy as np
 
 from ..arrays import Complex, Index, at_vertices
 from ..errors import InputError
-from ..meshes.cut import extended
+from ..meshes.cut import extend_cut
 from ..meshes.flatten import Flattening, lscm, overlap, upright
 from ..meshes.patch import Patch
 from . import seams, tutte
 from .free import Elastic, surface
-from .scaffold import apart
+from .scaffold import relax_with_scaffold
 
 METHODS = ("conformal", "lscm", "balanced")
 
@@ -66,15 +66,15 @@ def flatten(
     growing = grow and (len(patch.seam) > 0 or fault is not None or _spread(plain) > EVEN)
     joins = growing and chart
     if method == "balanced":
-        return _checked(_even(plain, growing, joins)[0])
+        return _check(_even_with_seam(plain, growing, joins)[0])
     if fault is None and not growing:
         return plain
-    found = _conformal(*_even(plain, growing, joins))
-    found = _checked(_sharpened(found) if joins else found)
+    found = _conformal(*_even_with_seam(plain, growing, joins))
+    found = _check(_lengthen_seam(found) if joins else found)
     return replace(found, notes=() if fault is None else (f"LSCM gave {fault}: laid out without",))
 
 
-def even(layout: Flattening) -> Flattening:
+def even_layout(layout: Flattening) -> Flattening:
     """The layout of least symmetric Dirichlet energy, from one of the same patch without folds or overlaps.
 
     Raises:
@@ -83,7 +83,7 @@ def even(layout: Flattening) -> Flattening:
     if layout.method == "balanced":
         return layout
     sheet = surface(layout.patch.points, layout.patch.faces)
-    return replace(_checked(_relaxed(layout, layout, sheet, 1.0)), method="balanced")
+    return replace(_check(_relax(layout, layout, sheet, 1.0)), method="balanced")
 
 
 def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
@@ -93,13 +93,15 @@ def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
         result = Flattening(patch, upright(patch, lscm(patch, outline)), outline, "lscm")
         if not growing or _spread(result) <= EVEN:
             break
-        patch, before, loop = extended(patch, _most_shrunk(result)), patch, 1
+        patch, before, loop = extend_cut(patch, _most_shrunk(result)), patch, 1
         if patch is before:
             break
     return result
 
 
-def _even(layout: Flattening, growing: bool = False, joins: bool = False) -> tuple[Flattening, Elastic]:
+def _even_with_seam(
+    layout: Flattening, growing: bool = False, joins: bool = False
+) -> tuple[Flattening, Elastic]:
     """The layout of least symmetric Dirichlet energy, its seam long enough, and the surface as it was found on.
 
     Args:
@@ -110,26 +112,26 @@ def _even(layout: Flattening, growing: bool = False, joins: bool = False) -> tup
     patch, outline = layout.patch, layout.loop
     for _ in range(ROUNDS + 1):
         sheet, start = surface(patch.points, patch.faces), _start(patch, outline)
-        result = _placed(start, sheet.relaxed(_unit(start), 1, FEW if growing else STEPS, ROUGH))
+        result = _place(start, sheet.relaxed(_unit(start), 1, FEW if growing else STEPS, ROUGH))
         if not growing or result.strained(95) < STRETCHED:
             break
         patch, before = seams.longer(result, joins), patch
         if patch is before:
             break
         outline = patch.loop_of(before, outline)
-    return _relaxed(start, result, sheet, 1.0), sheet
+    return _relax(start, result, sheet, 1.0), sheet
 
 
 def _conformal(even: Flattening, sheet: Elastic) -> Flattening:
     """From an even layout to a conformal one."""
     for theta in SOFTER:
-        even = _relaxed(even, even, sheet, theta)
+        even = _relax(even, even, sheet, theta)
     return replace(even, method="conformal")
 
 
-def _sharpened(found: Flattening) -> Flattening:
+def _lengthen_seam(found: Flattening) -> Flattening:
     """The conformal layout that keeps angles best as the seam goes on, at most until it does."""
-    best, fewest = found, _lost(found)
+    best, fewest = found, _angle_loss(found)
     for _ in range(SHARPER):
         if fewest <= KEPT:
             break
@@ -137,23 +139,23 @@ def _sharpened(found: Flattening) -> Flattening:
         if patch is found.patch:
             break
         outline = patch.loop_of(found.patch, found.loop)
-        found = _conformal(*_even(replace(found, patch=patch, loop=outline)))
-        best, fewest = min((best, fewest), (found, _lost(found)), key=lambda pair: pair[1])
+        found = _conformal(*_even_with_seam(replace(found, patch=patch, loop=outline)))
+        best, fewest = min((best, fewest), (found, _angle_loss(found)), key=lambda pair: pair[1])
     return best
 
 
-def _lost(result: Flattening) -> float:
+def _angle_loss(result: Flattening) -> float:
     """How little a layout keeps angles: p95 of its dilatation, infinite where it overlaps itself."""
     return np.inf if overlap(result) else result.dilated(95)
 
 
-def _relaxed(start: Flattening, better: Flattening, sheet: Elastic, theta: float) -> Flattening:
+def _relax(start: Flattening, better: Flattening, sheet: Elastic, theta: float) -> Flattening:
     """A layout relaxed to the end; where it overlaps itself then, from a start that does not, with a scaffold."""
-    result = _placed(better, sheet.relaxed(_unit(better), theta, STEPS, TOLERANCE))
+    result = _place(better, sheet.relaxed(_unit(better), theta, STEPS, TOLERANCE))
     if overlap(result) is None:
         return result
     loops = [start.loop, *(loop for loop in start.patch.loops if not np.array_equal(loop, start.loop))]
-    return _placed(start, apart(sheet, _unit(start), loops, theta, APART, TOLERANCE))
+    return _place(start, relax_with_scaffold(sheet, _unit(start), loops, theta, APART, TOLERANCE))
 
 
 def _start(patch: Patch, outline: Index) -> Flattening:
@@ -166,7 +168,7 @@ def _start(patch: Patch, outline: Index) -> Flattening:
         ) from None
 
 
-def _placed(result: Flattening, flat: Complex) -> Flattening:
+def _place(result: Flattening, flat: Complex) -> Flattening:
     return replace(result, flat=upright(result.patch, flat))
 
 
@@ -175,7 +177,7 @@ def _unit(result: Flattening) -> Complex:
     return result.flat / np.sqrt(result.patch.areas.sum())
 
 
-def _checked(result: Flattening) -> Flattening:
+def _check(result: Flattening) -> Flattening:
     fault = overlap(result)
     if fault is None:
         return result

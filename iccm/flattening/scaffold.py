@@ -19,7 +19,7 @@ THIN = 1e-14  # of the frame's radius squared: triangles of less area are left o
 SETTLED = 3  # steps that gain little, one after the other, before the layout counts as done
 
 
-def apart(
+def relax_with_scaffold(
     sheet: Elastic, u: Complex, loops: list[Index], theta: float, steps: int, tolerance: float
 ) -> Complex:
     """Newton steps with a scaffold, from a layout (n,) that does not overlap itself to one of less energy.

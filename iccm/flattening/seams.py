@@ -66,7 +66,7 @@ def sharper(result: Flattening) -> Patch:
     inner = np.ones(len(patch.points), bool)
     inner[np.concatenate(patch.loops)] = False
     convex = inner & (turns(patch) < 2 * np.pi)
-    dilated = np.where(inner, _dilated(result), 0.0)
+    dilated = np.where(inner, _log_dilatation(result), 0.0)
     reached = np.zeros(inner.size, bool)
     reached[result.loop] = True
     found = []
@@ -91,7 +91,7 @@ def turns(patch: Patch) -> Real:
     return _sums(patch.faces, face_angles(patch.points[patch.faces]).ravel())
 
 
-def _dilated(result: Flattening) -> Real:
+def _log_dilatation(result: Flattening) -> Real:
     """(n,) the integral of the logarithm of the dilatation over the triangles around each vertex."""
     faces = result.patch.faces
     area = result.patch.areas

@@ -12,7 +12,9 @@ from .triangulated.patches import shrunk
 ROUNDS = 20  # of straightening; a straightened edge may take its neighbour over a bound, in one round or two
 
 
-def held(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> TriangulatedMap:
+def straighten_beyond_bounds(
+    map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None
+) -> TriangulatedMap:
     """The map with triangles left straight where their patches exceed a bound asked for."""
     for _ in range(ROUNDS):
         sides = np.unique(map.edges.sides[_excess(map, max_dilatation, max_stretch) > 1])
@@ -25,7 +27,7 @@ def held(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float 
     return map
 
 
-def bounded(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> bool:
+def meets_bounds(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> bool:
     """Whether what is drawn meets the bounds asked for, but for rounding."""
     return bool(_excess(map, max_dilatation, max_stretch).max() <= 1 + 1e-9)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import Flags, Index, Real, distinct_rows
 from ..errors import InputError
-from .mesh import Mesh, checked, triangulated
+from .mesh import Mesh, check, triangulate
 from .topology import Triangles
 
 
@@ -43,7 +43,7 @@ class Charted:
         Raises:
             InputError: an element at fault, or no texture coordinates; naming it.
         """
-        corner = triangulated(checked(mesh))
+        corner = triangulate(check(mesh))
         if mesh.uv is None or mesh.uv_corners is None:
             raise InputError(f"{mesh.name}: has no texture coordinates; make them with iccm flatten --uv")
         stated = mesh.normals is not None and mesh.normal_corners is not None

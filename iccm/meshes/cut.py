@@ -20,7 +20,7 @@ FINER = 32  # parts of an edge beside a geodesic: maps of four models by landmar
 KEPT = 64  # ways that are remembered: orders of up to six landmarks share 30 on each of two surfaces
 
 
-def opened(whole: Patch) -> Patch:
+def open_to_disk(whole: Patch) -> Patch:
     """A disk, with or without holes: a closed surface cut between far-apart vertices, handles along loops."""
     if whole.genus:
         result = whole.cut(_on(whole, *handle_loops(whole)))
@@ -37,13 +37,13 @@ def opened(whole: Patch) -> Patch:
     return whole.cut(_on(whole, np.array(way[:-1]), np.array(way[1:])))
 
 
-def opened_through(whole: Patch, stops: Sequence[int]) -> Patch:
+def cut_through(whole: Patch, stops: Sequence[int]) -> Patch:
     """A closed surface without handles cut along ways through vertices that keep to geodesics, so that they hardly
     depend on the triangles."""
-    return opened_along(whole, way_through(whole, stops))
+    return cut_along_path(whole, way_through(whole, stops))
 
 
-def opened_along(whole: Patch, way: Sequence[int]) -> Patch:
+def cut_along_path(whole: Patch, way: Sequence[int]) -> Patch:
     """A closed surface without handles cut along a way of vertices."""
     if len(way) == 2:  # one edge alone does not open a surface
         way = _detour(whole, list(way))
@@ -103,7 +103,7 @@ def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
     return 1 + np.where(np.isfinite(detour), detour, 2 * away**2)
 
 
-def extended(opening: Patch, to: int) -> Patch:
+def extend_cut(opening: Patch, to: int) -> Patch:
     """The patch cut further, along the shortest path from its boundary to one of its inner vertices."""
     border = np.unique(np.concatenate(opening.loops))
     return cut_along(opening, [walk(_paths(opening, border)[1], to)])

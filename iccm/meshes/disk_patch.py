@@ -7,8 +7,8 @@ import numpy as np
 
 from ..arrays import Index, Real, distinct_rows
 from ..errors import InputError
-from .cut import opened, opened_through
-from .mesh import Mesh, checked, face_areas, proper, triangulated
+from .cut import cut_through, open_to_disk
+from .mesh import Mesh, check, face_areas, proper, triangulate
 from .patch import Patch
 from .topology import Triangles, firsts
 
@@ -38,7 +38,7 @@ class Joined:
         Raises:
             InputError: naming the first element at fault (see `mesh.checked`).
         """
-        corner = triangulated(checked(mesh))
+        corner = triangulate(check(mesh))
         used, named = (np.zeros(len(mesh.points), bool) for _ in range(2))
         used[mesh.corners[corner]] = named[mesh.corners] = True
         vertex, number = np.flatnonzero(used), np.cumsum(used) - 1
@@ -119,8 +119,8 @@ def disk_patch(
     if through is not None and not whole.genus:
         stops = nearest(whole, through)
         if len(set(stops)) == len(stops):
-            return opened_through(whole, stops)
-    return opened(whole)
+            return cut_through(whole, stops)
+    return open_to_disk(whole)
 
 
 def sound_piece(mesh: Mesh | Joined, piece: int = 1) -> Patch:
@@ -128,8 +128,8 @@ def sound_piece(mesh: Mesh | Joined, piece: int = 1) -> Patch:
     joined = mesh if isinstance(mesh, Joined) else Joined.of(mesh)
     mesh, vertex, notes = joined.mesh, joined.vertex, list(joined.notes)
     shape, corner = _one_piece(joined, piece, notes)
-    shape, corner = _oriented(mesh, shape, corner, vertex, notes)
-    shape, vertex = taken_apart(shape, vertex, notes)
+    shape, corner = _orient(mesh, shape, corner, vertex, notes)
+    shape, vertex = split_non_manifold(shape, vertex, notes)
     return Patch(mesh, mesh.points[vertex], shape, vertex, corner, notes=tuple(notes))
 
 
@@ -156,7 +156,7 @@ def _one_piece(joined: Joined, piece: int, notes: list[str]) -> tuple[Triangles,
     return Triangles(shape.faces[own], shape.count), joined.corner[own]
 
 
-def _oriented(mesh, shape: Triangles, corner: Index, vertex: Index, notes) -> tuple[Triangles, Index]:
+def _orient(mesh, shape: Triangles, corner: Index, vertex: Index, notes) -> tuple[Triangles, Index]:
     result = shape.oriented()
     if result is None:
         same = np.flatnonzero((shape.twin >= 0) & (shape.tail == shape.tail[shape.twin]))[0]
@@ -173,7 +173,7 @@ def _oriented(mesh, shape: Triangles, corner: Index, vertex: Index, notes) -> tu
     return turned, corner
 
 
-def taken_apart(shape: Triangles, vertex: Index, notes: list[str]) -> tuple[Triangles, Index]:
+def split_non_manifold(shape: Triangles, vertex: Index, notes: list[str]) -> tuple[Triangles, Index]:
     """A vertex for every fan of triangles: edges with more than two faces and bow ties come apart."""
     crowded = shape.crowded_edges
     fan = shape.fans()

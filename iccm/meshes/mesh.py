@@ -1,6 +1,6 @@
 """Polygon meshes as arrays: the noun every mesh format is read into, its element checks and its triangles.
 
-Nothing here trusts its input. libigl does (an index out of range ends the process), so `checked` comes before it.
+Nothing here trusts its input. libigl does (an index out of range ends the process), so `check` comes before it.
 """
 
 from collections.abc import Sequence
@@ -83,7 +83,7 @@ class Mesh:
         )
 
 
-def united(meshes: Sequence[Mesh], name: str) -> Mesh:
+def merge(meshes: Sequence[Mesh], name: str) -> Mesh:
     """Several meshes of one file as one, their vertices and faces one after the other; normals if all state some."""
     firsts = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
     corners = np.concatenate([mesh.corners + first for mesh, first in zip(meshes, firsts)])
@@ -112,7 +112,7 @@ def _united(
     return np.concatenate(given), np.concatenate(numbers)
 
 
-def checked(mesh: Mesh) -> Mesh:
+def check(mesh: Mesh) -> Mesh:
     """The mesh itself, when every element of it is sound.
 
     Raises:
@@ -150,7 +150,7 @@ def checked(mesh: Mesh) -> Mesh:
     return mesh
 
 
-def triangulated(mesh: Mesh) -> Index:
+def triangulate(mesh: Mesh) -> Index:
     """(m, 3) corners (indices into mesh.corners) of the triangles of a checked mesh, face after face.
 
     Quads take the diagonal whose two triangles agree with the quad's own normal, the shorter one if both do; larger

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Box, Complex, Real, xy_of
-from ..pixels.texture import Places, repeated
+from ..pixels.texture import Places, repeat
 from ..plane import cross
 from .layout import turns
 from .locate import Locator
@@ -39,7 +39,7 @@ class Surface:
         """As `Placing.places`."""
         triangle, weights = self.locator(z, 1)
         place = np.einsum("pk,pkc->pc", weights, self.corners[triangle])
-        place = place if self.tiled else repeated(place, self.size)
+        place = place if self.tiled else repeat(place, self.size)
         at = self.locator.flat[self.locator.faces[triangle]]
         e1, e2 = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
         area = cross(e1, e2)

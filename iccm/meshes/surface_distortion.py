@@ -42,7 +42,7 @@ def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening |
     return replace(flat, area=area, f_z=jacobian.a, f_zbar=jacobian.b, scale=scale)
 
 
-def apart(flat: Distortion, source: Flattening, target: Flattening) -> dict[str, float]:
+def surface_distances(flat: Distortion, source: Flattening, target: Flattening) -> dict[str, float]:
     """Median, p95 and maximum over the target's area of the distance in space between points and those that they come
     from, relative to the diagonal of the target's box: the error of a map between copies of one model in one place.
 

@@ -29,7 +29,7 @@ HALVINGS = 6  # of a first-order step that does not lower the energy
 @on_one_thread
 def solve(problem: Problem, settings: Options) -> Fit:
     """The map onto a target: Algorithm 1, from arclength or from the constraints."""
-    polygon, s = discretised(problem.source, settings.vertices)
+    polygon, s = discretise(problem.source, settings.vertices)
     basis = Basis(polygon.z, settings.quasi is not None)
     terms = assemble(problem, settings, basis, polygon)
     system = System(terms, settings.tangential if settings.order == 1 else 1.0)
@@ -41,7 +41,7 @@ def solve(problem: Problem, settings: Options) -> Fit:
 @on_one_thread
 def deform(problem: Problem, settings: Options) -> Fit:
     """The map without a target, by the constraints alone (§3.3)."""
-    polygon, _ = discretised(problem.source, settings.vertices)
+    polygon, _ = discretise(problem.source, settings.vertices)
     basis = Basis(polygon.z, settings.quasi is not None)
     terms = assemble(problem, settings, basis, polygon)
     system = System(terms, settings.tangential if settings.order == 1 else 1.0)
@@ -49,7 +49,7 @@ def deform(problem: Problem, settings: Options) -> Fit:
     return finish(problem, basis.polygon, *basis.split(x), energies, status)
 
 
-def discretised(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
+def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
     """The map's polygon, and the source's arclengths (n,) at its vertices: about as many as asked for, evenly between
     the corners, or the source's own ("source"), as in the paper.
 

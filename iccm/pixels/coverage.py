@@ -28,7 +28,7 @@ def coverage(loop: Complex, row: int, rows: int, width: int) -> tuple[NDArray[np
     return _coverage(loop, row, rows, width, inside), inside
 
 
-def covered(loop: Complex, row: int, rows: int, width: int) -> NDArray[np.float32]:
+def coverage_box(loop: Complex, row: int, rows: int, width: int) -> NDArray[np.float32]:
     """The first that `coverage` gives."""
     return _coverage(loop, row, rows, width, np.empty((0, width), dtype=np.bool_))
 

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from ..arrays import Complex
 
 
-def turned(
+def rotate(
     stored: NDArray[np.float32],
     turn: Complex,
     dtype: np.dtype,

@@ -12,7 +12,7 @@ from ..plane import cross
 from . import colour, filters, pyramid
 from .canvas import Band
 from .colour import Float
-from .normals import turned
+from .normals import rotate
 from .texture import Places, Texture, check_kind, mend, strip_bytes
 
 LARGE = 1 << 27
@@ -133,7 +133,7 @@ class Sampler:
             turn = np.where(at.right != 0, at.right, 1).conj()
             mirrored = cross(at.right, at.down) > 0
             up = self.kind == "normal"
-            values[:, :3] = turned(values[:, :3], turn, self.dtype, up=up, mirrored=mirrored)
+            values[:, :3] = rotate(values[:, :3], turn, self.dtype, up=up, mirrored=mirrored)
         return values
 
     @property

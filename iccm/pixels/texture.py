@@ -98,7 +98,7 @@ class Placing(Protocol):
 ROUNDED = 1e-6  # texels beyond the texture's edge that are still on it (by hand: above round-off)
 
 
-def repeated(xy: Real, size: tuple[float, float]) -> Real:
+def repeat(xy: Real, size: tuple[float, float]) -> Real:
     """Places (p, 2) in a picture of this width and height that repeats beyond its edges."""
     beyond = (xy < -ROUNDED) | (xy > np.add(size, ROUNDED))
     return np.where(beyond, np.mod(xy, size), xy)
@@ -119,7 +119,7 @@ class Repeated:
         """As `Placing.places`."""
         height, width = self.texture.pixels.shape[:2]
         found = self.texture.places(z, right, down)
-        return found._replace(xy=repeated(found.xy, (width, height)))
+        return found._replace(xy=repeat(found.xy, (width, height)))
 
 
 @dataclass(frozen=True, eq=False)

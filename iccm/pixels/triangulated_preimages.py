@@ -17,7 +17,7 @@ from ..jit import kernel
 from ..maps.triangulated.map import TriangulatedMap
 from ..parallel import in_order
 from .canvas import BAND, Band, Canvas, Diagnostics
-from .coverage import coverage, covered
+from .coverage import coverage, coverage_box
 
 EMPTY, FILLED, TOUCHED = 0, 1, 2  # states of a pixel; the last: only the outline comes near its centre
 BYTES = 33  # of a pixel: 16 for z, 8 for right and for down, and its state
@@ -56,7 +56,7 @@ class TriangulatedPreimages:
     def band(self, row: int) -> Band:
         """The band that starts at the given row."""
         rows, width = min(BAND, self.canvas.height - row), self.canvas.width
-        area = covered(self.loop, row, rows, width)
+        area = coverage_box(self.loop, row, rows, width)
         z, right, down, state = self.blocks.arrays(rows, width)
         state.fill(EMPTY)
         chosen = np.flatnonzero((self.bottom >= row) & (self.top < row + rows))

@@ -14,7 +14,7 @@ HEIGHTS = (0.1, 0.01, HEIGHT)  # of triangles that are opened, as high as there 
 STEPS = 1000  # of looking for that room: acute rooms are approached slowly
 
 
-def lifted(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
+def lift(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
     """Positions (n,) in which the corners of such triangles stand out of the outline by as little as lets them face up.
 
     Args:
@@ -42,7 +42,7 @@ def lifted(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex
     return np.where(far, flat, moved)
 
 
-def opened(flat: Complex, faces: Index) -> Complex:
+def open_up(flat: Complex, faces: Index) -> Complex:
     """Positions (n,) in which triangles face up that faced down, where moving one inner corner is enough.
 
     Where the outline turns between two vertices of the boundary, the straight edge between them cuts its corner off,

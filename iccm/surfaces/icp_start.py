@@ -22,7 +22,7 @@ ROUNDS = 30  # of closest points
 CLOSE = 0.15  # root mean square distance of outlines and pins, of areas of one, up to which it is tried
 
 
-def sketched(problem: UnitProblem) -> Sketch | None:
+def similarity_sketch(problem: UnitProblem) -> Sketch | None:
     """The similarity that fits pins and outlines best, as a map on two triangles around both outlines, whose points
     come first; None where none fits well."""
     if problem.strokes or len(problem.holes[0]) != len(problem.holes[1]):
@@ -52,7 +52,7 @@ def _partners(problem: UnitProblem, near: Similarity) -> list[tuple[int, int]]:
 
 def similarity(problem: UnitProblem) -> Similarity | None:
     """The similarity that takes the source closest to the target; None if that is not close."""
-    found = [_closest(problem, match) for match in _matches(problem)]
+    found = [_icp(problem, match) for match in _matches(problem)]
     away, near = min(found, key=lambda each: each[0])
     return near if away < CLOSE else None
 
@@ -67,7 +67,7 @@ def unlikeness(source: Curve, target: Curve, here: Complex, there: Complex) -> f
         there: where they go; in between it goes by lengths.
     """
     s = source.length * SHARES
-    z, w = source.at(s), target.at(_between(source, target, (here, there)).at(s))
+    z, w = source.at(s), target.at(_interpolate(source, target, (here, there)).at(s))
     away = Similarity.fit(z, w)(z) - w
     return float(np.sqrt(np.mean(np.abs(away) ** 2) / target.area))
 
@@ -76,12 +76,12 @@ def _matches(problem: UnitProblem) -> list[Match]:
     """Correspondences of the outlines to begin with."""
     source, target = problem.source, problem.target
     if problem.anchors[0]:
-        return [_between(source, target, (np.array(problem.anchors[0]), np.array(problem.anchors[1])))]
+        return [_interpolate(source, target, (np.array(problem.anchors[0]), np.array(problem.anchors[1])))]
     turns = initial_matches.ANY_TURN if problem.upright == 0 else initial_matches.TURNS
     return initial_matches.candidates(source, target, turns)
 
 
-def _between(source: Curve, target: Curve, pins: tuple[Complex, Complex]) -> Match:
+def _interpolate(source: Curve, target: Curve, pins: tuple[Complex, Complex]) -> Match:
     """In proportion to lengths between points of the outlines."""
     s, tau = (curve.closest(side) for curve, side in zip((source, target), pins))
     order = np.argsort(s)
@@ -90,7 +90,7 @@ def _between(source: Curve, target: Curve, pins: tuple[Complex, Complex]) -> Mat
     return Match(np.append(s, s[0] + source.length), np.append(tau, tau[0] + target.length))
 
 
-def _closest(problem: UnitProblem, match: Match) -> tuple[float, Similarity]:
+def _icp(problem: UnitProblem, match: Match) -> tuple[float, Similarity]:
     """The similarity for a correspondence, made better by closest points, and how far it is off."""
     pins, goals = problem.all_pins.T
     s = problem.source.length * SHARES

@@ -37,7 +37,7 @@ def with_way(whole: Patch, points: Real) -> Opening | None:
     way = stops[:1]
     for stop in stops[1:]:
         if stop != way[-1]:
-            refined, crossed = _straight(refined, whole.mesh.points, way[-1], stop)
+            refined, crossed = _insert_line(refined, whole.mesh.points, way[-1], stop)
             way += crossed
     joined = {(a, b) for face in refined.faces.tolist() for a, b in pairwise([*face, face[0]])}
     if len(set(way)) < len(way) or not joined.issuperset(pairwise(way)):
@@ -56,7 +56,9 @@ def _at_points(whole: Patch, points: Real) -> tuple[RefinedSurface, list[int]]:
     return refined, numbers
 
 
-def _straight(refined: RefinedSurface, points: Real, here: int, end: int) -> tuple[RefinedSurface, list[int]]:
+def _insert_line(
+    refined: RefinedSurface, points: Real, here: int, end: int
+) -> tuple[RefinedSurface, list[int]]:
     """With edges from one vertex to another, in the plane of the surface's normal at each step, and the vertices on the
     way; nothing after where it gets lost.
 

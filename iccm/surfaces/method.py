@@ -11,17 +11,17 @@ import numpy as np
 
 from ..arrays import Complex
 from ..balanced import fit, method
-from ..balanced.constraints.validate import Pins, checked
+from ..balanced.constraints.validate import Pins, check
 from ..balanced.errors import NoMapError, Stuck
-from ..balanced.holes.given import Holes, named, unequal
+from ..balanced.holes.given import Holes, named_partners, unequal
 from ..balanced.model.discrete_map import DiscreteMap
 from ..balanced.model.frames import UnitFrame, frames_of
 from ..balanced.model.metric import LaidMetric, Metrics
 from ..balanced.model.settings import Settings, Solution, SolveLog
 from ..balanced.search import final_mesh, multilevel
 from ..balanced.search.final_mesh import Meshed
-from ..balanced.search.levels import UnitProblem, eased
-from ..balanced.search.warm_start import continued
+from ..balanced.search.levels import UnitProblem, relax_stretched
+from ..balanced.search.warm_start import continue_from
 from ..maps.triangulated.map import TriangulatedMap
 from ..meshes.flatten import Flattening
 from ..problem import Options, Problem
@@ -30,7 +30,7 @@ from . import icp_start
 from .ground import ground_of
 from .side import Side
 from .target_mesh_map import OwnMap, on_own_mesh
-from .unfolding import unfolded_in
+from .unfolding import unfold_in
 
 SURE = 1.3  # energy of a map of surfaces that are alike from which down no other is looked for, by hand
 STEPS, DECREASE = 40, 1e-3  # of Newton's method in space, and the relative decrease that ends it
@@ -71,32 +71,32 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
     source, target = problem.given
     strokes = problem.given_strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
-    holes, pins, numbers = named(given, source, target, problem.given_pins, strokes)
+    holes, pins, numbers = named_partners(given, source, target, problem.given_pins, strokes)
     settings = fit.settings_of(options)
     journal = SolveLog(notes=unequal(holes))
-    checked_pins = checked(source, target, pins, strokes, numbers)
+    checked_pins = check(source, target, pins, strokes, numbers)
     journal.notes += checked_pins.notes
     sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
     before = None if start is None or holes.source or holes.target or len(start.loops) > 1 else start
     try:
-        ready = _prepared(sides, holes, checked_pins, settings)
-        found, exact = _solved(ready, checked_pins, settings, journal, before)
+        ready = _prepare(sides, holes, checked_pins, settings)
+        found, exact = _solve(ready, checked_pins, settings, journal, before)
     except NoMapError:  # found in even layouts, it folds in the user's, or none was found
-        ready = _prepared((sides[0].as_given, sides[1].as_given), holes, checked_pins, settings)
-        found, exact = _solved(ready, checked_pins, settings, journal, before)
+        ready = _prepare((sides[0].as_given, sides[1].as_given), holes, checked_pins, settings)
+        found, exact = _solve(ready, checked_pins, settings, journal, before)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
     map = (
         replace(map, bulge=np.zeros(len(map.edges.ends), complex))
         if exact
-        else fit.straight(map, found.lines)
+        else fit.straighten_lines(map, found.lines)
     )
-    result = replace(fit.fitted(problem, found, map, (holes, pins), settings, drawn=True), layouts=layouts)
+    result = replace(fit.result_of(problem, found, map, (holes, pins), settings, drawn=True), layouts=layouts)
     if not (len(pins) or len(strokes)) or all(layouts):
         result.notes.extend(fit.strain(result.distortion))
     return result
 
 
-def _prepared(sides: tuple[Side, Side], holes: Holes, pins: Pins, settings: Settings) -> _Prepared:
+def _prepare(sides: tuple[Side, Side], holes: Holes, pins: Pins, settings: Settings) -> _Prepared:
     """The problem in unit coordinates of even layouts."""
     curves = [side.solved for side in sides]
     inner = Holes(tuple(curves[0][1:]), tuple(curves[1][1:]), holes.partners)
@@ -135,14 +135,14 @@ def _inward(pins: Pins, sides: tuple[Side, Side]) -> Pins:
 def _gone_on(ready: _Prepared, start: TriangulatedMap, settings: Settings) -> DiscreteMap:
     """An earlier map with the constraints met, where the problem is solved."""
     z, u = (side.inward(w) for side, w in zip(ready.sides, (start.source, start.image)))
-    sketch = method.sketched(TriangulatedMap(z, u, start.faces, start.loops), ready.frames)
+    sketch = method.sketch_of(TriangulatedMap(z, u, start.faces, start.loops), ready.frames)
     try:
-        return continued(final_mesh.last_level(ready.unit, settings), sketch, ready.unit)
+        return continue_from(final_mesh.final_level(ready.unit, settings), sketch, ready.unit)
     except Stuck:
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
 
 
-def _solved(
+def _solve(
     ready: _Prepared,
     pins: Pins,
     settings: Settings,
@@ -155,14 +155,14 @@ def _solved(
         return _of_own(ready, alike, pins, settings, journal), True
     try:
         if start is None:
-            used, state = multilevel.solved(ready.unit, journal)
+            used, state = multilevel.coarse_to_fine(ready.unit, journal)
         else:
             used, state = ready.unit, _gone_on(ready, start, settings)
     except NoMapError:
         if alike is None:
             raise
         return _of_own(ready, alike, pins, settings, journal), True
-    met = final_mesh.meets(used, state)
+    met = final_mesh.meets_constraints(used, state)
     try:
         state_there = _own_start(ready, used, state)
         own = None if state_there is None else _on_own(ready, state_there, settings, journal)
@@ -172,8 +172,8 @@ def _solved(
         own, met = alike, True
     if own is not None:
         return replace(_of_own(ready, own, pins, settings, journal), met=met), True
-    last = final_mesh.finished(used, state, settings, journal)
-    last = multilevel.inverted(last) if used.inverted else last
+    last = final_mesh.finish(used, state, settings, journal)
+    last = multilevel.invert(last) if used.inverted else last
     z, u = (
         side.outward(frame.world(w), last.outer)
         for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
@@ -199,11 +199,11 @@ def _of_own(ready: _Prepared, own: OwnMap, pins: Pins, settings: Settings, journ
     """The map on a surface's own triangles in the user's planes."""
     onto, other, frame = ready.onto, ready.sides[not ready.onto], ready.frames[not ready.onto]
     here = own.of_layout(ready.sides[onto].given.flat)
-    there = _sound(
+    there = _repair(
         own.state, other.outward(frame.world(own.state.u), own.state.outer), mirrored=frame.mirrored
     )
     if onto:
-        return _solution(ready, multilevel.inverted(own.state), there, here, pins, settings, journal)
+        return _solution(ready, multilevel.invert(own.state), there, here, pins, settings, journal)
     return _solution(ready, own.state, here, there, pins, settings, journal)
 
 
@@ -221,11 +221,11 @@ def _from_similarity(ready: _Prepared, settings: Settings, journal: SolveLog) ->
     """The map that comes from the similarity of both layouts; None where they are not alike, or it folds."""
     if not all(side.layout for side in ready.sides):
         return None
-    sketch = icp_start.sketched(ready.unit)
+    sketch = icp_start.similarity_sketch(ready.unit)
     if sketch is None:
         return None
     try:
-        return _on_own(ready, multilevel.inverted(sketch) if ready.onto else sketch, settings, journal)
+        return _on_own(ready, multilevel.invert(sketch) if ready.onto else sketch, settings, journal)
     except (Stuck, NoMapError):
         return None
 
@@ -239,24 +239,26 @@ def _on_own(ready: _Prepared, state: Meshed, settings: Settings, journal: SolveL
     problem = ready.unit.inverse() if ready.onto else ready.unit
     theta = problem.theta
     step = -1 if ready.onto else 1
-    level = final_mesh.last_level(problem, settings)
+    level = final_mesh.final_level(problem, settings)
     own = on_own_mesh(ready.sides[::step], ready.frames[::step], level, state, problem)
     other = ready.sides[not ready.onto].even
     if other is None:
-        begun = eased(own.state, theta)
-        return replace(own, state=final_mesh.lowered(begun, theta, settings, journal))
+        begun = relax_stretched(own.state, theta)
+        return replace(own, state=final_mesh.meet_bounds(begun, theta, settings, journal))
     begun = replace(own.state, ground=ground_of(other, ready.frames[not ready.onto]))
     first = begun.forward(theta, 1.0, STEPS, DECREASE)
     journal.level("own", first, 1.0)
-    state = final_mesh.lowered_by(lambda state, q: state.forward(theta, q, STEPS, DECREASE), first, settings)
+    state = final_mesh.meet_bounds_by(
+        lambda state, q: state.forward(theta, q, STEPS, DECREASE), first, settings
+    )
     return replace(own, state=state, energy=first.energy)
 
 
-def _sound(state: DiscreteMap, there: Complex, *, mirrored: bool) -> Complex:
+def _repair(state: DiscreteMap, there: Complex, *, mirrored: bool) -> Complex:
     """Images (n,) in the user's plane, the few triangles that fold on the way there unfolded; as they are where that
     fails."""
     try:
-        found = unfolded_in(there.conj() if mirrored else there, state.faces, state.constrained, state.u)
+        found = unfold_in(there.conj() if mirrored else there, state.faces, state.constrained, state.u)
     except Stuck:
         return there
     return found.conj() if mirrored else found

@@ -13,8 +13,8 @@ import numpy as np
 
 from ..arrays import Complex, Index, Real
 from ..errors import InputError
-from ..flattening import even, flatten
-from ..meshes.cut import opened_along, opened_through, way_through
+from ..flattening import even_layout, flatten
+from ..meshes.cut import cut_along_path, cut_through, way_through
 from ..meshes.disk_patch import nearest, sound_piece
 from ..meshes.flatten import Flattening
 from ..meshes.geodesics import GeodesicGraph
@@ -74,11 +74,11 @@ def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
         found = with_way(source, same_way(source, target, stops, way))
         if found is None:
             return None
-        split, there = sound_piece(found.mesh), opened_along(target, way)
+        split, there = sound_piece(found.mesh), cut_along_path(target, way)
         marks = np.column_stack([nearest(split, source.points[stops[:, 0]]), stops[:, 1]])
-        again = opened_along(split, nearest(split, found.points))
+        again = cut_along_path(split, nearest(split, found.points))
         unlike = _layouts_unlikeness(
-            (source, target), (opened_through(source, stops[:, 0].tolist()), there), stops
+            (source, target), (cut_through(source, stops[:, 0].tolist()), there), stops
         )
         alike = _layouts_unlikeness((split, target), (again, there), marks)
     except InputError:
@@ -97,7 +97,7 @@ def _unlikeness(source: Patch, target: Patch, stops: Index) -> float:
     """How far the even layouts of both, cut through the stops (k, 2) in their order, are from each other."""
     wholes = source, target
     try:
-        opened = [opened_through(whole, side) for whole, side in zip(wholes, stops.T.tolist())]
+        opened = [cut_through(whole, side) for whole, side in zip(wholes, stops.T.tolist())]
         return _layouts_unlikeness(wholes, opened, stops)
     except InputError:
         return np.inf
@@ -109,7 +109,7 @@ def _layouts_unlikeness(wholes: tuple[Patch, Patch], opened: Sequence[Patch], st
     Raises:
         InputError: one has no even layout.
     """
-    layouts = [even(flatten(patch)) for patch in opened]
+    layouts = [even_layout(flatten(patch)) for patch in opened]
     ends = [on_seam(layout, side) for layout, side in zip(layouts, zip(wholes, stops.T))]
     return unlikeness(layouts[0].boundary, layouts[1].boundary, ends[0], ends[1])
 
@@ -126,7 +126,7 @@ def on_seam(layout: Flattening, stops: tuple[Patch, Index]) -> Complex:
 def _cost(source: Patch, target: Patch, stops: Index) -> Real:
     """(k, k) what it costs to cut along the way between two landmarks."""
     (here, from_here), (there, from_there) = (
-        _ways(whole, side) for whole, side in zip((source, target), stops.T)
+        _geodesics(whole, side) for whole, side in zip((source, target), stops.T)
     )
     away = _wrapped(from_there - from_here)
     for row, others in zip(away, ~np.eye(len(away), dtype=bool)):
@@ -138,7 +138,7 @@ def _cost(source: Patch, target: Patch, stops: Index) -> Real:
     return 0.5 * (here + there) * (1 + astray)
 
 
-def _ways(whole: Patch, stops: Index) -> tuple[Real, Real]:
+def _geodesics(whole: Patch, stops: Index) -> tuple[Real, Real]:
     """(k, k) lengths of the geodesics between vertices, the area taken as one, and the angles at which each leaves its
     first vertex, of which a full turn there is 2 π."""
     reach = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)

@@ -8,7 +8,7 @@ import numpy as np
 from ..arrays import Complex, Flags, Index
 from ..balanced.constraints.validate import ON_OUTLINE
 from ..curve import Curve
-from ..flattening import even
+from ..flattening import even_layout
 from ..meshes.flatten import Flattening
 from ..meshes.locate import Locator
 
@@ -35,7 +35,7 @@ class Side:
         Raises:
             InputError: every such layout overlaps itself.
         """
-        return cls(outlines, layout, layout and even(layout))
+        return cls(outlines, layout, layout and even_layout(layout))
 
     @property
     def as_given(self) -> "Side":
@@ -78,13 +78,13 @@ class Side:
             return z
         outline = Curve(self.layout.flat[self.loops[0]])
         on = np.abs(outline.at(outline.closest(z)) - z) < ON_OUTLINE * outline.diagonal
-        return _carried(self.layout, self.own, self.loops[0], z, on)
+        return _transfer(self.layout, self.own, self.loops[0], z, on)
 
     def outward(self, z: Complex, outer: slice) -> Complex:
         """And back again, for vertices (n,) of a map, some of which are on the outer outline."""
         on = np.zeros(z.size, bool)
         on[outer] = True
-        return z if self.layout is None else _carried(self.own, self.layout, self.loops[0], z, on)
+        return z if self.layout is None else _transfer(self.own, self.layout, self.loops[0], z, on)
 
     def curve_inward(self, stroke: Curve, points: int = 64) -> Curve:
         """A polyline of the user's plane, by points along it."""
@@ -94,7 +94,7 @@ class Side:
         return Curve(self.inward(stroke.at(s)), stroke.closed)
 
 
-def _carried(here: Flattening, there: Flattening, loop: Index, z: Complex, on: Flags) -> Complex:
+def _transfer(here: Flattening, there: Flattening, loop: Index, z: Complex, on: Flags) -> Complex:
     """Points z (p,) of one layout in another one of the same surface; those `on` the outline's loop along it."""
     if here is there or not z.size:
         return z

@@ -25,7 +25,7 @@ from ..meshes.stretch import Linear, laid_flat, linear
 from ..plane import cross, triangle_areas
 from .refined import RefinedSurface
 from .side import Side
-from .unfolding import unfolded_nearby
+from .unfolding import unfold_locally
 
 UNFOLDING, POLISHING = 200, 30  # steps: a bunny with holes takes over 40
 ROOM = 4  # times that triangles around folds are halved, by hand
@@ -110,9 +110,9 @@ def on_own_mesh(
         goals = [loop.target for loop in state.loops]
         _, there = _rims(sides[1], frames[1], goals, (problem.target, problem.holes[1]))
         own = _with_exact(own, there, goals, target=True)
-    own = _anchored_again(own, problem)
+    own = _reanchor(own, problem)
     boundary = own.boundary(match_on(own, state), fewest=1)
-    return _meshed(sides[0], frames[0], state, problem, boundary, loops)
+    return _mesh(sides[0], frames[0], state, problem, boundary, loops)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +158,7 @@ def _with_exact(level: Level, rims: list[_ExactOutline], met: list[int], *, targ
     return replace(found, target=rims[0].outline) if target else replace(found, source=rims[0].outline)
 
 
-def _anchored_again(level: Level, problem: UnitProblem) -> Level:
+def _reanchor(level: Level, problem: UnitProblem) -> Level:
     """The level with pins on its outlines where these have them now."""
     if level.anchors is None:
         return level
@@ -169,7 +169,7 @@ def _anchored_again(level: Level, problem: UnitProblem) -> Level:
     return replace(level, anchors=level.anchors._replace(s=s[order], tau=tau))
 
 
-def _meshed(
+def _mesh(
     side: Side,
     frame: UnitFrame,
     state: DiscreteMap | Sketch,
@@ -180,7 +180,7 @@ def _meshed(
     """The mesh with the boundary asked for, and the map on it; where triangles have no room, on smaller ones. `loops`
     are the surface's own vertices along each outline."""
     closing = [side.loops[1 + loop.source] for loop in state.filled]
-    mesh, given = _covered(side, closing)
+    mesh, given = _cover_holes(side, closing)
     mesh, pinned = _with_pins(mesh, side, frame.world(problem.pins[:, 0]))
     still = np.zeros(mesh.count, bool)
     still[np.concatenate([*loops, pinned])] = True
@@ -191,7 +191,7 @@ def _meshed(
     for rounds in reversed(range(ROOM)):
         own = on.map(mesh, given[mesh.own], state)
         try:
-            return replace(own, state=_content(_unfolded(own.state, harmonic=not rounds)))
+            return replace(own, state=_relax_slivers(_unfold(own.state, harmonic=not rounds)))
         except Tangled as left:
             if not rounds:
                 raise
@@ -235,7 +235,7 @@ class _On(NamedTuple):
         return OwnMap(found, mesh, order)
 
 
-def _covered(side: Side, closing: list[Index]) -> tuple[RefinedSurface, Real]:
+def _cover_holes(side: Side, closing: list[Index]) -> tuple[RefinedSurface, Real]:
     """The surface with triangles in its holes, those `closing` and those that are passed over, and their weights."""
     patch = side.given.patch
     kinds = [FILLED] * len(closing) + [PASSED_OVER] * len(side.passed_over)
@@ -244,7 +244,7 @@ def _covered(side: Side, closing: list[Index]) -> tuple[RefinedSurface, Real]:
     return RefinedSurface.of(np.concatenate([patch.faces, *fills]), len(patch.points)), weights
 
 
-def _unfolded(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
+def _unfold(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
     """Without folds: those beside the boundary and pins undone where they are, or if that fails, all at once, at last
     from the `harmonic` map.
 
@@ -253,7 +253,7 @@ def _unfolded(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
     """
     map = map.moved_to_border(map.u)
     try:
-        return replace(map, u=unfolded_nearby(map))
+        return replace(map, u=unfold_locally(map))
     except Tangled:
         pass
     try:
@@ -264,7 +264,7 @@ def _unfolded(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
         return map.unfolded(polish=POLISHING, steps=UNFOLDING, weighed=True)
 
 
-def _content(map: DiscreteMap) -> DiscreteMap:
+def _relax_slivers(map: DiscreteMap) -> DiscreteMap:
     """The map with triangles in holes, slivers as they are, at rest where they are."""
     metric = map.metrics[0]
     assert isinstance(metric, OwnMetric)

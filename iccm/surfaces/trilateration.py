@@ -20,7 +20,7 @@ SAMPLES = 8  # of each edge of a seam
 ASTRAY = 0.01  # of the root of the area: difference of distances that makes a way twice as long, by hand
 
 
-def halved(points: Real, faces: Index) -> RefinedSurface:
+def subdivide(points: Real, faces: Index) -> RefinedSurface:
     """Triangles of a closed surface with all edges halved, and again, until they are fine."""
     fine = RefinedSurface.of(faces, len(points))
     for _ in range(HALVINGS):
@@ -35,7 +35,7 @@ def distances(fine: RefinedSurface, points: Real, stops: Index) -> Real:
     (medians of two capsules).
 
     Args:
-        fine: triangles halved, see `halved`.
+        fine: triangles halved, see `subdivide`.
         points: (n, 3) its vertices.
         stops: (k,) vertices.
     """
@@ -61,11 +61,11 @@ def same_way(source: Patch, target: Patch, stops: Index, way: list[int]) -> Real
     Raises:
         InputError: it would cross itself.
     """
-    fine, other = (halved(each.points, each.faces) for each in (source, target))
+    fine, other = (subdivide(each.points, each.faces) for each in (source, target))
     points = fine.carried(source.points)
     here = distances(fine, points, stops[:, 0])
     there = distances(other, other.carried(target.points), stops[:, 1])
-    here = here * _lengthened(here[stops[:, 0]], there[stops[:, 1]])
+    here = here * _detour(here[stops[:, 0]], there[stops[:, 1]])
     mesh = Mesh.triangles(source.mesh.name, points, fine.faces)
     whole = Patch(
         mesh,
@@ -80,7 +80,7 @@ def same_way(source: Patch, target: Patch, stops: Index, way: list[int]) -> Real
     return found[_on_edges(source, found)]
 
 
-def _lengthened(here: Real, there: Real) -> Real:
+def _detour(here: Real, there: Real) -> Real:
     """(k,) by how much distances (k, k) from each landmark to the others are longer there."""
     others = ~np.eye(len(here), dtype=bool)
     return np.array([np.median(b[on] / a[on]) for a, b, on in zip(here.T, there.T, others)])

@@ -22,7 +22,7 @@ BARE = 1e-9  # of the mean: the same where the map is to stay as it is
 STEPS, POLISHING = 100, 30
 
 
-def unfolded_nearby(map: DiscreteMap) -> Complex:
+def unfold_locally(map: DiscreteMap) -> Complex:
     """(n,) images with vertices moved beside folded and thin triangles alone, the outline and pins staying.
 
     Raises:
@@ -33,10 +33,10 @@ def unfolded_nearby(map: DiscreteMap) -> Complex:
         areas = areas * map.weights
     image = triangle_areas(map.u[map.faces])
     folded = image * areas.sum() < THIN * areas * image.sum()
-    return _unfolded(map.u, map.faces, map.constrained, folded, gradients, areas)
+    return _unfold(map.u, map.faces, map.constrained, folded, gradients, areas)
 
 
-def unfolded_in(u: Complex, faces: Index, held: int, rest: Complex) -> Complex:
+def unfold_in(u: Complex, faces: Index, held: int, rest: Complex) -> Complex:
     """(n,) places in another plane with vertices moved beside folded triangles alone, the first `held` staying.
 
     Args:
@@ -50,10 +50,10 @@ def unfolded_in(u: Complex, faces: Index, held: int, rest: Complex) -> Complex:
     """
     gradients, areas = geometry(rest, faces)
     image = triangle_areas(u[faces])
-    return _unfolded(u, faces, held, image * areas.sum() < BARE * areas * image.sum(), gradients, areas)
+    return _unfold(u, faces, held, image * areas.sum() < BARE * areas * image.sum(), gradients, areas)
 
 
-def _unfolded(u: Complex, faces: Index, held: int, folded: Flags, gradients: Complex, areas: Real) -> Complex:
+def _unfold(u: Complex, faces: Index, held: int, folded: Flags, gradients: Complex, areas: Real) -> Complex:
     near, grown = np.zeros(u.size, bool), 0
     near[faces[folded]] = True
     for rings in RINGS if folded.any() else ():
@@ -61,7 +61,7 @@ def _unfolded(u: Complex, faces: Index, held: int, folded: Flags, gradients: Com
             near[faces[near[faces].any(axis=1)]] = True
         free, grown = near.copy(), rings
         free[:held] = False
-        new = _moved(u, faces, free, gradients, areas)
+        new = _move(u, faces, free, gradients, areas)
         if (triangle_areas(new[faces]) > 0).all():
             return new
     if (triangle_areas(u[faces]) <= 0).any():
@@ -69,7 +69,7 @@ def _unfolded(u: Complex, faces: Index, held: int, folded: Flags, gradients: Com
     return u
 
 
-def _moved(u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Real) -> Complex:
+def _move(u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Real) -> Complex:
     """(n,) images with those of the free vertices (n,) moved; rest shapes as large as their images, on the whole."""
     hit = free[faces].any(axis=1)
     if not hit.any():
@@ -77,7 +77,7 @@ def _moved(u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Rea
     vertices = np.unique(faces[hit])
     vertices = vertices[np.argsort(free[vertices], kind="stable")]
     border = int(np.count_nonzero(~free[vertices]))
-    part = _numbered(faces[hit], vertices, u.size)
+    part = _number(faces[hit], vertices, u.size)
     pattern = system_of(part, np.arange(border), vertices.size)
     order = np.argsort(pattern.position[part], axis=1)
     scale = np.sqrt(np.abs(triangle_areas(u[faces[hit]]).sum()) / areas[hit].sum())
@@ -89,7 +89,7 @@ def _moved(u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Rea
     return moved
 
 
-def _numbered(faces: Index, vertices: Index, count: int) -> Index:
+def _number(faces: Index, vertices: Index, count: int) -> Index:
     number = np.full(count, -1)
     number[vertices] = np.arange(vertices.size)
     return number[faces]

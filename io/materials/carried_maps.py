@@ -7,7 +7,7 @@ import numpy as np
 
 from ...arrays import Flags, Index, Real
 from ...errors import InputError
-from ...meshes.mesh import triangulated
+from ...meshes.mesh import triangulate
 from ..meshes import gltf_materials, material_library
 from ..meshes.mesh_files import MeshFile
 from . import of_gltf, of_mtl
@@ -90,7 +90,7 @@ def carry(
 def _corners(file: MeshFile) -> Index:
     """(m, 3) the corners of the mesh that its set's triangles have."""
     if not file.primitives:
-        return triangulated(file.mesh)
+        return triangulate(file.mesh)
     return np.arange(file.mesh.corners.size).reshape(-1, 3)[_shows(file)[file.faces]]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from ...arrays import Real
 from ...errors import InputError
 from ...meshes.charted import Charted
-from ...meshes.mesh import triangulated
+from ...meshes.mesh import triangulate
 from .. import limits
 from ..meshes import material_library, obj_materials
 from ..meshes.mesh_files import MeshFile
@@ -39,7 +39,7 @@ def material_set(file: MeshFile, max_pixels: int = limits.READ_PIXELS) -> Materi
             else {}
         )
         return MaterialSet(sheet, (Material("", maps),), np.zeros(len(sheet.faces), np.int64), "mtl")
-    first = triangulated(file.mesh)[:, 0]
+    first = triangulate(file.mesh)[:, 0]
     face = np.searchsorted(file.mesh.starts, first, side="right") - 1
     which, uses = file.obj.current("usemtl")
     names = [use.text for use in uses] + [""]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Index, Real, distinct_rows
 from ...errors import InputError
-from ...meshes.mesh import Mesh, united
+from ...meshes.mesh import Mesh, merge
 from .. import files, formats, limits, references
 from ..spec import Spec
 from . import (
@@ -99,7 +99,7 @@ def read_all(text: str, whole: Obj | None = None) -> list[MeshFile]:
     if found.obj or found.part or found.numbered or len(found.names) < 2:
         return [found]
     parts = [picked(name, 1) for name in found.names]
-    mesh = united([part.mesh for part in parts], str(found.path))
+    mesh = merge([part.mesh for part in parts], str(found.path))
     owner = np.repeat(np.arange(len(parts)), [part.mesh.sizes.size for part in parts])
     primitives = tuple(primitive for part in parts for primitive in part.primitives)
     return [

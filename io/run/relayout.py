@@ -12,7 +12,7 @@ from ... import __version__
 from ...arrays import Box
 from ...errors import InputError
 from ...meshes.charted import Charted
-from ...meshes.mesh import checked
+from ...meshes.mesh import check
 from ...meshes.relayout import Origin, carry, partners
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
@@ -200,7 +200,7 @@ def run(
     with one_thread(), ExitStack() as stack:
         before, after = sources = [mesh_files.read_all(name) for name in (old, new)]
         for file in (*before, *after):
-            checked(file.mesh)
+            check(file.mesh)
         notes = [f"{each.mesh.name}: {note}" for read in sources for each in read for note in each.notes]
         diagonal = _diagonal(after)
         how = How(_size_rule(size, max_pixels), filter, limit * diagonal, padding, max_pixels, threads)

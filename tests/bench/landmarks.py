@@ -30,10 +30,10 @@ from iccm.maps.distortion import inside_triangles as samples_of
 from iccm.meshes.disk_patch import sound_piece
 from iccm.meshes.flatten import Flattening
 from iccm.meshes.locate import Locator
-from iccm.meshes.mesh import triangulated
+from iccm.meshes.mesh import triangulate
 from iccm.meshes.stretch import stretches
 from iccm.meshes.surface_distortion import on_surfaces
-from iccm.surfaces.boundary_slivers import lifted
+from iccm.surfaces.boundary_slivers import lift
 
 from .flattening import fetched
 from .shapes import icon
@@ -77,7 +77,7 @@ def onto(names: list[str]) -> None:
             seconds = time.process_time() - start
             patch = layout.patch
             image = fit.map(Curve(fit.map.polygon).pulled_in(layout.flat))
-            image = lifted(image, patch.faces, layout.loop, outline.diagonal)
+            image = lift(image, patch.faces, layout.loop, outline.diagonal)
             folds = int((stretches(patch.points[patch.faces], image[patch.faces])[1] <= 0).sum())
             found = on_surfaces(samples_of(fit.map), (layout, None)).report()
             print(
@@ -115,7 +115,7 @@ def copies(names: list[str]) -> None:
 def _written(name: str, folder: Path) -> tuple[Job, tuple[int, int]]:
     """The job for a mesh and its copy, written with their landmarks, and how many triangles both have."""
     whole = mesh_shape.mesh_files.read(str(path_of(name))).mesh
-    faces = whole.corners[triangulated(whole)].astype(np.int64)
+    faces = whole.corners[triangulate(whole)].astype(np.int64)
     patch = sound_piece(whole)
     inner = np.setdiff1d(
         patch.vertex, patch.vertex[np.concatenate([*patch.loops, np.zeros(0, np.int64)]).astype(int)]

@@ -44,7 +44,7 @@ class DrawnStroke:
         return np.array([[c.z[-e] for c in self.curves] for e in (0, 1) if self.on_outline[e]]).reshape(-1, 2)
 
 
-def sorted_out(
+def separate(
     domains: tuple[Curve, ...], strokes: Sequence[tuple[Curve, Curve]], sticks: Flags
 ) -> tuple[list[DrawnStroke], list[DrawnStroke]]:
     """The strokes inside, their ends on the outlines moved onto them; and those along the outlines.
@@ -64,12 +64,12 @@ def sorted_out(
         if any(beside):
             along.append(_along(domains, drawn, beside))
         else:
-            inner.append(_ended(domains, drawn))
+            inner.append(_snap_ends(domains, drawn))
     return inner, along
 
 
 def _is_along(curve: Curve, stroke: Curve) -> bool:
-    z = stroke.at(_places(curve, stroke))
+    z = stroke.at(_samples(curve, stroke))
     return bool(np.all(distances(z, curve) <= ON_OUTLINE * curve.diagonal))
 
 
@@ -102,7 +102,7 @@ def _along(domains: tuple[Curve, ...], drawn: DrawnStroke, beside: Sequence[bool
 
 def _goes_round(curve: Curve, stroke: Curve) -> bool:
     """Whether a stroke along a closed curve runs as that does."""
-    s = curve.closest(stroke.at(_places(curve, stroke)))
+    s = curve.closest(stroke.at(_samples(curve, stroke)))
     return bool(_wrapped(np.diff(s), curve.length).sum() > 0)
 
 
@@ -110,7 +110,7 @@ def _wrapped(steps: np.ndarray, length: float) -> np.ndarray:
     return np.mod(steps + 0.5 * length, length) - 0.5 * length
 
 
-def _ended(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
+def _snap_ends(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
     """A stroke inside, those of its ends that are on the outlines moved onto them.
 
     An end of the target alone that is there is cut off, unless the source's is to go there.
@@ -144,7 +144,7 @@ def _ended(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
 
 
 def _refuse_touching(curve: Curve, stroke: Curve, on_outline: tuple[bool, bool], k: int, side: int) -> None:
-    s = _places(curve, stroke)
+    s = _samples(curve, stroke)
     z = stroke.at(s)
     unit = ON_OUTLINE * curve.diagonal
     bad = (distances(z, curve) < unit) | ~curve.contains(z)
@@ -179,7 +179,7 @@ def _on_outline(curve: Curve, stroke: Curve, end: int) -> Curve:
 def _cut_off(curve: Curve, stroke: Curve, end: int) -> Curve:
     """The stroke without the part at an end that is close to the outline."""
     turned = Curve(stroke.z[::-1], closed=False) if end else stroke
-    s = _places(curve, turned)
+    s = _samples(curve, turned)
     z = turned.at(s)
     clear = (distances(z, curve) > SAMPLES * ON_OUTLINE * curve.diagonal) & curve.contains(z)
     first = s[np.argmax(clear)] if clear.any() else 0.0
@@ -229,7 +229,7 @@ def _left_of(curve: Curve, stroke: Curve, points: Complex) -> Flags:
     return Curve(ring).contains(points)
 
 
-def _places(curve: Curve, stroke: Curve) -> np.ndarray:
+def _samples(curve: Curve, stroke: Curve) -> np.ndarray:
     """Arclengths along a stroke, its vertices among them, close enough to see it touch the outline of a shape."""
     count = int(np.ceil(SAMPLES * stroke.length / (ON_OUTLINE * curve.diagonal)))
     return np.union1d(np.linspace(0, stroke.length, min(count, 20_000) + 2), stroke.knots)

@@ -9,7 +9,7 @@ import shapely
 from ...arrays import Complex, complex_of, xy_of
 from ...curve import Curve
 from ..minimise.sliding import Rail
-from ..model.boundary_pairs import MERGED, Match, parted
+from ..model.boundary_pairs import MERGED, Match, subdivide
 from ..model.inner_constraints import Foot, InnerConstraints
 from ..model.outline import SHARP
 
@@ -50,7 +50,7 @@ class StrokePair:
         return rail_of(self.source), rail_of(self.target)
 
 
-def simplified(curve: Curve, fineness: float) -> Curve:
+def simplify(curve: Curve, fineness: float) -> Curve:
     """A stroke with fewer vertices, within `fineness` of it."""
     line = shapely.LineString(xy_of(curve.z)).simplify(fineness)
     return Curve(complex_of(shapely.get_coordinates(line)), closed=False)
@@ -100,7 +100,7 @@ def feet_of(strokes: tuple[StrokePair, ...], sizes: list[int]) -> tuple[Foot, ..
     )
 
 
-def aimed(
+def aim_feet(
     kept: InnerConstraints, strokes: tuple[StrokePair, ...], u: Complex, even: float
 ) -> InnerConstraints:
     """What is constrained, vertices of strokes whose ends slide with goals beside where the map has them.
@@ -139,13 +139,13 @@ def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
     tau = np.concatenate([goals, np.interp(s0, match.s, match.tau), t0])
     kind = np.repeat([3, 1, 2], [2, s0.size, t0.size])
     order = np.lexsort((tau, s))
-    places = _merged(list(zip(s[order], tau[order], kind[order])), MERGED * spacing)
+    places = _merge_corners(list(zip(s[order], tau[order], kind[order])), MERGED * spacing)
     s, tau, kind = (
         np.array([p[0] for p in places]),
         np.array([p[1] for p in places]),
         np.array([p[2] for p in places]),
     )
-    own, share = parted(np.maximum(np.diff(s), np.diff(tau)), spacing)
+    own, share = subdivide(np.maximum(np.diff(s), np.diff(tau)), spacing)
     corner = np.append(share == 0, True)
     kinds = np.append(kind[own], kind[-1])
     held, goal, stuck = corner & (kinds & 1 > 0), corner & (kinds & 2 > 0), np.zeros(kinds.size, bool)
@@ -162,7 +162,7 @@ def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
     return tuple(part[int(first) : part.size - int(last)] for part in chain)
 
 
-def _merged(places: list, near: float) -> list:
+def _merge_corners(places: list, near: float) -> list:
     """Neighbours, one a corner of the source and one of the target, made one where both gaps are small."""
     kept = [places[0]]
     for s, tau, kind in places[1:]:

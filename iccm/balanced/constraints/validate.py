@@ -12,8 +12,8 @@ from ...errors import ConstraintError
 from ...plane import bounding_box, longer_side
 from ...problem import ON_OUTLINE
 from ..model.frames import GRID, UnitFrame
-from .boundary_strokes import NAMES, DrawnStroke, refuse_other_sides, sorted_out
-from .strokes import FINENESS, StrokePair, simplified
+from .boundary_strokes import NAMES, DrawnStroke, refuse_other_sides, separate
+from .strokes import FINENESS, StrokePair, simplify
 
 NEAR_OUTLINE = 0.02  # of the diagonal: a pin inside but closer than this stretches what lies between
 AT_OUTLINE = 1e-6
@@ -61,7 +61,7 @@ class Pins:
         return Pins(inner, outer, strokes, self.notes)
 
 
-def checked(
+def check(
     source: Curve,
     target: Curve,
     pins: Complex,
@@ -92,14 +92,14 @@ def checked(
     notes = tuple(
         f"Pin {numbers[k] + 1} is very close to the outline: what lies between is stretched." for k in near
     )
-    inner, along = sorted_out(domains, strokes, ends)
-    drawn = checked_strokes(domains, inner, pins, numbers)
+    inner, along = separate(domains, strokes, ends)
+    drawn = check_strokes(domains, inner, pins, numbers)
     refuse_other_sides(domains, inner, pins[~outer], numbers[~outer])
     rim = OutlinePoints.of(pins[outer], numbers[outer], [*inner, *along])
     return Pins(pins[~outer], rim.in_order(source, target), drawn, notes)
 
 
-def checked_free(
+def check_free(
     source: Curve,
     pins: Complex,
     strokes: Sequence[tuple[Curve, Curve]] = (),
@@ -117,8 +117,8 @@ def checked_free(
         away = np.abs(hole.at(hole.closest(pins[:, 0])) - pins[:, 0]) / source.diagonal
         distances = np.minimum(distances, away)
     outer = distances < AT_OUTLINE
-    inner, _ = sorted_out((source,), strokes, ends)
-    drawn = checked_strokes((source,), inner, pins, numbers)
+    inner, _ = separate((source,), strokes, ends)
+    drawn = check_strokes((source,), inner, pins, numbers)
     rim = OutlinePoints.of(pins[outer], numbers[outer], inner).points
     on = rim[np.argsort(source.closest(rim[:, 0]))] if len(rim) else rim
     return Pins(pins[~outer], on, drawn)
@@ -149,7 +149,7 @@ def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float,
     return found
 
 
-def checked_strokes(
+def check_strokes(
     domains: tuple[Curve, ...], strokes: Sequence[DrawnStroke], pins: Complex, numbers: Index
 ) -> tuple[StrokePair, ...]:
     """The strokes inside, simplified, after a look at the sides that have a domain, or the source alone.
@@ -161,7 +161,7 @@ def checked_strokes(
         numbers: their places among those given.
 
     Raises:
-        InputError: as `checked`.
+        InputError: as `check`.
     """
     for side, (curve, name) in enumerate(zip(domains, NAMES)):
         lines = [_line(stroke.curves[side].z) for stroke in strokes]
@@ -190,7 +190,7 @@ def checked_strokes(
 
 
 def _simplified(stroke: DrawnStroke, units: Sequence[float]) -> StrokePair:
-    a, b = (simplified(c, FINENESS * unit) for c, unit in zip(stroke.curves, units))
+    a, b = (simplify(c, FINENESS * unit) for c, unit in zip(stroke.curves, units))
     return StrokePair(a, b, stroke.sticks, on_outline=stroke.on_outline)
 
 
@@ -284,7 +284,7 @@ class OutlinePoints:
         order = self._once(np.argsort(s, kind="stable"), s / source.length, tau / target.length)
         gaps = np.mod(np.diff(tau[order], append=tau[order[0]]), target.length)
         if order.size > 1 and abs(gaps.sum() - target.length) > 0.5 * target.length:
-            wrong = _misplaced(tau[order], target.length, order)
+            wrong = _out_of_order(tau[order], target.length, order)
             alone = all(self.pins[wrong] >= 0)
             told = ", ".join(str(self.pins[k] + 1) if alone else self.name(k) for k in wrong)
             raise self.refused(
@@ -316,7 +316,7 @@ def _round_gap(a: float, b: float) -> float:
     return abs((a - b + 0.5) % 1 - 0.5)
 
 
-def _misplaced(tau: Real, length: float, order: Index) -> list[int]:
+def _out_of_order(tau: Real, length: float, order: Index) -> list[int]:
     """Which pins are out of order: all but the most that are in order from some one on."""
     best: list[int] = []
     for first in range(tau.size):
@@ -332,7 +332,7 @@ def _misplaced(tau: Real, length: float, order: Index) -> list[int]:
     return sorted(int(order[k]) for k in range(tau.size) if k not in best)
 
 
-def place(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> None:
+def put_pins(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> None:
     """Puts the vertices of pins exactly where they belong, so that going to unit coordinates and back costs nothing.
 
     Those that are not met stay where they are.

@@ -12,13 +12,13 @@ from ..constraints.validate import Pins
 from ..holes.outlines import FEWEST
 from ..meshing.mesh import Sizes, triangulate
 from ..model.boundary import FreeBoundary
-from ..model.boundary_pairs import Match, parted
+from ..model.boundary_pairs import Match, subdivide
 from ..model.discrete_map import DiscreteMap
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
 
 
-def meshed(
+def mesh_of(
     outlines: Sequence[Curve], pins: Pins, size: float, drawn: list[Match] | None = None
 ) -> DiscreteMap:
     """The shape on a mesh, not moved yet.
@@ -35,7 +35,7 @@ def meshed(
     """
     drawn = drawn or [stroke.even for stroke in pins.strokes]
     kept = inside(pins.strokes, drawn, SPACING * size, pins.inner)
-    outer, *holes = (spaced(each, min(SPACING * size, each.length / FEWEST), kept.z) for each in outlines)
+    outer, *holes = (space_out(each, min(SPACING * size, each.length / FEWEST), kept.z) for each in outlines)
     z, faces = triangulate(outer, Sizes.even(0.5 * size**2), kept.z, kept.links, holes, kept.rays(outer))
     border = np.concatenate([outer, *holes])
     pinned = np.abs(pins.outer[:, :1] - border).argmin(axis=1) if len(pins.outer) else np.empty(0, np.int64)
@@ -44,7 +44,7 @@ def meshed(
     return DiscreteMap(faces, pattern, z, z.copy(), boundary, inside=kept, bound=True)
 
 
-def spaced(outline: Curve, spacing: float, points: Complex) -> Complex:
+def space_out(outline: Curve, spacing: float, points: Complex) -> Complex:
     """Vertices of an outline, no farther apart than `spacing`, and closer beside points that are close to it."""
     s, length = outline.knots[:-1], outline.length
     for place, step in sorted(_beside(outline, spacing, points), key=lambda found: found[1]):
@@ -53,7 +53,7 @@ def spaced(outline: Curve, spacing: float, points: Complex) -> Complex:
             s = np.append(s, np.mod(place, length))
     s = np.sort(s)
     gaps = np.diff(s, append=length)
-    own, share = parted(gaps, spacing)
+    own, share = subdivide(gaps, spacing)
     return outline.at(s[own] + share * gaps[own])
 
 

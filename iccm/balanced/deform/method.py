@@ -15,7 +15,7 @@ from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
 from ...maps.triangulated.simple import fault
 from .. import injectivity
-from ..constraints.validate import Pins, place, with_points
+from ..constraints.validate import Pins, put_pins, with_points
 from ..errors import NoMapError, Stuck
 from ..holes.outlines import manageable_holes
 from ..meshing.transfer import interpolate
@@ -26,8 +26,8 @@ from ..model.settings import Settings
 from ..search import final_mesh, levels
 from ..search.homotopy import brought
 from ..search.levels import EVENED
-from ..search.pin_continuation import BESIDE, aimed
-from .mesh import meshed
+from ..search.pin_continuation import BESIDE, aim_feet
+from .mesh import mesh_of
 
 COARSE = 0.08  # mesh size h, of a domain of area one
 TRIANGLES_PER_AREA = 4.0  # number of triangles times h²
@@ -94,7 +94,7 @@ def solve(
     given = pins.unit((frame, frame))
     outlines = _outlines([frame.curve(each) for each in (source, *holes)], given.outer[:, 0], settings)
     try:
-        levels = bent(outlines, given, settings, None if start is None else _in(frame, start))
+        levels = refine(outlines, given, settings, None if start is None else _in(frame, start))
     except Stuck as error:
         raise NoMapError(f"deform: {error}") from None
     found = _deformation(levels, frame, pins)
@@ -111,7 +111,9 @@ def _outlines(curves: Sequence[Curve], points: Complex, settings: Settings) -> l
     return [simple, *manageable_holes(simple, holes, settings.tolerance, kept[1:])]
 
 
-def bent(outlines: Sequence[Curve], pins: Pins, settings: Settings, start: Start | None) -> list[DiscreteMap]:
+def refine(
+    outlines: Sequence[Curve], pins: Pins, settings: Settings, start: Start | None
+) -> list[DiscreteMap]:
     """The deformation on one mesh after the other, the last one fine."""
     size, theta = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.theta
     levels = []
@@ -120,11 +122,13 @@ def bent(outlines: Sequence[Curve], pins: Pins, settings: Settings, start: Start
         rough = levels[0].forward(theta, 1.0, FORWARD, SETTLED, corners=False) if pins.strokes else levels[0]
         start, drawn = (rough.z, rough.u, rough.faces), rough.inside.matches
     else:
-        drawn = aimed(pins.strokes, begun(meshed(outlines, pins, size), start), EVENED).inside.matches
-    fine = begun(meshed(outlines, pins, size, drawn), start)
-    levels.append(settled(brought(fine, theta, MOVING_STEPS, SETTLED), theta, 1.0))
+        drawn = aim_feet(
+            pins.strokes, start_from(mesh_of(outlines, pins, size), start), EVENED
+        ).inside.matches
+    fine = start_from(mesh_of(outlines, pins, size, drawn), start)
+    levels.append(relax(brought(fine, theta, MOVING_STEPS, SETTLED), theta, 1.0))
     for q in POWERS:
-        levels.append(settled(levels[-1], theta, q))
+        levels.append(relax(levels[-1], theta, q))
         if excess(levels[-1], settings) <= 1:
             break
     return levels
@@ -132,12 +136,12 @@ def bent(outlines: Sequence[Curve], pins: Pins, settings: Settings, start: Start
 
 def roughly(outlines: Sequence[Curve], pins: Pins, size: float, theta: float) -> DiscreteMap:
     """The deformation on a coarse mesh; ends of strokes that slide pass corners of theirs between meshes."""
-    state = aimed(pins.strokes, rigid(meshed(outlines, pins, size)), BESIDE)
-    state = settled(brought(state, theta, MOVING_STEPS, SETTLED), theta, 1.0)
+    state = aim_feet(pins.strokes, rigid_motion(mesh_of(outlines, pins, size)), BESIDE)
+    state = relax(brought(state, theta, MOVING_STEPS, SETTLED), theta, 1.0)
     for _ in range(RELEASES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
         freed = state.forward(theta, 1.0, FORWARD, SETTLED, corners=False)
-        new = begun(meshed(outlines, pins, size, freed.inside.matches), (freed.z, freed.u, freed.faces))
-        new = settled(brought(new, theta, MOVING_STEPS, SETTLED), theta, 1.0)
+        new = start_from(mesh_of(outlines, pins, size, freed.inside.matches), (freed.z, freed.u, freed.faces))
+        new = relax(brought(new, theta, MOVING_STEPS, SETTLED), theta, 1.0)
         if new.miss > 0 or new.energy > (1 - ROUND_DECREASE) * state.energy:
             break
         state = new
@@ -150,15 +154,15 @@ def excess(state: DiscreteMap, settings: Settings) -> float:
     return final_mesh.excess(state.z, state.u / scale, state.faces, settings)
 
 
-def begun(state: DiscreteMap, start: Start) -> DiscreteMap:
+def start_from(state: DiscreteMap, start: Start) -> DiscreteMap:
     """The mesh with the images of an earlier map; moved as a whole only, where those fold."""
     try:
-        return carried(state, *start)
+        return transfer(state, *start)
     except Stuck:
-        return rigid(state)
+        return rigid_motion(state)
 
 
-def rigid(state: DiscreteMap) -> DiscreteMap:
+def rigid_motion(state: DiscreteMap) -> DiscreteMap:
     """The shape turned and shifted, as a whole, so that what is constrained fits best."""
     here, there = state.z[state.aimed], state.goals
     turn = np.vdot(here - here.mean(), there - there.mean())
@@ -166,7 +170,7 @@ def rigid(state: DiscreteMap) -> DiscreteMap:
     return replace(state, u=there.mean() + turn * (state.z - here.mean()))
 
 
-def settled(state: DiscreteMap, theta: float, q: float) -> DiscreteMap:
+def relax(state: DiscreteMap, theta: float, q: float) -> DiscreteMap:
     """The map at rest; what has not met its goal stays where it is, and along strokes vertices find their places."""
     goals = state.goals
     resting = state if state.miss == 0 else state.held()
@@ -179,7 +183,7 @@ def settled(state: DiscreteMap, theta: float, q: float) -> DiscreteMap:
     return resting if state.miss == 0 else resting.with_goals(goals)
 
 
-def carried(state: DiscreteMap, z: Complex, u: Complex, faces: Index) -> DiscreteMap:
+def transfer(state: DiscreteMap, z: Complex, u: Complex, faces: Index) -> DiscreteMap:
     """The mesh of `state` with the images of another map of the shape, z -> u; of a map on the same mesh, those.
 
     Raises:
@@ -205,7 +209,7 @@ def _deformation(levels: list[DiscreteMap], frame: UnitFrame, pins: Pins) -> Def
     """The map in the given coordinates, checked there."""
     state = levels[-1]
     z, u = frame.world(state.z), frame.world(state.u)
-    place(pins, z, u, state.border, state.first_pin)
+    put_pins(pins, z, u, state.border, state.first_pin)
     loops = tuple(np.arange(state.border)[rim] for rim in state.boundary.slices)
     injectivity.refuse_folds("source", z, state.faces)
     injectivity.refuse_folds("image", u, state.faces)

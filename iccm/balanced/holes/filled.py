@@ -28,7 +28,7 @@ class Cut(NamedTuple):
     lines: Index
 
 
-def cut_out(state: DiscreteMap | Sketch, *, mirrored: bool) -> Cut:
+def without_filled(state: DiscreteMap | Sketch, *, mirrored: bool) -> Cut:
     """The map without the triangles that fill holes of the target; those that fill holes of the source stay, so that
     the picture has no crack. Triangles and loops turn as in a mirror if the unit coordinates are `mirrored`."""
     opened = [loop for loop in state.filled if loop.source < 0]

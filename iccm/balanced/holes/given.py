@@ -44,7 +44,7 @@ NONE = Holes()
 ON_RIM = 1e-3  # of the diagonal: what is this close to a hole touches its outline
 
 
-def named(
+def named_partners(
     holes: Holes, source: Curve, target: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]]
 ) -> tuple[Holes, Complex, Index]:
     """The holes with the partners that pins (k, 2) in them name, the other pins, and their numbers.

@@ -7,8 +7,8 @@ import shapely
 
 from ...arrays import Complex, xy_of
 from ...curve import Curve
-from ..model.boundary_pairs import parted
-from ..model.outline import FINENESS, Outline, simplified
+from ..model.boundary_pairs import subdivide
+from ..model.outline import FINENESS, Outline, simplify
 
 COARSEST = 0.08  # of a hole's own diagonal: of a disc at least seven corners stay
 FEWEST = 8  # vertices of a rim
@@ -36,7 +36,7 @@ def outlines_of(
     for _ in range(ROUNDS):
         outer = Outline.of(curve, fineness, corner_fineness, always)
         found = [outer, *(_of_hole(hole, curve.diagonal, fineness, corner_fineness) for hole in holes)]
-        if apart([outline.curve.at(outline.corners) for outline in found]):
+        if are_disjoint([outline.curve.at(outline.corners) for outline in found]):
             return found
         fineness, corner_fineness = FINER * fineness, FINER * corner_fineness
     return [Outline.of(each, 0.0, 0.0, always * (each is curve)) for each in (curve, *holes)]
@@ -54,13 +54,13 @@ def manageable_holes(
     touch it or each other. Vertices `always` of each are kept."""
     fineness = FINENESS * tolerance * outer.diagonal
     found = [
-        simplified(hole, min(fineness / hole.diagonal, FINENESS * COARSEST), kept)
+        simplify(hole, min(fineness / hole.diagonal, FINENESS * COARSEST), kept)
         for hole, kept in zip(holes, always or [()] * len(holes))
     ]
-    return found if apart([outer.z, *(hole.z for hole in found)]) else list(holes)
+    return found if are_disjoint([outer.z, *(hole.z for hole in found)]) else list(holes)
 
 
-def apart(loops: Sequence[Complex]) -> bool:
+def are_disjoint(loops: Sequence[Complex]) -> bool:
     """Whether polygons, the outer one first, neither cross nor touch, and the outer one holds the others."""
     outer, *holes = (xy_of(z) for z in loops)
     domain = shapely.Polygon(outer, holes)
@@ -72,9 +72,9 @@ def rim_spacing(outlines: tuple[Outline, Outline], spacing: float, fewest: int =
     return min(spacing, *(outline.length / fewest for outline in outlines))
 
 
-def spaced(outline: Outline, spacing: float) -> Complex:
+def space_out(outline: Outline, spacing: float) -> Complex:
     """The corners of an outline and points between, no farther apart than asked."""
     corners = outline.corners
     gaps = np.diff(corners, append=corners[0] + outline.length)
-    own, share = parted(gaps, min(spacing, outline.length / FEWEST))
+    own, share = subdivide(gaps, min(spacing, outline.length / FEWEST))
     return outline.curve.at(corners[own] + share * gaps[own])

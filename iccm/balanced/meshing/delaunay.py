@@ -134,7 +134,7 @@ def push(stack, t):
 
 
 @kernel
-def joined(links, a, b):
+def is_constrained(links, a, b):
     """Whether vertices a and b are the ends of an edge that every mesh must keep."""
     return a < links.size and b < links.size and (links[a] == b or links[b] == a)
 
@@ -162,7 +162,7 @@ def legalise(z, faces, across, stack, fixed, links):
                 continue
             a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
             d = faces[u, opposite(faces, u, b, c)]
-            if (a < fixed and d < fixed) or joined(links, b, c):
+            if (a < fixed and d < fixed) or is_constrained(links, b, c):
                 continue
             if in_circle(z, a, b, c, d) and twice_area(z, a, b, d) > THIN and twice_area(z, a, d, c) > THIN:
                 flip(faces, across, t, k)

@@ -16,7 +16,7 @@ from ...jit import kernel
 from ...plane import polygon_area, triangle_areas
 from ..errors import Stuck
 from ..kernels import cross, dot, set_row, twice_area
-from .delaunay import clip_ears, flip, in_circle, joined, legalise, opposite, push, relink
+from .delaunay import clip_ears, flip, in_circle, is_constrained, legalise, opposite, push, relink
 
 LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement no longer settles
 LEAST_SINE2 = float(np.sin(np.radians(LEAST_ANGLE)) ** 2)
@@ -97,7 +97,7 @@ def triangulate(
         np.empty(WIDEST, np.int64),
     )
     if inside.size:
-        triangles = _given(z, border, given, faces, across, triangles, stack, all_links)
+        triangles = _insert_given(z, border, given, faces, across, triangles, stack, all_links)
     if triangles < 0:
         raise Stuck("a stroke, or the outline of a hole, cannot be kept by the mesh")
     if rims:
@@ -142,7 +142,7 @@ def _walk(z, faces, across, t, point, links):
         for k in range(3):
             a, b = z[faces[t, (k + 1) % 3]], z[faces[t, (k + 2) % 3]]
             if cross(b - a, point - a) < 0:
-                blocked = joined(links, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3])
+                blocked = is_constrained(links, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3])
                 next_one = -1 if blocked else across[t, k]
                 break
         if next_one == t or next_one < 0:
@@ -161,7 +161,7 @@ def _encroaches(z, faces, across, t, new, cavity, mark, stamp, links):
         t, at = cavity[at], at + 1
         for k in range(3):
             u = across[t, k]
-            if u < 0 or joined(links, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]):
+            if u < 0 or is_constrained(links, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]):
                 a, b = z[faces[t, (k + 1) % 3]] - z[new], z[faces[t, (k + 2) % 3]] - z[new]
                 if dot(a, b) < ENCROACHED * abs(a) * abs(b):
                     return True
@@ -199,7 +199,7 @@ def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
 
 
 @kernel
-def _wanted(z, faces, t, sizes, only_large):
+def _defect(z, faces, t, sizes, only_large):
     """Whether triangle t is too large or too thin, and the point that would mend it."""
     a, b, c = z[faces[t, 0]], z[faces[t, 1]], z[faces[t, 2]]
     centre, radius2 = _circumcentre(a, b, c)
@@ -223,7 +223,7 @@ def _refine(z, vertices, faces, across, triangles, stack, fixed, links, mark, ca
     for sweep in range(ROUNDS):
         before = vertices
         for t in range(triangles):
-            wanted, point = _wanted(z, faces, t, sizes, sweep == 0)
+            wanted, point = _defect(z, faces, t, sizes, sweep == 0)
             if not wanted or vertices + 1 >= z.size:
                 continue
             holder = _walk(z, faces, across, t, point, links)
@@ -279,7 +279,13 @@ def _refine_and_split(z, given, faces, across, triangles, stack, fixed, links, m
         for t in range(triangles):
             for k in range(3):
                 b, c = faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
-                if across[t, k] < 0 or b >= given or c >= given or vertices >= z.size or joined(links, b, c):
+                if (
+                    across[t, k] < 0
+                    or b >= given
+                    or c >= given
+                    or vertices >= z.size
+                    or is_constrained(links, b, c)
+                ):
                     continue
                 z[vertices] = 0.5 * (z[b] + z[c])
                 _split(z, vertices, faces, across, t, k, triangles, stack, given, links)
@@ -305,7 +311,7 @@ def _holder(z, faces, triangles, point):
 
 
 @kernel
-def _given(z, border, given, faces, across, triangles, stack, links):
+def _insert_given(z, border, given, faces, across, triangles, stack, links):
     """Inserts the given vertices and recovers the edges between them; the number of triangles, or -1."""
     nothing = links[:0]
     for t in range(triangles):
@@ -351,7 +357,7 @@ def _carve(faces, across, triangles, first, last, links, stack):
         stack[0] -= 1
         for k in range(3):
             u = across[t, k]
-            if u < 0 or dead[u] or joined(links, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]):
+            if u < 0 or dead[u] or is_constrained(links, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]):
                 continue
             dead[u] = True
             push(stack, u)
@@ -393,7 +399,7 @@ def recover(z, faces, across, triangles, v, w, links):
                 if _side(z, v, w, b) * _side(z, v, w, c) >= 0 or _side(z, b, c, v) * _side(z, b, c, w) >= 0:
                     continue
                 d = faces[u, opposite(faces, u, b, c)]
-                if joined(links, b, c) and min(b, c) < min(v, w):
+                if is_constrained(links, b, c) and min(b, c) < min(v, w):
                     return False
                 crossing = True
                 if min(twice_area(z, a, b, d), twice_area(z, a, d, c)) > THIN_FLIP:

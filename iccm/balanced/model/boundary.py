@@ -11,7 +11,7 @@ from ...arrays import Complex, Flags, Index, Real
 from ..meshing.mesh import closed_links
 from ..minimise.energy import BOTH_AREAS, IMAGE_AREA, SOURCE_AREA
 from ..minimise.sliding import BETA, FREE, HELD, NO_RAIL, SLIDING, Border, Rail
-from .boundary_pairs import HoleMatch, Loop, Match, Pairs, apart
+from .boundary_pairs import HoleMatch, Loop, Match, Pairs, are_distinct
 from .outline import Outline
 
 NO_PINS, NO_GOALS = np.empty(0, np.int64), np.empty(0, np.complex128)
@@ -114,7 +114,7 @@ class MatchedBoundary:
         anchored = np.zeros(pairs.s.size, bool)
         outer = slice(0, holes.loops[0].first if holes.loops else anchored.size)
         if anchors is not None:
-            anchored[outer] = ~apart(pairs.s[outer], anchors.s, source.length)
+            anchored[outer] = ~are_distinct(pairs.s[outer], anchors.s, source.length)
         return cls(source, target, pairs, anchored, axis, holes)
 
     @property

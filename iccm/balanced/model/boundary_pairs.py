@@ -130,7 +130,7 @@ def through(match: Match, anchors: Match | None, even: float = 0.0) -> Match:
     return Match(knots, tau[k] + share * (tau[k + 1] - tau[k]))
 
 
-def limited(match: Match, steepest: float) -> Match:
+def limit_slope(match: Match, steepest: float) -> Match:
     """The match with slopes, relative to the mean one, between 1/steepest and steepest."""
     ds = np.diff(match.s)
     goal = match.tau[-1] - match.tau[0]
@@ -154,11 +154,11 @@ def boundary_pairs(
     s, tau, kind = _corner_pairs(source, target, match, anchors)
     if anchors is None:
         s, tau, kind = _begun_after_widest_gap(s, tau, kind, source.length, target.length)
-    s, tau, kind = _merged(s, tau, kind, source.length, target.length, MERGED * spacing)
+    s, tau, kind = _merge_corners(s, tau, kind, source.length, target.length, MERGED * spacing)
     ds, dt = _gaps(s, source.length), _gaps(tau, target.length)
     if min(ds.min() / source.length, dt.min() / target.length) < 1e-10:
         raise Stuck("two corners of the outlines fall on the same place")
-    own, share = parted(np.maximum(ds, dt), spacing)
+    own, share = subdivide(np.maximum(ds, dt), spacing)
     is_corner = share == 0
     return Pairs(
         s[own] + share * ds[own],
@@ -168,7 +168,7 @@ def boundary_pairs(
     )
 
 
-def parted(gaps: Real, spacing: float) -> tuple[Index, Real]:
+def subdivide(gaps: Real, spacing: float) -> tuple[Index, Real]:
     """Gaps divided into equal parts no longer than the spacing: (k,) the gap of each part, and the share of the gap at
     which the part begins."""
     parts = np.maximum(1, np.ceil(gaps / spacing - 1e-6)).astype(np.int64)
@@ -182,8 +182,8 @@ def _corner_pairs(source: Outline, target: Outline, match: Match, anchors: Match
     own = s0 + np.sort(np.mod(source.corners - s0, source.length))
     goals = t0 + np.sort(np.mod(target.corners - t0, target.length))
     if anchors is not None:
-        own = own[apart(own, anchors.s, source.length)]
-        goals = goals[apart(goals, anchors.tau, target.length)]
+        own = own[are_distinct(own, anchors.s, source.length)]
+        goals = goals[are_distinct(goals, anchors.tau, target.length)]
     fixed_s = np.empty(0) if anchors is None else s0 + np.mod(anchors.s - s0, source.length)
     fixed_tau = np.empty(0) if anchors is None else t0 + np.mod(anchors.tau - t0, target.length)
     s = np.concatenate([own, np.interp(goals, match.tau, match.s), fixed_s])
@@ -200,13 +200,13 @@ def _begun_after_widest_gap(s: Real, tau: Real, kind, length: float, goal: float
     return tuple(np.roll(values, -k) for values in (s + length * later, tau + goal * later, kind))
 
 
-def apart(values: Real, others: Real, length: float) -> Flags:
+def are_distinct(values: Real, others: Real, length: float) -> Flags:
     """Which arclengths of a closed curve are none of the others."""
     gap = np.mod(values[:, None] - others + 0.5 * length, length) - 0.5 * length
     return np.all(np.abs(gap) > 1e-9 * length, axis=1)
 
 
-def _merged(s: Real, tau: Real, kind, length: float, goal: float, near: float):
+def _merge_corners(s: Real, tau: Real, kind, length: float, goal: float, near: float):
     """Neighbours, one a corner of the source and one of the target, made one pair where both gaps are small.
 
     The pair takes its place from each one's own outline, which widens a gap beside it on one side; a merge that would

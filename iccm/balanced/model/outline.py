@@ -74,7 +74,7 @@ class Outline:
         return Rail(self.curve.knots, self.curve.z, self.curve.knots[:-1][sharp])
 
 
-def simplified(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Curve:
+def simplify(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Curve:
     """The curve with fewer vertices, within `fineness` of its diagonal, still simple, its first vertex kept."""
     kept = kept_vertices(curve, fineness, always)
     return curve if kept.size == curve.z.size else Curve(curve.z[kept])
@@ -91,8 +91,8 @@ def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = (
 def manageable(curve: Curve, tolerance: float, always: tuple[complex, ...] = ()) -> Curve:
     """The outline within a share of the tolerance, coarser where it would have too many vertices."""
     fineness = FINENESS * tolerance
-    fine = simplified(curve, fineness, always)
+    fine = simplify(curve, fineness, always)
     while fine.z.size > MOST_VERTICES:
         fineness *= 1.5
-        fine = simplified(curve, fineness, always)
+        fine = simplify(curve, fineness, always)
     return fine

@@ -9,7 +9,7 @@ from ... import progress
 from ..errors import Stuck
 from ..model import mesh_sizes
 from ..model.discrete_map import DiscreteMap
-from .levels import BACKWARD, GOOD_ENOUGH, RELEASED_STEPS, Level, UnitProblem, alternated, refined, score
+from .levels import BACKWARD, GOOD_ENOUGH, RELEASED_STEPS, Level, UnitProblem, alternate, refine, score
 
 SCREENING = ((3, 9), (5, 5))
 """Newton steps, then how many maps go on: within 2 % of settling all nine on 78 pairs. More steps, (5, 9), (12, 5), are
@@ -27,7 +27,7 @@ RELEASES = 3  # rounds of released corners
 GAIN = 3e-3  # of the score, for which there is another round
 
 
-def screened(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMap]:
+def screen(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMap]:
     """The best maps after a few steps, best first."""
     for steps, keep in SCREENING:
         tried = progress.counted(f"coarse maps, {steps} steps", states)
@@ -36,74 +36,74 @@ def screened(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMa
     return [s for s in states if score(s, problem.upright) <= PROMISING * score(states[0], problem.upright)]
 
 
-def different(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMap]:
+def without_duplicates(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMap]:
     """The maps, best first, without those that are like a better one."""
     kept: list[DiscreteMap] = []
     for state in states:
-        if not any(alike(state, other, problem) for other in kept):
+        if not any(are_equivalent(state, other, problem) for other in kept):
             kept.append(state)
     return kept
 
 
-def alike(one: DiscreteMap, other: DiscreteMap, problem: UnitProblem) -> bool:
+def are_equivalent(one: DiscreteMap, other: DiscreteMap, problem: UnitProblem) -> bool:
     """Whether two maps have the same score and turn."""
     scores = [score(state, problem.upright) for state in (one, other)]
     turned = np.angle(np.exp(1j * (one.turn - other.turn)))
     return bool(abs(scores[0] / scores[1] - 1) < ALIKE[0] and abs(turned) < ALIKE[1])
 
 
-def raced(level: Level, states: list[DiscreteMap], problem: UnitProblem) -> DiscreteMap:
+def best_of(level: Level, states: list[DiscreteMap], problem: UnitProblem) -> DiscreteMap:
     """The best of some maps, best first: all settled on new meshes, then corners released where that may win.
 
     Raises:
         Stuck: none settles.
     """
     settled = []
-    for state in progress.counted("coarse maps", different(states, problem)):
+    for state in progress.counted("coarse maps", without_duplicates(states, problem)):
         with suppress(Stuck):
-            settled.append(settled_anew(level, state, problem, SETTLING))
+            settled.append(settle(level, state, problem, SETTLING))
     if not settled:
         raise Stuck("no start")
     settled.sort(key=lambda s: score(s, problem.upright))
     most = CLOSE * score(settled[0], problem.upright)
     finalists = [state for state in settled[:FINALISTS] if score(state, problem.upright) <= most]
     counted = progress.counted("coarse maps, corners released", finalists)
-    return min((freed(level, s, problem) for s in counted), key=lambda s: score(s, problem.upright))
+    return min((release_corners(level, s, problem) for s in counted), key=lambda s: score(s, problem.upright))
 
 
-def released(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
+def settle_and_release(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
     """The map settled on a new mesh, and its corners released as long as that helps.
 
     Raises:
         Stuck: it does not settle.
     """
-    return freed(level, settled_anew(level, state, problem, ROUNDS), problem)
+    return release_corners(level, settle(level, state, problem, ROUNDS), problem)
 
 
-def settled_anew(level: Level, state: DiscreteMap, problem: UnitProblem, rounds: int) -> DiscreteMap:
+def settle(level: Level, state: DiscreteMap, problem: UnitProblem, rounds: int) -> DiscreteMap:
     """The map at rest on a new mesh; where that folds, on the one that it has, where it may still get somewhere.
 
     Raises:
         Stuck: it folds there too.
     """
     with suppress(Stuck):
-        state = restarted(level, state)
-    state = alternated(state, problem.theta, 1.0, rounds, BACKWARD)
+        state = remesh(level, state)
+    state = alternate(state, problem.theta, 1.0, rounds, BACKWARD)
     if not np.isfinite(state.energy):
         raise Stuck("no map without folds was found for this correspondence of the outlines")
     return state
 
 
-def freed(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
+def release_corners(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
     """The best map of a few rounds: corners released, pinned again on a new mesh, settled."""
     best, best_score = state, score(state, problem.upright)
     for _ in range(RELEASES):
         state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
         try:
-            state = restarted(level, state)
+            state = remesh(level, state)
         except Stuck:
             break
-        state = alternated(state, problem.theta, 1.0, ROUNDS, BACKWARD)
+        state = alternate(state, problem.theta, 1.0, ROUNDS, BACKWARD)
         before, new = best_score, score(state, problem.upright)
         if new < best_score:
             best, best_score = state, new
@@ -112,7 +112,7 @@ def freed(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap
     return best
 
 
-def restarted(level: Level, state: DiscreteMap) -> DiscreteMap:
+def remesh(level: Level, state: DiscreteMap) -> DiscreteMap:
     """A map on a new mesh for the same match: a new one, or where that folds the same one, at last on triangles that
     are smaller where it magnifies."""
     try:
@@ -120,6 +120,6 @@ def restarted(level: Level, state: DiscreteMap) -> DiscreteMap:
     except Stuck:
         pass
     try:
-        return refined(level, state)
+        return refine(level, state)
     except Stuck:
-        return refined(level, state, mesh_sizes.graded(state.z, state.u, state.faces, 0.5 * level.size**2))
+        return refine(level, state, mesh_sizes.graded(state.z, state.u, state.faces, 0.5 * level.size**2))

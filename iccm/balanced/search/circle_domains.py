@@ -26,7 +26,7 @@ from ..model.outline import Outline
 from ..model.sketch import Sketch
 from . import initial_matches
 from .hole_partners import Partners, middle_of
-from .levels import GOOD_ENOUGH, Level, UnitProblem, refined
+from .levels import GOOD_ENOUGH, Level, UnitProblem, refine
 from .via_annulus import CORNER_FINENESS, CORNERS, STEPS, through
 from .via_disc import disc
 
@@ -42,7 +42,7 @@ UNFOLDING = 200  # steps for what is composed: 40 leave folds on 3 of 24 pairs
 def circle_domain(middles: Complex) -> tuple[Curve, tuple[Curve, ...]]:
     """The outlines of a disc with round holes at (n,) places in the unit disc, moved apart if need be; of area one."""
     radius = ROOM / np.sqrt(middles.size + 1)
-    centres = _apart(middles, radius)
+    centres = _separate(middles, radius)
     between = np.abs(centres[:, None] - centres) + np.diag(np.full(centres.size, np.inf))
     radius = min(radius, between.min(initial=np.inf) / APART, (1 - np.abs(centres).max()) / 2)
     corners = np.exp(2j * np.pi * np.arange(CORNERS) / CORNERS)
@@ -51,7 +51,7 @@ def circle_domain(middles: Complex) -> tuple[Curve, tuple[Curve, ...]]:
     return Curve(outer.z / root), tuple(Curve(hole.z / root) for hole in holes)
 
 
-def _apart(centres: Complex, radius: float) -> Complex:
+def _separate(centres: Complex, radius: float) -> Complex:
     """Centres of discs of a radius moved apart, and off the unit circle."""
     centres = centres + 1e-6 * np.exp(2j * np.arange(centres.size))  # two at one place
     for _ in range(PUSHES):
@@ -118,7 +118,7 @@ class FilledMap:
         same = tuple((k, k) for k in range(len(goal[1])))
         problem = UnitProblem(Curve(rims[0] / root), goal[0], theta, 0.0, holes=holes, partners=same)
         between = Level.of(problem, level.size, 0.0, 0.0, level.steepest)
-        state = straight(between, problem)
+        state = harmonic_map(between, problem)
         u = interpolate(state.z, state.faces, state.u, self.u / root)
         loops = tuple(loop._replace(target=loop.source) for loop in self.state.filled)
         return Sketch(self.state.z, u, self.material, self.state.border, loops=loops)
@@ -140,11 +140,11 @@ def through_circles(level: Level, pairs: Sequence[tuple[int, int]], theta: float
         for each, (outer, holes) in zip(filled, outlines)
     )
     try:
-        return _composed(level, there, back, pairs)
+        return _compose(level, there, back, pairs)
     except Stuck:
         if len(level.holes[0]) > len(pairs):
             raise
-    return _composed(level.inverse(), back, there, [(j, i) for i, j in pairs]).inverse()
+    return _compose(level.inverse(), back, there, [(j, i) for i, j in pairs]).inverse()
 
 
 def circle_starts(level: Level, matches: Sequence[Match], theta: float) -> list[DiscreteMap]:
@@ -178,13 +178,13 @@ def onto_circles(
     problem = UnitProblem(outer, goal[0], theta, 0.0, holes=(tuple(holes), goal[1]), partners=partners)
     own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
     try:
-        start = carried(own, filled.onto(goal, level, theta))
+        start = remesh(own, filled.onto(goal, level, theta))
     except Stuck:
-        start = straight(own, problem)
+        start = harmonic_map(own, problem)
     return start.forward(theta, 1.0, STEPS, GOOD_ENOUGH, corners=False)
 
 
-def carried(level: Level, sketch: Sketch) -> DiscreteMap:
+def remesh(level: Level, sketch: Sketch) -> DiscreteMap:
     """The map on a mesh of its own, with smaller triangles where it magnifies if need be.
 
     Raises:
@@ -192,7 +192,7 @@ def carried(level: Level, sketch: Sketch) -> DiscreteMap:
     """
     for sizes in _finer(level, sketch.z, sketch.u, sketch.faces):
         try:
-            return refined(level, sketch, sizes)
+            return refine(level, sketch, sizes)
         except Stuck:
             continue
     raise Stuck("no map onto a circle domain was found")
@@ -205,7 +205,7 @@ def _finer(level: Level, z: Complex, u: Complex, faces: Index) -> Iterator[Sizes
         yield mesh_sizes.graded(z, u, faces, 0.5 * (smaller * level.size) ** 2)
 
 
-def straight(level: Level, problem: UnitProblem) -> DiscreteMap:
+def harmonic_map(level: Level, problem: UnitProblem) -> DiscreteMap:
     """A map onto a circle domain without folds.
 
     Raises:
@@ -225,7 +225,7 @@ def straight(level: Level, problem: UnitProblem) -> DiscreteMap:
     raise Stuck("no map onto a circle domain was found")
 
 
-def _composed(
+def _compose(
     level: Level, there: DiscreteMap, back: DiscreteMap, pairs: Sequence[tuple[int, int]]
 ) -> DiscreteMap:
     """There, and back by the other one; on triangles that are smaller where that magnifies if need be."""

@@ -15,7 +15,7 @@ from ..model.metric import PLANES, Metrics
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
 from . import pin_continuation
-from .levels import FINE_BACKWARD, FINE_ROUNDS, POWERS, Level, UnitProblem, alternated, eased, refined
+from .levels import FINE_BACKWARD, FINE_ROUNDS, POWERS, Level, UnitProblem, alternate, refine, relax_stretched
 
 FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
 STEEPEST_FINE = 20.0  # slope of a match, relative to the mean, that a mesh follows
@@ -28,20 +28,20 @@ LAST_STEPS, LAST_DECREASE = 50, 2e-3  # of Newton on the last mesh, and the rela
 Meshed = DiscreteMap | Sketch
 
 
-def meets(problem: UnitProblem, state: DiscreteMap) -> bool:
+def meets_constraints(problem: UnitProblem, state: DiscreteMap) -> bool:
     """Whether a map meets all constraints."""
     goals = state.inside.goals[state.inside.own < 0]
     return (state.bound or not state.inside.z.size) and bool(np.all(goals == problem.pins[:, 1]))
 
 
-def fine(problem: UnitProblem, state: DiscreteMap, size: float, journal: SolveLog) -> DiscreteMap:
+def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: SolveLog) -> DiscreteMap:
     """The map on a finer mesh, its worst stretch lowered."""
     progress.tell("fine map")
     level = Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE)
     state = on_finer(level, state, problem)
-    if problem.constrained and not meets(problem, state):
+    if problem.constrained and not meets_constraints(problem, state):
         state = pin_continuation.again(level, state, problem)
-    state = alternated(state, problem.theta, POWERS[0], FINE_ROUNDS, FINE_BACKWARD)
+    state = alternate(state, problem.theta, POWERS[0], FINE_ROUNDS, FINE_BACKWARD)
     journal.level("fine", state, POWERS[0])
     return state
 
@@ -49,15 +49,15 @@ def fine(problem: UnitProblem, state: DiscreteMap, size: float, journal: SolveLo
 def on_finer(level: Level, state: Meshed, problem: UnitProblem) -> DiscreteMap:
     """The map on the mesh of a finer level, smaller triangles where it magnifies."""
     sizes = mesh_sizes.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
-    return eased(carried(level, state, problem, sizes), problem.theta)
+    return relax_stretched(refine_pinned(level, state, problem, sizes), problem.theta)
 
 
-def finished(
+def finish(
     problem: UnitProblem, state: Meshed, settings: Settings, journal: SolveLog, share: float = 1.0
 ) -> Meshed:
     """The map on the last mesh, or as it is where that folds."""
     try:
-        return last(problem, state, settings, journal, share)
+        return on_final_mesh(problem, state, settings, journal, share)
     except Stuck:
         journal.notes.append(
             "The finest mesh folds: the outlines are followed as closely as the one before allows."
@@ -65,30 +65,30 @@ def finished(
         return state
 
 
-def last(
+def on_final_mesh(
     problem: UnitProblem, state: Meshed, settings: Settings, journal: SolveLog, share: float = 1.0
 ) -> DiscreteMap:
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
     progress.tell("last map")
-    state = on_finer(last_level(problem, settings, share), state, problem)
-    return lowered(state, problem.theta, settings, journal)
+    state = on_finer(final_level(problem, settings, share), state, problem)
+    return meet_bounds(state, problem.theta, settings, journal)
 
 
-def last_level(problem: UnitProblem, settings: Settings, share: float = 1.0) -> Level:
+def final_level(problem: UnitProblem, settings: Settings, share: float = 1.0) -> Level:
     """The outlines with all their vertices, and the size of the last mesh."""
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
     return Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
 
 
-def lowered(state: DiscreteMap, theta: float, settings: Settings, journal: SolveLog) -> DiscreteMap:
+def meet_bounds(state: DiscreteMap, theta: float, settings: Settings, journal: SolveLog) -> DiscreteMap:
     """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
-    return lowered_by(lambda state, q: descended(state, theta, q, journal), state, settings)
+    return meet_bounds_by(lambda state, q: descend(state, theta, q, journal), state, settings)
 
 
-def lowered_by(
+def meet_bounds_by(
     descent: Callable[[DiscreteMap, float], DiscreteMap], state: DiscreteMap, settings: Settings
 ) -> DiscreteMap:
-    """As `lowered`, by what descends for a power q."""
+    """As `meet_bounds`, by what descends for a power q."""
     tried: list[DiscreteMap] = []
     for q in progress.counted("last map, worst stretch lowered", POWERS):
         state = descent(state, q)
@@ -98,7 +98,7 @@ def lowered_by(
     return min(tried, key=lambda state: _excess(state, settings))
 
 
-def descended(state: DiscreteMap, theta: float, q: float, journal: SolveLog) -> DiscreteMap:
+def descend(state: DiscreteMap, theta: float, q: float, journal: SolveLog) -> DiscreteMap:
     """The map on the last mesh after Newton's steps; a note where they do not settle."""
     for _ in range(LAST_ROUNDS):
         state = state.forward(theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
@@ -110,11 +110,11 @@ def descended(state: DiscreteMap, theta: float, q: float, journal: SolveLog) -> 
     return state
 
 
-def carried(level: Level, state: Meshed, problem: UnitProblem, sizes: Sizes) -> DiscreteMap:
+def refine_pinned(level: Level, state: Meshed, problem: UnitProblem, sizes: Sizes) -> DiscreteMap:
     """The map on a finer mesh, pins as they were."""
     if isinstance(state, DiscreteMap):
-        return pin_continuation.carried(level, state, problem.theta, sizes)
-    return refined(level, state, sizes)
+        return pin_continuation.refine_pinned(level, state, problem.theta, sizes)
+    return refine(level, state, sizes)
 
 
 def _excess(state: DiscreteMap, settings: Settings) -> float:

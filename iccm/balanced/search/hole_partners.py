@@ -61,11 +61,11 @@ class Partners:
             source, target = self.holes[0][i], self.holes[1][j]
             here, there = (Curve(UnitFrame.of(curve).unit(curve.z)) for curve in (source, target))
             best = next(initial_matches.elastic_matches(here, there, key[2] * STEP))
-            self._matches[key] = _scaled(best, source.length, target.length)
+            self._matches[key] = _scale(best, source.length, target.length)
         return self._matches[key]
 
 
-def _scaled(match: Match, length: float, goal: float) -> Match:
+def _scale(match: Match, length: float, goal: float) -> Match:
     """The match in arclengths of curves of other lengths."""
     laps = match.s[-1] - match.s[0], match.tau[-1] - match.tau[0]
     return Match(match.s * (length / laps[0]), match.tau * (goal / laps[1]))

@@ -154,6 +154,6 @@ def implied_turn(match: Match, source: Curve, target: Curve) -> float:
     return float(np.angle(np.sum(source.at(s).conj() * target.at(match.at(s)))))
 
 
-def upright_ones(matches: list[Match], source: Curve, target: Curve) -> list[Match]:
+def without_upside_down(matches: list[Match], source: Curve, target: Curve) -> list[Match]:
     """The matches that do not turn the picture over."""
     return [match for match in matches if abs(implied_turn(match, source, target)) < MOST_TURNED]

@@ -12,12 +12,21 @@ from ...arrays import Complex, Real
 from ...curve import Curve
 from ..constraints.strokes import StrokePair, inside
 from ..errors import Stuck
-from ..holes.outlines import FEWEST, outlines_of, rim_spacing, spaced
+from ..holes.outlines import FEWEST, outlines_of, rim_spacing, space_out
 from ..meshing.mesh import Sizes
 from ..meshing.transfer import interpolate
 from ..minimise.untangle import STEPS
 from ..model.boundary import MatchedBoundary, MeshHoles
-from ..model.boundary_pairs import HoleMatch, Loop, Match, Pairs, boundary_pairs, limited, loops_of, through
+from ..model.boundary_pairs import (
+    HoleMatch,
+    Loop,
+    Match,
+    Pairs,
+    boundary_pairs,
+    limit_slope,
+    loops_of,
+    through,
+)
 from ..model.discrete_map import DiscreteMap
 from ..model.measures import stretches
 from ..model.metric import PLANES, Metrics
@@ -160,14 +169,14 @@ class Level:
         drawn = drawn or [stroke.even for stroke in self.strokes]
         kept = inside(self.strokes, drawn, spacing, self.pins)
         alone = sorted(set(range(len(self.holes[0]))) - {hole.source for hole in match.holes})
-        filled = [spaced(self.holes[0][k], spacing) for k in alone]
+        filled = [space_out(self.holes[0][k], spacing) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + kept.z.size))
         return DiscreteMap.on(boundary, sizes, kept, filled, self.metrics)
 
     def boundary(self, match: Match, fewest: int = FEWEST) -> MatchedBoundary:
         """The boundary of a mesh for a match of the outlines, with at least `fewest` vertices on each hole."""
-        outer = through(limited(match, self.steepest), self.anchors, 0.0 if self.halved else SPREAD)
+        outer = through(limit_slope(match, self.steepest), self.anchors, 0.0 if self.halved else SPREAD)
         spacing = SPACING * self.size
         if max(self.source.length, self.target.length) > MOST_PAIRS * spacing:
             raise Stuck("an outline is too long for its area")
@@ -175,7 +184,9 @@ class Level:
         pairs = [boundary_pairs(self.source, self.target, outer, spacing, self.anchors)]
         for hole, pair in zip(match.holes, outlines):
             pairs.append(
-                boundary_pairs(*pair, limited(hole.match, self.steepest), rim_spacing(pair, spacing, fewest))
+                boundary_pairs(
+                    *pair, limit_slope(hole.match, self.steepest), rim_spacing(pair, spacing, fewest)
+                )
             )
         sizes = [(hole.source, hole.target, each.s.size) for hole, each in zip(match.holes, pairs[1:])]
         holes = MeshHoles(outlines, loops_of(sizes, pairs[0].s.size))
@@ -231,7 +242,7 @@ def turn_factor(state: DiscreteMap, upright: float) -> float:
     return float(1 + 0.5 * upright * (1 - np.cos(state.turn)))
 
 
-def started(level: Level, matches: list[Match]) -> list[DiscreteMap]:
+def initial_maps(level: Level, matches: list[Match]) -> list[DiscreteMap]:
     """Maps without folds for those matches that have one."""
     states = []
     for match in progress.counted("starts", matches):
@@ -242,7 +253,7 @@ def started(level: Level, matches: list[Match]) -> list[DiscreteMap]:
     return states
 
 
-def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
+def alternate(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
     """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
     before = np.inf  # the energy so far may be another one, of q = 1
     for _ in range(rounds):
@@ -254,7 +265,7 @@ def alternated(state: DiscreteMap, theta: float, q: float, rounds: int, backward
     return state
 
 
-def projected(curve: Curve, points: Complex) -> Real:
+def project(curve: Curve, points: Complex) -> Real:
     """Arclengths of the closest points of a curve, made monotone, for points in order along it."""
     s = np.mod(curve.closest(points), curve.length)
     steps = np.mod(np.diff(s) + 0.5 * curve.length, curve.length) - 0.5 * curve.length
@@ -283,8 +294,8 @@ def match_on(level: Level, state: DiscreteMap | Sketch) -> Match:
             _closed(
                 source,
                 target,
-                projected(source.curve, state.z[vertices]),
-                projected(target.curve, state.u[vertices]),
+                project(source.curve, state.z[vertices]),
+                project(target.curve, state.u[vertices]),
             )
             for vertices, source, target in zip(
                 (state.outer, *(loop.vertices for loop in state.loops)), *level.outlines(state.loops)
@@ -298,7 +309,7 @@ def _closed(source: Outline, target: Outline, s: Real, tau: Real) -> Match:
     return Match(np.append(s, s[0] + source.length), np.append(tau, tau[0] + target.length))
 
 
-def refined(
+def refine(
     level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None, *, only: int = 0
 ) -> DiscreteMap:
     """The map carried to a finer level, without folds, in `only` so many steps if that is given.
@@ -306,7 +317,7 @@ def refined(
     Raises:
         Stuck: folds remain.
     """
-    fine = laid(level, state, sizes)
+    fine = interpolate_on(level, state, sizes)
     try:
         return fine.unfolded(harmonic=False, polish=POLISHING, steps=only or STEPS)
     except Stuck:
@@ -318,7 +329,7 @@ def refined(
         return fine.unfolded(harmonic=False, polish=POLISHING, steps=PATIENT)
 
 
-def laid(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
+def interpolate_on(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
     """The map interpolated on the mesh of another level; it may fold."""
     drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
     fine = level.mapped(match_on(level, state), sizes, drawn)
@@ -327,7 +338,7 @@ def laid(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) 
     return fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
 
 
-def eased(state: DiscreteMap, theta: float) -> DiscreteMap:
+def relax_stretched(state: DiscreteMap, theta: float) -> DiscreteMap:
     """A few steps at q = 1 where a triangle is badly stretched: Newton at q widens it slowly."""
     _, stretch, _ = stretches(state.z, state.u, state.material, state.metrics)
     if stretch.max() < BADLY_STRETCHED:

@@ -18,24 +18,24 @@ from ..model.outline import manageable
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
 from . import initial_matches, pin_continuation, warm_start
-from .candidates import raced, released, screened
+from .candidates import best_of, screen, settle_and_release
 from .circle_domains import circle_starts
 from .final_mesh import (
     FINE_EXACTNESS,
     STEEPEST_FINE,
     TRIANGLES_PER_AREA,
     Meshed,
-    fine,
-    finished,
-    last,
-    last_level,
-    lowered,
-    meets,
+    final_level,
+    fine_map,
+    finish,
+    meet_bounds,
+    meets_constraints,
+    on_final_mesh,
 )
 from .hole_partners import Partners
-from .levels import Level, UnitProblem, eased, score, started, turn_factor
+from .levels import Level, UnitProblem, initial_maps, relax_stretched, score, turn_factor
 from .similarity import similar_with_holes, similarity
-from .symmetry import Half, half_of, mirrored
+from .symmetry import Half, half_of, mirror
 from .via_annulus import ring_matches
 from .via_disc import through_disc
 
@@ -55,7 +55,7 @@ SYMMETRY_WORTH = 1.03  # times the cost of the best map, up to which one that is
 ASKEW = "The shapes are symmetric, the map is not: no symmetric one without folds costs as little energy."
 
 
-def constrained(
+def constrained_map(
     source: Curve,
     target: Curve,
     holes: Holes,
@@ -72,14 +72,14 @@ def constrained(
     upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else UPRIGHT
     problem = with_constraints(source, target, holes, pins, settings, upright)
     if start is not None and len(problem.holes[0]) < len(problem.holes[1]):  # it is they that are filled
-        back, met = further(problem.inverse(), inverted(start), settings, journal)
+        back, met = warm_started(problem.inverse(), invert(start), settings, journal)
         if met:  # else from scratch: what fills the holes is not in the earlier map, and may be in the way
-            return inverted(back), met
+            return invert(back), met
     elif start is not None:
-        return further(problem, start, settings, journal)
-    used, found = solved(problem, journal)
-    state = finished(used, found, settings, journal)
-    return (inverted(state) if used.inverted else state), meets(used, found)
+        return warm_started(problem, start, settings, journal)
+    used, found = coarse_to_fine(problem, journal)
+    state = finish(used, found, settings, journal)
+    return (invert(state) if used.inverted else state), meets_constraints(used, found)
 
 
 def with_constraints(
@@ -94,7 +94,7 @@ def with_constraints(
     return with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
 
 
-def further(
+def warm_started(
     problem: UnitProblem, start: Sketch, settings: Settings, journal: SolveLog
 ) -> tuple[DiscreteMap, bool]:
     """The map that goes on from an earlier one, and whether it meets all constraints.
@@ -102,15 +102,17 @@ def further(
     Raises:
         NoMapError: the earlier one cannot be carried to these outlines without folds.
     """
-    level = last_level(problem, settings)
+    level = final_level(problem, settings)
     try:
-        state = warm_start.continued(level, start, problem)
+        state = warm_start.continue_from(level, start, problem)
     except Stuck:
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
-    return lowered(eased(state, problem.theta), problem.theta, settings, journal), meets(problem, state)
+    return meet_bounds(
+        relax_stretched(state, problem.theta), problem.theta, settings, journal
+    ), meets_constraints(problem, state)
 
 
-def mapped(
+def free_map(
     source: Curve, target: Curve, holes: Holes, settings: Settings, journal: SolveLog
 ) -> tuple[Meshed, bool]:
     """The map in unit coordinates, and whether it is the mirror image of itself.
@@ -126,17 +128,17 @@ def mapped(
     same = same and similar_with_holes(problem, same)
     if same is not None:
         journal.notes.append("The shapes are similar: the map is the similarity.")
-        return onto_itself(problem, same, settings), False
+        return similarity_map(problem, same, settings), False
     halves = (half_of(source), half_of(target)) if settings.turn == 0 and not problem.holed else (None, None)
     if halves[0] and halves[1]:
         return of_symmetric(problem, (halves[0], halves[1]), settings, journal)
-    return whole(*solved(problem, journal), settings, journal), False
+    return whole_map(*coarse_to_fine(problem, journal), settings, journal), False
 
 
-def whole(used: UnitProblem, fine_map: DiscreteMap, settings: Settings, journal: SolveLog) -> Meshed:
-    """The map on the final mesh, of what `solved` gives."""
-    state = finished(used, fine_map, settings, journal)
-    return inverted(state) if used.inverted else state
+def whole_map(used: UnitProblem, fine_map: DiscreteMap, settings: Settings, journal: SolveLog) -> Meshed:
+    """The map on the final mesh, of what `coarse_to_fine` gives."""
+    state = finish(used, fine_map, settings, journal)
+    return invert(state) if used.inverted else state
 
 
 def of_symmetric(
@@ -150,22 +152,22 @@ def of_symmetric(
     half = free = None
     half_log, free_log = SolveLog(), SolveLog()
     with suppress(NoMapError):
-        half = solved(half_problem(problem, halves, settings), half_log, share=0.5)
+        half = coarse_to_fine(half_problem(problem, halves, settings), half_log, share=0.5)
     most = np.inf if half is None else cost(half[1], problem.theta, 0.0) / SYMMETRY_WORTH
     if most > 1:  # no map has an energy below 1
         try:
-            free = solved(problem, free_log)
+            free = coarse_to_fine(problem, free_log)
         except NoMapError:
             if half is None:
                 raise
     if half is not None and (free is None or cost(free[1], problem.theta, problem.upright) >= most):
         with suppress(Stuck):
-            found = by_halves(problem, halves, *half, settings, half_log)
+            found = mirrored_half_map(problem, halves, *half, settings, half_log)
             journal.add(half_log)
             return found, True
     journal.add(free_log)
     journal.notes.append(ASKEW)
-    return whole(*(free or solved(problem, journal)), settings, journal), False
+    return whole_map(*(free or coarse_to_fine(problem, journal)), settings, journal), False
 
 
 def cost(state: DiscreteMap, theta: float, upright: float) -> float:
@@ -174,7 +176,9 @@ def cost(state: DiscreteMap, theta: float, upright: float) -> float:
     return energy * turn_factor(state, upright)
 
 
-def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple[UnitProblem, DiscreteMap]:
+def coarse_to_fine(
+    problem: UnitProblem, journal: SolveLog, share: float = 1.0
+) -> tuple[UnitProblem, DiscreteMap]:
     """All stages but the last, of the problem or of its inverse; and which of the two.
 
     Maps that no finer mesh takes over (spirals onto stars) are left on a coarse one with all corners.
@@ -189,26 +193,26 @@ def solved(problem: UnitProblem, journal: SolveLog, share: float = 1.0) -> tuple
     """
     closest = None
     for smaller in SMALLER:
-        for used in ways(problem):
+        for used in directions(problem):
             try:
                 sizes = (
                     coarse_size(used) * smaller / np.sqrt(share),
                     fine_size(used) * smaller / np.sqrt(share),
                 )
-                state = coarse(used, sizes[0], journal)
-                if not meets(used, state) and closest is not None:
+                state = coarse_map(used, sizes[0], journal)
+                if not meets_constraints(used, state) and closest is not None:
                     continue
-                found = used, fine(used, state, sizes[1], journal)
+                found = used, fine_map(used, state, sizes[1], journal)
             except Stuck:
                 continue
-            if meets(*found):
+            if meets_constraints(*found):
                 return found
             closest = closest or found
     if closest is not None:
         return closest
-    for used in ways(problem):
+    for used in directions(problem):
         try:
-            return used, coarse(used, coarse_size(used) / np.sqrt(share), journal, FINE_EXACTNESS)
+            return used, coarse_map(used, coarse_size(used) / np.sqrt(share), journal, FINE_EXACTNESS)
         except Stuck:
             continue
     raise NoMapError(
@@ -228,7 +232,7 @@ def fine_size(problem: UnitProblem) -> float:
     return FINE if plain else FINER
 
 
-def ways(problem: UnitProblem) -> tuple[UnitProblem, ...]:
+def directions(problem: UnitProblem) -> tuple[UnitProblem, ...]:
     """The problem and its inverse in the order in which they are tried; one of them where it has more holes to fill.
 
     Without constraints and holes the one with the longer outline is meshed first: triangles that fit its limbs can be
@@ -242,7 +246,7 @@ def ways(problem: UnitProblem) -> tuple[UnitProblem, ...]:
     return (inverse, problem) if longer else (problem, inverse)
 
 
-def inverted(state: Meshed) -> Sketch:
+def invert(state: Meshed) -> Sketch:
     """The inverse map."""
     loops, filled = (tuple(loop.inverse() for loop in each) for each in (state.loops, state.filled))
     given = state.u, state.z, state.faces, state.border, state.first_pin, state.lines
@@ -257,7 +261,7 @@ def half_problem(problem: UnitProblem, halves: tuple[Half, Half], settings: Sett
     return UnitProblem(simple, goal, problem.theta, 0.0, (anchors[0], anchors[1]), halved=True)
 
 
-def by_halves(
+def mirrored_half_map(
     problem: UnitProblem,
     halves: tuple[Half, Half],
     used: UnitProblem,
@@ -272,16 +276,16 @@ def by_halves(
     """
     exact = max(side.asymmetry for side in halves) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:
-        half = last(used, half, settings, journal, share=0.5)
+        half = on_final_mesh(used, half, settings, journal, share=0.5)
     outline = 1 + int(np.searchsorted(half.pairs.s, half.matched.axis - 1e-9))
     z, u = (half.u, half.z) if used.inverted else (half.z, half.u)
-    z, u, faces, border = mirrored(z, u, half.faces, half.border, outline)
+    z, u, faces, border = mirror(z, u, half.faces, half.border, outline)
     z, u = (w * np.sqrt(side.curve.area) + side.axis for w, side in zip((z, u), halves))
     sketch = Sketch(z, u, faces, border)
-    return sketch if exact else finished(problem, sketch, settings, journal)
+    return sketch if exact else finish(problem, sketch, settings, journal)
 
 
-def coarse(
+def coarse_map(
     problem: UnitProblem, size: float, journal: SolveLog, exactness: tuple[float, float] = COARSE_EXACTNESS
 ) -> DiscreteMap:
     """The best map of all starts on coarse meshes, for outlines and corners of a certain fineness."""
@@ -289,14 +293,14 @@ def coarse(
     matches = correspondences(level, problem)
     if problem.constrained:
         return pin_continuation.coarse(level, matches, problem, journal)
-    states = started(level, matches)
+    states = initial_maps(level, matches)
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += len(matches) - len(states)
     most = max(len(match.holes) for match in matches)
     if most > 1 or (most and not states):
         states += circle_starts(level, matches, problem.theta)
-    states = screened(states or through_disc(level, problem.theta), problem)
-    best = straightened(level, raced(level, states, problem), problem)
+    states = screen(states or through_disc(level, problem.theta), problem)
+    best = straighten(level, best_of(level, states, problem), problem)
     journal.level("coarse", best, 1.0)
     return best
 
@@ -311,11 +315,11 @@ def correspondences(level: Level, problem: UnitProblem) -> list[Match]:
     if problem.halved:  # whose ends leave arclengths no shift
         return matches[: 1 - initial_matches.ARCLENGTHS]
     if problem.upright > 0 and not problem.constrained:
-        return initial_matches.upright_ones(matches, *curves) or matches
+        return initial_matches.without_upside_down(matches, *curves) or matches
     return matches
 
 
-def straightened(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
+def straighten(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
     """The map with its turn taken out where a shape is round, so that any turn costs the same."""
     for _ in range(STRAIGHTENINGS):
         laps = state.turn / (2 * np.pi)
@@ -330,7 +334,7 @@ def straightened(level: Level, state: DiscreteMap, problem: UnitProblem) -> Disc
         else:
             break
         try:
-            new = released(level, level.mapped(match), problem)
+            new = settle_and_release(level, level.mapped(match), problem)
         except Stuck:
             break
         if score(new, problem.upright) >= score(state, problem.upright):
@@ -353,7 +357,7 @@ def with_holes(problem: UnitProblem, holes: Holes, settings: Settings) -> UnitPr
     return problem._replace(holes=(source, target), partners=holes.partners)
 
 
-def onto_itself(problem: UnitProblem, match: Match, settings: Settings) -> Meshed:
+def similarity_map(problem: UnitProblem, match: Match, settings: Settings) -> Meshed:
     """The similarity on a mesh."""
     size = np.sqrt(TRIANGLES_PER_AREA / settings.triangles)
     state = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE).mapped(match)

@@ -24,9 +24,9 @@ from .levels import (
     RELEASED_STEPS,
     Level,
     UnitProblem,
-    alternated,
-    laid,
-    refined,
+    alternate,
+    interpolate_on,
+    refine,
     score,
 )
 
@@ -45,12 +45,12 @@ STRETCHED = "The pins force strong stretch: the energy is over three times that 
 RELEASES = 2  # rounds of released corners with pins held
 
 
-def aimed(pairs: tuple[StrokePair, ...], state: DiscreteMap, even: float) -> DiscreteMap:
+def aim_feet(pairs: tuple[StrokePair, ...], state: DiscreteMap, even: float) -> DiscreteMap:
     """The map with strokes whose ends slide aimed at places beside where they are."""
-    return replace(state, inside=strokes.aimed(state.inside, pairs, state.u[state.inner], even))
+    return replace(state, inside=strokes.aim_feet(state.inside, pairs, state.u[state.inner], even))
 
 
-def led(level: Level, state: DiscreteMap, theta: float) -> DiscreteMap:
+def lead_one_by_one(level: Level, state: DiscreteMap, theta: float) -> DiscreteMap:
     """The map with its pins led to their goals one after the other, the nearest first, along ways around the others and
     the outline; or as far as that goes."""
     goals = state.inside.goals
@@ -60,13 +60,13 @@ def led(level: Level, state: DiscreteMap, theta: float) -> DiscreteMap:
         for place in route(level.target.curve, here[pin], goals[pin], np.delete(here, pin)):
             aims = state.inside.goals.copy()
             aims[pin] = place
-            state = stepped(level, state, aims, theta)
+            state = move_on_new_meshes(level, state, aims, theta)
             if state.miss > 0:
                 return state.with_goals(goals)
     return state
 
 
-def stepped(level: Level, state: DiscreteMap, aims: Complex, theta: float) -> DiscreteMap:
+def move_on_new_meshes(level: Level, state: DiscreteMap, aims: Complex, theta: float) -> DiscreteMap:
     """The map with its pins moved straight, on new meshes where they get stuck; or as close as they got."""
     for attempt in range(1 + REMESHES):
         tried = moved(state.with_goals(aims), theta)
@@ -75,13 +75,13 @@ def stepped(level: Level, state: DiscreteMap, aims: Complex, theta: float) -> Di
         rested = tried.held().forward(theta, 1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
         try:
             sizes = mesh_sizes.graded(rested.z, rested.u, rested.faces, 0.5 * level.size**2)
-            state = refined(level, rested, sizes, only=HELD_STEPS)
+            state = refine(level, rested, sizes, only=HELD_STEPS)
         except Stuck:
             break
     return tried
 
 
-def turned_matches(level: Level, pins: Complex) -> list[Match]:
+def pin_aligned_matches(level: Level, pins: Complex) -> list[Match]:
     """Elastic matches at the turn that fits the pins (k, 2) best; none for fewer than two pins."""
     if len(pins) < 2:
         return []
@@ -99,9 +99,7 @@ def rank(state: DiscreteMap, upright: float) -> tuple[float, float]:
     return state.miss, score(state, upright)
 
 
-def screened(
-    level: Level, matches: list[Match], problem: UnitProblem
-) -> tuple[list[DiscreteMap], float, int]:
+def screen(level: Level, matches: list[Match], problem: UnitProblem) -> tuple[list[DiscreteMap], float, int]:
     """The best maps with pins moved, best first; the least energy without pins; and how many matches failed."""
     states, failed = [], 0
     for match in progress.counted("starts", matches):
@@ -112,7 +110,7 @@ def screened(
         except Stuck:
             failed += 1
     free = min((state.energy for state in states), default=np.inf)
-    states = [aimed(level.strokes, state, BESIDE) for state in states]
+    states = [aim_feet(level.strokes, state, BESIDE) for state in states]
     straight = (moved(state, problem.theta) for state in progress.counted("pins moved", states))
     ends = sorted(straight, key=lambda s: rank(s, problem.upright))
     if ends and ends[0].miss > 0:
@@ -121,18 +119,18 @@ def screened(
         ends = sorted(staged, key=lambda s: rank(s, problem.upright))
     if ends and ends[0].miss > 0 and not problem.strokes:
         ways = progress.counted("pins led around each other", states[:LED])
-        led_ends = [led(level, state, problem.theta) for state in ways]
+        led_ends = [lead_one_by_one(level, state, problem.theta) for state in ways]
         ends = sorted([*led_ends, *ends], key=lambda s: rank(s, problem.upright))
     return ends[:KEPT], free, failed
 
 
-def settled(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
+def settle_pinned(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
     """The best of a few rounds with pins held: corners released, a new mesh, settled."""
-    best = state = alternated(state, problem.theta, 1.0, 4, BACKWARD)
+    best = state = alternate(state, problem.theta, 1.0, 4, BACKWARD)
     for _ in range(RELEASES):
         try:
             state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
-            state = alternated(carried(level, state, problem.theta), problem.theta, 1.0, 4, BACKWARD)
+            state = alternate(refine_pinned(level, state, problem.theta), problem.theta, 1.0, 4, BACKWARD)
         except Stuck:
             break
         if score(state, problem.upright) >= score(best, problem.upright):
@@ -141,31 +139,31 @@ def settled(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteM
     return best
 
 
-def carried(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None = None) -> DiscreteMap:
+def refine_pinned(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None = None) -> DiscreteMap:
     """The map carried to another mesh with pins held; where that folds, with them free and then moved again.
 
     Raises:
         Stuck: no map without folds, or pins no longer met.
     """
     if not (state.bound and state.inside.z.size):
-        return refined(level, state, sizes)
-    fine = laid(level, state, sizes)
+        return refine(level, state, sizes)
+    fine = interpolate_on(level, state, sizes)
     try:
-        return around_pins(fine)
+        return unfold_pinned(fine)
     except Stuck:
         state = replace(state, bound=False)
     try:
         new = replace(fine, bound=False).unfolded(harmonic=False, polish=POLISHING)
     except Stuck:
         relaxed = state.forward(theta, 1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)
-        new = refined(level, relaxed, sizes)
+        new = refine(level, relaxed, sizes)
     new = brought(replace(new, inside=new.inside.with_pins_of(state.inside)), theta)
     if new.miss > 0:
         raise Stuck("the constraints are not met on a new mesh")
     return new
 
 
-def around_pins(fine: DiscreteMap) -> DiscreteMap:
+def unfold_pinned(fine: DiscreteMap) -> DiscreteMap:
     """The map unfolded with its constraints held.
 
     Raises:
@@ -182,7 +180,7 @@ def again(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap
         return state
     free = replace(state.with_goals(problem.pins[:, 1].copy()), bound=False)
     new = brought(free, problem.theta)
-    new = new if new.miss == 0 else led(level, free, problem.theta)
+    new = new if new.miss == 0 else lead_one_by_one(level, free, problem.theta)
     return new if new.miss == 0 else state
 
 
@@ -192,19 +190,19 @@ def coarse(level: Level, matches: list[Match], problem: UnitProblem, journal: So
     Raises:
         Stuck: no start without folds.
     """
-    matches = matches + turned_matches(level, problem.all_pins)
-    states, free, failed = screened(level, matches, problem)
+    matches = matches + pin_aligned_matches(level, problem.all_pins)
+    states, free, failed = screen(level, matches, problem)
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += failed
     if not states:
         raise Stuck("no start")
     met = [state for state in states if state.miss == 0]
     if met:
-        best = min((settled(level, s, problem) for s in met), key=lambda s: score(s, problem.upright))
+        best = min((settle_pinned(level, s, problem) for s in met), key=lambda s: score(s, problem.upright))
     elif problem.strokes:
-        best = settled(level, replace(states[0], bound=False), problem)
+        best = settle_pinned(level, replace(states[0], bound=False), problem)
     else:
-        best = settled(level, states[0].held(), problem)
+        best = settle_pinned(level, states[0].held(), problem)
     earlier = [note for note in journal.notes if note != STRETCHED]  # an attempt given up may have noted it
     journal.notes = [*earlier, STRETCHED] if best.energy > STRONG * free else earlier
     journal.level("coarse", best, 1.0)

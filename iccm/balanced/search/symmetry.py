@@ -65,7 +65,7 @@ def asymmetry(curve: Curve, axis: float) -> float:
     return float(np.abs(curve.at(curve.closest(mirrored)) - mirrored).max()) / curve.diagonal
 
 
-def mirrored(z: Complex, u: Complex, faces: Index, border: int, outline: int):
+def mirror(z: Complex, u: Complex, faces: Index, border: int, outline: int):
     """The map of the right half glued to its mirror image along the axis, outline vertices first.
 
     Args:

@@ -51,10 +51,10 @@ def ring_matches(level: Level, theta: float) -> list[Match]:
     found = [onto_ring(outer.curve, hole.curve, level, theta) for outer, hole in sides]
     if found[0] is None or found[1] is None:
         return []
-    return [_composed(found[0], found[1], k / TURNS) for k in range(TURNS)]
+    return [_compose(found[0], found[1], k / TURNS) for k in range(TURNS)]
 
 
-def _composed(there: Match, back: Match, lap: float) -> Match:
+def _compose(there: Match, back: Match, lap: float) -> Match:
     """To the ring, on by a share of a lap, and back."""
     outer = through(there, back, lap)
     hole = through(there.holes[0].match, back.holes[0].match, -lap)  # it runs clockwise

@@ -46,13 +46,13 @@ def through_disc(level: Level, theta: float) -> list[DiscreteMap]:
     found = []
     for k in range(TURNS):
         try:
-            found.append(_composed(level, there, back, k / TURNS))
+            found.append(_compose(level, there, back, k / TURNS))
         except Stuck:
             continue
     return found
 
 
-def _composed(level: Level, there: DiscreteMap, back: DiscreteMap, lap: float) -> DiscreteMap:
+def _compose(level: Level, there: DiscreteMap, back: DiscreteMap, lap: float) -> DiscreteMap:
     """There, on by a share of a lap, and back."""
     new = level.mapped(through(there.match, back.match, lap))
     middle = interpolate(there.z, there.faces, there.u, new.z) * np.exp(2j * np.pi * lap)

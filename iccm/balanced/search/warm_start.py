@@ -16,27 +16,27 @@ from ..model.inner_constraints import InnerConstraints
 from ..model.outline import Outline
 from ..model.sketch import Sketch
 from .homotopy import brought
-from .levels import EVENED, Level, UnitProblem, refined
-from .pin_continuation import aimed, led
+from .levels import EVENED, Level, UnitProblem, refine
+from .pin_continuation import aim_feet, lead_one_by_one
 
 SAME = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
 
 
-def continued(level: Level, start: Sketch, problem: UnitProblem) -> DiscreteMap:
+def continue_from(level: Level, start: Sketch, problem: UnitProblem) -> DiscreteMap:
     """The earlier map with the problem's constraints met, or as close as they got.
 
     Raises:
         Stuck: no map without folds follows these outlines.
     """
-    state = on_its_mesh(level, start) or refined(
+    state = on_its_mesh(level, start) or refine(
         level, start, mesh_sizes.graded(start.z, start.u, start.faces, 0.5 * level.size**2)
     )
     if not state.inside.z.size:
         return state
     if level.strokes:  # corners of theirs get vertices where the earlier map has them
-        state = refined(level, aimed(level.strokes, state, EVENED))
+        state = refine(level, aim_feet(level.strokes, state, EVENED))
     new = brought(replace(state, bound=False), problem.theta)
-    new = new if new.miss == 0 or problem.strokes else led(level, new, problem.theta)
+    new = new if new.miss == 0 or problem.strokes else lead_one_by_one(level, new, problem.theta)
     if new.miss == 0:
         return new
     return replace(state, bound=False) if problem.strokes else new.held()

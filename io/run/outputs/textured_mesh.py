@@ -14,7 +14,7 @@ from ....maps.approximation import AnyMap
 from ....maps.extended_inverse import ExtendedInverse
 from ....maps.triangulated.map import TriangulatedMap
 from ....meshes import layout
-from ....surfaces.boundary_slivers import lifted, opened
+from ....surfaces.boundary_slivers import lift, open_up
 from ... import formats
 from ...materials import carried_maps
 from ...meshes import mesh_files, obj_materials
@@ -186,7 +186,7 @@ def _pull_back(part: MeshShape, map: AnyMap, pull: ExtendedInverse) -> Complex:
     if not isinstance(map, TriangulatedMap):
         return z
     faces = flat.patch.faces
-    return opened(lifted(z, faces, flat.loop, Curve(map.polygon).diagonal), faces)
+    return open_up(lift(z, faces, flat.loop, Curve(map.polygon).diagonal), faces)
 
 
 def _uv_of(source: Shape, box: Box, z: Complex, target: MeshShape, threads: int | None) -> tuple[Real, int]:

@@ -5,7 +5,7 @@ import pytest
 
 import iccm
 from iccm import Curve, InputError, Status
-from iccm.balanced.constraints.validate import checked
+from iccm.balanced.constraints.validate import check
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.search.grid_paths import route
 from tests import shapes
@@ -295,7 +295,7 @@ def test_one_pin_out_of_order_is_the_one_that_is_named():
     s = np.array([0.3, 1.1, 1.9, 2.7, 3.5])
     pins = np.column_stack([square.at(s), square.at(s[[0, 1, 4, 2, 3]])])
     with pytest.raises(InputError, match="out of order: 3;"):
-        checked(square, square, pins)
+        check(square, square, pins)
 
 
 def test_a_pin_close_to_the_outline_gets_a_note():

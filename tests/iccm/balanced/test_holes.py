@@ -9,7 +9,7 @@ import iccm
 from iccm.balanced import Settings, solve
 from iccm.balanced.errors import Stuck
 from iccm.balanced.holes.given import Holes
-from iccm.balanced.holes.outlines import apart
+from iccm.balanced.holes.outlines import are_disjoint
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise.energy import energy_of, geometry
 from iccm.balanced.model.frames import frames_of
@@ -240,7 +240,7 @@ def test_a_circle_domain_has_its_holes_apart_and_off_its_rim():
     close = np.array([0.1, 0.1, 0.95j, -0.99])
     outer, holes = circle_domain(close)
     assert outer.area + sum(hole.area for hole in holes) == pytest.approx(1)
-    assert apart([outer.z, *(hole.z for hole in holes)])
+    assert are_disjoint([outer.z, *(hole.z for hole in holes)])
     centres = np.array([middle_of(hole) for hole in holes])
     assert np.abs(np.angle(centres[2:] / [1j, -1])).max() < 0.3  # in the directions given
     assert np.ptp([hole.area for hole in holes]) < 1e-12

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iccm.balanced.model.boundary_pairs import Match, boundary_pairs, limited, through
+from iccm.balanced.model.boundary_pairs import Match, boundary_pairs, limit_slope, through
 from iccm.balanced.model.outline import Outline, manageable
 from iccm.balanced.search.initial_matches import (
     STEPS,
@@ -16,7 +16,7 @@ from iccm.balanced.search.initial_matches import (
     elastic_matches,
     implied_turn,
     step_gains,
-    upright_ones,
+    without_upside_down,
 )
 from iccm.curve import Curve
 
@@ -68,7 +68,7 @@ def test_a_match_is_bent_through_its_anchors(at, goal, shift):
 
 
 def test_slopes_are_limited_and_the_lap_is_kept():
-    match = limited(Match(np.array([0.0, 1.0, 1.01, 2.0]), np.array([0.0, 0.001, 2.9, 3.0])), 4.0)
+    match = limit_slope(Match(np.array([0.0, 1.0, 1.01, 2.0]), np.array([0.0, 0.001, 2.9, 3.0])), 4.0)
     slopes = np.diff(match.tau) / np.diff(match.s) / 1.5
     assert match.tau[-1] - match.tau[0] == pytest.approx(3) and slopes.max() / slopes.min() <= 16 + 1e-9
 
@@ -111,7 +111,7 @@ def test_starts_that_turn_the_picture_over_are_left_out():
     curve = polygon([1.0, 0.5, 0.9, 0.4, 1.0, 0.7, 0.3])
     curve = Curve(curve.z - curve.z.mean())
     matches = arclength_matches(curve, curve)
-    kept = upright_ones(matches, curve, curve)
+    kept = without_upside_down(matches, curve, curve)
     assert 3 <= len(kept) < len(matches) and kept[0] is matches[0]
     assert max(abs(implied_turn(match, curve, curve)) for match in kept) < np.radians(100)
 

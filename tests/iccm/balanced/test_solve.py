@@ -180,8 +180,8 @@ def test_patches_over_a_bound_are_left_straight():
     straight = distortion.of_triangles(replace(free, bulge=0 * free.bulges)).dilatations.max()
     assert straight < bent
     most = 0.5 * (straight + bent)
-    held = bounds.held(free, most, None)
-    assert bounds.bounded(held, most, None) and not bounds.bounded(free, most, None)
+    held = bounds.straighten_beyond_bounds(free, most, None)
+    assert bounds.meets_bounds(held, most, None) and not bounds.meets_bounds(free, most, None)
     assert 0.9 < np.mean(held.bulges == free.bulges) < 1
 
 

@@ -117,7 +117,7 @@ def test_panels_are_bounded_however_fine_they_are_asked_for(monkeypatch):
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
 def test_long_outlines_are_simplified_whatever_the_tolerance(tolerance):
     curve = Curve.domain(coast(10_000))
-    simple, notes = method.simplified(curve, tolerance, "source")
+    simple, notes = method.simplify(curve, tolerance, "source")
     assert simple.z.size <= method.MOST_VERTICES // 2
     assert notes[0].startswith(f"source: {curve.z.size} vertices simplified to {simple.z.size}")
 

@@ -8,8 +8,8 @@ import pytest
 
 from iccm.conformal import method as conformal
 from iccm.conformal.correspondence import CircleMap
-from iccm.conformal.relaxation import followed
-from iccm.conformal.riemann_hilbert import consistency, cyclic_gaps, ordered, raised, shares
+from iccm.conformal.relaxation import follow
+from iccm.conformal.riemann_hilbert import consistency, cyclic_gaps, interpolate_means, keep_order, shares
 from iccm.curve import Curve
 from iccm.maps import cauchy_green
 from iccm.result import Status
@@ -246,11 +246,11 @@ def test_ordered_steps_never_turn_a_gap_around():
     rng = np.random.default_rng(0)
     tau = np.sort(rng.uniform(0, 1, 50))
     for size in (1e-3, 0.1, 10):
-        moved = ordered(tau, size * rng.normal(size=50), 1.0)
+        moved = keep_order(tau, size * rng.normal(size=50), 1.0)
         assert np.all(np.diff(moved) > 0) and moved[-1] - moved[0] < 1
-    still = ordered(tau, np.zeros(50), 1.0)
+    still = keep_order(tau, np.zeros(50), 1.0)
     assert np.allclose(still, tau)
-    assert np.allclose(ordered(tau, np.full(50, 0.3), 1.0), tau + 0.3)
+    assert np.allclose(keep_order(tau, np.full(50, 0.3), 1.0), tau + 0.3)
 
 
 def test_shares_weigh_both_sides_and_sum_to_one():
@@ -284,14 +284,16 @@ def test_raised_values_are_consistent_to_third_order(uneven):
         w, c = np.exp(z), cauchy_green.coordinates(z, z)
         raised_errors.append(np.abs(consistency(z) @ w).max())
         plain_errors.append(np.abs(c @ w - w).max())
-        assert np.allclose(c @ raised(w, z) - 0.5 * (w + raised(w, z)), consistency(z) @ w, atol=1e-12)
+        assert np.allclose(
+            c @ interpolate_means(w, z) - 0.5 * (w + interpolate_means(w, z)), consistency(z) @ w, atol=1e-12
+        )
     assert -np.polyfit(np.log(ns), np.log(raised_errors), 1)[0] > 2.9, raised_errors
     assert -np.polyfit(np.log(ns), np.log(plain_errors), 1)[0] < 2.2, plain_errors
 
 
 def test_raised_values_of_a_similarity_are_the_values():
     z = star(30, 5, 0.5)
-    assert np.allclose(raised((2 - 1j) * z + 3, z), (2 - 1j) * z + 3, atol=1e-13)
+    assert np.allclose(interpolate_means((2 - 1j) * z + 3, z), (2 - 1j) * z + 3, atol=1e-13)
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-3, 0.05, 3.0])
@@ -316,7 +318,7 @@ def test_the_images_that_newton_found_are_the_next_correspondence():
     found = []
 
     def watched(c, state):
-        found.append((c, state, followed(c, state)))
+        found.append((c, state, follow(c, state)))
         return found[-1][-1]
 
     def apart(c, state):

@@ -8,7 +8,7 @@ from iccm.cli.flatten import METHODS as TYPED
 from iccm.errors import InputError
 from iccm.flattening import METHODS, flatten, tutte
 from iccm.flattening.free import surface
-from iccm.flattening.scaffold import FRAME, apart, frame, outside
+from iccm.flattening.scaffold import FRAME, frame, outside, relax_with_scaffold
 from iccm.flattening.seams import Ways, turns
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import Flattening, overlap
@@ -217,7 +217,10 @@ def test_a_scaffold_holds_what_free_newton_would_let_overlap():
     patch = disk_patch(winding(1.4, 40, 4))
     sheet = surface(patch.points, patch.faces)
     start = tutte.convex(patch, patch.loops[0]) / np.sqrt(np.pi)
-    free, held = sheet.relaxed(start, 1.0, 150, 1e-5), apart(sheet, start, patch.loops, 1.0, 200, 1e-5)
+    free, held = (
+        sheet.relaxed(start, 1.0, 150, 1e-5),
+        relax_with_scaffold(sheet, start, patch.loops, 1.0, 200, 1e-5),
+    )
     outline = patch.loops[0]
     assert overlap(Flattening(patch, free, outline, "free")) is not None
     assert overlap(Flattening(patch, held, outline, "held")) is None

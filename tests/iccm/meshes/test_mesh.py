@@ -14,7 +14,7 @@ from iccm.io.shapes import mesh_shape
 from iccm.io.spec import Spec
 from iccm.meshes.disk_patch import Joined, disk_patch
 from iccm.meshes.flatten import overlap
-from iccm.meshes.mesh import Mesh, checked, triangulated
+from iccm.meshes.mesh import Mesh, check, triangulate
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 TWO = SQUARE + "f 1 2 3\nf 1 3 4\n"
@@ -268,7 +268,7 @@ def polygon_mesh(z):
 )
 def test_polygons_become_triangles_inside_them(z):
     z = np.array(z, complex)
-    corners = triangulated(checked(polygon_mesh(z)))
+    corners = triangulate(check(polygon_mesh(z)))
     p = z[corners]
     area = 0.5 * ((p[:, 1] - p[:, 0]).conj() * (p[:, 2] - p[:, 0])).imag
     assert len(corners) == len(z) - 2
@@ -371,7 +371,7 @@ def test_a_polygon_of_many_corners_is_triangulated_at_once(count):
     points = gear(count)
     mesh = Mesh("gear", points, np.arange(count), np.array([0, count]))
     began = time.process_time()
-    corners = triangulated(mesh)
+    corners = triangulate(mesh)
     assert time.process_time() - began < 5 and len(corners) == count - 2
     triangle = points[mesh.corners[corners]]
     across = np.cross(triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0])
@@ -383,7 +383,7 @@ def test_a_polygon_of_many_corners_that_crosses_itself_is_refused():
     points = gear(1000)
     points[[3, 700]] = points[[700, 3]]
     with pytest.raises(InputError, match="face 0: has 1000 corners and crosses or touches itself"):
-        triangulated(Mesh("gear", points, np.arange(1000), np.array([0, 1000])))
+        triangulate(Mesh("gear", points, np.arange(1000), np.array([0, 1000])))
 
 
 ODD = {

@@ -7,7 +7,7 @@ import pytest
 
 import iccm
 from iccm.curve import Curve
-from iccm.paper.algorithm1 import assemble, discretised, first_targets, iterate
+from iccm.paper.algorithm1 import assemble, discretise, first_targets, iterate
 from iccm.paper.energies import Basis
 from iccm.paper.initial import arclength, from_constraints
 from iccm.paper.least_squares import System
@@ -48,7 +48,7 @@ def test_both_halves_of_each_step_lower_the_energy(name):
     constraints = {k: v for k, v in JOBS[name].items() if k in ("pins", "strokes")}
     rest = {k: v for k, v in JOBS[name].items() if k not in constraints}
     problem, options = Problem.of(pear(), arrow(), **constraints), Options(method="paper", **rest)
-    polygon, s = discretised(problem.source, 40)
+    polygon, s = discretise(problem.source, 40)
     basis = Basis(polygon.z, options.quasi is not None)
     system = System(assemble(problem, options, basis, polygon))
     targets = first_targets(problem, options, system, polygon, s, basis)
@@ -68,7 +68,7 @@ def test_both_halves_of_each_step_lower_the_energy(name):
 def test_the_arclength_start_pairs_equal_shares_of_the_boundaries():
     problem = Problem.of(square(), arrow())
     assert problem.target is not None
-    w = arclength(problem, 3, discretised(problem.source, 40)[1])
+    w = arclength(problem, 3, discretise(problem.source, 40)[1])
     share = (np.arange(120) + 0.5) / 120
     assert np.allclose(w, problem.target.at(share * problem.target.length))
 
@@ -141,7 +141,7 @@ def test_the_start_minimises_the_energy_of_the_pins():
     pins = np.array([[0.2, 1], [-0.3 + 0.2j, 2 + 0.5j], [0.1 - 0.4j, 0.3j], [0.5, 0.5], [0.5, 0.9]])
     for strokes in ([], STROKES):
         problem = Problem.of(pear(), arrow(), pins, strokes)
-        polygon, _ = discretised(problem.source, 40)
+        polygon, _ = discretise(problem.source, 40)
         for harmonic in (False, True):
             basis = Basis(polygon.z, harmonic)
             image = basis.positions(problem.pins[:, 0]) @ from_constraints(problem, basis, polygon)

@@ -16,12 +16,12 @@ from iccm.balanced.model.frames import UnitFrame
 from iccm.balanced.model.metric import LaidMetric
 from iccm.balanced.search import multilevel
 from iccm.balanced.search.levels import UnitProblem
-from iccm.flattening import even, flatten
+from iccm.flattening import even_layout, flatten
 from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
 from iccm.io.shapes import constraints
 from iccm.io.shapes.listing import Listed, Pin
-from iccm.meshes.cut import opened_through
+from iccm.meshes.cut import cut_through
 from iccm.meshes.disk_patch import disk_patch, nearest, sound_piece
 from iccm.meshes.geodesics import GeodesicGraph
 from iccm.meshes.locate import Locator
@@ -113,7 +113,7 @@ def test_meshes_of_few_triangles_go_onto_each_other_by_landmarks(tmp_path):
 @pytest.mark.parametrize("n", [160, 400])
 def test_distances_are_geodesic(n):
     whole = sound_piece(capsule(n))
-    fine, stops = trilateration.halved(whole.points, whole.faces), np.array([0, n // 3])
+    fine, stops = trilateration.subdivide(whole.points, whole.faces), np.array([0, n // 3])
     found = trilateration.distances(fine, fine.carried(whole.points), stops)[:n]
     none, faces = np.zeros(0, np.int64), np.ascontiguousarray(whole.faces)
     exact = [
@@ -130,9 +130,9 @@ def test_distances_on_flat_triangles_are_those_in_the_plane():
     corners = np.column_stack([x, y, z]).astype(float)
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     faces = np.array([t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))])
-    once = trilateration.halved(corners, faces)
+    once = trilateration.subdivide(corners, faces)
     points = once.carried(corners)
-    again = trilateration.halved(points, once.faces)
+    again = trilateration.subdivide(points, once.faces)
     places = again.carried(points)
     found = trilateration.distances(again, places, np.array([0]))[:, 0] * np.sqrt(6)
     beside = places.min(axis=1) == 0  # on the three sides around the first corner
@@ -164,12 +164,12 @@ def subdivided():
 def test_geodesics_on_flat_subdivided_faces_end():
     whole, stops = subdivided(), np.array([28, 4])
     found = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)[:, : len(whole.points)]
-    fine = trilateration.halved(whole.points, whole.faces)
+    fine = trilateration.subdivide(whole.points, whole.faces)
     other = trilateration.distances(fine, fine.carried(whole.points), stops)[: len(whole.points)].T
     area = face_areas(whole.points[whole.faces]).sum()
     np.testing.assert_allclose(found / np.sqrt(area), other, rtol=0.01, atol=1e-12)
     np.testing.assert_allclose(found[0, 4], found[1, 28])
-    cut = opened_through(whole, [28, 4, 0])
+    cut = cut_through(whole, [28, 4, 0])
     assert len(cut.loops) == 1 and not cut.genus
     across = sum(found[k, end] for k, end in ((0, 4), (1, 0)))
     assert across - 1e-9 < cut.seam_length * np.sqrt(area) < 1.3 * across
@@ -189,8 +189,8 @@ def test_ways_between_points_on_edges_are_nearly_geodesic(n):
 
 def test_horns_go_onto_horns_without_landmarks_on_them():
     here, there = (flatten(disk_patch(horned(*how))) for how in ((500, 1), (900, 2)))
-    rims = [on_rim(even(each), 20) for each in (here, there)]
-    assert icp_start.unlikeness(even(here).boundary, even(there).boundary, *rims) < 0.05
+    rims = [on_rim(even_layout(each), 20) for each in (here, there)]
+    assert icp_start.unlikeness(even_layout(here).boundary, even_layout(there).boundary, *rims) < 0.05
     fit = iccm.fit(here, there, pins=np.column_stack([on_rim(each, 40) for each in (here, there)]))
     assert fit.status.ok
     found = away(fit, here, there)
@@ -201,13 +201,13 @@ def test_horns_go_onto_horns_without_landmarks_on_them():
 @pytest.fixture(scope="module")
 def shaken():
     """A map of a surface onto a copy, on its own triangles, its inner vertices away from where they belong."""
-    here, there = (even(flatten(disk_patch(horned(*how)))) for how in ((120, 3), (200, 4)))
+    here, there = (even_layout(flatten(disk_patch(horned(*how)))) for how in ((120, 3), (200, 4)))
     frames = [UnitFrame.of(each.boundary) for each in (here, there)]
     curves = [frame.curve(each.boundary) for frame, each in zip(frames, (here, there))]
     metrics = tuple(LaidMetric.of(each, frame) for each, frame in zip((here, there), frames))
     problem = UnitProblem(*curves, 1.0, 0.0, metrics=metrics)
     level = multilevel.Level.of(problem, 0.08, 1e-3, 1e-3, 20.0)
-    match = icp_start._between(*curves, (curves[0].z[:1], curves[1].z[[0]]))
+    match = icp_start._interpolate(*curves, (curves[0].z[:1], curves[1].z[[0]]))
     state = level.mapped(match).unfolded()
     return replace(state, ground=ground_of(there, frames[1]))
 
@@ -256,7 +256,7 @@ def test_a_fold_is_undone_and_the_rest_stays(shaken):
         rings[state.faces[rings[state.faces].any(axis=1)]] = True
     u[worst] += 0.25
     assert (triangle_areas(u[state.faces]) <= 0).any()
-    found = unfolding.unfolded_in(u, state.faces, state.border, state.u)
+    found = unfolding.unfold_in(u, state.faces, state.border, state.u)
     assert (triangle_areas(found[state.faces]) > 0).all()
     moved = np.abs(found - state.u) > 1e-12
     assert moved.sum() < 0.5 * u.size

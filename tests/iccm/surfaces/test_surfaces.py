@@ -15,14 +15,14 @@ from iccm.balanced.model.metric import LaidMetric, rest_geometry
 from iccm.balanced.search.levels import POWERS
 from iccm.curve import Curve
 from iccm.errors import InputError
-from iccm.flattening import even, flatten
-from iccm.meshes.cut import opened_through
+from iccm.flattening import even_layout, flatten
+from iccm.meshes.cut import cut_through
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import overlap
 from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh, face_areas
 from iccm.meshes.stretch import Linear, linear
-from iccm.surfaces.boundary_slivers import lifted, opened
+from iccm.surfaces.boundary_slivers import lift, open_up
 from iccm.surfaces.refined import RefinedSurface
 from tests.triangulations import hull
 
@@ -94,7 +94,7 @@ def test_a_metric_is_that_of_the_surface():
 
 
 def test_a_metric_in_a_mirror_is_mirrored():
-    layout = even(flatten(disk_patch(grid(9, 9, hill))))
+    layout = even_layout(flatten(disk_patch(grid(9, 9, hill))))
     frame = UnitFrame.of(Curve.domain(layout.flat[layout.loop])).turned(0.3)
     mirrored = replace(frame, mirrored=True)
     corners = layout.flat[layout.patch.faces[::7]]
@@ -204,7 +204,7 @@ def test_a_conformal_map_of_a_surface_has_the_surface_s_figures():
 def test_texture_coordinates_fold_nowhere_and_the_triangles_are_the_surface_s_own():
     layout = flatten(disk_patch(grid(15, 15, hill)))
     fit = iccm.fit(layout, circle())
-    image = lifted(fit.map(layout.flat), layout.patch.faces, layout.loop, 2.0)
+    image = lift(fit.map(layout.flat), layout.patch.faces, layout.loop, 2.0)
     a, b, c = image[layout.patch.faces].T
     assert (((b - a).conj() * (c - a)).imag > 0).all()
     from scipy.spatial import cKDTree
@@ -225,8 +225,8 @@ def test_what_a_corner_of_the_outline_cuts_off_is_given_room(seed):
     layout = flatten(disk_patch(Mesh.triangles("disc", points, faces[np.abs(up(z, faces)) > 1e-6])))
     fit = iccm.fit(layout, np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j]))
     faces = layout.patch.faces
-    image = lifted(fit.map(layout.flat), faces, layout.loop, 2 * 2**0.5)
-    found = opened(image, faces)
+    image = lift(fit.map(layout.flat), faces, layout.loop, 2 * 2**0.5)
+    found = open_up(image, faces)
     assert (up(image, faces) <= 0).any() and (up(found, faces) > 0).all()
     assert (found[layout.loop] == image[layout.loop]).all()
     assert np.isin(np.flatnonzero(found != image), faces[up(image, faces) <= 0]).all()
@@ -266,7 +266,7 @@ def test_holes_of_a_surface_close_or_are_passed_over(known):
     hole = next(loop for loop in layout.patch.loops if not np.array_equal(loop, layout.loop))
     fit = iccm.fit(layout, circle(), source_holes=[layout.flat[hole]] if known else [])
     assert fit.status.ok
-    image = lifted(fit.map(layout.flat), layout.patch.faces, layout.loop, 2.0)
+    image = lift(fit.map(layout.flat), layout.patch.faces, layout.loop, 2.0)
     a, b, c = image[layout.patch.faces].T
     assert (((b - a).conj() * (c - a)).imag > 0).all()
     size = abs(Curve(image[hole]).area)
@@ -338,11 +338,11 @@ def test_triangles_on_a_straight_side_are_lifted_and_others_stay():
     loop = np.arange(5)
     flat = np.array([0, 0.5, 1, 1 + 1j, 1j], complex)
     faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4]])
-    found = lifted(flat, faces, loop, 2**0.5)
+    found = lift(flat, faces, loop, 2**0.5)
     assert found[1].imag < 0
     np.testing.assert_array_equal(np.delete(found, 1), np.delete(flat, 1))
     hollow = flat + 0.1j * (np.arange(5) == 1)
-    np.testing.assert_array_equal(lifted(hollow, faces, loop, 2**0.5), hollow)
+    np.testing.assert_array_equal(lift(hollow, faces, loop, 2**0.5), hollow)
 
 
 def sphere(n=24, m=16):
@@ -378,7 +378,7 @@ def test_a_seam_that_would_cross_itself_is_refused():
 
     patch = Patch(whole, x, Triangles(faces, 6), np.arange(6), faces)
     with pytest.raises(InputError, match="no seam leads through the pins"):
-        opened_through(patch, [1, 3, 2, 4, 0, 5])
+        cut_through(patch, [1, 3, 2, 4, 0, 5])
 
 
 def test_linear_maps_compose_and_invert():
