@@ -4,6 +4,9 @@ A pixel's footprint in the texture is the ellipse of J, d(texel) / d(pixel). The
 (u, v) = S⁻¹ d, S being the symmetric square root of J Jᵀ with no axis under one texel. So it is the plain separable
 kernel where the texture is magnified, a wider one where a conformal map shrinks it, a sheared one under a
 quasi-conformal map, and changes continuously between these. Wide kernels read a smaller level of the pyramid.
+
+Negative lobes make a kernel sharp and let it overshoot: a dark edge gets a darker ring. Colours are clamped to the
+range of the texels that the kernel reads, channel by channel, which leaves the slope of an edge as steep as it was.
 """
 
 import math
@@ -18,7 +21,7 @@ from ..jit import inlined
 from ..jit import kernel as compiled
 from .canvas import Band
 from .colour import FINE, Float, byte_edges, unit
-from .lanes import LANES, keep, lane, nothing, plus
+from .lanes import LANES, four, higher, keep, lane, lower, nothing, plus
 from .pyramid import CLAMP, CLEAR, FRAME, Pyramid
 from .texture import Corner, place
 
@@ -132,19 +135,21 @@ def _weigh(x, y, p, q, r, kind, count, across, down, weights):
 
 
 @compiled
-def _weighed(texels, at, row, columns, rows, x, y, p, q, r, kind, across, down, weights, out):
+def _weighed(texels, at, row, columns, rows, x, y, p, q, r, kind, clamped, across, down, weights, out):
     """The mean of rows and columns of texels, weighed by the kernel, eight columns and four channels at a time.
 
     Args:
         texels: (n,) numbers, `row` of them a row, the first texel's from `at` on; LANES more are there.
         x, y: the middle, from the first texel's.
         p, q, r, kind: as for `_weigh`.
+        clamped: whether the mean stays between the least and the greatest of these texels.
         across, down, weights: ACROSS, DOWN, and as many weights.
         out: (c,), written.
     """
     count = rows * COLUMNS
     for part in range(0, out.size, LANES):
         total, value = 0.0, nothing()
+        least = most = four(texels, at + part)
         for first in range(0, columns, COLUMNS):
             _weigh(x - first, y, p, q, r, kind, count, across, down, weights)
             for a in range(rows):
@@ -153,23 +158,35 @@ def _weighed(texels, at, row, columns, rows, x, y, p, q, r, kind, across, down, 
                     weight = weights[a * COLUMNS + b]
                     total += weight
                     value = plus(value, weight, texels, start + b * out.size)
+                    if clamped:
+                        texel = four(texels, start + b * out.size)
+                        least, most = lower(least, texel), higher(most, texel)
         for k in range(part, min(out.size, part + LANES)):
-            out[k] = lane(value, k - part) / total
+            mean = lane(value, k - part) / total
+            if clamped:
+                mean = min(max(mean, lane(least, k - part)), lane(most, k - part))
+            out[k] = mean
 
 
 @compiled
-def _magnified(texels, at, row, x, y, c, out, first):
+def _magnified(texels, at, row, x, y, clamped, c, out, first):
     """The plain cubic kernel, into out[first : first + c] and beyond, by LANES at most; other arguments as for
     `_weighed`."""
     a0, a1, a2, a3 = _catmull_rom(x)
     for part in range(0, c, LANES):
         value, start = nothing(), at + part
+        least = most = four(texels, start)
         for down in _catmull_rom(y):
             value = plus(value, down * a0, texels, start)
             value = plus(value, down * a1, texels, start + c)
             value = plus(value, down * a2, texels, start + 2 * c)
             value = plus(value, down * a3, texels, start + 3 * c)
+            if clamped:
+                for texel in range(start, start + 4 * c, c):
+                    least, most = lower(least, four(texels, texel)), higher(most, four(texels, texel))
             start += row
+        if clamped:
+            value = lower(higher(value, least), most)
         keep(value, out, first + part)
 
 
@@ -242,11 +259,11 @@ def _footprint(xx, xy, yx, yy):
 
 
 @compiled
-def _gathered(tex, xy, turn, kind, room, out):
+def _gathered(tex, xy, turn, kind, clamped, room, out):
     """Filters at texel coordinates xy (p, 2) with footprints turn (p, 4) = xx, xy, yx, yy into out (p c + LANES,).
 
-    x is to the right, y down, and the first texel's centre at 0.5; `room` is of `_room`. Arrays are taken out of `tex`
-    before the loop: to do so takes longer than a texel.
+    x is to the right, y down, and the first texel's centre at 0.5; `clamped` is as for `_weighed`, `room` of
+    `_room`. Arrays are taken out of `tex` before the loop: to do so takes longer than a texel.
     """
     c, radius = tex.base.shape[2], RADIUS[kind]
     base, reduced, across, down, weights, patch = room
@@ -259,7 +276,7 @@ def _gathered(tex, xy, turn, kind, room, out):
             j, i = math.ceil(x - 2.5), math.ceil(y - 2.5)
             if i >= 0 and j >= 0 and math.floor(y + 1.5) + 1 < heights[0] and math.floor(x + 1.5) < widths[0]:
                 at = (i * widths[0] + j) * c
-                _magnified(base, at, widths[0] * c, x - 0.5 - j, y - 0.5 - i, c, out, n * c)
+                _magnified(base, at, widths[0] * c, x - 0.5 - j, y - 0.5 - i, clamped, c, out, n * c)
                 continue
         level = 0
         while level + 1 < sizes.size and short >= sizes[level + 1]:
@@ -281,16 +298,20 @@ def _gathered(tex, xy, turn, kind, room, out):
         if not within or (level == 0 and base.size == 0):
             _copied(tex, level, i, j, rows, columns, patch)
             at, row = np.int64(0), columns * c  # plain 0 would be a type of its own
-            _weighed(patch, at, row, columns, rows, x, y, p, q, r, kind, across, down, weights, value)
+            _weighed(
+                patch, at, row, columns, rows, x, y, p, q, r, kind, clamped, across, down, weights, value
+            )
         elif level:
             at += starts[level] * c
-            _weighed(reduced, at, row, columns, rows, x, y, p, q, r, kind, across, down, weights, value)
+            _weighed(
+                reduced, at, row, columns, rows, x, y, p, q, r, kind, clamped, across, down, weights, value
+            )
         else:
-            _weighed(base, at, row, columns, rows, x, y, p, q, r, kind, across, down, weights, value)
+            _weighed(base, at, row, columns, rows, x, y, p, q, r, kind, clamped, across, down, weights, value)
 
 
 @compiled
-def _painted(tex, z, right, down, cover, columns, at, kind, alpha, room, row, edges, start, out):
+def _painted(tex, z, right, down, cover, columns, at, kind, clamped, alpha, room, row, edges, start, out):
     """sRGB bytes of pixels (rows, width) that are covered, in some of their columns: place, filter and encode one after
     the other, a row at a time, which stays in the processor's nearest cache.
 
@@ -300,6 +321,7 @@ def _painted(tex, z, right, down, cover, columns, at, kind, alpha, room, row, ed
         columns: the first, and the one after the last.
         at: as for `place`.
         kind: of FILTERS.
+        clamped: as for `_weighed`.
         alpha: the channel that is, or c: appended.
         room: of `_room`.
         row: memory for the pixels of a row: columns, places and their derivatives, values.
@@ -317,7 +339,7 @@ def _painted(tex, z, right, down, cover, columns, at, kind, alpha, room, row, ed
                 turns[count, 0], turns[count, 1], turns[count, 2], turns[count, 3] = xx, xy, yx, yy
                 held[count] = j
                 count += 1
-        _gathered(tex, places[:count], turns[:count], kind, room, values)
+        _gathered(tex, places[:count], turns[:count], kind, clamped, room, values)
         for n in range(count):
             j = held[n]
             share, opaque = cover[i, j], np.float32(1)
@@ -360,6 +382,7 @@ def paint(
     columns: tuple[int, int],
     at: Corner,
     kind: int,
+    clamped: bool,
     alpha: int,
     out: NDArray[np.uint8],
 ) -> None:
@@ -368,11 +391,11 @@ def paint(
     most, pixels = columns[1] - columns[0], (band.z, band.right, band.down, band.coverage)
     values = np.empty(most * tex.base.shape[2] + LANES, np.float32)
     row = np.empty(most, np.int64), np.empty((most, 2)), np.empty((most, 4)), values
-    _painted(tex, *pixels, columns, at, kind, alpha, _room(tex), row, *byte_edges(), out)
+    _painted(tex, *pixels, columns, at, kind, clamped, alpha, _room(tex), row, *byte_edges(), out)
 
 
-def read(tex: Pyramid, xy: Real, turn: Real, kind: int) -> Float:
-    """(p, c) values at texel coordinates with footprints, see `_gathered`.
+def read(tex: Pyramid, xy: Real, turn: Real, kind: int, clamped: bool = False) -> Float:
+    """(p, c) values at texel coordinates with footprints, see `_gathered`; `clamped` is for kernels.
 
     What is seldom asked for is a kernel of its own, which the first run need not compile.
     """
@@ -382,7 +405,7 @@ def read(tex: Pyramid, xy: Real, turn: Real, kind: int) -> Float:
     if kind == NEAREST:
         _nearest(tex, xy, out)
         return out
-    _gathered(tex, xy, turn, CUBIC if kind == SPLINE else kind, _room(tex), numbers)
+    _gathered(tex, xy, turn, CUBIC if kind == SPLINE else kind, clamped, _room(tex), numbers)
     if kind == SPLINE and tex.spline.size:
         _splined(tex.spline, xy, turn, out)
     return out

@@ -56,6 +56,40 @@ def plus(typing, total, weight, numbers, at):
 
 
 @within
+def four(typing, numbers, at):
+    """numbers[at : at + 4] of a float32 array (n,); whether they exist is not looked at."""
+
+    def build(context, builder, signature, given):
+        array, at = given
+        data = context.make_array(signature.args[0])(context, builder, array).data
+        held = builder.load(builder.bitcast(builder.gep(data, [at]), STORED.as_pointer()))
+        held.align = 4
+        return builder.fpext(held, FOUR)
+
+    return FourNumbers()(numbers, types.intp), build
+
+
+@within
+def lower(typing, one, other):
+    """The lower one of each two numbers."""
+
+    def build(context, builder, signature, given):
+        return builder.select(builder.fcmp_ordered("<", *given), *given)
+
+    return FourNumbers()(FourNumbers(), FourNumbers()), build
+
+
+@within
+def higher(typing, one, other):
+    """The higher one of each two numbers."""
+
+    def build(context, builder, signature, given):
+        return builder.select(builder.fcmp_ordered(">", *given), *given)
+
+    return FourNumbers()(FourNumbers(), FourNumbers()), build
+
+
+@within
 def keep(typing, four, numbers, at):
     """Writes them to numbers[at : at + 4] of a float32 array (n,); whether they exist is not looked at."""
 

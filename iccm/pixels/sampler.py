@@ -26,8 +26,9 @@ class Sampler:
 
     Args:
         texture: the texture.
-        filter: "nearest", "linear", "cubic" (Catmull-Rom), "lanczos", "spline" (quintic, for smooth pictures that are
-            enlarged; cubic where they are shrunk), or "auto" (cubic).
+        filter: "nearest", "linear", "cubic" (Catmull-Rom; colours are clamped to the range of the texels it reads),
+            "lanczos", "spline" (quintic, for smooth pictures that are enlarged; cubic where they are shrunk), or "auto"
+            (cubic).
         kind: "colour" (filtered in linear light, premultiplied), "data" (numbers, filtered as they are), or "normal"
             and "normal-down" (tangent-space normals with y up or down, turned and mirrored as the output's directions
             lie in the texture, and renormalised).
@@ -62,6 +63,7 @@ class Sampler:
         name = "cubic" if filter == "auto" else filter
         self.filter = filters.FILTERS[name]
         self.mixes = kind == "colour" and name != "nearest"
+        self.clamped = self.mixes and name == "cubic"
         self.srgb = texture.transfer == "srgb" and self.mixes
         self.pyramid = self._pyramid(pyramid.CLAMP if edge == "clamp" else pyramid.CLEAR, threads)
 
@@ -126,7 +128,7 @@ class Sampler:
 
     def values(self, at: Places) -> Float:
         """(p, c) filtered values in linear light, normals turned."""
-        values = filters.read(self.pyramid, at.xy, at.turn, self.filter)
+        values = filters.read(self.pyramid, at.xy, at.turn, self.filter, self.clamped)
         if self.kind.startswith("normal"):
             assert at.right is not None
             assert at.down is not None
@@ -146,7 +148,8 @@ class Sampler:
         """Pixels of some columns of a band, whose points lie in the texture's plane, at once; the same as `values` and
         `stored` make."""
         alpha = self.texture.alpha if self.texture.alpha >= 0 else self.channels
-        filters.paint(self.pyramid, band, columns, self.texture.corner, self.filter, alpha, out)
+        corner, kind = self.texture.corner, self.filter
+        filters.paint(self.pyramid, band, columns, corner, kind, self.clamped, alpha, out)
 
     def stored(self, values: Float, cover: Float | None = None) -> NDArray:
         """(p, c) filtered values, which may be changed, unpremultiplied and encoded.

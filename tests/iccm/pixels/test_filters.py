@@ -76,3 +76,27 @@ def test_the_longest_kernel_has_room():
         assert filters.read(
             tex, np.full((1, 2), 150.0), turn.reshape(1, 4), filters.LANCZOS
         ) == pytest.approx(200 / 255)
+
+
+def taps(tex, place, stretch):
+    """The rectangle of the picture's own texels that a cubic kernel reads there."""
+    reach = 2 * np.abs(stretch).sum(axis=1)
+    first, last = np.ceil(place - reach - 0.5).astype(int), np.floor(place + reach - 0.5).astype(int)
+    i, j = (np.clip(np.arange(first[k], last[k] + 1), 0, tex.base.shape[1 - k] - 1) for k in (1, 0))
+    return tex.base[i][:, j].reshape(-1, tex.base.shape[2])
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4, 6])
+def test_a_clamped_kernel_stays_within_its_texels(channels):
+    """Elsewhere it is the unclamped one: where the texture is magnified, where it is not, and at its edge."""
+    rng = np.random.default_rng(6)
+    tex = pyramid.pyramid(rng.random((40, 50, channels), dtype=np.float32).round(), pyramid.CLAMP)
+    xy = rng.uniform(-2, [52, 42], (400, 2))
+    turn = rng.normal(0, 0.6, (400, 4))
+    plain, clamped = (filters.read(tex, xy, turn, filters.CUBIC, clamp) for clamp in (False, True))
+    changed = 0
+    for place, each, before, after in zip(xy, turn, plain, clamped):
+        held = taps(tex, place, axes(each))
+        assert after == pytest.approx(np.clip(before, held.min(axis=0), held.max(axis=0)), abs=1e-6)
+        changed += bool((after != before).any())
+    assert changed > 100

@@ -57,6 +57,17 @@ def test_identity_returns_the_texture(dtype, filter):
     assert out.diagnostics.fallback == 0
 
 
+def test_an_edge_of_a_magnified_picture_has_no_ring():
+    """No colour is darker or lighter than the two that meet; numbers keep the overshoot of the cubic."""
+    picture = np.full((20, 20, 3), (46, 42, 50), np.uint8)
+    picture[:, 10:] = 255, 240, 214
+    placed, canvas = Texture(picture, BOX), Canvas(320, 320, BOX)
+    colours, numbers = (warp(IDENTITY, placed, canvas, kind=kind).pixels for kind in ("colour", "data"))
+    seen = colours[colours[..., 3] == 255][:, :3]
+    assert np.array_equal([seen.min(axis=0), seen.max(axis=0)], [(46, 42, 50), (255, 240, 214)])
+    assert numbers[numbers[..., 3] == 255][:, :3].min() < 40
+
+
 def test_a_turn_by_90_degrees_is_a_turn_by_90_degrees():
     picture = checkerboard(128)
     out = warp(
