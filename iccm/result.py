@@ -37,7 +37,10 @@ class Status(Enum):
     THRESHOLD = "The energy fell below the threshold."
     REACHED = "The image of the boundary is within the tolerance of the target."
     LIMIT = "The iteration limit was reached before the energy settled."
-    GAP = "The image of the boundary is not within the tolerance of the target."
+    GAP = "The image of the boundary is not within the tolerance of the target (boundary.hausdorff)."
+    SOURCE_GAP = (
+        "The boundary that the map covers is not within the tolerance of the source (boundary.source)."
+    )
     BOUNDS = "The bounds on dilatation or stretch cannot be met: the closest map is given."
     FOLDED = "The image of the boundary is within the tolerance, but the map folds, or may fold, far from it."
     TWISTED = (
@@ -150,7 +153,8 @@ class Fit:
     @cached_property
     def boundary(self) -> dict[str, float]:
         """`rms` and two-sided `hausdorff` distance of the boundary's image to the target, relative; `given` is
-        the largest distance of an image of the source's vertices as given, of which a polygon has fewer."""
+        the largest distance of an image of the source's vertices as given, of which a polygon has fewer, and
+        `source`, where the polygon misses the source by too much, the two-sided distance of these, relative."""
         assert self.target is not None
         pairs = [
             (Curve(self.image), self.target),
@@ -169,7 +173,20 @@ class Fit:
             "rms": float(rms) / self.diagonal,
             "hausdorff": float(max(max(there.max(), back.max()) for there, back in found)) / self.diagonal,
             "given": float(max(each.max() for each in given)) / self.diagonal,
+            **({"source": self._source_gap} if self.ended is Status.SOURCE_GAP else {}),
         }
+
+    @property
+    def _source_gap(self) -> float:
+        """Two-sided Hausdorff distance of the boundary that the map covers to the source's, relative."""
+        pairs = [(Curve(self.map.polygon), self.source)]
+        if isinstance(self.map, TriangulatedMap):
+            pairs += [
+                (Curve(self.map.source[loop]), self.source_holes[i])
+                for loop, (i, _) in zip(self.map.loops[1:], self.hole_partners)
+                if i >= 0
+            ]
+        return max(hausdorff(*pair) for pair in pairs) / self.source.diagonal
 
     @property
     def openings(self) -> tuple[list[Complex], list[Complex]]:

@@ -125,10 +125,12 @@ def straighten_lines(map: TriangulatedMap, lines: Index) -> TriangulatedMap:
 def _status(found: Solution, drawn: bool, settings: Settings) -> Status:
     if not found.met:
         return Status.PINS
-    if max(found.gap, found.source_gap) > settings.tolerance:
+    if found.gap > settings.tolerance:
         return Status.GAP
     return Status.REACHED if found.reached and drawn else Status.BOUNDS
 
+    if found.source_gap > settings.tolerance:
+        return Status.SOURCE_GAP
 
 def strain(found: Distortion) -> list[str]:
     """A sentence where the stretch cannot be small: a ring, a bar or a spiral onto a block, or the other way round."""

@@ -136,7 +136,8 @@ def summary(report: dict[str, Any]) -> list[str]:
     area, injective = report.get("log10_area", {}), report.get("injective", {})
     if boundary:
         rms, gap = _figure(boundary.get("rms")), _figure(boundary.get("hausdorff"))
-        lines.append(f"boundary    rms {rms}, Hausdorff {gap} of the diagonal")
+        own = f", source's own {_figure(boundary['source'])} of its diagonal" if "source" in boundary else ""
+        lines.append(f"boundary    rms {rms}, Hausdorff {gap} of the diagonal{own}")
     if dilatation:
         lines.append(
             "dilatation  " + ", ".join(f"{name} {_figure(value)}" for name, value in dilatation.items())

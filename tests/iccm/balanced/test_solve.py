@@ -7,6 +7,7 @@ import pytest
 
 import iccm
 from iccm.balanced import NoMapError, Settings, solve
+from iccm.balanced import fit as balanced_fit
 from iccm.balanced.errors import Stuck
 from iccm.balanced.injectivity import is_simple
 from iccm.balanced.meshing.transfer import interpolate
@@ -285,3 +286,17 @@ def test_a_square_onto_a_rectangle_is_symmetric(height):
     assert np.abs(across - (160 - at.conj())).max() < 1e-3 * diagonal  # the gap that was asked for
     assert np.abs(over - (at.conj() + 1j * height)).max() < 1e-3 * diagonal
     assert abs(fit.report()["turn"]) < 0.1
+
+
+def test_the_message_names_the_figure_that_misses():
+    """A map whose own outline leaves out some of the source is not one whose image misses the target."""
+    fit = iccm.fit(SQUARE, DISC)
+    assert "source" not in fit.boundary
+    spike = Curve.domain(np.array([-1 - 1j, 1 - 1j, 1 - 0.001j, 1.02, 1 + 0.001j, 1 + 1j, -1 + 1j]))
+    missed = replace(fit, source=spike, ended=Status.SOURCE_GAP)
+    assert missed.boundary["source"] == pytest.approx(0.02 / spike.diagonal, rel=1e-3)
+    assert missed.boundary["hausdorff"] < 1e-9
+    assert "boundary.source" in missed.report()["message"] and missed.report()["status"] == "source_gap"
+    short = replace(solve(SQUARE, DISC, SMALL), source_gap=0.0085)
+    assert balanced_fit._status(short, True, SMALL) is Status.SOURCE_GAP
+    assert balanced_fit._status(replace(short, gap=0.002), True, SMALL) is Status.GAP
