@@ -18,6 +18,8 @@ from .model.settings import Settings, Solution
 
 LAYERED = "Where the shape overlaps itself pictures show what is farther from the {}."
 
+TURNED = 20.0  # degrees away from what was asked, from which it is said (by hand)
+
 
 def solve(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
     """The balanced map of a problem, from an earlier one on if there is one.
@@ -37,7 +39,7 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     drawn = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
     if not (len(pins) or len(strokes)):
-        fit.notes.extend(strain(fit.distortion))
+        fit.notes.extend(strain(fit.distortion) + unasked_turn(found.turn, settings.turn))
     return fit
 
 
@@ -127,10 +129,10 @@ def _status(found: Solution, drawn: bool, settings: Settings) -> Status:
         return Status.PINS
     if found.gap > settings.tolerance:
         return Status.GAP
-    return Status.REACHED if found.reached and drawn else Status.BOUNDS
-
     if found.source_gap > settings.tolerance:
         return Status.SOURCE_GAP
+    return Status.REACHED if found.reached and drawn else Status.BOUNDS
+
 
 def strain(found: Distortion) -> list[str]:
     """A sentence where the stretch cannot be small: a ring, a bar or a spiral onto a block, or the other way round."""
@@ -140,4 +142,17 @@ def strain(found: Distortion) -> list[str]:
         "The shapes differ so much that the picture is stretched strongly: "
         "on 5 % of the target lengths change by more than {:.1f} times, "
         "and by {:.0f} times as much one way as the other.".format(*found.strain)
+    ]
+
+
+def unasked_turn(found: float, asked: float | None) -> list[str]:
+    """A sentence where the picture is turned by another angle, in radians, than was asked for; None asks for any."""
+    if asked is None:
+        return []
+    away = np.degrees(np.angle(np.exp(1j * (found - asked))))
+    if abs(away) <= TURNED:
+        return []
+    turn = np.degrees(np.angle(np.exp(1j * found)))
+    return [
+        f"The picture is turned by {turn:.0f} degrees, though {np.degrees(asked):g} were asked for (turn)."
     ]

@@ -288,6 +288,17 @@ def test_a_square_onto_a_rectangle_is_symmetric(height):
     assert abs(fit.report()["turn"]) < 0.1
 
 
+def test_a_turn_that_was_not_asked_for_is_told():
+    """A lying bar onto a standing one: upright would cost far more, and the picture ends on its side."""
+    bar = np.array([-3 - 0.3j, 3 - 0.3j, 3 + 0.3j, -3 + 0.3j])
+    standing = 1j * bar + np.array([0, 0, 0, 0.1j])
+    told, free, asked = (iccm.fit(bar, standing, turn=turn) for turn in (0.0, "any", 90.0))
+    turn = told.distortion.turn
+    assert abs(turn) > 60
+    assert f"The picture is turned by {turn:.0f} degrees, though 0 were asked for (turn)." in told.notes
+    assert not [note for note in (*free.notes, *asked.notes) if "asked for" in note]
+
+
 def test_the_message_names_the_figure_that_misses():
     """A map whose own outline leaves out some of the source is not one whose image misses the target."""
     fit = iccm.fit(SQUARE, DISC)
