@@ -22,13 +22,14 @@ LISTED = 12
 FIGURES = ("status", "boundary", "dilatation", "log10_area", "injective", "notes")
 
 
-def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str]]:
-    """Pairs of shapes, the largest targets first, and what is to be said of those without a partner.
+def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
+    """Pairs of shapes, the largest targets first, and what is to be said and reported of those without a partner.
 
     Raises:
         InputError: a file without shapes, or constraints, which hold for one shape.
     """
     from ..shapes import parts
+    from .report import Doubt
 
     if job.pin or job.constraints:
         raise InputError("--parts all: pins and strokes are for one shape; name it with #id")
@@ -39,17 +40,29 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str]]:
     notes += more
     turn = job.turn if isinstance(job.turn, float | int) else 0.0
     found = parts.pair(sources, targets, turn)
-    for shapes, others, taken in zip((sources, targets), (targets, sources), zip(*found)):
-        notes += _unpaired(shapes, others, set(taken))
-    return [(sources[i], targets[j]) for i, j in sorted(found, key=lambda pair: pair[1])], notes
+    alone = [
+        [shape for number, shape in enumerate(shapes) if number not in taken]
+        for shapes, taken in zip((sources, targets), zip(*found))
+    ]
+    empty = sum(shape.curve.area for shape in alone[1]) / sum(shape.curve.area for shape in targets)
+    if alone[0]:
+        notes.append(_unpaired(alone[0], targets[0].spec))
+    if alone[1]:
+        notes.append(
+            Doubt(f"{_unpaired(alone[1], sources[0].spec)}: they stay empty, {empty:.0%} of all parts' area")
+        )
+    figures = {
+        "source": [shape.part for shape in alone[0]],
+        "target": [shape.part for shape in alone[1]],
+        "empty": empty,
+    }
+    pairs = [(sources[i], targets[j]) for i, j in sorted(found, key=lambda pair: pair[1])]
+    return pairs, notes, {"unpaired": figures} if any(alone) else {}
 
 
-def _unpaired(shapes: Sequence[Shape], others: Sequence[Shape], taken: set[int]) -> list[str]:
-    alone = [_name(shape) for number, shape in enumerate(shapes) if number not in taken]
-    if not alone:
-        return []
+def _unpaired(alone: Sequence[Shape], others: str) -> str:
     more = f" and {len(alone) - LISTED} more" if len(alone) > LISTED else ""
-    return [f"{shapes[0].spec}: no partner in {others[0].spec} for {', '.join(alone[:LISTED])}{more}"]
+    return f"{alone[0].spec}: no partner in {others} for {', '.join(map(_name, alone[:LISTED]))}{more}"
 
 
 def _name(shape: Shape) -> str:

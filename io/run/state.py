@@ -79,8 +79,9 @@ class Run:
         Raises:
             InputError: a file is wrong, or constraints are not places of it.
         """
+        figures = dict[str, Any]()
         if job.parts == "all":
-            pairs, notes = parts.read(job, inputs)
+            pairs, notes, figures = parts.read(job, inputs)
         else:
             source = inputs.shape(job.source)
             pairs, notes = [(source, inputs.shape(job.target, target=True) if job.target else source)], []
@@ -88,7 +89,7 @@ class Run:
         if job.memory:  # the disk that has room for the first output has it for the scratch file
             folder = Path(job.outputs[0]).resolve().parent if job.outputs else Path(tempfile.gettempdir())
             room = Bounded(job.memory, folder)
-        run = cls(job, inputs, pairs, room, tell, phases, threads)
+        run = cls(job, inputs, pairs, room, tell, phases, threads, figures=figures)
         for note in notes:
             run.note(note)
         if job.parts == "largest":

@@ -48,6 +48,22 @@ def test_each_part_has_its_map_in_one_picture_stmap_and_report(drawings, iccm):
     assert (image_files.read("o.png").pixels[..., 3] == 255).mean() == pytest.approx(0.63, abs=0.01)
 
 
+def test_parts_of_the_target_that_stay_empty_are_told_however_quiet(drawings, iccm):
+    (drawings / "word.svg").write_text(
+        SVG.format(
+            '<path id="g" d="M5 20h40v50h-40z"/><path id="i" d="M55 20h10v50h-10z"/><path d="M75 20h10v50h-10z"/>'
+        )
+    )
+    (drawings / "tile.svg").write_text(SVG.format('<rect x="10" y="10" width="80" height="80"/>'))
+    done = iccm("map", "tile.svg", "word.svg", "--parts", "all", "-o", "w.png", "--report", "r.json", "-q")
+    assert done.code == 0
+    assert (
+        "word.svg: no partner in tile.svg for #2 (i), #3: they stay empty, 33% of all parts' area" in done.err
+    )
+    unpaired = json.loads((drawings / "r.json").read_text())["unpaired"]
+    assert unpaired == {"source": [], "target": ["2", "3"], "empty": pytest.approx(1 / 3)}
+
+
 def test_artwork_goes_with_the_part_that_it_lies_in(drawings, iccm):
     assert iccm(*ALL, "-o", "o.svg").code == 0
     boxes = {name: shape.read(f"o.svg#{name}").curve.box for name in ("head", "left", "right")}
