@@ -4,7 +4,7 @@ reader     a drawing's outlines and drawn constraints
 source     its bytes, compressed or not
 document   XML read safely, and the size of the drawing
 tree       what it renders: `use`, symbols, views, styles and clips resolved
-stylesheet rules and their selectors
+stylesheet  rules and their selectors
 css        declarations
 affine     `transform` lists and viewports
 path_data  path data as polylines
