@@ -79,6 +79,8 @@ def _library(name: str, wanted: SpecifierSet, purpose: str) -> Finding:
         return Finding(
             name, f"{version}; {needed} for {purpose}" if purpose else f"{version}; {needed}", False
         )
+    if purpose:  # imported by the commands that need it
+        return Finding(name, version, True)
     start = time.perf_counter()
     try:
         import_module(MODULES.get(name, name))

@@ -3,8 +3,7 @@
 warp                    a texture carried through a map: inverse, filter, coverage
 texture                 a picture with its place in the plane
 canvas                  a raster in the plane, and bands of its rows
-preimages               source points of a canvas's pixels, for a map of any kind
-inverse_tiles           those of harmonic maps: polynomials on square tiles, else Newton
+preimages               source points of a canvas's pixels
 triangulated_preimages  those of triangulated maps: scanlines over patches
 composed                maps made of several parts, and with holes
 sampler                 a texture ready to be filtered; stored pixels again

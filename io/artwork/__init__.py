@@ -12,7 +12,6 @@ paint_server  gradients, patterns and markers
 filters       filters, by the map's affine part
 attributes    attributes and styles that stay
 references    references, kept within the drawing
-budget        how much of a drawing may be carried
 """
 
 from collections.abc import Sequence

@@ -3,8 +3,9 @@
 reader     a drawing's outlines and drawn constraints
 source     its bytes, compressed or not
 document   XML read safely, and the size of the drawing
-tree       the shapes that it draws, `use` expanded, styles inherited
-css        declarations, and rules with simple selectors
+tree       what it renders: `use`, symbols, views, styles and clips resolved
+stylesheet  rules and their selectors
+css        declarations
 affine     `transform` lists and viewports
 path_data  path data as polylines
 curves     pieces of curves, and their polylines

@@ -270,7 +270,7 @@ def test_failure_is_an_error_that_says_why(monkeypatch):
     def stuck(*_):
         raise Stuck("no start")
 
-    monkeypatch.setattr(multilevel, "coarse", stuck)
+    monkeypatch.setattr(multilevel, "coarse_map", stuck)
     with pytest.raises(NoMapError, match="too thin or too intricate"):
         solve(BLOB, FLAG, SMALL)
 

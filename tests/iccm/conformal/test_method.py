@@ -326,7 +326,7 @@ def test_the_images_that_newton_found_are_the_next_correspondence():
         return np.abs(turns - np.round(turns)).mean()
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(conformal, "followed", watched)
+        patch.setattr(conformal, "follow", watched)
         conformal_fit(pear(), star(), tolerance=2e-4)
     assert found
     for before, state, after in found:

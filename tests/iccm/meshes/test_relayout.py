@@ -158,7 +158,7 @@ def test_what_lies_too_far_from_the_old_surface_is_empty_and_told(there, iccm):
     [
         (("-o", "o.png"), "no texture"),
         (("--texture", "old.png", "-o", "a.png", "-o", "b.png"), "1 textures and 2 outputs"),
-        (("--texture", "old.png", "--force", "-o", "old.png"), "is an input"),
+        (("--texture", "old.png", "--force", "-o", "old.png"), "is also an input"),
         (("--normal", "grey.png", "-o", "o.png"), "normals need 3"),
         (("--texture", "old.png", "-o", "o.xyz"), "o.xyz"),
     ],
