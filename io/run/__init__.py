@@ -18,6 +18,7 @@ blank_picture  pictures that show nothing
 outputs/       what a run writes
 figures/       what `--plot` draws
 report         the report
+doubt          remarks that are told to those who want quiet
 flatten        `iccm flatten`
 flat_files     a flattening as a file
 relayout       `iccm relayout`

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import InputError
 from .. import limits
+from .doubt import Doubt
 from .job import Job
 
 if TYPE_CHECKING:
@@ -29,7 +30,6 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
         InputError: a file without shapes, or constraints, which hold for one shape.
     """
     from ..shapes import parts
-    from .report import Doubt
 
     if job.pin or job.constraints:
         raise InputError("--parts all: pins and strokes are for one shape; name it with #id")

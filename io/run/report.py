@@ -13,6 +13,7 @@ import numpy as np
 from ... import __version__
 from ...result import Status
 from .. import files
+from .doubt import Doubt
 from .parts import label
 
 if TYPE_CHECKING:
@@ -21,12 +22,6 @@ if TYPE_CHECKING:
 SCHEMA = "iccm.report/1"
 OFF = 30  # tolerances: an outline farther from the target's is told
 MOST_OF_IT = 0.99  # of the source's area: less that is certain to be one-to-one is told
-
-
-class Doubt(str):
-    """A remark on the result itself, not on how it was made: whoever wants quiet wants to know it."""
-
-    __slots__ = ()
 
 
 def build(run: Run) -> dict[str, Any]:
