@@ -1,5 +1,6 @@
 """Pictures in files: read as stored, written with colour space and metadata kept.
 
+icc          CMYK and Lab by their ICC profile
 image        pictures as stored: colour space, alpha, depth
 image_files  read and written, metadata kept
 png          PNG files, deflated fast

@@ -18,6 +18,7 @@ from ...pixels.pyramid import strip_rows
 from .. import formats, limits
 from ..files import as_text, open_input
 from ..quiet_stderr import silence
+from . import icc
 from .image import Image, error_of, prepare, transfer_of, usual_of
 from .png import PngOutput
 
@@ -26,6 +27,8 @@ __all__ = ["Image", "check", "read", "transfer_of", "write", "write_bands"]
 KEPT = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
 WIDE = {"uint", "int", "uint64", "int64"}  # integers that floats cannot hold
 STRAIGHT = {"bmp", "dds", "jpeg2000", "jpegxl"}
+# Brands of files of the ISO base media kind.
+UNREAD = {b"avif": "AVIF", b"avis": "AVIF", b"heic": "HEIC", b"heix": "HEIC", b"mif1": "HEIF"}
 ENCODERS = {"jpeg:subsampling": "4:4:4"}
 # What describes the old file's storage rather than the picture.
 FORGOTTEN: tuple[str, ...] = (
@@ -60,11 +63,15 @@ def read(
     Raises:
         InputError: the file is missing, not a flat picture, damaged, or too large; the colour space is unknown.
     """
+    several = False
     with open_input(path).open("rb") as content:
-        if content.read(len(formats.PNG)) == formats.PNG:
-            _check_png(path, content)
+        beginning = content.read(len(formats.PNG))
+        if beginning == formats.PNG:
+            several = _check_png(path, content)
+        elif beginning[4:] == b"ftyp" and (form := UNREAD.get(content.read(4))):
+            raise InputError(f"{path}: {form} is not read; convert it first, to .png or .jxl for instance")
     with silence():
-        return _read(path, max_pixels, colorspace, room or Memory())
+        return _read(path, max_pixels, colorspace, room or Memory(), several)
 
 
 def proportions(picture: str | Path | bytes) -> float | None:
@@ -92,7 +99,7 @@ def proportions(picture: str | Path | bytes) -> float | None:
     return width / height if height else None
 
 
-def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memory) -> Image:
+def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memory, several: bool) -> Image:
     config = oiio.ImageSpec()
     config["oiio:UnassociatedAlpha"] = 1
     file = oiio.ImageInput.open(as_text(path), config)
@@ -110,10 +117,13 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
                 f"{path}: a {'deep picture' if spec.deep else 'volume'}, which is not read; flatten it first"
             )
         kind = str(spec.format) if not spec.channelformats else "float"
-        pixels = _pixels(file, spec, kind if kind in KEPT else "float", room)
+        if not colorspace and icc.needed(spec):
+            pixels: NDArray | None = icc.read(path, spec)
+        else:
+            pixels = _pixels(file, spec, kind if kind in KEPT else "float", room)
         if pixels is None or file.has_error:
             raise InputError(f"{path}: the pixels cannot be read: {error_of(file)}")
-        others = file.seek_subimage(1, 0)
+        several = several or file.seek_subimage(1, 0)
     finally:
         file.close()
     pixels = _turn_upright(_as_displayed(pixels, spec, room), spec)
@@ -125,7 +135,7 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
         _is_associated(spec, file.format_name()),
         _known(path, colorspace) if colorspace else _space(spec, pixels.dtype),
         metadata,
-        _notes(path, spec, others, holes, whole),
+        _notes(path, spec, several, holes, whole),
         holes,
     )
 
@@ -255,18 +265,20 @@ def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Memory) -> NDArray
     return out
 
 
-def _check_png(path: str | Path, content: BinaryIO) -> None:
-    """Refuses a PNG file that is cut or changed: libpng would print a line of its own.
+def _check_png(path: str | Path, content: BinaryIO) -> bool:
+    """Whether a PNG file is animated. Refuses one that is cut or changed: libpng would print a line of its own.
 
     Args:
         path: for messages.
         content: the file, read up to its first chunk.
     """
-    name = b""
+    name, frames = b"", 1
     while name != b"IEND":
         head = content.read(8)
         left, name = int.from_bytes(head[:4]), head[4:]
         checksum = zlib.crc32(name)
+        if name == b"acTL" and left >= 4 and (count := content.read(4)):
+            left, checksum, frames = left - len(count), zlib.crc32(count, checksum), int.from_bytes(count)
         while left and (block := content.read(min(left, 1 << 20))):
             left, checksum = left - len(block), zlib.crc32(block, checksum)
         stored = content.read(4)
@@ -275,6 +287,7 @@ def _check_png(path: str | Path, content: BinaryIO) -> None:
         if name[:1].isupper() and stored != checksum.to_bytes(4):  # others are left out by readers
             shown = name.decode() if name.isalnum() else repr(name)
             raise InputError(f"{path}: the picture is damaged: wrong checksum of {shown}")
+    return frames > 1
 
 
 def _holes(pixels: NDArray, room: Memory) -> int:

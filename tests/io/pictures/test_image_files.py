@@ -1,11 +1,13 @@
 """Reading and writing pictures: what was stored comes back, and what cannot be read is one line."""
 
+import struct
 import warnings
 import zlib
 
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from PIL import Image as Pillow
 
 from iccm.errors import InputError
 from iccm.io.pictures import image_files
@@ -95,6 +97,80 @@ def test_the_icc_profile_of_other_pixels_is_not_carried_over(tmp_path, capfd, co
     assert copy["ImageDescription"][1] == "a leaf"
     assert "ICCProfile" not in copy
     assert capfd.readouterr().err == ""
+
+
+def cmyk_profile(lab):
+    """An ICC profile (ICC.1:2001-04) of a printer: (2, 2, 2, 2, 3) L*, a*, b* of all inks being there or not."""
+    whole = bytes(range(256))
+    table = np.rint(lab * [2.55, 1, 1] + [0, 128, 128]).astype(np.uint8).tobytes()
+    unit = struct.pack(">9i", *np.eye(3, dtype=int).ravel() << 16)
+    lut = b"mft1" + bytes(4) + bytes([4, 3, 2, 0]) + unit + 4 * whole + table + 3 * whole
+    white = b"XYZ " + bytes(4) + struct.pack(">3i", 63190, 65536, 54061)
+    tags = struct.pack(">I4sII4sII", 2, b"A2B0", 156, len(lut), b"wtpt", 156 + len(lut), len(white))
+    head = struct.pack(">II", 156 + len(lut + white), 0)
+    head += bytes([2, 16, 0, 0]) + b"prtrCMYKLab " + struct.pack(">6H", 2026, 1, 1, 0, 0, 0) + b"acsp"
+    head += bytes(28) + struct.pack(">3i", 63190, 65536, 54061)
+    return head.ljust(128, b"\0") + tags + lut + white
+
+
+def srgb_of_lab(lab):
+    """Bytes of L*a*b* seen in D50: the definition of CIE, and the matrix of sRGB adapted by Bradford."""
+    f = (lab[..., :1] + 16) / 116 + lab * [0, 1 / 500, -1 / 200]
+    f = np.stack([f[..., 1], f[..., 0], f[..., 2]], axis=-1)
+    xyz = np.where(f > 6 / 29, f**3, (f - 4 / 29) * 3 * (6 / 29) ** 2) * [0.9642, 1, 0.8249]
+    matrix = [[3.13386, -1.61687, -0.49061], [-0.97877, 1.91614, 0.03345], [0.07195, -0.22899, 1.40524]]
+    light = np.clip(xyz @ np.transpose(matrix), 0, 1)
+    return 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+
+
+@pytest.mark.parametrize("suffix", [".tif", ".jpg"])
+def test_cmyk_is_converted_by_its_profile(tmp_path, suffix):
+    rng = np.random.default_rng(1)
+    lab = rng.uniform([30, -20, -20], [90, 20, 20], (2, 2, 2, 2, 3)).round()
+    lab[0, 0, 0, 0], lab[1, 1, 1, 1] = (100, 0, 0), (0, 0, 0)
+    inks = np.indices((2, 2, 2, 2)).reshape(4, 16).T.astype(np.uint8) * 255
+    blocks = np.repeat(np.repeat(inks.reshape(4, 4, 4), 16, axis=0), 16, axis=1)
+    name = tmp_path / f"a{suffix}"
+    options = {"quality": 100, "subsampling": 0} if suffix == ".jpg" else {}
+    Pillow.fromarray(blocks, "CMYK").save(name, icc_profile=cmyk_profile(lab), **options)
+    image = image_files.read(name)
+    assert (image.pixels.shape, image.colorspace, image.alpha) == ((64, 64, 3), "sRGB", -1)
+    assert np.abs(image.pixels[8::16, 8::16].reshape(16, 3) - srgb_of_lab(lab.reshape(16, 3))).max() < 3
+    image_files.write(tmp_path / "b.tif", image)
+    assert "ICCProfile" not in image_files.read(tmp_path / "b.tif").metadata
+
+
+def test_a_broken_profile_of_cmyk_is_one_line(tmp_path):
+    profile = cmyk_profile(np.zeros((2, 2, 2, 2, 3)))
+    Pillow.new("CMYK", (8, 8)).save(tmp_path / "a.tif", icc_profile=profile[:128] + bytes(len(profile) - 128))
+    with pytest.raises(InputError, match="cannot be converted by its ICC profile"):
+        image_files.read(tmp_path / "a.tif")
+
+
+def test_lab_is_converted(tmp_path):
+    """As TIFF has it: L* from 0 to 255, a* and b* signed."""
+    lab = np.random.default_rng(2).uniform([30, -20, -20], [90, 20, 20], (9, 7, 3)).round()
+    stored = np.rint(lab * [2.55, 1, 1]).astype(int)
+    Pillow.fromarray((stored & 255).astype(np.uint8), "LAB").save(tmp_path / "a.tif")
+    wanted = srgb_of_lab(stored / [2.55, 1, 1])
+    assert np.abs(image_files.read(tmp_path / "a.tif").pixels - wanted).max() < 3
+
+
+def test_an_animated_png_says_that_its_first_picture_is_used(tmp_path):
+    frames = [Pillow.new("RGB", (8, 8), colour) for colour in ("red", "blue")]
+    frames[0].save(tmp_path / "a.png", save_all=True, append_images=frames[1:])
+    frames[0].save(tmp_path / "b.png")
+    image = image_files.read(tmp_path / "a.png")
+    assert [note.partition(": ")[2] for note in image.notes] == ["holds several pictures; the first is used"]
+    assert tuple(image.pixels[0, 0]) == (255, 0, 0)
+    assert not image_files.read(tmp_path / "b.png").notes
+
+
+@pytest.mark.parametrize("brand, name", [(b"avif", "AVIF"), (b"heic", "HEIC")])
+def test_forms_that_are_not_read_are_named(tmp_path, brand, name):
+    (tmp_path / "a.avif").write_bytes(b"\0\0\0\x1cftyp" + brand + bytes(40))
+    with pytest.raises(InputError, match=f"{name} is not read; convert it first"):
+        image_files.read(tmp_path / "a.avif")
 
 
 def test_alpha_alone_is_a_grey_picture(tmp_path):

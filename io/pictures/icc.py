@@ -1,0 +1,59 @@
+"""CMYK and Lab pictures in sRGB, by their ICC profile: OpenImageIO's own conversion knows none."""
+
+import warnings
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+from numpy.typing import NDArray
+
+from ...errors import InputError
+
+LAB = "CIELAB", "ICCLAB"
+
+
+def needed(spec: oiio.ImageSpec) -> bool:
+    """Whether a picture, as its header says, is in Lab, or in CMYK with a profile."""
+    kinds = {spec.get_string_attribute(f"{format}:ColorSpace") for format in ("jpeg", "tiff")}
+    if kinds.intersection(LAB):
+        return True
+    return "CMYK" in kinds and spec.get_string_attribute("ICCProfile:color_space") == "CMYK"
+
+
+def read(path: str | Path, spec: oiio.ImageSpec) -> NDArray[np.uint8]:
+    """(h, w, 3) sRGB bytes of such a picture, as it is stored, relative to its white and with its black as black.
+
+    Raises:
+        InputError: more than 8 bits a channel, or the profile or the pixels make no sense.
+    """
+    from PIL import Image as Pillow
+    from PIL import ImageCms
+
+    if str(spec.format) != "uint8":
+        raise InputError(
+            f"{path}: CMYK with an ICC profile, or Lab, is read with 8 bits a channel; convert it to RGB first"
+        )
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Pillow.open(path) as picture:
+                if picture.mode == "LAB":
+                    profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("LAB"))
+                elif picture.mode == "CMYK":
+                    profile = ImageCms.ImageCmsProfile(BytesIO(picture.info["icc_profile"]))
+                else:
+                    raise InputError(f"{path}: CMYK or Lab with more channels; convert it to RGB first")
+                made = ImageCms.profileToProfile(
+                    picture,
+                    profile,
+                    ImageCms.createProfile("sRGB"),
+                    ImageCms.Intent.RELATIVE_COLORIMETRIC,
+                    "RGB",
+                    flags=ImageCms.Flags.BLACKPOINTCOMPENSATION,
+                )
+    except (OSError, ValueError, KeyError, ImageCms.PyCMSError, Pillow.DecompressionBombError) as error:
+        reason = (str(error) or "unknown reason").splitlines()[0]
+        raise InputError(f"{path}: cannot be converted by its ICC profile: {reason}") from error
+    assert made is not None
+    return np.asarray(made)
