@@ -7,6 +7,7 @@ vertices a harmonic map has none, z log z being what it is like there: the middl
 evaluated. When edges are accurate the middles of triangles are held against the map itself.
 """
 
+from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -14,6 +15,7 @@ import shapely
 
 from ..arrays import Complex, Flags, Index, Real, xy_of
 from ..buckets import nearest_segments
+from ..curve import Curve
 from .folds import by_sheets
 from .harmonic import ROUNDING, HarmonicMap
 from .refinement import Triangulation
@@ -23,12 +25,12 @@ from .triangulated.patches import cross, shrunk, tangential
 AnyMap = HarmonicMap | TriangulatedMap
 
 TEXELS = 1024  # to the longer side of a box
-ERROR = 0.02  # texels of 1024², at which refinement ends; random points err by that at most, but for one in a thousand
+ERROR = 0.02  # texels of 1024², at which refinement ends
 CUBIC = 3**0.5 / 36  # the largest of |t (t - 1/2) (t - 1)|
 LOGARITHM = 3  # how much larger errors are beside z log z than beside a cubic with the same tangent
 SHARE = 0.02  # of the edges are to be refined yet: then triangles are looked at, too
 ROUGH = 0.5  # texels, from which Newton's method leads to exact preimages (by hand)
-ROUNDS = 40  # of refinement (by hand); 14 were the most
+ROUNDS = 40  # of refinement (by hand)
 MOST = 400_000  # triangles (by hand): a wild map may ask for more than any use of it
 DIGITS = 1e-13  # of the coordinates: shorter edges have too few of them to be cut (by hand)
 FOLDED = 1e-6  # of the image's area: so little that is turned over is rounding, or between two vertices at a corner
@@ -58,7 +60,7 @@ def triangulated(
     for source, image, found in known:
         if source <= asked[0] and image <= asked[1]:
             return found
-    made = _approximation(map, *asked)
+    made = _centred(map, *asked)
     known[:] = [(*asked, made), *known[:1]]
     return made
 
@@ -73,6 +75,14 @@ def _texels(map: HarmonicMap) -> tuple[float, float]:
     """A texel of the source and one of the image."""
     planes = map.polygon, map.jet_inside(map.polygon)[0]
     return tuple(float(max(np.ptp(z.real), np.ptp(z.imag))) / TEXELS for z in planes)  # type: ignore[return-value]
+
+
+def _centred(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:
+    """The approximation, worked out about the centres of both shapes: far from the origin digits would be lost, and
+    refinement go on for their sake. Coordinates add up to 1, so that a shift of the coefficients shifts the map."""
+    source, image = (0.5 * sum(Curve(plane).box) for plane in (map.polygon, map.phi + map.psi))
+    near = replace(map, polygon=map.polygon - source, phi=map.phi - image)
+    return _approximation(near, source_error, image_error).moved((1, 0, source), (1, 0, image))
 
 
 def _approximation(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:

@@ -24,14 +24,14 @@ def by_sheets(image: Complex, faces: Index, clearance: Real) -> tuple[Index, int
     upright = np.flatnonzero(cross(b - a, c - a) > 0)
     widest = upright[np.argsort(-clearance[upright], kind="stable")]
     reached = np.full(len(faces), -1.0)
-    _flood(widest, neighbours(edges_of(faces)), clearance, *np.empty((3, len(faces)), np.int64), reached)
+    _flood(widest, neighbours(edges_of(faces)), clearance, *np.empty((4, len(faces)), np.int64), reached)
     order = widest[np.argsort(-reached[widest], kind="stable")]
     turned = np.setdiff1d(np.arange(len(faces)), upright)
     return faces[np.concatenate([order, turned])], upright.size
 
 
 @kernel
-def _flood(widest, beside, clearance, label, following, last, reached):
+def _flood(widest, beside, clearance, label, following, last, count, reached):
     """Writes how wide the way to each triangle is, where there is one from the first of `widest`, the triangles with
     most room first: sheets grow together, and what joins the first one's is reached over the triangle that joins it.
 
@@ -39,13 +39,14 @@ def _flood(widest, beside, clearance, label, following, last, reached):
         widest: (k,) the triangles.
         beside: (m, 3) the triangles beside each.
         clearance: (m,) how much room there is.
-        label, following, last: (m,) written: the sheet of each, the next triangle of it, the last of each sheet.
+        label, following, last, count: (m,) written: the sheet of each, the next triangle of it, the last of each sheet,
+            and how many it has.
         reached: (m,) less than nothing; written.
     """
     for t in range(label.size):
         label[t] = -1
     for t in widest:
-        label[t], following[t], last[t] = t, -1, t
+        label[t], following[t], last[t], count[t] = t, -1, t, 1
         if t == widest[0]:
             reached[t] = clearance[t]
         for k in range(3):
@@ -53,10 +54,10 @@ def _flood(widest, beside, clearance, label, following, last, reached):
             if u < 0 or label[u] < 0 or label[u] == label[t]:
                 continue
             a, b = label[t], label[u]
-            if b == widest[0]:
+            if b == widest[0] or (a != widest[0] and count[b] > count[a]):  # the smaller one is relabelled
                 a, b = b, a
             first = a == widest[0]
-            following[last[a]], last[a] = b, last[b]
+            following[last[a]], last[a], count[a] = b, last[b], count[a] + count[b]
             v = b
             while v >= 0:
                 label[v] = a

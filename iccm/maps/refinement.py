@@ -17,7 +17,7 @@ from ..arrays import Complex, Flags, Index, xy_of
 from ..jit import kernel
 from .triangulated.adjacency import Edges, edges_of
 
-THIN = 0.15  # twice the area by the square of the longest side: about 9 degrees; halving it changes little
+THIN = 0.15  # twice the area by the square of the longest side: about 9 degrees (by hand)
 FALL = 1 - 1e-6  # of the roughness, in a flip
 SWEEPS, WALK = 30, 1000  # over all triangles; of triangles on the way to a longest side (by hand)
 TINIEST = 1e-14  # of the polygon's diagonal: rounding decides the shape of triangles with shorter sides
