@@ -117,3 +117,11 @@ def test_triangles_have_good_shapes_and_cover_the_inside(polygon):
         assert (area / longest**2 >= THIN).all()
         assert 0.5 * area.sum() == pytest.approx(iccm.Curve(polygon).area)
         mesh = mesh.refined(np.arange(len(mesh.edges.ends)) % 3 == 0)
+
+
+def test_far_from_the_origin_refinement_ends_as_it_does_there():
+    p = pear()
+    near = HarmonicMap(p, p + 0.1 * p**2, 0 * p)
+    far = HarmonicMap(p + 1e6, near.phi - 1e6j, 0 * p)
+    faces = [len(triangulated(map).faces) for map in (near, far)]
+    assert faces[1] == pytest.approx(faces[0], rel=0.05)
