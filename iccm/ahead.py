@@ -82,7 +82,7 @@ class Part(NamedTuple):
         work: what calls them.
         module: of the kernel that is compiled last: it tells whether all of them are there.
         kernel: its name.
-        seconds: that compiling takes, roughly.
+        seconds: that compiling takes.
     """
 
     work: Callable[[], None]

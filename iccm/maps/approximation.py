@@ -29,19 +29,18 @@ ERROR = 0.02  # texels of 1024², at which refinement ends
 CUBIC = 3**0.5 / 36  # the largest of |t (t - 1/2) (t - 1)|
 LOGARITHM = 3  # how much larger errors are beside z log z than beside a cubic with the same tangent
 SHARE = 0.02  # of the edges are to be refined yet: then triangles are looked at, too
-ROUGH = 0.5  # texels, from which Newton's method leads to exact preimages (by hand)
 ROUNDS = 40  # of refinement (by hand)
 MOST = 400_000  # triangles (by hand): a wild map may ask for more than any use of it
 DIGITS = 1e-13  # of the coordinates: shorter edges have too few of them to be cut (by hand)
 FOLDED = 1e-6  # of the image's area: so little that is turned over is rounding, or between two vertices at a corner
 
-_made: WeakKeyDictionary[HarmonicMap, list[tuple[float, float, TriangulatedMap]]] = WeakKeyDictionary()
+_made: WeakKeyDictionary[HarmonicMap, dict[tuple[float, float], TriangulatedMap]] = WeakKeyDictionary()
 
 
 def triangulated(
     map: AnyMap, source_error: float | None = None, image_error: float | None = None
 ) -> TriangulatedMap:
-    """A map as a triangulated one; those of a harmonic map are kept with it, and used again where they suffice.
+    """A map as a triangulated one; those of a harmonic map are kept with it, one for each error.
 
     Args:
         map: source → target; a triangulated one is its own.
@@ -56,19 +55,10 @@ def triangulated(
         return map
     texels = _texels(map)
     asked = source_error or ERROR * texels[0], image_error or ERROR * texels[1]
-    known = _made.setdefault(map, [])
-    for source, image, found in known:
-        if source <= asked[0] and image <= asked[1]:
-            return found
-    made = _centred(map, *asked)
-    known[:] = [(*asked, made), *known[:1]]
-    return made
-
-
-def roughly(map: HarmonicMap) -> TriangulatedMap:
-    """The best that is known of a harmonic map, or one to ROUGH texels: Newton's method may start from its inverse."""
-    best = _made.get(map)
-    return best[0][2] if best else triangulated(map, *(ROUGH * texel for texel in _texels(map)))
+    known = _made.setdefault(map, {})
+    if asked not in known:  # never a finer one: what is drawn must not depend on what was asked before
+        known[asked] = _centred(map, *asked)
+    return known[asked]
 
 
 def _texels(map: HarmonicMap) -> tuple[float, float]:

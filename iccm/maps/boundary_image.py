@@ -1,4 +1,4 @@
-"""The image of the source's boundary: which boundary point goes where."""
+"""The image of the source's boundary: which boundary point goes where, as finely as asked."""
 
 from dataclasses import dataclass
 
@@ -6,6 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Complex
+from .harmonic import HarmonicMap
+
+ROUNDS = 40  # of halving: 2 ** -40 of an edge is as short as rounding
+PARTS = 3  # of each edge to begin with
+MOST = 400_000  # points (by hand): a wild map's image may be longer than any use of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,3 +26,25 @@ class BoundaryImage:
     z: Complex
     w: Complex
     edge: NDArray[np.int64]
+
+
+def outline(map: HarmonicMap, flatness: float) -> Complex:
+    """(k,) the image of the polygon: a closed polyline, straight to `flatness` (target units) between its points."""
+    z = map.polygon
+    steps = np.repeat((np.roll(z, -1) - z) / PARTS, PARTS)
+    places = np.arange(steps.size, dtype=float)  # along the polygon, in steps
+    starts = np.repeat(z, PARTS) + places % PARTS * steps
+    first = map.jet_inside(starts)[0]
+    last, found = np.roll(first, -1), [(places, first)]
+    for k in range(1, ROUNDS):
+        middle = map.jet_inside(starts + 0.5 * steps)[0]
+        found.append((places + 0.5**k, middle))
+        rough = np.abs(middle - 0.5 * (first + last)) > flatness
+        if not rough.any() or sum(w.size for _, w in found) + 2 * rough.sum() > MOST:
+            break
+        steps = np.tile(0.5 * steps[rough], 2)
+        starts = np.append(starts[rough], starts[rough] + steps[: rough.sum()])
+        places = np.append(places[rough], places[rough] + 0.5**k)
+        first, last = np.append(first[rough], middle[rough]), np.append(middle[rough], last[rough])
+    places, w = (np.concatenate(part) for part in zip(*found))
+    return w[np.argsort(places)]

@@ -10,7 +10,7 @@ steps that leave the source or do not lower |r| are halved.
 import numpy as np
 
 from ..arrays import Complex, Real
-from .approximation import roughly
+from .approximation import triangulated
 from .harmonic import HarmonicMap
 from .triangulated.map import inverted
 
@@ -35,7 +35,7 @@ def extended_inverse(map: HarmonicMap, w: Complex) -> tuple[Complex, Real]:
     z, away = np.full(flat.size, complex(np.nan, np.nan)), np.full(flat.size, np.nan)
     known = np.flatnonzero(np.isfinite(flat))
     if known.size:
-        about = roughly(map)
+        about = triangulated(map)
         start, far = about.extended_inverse(flat[known])
         found = _solved(map, flat[known], start.copy(), EXACT * about.image_diagonal)
         lost = np.isnan(found)

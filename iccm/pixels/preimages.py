@@ -3,6 +3,7 @@
 from typing import Protocol
 
 from ..maps.approximation import ERROR, triangulated
+from ..maps.boundary_image import outline
 from ..maps.harmonic import HarmonicMap
 from ..maps.triangulated.map import TriangulatedMap
 from .canvas import Band, Canvas
@@ -11,7 +12,7 @@ from .triangulated_preimages import TriangulatedPreimages
 USUAL = (
     0.05  # the error of source points asked for that the ERROR of a triangulated map keeps, in the same units
 )
-OUTLINE = 0.05  # pixels, that the outline may be off (by hand)
+OUTLINE = 0.01  # pixels, that the outline may be off: less than one of 255 levels of coverage takes
 
 
 class Bands(Protocol):
@@ -41,7 +42,9 @@ def of(map: AnyMap, canvas: Canvas, tolerance: float, slopes: bool = True) -> Ba
         slopes: whether the bands' `right` and `down` are wanted.
     """
     if isinstance(map, HarmonicMap):
-        map = triangulated(map, ERROR / USUAL * tolerance, OUTLINE * min(canvas.step))
+        edge = outline(map, OUTLINE * min(canvas.step))
+        drawn = triangulated(map, ERROR / USUAL * tolerance, USUAL * min(canvas.step))
+        return TriangulatedPreimages(drawn, canvas, slopes, edge)
     if isinstance(map, TriangulatedMap):
         return TriangulatedPreimages(map, canvas, slopes)
     return map.preimages(canvas, tolerance, slopes)

@@ -31,15 +31,18 @@ class TriangulatedPreimages:
         map: source to target.
         canvas: the pixels, in the target's plane.
         slopes: whether the bands' `right` and `down` are wanted; else they are NaN.
+        outline: what covers pixels; None for the triangles' own boundary.
     """
 
     map: TriangulatedMap
     canvas: Canvas
     slopes: bool = True
+    outline: Complex | None = None
 
     def __post_init__(self) -> None:
         # Everything that bands share is made before threads ask for it.
-        self.loop = self.canvas.pixels(_joined([self.map.image[loop] for loop in self.map.loops]))
+        loops = [self.map.image[loop] for loop in self.map.loops] if self.outline is None else [self.outline]
+        self.loop = self.canvas.pixels(_joined(loops))
         drawn: slice | Index = slice(None)
         if self.map.seen is not None:
             drawn = np.arange(self.map.seen)[::-1]  # what lies on top is drawn last
