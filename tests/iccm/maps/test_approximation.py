@@ -97,3 +97,32 @@ def test_one_is_kept_for_each_error_and_does_not_depend_on_those_asked_before():
     assert triangulated(map, 1e-6, 1e-6) is fine and triangulated(fine) is fine
     assert np.array_equal(triangulated(map, 1e-5, 1e-5).source, triangulated(again, 1e-5, 1e-5).source)
     assert len(triangulated(map, 1e-7, 1e-7).faces) > len(fine.faces)
+
+
+def test_of_sheets_over_each_other_those_from_the_widest_place_are_seen():
+    """z + c z² turns around where |1 + 2 c z| = 0: one cusp passed, a loop of the outline lies over the inside."""
+    p = circle(400)
+    map = triangulated(HarmonicMap(p, p + 0.6 * p**2, 0 * p))
+    z = 0.5 * np.exp(1j * np.linspace(0, 1, 20))
+    assert map.seen is not None
+    assert np.abs(map.extended_inverse(map(z))[0] - z).max() < 1e-3
+
+
+@pytest.mark.parametrize("polygon", [square(1), THIN_BAR, BENT_BAR], ids=["square", "bar", "bent"])
+def test_triangles_have_good_shapes_and_cover_the_inside(polygon):
+    mesh = Triangulation.of(polygon)
+    for _ in range(3):
+        a, b, c = mesh.z[mesh.faces].T
+        area = ((b - a).conj() * (c - a)).imag
+        longest = np.maximum.reduce([np.abs(b - a), np.abs(c - b), np.abs(a - c)])
+        assert (area / longest**2 >= THIN).all()
+        assert 0.5 * area.sum() == pytest.approx(iccm.Curve(polygon).area)
+        mesh = mesh.refined(np.arange(len(mesh.edges.ends)) % 3 == 0)
+
+
+def test_far_from_the_origin_refinement_ends_as_it_does_there():
+    p = pear()
+    near = HarmonicMap(p, p + 0.1 * p**2, 0 * p)
+    far = HarmonicMap(p + 1e6, near.phi - 1e6j, 0 * p)
+    faces = [len(triangulated(map).faces) for map in (near, far)]
+    assert faces[1] == pytest.approx(faces[0], rel=0.05)
