@@ -1,4 +1,4 @@
-"""How many threads linear algebra takes: one, so that results do not depend on the machine, nor on its variables."""
+"""Linear algebra on one thread, so that results do not depend on the machine, nor on its variables."""
 
 import sys
 from collections.abc import Callable, Iterator

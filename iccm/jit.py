@@ -1,4 +1,4 @@
-"""How kernels are compiled, and no more of it than is used: the first run on a fresh machine waits for it.
+"""Compilation of kernels, and no more of it than is used: the first run on a fresh machine waits for it.
 
 A kernel is compiled with an entry for Python when Python calls it, and kept in Numba's cache. Where another kernel
 calls it, its code becomes part of that one's, without an entry, and is not kept for itself: that would cost every

@@ -1,4 +1,4 @@
-"""Where large arrays are kept, and how much work may be in memory at a time. `iccm.io.memory` has one with a bound."""
+"""Storage of large arrays, and the work that may be in memory at a time. `iccm.io.memory` has one with a bound."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What is to be solved, in coordinates where both shapes have radius one about their centroids."""
+"""The problem to be solved, in coordinates where both shapes have radius one about their centroids."""
 
 import math
 from collections.abc import Iterable, Sequence, Sized

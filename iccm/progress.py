@@ -1,4 +1,4 @@
-"""What a long computation is at, told to whoever listens: no result depends on it.
+"""Progress of a long computation, told to whoever listens: no result depends on it.
 
 with progress.heard(print):
     iccm.fit(source, target)

@@ -1,4 +1,4 @@
-"""What solving gives: a map, how the solver ended, and figures that judge it."""
+"""The result of solving: a map, how the solver ended, and figures that judge it."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""How solving can fail."""
+"""Errors of the solver."""
 
 from ..arrays import Complex
 from ..errors import InputError

@@ -1,4 +1,4 @@
-"""What Numba's compiler does over and over, done once for as long as a kernel is compiled.
+"""Repeated work of Numba's compiler, done once for as long as a kernel is compiled.
 
 Numba is made for code that it has not seen and for extensions that may come at any time. While one of our kernels is
 compiled nothing of that changes: a type is looked for once, registries are read again only after an import, the size

@@ -1,4 +1,4 @@
-"""Which conformal map: the three real parameters left free, chosen for the least distortion or by pins.
+"""The choice among conformal maps: three real parameters, taken for the least distortion or by pins.
 
 With both boundaries seen as unit circles, every conformal map of one domain onto the other is a Möbius map of the disc,
 

@@ -1,4 +1,4 @@
-"""How a patch is laid out: plain least squares where that is one-to-one, else Newton from a layout without folds."""
+"""The layout of a patch: plain least squares where that is one-to-one, else Newton from a layout without folds."""
 
 from dataclasses import replace
 

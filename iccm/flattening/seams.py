@@ -1,4 +1,4 @@
-"""Where the seam of a surface that had to be cut is lengthened.
+"""The place at which the seam of a cut surface is lengthened.
 
 To where a layout stretches most, after Gu, Gortler, Hoppe, *Geometry Images*, SIGGRAPH 2002, and on through vertices at
 which angles suffer, after Sheffer and Hart, *Seamster: Inconspicuous Low-Distortion Texture Seam Layout*, IEEE

@@ -1,4 +1,4 @@
-"""How a map distorts, over the target's area: the figures of the report, from samples of any kind of map.
+"""Distortion of a map over the target's area: the figures of the report, from samples of any kind of map.
 
 A sample stands for a piece of the target: its area, and f_z and f_z̄ there. Points spread over the source count by
 |J| times their share of the source's area; samples of area 0 count for the largest values alone. Lengths are relative

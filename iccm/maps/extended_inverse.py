@@ -1,4 +1,4 @@
-"""Where points of the target come from, those just outside the image of the source included."""
+"""Preimages of points of the target, those just outside the image of the source included."""
 
 from dataclasses import dataclass, field
 from threading import Lock

@@ -1,4 +1,4 @@
-"""Which triangle of a flattened patch a point of the plane lies in."""
+"""The triangle of a flattened patch that a point of the plane lies in."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Which triangle covers which texel: the rasteriser behind baking and behind pictures of surfaces.
+"""Triangles and the texels that they cover: the rasteriser behind baking and behind pictures of surfaces.
 
 A texel belongs to the triangle that holds its centre; a centre exactly on an edge belongs to one of the two triangles
 (the top-left rule), so that charts have neither gaps nor double texels. Edge functions are float64. Texels that a

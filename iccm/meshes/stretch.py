@@ -1,4 +1,4 @@
-"""How a piecewise linear map from a surface to the plane stretches its triangles."""
+"""Stretch of the triangles of a surface under a piecewise linear map to the plane."""
 
 from typing import NamedTuple
 

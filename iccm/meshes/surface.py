@@ -1,4 +1,4 @@
-"""Where points of a flattened mesh's plane lie in the mesh's own texture."""
+"""Places in a mesh's own texture of points of its flattening's plane."""
 
 from dataclasses import dataclass
 

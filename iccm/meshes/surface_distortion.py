@@ -1,4 +1,4 @@
-"""How a map between layouts distorts the surfaces that they stand for."""
+"""Distortion of surfaces by a map between their layouts."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""How the triangles of a mesh hang together: edges, components, orientation, fans, boundary loops, cuts.
+"""Topology of triangle meshes: edges, components, orientation, fans, boundary loops, cuts.
 
 Half-edge 3 f + k runs from corner k of triangle f to its next corner. libigl is not asked: it takes sound
 meshes for granted.

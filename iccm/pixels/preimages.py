@@ -1,4 +1,4 @@
-"""Where the pixels of a canvas come from: `of` a map of any kind, in bands of rows."""
+"""Source points of the pixels of a canvas: `of` a map of any kind, in bands of rows."""
 
 from typing import Protocol
 

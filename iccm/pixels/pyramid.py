@@ -1,4 +1,4 @@
-"""What filters read of a picture: reductions by powers of two, and the coefficients of a spline."""
+"""Pyramids that filters read: reductions by powers of two, and the coefficients of a spline."""
 
 from collections.abc import Callable
 from typing import NamedTuple

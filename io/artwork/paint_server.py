@@ -1,4 +1,4 @@
-"""What a drawing defines and its shapes refer to: gradients, patterns and markers, made to follow a map.
+"""Paint servers: gradients, patterns and markers, made to follow a map.
 
 None of them has a path. They follow the map's affine part over the shape that they are used on, each use in a copy of
 its own, in the target's units.

@@ -1,4 +1,4 @@
-"""What a drawing refers to, kept only where it is in the drawing itself: `#id`, and pictures as `data:`.
+"""References of a drawing, kept only where it is in the drawing itself: `#id`, and pictures as `data:`.
 
 An SVG that is opened, or shown in a page, fetches what its styles and links name, and runs its scripts. So nothing of
 that kind is passed on, whatever way it is written: styles are parsed as CSS, names and values are not searched for.

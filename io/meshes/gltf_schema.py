@@ -1,4 +1,4 @@
-"""What readers of glTF materials rely on: types, lengths of lists, and numbers of what there is.
+"""The schema that readers of glTF materials rely on: types, lengths of lists, and numbers of what there is.
 
 Khronos, *glTF 2.0 Specification*, 2021, §5. What a file holds beside this is not looked at.
 """

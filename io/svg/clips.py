@@ -1,4 +1,4 @@
-"""What clip paths and masks leave of a shape."""
+"""Shapes cut by clip paths and masks."""
 
 from collections.abc import Callable
 

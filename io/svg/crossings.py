@@ -1,4 +1,4 @@
-"""How often lines cross, counted only so far as it is bearable: what geometry takes for them grows with that."""
+"""Crossings of lines, counted up to a limit: the time that geometry takes grows with them."""
 
 from collections.abc import Sequence
 

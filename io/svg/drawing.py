@@ -1,4 +1,4 @@
-"""What a file of any format draws: outlines to choose a domain from, a canvas, and constraints."""
+"""The drawing of a file of any format: outlines to choose a domain from, a canvas, and constraints."""
 
 from dataclasses import dataclass, field
 

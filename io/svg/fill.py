@@ -1,4 +1,4 @@
-"""What a fill shows: from closed runs of points to the outlines of the regions that are painted."""
+"""Regions that a fill paints: from closed runs of points to the outlines of the regions that are painted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

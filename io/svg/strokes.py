@@ -1,4 +1,4 @@
-"""What lines paint: strokes as wide as they are drawn, and the silhouette of a whole drawing."""
+"""Regions that lines paint: strokes as wide as they are drawn, and the silhouette of a whole drawing."""
 
 from collections.abc import Callable, Iterable, Iterator
 

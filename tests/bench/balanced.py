@@ -107,11 +107,6 @@ def goals(rows: list[Row], count: int) -> list[tuple[str, float, float]]:
         ("certified one-to-one", share(rows, lambda r: r.certified), 1.0),
         ("gap at most 5e-4", share(rows, lambda r: r.gap <= 5e-4), 0.98),
         ("gap at most 1e-3", share(rows, lambda r: r.gap <= 1e-3), 1.0),
-        ("99 % of the area within 4 x", share(rows, lambda r: r.within4 >= 0.99), 0.95),
-        ("90 % of the area within 2 x", share(rows, lambda r: r.within2 >= 0.90), 0.85),
-        ("p95 stretch at most 3", share(rows, lambda r: r.p95 <= 3), 0.60),
-        ("p95 stretch at most 5", share(rows, lambda r: r.p95 <= 5), 0.93),
-        ("K95 at most 5", share(rows, lambda r: r.K95 <= 5), 0.75),
         ("turn at most 20°", share(rows, lambda r: r.turn <= 20), 0.80),
         ("turn at most 10°", share(rows, lambda r: r.turn <= 10), 0.50),
     ]

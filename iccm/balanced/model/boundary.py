@@ -1,4 +1,4 @@
-"""What holds the vertices of a mesh's boundary: outlines that they slide on, or pins and nothing else."""
+"""Boundaries of maps: vertices that slide on outlines, or are free but for pins."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""How large the triangles may be where: smaller where the map magnifies."""
+"""Triangle sizes, smaller where the map magnifies."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What is asked of a balanced map, and what solving gives."""
+"""The settings of a balanced map, and the solution of a solve."""
 
 from dataclasses import dataclass, field
 

@@ -1,4 +1,4 @@
-"""How a good map is found: candidates on coarse meshes, the best of them refined, constraints met on the way.
+"""The search for a good map: candidates on coarse meshes, the best of them refined, constraints met on the way.
 
 multilevel              the stages of a solve, from coarse maps to the final mesh
 levels                  one level of outlines and mesh size

@@ -1,4 +1,4 @@
-"""Which hole goes to which, and how their outlines correspond: chosen with every start."""
+"""Partners of holes and the correspondence of their outlines, chosen with every start."""
 
 from collections.abc import Sequence
 

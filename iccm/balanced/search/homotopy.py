@@ -1,4 +1,4 @@
-"""How constrained points go to their goals where they cannot go straight."""
+"""Paths of constrained points to their goals where they cannot go straight."""
 
 from collections.abc import Callable
 from dataclasses import replace

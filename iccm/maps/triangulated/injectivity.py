@@ -1,4 +1,4 @@
-"""Whether a triangulated map is one-to-one up to the boundary, without a tolerance.
+"""A certificate that a triangulated map is one-to-one up to the boundary, without a tolerance.
 
 Let h take the abstract triangulation to one of the planes, linearly on each triangle. If all triangles are positive and
 the boundary edges make disjoint simple loops around a region, every point of the region has winding number 1 and every

@@ -1,4 +1,4 @@
-"""Which quadratic patch a point of the plane belongs to, and where on it: buckets, then Newton's method.
+"""The quadratic patch that a point of the plane belongs to, and its place there: buckets, then Newton's method.
 
 The patches of a plane do not overlap and leave no gaps, so a point has one patch but for rounding: the one that holds
 it best is taken. Straight triangles are patches without bulges, on which Newton's method ends with its first step.

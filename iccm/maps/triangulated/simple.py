@@ -1,4 +1,4 @@
-"""Whether loops bound a region: simple, apart from each other, the outer one around all holes. By exact signs."""
+"""A test that loops bound a region: simple, apart from each other, the outer one around all holes. By exact signs."""
 
 import numpy as np
 import shapely
