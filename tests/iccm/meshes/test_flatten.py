@@ -293,7 +293,7 @@ def whole_patch(mesh):
 
     seen = []
     with pytest.MonkeyPatch.context() as change:
-        change.setattr(module, "opened", lambda whole: seen.append(whole) or whole)
+        change.setattr(module, "open_to_disk", lambda whole: seen.append(whole) or whole)
         disk_patch(mesh, cut=True)
     return seen[0]
 
