@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from packaging.requirements import Requirement
     from packaging.specifiers import SpecifierSet
 
-MODULES = {"libigl": "igl", "opencv-python-headless": "cv2", "scikit-image": "skimage"}
+MODULES = {"libigl": "igl", "opencv-python-headless": "cv2", "pillow": "PIL", "scikit-image": "skimage"}
 """What is imported of a requirement, where that is not its name."""
 EXTRAS = {"dask": "iccm batch --dask", "edit": "iccm edit"}
 """What the requirements of an extra are needed for."""
