@@ -22,6 +22,7 @@ linalg/           sparse factorisations
 curve             polylines in the plane, closed or open
 plane             areas, boxes, similarities and exact orientation of points of the plane
 buckets           a grid of square buckets for nearest points
+flips             edge flips in a triangulation
 arrays            types of arrays, and conversions to them
 jit               decorators for compiled kernels
 compiling/        Numba's compiler with less to do

@@ -43,7 +43,7 @@ ORDER = (
     "pixels",
     "maps",
     "curve linalg",
-    "buckets plane",
+    "buckets flips plane",
     "arrays jit",
     "parallel memory blas compiling progress",
     "errors",

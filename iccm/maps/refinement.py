@@ -14,6 +14,7 @@ import numpy as np
 import shapely
 
 from ..arrays import Complex, Flags, Index, xy_of
+from ..flips import flip, opposite, push, relink, write
 from ..jit import kernel
 from .triangulated.adjacency import Edges, edges_of
 
@@ -126,39 +127,6 @@ def _roughness(z, a, b, c):
 
 
 @kernel
-def _place(faces, t, b, c):
-    """The place in triangle t of the vertex that is neither b nor c."""
-    for k in range(3):
-        if faces[t, k] != b and faces[t, k] != c:
-            return k
-    return 0
-
-
-@kernel
-def _relink(across, t, old, new):
-    """Tells triangle t, unless it is -1, that its neighbour old is now new."""
-    for k in range(3):
-        if t >= 0 and across[t, k] == old:
-            across[t, k] = new
-            return
-
-
-@kernel
-def _write(faces, across, t, a, b, c, beyond_a, beyond_b, beyond_c):
-    """Writes a triangle and its neighbours."""
-    faces[t, 0], faces[t, 1], faces[t, 2] = a, b, c
-    across[t, 0], across[t, 1], across[t, 2] = beyond_a, beyond_b, beyond_c
-
-
-@kernel
-def _push(stack, t):
-    """Puts a triangle on the stack, whose first entry counts what is on it, unless it is full."""
-    if stack[0] + 1 < stack.size:
-        stack[0] += 1
-        stack[stack[0]] = t
-
-
-@kernel
 def _flip_all(z, faces, across, stack):
     """Flips, from the triangles on the stack on, until none makes the triangulation less rough."""
     while stack[0] > 0:
@@ -169,19 +137,13 @@ def _flip_all(z, faces, across, stack):
             if u < 0:
                 continue
             a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
-            j = _place(faces, u, b, c)
-            d = faces[u, j]
+            d = faces[u, opposite(faces, u, b, c)]
             before = _roughness(z, a, b, c) + _roughness(z, d, c, b)
             if not _roughness(z, a, b, d) + _roughness(z, a, d, c) < FALL * before:
                 continue
-            beyond_ca, beyond_ab = across[t, (k + 1) % 3], across[t, (k + 2) % 3]
-            beyond_bd, beyond_dc = across[u, (j + 1) % 3], across[u, (j + 2) % 3]
-            _write(faces, across, t, a, b, d, beyond_bd, u, beyond_ab)
-            _write(faces, across, u, a, d, c, beyond_dc, beyond_ca, t)
-            _relink(across, beyond_bd, u, t)
-            _relink(across, beyond_ca, t, u)
-            _push(stack, t)
-            _push(stack, u)
+            flip(faces, across, t, k)
+            push(stack, t)
+            push(stack, u)
             break
 
 
@@ -203,22 +165,22 @@ def _cut(z, new, faces, across, t, k, m, stack):
     a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
     beyond_ca, beyond_ab = across[t, (k + 1) % 3], across[t, (k + 2) % 3]
     t2, u2 = m, m + 1
-    _relink(across, beyond_ca, t, t2)
-    _write(faces, across, t, a, b, new, u, t2, beyond_ab)
-    _write(faces, across, t2, a, new, c, u2 if u >= 0 else -1, beyond_ca, t)
-    _push(stack, t)
-    _push(stack, t2)
+    relink(across, beyond_ca, t, t2)
+    write(faces, across, t, a, b, new, u, t2, beyond_ab)
+    write(faces, across, t2, a, new, c, u2 if u >= 0 else -1, beyond_ca, t)
+    push(stack, t)
+    push(stack, t2)
     if u < 0:
         _flip_all(z, faces, across, stack)
         return m + 1
-    j = _place(faces, u, b, c)
+    j = opposite(faces, u, b, c)
     d = faces[u, j]
     beyond_bd, beyond_dc = across[u, (j + 1) % 3], across[u, (j + 2) % 3]
-    _relink(across, beyond_dc, u, u2)
-    _write(faces, across, u, d, new, b, t, beyond_bd, u2)
-    _write(faces, across, u2, d, c, new, t2, u, beyond_dc)
-    _push(stack, u)
-    _push(stack, u2)
+    relink(across, beyond_dc, u, u2)
+    write(faces, across, u, d, new, b, t, beyond_bd, u2)
+    write(faces, across, u2, d, c, new, t2, u, beyond_dc)
+    push(stack, u)
+    push(stack, u2)
     _flip_all(z, faces, across, stack)
     return m + 2
 

@@ -4,6 +4,7 @@ A triangulation is two arrays: `faces` (t, 3), counter-clockwise vertices, and `
 edge opposite each of them, -1 on the outline. Both have room for more triangles than there are.
 """
 
+from ...flips import flip, opposite, push
 from ...jit import kernel
 from ..kernels import cross, dot, set_row, twice_area
 
@@ -24,16 +25,6 @@ def in_circle(z, a, b, c, d):
         dot(w, w) * cross(u, v),
     )
     return first + second + third > ROUNDING * (abs(first) + abs(second) + abs(third))
-
-
-@kernel
-def relink(across, t, old, new):
-    """Tells triangle t, unless it is -1, that its neighbour old is now new."""
-    if t >= 0:
-        for k in range(3):
-            if across[t, k] == old:
-                across[t, k] = new
-                return
 
 
 @kernel
@@ -97,40 +88,6 @@ def clip_ears(z, following, before, beyond, side, faces, across):
     _join(across, beyond[b], side[b], t)
     _join(across, beyond[c], side[c], t)
     return t + 1
-
-
-@kernel
-def opposite(faces, u, b, c):
-    """The place in triangle u of the vertex that is neither b nor c."""
-    for k in range(3):
-        if faces[u, k] != b and faces[u, k] != c:
-            return k
-    return 0
-
-
-@kernel
-def flip(faces, across, t, k):
-    """Replaces the edge opposite corner k of t by the other diagonal of the two triangles beside it."""
-    u = across[t, k]
-    a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
-    j = opposite(faces, u, b, c)
-    d = faces[u, j]
-    beyond_ca, beyond_ab = across[t, (k + 1) % 3], across[t, (k + 2) % 3]
-    beyond_bd, beyond_dc = across[u, (j + 1) % 3], across[u, (j + 2) % 3]
-    set_row(faces, t, a, b, d)
-    set_row(across, t, beyond_bd, u, beyond_ab)
-    set_row(faces, u, a, d, c)
-    set_row(across, u, beyond_dc, beyond_ca, t)
-    relink(across, beyond_bd, u, t)
-    relink(across, beyond_ca, t, u)
-
-
-@kernel
-def push(stack, t):
-    """Puts a triangle on the stack, whose first entry counts what is on it, unless it is full."""
-    if stack[0] + 1 < stack.size:
-        stack[0] += 1
-        stack[stack[0]] = t
 
 
 @kernel

@@ -12,11 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
+from ...flips import flip, opposite, push, relink
 from ...jit import kernel
 from ...plane import polygon_area, triangle_areas
 from ..errors import Stuck
 from ..kernels import cross, dot, set_row, twice_area
-from .delaunay import clip_ears, flip, in_circle, is_constrained, legalise, opposite, push, relink
+from .delaunay import clip_ears, in_circle, is_constrained, legalise
 
 LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement no longer settles
 LEAST_SINE2 = float(np.sin(np.radians(LEAST_ANGLE)) ** 2)
