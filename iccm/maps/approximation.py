@@ -4,7 +4,7 @@ The mesh is refined where the quadratic patches of the inverse are not accurate 
 map has derivatives, those of the inverse give each edge its bulge, right to fourth order, and the third difference
 2 (z_i - z_j) + t_i + t_j of its values z and tangents t tells the error, .048 of that at most. At the polygon's
 vertices a harmonic map has none, z log z being what it is like there: the middles of edges that begin there are
-evaluated. When edges are accurate the middles of triangles are held against the map itself.
+evaluated. When its sides are accurate the middle of a triangle is held against the map itself.
 """
 
 from dataclasses import replace
@@ -19,6 +19,7 @@ from ..curve import Curve
 from .folds import by_sheets
 from .harmonic import ROUNDING, HarmonicMap
 from .refinement import Triangulation
+from .triangulated.adjacency import Edges, edges_of
 from .triangulated.map import TriangulatedMap, inverted
 from .triangulated.patches import cross, shrunk, tangential
 
@@ -26,9 +27,9 @@ AnyMap = HarmonicMap | TriangulatedMap
 
 TEXELS = 1024  # to the longer side of a box
 ERROR = 0.02  # texels of 1024², at which refinement ends
+ALIKE = 0.9  # of ERROR: an error asked that is hardly smaller, as of a picture a little larger than its shape, is ERROR
 CUBIC = 3**0.5 / 36  # the largest of |t (t - 1/2) (t - 1)|
 LOGARITHM = 3  # how much larger errors are beside z log z than beside a cubic with the same tangent
-SHARE = 0.02  # of the edges are to be refined yet: then triangles are looked at, too
 ROUNDS = 40  # of refinement (by hand)
 MOST = 400_000  # triangles (by hand): a wild map may ask for more than any use of it
 DIGITS = 1e-13  # of the coordinates: shorter edges have too few of them to be cut (by hand)
@@ -44,8 +45,8 @@ def triangulated(
 
     Args:
         map: source → target; a triangulated one is its own.
-        source_error: of the inverse, in the source's units; ERROR texels by default, as many as 1024 to the longer side
-            of the source.
+        source_error: of the inverse, in the source's units; at most ERROR texels, as many as 1024 to the longer side
+            of the source, which is the default.
         image_error: of the map, likewise in the image.
 
     Returns:
@@ -54,11 +55,15 @@ def triangulated(
     if isinstance(map, TriangulatedMap):
         return map
     texels = _texels(map)
-    asked = source_error or ERROR * texels[0], image_error or ERROR * texels[1]
+    asked = _asked(source_error, ERROR * texels[0]), _asked(image_error, ERROR * texels[1])
     known = _made.setdefault(map, {})
     if asked not in known:  # never a finer one: what is drawn must not depend on what was asked before
         known[asked] = _centred(map, *asked)
     return known[asked]
+
+
+def _asked(error: float | None, usual: float) -> float:
+    return error if error and error < ALIKE * usual else usual
 
 
 def _texels(map: HarmonicMap) -> tuple[float, float]:
@@ -80,9 +85,8 @@ def _approximation(map: HarmonicMap, source_error: float, image_error: float) ->
     samples = Samples(map, source_error, image_error)
     for left in reversed(range(ROUNDS)):
         samples.extend(mesh.z)
-        bulge, marked = samples.edges(mesh)
-        if marked.sum() <= SHARE * len(mesh.faces):
-            marked |= samples.triangles(mesh, bulge)
+        bulge, marked = samples.edges(mesh.z, mesh.edges)
+        marked |= samples.triangles(mesh, bulge, marked)
         if not marked.any() or len(mesh.faces) > MOST or not left:
             break
         mesh = mesh.refined(marked)
@@ -92,10 +96,9 @@ def _approximation(map: HarmonicMap, source_error: float, image_error: float) ->
         seen = 0
     elif _folds(image, faces, mesh.loop):
         away = _clearances(image, faces, mesh.loop)
-        faces, seen = by_sheets(image, faces, away)
-        mesh = Triangulation.given(mesh.z, faces)
-        bulge = samples.edges(mesh)[0]
-    bulge = samples.shrunk(mesh, bulge)
+        faces, seen = by_sheets(image, faces, mesh.across, away)
+    edges = edges_of(faces)
+    bulge = shrunk(faces, image, mesh.z, edges, samples.edges(mesh.z, edges)[0])
     near = max(map.slack / map.diagonal, ROUNDING)
     return TriangulatedMap(mesh.z, image, faces, (mesh.loop,), near, bulge, seen)
 
@@ -106,11 +109,13 @@ class Samples:
     Attributes:
         w: images of the vertices.
         p, q: the inverse's derivatives by w and its conjugate there; not finite where there are none.
+        checked: numbers of the triangles whose middles were held against the map, in order.
     """
 
     def __init__(self, map: HarmonicMap, source_error: float, image_error: float):
         self.map, self.errors = map, (source_error, image_error)
         self.w, self.p, self.q = np.empty((3, 0), np.complex128)
+        self.checked = np.empty(0, np.int64)
 
     def extend(self, z: Complex) -> None:
         """Takes up the vertices that are new."""
@@ -118,9 +123,8 @@ class Samples:
         values = zip((self.w, self.p, self.q), (w, *inverted(f_z, f_zbar)))
         self.w, self.p, self.q = (np.concatenate(both) for both in values)
 
-    def edges(self, mesh: Triangulation) -> tuple[Complex, Flags]:
+    def edges(self, z: Complex, edges: Edges) -> tuple[Complex, Flags]:
         """(e,) the bulges of edges, and which are to be cut."""
-        z, edges = mesh.z, mesh.edges
         i, j = edges.ends.T
         along, step = z[j] - z[i], self.w[j] - self.w[i]
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
@@ -128,7 +132,7 @@ class Samples:
             bulge, error = 0.25 * (first - last), CUBIC * np.abs(first + last - 2 * along)
             corners = np.flatnonzero(np.minimum(i, j) < self.map.polygon.size)
             bulge[corners], error[corners] = self._beside_corners(
-                mesh, corners, first[corners], last[corners]
+                z, edges.ends[corners], first[corners], last[corners]
             )
             straight = tangential(bulge, z, edges, edges.rim)
             error += 0.5 * np.abs(
@@ -138,35 +142,35 @@ class Samples:
         bulge = np.where(np.isfinite(straight), straight, 0)
         return bulge, marked & self._known(along, step)
 
-    def shrunk(self, mesh: Triangulation, bulge: Complex) -> Complex:
-        """The bulges, smaller where patches would all but fold."""
-        return shrunk(mesh.faces, self.w, mesh.z, mesh.edges, bulge)
-
-    def _beside_corners(
-        self, mesh: Triangulation, which: Index, first: Complex, last: Complex
-    ) -> tuple[Complex, Real]:
+    def _beside_corners(self, z: Complex, ends: Index, first: Complex, last: Complex) -> tuple[Complex, Real]:
         """Bulges and errors of edges that begin or end at vertices of the polygon, by the map in their middles."""
-        i, j = mesh.edges.ends[which].T
-        along, middle = mesh.z[j] - mesh.z[i], 0.5 * (mesh.z[i] + mesh.z[j])
+        i, j = ends.T
+        along, middle = z[j] - z[i], 0.5 * (z[i] + z[j])
         bulge = 2 * self._off(0.5 * (self.w[i] + self.w[j]), middle)[0]
-        ends = i < self.map.polygon.size, j < self.map.polygon.size
-        known = np.where(ends[0], last, first)
-        error = LOGARITHM * CUBIC * 2 * np.abs(known - along - np.where(ends[0], -2, 2) * bulge)
-        return bulge, np.where(ends[0] & ends[1], np.inf, error)
+        corner = ends < self.map.polygon.size
+        known = np.where(corner[:, 0], last, first)
+        error = LOGARITHM * CUBIC * 2 * np.abs(known - along - np.where(corner[:, 0], -2, 2) * bulge)
+        return bulge, np.where(corner.all(axis=1), np.inf, error)
 
-    def triangles(self, mesh: Triangulation, bulge: Complex) -> Flags:
-        """(e,) the longest sides of triangles whose middles err."""
-        sides, image = mesh.edges.sides, self.w[mesh.faces]
-        bent = self.shrunk(mesh, bulge)[sides].sum(axis=1)
-        middle = mesh.z[mesh.faces].mean(axis=1) + 2 / 9 * bent
-        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            off, away = self._off(image.mean(axis=1), middle)
-            bad = ~self._accurate(np.abs(off), np.abs(away))
-        along, step = (np.abs(np.diff(plane[mesh.edges.ends], axis=1)[:, 0]) for plane in (mesh.z, self.w))
+    def triangles(self, mesh: Triangulation, bulge: Complex, marked: Flags) -> Flags:
+        """(e,) longest sides of triangles whose middles err. Each is looked at once, when its sides are accurate."""
+        sides = mesh.edges.sides
+        i, j = mesh.edges.ends.T
+        along, step = np.abs(mesh.z[j] - mesh.z[i]), np.abs(self.w[j] - self.w[i])
         longest = sides[np.arange(len(sides)), step[sides].argmax(axis=1)]
-        marked = np.zeros(step.size, bool)
-        marked[longest[bad]] = True
-        return marked & self._known(along, step)
+        ready = np.flatnonzero(~marked[sides.T].any(axis=0) & self._known(along, step)[longest])
+        number = np.sort(mesh.faces[ready], axis=1) @ (1 << np.array([0, 21, 42]))
+        new = ~np.isin(number, self.checked, assume_unique=True)
+        ready, self.checked = ready[new], np.append(self.checked, number[new])
+        bent = shrunk(mesh.faces, self.w, mesh.z, mesh.edges, bulge)[sides[ready]].sum(axis=1)
+        faces = mesh.faces[ready]
+        middle = mesh.z[faces].mean(axis=1) + 2 / 9 * bent
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            off, away = self._off(self.w[faces].mean(axis=1), middle)
+            bad = ~self._accurate(np.abs(off), np.abs(away))
+        found = np.zeros(step.size, bool)
+        found[longest[ready[bad]]] = True
+        return found
 
     def _off(self, w: Complex, z: Complex) -> tuple[Complex, Complex]:
         """How far the preimages of points w (p,) are from points z close to them, and w from their images."""

@@ -4,12 +4,10 @@ import numpy as np
 
 from ..arrays import Complex, Index, Real
 from ..jit import kernel
-from .refinement import neighbours
-from .triangulated.adjacency import edges_of
 from .triangulated.patches import cross
 
 
-def by_sheets(image: Complex, faces: Index, clearance: Real) -> tuple[Index, int]:
+def by_sheets(image: Complex, faces: Index, across: Index, clearance: Real) -> tuple[Index, int]:
     """The triangles in the order in which they lie over each other, and how many are seen at all.
 
     Of two triangles over one place the one lies on top to which a wider way leads from the triangle with most room
@@ -18,16 +16,17 @@ def by_sheets(image: Complex, faces: Index, clearance: Real) -> tuple[Index, int
     Args:
         image: (n,) images of the vertices.
         faces: (m, 3) triangles.
+        across: (m, 3) those beyond their sides, -1 for none.
         clearance: (m,) how far each one's image is from that of the boundary.
     """
     a, b, c = image[faces].T
-    upright = np.flatnonzero(cross(b - a, c - a) > 0)
+    up = cross(b - a, c - a) > 0
+    upright = np.flatnonzero(up)
     widest = upright[np.argsort(-clearance[upright], kind="stable")]
     reached = np.full(len(faces), -1.0)
-    _flood(widest, neighbours(edges_of(faces)), clearance, *np.empty((4, len(faces)), np.int64), reached)
+    _flood(widest, across, clearance, *np.empty((4, len(faces)), np.int64), reached)
     order = widest[np.argsort(-reached[widest], kind="stable")]
-    turned = np.setdiff1d(np.arange(len(faces)), upright)
-    return faces[np.concatenate([order, turned])], upright.size
+    return faces[np.concatenate([order, np.flatnonzero(~up)])], upright.size
 
 
 @kernel

@@ -10,7 +10,7 @@ steps that leave the source or do not lower |r| are halved.
 import numpy as np
 
 from ..arrays import Complex, Real
-from .approximation import triangulated
+from .approximation import TEXELS, triangulated
 from .harmonic import HarmonicMap
 from .triangulated.map import inverted
 
@@ -37,10 +37,11 @@ def extended_inverse(map: HarmonicMap, w: Complex) -> tuple[Complex, Real]:
     if known.size:
         about = triangulated(map)
         start, far = about.extended_inverse(flat[known])
-        found = _solved(map, flat[known], start.copy(), EXACT * about.image_diagonal)
+        found, near = np.full(far.size, complex(np.nan, np.nan)), far <= about.image_diagonal / TEXELS
+        found[near] = _solved(map, flat[known[near]], start[near], EXACT * about.image_diagonal)
         lost = np.isnan(found)
-        z[known] = np.where(lost, start, found)
-        away[known] = np.where(lost, np.maximum(far, np.abs(map.jet(start)[0] - flat[known])), 0)
+        z[known], away[known] = np.where(lost, start, found), 0
+        away[known[lost]] = np.maximum(far, np.abs(map.jet(start)[0] - flat[known]))[lost]
     return z.reshape(w.shape), away.reshape(w.shape)
 
 

@@ -9,6 +9,7 @@ forever, however close vertices lie. The polygon's edges stay, or are cut in the
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -16,7 +17,7 @@ import shapely
 from ..arrays import Complex, Flags, Index, xy_of
 from ..flips import flip, opposite, push, relink, write
 from ..jit import kernel
-from .triangulated.adjacency import Edges, edges_of
+from .triangulated.adjacency import Edges
 
 THIN = 0.15  # twice the area by the square of the longest side: about 9 degrees (by hand)
 FALL = 1 - 1e-6  # of the roughness, in a flip
@@ -26,11 +27,12 @@ TINIEST = 1e-14  # of the polygon's diagonal: rounding decides the shape of tria
 
 @dataclass(frozen=True, eq=False)
 class Triangulation:
-    """Vertices (n,), counter-clockwise triangles (m, 3), and what is known of their edges."""
+    """Vertices (n,), counter-clockwise triangles (m, 3), and those beyond the sides opposite to their corners, -1 for
+    none."""
 
     z: Complex
     faces: Index
-    edges: Edges
+    across: Index
 
     @classmethod
     def of(cls, polygon: Complex) -> "Triangulation":
@@ -40,10 +42,10 @@ class Triangulation:
         order = np.argsort(polygon)
         return shaped(polygon, order[np.searchsorted(polygon[order], corners)])
 
-    @classmethod
-    def given(cls, z: Complex, faces: Index) -> "Triangulation":
-        """Vertices and triangles as they are."""
-        return cls(z, faces, edges_of(faces))
+    @cached_property
+    def edges(self) -> Edges:
+        """The edges of the triangulation."""
+        return Edges(*_numbered(self.faces, self.across))
 
     def refined(self, marked: Flags) -> "Triangulation":
         """The same with the marked edges (e,) cut in the middle."""
@@ -84,28 +86,61 @@ def shaped(z: Complex, faces: Index) -> Triangulation:
     """A triangulation made Delaunay, with vertices added where triangles are thin."""
     n, m = z.size, len(faces)
     room = 3 * n + 2000
-    points, triangles, across = (
-        np.empty(room, np.complex128),
-        np.empty((2 * room, 3), np.int64),
-        np.full((2 * room, 3), -1),
-    )
+    points, triangles, across = np.empty(room, np.complex128), *np.empty((2, 2 * room, 3), np.int64)
     points[:n], triangles[:m] = z, faces
-    across[:m] = neighbours(edges_of(faces))
+    _join(faces, np.full(n, -1), np.empty(faces.size, np.int64), across)
     stack = np.zeros(8 * room, np.int64)
     stack[0], stack[1 : m + 1] = m, np.arange(m)
     tiniest = TINIEST * float(np.hypot(np.ptp(z.real), np.ptp(z.imag)))
     n, m = _mend(points, n, triangles, m, across, stack, THIN, tiniest**2)
-    return Triangulation.given(np.concatenate([z, points[z.size : n]]), triangles[:m].copy())
+    return Triangulation(points[:n].copy(), triangles[:m].copy(), across[:m].copy())
 
 
-def neighbours(edges: Edges) -> Index:
-    """(m, 3) the triangles beyond the sides opposite to the corners, -1 for none."""
-    sides = edges.sides.ravel()
-    order = np.argsort(sides, kind="stable")
-    twins = np.flatnonzero(np.diff(sides[order]) == 0)
-    out = np.full(sides.size, -1)
-    out[order[twins]], out[order[twins + 1]] = order[twins + 1] // 3, order[twins] // 3
-    return out.reshape(-1, 3)
+@kernel
+def _join(faces, first, following, across):
+    """Writes the triangles beyond the sides of faces (m, 3), -1 for none.
+
+    Args:
+        first: (n,) -1 for every vertex; written: the last side that begins there,
+        following: (3m,) written: and the one before that.
+        across: (m or more, 3) written.
+    """
+    for t in range(len(faces)):
+        for k in range(3):
+            start, end = faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
+            across[t, k], following[3 * t + k], first[start] = -1, first[start], 3 * t + k
+            side = first[end]
+            while side >= 0:
+                u, j = side // 3, side % 3
+                if faces[u, (j + 2) % 3] == start:
+                    across[t, k], across[u, j] = u, t
+                    break
+                side = following[side]
+
+
+@kernel
+def _numbered(faces, across):
+    """The edges of triangles, as `Edges` lists them."""
+    m = len(faces)
+    ends, sides, count = np.empty((3 * m, 2), np.int64), np.empty((m, 3), np.int64), 0
+    rim, beside, corner, around = (
+        np.empty(3 * m, np.int64),
+        np.empty(3 * m, np.int64),
+        np.empty(3 * m, np.int64),
+        0,
+    )
+    for t in range(m):
+        for k in range(3):
+            u, start, end = across[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
+            if 0 <= u < t:
+                sides[t, k] = sides[u, opposite(faces, u, start, end)]
+                continue
+            if u < 0:
+                rim[around], beside[around], corner[around] = count, t, k
+                around += 1
+            sides[t, k], ends[count, 0], ends[count, 1] = count, start, end
+            count += 1
+    return ends[:count], sides, rim[:around], beside[:around], corner[:around]
 
 
 @kernel

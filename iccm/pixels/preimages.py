@@ -43,7 +43,7 @@ def of(map: AnyMap, canvas: Canvas, tolerance: float, slopes: bool = True) -> Ba
     """
     if isinstance(map, HarmonicMap):
         edge = outline(map, OUTLINE * min(canvas.step))
-        drawn = triangulated(map, ERROR / USUAL * tolerance, USUAL * min(canvas.step))
+        drawn = triangulated(map, ERROR / USUAL * tolerance)
         return TriangulatedPreimages(drawn, canvas, slopes, edge)
     if isinstance(map, TriangulatedMap):
         return TriangulatedPreimages(map, canvas, slopes)

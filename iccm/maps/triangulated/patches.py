@@ -16,6 +16,7 @@ is taken, so that the outline stays the polyline that it is; so it is on edges t
 import numpy as np
 
 from ...arrays import Complex, Real
+from ...jit import kernel
 from ...plane import cross
 from .adjacency import Edges, Index
 
@@ -106,19 +107,31 @@ def shrunk(faces: Index, image: Complex, source: Complex, edges: Edges, bulge: C
     area = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     flat = _sliver(corners) | _sliver(image[faces])
     bulge[edges.sides[flat]] = 0
-    todo = np.flatnonzero(~flat)
-    for _ in range(ROUNDS):
-        bad = todo[~moderate(corners[todo], bulge[edges.sides[todo]], area[todo])]
-        late = edges.rim[1 - 2 * np.abs(slides(bulge, source, edges)) < LEAST]
-        touched = np.union1d(edges.sides[bad].ravel(), late)
-        if not touched.size:
-            return bulge
-        bulge[touched] *= SHRINK
-        near = np.zeros(bulge.size, bool)
-        near[touched] = True
-        todo = np.flatnonzero(near[edges.sides].any(axis=1) & ~flat)
-    bulge[edges.sides[bad]] = 0
-    return shrunk(faces, image, source, edges, bulge)
+    i, j = edges.ends[edges.rim].T
+    _shrink(corners, area, flat, edges.sides, edges.rim, source[j] - source[i], bulge)
+    return bulge
+
+
+@kernel
+def _shrink(corners, area, flat, sides, rim, along, bulge):
+    """Shrinks bulges of triangles that are not flat, and of the rim, whose edges are `along`, in place."""
+    near, touched, rounds, go = np.ones(bulge.size, np.bool_), np.zeros(bulge.size, np.bool_), 0, True
+    while go:
+        go, rounds = False, rounds + 1
+        for t in range(len(sides)):
+            a, b, c = sides[t]
+            if flat[t] or not (near[a] or near[b] or near[c]):
+                continue
+            if not _moderate(corners[t], bulge[a], bulge[b], bulge[c], area[t]):
+                touched[a] = touched[b] = touched[c] = go = True
+        for k in range(rim.size):
+            d, e = bulge[rim[k]], along[k]
+            if 2 * abs(d.real * e.real + d.imag * e.imag) > (1 - LEAST) * (e.real * e.real + e.imag * e.imag):
+                touched[rim[k]] = go = True
+        for e in range(bulge.size):
+            if touched[e]:
+                bulge[e] *= SHRINK if rounds % ROUNDS else 0.0
+            near[e], touched[e] = touched[e], False
 
 
 def _sliver(corners: Complex) -> np.ndarray:
@@ -127,16 +140,34 @@ def _sliver(corners: Complex) -> np.ndarray:
     return ~(cross(u, v) > SLIVER * (np.abs(u) ** 2 + np.abs(v) ** 2))
 
 
-def moderate(corners: Complex, bulge: Complex, area: Real) -> np.ndarray:
-    """Whether all of a patch's Bernstein coefficients keep the bounds, and it is not bent by too much."""
-    ratio = bernstein(corners, bulge) / area
-    bend = np.max([np.abs(cross(bulge, side[:, None])).max(axis=1) for side in _sides(corners)], axis=0)
-    return ((ratio >= LEAST) & (ratio <= MOST)).all(axis=0) & (2 * bend <= BEND * area)
+@kernel
+def moderate(corners, bulge, area):
+    """(m,) whether all of a patch's Bernstein coefficients keep the bounds, and it is not bent by too much."""
+    out = np.empty(area.size, np.bool_)
+    for t in range(area.size):
+        out[t] = _moderate(corners[t], bulge[t, 0], bulge[t, 1], bulge[t, 2], area[t])
+    return out
 
 
-def _sides(corners: Complex) -> list[Complex]:
-    x, y, z = corners.T
-    return [z - y, x - z, y - x]
+@kernel
+def _moderate(corners, d0, d1, d2, area):
+    x, y, z = corners
+    u, v = y - x, z - x
+    a = (u + 2 * d2, u - 2 * d2, u + 2 * (d0 - d1))
+    b = (v + 2 * d1, v + 2 * (d0 - d2), v - 2 * d1)
+    for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)):
+        if not LEAST <= 0.5 * (_cross(a[i], b[j]) + _cross(a[j], b[i])) / area <= MOST:
+            return False
+    for side in (z - y, x - z, y - x):
+        for d in (d0, d1, d2):
+            if not 2 * abs(_cross(d, side)) <= BEND * area:
+                return False
+    return True
+
+
+@kernel
+def _cross(a, b):
+    return a.real * b.imag - a.imag * b.real
 
 
 def tangents(corners: Complex, bulge: Complex) -> tuple[list[Complex], list[Complex]]:
