@@ -37,6 +37,43 @@ PARTS = 64
 HOLES = 64
 """Holes of a shape that are mapped, the largest first: each costs a chain of vertices on every mesh."""
 
+SVG_BYTES = 32 << 20
+"""Bytes of an SVG, and of what a compressed one (.svgz) holds."""
+SVG_DEPTH = 200
+"""Nested elements."""
+SVG_ELEMENTS = 300_000
+"""Elements of any kind, text and definitions included."""
+SVG_SHAPES = 100_000
+"""Paths, rectangles and so on, and runs of paths: a tenth of a millisecond each."""
+SVG_COPIES = 50_000
+"""Elements that <use>, clip paths, masks, markers and filters make again."""
+SVG_COPIED = 8 << 20
+"""Characters of these: a second or two."""
+SVG_LINKS = 40
+"""Definitions that refer to each other in a chain."""
+SVG_POINTS = 4_000_000
+"""Points of all shapes once their curves are polylines: 64 MB, several times."""
+SVG_NUMBER = 1e60
+"""The largest coordinate, argument or length in a drawing: products of a few of them stay finite."""
+STYLE_CHARACTERS = 1 << 20
+"""Characters of style sheets: two seconds."""
+SELECTORS, SELECTOR_CHARACTERS = 50_000, 1000
+"""Selectors of style sheets, a second and a half, and characters of one; longer ones are not read."""
+RULES = 2_000_000
+"""Steps in holding selectors against elements: a second and a half."""
+CROSSINGS = 50_000
+"""Crossings of the outlines that are filled together: 50 µs and 3 KB each."""
+CUT_POINTS = 20_000_000
+"""Points of shapes, and of the clip paths and masks that cut them: some seconds."""
+NEAR_SEGMENTS, NESTED_RUNS = 4_000_000, 2_000_000
+"""Pairs of segments, and of runs, whose boxes overlap: half a second, and a second."""
+WINDINGS = 200_000_000
+"""Points times segments, for which windings are counted: two seconds."""
+ARTWORK_CURVES = 100_000
+"""Lines and curves of a drawing that is carried as artwork, each of which takes up to a millisecond."""
+ARTWORK_COVERED = 3 * ARTWORK_CURVES
+"""Of these, as often as each lies under a clip path, mask or filter: 10 µs."""
+
 READ_PIXELS = 1 << 29
 """Pixels of a picture that is read where no option bounds them."""
 MESH_BYTES = 4 << 30

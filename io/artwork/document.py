@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, SubElement
 
 from ...errors import InputError
+from .. import limits
 from ..shapes.shape import Shape
 from ..svg import affine, reader, tree
 from ..svg.affine import Affine
@@ -26,19 +27,17 @@ from .mapping import OUTSIDE, Effect
 from .paint_server import SIDES, Definitions, Space, lined, scale, shown
 from .references import confine, typed
 
-MAX_CARRIED = 100_000  # lines and curves, each of which takes up to a millisecond
-MAX_COVERED = 3 * MAX_CARRIED  # of these, as often as each lies under a clip path, mask or filter: 10 µs
 CELL = 1 / 24
 """Of the source's diagonal: size of the parts of a picture that follow the map each by its affine part."""
 OVERLAP = 0.02  # of a part: so much it reaches under the next, which leaves no seam
 _TEXT = "<{}>, left out (turn it into paths: Inkscape, Path > Object to Path; Illustrator, Type > Create Outlines)"
 _UNREAD = "style rule that is not read but kept: a malformed selector, or a pseudo-class such as :hover"
 _CARRIED = (
-    f"as artwork these are more than {MAX_CARRIED} lines and curves, with clip paths, masks and parts of "
+    f"as artwork these are more than {limits.ARTWORK_CURVES} lines and curves, with clip paths, masks and parts of "
     "pictures for each place that uses them; simplify the drawing, or carry a picture of it (--texture)"
 )
 _COVERED = (
-    f"as artwork more than {MAX_COVERED} lines and curves lie under clip paths, masks and filters, counted "
+    f"as artwork more than {limits.ARTWORK_COVERED} lines and curves lie under clip paths, masks and filters, counted "
     "for each group around them that has one; use these in fewer groups"
 )
 _COPIED = ("title", "desc", "metadata")
@@ -76,8 +75,8 @@ class MappedDocument:
     aside: bool = False
     pictures: list[Element] = field(default_factory=list)
     notes: Counter[str] = field(default_factory=Counter)
-    carried: Quota = field(default_factory=lambda: Quota(MAX_CARRIED, _CARRIED))
-    covered: Quota = field(default_factory=lambda: Quota(MAX_COVERED, _COVERED))
+    carried: Quota = field(default_factory=lambda: Quota(limits.ARTWORK_CURVES, _CARRIED))
+    covered: Quota = field(default_factory=lambda: Quota(limits.ARTWORK_COVERED, _COVERED))
 
     @classmethod
     def of(cls, data: bytes, source: Shape, target: Shape) -> "MappedDocument":

@@ -10,11 +10,12 @@ import numpy as np
 
 from ...arrays import Complex
 from ...errors import InputError
+from .. import limits
 from ..svg import css, path_data, reader
 from ..svg.affine import Affine
 from ..svg.curves import Bezier, Piece
 from ..svg.drawing import Rectangle
-from ..svg.path_data import LARGEST, PenPath
+from ..svg.path_data import PenPath
 from ..svg.tree import Node
 from .clip import Clipped
 
@@ -123,7 +124,7 @@ def runs_of(drawn: Node) -> list[PenPath]:
             pieces = [piece.under(drawn.affine) for piece in pieces]
             out.append(PenPath(drawn.affine(run.start), pieces, run.closed))
     rough = [point for run in out for piece in run.pieces for point in (run.start, *piece.rough())]
-    if not all(abs(point) <= LARGEST for point in rough):  # NaN included
+    if not all(abs(point) <= limits.SVG_NUMBER for point in rough):  # NaN included
         raise InputError("its coordinates are too large")
     return out
 

@@ -14,9 +14,9 @@ from itertools import count
 from xml.etree.ElementTree import Element
 
 from ...errors import InputError
+from .. import limits
 from ..svg import affine
 from ..svg.affine import Affine
-from ..svg.budget import MAX_LINKS
 from ..svg.document import length, local
 from ..svg.drawing import Rectangle
 from ..svg.tree import LINKS, Document
@@ -154,9 +154,11 @@ class Definitions:
         while following is not None and following not in chain:
             chain.append(following)
             following = self.document.linked(following)
-            if len(chain) > MAX_LINKS:
+            if len(chain) > limits.SVG_LINKS:
                 name = element.get("id")
-                raise InputError(f"<{local(element)}> {name!r} refers to others more than {MAX_LINKS} deep")
+                raise InputError(
+                    f"<{local(element)}> {name!r} refers to others more than {limits.SVG_LINKS} deep"
+                )
         said = {k: v for each in reversed(chain) for k, v in each.attrib.items()}
         return said, next((each for each in chain if len(each)), element)
 

@@ -15,7 +15,6 @@ from ..meshes import obj
 from ..meshes.obj import Obj
 from ..svg.drawing import Drawing
 from ..svg.fill import outlines
-from ..svg.path_data import LARGEST
 
 FLAT = 1e-6  # largest deviation from a plane z = constant, relative to the extent
 
@@ -82,7 +81,7 @@ def _planar(content: Obj, used: NDArray) -> Real:
         InputError: they are not finite, or z differs.
     """
     v = content.v[used]
-    wrong = ~(np.abs(v) <= LARGEST).all(axis=1)
+    wrong = ~(np.abs(v) <= limits.SVG_NUMBER).all(axis=1)
     if wrong.any():
         raise InputError(f"{content.path}: vertex {int(used[wrong][0]) + 1} is not finite, or too large")
     extent = np.ptp(v, axis=0)

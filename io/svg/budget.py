@@ -3,25 +3,7 @@
 from xml.etree.ElementTree import Element
 
 from ...errors import InputError
-
-MAX_BYTES = 32 << 20  # of a file, and of what a compressed one (.svgz) holds
-MAX_DEPTH = 200  # of nested elements
-MAX_ELEMENTS = 300_000  # of any kind, text and definitions included
-MAX_SHAPES = 100_000  # paths, rectangles and so on: a tenth of a millisecond each
-MAX_COPIES = 50_000  # elements that <use>, clip paths, masks, markers and filters make again
-MAX_COPIED = 8 << 20  # characters of these: a second or two
-MAX_LINKS = 40  # definitions that refer to each other in a chain
-MAX_STYLE = 1 << 20  # characters of style sheets: two seconds
-MAX_SELECTORS = 50_000  # of style sheets: a second and a half
-MAX_SELECTOR = 1000  # characters of one; longer ones are not read
-MAX_RULES = 2_000_000  # steps in holding selectors against elements: a second and a half
-MAX_SEGMENTS = 1 << 20  # lines and curves of all shapes, each as often as it is drawn (--max-segments)
-MAX_POINTS = 4_000_000  # of all shapes once their curves are polylines: 64 MB, several times
-MAX_CROSSINGS = 50_000  # of the outlines that are filled together: 50 µs and 3 KB each
-MAX_CUT = 20_000_000  # points of shapes, and of the clip paths and masks that cut them: some seconds
-MAX_NEAR = 4_000_000  # pairs of segments whose boxes overlap: half a second
-MAX_NESTED = 2_000_000  # pairs of runs whose boxes overlap: a second
-MAX_WINDING = 200_000_000  # points times segments, for which windings are counted: two seconds
+from .. import limits
 
 
 class Quota:
@@ -62,15 +44,18 @@ class Budget:
         points: of polylines.
     """
 
-    def __init__(self, segments: int = MAX_SEGMENTS):
-        self.runs = Quota(MAX_SHAPES, f"it draws more than {MAX_SHAPES} runs (M); split the drawing")
+    def __init__(self, segments: int = limits.SEGMENTS):
+        self.runs = Quota(
+            limits.SVG_SHAPES, f"it draws more than {limits.SVG_SHAPES} runs (M); split the drawing"
+        )
         self.segments = Quota(
             segments,
             f"it draws more than {segments} lines and curves; simplify it (Inkscape: Path > Simplify), "
             "or raise --max-segments",
         )
         self.points = Quota(
-            MAX_POINTS, f"its curves take more than {MAX_POINTS} points; draw fewer or gentler curves"
+            limits.SVG_POINTS,
+            f"its curves take more than {limits.SVG_POINTS} points; draw fewer or gentler curves",
         )
 
 
@@ -82,13 +67,13 @@ class Copies:
 
     def __init__(self) -> None:
         self.elements = Quota(
-            MAX_COPIES,
-            f"<use>, clip paths, masks, markers and filters make more than {MAX_COPIES} elements; "
+            limits.SVG_COPIES,
+            f"<use>, clip paths, masks, markers and filters make more than {limits.SVG_COPIES} elements; "
             "use fewer of them, or carry a picture of the drawing",
         )
         self.characters = Quota(
-            MAX_COPIED,
-            f"attributes and texts that are used again have more than {MAX_COPIED} characters; shorten them",
+            limits.SVG_COPIED,
+            f"attributes and texts that are used again have more than {limits.SVG_COPIED} characters; shorten them",
         )
 
     def add(self, element: Element, *, whole: bool = False) -> None:

@@ -5,8 +5,9 @@ from collections.abc import Callable
 import shapely
 from tinycss2.color3 import RGBA, parse_color
 
+from .. import limits
 from . import crossings
-from .budget import MAX_CROSSINGS, MAX_CUT, Quota
+from .budget import Quota
 from .fill import painted, rings_of
 from .path_data import Subpath
 from .strokes import painted_by_stroke
@@ -25,7 +26,8 @@ class Clips:
         self.runs = runs
         self.known: dict[Clip, shapely.Geometry] = {}
         self.work = Quota(
-            MAX_CUT, "clip paths and masks cut too many shapes; apply them (Inkscape: Path > Intersection)"
+            limits.CUT_POINTS,
+            "clip paths and masks cut too many shapes; apply them (Inkscape: Path > Intersection)",
         )
 
     def cut(self, drawn: Node, region: shapely.Geometry) -> shapely.Geometry:
@@ -45,7 +47,7 @@ class Clips:
             return region
         counts = [int(shapely.get_num_coordinates(each)) for each in (region, area)]
         self.work.spend(sum(counts))
-        if counts[0] * counts[1] > MAX_CROSSINGS:
+        if counts[0] * counts[1] > limits.CROSSINGS:
             crossings.check([*rings_of(region), *rings_of(area)])
         left = shapely.intersection(region, area)
         return region if region.area - left.area <= HAIR * region.area else left

@@ -8,7 +8,7 @@ import shapely
 from ...arrays import Complex
 from ...errors import InputError
 from ...plane import cross
-from .budget import MAX_CROSSINGS, MAX_NEAR, MAX_NESTED, MAX_WINDING
+from .. import limits
 
 FEW = 300  # segments, which cannot cross too often
 NESTED = "too many runs lie in each other; split the path (Inkscape: Path > Break Apart)"
@@ -48,27 +48,27 @@ def check(lines: Sequence[Complex], *, reach: float = 0.0) -> None:
         met += int(_cross(a[i], b[i], a[j], b[j]).sum()) // 2
         near += i.size // 2
         start += step
-        if met > MAX_CROSSINGS or met * a.size > MAX_WINDING:
+        if met > limits.CROSSINGS or met * a.size > limits.WINDINGS:
             raise TooMuch(
                 "lines cross each other too often; unite the shapes, or remove the crossings (Inkscape: Path > Union)"
             )
-        if near > MAX_NEAR:
+        if near > limits.NEAR_SEGMENTS:
             raise TooMuch("too many lines lie close together; simplify the path (Inkscape: Path > Simplify)")
         step = max(1, min(a.size, AT_ONCE * start // max(2 * near, 1)))
 
 
 def _nested(lines: Sequence[Complex]) -> None:
     """Refuse lines whose boxes overlap too often: each pair is looked at when they are cut at their crossings."""
-    if len(lines) ** 2 <= 2 * MAX_NESTED:
+    if len(lines) ** 2 <= 2 * limits.NESTED_RUNS:
         return
     boxes = shapely.box(
         *np.array([(z.real.min(), z.imag.min(), z.real.max(), z.imag.max()) for z in lines]).T
     )
     tree, pairs = shapely.STRtree(boxes), 0
-    step = max(1, MAX_NESTED // len(lines))
+    step = max(1, limits.NESTED_RUNS // len(lines))
     for start in range(0, len(lines), step):
         pairs += tree.query(boxes[start : start + step]).shape[1]
-        if pairs > 2 * MAX_NESTED:
+        if pairs > 2 * limits.NESTED_RUNS:
             raise TooMuch(NESTED)
 
 

@@ -8,9 +8,9 @@ from defusedxml import DefusedXmlException, EntitiesForbidden
 from defusedxml.ElementTree import XMLParser
 
 from ...errors import InputError
-from .budget import MAX_DEPTH, MAX_ELEMENTS, MAX_SHAPES, MAX_STYLE
+from .. import limits
 from .drawing import Rectangle
-from .path_data import LARGEST, numbers
+from .path_data import numbers
 
 SHAPES = frozenset(["path", "rect", "circle", "ellipse", "line", "polyline", "polygon"])
 _SPACES = ("", "http://www.w3.org/2000/svg")
@@ -29,7 +29,7 @@ def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "
     if (
         not match
         or (match[2] != "%" and match[2].lower() not in _UNITS)
-        or not abs(float(match[1])) <= LARGEST
+        or not abs(float(match[1])) <= limits.SVG_NUMBER
     ):
         raise InputError(f"{name} {text[:24]!r} is not a length")
     if match[2] != "%":
@@ -48,13 +48,15 @@ class _Builder(TreeBuilder):
     def start(self, tag, attrs):
         self.depth += 1
         self.count += 1
-        if self.depth > MAX_DEPTH:
-            raise InputError(f"elements are nested more than {MAX_DEPTH} deep")
-        if self.count > MAX_ELEMENTS:
-            raise InputError(f"more than {MAX_ELEMENTS} elements; split the drawing")
+        if self.depth > limits.SVG_DEPTH:
+            raise InputError(f"elements are nested more than {limits.SVG_DEPTH} deep")
+        if self.count > limits.SVG_ELEMENTS:
+            raise InputError(f"more than {limits.SVG_ELEMENTS} elements; split the drawing")
         self.shapes += tag.rpartition("}")[2] in SHAPES
-        if self.shapes > MAX_SHAPES:
-            raise InputError(f"more than {MAX_SHAPES} shapes; split the drawing, or unite shapes into paths")
+        if self.shapes > limits.SVG_SHAPES:
+            raise InputError(
+                f"more than {limits.SVG_SHAPES} shapes; split the drawing, or unite shapes into paths"
+            )
         return super().start(tag, attrs)
 
     def end(self, tag):
@@ -79,7 +81,7 @@ class _Parser(XMLParser):
             EntitiesForbidden: it is not plain, or too long for as often as entities are used.
         """
         plain = value is not None and not is_parameter_entity and not set("&<%") & set(value)
-        if not plain or len(value) * self.references > MAX_STYLE:
+        if not plain or len(value) * self.references > limits.STYLE_CHARACTERS:
             super().defused_entity_decl(name, is_parameter_entity, value, base, sysid, pubid, notation_name)
 
 

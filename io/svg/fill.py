@@ -9,8 +9,8 @@ import shapely
 from ...arrays import Complex, complex_of, xy_of
 from ...errors import InputError
 from ...plane import cross, distinct
+from .. import limits
 from . import crossings
-from .budget import MAX_WINDING
 
 # A crossing is harmless, and repaired, when the loops it makes have at most this part of the area.
 HARMLESS = 1e-3
@@ -144,7 +144,7 @@ def _faces(rings: Sequence[Complex]) -> tuple[np.ndarray, np.ndarray]:
     for ring, line in zip(rings, closed):
         inside = near.query(shapely.box(*line.bounds))
         work += inside.size * ring.size
-        if work > MAX_WINDING:
+        if work > limits.WINDINGS:
             raise crossings.TooMuch(crossings.NESTED)
         winding[inside] += _winding(ring, shapely.get_coordinates(points[inside]))
     return faces, winding

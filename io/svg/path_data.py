@@ -13,6 +13,7 @@ import numpy as np
 from ...arrays import Complex
 from ...errors import InputError
 from ...plane import diagonal
+from .. import limits
 from .affine import Affine
 from .batches import batches
 from .budget import Budget
@@ -34,7 +35,6 @@ _FLAG = re.compile(r"\s*+(?:,\s*+)?([01])")
 STRETCH = 8  # lines in a row that are kept as one piece
 BATCH = 64  # pieces of a run, from where on they are flattened all at once
 LONG = 1 << 20  # characters of path data, whose numbers are counted before they are read
-LARGEST = 1e60  # of a coordinate, an argument or a length: products of a few of them stay finite
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ def commands(d: str) -> Iterator[tuple[str, list[float]]]:
         stretch = _STRETCH[previous].match(d, match.end()) if previous in _STRETCH and tidy else None
         if stretch and not _NUMBER.match(d, stretch.end()):
             found = list(map(float, _BARE.findall(d, match.end(), stretch.end())))
-            if all(abs(x) <= LARGEST for x in found):
+            if all(abs(x) <= limits.SVG_NUMBER for x in found):
                 yield previous, found
                 position = _skip(d, stretch.end())
                 continue
@@ -83,7 +83,7 @@ def _arguments(d: str, position: int, command: str) -> tuple[list[float], int]:
         match = (_FLAG if flag else _NUMBER).match(d, position) if count else None
         if not match:
             break
-        if not abs(float(match[1])) <= LARGEST:
+        if not abs(float(match[1])) <= limits.SVG_NUMBER:
             raise InputError(f"d: character {position + 1}: the number is too large")
         found.append(float(match[1]))
         position = match.end()
@@ -108,7 +108,7 @@ def numbers(text: str) -> list[float]:
     """
     position = _LIST.match(text).end()  # type: ignore[union-attr]
     found = list(map(float, _BARE.findall(text, 0, position)))
-    if text[position:].strip() or not all(abs(x) <= LARGEST for x in found):
+    if text[position:].strip() or not all(abs(x) <= limits.SVG_NUMBER for x in found):
         raise InputError(
             f"character {position + 1}: {text[position:].strip()[:12]!r} is not a number in range"
         )

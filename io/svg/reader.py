@@ -12,13 +12,14 @@ import shapely
 from ...arrays import Complex, complex_of, xy_of
 from ...errors import InputError
 from ...plane import diagonal, distinct
+from .. import limits
 from . import tree
-from .budget import MAX_BYTES, MAX_SEGMENTS, Budget
+from .budget import Budget
 from .clips import Clips
 from .crossings import TooMuch
 from .drawing import Drawing
 from .fill import FilledOutline, Refused, outlines, outlines_of
-from .path_data import LARGEST, Subpath, least, numbers, subpaths
+from .path_data import Subpath, least, numbers, subpaths
 from .source import drawing_bytes
 from .strokes import silhouette, width_of
 from .thinning import thinned
@@ -37,8 +38,8 @@ def read(
     chosen: str | None = None,
     *,
     flatness: float = 1e-4,
-    max_bytes: int = MAX_BYTES,
-    max_segments: int = MAX_SEGMENTS,
+    max_bytes: int = limits.SVG_BYTES,
+    max_segments: int = limits.SEGMENTS,
 ) -> Drawing:
     """The outlines that an SVG shows, or those of the element or group that has the id or Inkscape label `chosen`.
 
@@ -251,7 +252,7 @@ def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[
         InputError: a malformed attribute, coordinates that are not finite, or the budget is spent.
     """
     a = drawn.affine
-    if not all(abs(part) <= LARGEST for part in (a.alpha, a.beta, a.gamma)):  # NaN included
+    if not all(abs(part) <= limits.SVG_NUMBER for part in (a.alpha, a.beta, a.gamma)):  # NaN included
         raise InputError("its transforms are too large")
     budget = budget or Budget()
     if drawn.tag in ("polyline", "polygon"):
@@ -259,7 +260,7 @@ def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[
         budget.segments.spend(sum(run.z.size for run in runs))
     else:
         runs = subpaths(_PATH[drawn.tag](drawn), drawn.affine, flatness, budget)
-    if not all((np.abs(run.z) <= LARGEST).all() for run in runs):
+    if not all((np.abs(run.z) <= limits.SVG_NUMBER).all() for run in runs):
         raise InputError("coordinates are too large")
     return [_fewer(run, THINNED * flatness) if run.z.size > MANY else run for run in runs]
 

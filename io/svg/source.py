@@ -4,14 +4,13 @@ import zlib
 from pathlib import Path
 
 from ...errors import InputError
-from .. import files
-from .budget import MAX_BYTES
+from .. import files, limits
 
 SUFFIXES = (".svg", ".svgz")
 GZIP = b"\x1f\x8b"
 
 
-def drawing_bytes(path: Path, max_bytes: int = MAX_BYTES) -> bytes:
+def drawing_bytes(path: Path, max_bytes: int = limits.SVG_BYTES) -> bytes:
     """The XML of a drawing; no more of a compressed one is unpacked than may be read.
 
     Raises:

@@ -8,10 +8,11 @@ from shapely.affinity import affine_transform
 
 from ...arrays import Complex, xy_of
 from ...errors import InputError
+from .. import limits
 from . import crossings
 from .affine import Affine
 from .fill import FilledOutline, outlines_of, painted, rings_of
-from .path_data import LARGEST, Subpath
+from .path_data import Subpath
 from .tree import Node
 
 JOINS = {"round": "round", "bevel": "bevel"}  # others (arcs, miter-clip) are drawn as mitres
@@ -33,7 +34,7 @@ def width_of(drawn: Node) -> float:
     if not drawn.stroked:
         return 0.0
     width = drawn.length("stroke-width", "r", 1.0)
-    if not 0 <= width <= LARGEST:
+    if not 0 <= width <= limits.SVG_NUMBER:
         raise InputError(f"stroke-width is {width:g}; it must not be negative")
     return width
 

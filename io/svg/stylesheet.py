@@ -14,8 +14,9 @@ import cssselect2
 import tinycss2
 
 from ...errors import InputError
+from .. import limits
 from . import css
-from .budget import MAX_RULES, MAX_SELECTOR, MAX_SELECTORS, MAX_STYLE, Quota
+from .budget import Quota
 from .document import local
 
 COSTLY = 100  # characters of a selector, or of an attribute that it is compared with, that take a microsecond
@@ -41,20 +42,22 @@ class Stylesheet:
     """
 
     def __init__(self, text: str, root: Element):
-        if len(text) > MAX_STYLE:
-            raise InputError(f"its style sheet has more than {MAX_STYLE} characters; save it as plain SVG")
+        if len(text) > limits.STYLE_CHARACTERS:
+            raise InputError(
+                f"its style sheet has more than {limits.STYLE_CHARACTERS} characters; save it as plain SVG"
+            )
         self.root, self.unread = root, 0
         self._tests = Quota(
-            MAX_RULES,
-            f"its style sheet has more than {MAX_RULES} combinations of rules and elements; "
+            limits.RULES,
+            f"its style sheet has more than {limits.RULES} combinations of rules and elements; "
             "save it as plain SVG, with styles in attributes",
         )
         self._simple, self._contextual = _Matcher(self._tests), _Matcher(self._tests)
         self._known: dict[tuple[str, str | None, str | None], tuple[list[Any], dict[str, str]]] = {}
         named: set[str] = set()
         for order, (tokens, style) in enumerate(_rules(text)):
-            if order >= MAX_SELECTORS:
-                raise InputError(f"its style sheet has more than {MAX_SELECTORS} selectors; simplify it")
+            if order >= limits.SELECTORS:
+                raise InputError(f"its style sheet has more than {limits.SELECTORS} selectors; simplify it")
             selector = _compiled(tokens)
             if selector is None:
                 self.unread += 1
@@ -173,7 +176,7 @@ def _selectors(rule: Any) -> list[list[Any]]:
 def _compiled(tokens: list[Any]) -> Any:
     """A selector ready to be tested; None where it is not read."""
     try:
-        if len(css.written(tokens)) > MAX_SELECTOR or not _is_bounded(tokens):
+        if len(css.written(tokens)) > limits.SELECTOR_CHARACTERS or not _is_bounded(tokens):
             return None
         (selector,) = cssselect2.compile_selector_list(tokens)
     except Exception:  # many kinds, of the library and of the Python that it compiles selectors to

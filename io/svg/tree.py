@@ -11,9 +11,10 @@ from functools import cached_property
 from xml.etree.ElementTree import Element
 
 from ...errors import InputError
+from .. import limits
 from . import affine, css
 from .affine import Affine
-from .budget import MAX_DEPTH, MAX_LINKS, Copies
+from .budget import Copies
 from .document import SHAPES, canvas, length, local, root, view_box
 from .drawing import Rectangle
 
@@ -246,8 +247,10 @@ class Document:
         Raises:
             InputError: they refer to each other too often, or its transform is malformed.
         """
-        if len(node.used) > MAX_LINKS:
-            raise InputError(f"clip paths, masks and <use> refer to each other more than {MAX_LINKS} deep")
+        if len(node.used) > limits.SVG_LINKS:
+            raise InputError(
+                f"clip paths, masks and <use> refer to each other more than {limits.SVG_LINKS} deep"
+            )
         own = self.own(found)
         transform = affine.parse(own.get("transform", "")) if local(found) == "clipPath" else IDENTITY
         return Node(
@@ -285,8 +288,8 @@ class Document:
             return node
         if used and tag != "symbol":
             self.copies.add(element)
-        if outer.depth > MAX_DEPTH:
-            raise InputError(f"<use> nests elements more than {MAX_DEPTH} deep")
+        if outer.depth > limits.SVG_DEPTH:
+            raise InputError(f"<use> nests elements more than {limits.SVG_DEPTH} deep")
         return self._resolved(node, outer.properties)
 
     def _resolved(self, node: Node, inherited: Mapping[str, str]) -> Node:

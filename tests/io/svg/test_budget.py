@@ -9,9 +9,9 @@ import pytest
 import shapely
 
 from iccm import InputError
-from iccm.io import artwork
+from iccm.io import artwork, limits
 from iccm.io.shapes import shape
-from iccm.io.svg import budget, crossings, path_data, reader, stylesheet
+from iccm.io.svg import crossings, path_data, reader
 from iccm.io.svg.affine import Affine
 from iccm.io.svg.stylesheet import Stylesheet
 from iccm.io.svg.thinning import thinned
@@ -85,7 +85,7 @@ def test_a_silhouette_that_is_refused_has_not_been_read_to_its_end(tmp_path, mon
     assert len(shape.read(f"{tmp_path}/b.svg#silhouette").curve.z) > 4
     seen, of = [], reader.runs_of
     monkeypatch.setattr(reader, "runs_of", lambda *given: seen.append(1) or of(*given))
-    monkeypatch.setattr(crossings, "MAX_CROSSINGS", 6000)  # of some 15,000
+    monkeypatch.setattr(limits, "CROSSINGS", 6000)  # of some 15,000
     with pytest.raises(InputError, match="cross each other too often"):
         shape.read(f"{tmp_path}/a.svg#silhouette")
     assert len(seen) <= 4000
@@ -213,7 +213,7 @@ def test_crossings_are_counted_as_they_are():
     with pytest.raises(crossings.TooMuch):
         crossings.check([np.append(star(401), star(401)[:1])])
     crossings.check([circle(100_000)])
-    assert budget.MAX_CROSSINGS == 50_000
+    assert limits.CROSSINGS == 50_000
 
 
 def test_a_stretch_of_lines_is_what_its_commands_say():
@@ -294,7 +294,7 @@ def test_what_a_drawing_uses_again_and_again_is_counted(shapes, iccm, name):
 
 
 def test_lists_of_classes_are_looked_up_once_and_counted(monkeypatch):
-    monkeypatch.setattr(stylesheet, "MAX_RULES", 20_000)
+    monkeypatch.setattr(limits, "RULES", 20_000)
     sheet = Stylesheet("".join(f".b{k}{{y:{k}}}" for k in range(200)), Element("svg"))
     many = " ".join(f"b{k}" for k in range(20_000))
     for _ in range(100):
@@ -319,7 +319,7 @@ def test_a_compressed_drawing_is_read_within_the_same_bounds(shapes, iccm):
         == 0
     )
     assert shape.read("square.svgz").curve.area == shape.read("square.svg").curve.area
-    (shapes / "bomb.svgz").write_bytes(gzip.compress(bytes(reader.MAX_BYTES + 1)))
+    (shapes / "bomb.svgz").write_bytes(gzip.compress(bytes(limits.SVG_BYTES + 1)))
     assert "unpacks to more than" in iccm("info", "bomb.svgz").err
     whole = (shapes / "square.svgz").read_bytes()
     for damaged in (whole[:-9], whole[:10] + b"\xff" + whole[11:]):

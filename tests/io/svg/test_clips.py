@@ -126,10 +126,9 @@ def test_clip_paths_are_counted(svg, tmp_path, monkeypatch):
         f'<path transform="scale(.2)" d="{comb}" clip-path="url(#d)"/>'
     )
     (tmp_path / "b.svg").write_text(SVG.format(crossed.replace("#d", "#c")))
-    monkeypatch.setattr("iccm.io.svg.crossings.MAX_CROSSINGS", 1000)
-    monkeypatch.setattr("iccm.io.svg.clips.MAX_CROSSINGS", 1000)
+    monkeypatch.setattr("iccm.io.limits.CROSSINGS", 1000)
     (refused,) = reader.read(tmp_path / "b.svg").refused
     assert "cross each other too often" in str(refused[1])
-    monkeypatch.setattr("iccm.io.svg.clips.MAX_CUT", 1000)
+    monkeypatch.setattr("iccm.io.limits.CUT_POINTS", 1000)
     with pytest.raises(InputError, match="clip paths and masks cut too many shapes"):
         svg(DISC + f'<g clip-path="url(#c)">{BLOCK * 20}</g>')
