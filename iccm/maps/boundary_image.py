@@ -1,9 +1,6 @@
-"""The image of the source's boundary: which boundary point goes where, as finely as asked."""
-
-from dataclasses import dataclass
+"""The image of the source's boundary, as finely as asked."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import Complex
 from .harmonic import HarmonicMap
@@ -11,21 +8,6 @@ from .harmonic import HarmonicMap
 ROUNDS = 40  # of halving: 2 ** -40 of an edge is as short as rounding
 PARTS = 3  # of each edge to begin with
 MOST = 400_000  # points (by hand): a wild map's image may be longer than any use of it
-
-
-@dataclass(frozen=True, eq=False)
-class BoundaryImage:
-    """A closed polyline with its preimage.
-
-    Attributes:
-        z: (k,) points of the source boundary in order, the vertices among them.
-        w: (k,) their images, limits from inside.
-        edge: (k,) the polygon's edge that a point lies on; a vertex begins its edge.
-    """
-
-    z: Complex
-    w: Complex
-    edge: NDArray[np.int64]
 
 
 def outline(map: HarmonicMap, flatness: float) -> Complex:

@@ -7,13 +7,12 @@ import numpy as np
 
 from ...arrays import Complex, Real
 from ...plane import diagonal
-from ..boundary_image import BoundaryImage
 from .adjacency import Edges, Index, edges_of
 from .evaluation import evaluate
 from .injectivity import Certificate, certify
 from .location import PatchLocator
 from .patches import bulges, slides
-from .rim import Rim, slid, unslid
+from .rim import Rim, unslid
 
 NEAR = 1e-3  # of the diagonal; outlines are simplified to 1e-4 and met to 6e-4 of it
 
@@ -157,27 +156,6 @@ class TriangulatedMap:
             found = away <= self.near * self.image_diagonal
             triangle[lost[found]], place[lost[found]] = self.image_rim.places(edge[found], part[found])
         return triangle, place
-
-    def boundary_images(self, parts: int = 1) -> tuple[BoundaryImage, ...]:
-        """Each loop of the boundary in order and its image, every edge cut in `parts` equal parts of the image.
-
-        With one part both are exact as polylines; more show how the points slide along the edges between.
-        """
-        return tuple(self._boundary_image(loop, np.arange(parts) / parts) for loop in self.loops)
-
-    def _boundary_image(self, loop: Index, t: Real) -> BoundaryImage:
-        after = np.roll(loop, -1)
-        slide = self._slide_of(loop, after)[:, None]
-        z, w = self.source[loop][:, None], self.image[loop][:, None]
-        z = z + (self.source[after][:, None] - z) * slid(t, slide)
-        w = w + (self.image[after][:, None] - w) * t
-        return BoundaryImage(z.ravel(), w.ravel(), np.repeat(np.arange(loop.size), t.size))
-
-    def _slide_of(self, tail: Index, head: Index) -> Real:
-        """Slides of the rim's edges from `tail` to `head`."""
-        key = self.edges.ends[self.edges.rim] @ np.array([self.source.size, 1])
-        order = np.argsort(key)
-        return self._slides[order[np.searchsorted(key[order], tail * self.source.size + head)]]
 
     def moved(
         self,

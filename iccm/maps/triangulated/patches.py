@@ -141,16 +141,8 @@ def _sliver(corners: Complex) -> np.ndarray:
 
 
 @kernel
-def moderate(corners, bulge, area):
-    """(m,) whether all of a patch's Bernstein coefficients keep the bounds, and it is not bent by too much."""
-    out = np.empty(area.size, np.bool_)
-    for t in range(area.size):
-        out[t] = _moderate(corners[t], bulge[t, 0], bulge[t, 1], bulge[t, 2], area[t])
-    return out
-
-
-@kernel
 def _moderate(corners, d0, d1, d2, area):
+    """Whether all of a patch's Bernstein coefficients keep the bounds, and it is not bent by too much."""
     x, y, z = corners
     u, v = y - x, z - x
     a = (u + 2 * d2, u - 2 * d2, u + 2 * (d0 - d1))

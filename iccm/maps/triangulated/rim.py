@@ -33,12 +33,8 @@ class Rim:
         return self.beside[edge], place
 
 
-def slid(part: Real, slide: Real) -> Real:
-    """Where on the source's edge a fraction of the image's edge comes from: t + 2 t (1 - t) slide."""
-    return part + 2 * part * (1 - part) * slide
-
-
 def unslid(part: Real, slide: Real) -> Real:
-    """The inverse of `slid` for |slide| < 1/2: the root of t (1 + 2 slide) - 2 slide t² = part in [0, 1]."""
+    """Where on the image's edge a fraction of the source's goes, for |slide| < 1/2: the root t of
+    t + 2 t (1 - t) slide = part in [0, 1]."""
     first = 1 + 2 * slide
     return 2 * part / (first + np.sqrt(np.maximum(first**2 - 8 * slide * part, 0)))
