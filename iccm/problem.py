@@ -27,7 +27,6 @@ OTHERS = dict.fromkeys(
             "smoothness",
             "vertices",
             "samples_per_edge",
-            "weights",
             "max_iterations",
             "decrease",
         ),
@@ -36,6 +35,7 @@ OTHERS = dict.fromkeys(
     "conformal or paper",
 )
 """Options that the balanced method does not have, and whose they are."""
+FREE = ("vertices", "consistency")  # that `literal` does not leave
 OWN = ("balance", "turn", "max_dilatation", "max_stretch")  # that it alone has
 
 
@@ -54,9 +54,9 @@ class OptionValues(TypedDict, total=False):
     smoothness: float
     consistency: float | None
     tangential: float
-    weights: str
+    literal: bool
     vertices: int | str | None
-    samples_per_edge: int
+    samples_per_edge: int | None
     max_iterations: int
     decrease: float | None
     threshold: float
@@ -82,10 +82,13 @@ class Options:
         smoothness: α of §3.3.
         consistency: μ of the consistency energy.
         tangential: λ of §3.4, with order 1.
-        weights: "relative" for means over samples and boundaries, so that weights depend neither on how many there
-            are nor on the shapes' size; "paper" for the sums of the paper, in the coordinates as given.
+        literal: the paper to the letter: the source's own vertices, samples there (with samples_per_edge also between
+            them, the vertex being the first of its edge), energies as sums over samples in the coordinates as given,
+            Eq. 13 as written, whole steps. Else vertices are evenly spaced, energies means over the boundary, so that
+            weights depend neither on the number of samples nor on the shapes' size, and a step of first order is halved
+            until the energy falls.
         vertices: vertices of the source polygon; "source" for the outline's own and no others; None chooses.
-        samples_per_edge: boundary samples of each source edge.
+        samples_per_edge: boundary samples of each source edge, in the middles of so many parts; None is 4.
         max_iterations: most local and global steps.
         decrease: stop when the energy falls by less than this share of itself in one step; None is 1e-4, and 2e-3
             for the constraints of the conformal method.
@@ -105,9 +108,9 @@ class Options:
     smoothness: float = 0.0
     consistency: float | None = None
     tangential: float = 0.05
-    weights: str = "relative"
+    literal: bool = False
     vertices: int | str | None = None
-    samples_per_edge: int = 4
+    samples_per_edge: int | None = None
     max_iterations: int = 300
     decrease: float | None = None
     threshold: float = 1e-16
@@ -126,8 +129,10 @@ class Options:
             least = -np.inf if f.name == "turn" else 0
             if isinstance(value, float | int) and not (np.isfinite(value) and value >= least):
                 raise InputError(f"{f.name}: {value} is not a finite number of at least 0")
-        if self.weights not in ("relative", "paper"):
-            raise InputError(f"weights: {self.weights!r} is not one of relative, paper")
+        if self.literal and self.method != "paper":
+            raise InputError("literal: an option of --method paper")
+        if self.literal and (free := self._given(FREE)):
+            raise InputError(f"{free[0]}: literal takes it as the paper has it; leave one of the two out")
         if isinstance(self.vertices, str):
             if self.vertices != "source":
                 raise InputError(f"vertices: {self.vertices!r} is neither a number nor 'source'")
@@ -140,7 +145,7 @@ class Options:
         self._refuse_others()
         if self.tolerance == 0:
             raise InputError("tolerance: 0 cannot be reached; give a number above")
-        if not (self.samples_per_edge >= 1 and self.max_iterations >= 1 and 0 < self.tangential <= 1):
+        if not (self.samples_per_edge != 0 and self.max_iterations >= 1 and 0 < self.tangential <= 1):
             raise InputError(
                 "samples_per_edge and max_iterations must be at least 1, tangential above 0 and at most 1"
             )

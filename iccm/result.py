@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 import shapely
 
-from .arrays import Complex, xy_of
+from .arrays import Complex, Real, xy_of
 from .blas import on_one_thread
+from .buckets import nearest_segments
 from .curve import Curve, boundary_samples
 from .maps import distortion, harmonic, injectivity, inverse
 from .maps.approximation import AnyMap
+from .maps.boundary_image import outline
 from .maps.distortion import Distortion
 from .maps.injectivity import Certificate
 from .maps.triangulated.map import TriangulatedMap
@@ -27,6 +29,9 @@ MOST_LOST = 0.01  # of the source's area
 TOLD = 2e-3  # of the source's area
 SQUEEZED = 2e-3
 """Of a surface: by landmarks good maps have at most 1.1e-3 (cow), one with limbs lost 2.4e-3 (fox, 622 triangles)."""
+EXACT = 0.01  # of a Hausdorff distance, that it may be too small by
+ROUNDED = 1e-9  # of the diagonal: shorter distances and pieces are not looked into
+FLATNESS = 1e-4  # of the diameter: how far the drawn image of the boundary may be off a curved one
 BACK = 1e-6  # of the source's diagonal: an inverse that errs by more is another point
 
 
@@ -141,8 +146,11 @@ class Fit:
 
     @cached_property
     def image(self) -> Complex:
-        """The image of the boundary of the map's polygon, finely sampled and in order."""
-        return self.map(boundary_samples(self.map.polygon, 2))
+        """The image of the boundary of the map's polygon, in order: as it is, or a curved one to FLATNESS."""
+        map = self.map
+        if isinstance(map, TriangulatedMap):
+            return map(map.polygon)
+        return outline(map, FLATNESS * Curve(map.jet_inside(map.polygon)[0]).diameter)
 
     @property
     def diagonal(self) -> float:
@@ -160,9 +168,10 @@ class Fit:
             (Curve(self.image), self.target),
             *((image, hole) for image, hole, _, _ in self._hole_images),
         ]
-        found = [gaps(image, target) for image, target in pairs]
-        weights = np.concatenate([image.lengths + np.roll(image.lengths, 1) for image, _ in pairs])
-        rms = np.sqrt(np.average(np.concatenate([there for there, _ in found]) ** 2, weights=weights))
+        evenly = [(Curve(self.map(boundary_samples(self.map.polygon, 2))), self.target), *pairs[1:]]
+        weights = np.concatenate([image.lengths + np.roll(image.lengths, 1) for image, _ in evenly])
+        away = np.concatenate([distances(image.z, target) for image, target in evenly])
+        rms = np.sqrt(np.average(away**2, weights=weights))
         given = [distances(self._image_of(self.source.z), self.target)]
         given += [
             distances(self._image_of(self.source_holes[i].z), hole)
@@ -171,7 +180,7 @@ class Fit:
         ]
         return {
             "rms": float(rms) / self.diagonal,
-            "hausdorff": float(max(max(there.max(), back.max()) for there, back in found)) / self.diagonal,
+            "hausdorff": max(hausdorff(*pair) for pair in pairs) / self.diagonal,
             "given": float(max(each.max() for each in given)) / self.diagonal,
             **({"source": self._source_gap} if self.ended is Status.SOURCE_GAP else {}),
         }
@@ -216,7 +225,7 @@ class Fit:
             {
                 "source": i + 1 if i >= 0 else None,
                 "target": j + 1,
-                "gap": float(max(each.max() for each in gaps(image, hole))) / self.diagonal,
+                "gap": hausdorff(image, hole) / self.diagonal,
             }
             for image, hole, i, j in self._hole_images
         ]
@@ -306,15 +315,33 @@ def distances(w: Complex, curve: Curve) -> np.ndarray:
     return np.abs(curve.at(curve.closest(w)) - w)
 
 
-def gaps(image: Curve, target: Curve) -> tuple[np.ndarray, np.ndarray]:
-    """Distances of an image's vertices to its target, and of samples of the target to the image."""
-    goal = boundary_samples(target.z)
-    return distances(image.z, target), distances(goal, image)
-
-
 def hausdorff(a: Curve, b: Curve) -> float:
-    """Two-sided Hausdorff distance of two closed curves, from their vertices and three points between."""
-    return float(max(distances(boundary_samples(a.z), b).max(), distances(boundary_samples(b.z), a).max()))
+    """Two-sided Hausdorff distance of two curves, to 1 % of itself or rounding."""
+    return max(_farthest(a, b), _farthest(b, a))
+
+
+def _farthest(a: Curve, b: Curve) -> float:
+    """The largest distance of a point of one curve to another: branch and bound over pieces of its edges. The distance
+    to one segment is convex, so that on a piece the distance is at most the larger of those of its ends to either
+    end's nearest segment."""
+    heads, steps = b.z[: b.edges.size], b.edges
+    start, end = a.z[: a.edges.size], a.z[: a.edges.size] + a.edges
+    found, least = 0.0, max(ROUNDED * b.diagonal, 4 * np.spacing(np.abs(a.z).max()))
+    while start.size:
+        edges = [nearest_segments(z, heads, heads + steps)[0] for z in (start, end)]
+        away = [[_to_segments(z, heads[edge], steps[edge]) for z in (start, end)] for edge in edges]
+        found = max(found, float(away[0][0].max()), float(away[1][1].max()))
+        most = np.minimum(np.maximum(*away[0]), np.maximum(*away[1]))
+        open_ = (most > found * (1 + EXACT) + least) & (np.abs(end - start) > least)
+        middle = 0.5 * (start[open_] + end[open_])
+        start, end = np.append(start[open_], middle), np.append(middle, end[open_])
+    return found
+
+
+def _to_segments(z: Complex, head: Complex, step: Complex) -> Real:
+    """(p,) distances of points to a segment each."""
+    part = np.clip(((z - head) * step.conj()).real / np.maximum(np.abs(step) ** 2, 1e-300), 0, 1)
+    return np.abs(z - head - part * step)
 
 
 def interior_grid(curve: Curve, count: int, holes: Sequence[Complex] = ()) -> Complex:

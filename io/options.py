@@ -348,12 +348,16 @@ class JobOptions:
         parse=vertices, solver=True,
     )  # fmt: skip
     samples_per_edge: int | None = _option(
-        "Samples between two vertices, with --method paper.  [default: 4]", "N", least=1, most=64, solver=True
-    )
-    weights: Literal["relative", "paper"] | None = _option(
-        "relative: means, which do not depend on sizes and counts; paper: sums, as published.  [default: relative]",
+        "Samples between two vertices, with --method paper.  [default: 4; with --literal 1, the vertex]",
+        "N",
+        least=1,
+        most=64,
         solver=True,
     )
+    literal: bool = _option(
+        "The paper to the letter: the source's own vertices, samples there alone, sums, whole steps (paper).",
+        default=False, solver=True,
+    )  # fmt: skip
     smoothness: float | None = _option(
         "Resistance to bending.  [default: by command]", "W", least=0, solver=True
     )

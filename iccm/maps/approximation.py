@@ -7,7 +7,6 @@ vertices a harmonic map has none, z log z being what it is like there: the middl
 evaluated. When its sides are accurate the middle of a triangle is held against the map itself.
 """
 
-from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -15,7 +14,6 @@ import shapely
 
 from ..arrays import Complex, Flags, Index, Real, xy_of
 from ..buckets import nearest_segments
-from ..curve import Curve
 from .folds import by_sheets
 from .harmonic import ROUNDING, HarmonicMap
 from .refinement import Triangulation
@@ -73,10 +71,8 @@ def _texels(map: HarmonicMap) -> tuple[float, float]:
 
 
 def _centred(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:
-    """The approximation, worked out about the centres of both shapes: far from the origin digits would be lost, and
-    refinement go on for their sake. Coordinates add up to 1, so that a shift of the coefficients shifts the map."""
-    source, image = (0.5 * sum(Curve(plane).box) for plane in (map.polygon, map.phi + map.psi))
-    near = replace(map, polygon=map.polygon - source, phi=map.phi - image)
+    """The approximation, worked out about the centres of both shapes: else refinement goes on for lost digits' sake."""
+    near, source, image = map.centred()
     return _approximation(near, source_error, image_error).moved((1, 0, source), (1, 0, image))
 
 

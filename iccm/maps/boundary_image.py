@@ -12,6 +12,7 @@ MOST = 400_000  # points (by hand): a wild map's image may be longer than any us
 
 def outline(map: HarmonicMap, flatness: float) -> Complex:
     """(k,) the image of the polygon: a closed polyline, straight to `flatness` (target units) between its points."""
+    map, _, shift = map.centred()
     z = map.polygon
     steps = np.repeat((np.roll(z, -1) - z) / PARTS, PARTS)
     places = np.arange(steps.size, dtype=float)  # along the polygon, in steps
@@ -29,4 +30,4 @@ def outline(map: HarmonicMap, flatness: float) -> Complex:
         places = np.append(places[rough], places[rough] + 0.5**k)
         first, last = np.append(first[rough], middle[rough]), np.append(middle[rough], last[rough])
     places, w = (np.concatenate(part) for part in zip(*found))
-    return w[np.argsort(places)]
+    return w[np.argsort(places)] + shift

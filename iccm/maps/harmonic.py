@@ -1,12 +1,13 @@
 """Harmonic maps in Cauchy-Green coordinates: f = Φ + Ψ, holomorphic plus antiholomorphic (paper §3.2, Eq. 8)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ..arrays import Complex
 from ..curve import Curve
+from ..plane import bounding_box
 from . import cauchy_green
 
 ROUNDING = 1e-9  # of the polygon's diagonal, and
@@ -61,6 +62,12 @@ class HarmonicMap:
         both = np.stack([self.phi, self.psi.conj()])
         values, rates = cauchy_green.jets(self.polygon, both, z, threads)
         return values[0] + values[1].conj(), rates[0], rates[1].conj()
+
+    def centred(self) -> "tuple[HarmonicMap, complex, complex]":
+        """The map about the centres of source and image, and these centres: far from the origin digits are lost.
+        Coordinates add up to 1, so that a shift of the coefficients shifts the map."""
+        source, image = (0.5 * sum(bounding_box(plane)) for plane in (self.polygon, self.phi + self.psi))
+        return replace(self, polygon=self.polygon - source, phi=self.phi - image), source, image
 
     @cached_property
     def diagonal(self) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from .. import progress
 from ..arrays import Complex, Real
 from ..blas import on_one_thread
-from ..curve import Curve, resampled_knots
+from ..curve import Curve, boundary_samples, resampled_knots
 from ..errors import InputError
 from ..problem import MOST_VERTICES, Options, Problem, measure_of
 from ..result import Fit, Status
@@ -18,6 +18,7 @@ from .least_squares import System
 
 PAPER_VERTICES = 200  # evenly spaced (by hand)
 DECREASE = 1e-4  # relative, of an iteration that ends the run (by hand)
+SAMPLES = 4  # of each edge (by hand)
 STROKE_SAMPLES = 50  # of each stroke (by hand)
 UNITS = {
     "quasiconformal": -2,
@@ -29,10 +30,7 @@ HALVINGS = 6  # of a first-order step that does not lower the energy
 @on_one_thread
 def solve(problem: Problem, settings: Options) -> Fit:
     """The map onto a target: Algorithm 1, from arclength or from the constraints."""
-    polygon, s = discretise(problem.source, settings.vertices)
-    basis = Basis(polygon.z, settings.quasi is not None)
-    terms = assemble(problem, settings, basis, polygon)
-    system = System(terms, settings.tangential if settings.order == 1 else 1.0)
+    polygon, s, basis, system = _discretised(problem, settings)
     targets = first_targets(problem, settings, system, polygon, s, basis)
     x, energies, status = iterate(system, system.solve(targets), settings)
     return finish(problem, basis.polygon, *basis.split(x), energies, status)
@@ -41,12 +39,18 @@ def solve(problem: Problem, settings: Options) -> Fit:
 @on_one_thread
 def deform(problem: Problem, settings: Options) -> Fit:
     """The map without a target, by the constraints alone (§3.3)."""
-    polygon, _ = discretise(problem.source, settings.vertices)
-    basis = Basis(polygon.z, settings.quasi is not None)
-    terms = assemble(problem, settings, basis, polygon)
-    system = System(terms, settings.tangential if settings.order == 1 else 1.0)
+    polygon, _, basis, system = _discretised(problem, settings)
     x, energies, status = iterate(system, initial.from_constraints(problem, basis, polygon), settings)
     return finish(problem, basis.polygon, *basis.split(x), energies, status)
+
+
+def _discretised(problem: Problem, settings: Options) -> tuple[Curve, Real, Basis, System]:
+    """The polygon, the source's arclengths at its vertices, its functions and the system of all energies."""
+    polygon, s = discretise(problem.source, "source" if settings.literal else settings.vertices)
+    basis = Basis(polygon.z, settings.quasi is not None)
+    terms = assemble(problem, settings, basis, polygon)
+    tangential = settings.tangential if settings.order == 1 else 1.0
+    return polygon, s, basis, System(terms, tangential, 1.0 if settings.literal else 1 - tangential)
 
 
 def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
@@ -73,12 +77,13 @@ def assemble(
     length if None."""
     if share is None:
         share = (polygon.lengths + np.roll(polygon.lengths, 1)) / (2 * polygon.length)
-    per_edge = settings.samples_per_edge
+    per_edge = samples_of_edge(settings).size
     z, measure = polygon.sample(per_edge), np.repeat(0.5 * (share + np.roll(share, -1)) / per_edge, per_edge)
+    boundary = boundary_samples(polygon.z, per_edge) if settings.literal else z
     tangent = settings.order == 1
     terms: list[Term] = []
     if problem.target is not None:
-        terms.append(closeness(basis, z, measure, problem.target, tangent=tangent))
+        terms.append(closeness(basis, boundary, measure, problem.target, tangent=tangent))
     if problem.pins.size:
         terms.append(
             points(basis, polygon.pulled_in(problem.pins[:, 0]), problem.pins[:, 1], settings.pin_weight)
@@ -92,7 +97,16 @@ def assemble(
         terms.append(smoothness(basis, polygon.sample(1), measure_of(polygon, 1), settings.smoothness))
     if settings.consistency:
         terms.append(consistency(basis, share, settings.consistency))
-    return literal(terms, abs(problem.source_frame.radius)) if settings.weights == "paper" else terms
+    return literal(terms, abs(problem.source_frame.radius)) if settings.literal else terms
+
+
+def samples_of_edge(settings: Options) -> Real:
+    """(k,) where on each edge the samples of the boundary lie, as shares of it."""
+    if settings.literal:
+        count = settings.samples_per_edge or 1
+        return np.arange(count) / count
+    count = settings.samples_per_edge or SAMPLES
+    return (np.arange(count) + 0.5) / count
 
 
 def literal(terms: list[Term], radius: float) -> list[Term]:
@@ -111,7 +125,7 @@ def first_targets(
     if problem.pins.size or problem.strokes:
         guess = system.targets(initial.from_constraints(problem, basis, polygon))
     else:
-        boundary = initial.arclength(problem, settings.samples_per_edge, s)
+        boundary = initial.arclength(problem, samples_of_edge(settings), s)
         rest = system.targets(basis.similarity(1, 0))[1:]
         guess = [Target(boundary), *rest]
     return [Target(t.points) for t in guess]
@@ -121,7 +135,7 @@ def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, lis
     """Algorithm 1: closest points, then the map closest to them, until the energy settles.
 
     Energies are those of the map against its own closest points, which no step of zeroth order increases; a step of
-    first order is halved until it lowers the energy.
+    first order is halved until it lowers the energy, or taken whole (`literal`).
     """
     targets = system.targets(x)
     energies = [system.energies(x, targets)]
@@ -129,21 +143,22 @@ def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, lis
     for _ in progress.counted("steps", range(settings.max_iterations)):
         if energies[-1]["total"] <= settings.threshold:
             return x, energies, Status.THRESHOLD
-        x, targets, energy = _descend(system, x, targets, energies[-1]["total"])
+        most = np.inf if settings.literal else energies[-1]["total"]
+        x, targets, energy = _descend(system, x, targets, most)
         energies.append(energy)
         if energies[-2]["total"] - energy["total"] <= decrease * energies[-2]["total"]:
             return x, energies, Status.DECREASE
     return x, energies, Status.LIMIT
 
 
-def _descend(system: System, x: Complex, targets: list[Target], before: float):
-    """One global step and the local step after it; the old state where no part of the step lowers the energy."""
+def _descend(system: System, x: Complex, targets: list[Target], most: float):
+    """One global step and the local step after it; the old state where no part of the step has at most this energy."""
     step = system.solve(targets, x) - x
     for halving in range(HALVINGS):
         trial = x + step * 0.5**halving
         found = system.targets(trial)
         energy = system.energies(trial, found)
-        if energy["total"] <= before:
+        if energy["total"] <= most:
             return trial, found, energy
     return x, targets, system.energies(x, targets)
 

@@ -17,12 +17,12 @@ PIN_RANK = 1e-6
 """Singular values of the pins' coordinates below this share of the largest: as good as one place."""
 
 
-def arclength(problem: Problem, per_edge: int, s: Real) -> Complex:
+def arclength(problem: Problem, t: Real, s: Real) -> Complex:
     """ŵ⁰: the target's points at the source samples' shares of the boundary, the first vertex of one outline to the
-    first of the other; s (n,) are the source's arclengths at the polygon's vertices, of which none need be its first.
+    first of the other; samples lie at shares t (k,) of each edge, and s (n,) are the source's arclengths at the
+    polygon's vertices, of which none need be its first.
     """
     assert problem.target is not None
-    t = (np.arange(per_edge) + 0.5) / per_edge
     ahead = np.diff(np.append(s, s[0] + problem.source.length))
     share = (s[:, None] + ahead[:, None] * t).ravel() / problem.source.length
     return problem.target.at(share * problem.target.length)

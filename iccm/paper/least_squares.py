@@ -14,18 +14,18 @@ RANK_CUT = 1e-10  # singular values below this share of the largest carry roundi
 class System:
     """min_x Σ_terms E(x) for targets that change and matrices that do not.
 
-    Terms whose target has normals N get the first-order distance of Eq. 13 in the form
-    (1 - λ) |Re(conj(N)(M x - w))|² + λ |M x - w|². Where M x - w lies along N, as it does at closest points,
-    it has the value
-    and the gradient of |M x - w|², so that the balance with the other terms stays what it is. The singular
-    value decomposition of everything of zeroth order, x = V S⁻¹ y, makes the remaining Gram matrix I plus a positive
-    one, so that its Cholesky factorisation is safe where that of C*C would not be.
+    Terms whose target has normals N get the first-order distance of Eq. 13, ν |Re(conj(N)(M x - w))|² + λ |M x - w|².
+    In the paper ν is 1. With ν = 1 - λ it has the value and the gradient of |M x - w|² where M x - w lies along N, as
+    it does at closest points, so that the balance with the other terms stays what it is. The singular value
+    decomposition of everything of zeroth order, x = V S⁻¹ y, makes the remaining Gram matrix I plus a positive one, so
+    that its Cholesky factorisation is safe where that of C*C would not be.
     """
 
-    def __init__(self, terms: Sequence[Term], tangential: float = 1.0):
-        """Factor the terms; `tangential` is λ, 1 for the zeroth order."""
+    def __init__(self, terms: Sequence[Term], tangential: float = 1.0, normal: float | None = None):
+        """Factor the terms; `tangential` is λ, 1 for the zeroth order, `normal` ν, by default 1 - λ."""
         self.terms = list(terms)
         self.tangential = tangential
+        self.normal = 1 - tangential if normal is None else normal
         self.scales = [t.scale * (np.sqrt(tangential) if t.tangent else 1.0) for t in self.terms]
         stacked = np.vstack([s[:, None] * t.matrix for s, t in zip(self.scales, self.terms)])
         u, s, vh = scipy.linalg.svd(stacked, full_matrices=False, check_finite=False, lapack_driver="gesdd")
@@ -60,13 +60,12 @@ class System:
         """Add |Re(conj(N)(M x - w))|² to the whitened zeroth-order system, which is real-linear only: 2k real
         unknowns."""
         rows, right = [], []
-        normal = 1 - self.tangential
         for term, u, target in zip(self.terms, self.left, targets):
             if target.normals is None:
                 continue
-            turned = (target.normals.conj() * np.sqrt(normal / self.tangential))[:, None] * u
+            turned = (target.normals.conj() * np.sqrt(self.normal / self.tangential))[:, None] * u
             rows.append(np.hstack([turned.real, -turned.imag]))
-            right.append((target.normals.conj() * target.points).real * term.scale * np.sqrt(normal))
+            right.append((target.normals.conj() * target.points).real * term.scale * np.sqrt(self.normal))
         b = np.vstack(rows)
         gram = b.T @ b
         gram[np.diag_indices_from(gram)] += 1.0

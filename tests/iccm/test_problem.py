@@ -37,7 +37,7 @@ def test_what_the_others_do_is_refused_by_the_balanced_method():
     for own, value in GIVEN.items():
         assert Options(**{own: value}).is_balanced
     for name in OTHERS:
-        values = {"vertices": 50, "weights": "paper", "order": 1}
+        values = {"vertices": 50, "order": 1}
         with pytest.raises(
             InputError, match=f"^{name}: an option of --method conformal or paper, not of balanced"
         ):

@@ -68,7 +68,7 @@ def test_both_halves_of_each_step_lower_the_energy(name):
 def test_the_arclength_start_pairs_equal_shares_of_the_boundaries():
     problem = Problem.of(square(), arrow())
     assert problem.target is not None
-    w = arclength(problem, 3, discretise(problem.source, 40)[1])
+    w = arclength(problem, np.array([1, 3, 5]) / 6, discretise(problem.source, 40)[1])
     share = (np.arange(120) + 0.5) / 120
     assert np.allclose(w, problem.target.at(share * problem.target.length))
 
@@ -262,7 +262,6 @@ BAD_OPTIONS = {
     "tolerance": (np.inf, "tolerance: inf is not a finite number"),
     "vertices": (2, "vertices: 2 is not between 3 and 4000"),
     "vertices by name": ("all", "vertices: 'all' is neither a number nor 'source'"),
-    "weights": ("equal", "weights: 'equal' is not one of relative, paper"),
     "samples_per_edge": (0, "samples_per_edge and max_iterations must be at least 1"),
     "max_iterations": (0, "samples_per_edge and max_iterations must be at least 1"),
     "tangential": (0, "tangential above 0"),

@@ -1,0 +1,152 @@
+"""`--literal`: Algorithm 1 as the paper writes it, beside an implementation of its equations that shares no code."""
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm.errors import InputError
+from iccm.problem import Problem
+from tests.shapes import arrow, blob, ell, inside, pear, refined, square
+
+LAMBDA, QUASI, STEPS = 0.05, 0.1, 6
+PAIRS = {
+    "smooth": (pear(24), 3 * blob(30) + 7),
+    "corners": (arrow() / 5, square(3)),
+    "more samples than corners": (square(4), arrow() * 1j),
+}
+
+
+def coordinates(polygon, points, power=0):
+    """(p, n) C_j of Appendix A, or D_j; of C the limit from inside at vertices, where log(B_{j+1} / B_j) and
+    log(B_j / B_{j-1}) add up to one whose angle is between 0 and 2π."""
+    n, out = polygon.size, np.zeros((points.size, polygon.size), complex)
+    for k, z in enumerate(points):
+        b = polygon - z
+        for j in range(n):
+            last, following = (j - 1) % n, (j + 1) % n
+            into, out_of = polygon[j] - polygon[last], polygon[following] - polygon[j]
+            if b[j] == 0:
+                angle = np.angle(b[following] / b[last]) % (2 * np.pi)
+                out[k, j] = np.log(abs(b[following] / b[last])) + 1j * angle
+                continue
+            if b[following] != 0:
+                along = inner_log(b[following] / b[j])
+                out[k, j] += -along / out_of if power else b[following] / out_of * along
+            if b[last] != 0:
+                along = inner_log(b[j] / b[last])
+                out[k, j] -= -along / into if power else b[last] / into * along
+    return out / (2j * np.pi)
+
+
+def inner_log(ratio):
+    """The logarithm, on an edge its limit from inside."""
+    found = np.log(ratio)
+    return found + 2j * np.pi if found.imag < 1e-9 - np.pi else found
+
+
+def closest(polygon, w):
+    """Closest points of a polygon to points w (p,), and unit vectors along the offsets there, or across the edge."""
+    start, along = polygon, np.roll(polygon, -1) - polygon
+    t = np.clip(((w[:, None] - start) * along.conj()).real / np.abs(along) ** 2, 0, 1)
+    foot = start + t * along
+    edge = np.abs(w[:, None] - foot).argmin(axis=1)
+    foot = foot[np.arange(w.size), edge]
+    away = w - foot
+    near = np.abs(away) < 1e-12 * np.ptp(polygon.real)
+    across = along[edge] / np.abs(along[edge]) * 1j
+    return foot, np.where(near, across, away / np.where(near, 1, np.abs(away)))
+
+
+def by_arclength(source, samples, target):
+    """ŵ⁰ (§2.2): the target's points at the samples' shares of the source's length, vertex 0 to vertex 0."""
+    lengths = [np.append(0, np.cumsum(np.abs(np.roll(z, -1) - z))) for z in (samples, target)]
+    share, knots = lengths[0][:-1] / lengths[0][-1], lengths[1] / lengths[1][-1]
+    ring = np.append(target, target[0])
+    return np.interp(share, knots, ring.real) + 1j * np.interp(share, knots, ring.imag)
+
+
+def published(source, samples, target, order, quasi):
+    """The coefficients of Algorithm 1 after each global step: ‖C f̂ - ŵ‖², or ‖Re(conj(N) (C f̂ - ŵ))‖² + λ‖C f̂ - ŵ‖²
+    (Eq. 13), and ‖conj(D) ψ̂‖² (Eq. 10), as real least squares in Re φ̂, Im φ̂, Re ψ̂, Im ψ̂."""
+    both = values(source, samples, quasi)
+    rows, right = [], []
+    if quasi:
+        parts = samples.size // source.size
+        steps = np.repeat((np.roll(source, -1) - source) / parts, parts)
+        d = coordinates(source, samples + 0.5 * steps, 1).conj() * np.sqrt(QUASI)
+        rows = [np.hstack([np.zeros((2 * samples.size, 2 * source.size)), real_rows(d)])]
+        right = [np.zeros(2 * samples.size)]
+    w, normal, found = by_arclength(source, samples, target), None, []
+    for _ in range(STEPS + 1):
+        system, aim = [both, *rows], [apart(w), *right]
+        if order and normal is not None:
+            onto = np.hstack([np.diag(normal.real), np.diag(normal.imag)])  # Re(conj(N) ·)
+            system = [onto @ both, np.sqrt(LAMBDA) * both, *rows]
+            aim = [onto @ apart(w), np.sqrt(LAMBDA) * apart(w), *right]
+        elif order:
+            system[0], aim[0] = np.sqrt(LAMBDA) * both, np.sqrt(LAMBDA) * apart(w)
+        found.append(np.linalg.lstsq(np.vstack(system), np.concatenate(aim), rcond=1e-13)[0])
+        image = both @ found[-1]
+        w, normal = closest(target, image[: samples.size] + 1j * image[samples.size :])
+    return found
+
+
+def values(source, z, quasi):
+    """(2p, 2n or 4n) the real matrix of f at z, C φ̂ or C φ̂ + conj(C) ψ̂ (Eq. 8)."""
+    c = coordinates(source, z)
+    return np.hstack([real_rows(c), real_rows(c.conj())]) if quasi else real_rows(c)
+
+
+def real_rows(matrix):
+    return np.block([[matrix.real, -matrix.imag], [matrix.imag, matrix.real]])
+
+
+def apart(w):
+    return np.concatenate([w.real, w.imag])
+
+
+@pytest.mark.parametrize("quasi", [False, True])
+@pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("per_edge", [1, 3])
+def test_each_step_is_that_of_the_equations(name, order, quasi, per_edge):
+    source, target = PAIRS[name]
+    samples = refined(source, per_edge)
+    options = {"order": order, "samples_per_edge": per_edge} if per_edge > 1 else {"order": order}
+    options |= {"quasi": QUASI} if quasi else {}
+    expected = published(source, samples, target, order, quasi)
+    z = inside(source)
+    at = values(source, np.append(samples, z), quasi)
+    for steps in range(1, STEPS + 1):
+        fit = iccm.fit(source, target, method="paper", literal=True, max_iterations=steps, **options)
+        w = at @ expected[fit.iterations]
+        w = w[: at.shape[0] // 2] + 1j * w[at.shape[0] // 2 :]
+        assert np.abs(fit.map(np.append(samples, z)) - w).max() <= 1e-12 * np.ptp(target.real)
+        away = np.abs(closest(target, w[: samples.size])[0] - w[: samples.size])
+        radius = abs(Problem.of(source, target).target_frame.radius)
+        assert fit.energies[-1]["closeness"] * radius**2 == pytest.approx(
+            np.sum(away**2), rel=1e-9, abs=1e-20
+        )
+    assert per_edge == 1 or fit.iterations == STEPS
+
+
+def test_what_literal_means_leaves_no_choice():
+    for given in ({"vertices": 50}, {"consistency": 0.1}):
+        with pytest.raises(InputError, match=f"^{next(iter(given))}: literal"):
+            iccm.fit(square(), arrow(), method="paper", literal=True, **given)
+    for method in (None, "conformal", "balanced"):
+        with pytest.raises(InputError, match=r"^literal: an option of --method paper"):
+            iccm.fit(square(), arrow(), method=method, literal=True)
+
+
+def test_steps_are_whole():
+    """One that raises the energy is taken, and ends the run; unless it is literal it is halved."""
+    options = {"method": "paper", "order": 1, "vertices": "source", "samples_per_edge": 2}
+    halved = [each["total"] for each in iccm.fit(square(3), ell(3), **options).energies]
+    assert np.all(np.diff(halved) <= 0)
+    del options["vertices"]
+    fit = iccm.fit(square(3), ell(3), literal=True, **options)
+    whole = [each["total"] for each in fit.energies]
+    assert (
+        whole[-1] > 1.1 * whole[-2] and np.all(np.diff(whole[:-1]) < 0) and fit.status is iccm.Status.DECREASE
+    )

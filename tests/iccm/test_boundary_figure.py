@@ -1,0 +1,64 @@
+"""How far the image of the boundary is from the target: as true as the densest sampling says."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+import shapely
+
+import iccm
+from iccm.arrays import xy_of
+from iccm.curve import Curve, boundary_samples
+from iccm.maps.boundary_image import outline
+from iccm.result import hausdorff
+from tests.shapes import arrow, blob, ell, pear, refined, square, star
+
+SHAPES = {"arrow": arrow(), "ell": ell(), "star": star(), "blob": blob(), "square": 1.5 * square()}
+
+
+def densest(a, b):
+    """Both ways, from 10,000 points of each."""
+    rings = [shapely.LinearRing(xy_of(z)) for z in (a, b)]
+    points = [boundary_samples(z, max(2, 10_000 // z.size)) for z in (a, b)]
+    away = [shapely.distance(shapely.points(xy_of(z)), ring) for z, ring in zip(points, reversed(rings))]
+    return max(each.max() for each in away)
+
+
+@pytest.mark.parametrize(("one", "other"), list(combinations(SHAPES, 2)))
+def test_the_distance_of_two_outlines_is_the_densest_samplings(one, other):
+    a, b = SHAPES[one], SHAPES[other]
+    found, truth = hausdorff(Curve(a), Curve(b)), densest(a, b)
+    assert 0.99 * truth - 1e-9 <= found <= truth + 1e-3
+    assert hausdorff(Curve(b), Curve(a)) == found
+
+
+def test_an_outline_with_more_vertices_is_no_farther():
+    a, b = Curve(arrow()), Curve(refined(arrow(), 7))
+    assert hausdorff(a, b) < 1e-12 and hausdorff(a, Curve(b.z + 0.25j)) == pytest.approx(0.25, rel=0.01)
+
+
+@pytest.mark.parametrize("method", ["paper", "conformal", "balanced"])
+def test_the_figure_of_a_map_is_that_of_its_whole_boundary(method):
+    fit = iccm.fit(arrow(), 2 * pear(), method=method)
+    z, u = fit.map.polygon, np.linspace(0, 1, 80, False)
+    close = u**4 / (u**4 + (1 - u) ** 4)  # to the vertices, where a harmonic map is like z log z
+    image = fit.map((z[:, None] + (np.roll(z, -1) - z)[:, None] * close).ravel())
+    truth = densest(image, fit.target.z) / fit.diagonal
+    assert fit.boundary["hausdorff"] == pytest.approx(truth, rel=0.02, abs=2e-4)
+    if method == "paper":
+        assert truth > 2e-3
+
+
+def test_between_samples_the_papers_image_is_seen():
+    """On few vertices it leaves the target between them, where two samples an edge saw nothing."""
+    fit = iccm.fit(square(), arrow(), method="paper", literal=True)
+    at_samples = np.abs(fit.map(square()) - fit.target.at(fit.target.closest(fit.map(square())))).max()
+    assert at_samples < 1e-9 and fit.boundary["hausdorff"] > 0.1
+
+
+def test_far_from_the_origin_the_image_of_the_boundary_is_the_same():
+    near = iccm.fit(pear(), arrow(), method="paper").map
+    far = replace(near, polygon=near.polygon + 3e7, phi=near.phi - 2e7j)
+    image, moved = (Curve(outline(map, 1e-3)) for map in (near, far))
+    assert hausdorff(image, Curve(moved.z + 2e7j)) < 2e-3
