@@ -15,7 +15,9 @@ from .harmonic import HarmonicMap
 from .triangulated.map import inverted
 
 STEPS, HALVINGS = 60, 30  # at most, of Newton's method and of a step (by hand)
-EXACT = 1e-9  # of the image's size: what is left of |r| where a point counts as found
+EXACT = 1e-9  # of the image's size: what is left of |r| where a point counts as found, if
+CLOSE = 1e-8  # of the source's size is the most that Newton's step, |r| by the slope, would still change
+ROUNDING = 1e-14  # of the image's size: |r| where there is no slope, at vertices and where it vanishes
 
 
 def inverse(map: HarmonicMap, w: Complex) -> Complex:
@@ -38,15 +40,15 @@ def extended_inverse(map: HarmonicMap, w: Complex) -> tuple[Complex, Real]:
         about = triangulated(map)
         start, far = about.extended_inverse(flat[known])
         found, near = np.full(far.size, complex(np.nan, np.nan)), far <= about.image_diagonal / TEXELS
-        found[near] = _solved(map, flat[known[near]], start[near], EXACT * about.image_diagonal)
+        found[near] = _solved(map, flat[known[near]], start[near], about.image_diagonal)
         lost = np.isnan(found)
         z[known], away[known] = np.where(lost, start, found), 0
         away[known[lost]] = np.maximum(far, np.abs(map.jet(start)[0] - flat[known]))[lost]
     return z.reshape(w.shape), away.reshape(w.shape)
 
 
-def _solved(map: HarmonicMap, w: Complex, z: Complex, near: float) -> Complex:
-    """Solutions (p,) from starts (p,); NaN where none is found."""
+def _solved(map: HarmonicMap, w: Complex, z: Complex, size: float) -> Complex:
+    """Solutions (p,) from starts (p,), where the image is of some size; NaN where none is found."""
     out = np.full(w.size, complex(np.nan, np.nan))
     image, f_z, f_zbar = map.jet(z)
     todo = np.arange(w.size)
@@ -54,11 +56,13 @@ def _solved(map: HarmonicMap, w: Complex, z: Complex, near: float) -> Complex:
         left = w[todo] - image[todo]
         p, q = inverted(f_z[todo], f_zbar[todo])
         step = p * left + q * left.conj()
-        small = np.abs(step) <= 1e-10 * map.diagonal
-        there = (np.abs(left) <= near) & (small | ~np.isfinite(step))
+        sloped, rest = np.isfinite(step), np.abs(left)
+        small = (np.abs(step) <= 1e-10 * map.diagonal) & (rest <= EXACT * size)
+        there = np.where(sloped, small, rest <= ROUNDING * size)
         out[todo[there]] = z[todo[there]]
-        go = ~there & (np.abs(f_z[todo]) > np.abs(f_zbar[todo])) & np.isfinite(step)
+        go = ~there & (np.abs(f_z[todo]) > np.abs(f_zbar[todo])) & sloped
         todo, step, left = todo[go], step[go], np.abs(left[go])
+        settled = (left <= EXACT * size) & (np.abs(step) <= CLOSE * map.diagonal)
         moved = np.zeros(todo.size, bool)
         for _ in range(HALVINGS):
             k = np.flatnonzero(~moved)
@@ -72,7 +76,7 @@ def _solved(map: HarmonicMap, w: Complex, z: Complex, near: float) -> Complex:
                 values[todo[k[better]]] = new[better]
             moved[k[better]] = True
             step[k[~better]] *= 0.5
-        stuck = todo[~moved & (left <= near)]
+        stuck = todo[~moved & settled]
         out[stuck] = z[stuck]
         todo = todo[moved]
         if not todo.size:

@@ -5,6 +5,7 @@ import pytest
 
 from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.inverse import inverse
+from tests.shapes import arrow, conformal_fit, pear
 
 
 def star(n=160):
@@ -103,3 +104,19 @@ def test_threads_do_not_change_the_bytes(map):
     z = inside(map, 20000)
     one, two = (np.stack(map.jet(z, threads)) for threads in (1, 2))
     assert one.tobytes() == two.tobytes()
+
+
+def test_where_the_map_is_nearly_flat_the_inverse_is_right_or_nan():
+    """Beside sharp corners, where f' falls to 1e-6 and |r| of 1e-9 of the image may be 1e-3 of the source."""
+    fit = conformal_fit(arrow(), pear())
+    p = fit.map.polygon
+    z = np.concatenate(
+        [p + 0.3 * t * (np.roll(p, 1) - p) + t * (p.mean() - p) for t in np.geomspace(1e-9, 1e-2, 40)]
+    )
+    w = fit.map(z[fit.source.contains(z)])
+    found = inverse(fit.map, w)
+    known = np.isfinite(found)
+    assert known.mean() > 0.98
+    f, slope, _ = fit.map.jet(found[known])
+    assert np.abs(slope).min() < 1e-4
+    assert (np.abs(w[known] - f) <= 1e-8 * fit.map.diagonal * np.abs(slope)).all()
