@@ -18,7 +18,7 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from . import logs, options, status, stopping
+from . import logs, options, status, stopping, streams
 from .paths import FILE
 
 
@@ -36,7 +36,7 @@ def command(jobs: str, root: str | None, check: bool, **given: Any) -> int:
     iccm batch jobs.toml --resume --timeout 60 | jq -r 'select(.status != "done") | .name'
     iccm batch - < jobs.jsonl
 
-    Exit code: 0 all done, 1 some are not, 2 the manifest is wrong, 130 or 143 stopped by a signal.
+    Exit code: 0 all done, 1 some are not, 2 the manifest is wrong, 130, 143 or 129 stopped by a signal.
     """
     from ..io.batch import dispatch
     from ..io.batch.journal import Journal
@@ -55,7 +55,8 @@ def command(jobs: str, root: str | None, check: bool, **given: Any) -> int:
     policy = dispatch.Policy(given["retries"], given["timeout"], given["fail_fast"], given["threads"])
     start = time.perf_counter()
     with _signals() as caught, _pool(len(tasks), given) as pool:
-        watch = {"resume": given["resume"], "stopping": lambda: bool(caught), "warn": logs.log.warning}
+        watch = {"resume": given["resume"], "warn": logs.log.warning}
+        watch["stopping"] = lambda: bool(caught) or streams.unread()
         counts = _report(dispatch.execute(tasks, pool, book, policy, **watch), len(tasks))
     _summary(counts, time.perf_counter() - start)
     if caught:
@@ -103,13 +104,26 @@ def _signals() -> Iterator[list[int]]:
             raise KeyboardInterrupt
         caught.append(number)
 
-    names = (signal.SIGINT, signal.SIGTERM)
+    ends = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    names = [name for name in ends if signal.getsignal(name) is not signal.SIG_IGN]  # as nohup has them
+    _start_tracker()
     before: dict[signal.Signals, Callable | int | None] = {name: signal.signal(name, note) for name in names}
     try:
         yield caught
     finally:
         for name, handler in before.items():
             signal.signal(name, handler)
+
+
+def _start_tracker() -> None:
+    """Start the process that keeps an account of the workers' semaphores, deaf to the hangup of a terminal, as Python
+    makes it deaf to Ctrl-C: it would leave with a traceback."""
+    from multiprocessing import resource_tracker
+
+    if hasattr(signal, "SIGHUP"):
+        before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        resource_tracker.ensure_running()
+        signal.signal(signal.SIGHUP, before)
 
 
 def _report(results: Iterator[dict[str, Any]], count: int) -> Counter[str]:

@@ -5,6 +5,7 @@ library prints would end in a picture.
 """
 
 import os
+import select
 import sys
 from contextlib import suppress
 
@@ -26,6 +27,15 @@ def mend() -> None:
                 os.dup2(nowhere, number)
                 os.close(nowhere)
         setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
+
+
+def unread() -> bool:
+    """Whether the reader of stdout went away, as is otherwise learnt from the next line only."""
+    if not hasattr(select, "poll"):  # Windows
+        return False
+    output = select.poll()
+    output.register(1, 0)
+    return any(event & (select.POLLERR | select.POLLHUP) for _, event in output.poll(0))
 
 
 def lacks_memory() -> bool:

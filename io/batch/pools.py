@@ -93,7 +93,9 @@ class Processes:
             self._drop(lane)
 
     def close(self) -> None:
-        """End the idle workers, and wait until they have: Python's own end would race with theirs."""
+        """End the workers, and wait until the idle ones have: Python's own end would race with theirs. Those that still
+        run a job, of which nobody will hear, are stopped: Python's end would wait for them."""
+        self.abandon([lane.future for lane in self._lanes if not lane.idle])
         lanes = list(self._lanes)
         with ThreadPoolExecutor(len(lanes) or 1) as closing:
             list(closing.map(lambda lane: self._drop(lane, wait=lane.idle), lanes))

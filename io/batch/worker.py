@@ -32,7 +32,12 @@ def prepare(threads: int) -> None:
     """Make a fresh process a worker: threads capped, signals set, and an end when the parent ends."""
     for name in THREADS:
         os.environ[name] = "1" if name.startswith(("OPENBLAS", "MKL")) else str(threads)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
+    for name in (
+        "SIGINT",
+        "SIGHUP",
+    ):  # Ctrl-C and a closed terminal reach the whole group; the parent decides
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _stop)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     warnings.simplefilter("ignore")  # what a worker has to say is in its answer

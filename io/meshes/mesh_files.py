@@ -4,7 +4,9 @@ OBJ (`obj`, `obj_write`, `material_library`), glTF (`gltf`, `gltf_write`, `gltf_
 are kept as they are but for what changes; OFF and STL, which hold no coordinates, are read by trimesh.
 """
 
+import logging
 import re
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from io import BytesIO
@@ -223,30 +225,36 @@ def _of_scene(path: Path) -> dict[str, MeshFile]:
     """What trimesh reads, and the faces that it leaves out."""
     import trimesh
 
+    data, suffix = files.read_bytes(path, max_bytes=limits.MESH_BYTES), formats.suffix_of(path)
+    odd = odd_forms.free_off if suffix == ".off" else None
+    if suffix == ".off" and odd_forms.is_binary_off(data):
+        return {path.name: _whole(path, *odd_forms.binary_off(data))}
+    if suffix == ".off" or not odd_forms.is_binary_stl(data):  # trimesh would need a further package to guess
+        data = data.decode("utf-8", "replace").encode()
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())
     try:
-        scene = trimesh.load_scene(path, process=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter(
+                "ignore"
+            )  # what numbers of a broken file come to is told by what checks them
+            scene = trimesh.load_scene(BytesIO(data), file_type=suffix[1:], process=False)
     except Exception:
-        free = _free_off(path)
-        if free is None:
+        if odd is None or (found := odd(data.decode())) is None:
             raise
-        return {path.name: free}
+        return {path.name: _whole(path, *found)}
     pieces = dict[str, MeshFile]()
-    for name, piece in scene.geometry.items():
+    for given, piece in scene.geometry.items():
+        name = path.name if given == "geometry_0" else given
         if isinstance(piece, trimesh.Trimesh) and len(piece.faces):
             mesh = Mesh.triangles(str(path), piece.vertices, piece.faces)
             pieces[name] = MeshFile(path, mesh, np.ones(len(piece.faces), bool))
-        elif found := _free_off(path):
-            pieces[name] = found
+        elif odd is not None and (found := odd(data.decode())) is not None:
+            pieces[name] = _whole(path, *found)
     return pieces
 
 
-def _free_off(path: Path) -> MeshFile | None:
-    """The mesh of an OFF file whose numbers ignore lines, or None."""
-    suffix = formats.suffix_of(path)
-    found = odd_forms.free_off(path.read_text("ascii", "replace")) if suffix == ".off" else None
-    return (
-        None if found is None else MeshFile(path, Mesh(str(path), *found), np.ones(len(found[2]) - 1, bool))
-    )
+def _whole(path: Path, points: Real, corners: Index, starts: Index) -> MeshFile:
+    return MeshFile(path, Mesh(str(path), points, corners, starts), np.ones(len(starts) - 1, bool))
 
 
 def textures_of(file: MeshFile) -> list[Path]:

@@ -1,4 +1,4 @@
-"""Faces as some files have them: triangle strips, and OFF files whose numbers ignore lines."""
+"""Faces as some files have them: triangle strips, OFF files whose numbers ignore lines, and binary ones."""
 
 import numpy as np
 
@@ -30,13 +30,52 @@ def free_off(text: str) -> tuple[Real, Index, Index] | None:
         return None
     if words[0] != "OFF" or min(vertices, faces) < 0 or numbers.size < 3 * vertices:
         return None
-    rest, at, sizes, corners = numbers[3 * vertices :].astype(np.int64), 0, [0], []
-    for _ in range(faces):
-        if at >= rest.size or rest[at] < 0:
+    found = _faces(numbers[3 * vertices :].astype(np.int64), faces, coloured=False)
+    return found and (numbers[: 3 * vertices].reshape(-1, 3), *found)
+
+
+def is_binary_off(data: bytes) -> bool:
+    """Whether this is an OFF file whose numbers are binary."""
+    return data[:80].split(b"\n")[0].split() == [b"OFF", b"BINARY"]
+
+
+def binary_off(data: bytes) -> tuple[Real, Index, Index]:
+    """Points (n, 3), corners (c,) and starts (f + 1,) of a binary OFF file (Geomview's manual: big-endian integers and
+    floats of 32 bits; after each face's corners the number of its colour's components, and these).
+
+    Raises:
+        ValueError: the numbers don't add up.
+    """
+    rest = data.partition(b"\n")[2]
+    words = np.frombuffer(rest[: len(rest) // 4 * 4], ">i4")
+    if words.size < 3 or min(words[:2]) < 0 or words.size < 3 + 3 * int(words[0]):
+        raise ValueError("it ends within its points")
+    end = 3 + 3 * int(words[0])
+    found = _faces(words[end:].astype(np.int64), int(words[1]), coloured=True)
+    if found is None:
+        raise ValueError("its faces are not as many numbers as it has")
+    return words[3:end].view(">f4").reshape(-1, 3).astype(float), *found
+
+
+def _faces(numbers: Index, count: int, *, coloured: bool) -> tuple[Index, Index] | None:
+    """Corners and starts of faces that stand one after the other, each its size, corners and, if `coloured`, number of
+    colour components and these; None if they don't add up."""
+    at, sizes, corners = 0, [0], []
+    for _ in range(count):
+        if at >= numbers.size or numbers[at] < 0:
             return None
-        sizes.append(int(rest[at]))
-        corners.append(rest[at + 1 : at + 1 + sizes[-1]])
+        sizes.append(int(numbers[at]))
+        corners.append(numbers[at + 1 : at + 1 + sizes[-1]])
         at += 1 + sizes[-1]
-    if at != rest.size or not corners:
+        if coloured:
+            if at >= numbers.size or numbers[at] < 0:
+                return None
+            at += 1 + int(numbers[at])
+    if at != numbers.size or not corners:
         return None
-    return numbers[: 3 * vertices].reshape(-1, 3), np.concatenate(corners), np.cumsum(sizes)
+    return np.concatenate(corners), np.cumsum(sizes)
+
+
+def is_binary_stl(data: bytes) -> bool:
+    """Whether this is an STL file whose length is as its number of faces says."""
+    return len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")

@@ -1,6 +1,8 @@
 """Meshes that cannot be used: one line that names the first element at fault, whatever the format. And repairs."""
 
 import struct
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -18,6 +20,10 @@ from iccm.meshes.mesh import Mesh, check, triangulate
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 TWO = SQUARE + "f 1 2 3\nf 1 3 4\n"
+BINARY_OFF = (
+    b"OFF BINARY\n" + struct.pack(">3i12f", 4, 2, 5, *(0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0))
+    + struct.pack(">5i", 3, 0, 1, 2, 0) + struct.pack(">5i4f", 3, 0, 2, 3, 4, 1, 0, 0, 1)
+)  # fmt: skip
 
 
 def moebius(n=12):
@@ -307,6 +313,49 @@ GARBAGE = {
 GARBAGE |= {"m.glb": b"glTF\2\0\0\0\xff\0\0\0\x40\0\0\0JSON{", "m.stl": b"nothing", "m.gltf": b"{}"}
 
 
+SHORT = {
+    "no points": BINARY_OFF[:25],
+    "no faces": BINARY_OFF[:-40],
+    "a colour too many": BINARY_OFF + bytes(4),
+    "not binary": b"OFF BINARY\n\xff\xfe4 2 0\n",
+    "an index out of range": BINARY_OFF[:75] + b"\0\0\0\x09" + BINARY_OFF[79:],
+}
+
+
+@pytest.mark.parametrize("case", SHORT)
+def test_a_broken_binary_off_is_one_line(case, tmp_path, capfd):
+    (tmp_path / "m.off").write_bytes(SHORT[case])
+    with pytest.raises(InputError, match=r"m\.off") as error:
+        mesh_shape.read(str(tmp_path / "m.off"))
+    assert "No module" not in str(error.value) and "\n" not in str(error.value)
+    assert capfd.readouterr() == ("", "")
+
+
+BROKEN = {
+    "m.off": b"OFF\n3 1 0\n0 0 0\n1e999 nan 0\n0 1 0\n3 0 1 2\n",
+    "header.stl": b"\xff" * 80 + struct.pack("<I12fH", 1, *([float("nan")] * 12), 0),
+    "m.stl": b"solid \xff\nfacet normal 0 0 1\nouter loop\nvertex 1e39 0 0\nvertex nan 0 0\n",
+    "empty.stl": b"solid a\nendsolid a\n",
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+@pytest.mark.filterwarnings("default")
+def test_libraries_say_nothing_of_broken_files(name, tmp_path):
+    """In a process of its own, where nothing has silenced them."""
+    (tmp_path / name).write_bytes(BROKEN[name])
+    program = (
+        "import sys\nfrom iccm.io.shapes import mesh_shape\nfrom iccm.errors import InputError\n"
+        "try: mesh_shape.read(sys.argv[1], cut=True)\nexcept InputError as error: print(error)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-W", "default::RuntimeWarning", "-c", program, str(tmp_path / name)],
+        capture_output=True,
+        text=True,
+    )
+    assert not done.stderr and name in done.stdout and len(done.stdout.splitlines()) == 1
+
+
 @pytest.mark.parametrize("name", GARBAGE)
 def test_garbage_in_other_formats_is_one_line(name, tmp_path):
     (tmp_path / name).write_bytes(GARBAGE[name])
@@ -387,6 +436,11 @@ def test_a_polygon_of_many_corners_that_crosses_itself_is_refused():
 
 
 ODD = {
+    "binary": ("a.off", BINARY_OFF),
+    "a comment in another encoding": (
+        "a.off",
+        b"OFF # K\xf6rper\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3",
+    ),
     "lines end with a return": ("a.obj", TWO.replace("\n", "\r")),
     "numbers on any line": ("a.off", "OFF 4 2 0 0 0 0 1 0 0\n1 1 0 0 1 0 # four\n3 0 1 2 3\n0 2 3"),
     "a polygon, numbers on any line": ("a.off", "OFF\n4 1\n0 0 0 0 1 0 0 1 1\n0 0 1 0 4 0 1 2 3"),
@@ -402,7 +456,7 @@ ODD = {
 @pytest.mark.parametrize("case", ODD)
 def test_an_odd_form_of_a_format_is_read(case, tmp_path):
     name, text = ODD[case]
-    (tmp_path / name).write_bytes(text.encode())
+    (tmp_path / name).write_bytes(text if isinstance(text, bytes) else text.encode())
     shape = mesh_shape.read(str(tmp_path / name))
     assert shape.curve.area == pytest.approx(1)
     assert len(shape.flattening.patch.faces) == 2

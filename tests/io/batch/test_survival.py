@@ -148,15 +148,15 @@ def test_a_killed_parent_leaves_no_orphan_and_resumes(folder, start):
     assert resumed(start, folder) >= 1
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_stops_cleanly_with_a_summary(folder, start, number):
     (folder / "jobs.jsonl").write_text(manifest(size=2500))
     process = start("-j", "1", start_new_session=True)
     until(lambda: finished(folder))
     until(lambda: writing(folder))
     workers = children(process.pid)
-    if number == signal.SIGINT:
-        os.killpg(process.pid, number)  # as Ctrl-C does: to the workers too
+    if number != signal.SIGTERM:
+        os.killpg(process.pid, number)  # as Ctrl-C and a closed terminal do: to the workers too
     else:
         process.send_signal(number)
     counts, _, err = ended(process)
@@ -165,6 +165,21 @@ def test_a_signal_stops_cleanly_with_a_summary(folder, start, number):
     assert "cancelled" in err.splitlines()[-1] and "Traceback" not in err
     until(lambda: not any(map(alive, workers)), 10)
     assert whole(folder / "out")
+
+
+def test_a_reader_that_goes_away_ends_the_batch_and_its_workers(folder, start):
+    """At once, not with the next line, which a job of half a minute is about to write."""
+    (folder / "jobs.jsonl").write_text(
+        manifest(size=40) + '\n{"source": "d.svg", "target": "blob.svg", "size": 16000, "output": "huge.png"}'
+    )
+    process = start("-j", "1")
+    until(lambda: list((folder / "out").glob(".huge*")))
+    workers = children(process.pid)
+    process.stdout.close()
+    assert process.wait(timeout=10) == 141 and workers
+    until(lambda: not any(map(alive, workers)), 10)
+    assert whole(folder / "out") and "Traceback" not in process.stderr.read()
+    process.stdout, process.stderr = None, None
 
 
 def test_a_time_limit_kills_the_worker_and_the_rest_go_on(folder, start):
