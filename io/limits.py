@@ -95,6 +95,8 @@ MANIFEST_BYTES = 64 << 20
 """Bytes of a manifest."""
 JOBS = 100_000
 """Jobs of a manifest."""
+GLOB_ENTRIES, GLOB_SECONDS = 1_000_000, 60
+"""Entries of folders that the globs of a manifest look at, and how long they may take."""
 DEPTH = 8
 """Lists and tables in each other, in a manifest; pins need three."""
 COMPARED_BYTES = 1 << 28

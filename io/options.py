@@ -218,7 +218,7 @@ class BatchOptions:
     """Those of `iccm batch`."""
 
     root: str | None = _option("Where outputs go and stay.  [default: the manifest's folder]", "DIR")
-    outside: bool = _option("Let outputs leave the root.", default=False)
+    outside: bool = _option("Let outputs leave the root, and globs the manifest's folder.", default=False)
     workers: int | None = _option("Processes.  [default: all cores]", least=1, short="-j")
     threads: int = _option("Threads of each worker.", default=1, least=1)
     dask: str | None = _option(

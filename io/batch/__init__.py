@@ -1,6 +1,7 @@
 """Many jobs: manifests, pools of workers, a journal to resume from.
 
 manifest  jobs in TOML or JSON Lines, checked whole
+globs     the files that globs match, inside the root and bounded
 dispatch  tasks run on a pool, one result for each
 pools     processes of this machine, or a Dask cluster
 worker    what runs in a worker

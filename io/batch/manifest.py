@@ -20,6 +20,7 @@ from ..options import many
 from ..pictures.tiles import MARK, files_of
 from ..run.job import STEM, WRITTEN, Job
 from ..spec import Spec, path_of
+from .globs import Globs
 
 LONGEST = 500  # characters of a mistake that are shown
 JOURNAL = ".iccm-journal.jsonl"
@@ -97,7 +98,7 @@ def read(text: str, name: str, *, root: Path, outside: bool = False) -> list[Tas
         text: its content: TOML when `name` ends in .toml, or is `-` and it does not start with {; else JSON Lines.
         name: its path, which inputs are relative to; `-` for stdin, relative to the current folder.
         root: the folder that outputs are relative to and may not leave.
-        outside: let outputs leave the root.
+        outside: let outputs leave the root, and globs the root and the manifest's folder.
 
     Raises:
         ManifestError: with every mistake and its place.
@@ -105,8 +106,9 @@ def read(text: str, name: str, *, root: Path, outside: bool = False) -> list[Tas
     found: list[str] = []
     tasks: list[Task] = []
     base = "" if name == "-" else os.path.dirname(name)
+    globs = Globs(None if outside else (base, str(root)))
     for entry in _entries(text, name, found):
-        for values in _expand(entry, base, found):
+        for values in _expand(entry, base, globs, found):
             if len(tasks) >= limits.JOBS:
                 raise ManifestError([f"{name}: more than {limits.JOBS} jobs; split the manifest"])
             task = _task(len(tasks) + 1, entry, values, found)
@@ -217,12 +219,16 @@ def _exceeds(value: Any, depth: int) -> bool:
     )
 
 
-def _expand(entry: Entry, base: str, found: list[str]) -> Iterator[dict[str, Any]]:
+def _expand(entry: Entry, base: str, globs: Globs, found: list[str]) -> Iterator[dict[str, Any]]:
     """One set of values for each combination of the files that the globs match."""
     choices, whole = [], entry.whole
     for key in GLOBBED:
         value = whole.get(key)
-        matches = [value] if not isinstance(value, str) else _matches(value, base)
+        try:
+            matches = [value] if not isinstance(value, str) else _matches(value, base, globs)
+        except InputError as error:
+            found.append(f"{entry.at(key)}: {key}: {value!r} {error}")
+            return
         if not matches:
             found.append(f"{entry.at(key)}: {key}: no file matches {value!r}")
         choices.append(matches)
@@ -234,13 +240,13 @@ def _expand(entry: Entry, base: str, found: list[str]) -> Iterator[dict[str, Any
         yield {**whole, **{k: v for k, v in zip(GLOBBED, combination) if v is not None}, "": base}
 
 
-def _matches(spec: str, base: str) -> list[str]:
+def _matches(spec: str, base: str, globs: Globs) -> list[str]:
     """The files that a path or glob names, sorted; a path without a glob is itself, there or not."""
     path = os.path.join(base, spec)
     if not glob.has_magic(spec) or os.path.exists(path):
         return [path]
     file = path_of(path)
-    return sorted(match + path[len(file) :] for match in glob.glob(file, recursive=True))
+    return [match + path[len(file) :] for match in globs.files(file)]
 
 
 def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -> Task | None:

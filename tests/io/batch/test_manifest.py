@@ -1,13 +1,16 @@
 """Manifests: defaults, globs, templates, and every mistake with its place."""
 
+import glob as python_glob
 import json
 import os
+from pathlib import Path
 
 import pytest
 
 from iccm import InputError
 from iccm.io import limits
 from iccm.io.batch import manifest
+from iccm.io.batch.globs import Globs
 from iccm.io.batch.manifest import ManifestError, read
 
 
@@ -277,6 +280,62 @@ def test_globs_that_multiply_are_told_before_they_are(shapes, monkeypatch):
     monkeypatch.setattr(limits, "JOBS", 5)
     (found,) = listed(shapes, {"source": "*.svg", "target": "*.svg"})
     assert found == "line 1: its globs make 9 jobs, more than 5; split them"
+
+
+GLOBS = [
+    "*.svg",
+    "**",
+    "**/*.svg",
+    "[ab].*",
+    "*/c?.svg",
+    "deep/**",
+    "**/deep/*",
+    "./*.svg",
+    "deep/../*.svg",
+    ".*",
+    "*/.*",
+]
+
+
+@pytest.mark.parametrize("pattern", GLOBS)
+def test_globs_match_the_files_that_python_matches(folder, pattern):
+    for name in ("deep/ca.svg", "deep/deeper/cb.svg", ".hidden.svg", "deep/.x.svg", ".git/d.svg"):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).touch()
+    expected = {str(Path(name)) for name in python_glob.glob(pattern, recursive=True) if os.path.isfile(name)}
+    assert Globs([""]).files(pattern) == sorted(expected) and expected
+
+
+OUT = ["/**", "../*.svg", "*/../../*", "/etc/h*s", "link/*", "*k/*", "lin?.svg"]
+
+
+@pytest.mark.parametrize("pattern", OUT)
+def test_a_glob_stays_in_the_root_unless_it_may_leave(folder, pattern):
+    (folder / "deep").mkdir()
+    (folder / "manifests").mkdir()
+    (folder / "manifests" / "link").symlink_to("/etc")
+    (folder / "manifests" / "lin1.svg").symlink_to("/etc/hosts")
+    text = json.dumps({"source": pattern, "target": "a.svg"})
+    (line,) = mistakes(text, str(folder / "manifests" / "j.jsonl"), folder)
+    assert line.startswith(f"{folder}/manifests/j.jsonl: line 1: source: {pattern!r} leads to ")
+    assert line.endswith("out of the manifest's folder and the root; --outside lets it")
+
+
+def test_globs_are_bounded_in_files_and_time(folder, monkeypatch):
+    assert jobs('[[job]]\nsource = "**/*.svg"\ntarget = "a.svg"', folder=folder)
+    text = '[[job]]\nsource = "**/*.zzz"\ntarget = "a.svg"'
+    for name, most in (("GLOB_ENTRIES", 3), ("GLOB_SECONDS", -1)):
+        with monkeypatch.context() as changed:
+            changed.setattr(limits, name, most)
+            (line,) = mistakes(text, folder=folder)
+            assert "job 1: source: '**/*.zzz' looks at more than" in line and "narrower folder" in line
+
+
+def test_with_outside_globs_go_anywhere(folder):
+    (folder / "deep").mkdir()
+    text = json.dumps({"source": "../*.svg", "target": "../a.svg", "output": "{source.stem}.png"})
+    found = jobs(text, str(folder / "deep" / "j.jsonl"), folder, outside=True)
+    assert [task.job.source for task in found] == [str(folder / "deep" / ".." / f"{x}.svg") for x in "abc"]
 
 
 def test_a_byte_order_mark_and_odd_ends_of_lines_are_read(shapes):

@@ -1,0 +1,84 @@
+"""Globs of a manifest: the files that they match, of a bounded number of folders' entries, inside the root.
+
+A manifest from a stranger could otherwise walk the whole disk (`/**`), or name any picture of this machine.
+"""
+
+import fnmatch
+import glob
+import os
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ...errors import InputError
+from .. import limits
+
+
+@dataclass
+class Globs:
+    """Globs that share their bounds.
+
+    Attributes:
+        roots: folders that they stay in, links counting as what they lead to; None: they may go anywhere.
+    """
+
+    roots: Sequence[str] | None
+    _left: int = field(default_factory=lambda: limits.GLOB_ENTRIES)
+    _end: float = field(default_factory=lambda: time.monotonic() + limits.GLOB_SECONDS)
+
+    def __post_init__(self) -> None:
+        self._real = None if self.roots is None else [os.path.realpath(root or ".") for root in self.roots]
+
+    def files(self, pattern: str) -> list[str]:
+        """The files that a pattern matches, sorted: `*`, `?` and `[…]` in names, `**` for folders in folders (not
+        through links); what begins with a dot only by a dot.
+
+        Raises:
+            InputError: it leads out of the roots, or looks at too much.
+        """
+        return sorted(set(self._below("", list(Path(pattern).parts))))
+
+    def _below(self, folder: str, parts: list[str]) -> Iterator[str]:
+        first, rest = parts[0], parts[1:]
+        if first == "**":
+            yield from self._below(folder, rest or ["*"])
+            for entry in self._entries(folder):
+                if entry.is_dir(follow_symlinks=False) and not entry.name.startswith("."):
+                    yield from self._below(os.path.join(folder, entry.name), parts)
+            return
+        names = [first]
+        if glob.has_magic(first):
+            seen = [entry.name for entry in self._entries(folder)]
+            dotted = first.startswith(".")
+            names = [name for name in fnmatch.filter(seen, first) if dotted or not name.startswith(".")]
+        for name in names:
+            path = os.path.join(folder, name)
+            if rest:
+                yield from self._below(path, rest) if os.path.isdir(path) else ()
+            elif os.path.isfile(path):
+                self._check(path)
+                yield path
+
+    def _entries(self, folder: str) -> Iterator[os.DirEntry[str]]:
+        """What a folder holds; nothing, where it cannot be read."""
+        self._check(folder)
+        try:
+            with os.scandir(folder or ".") as entries:
+                for entry in entries:
+                    self._left -= 1
+                    if self._left < 0 or time.monotonic() > self._end:
+                        raise InputError(
+                            f"looks at more than {limits.GLOB_ENTRIES:,} files, or for more than "
+                            f"{limits.GLOB_SECONDS} s; name a narrower folder"
+                        )
+                    yield entry
+        except OSError:
+            return
+
+    def _check(self, path: str) -> None:
+        real = os.path.realpath(path or ".")
+        if self._real is not None and not any(
+            os.path.commonpath([root, real]) == root for root in self._real
+        ):
+            raise InputError(f"leads to {path}, out of the manifest's folder and the root; --outside lets it")
