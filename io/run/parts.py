@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from ...arrays import Complex, Real
 from ...errors import InputError
 from .. import limits
 from .doubt import Doubt
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
 Pairs = list[tuple["Shape", "Shape"]]
 
 LISTED = 12
+TOUCHING = 1e-3  # of the smaller part's area: so much that two have in common, or not, is where they touch
 FIGURES = ("status", "boundary", "dilatation", "log10_area", "injective", "notes")
 
 
@@ -57,7 +61,52 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
         "empty": empty,
     }
     pairs = [(sources[i], targets[j]) for i, j in sorted(found, key=lambda pair: pair[1])]
-    return pairs, notes, {"unpaired": figures} if any(alone) else {}
+    overlap, crossing = _overlaps([target for _, target in pairs])
+    if crossing:
+        first, second = (_name(target) for target in crossing[0])
+        more = f" and {len(crossing) - 1} more" if len(crossing) > 1 else ""
+        notes.append(
+            Doubt(
+                f"{targets[0].spec}: parts cover each other, {first} and {second}{more}: the smaller lies on top"
+            )
+        )
+    return (
+        pairs,
+        notes,
+        ({"unpaired": figures} if any(alone) else {}) | ({"overlap": overlap} if overlap else {}),
+    )
+
+
+def _overlaps(shapes: Sequence[Shape]) -> tuple[float, list[tuple[Shape, Shape]]]:
+    """The share of all parts' area that is covered twice, and pairs that cover each other in part: what lies inside
+    another is drawn so."""
+    import shapely
+
+    from ...arrays import xy_of
+
+    def seen(z: Complex, line: float | None) -> Real:
+        return xy_of(z if line is None else 2 * line - z.conj())
+
+    regions = np.array(
+        [
+            shapely.Polygon(
+                seen(shape.curve.z, shape.mirror), [seen(hole, shape.mirror) for hole in shape.holes]
+            )
+            for shape in shapes
+        ]
+    )
+    first, second = shapely.STRtree(regions).query(regions, "intersects")
+    once = first < second
+    first, second = first[once], second[once]
+    common = shapely.area(shapely.intersection(regions[first], regions[second]))
+    areas = shapely.area(regions)
+    least = np.minimum(areas[first], areas[second])
+    partly = (common > TOUCHING * least) & (common < (1 - TOUCHING) * least)
+    total = float(areas.sum())
+    share = 1 - float(shapely.area(shapely.union_all(regions))) / total
+    return (share if share > TOUCHING else 0.0), [
+        (shapes[i], shapes[j]) for i, j in zip(first[partly], second[partly])
+    ]
 
 
 def _unpaired(alone: Sequence[Shape], others: str) -> str:

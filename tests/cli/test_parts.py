@@ -64,6 +64,24 @@ def test_parts_of_the_target_that_stay_empty_are_told_however_quiet(drawings, ic
     assert unpaired == {"source": [], "target": ["2", "3"], "empty": pytest.approx(1 / 3)}
 
 
+def test_targets_that_cover_each_other_are_told_however_quiet_and_the_smaller_lies_on_top(drawings, iccm):
+    two = '<path id="head" d="M5 20H65V80H5z"/><path id="left" d="M45 40h40v40h-40z"/>'
+    (drawings / "two.svg").write_text(SVG.format(two))
+    (drawings / "both.svg").write_text(SVG.format(two.replace("M45", "M70").replace("h40v40h-40", "h9v9h-9")))
+    done = iccm(
+        "map", "both.svg", "two.svg", "--parts", "all", "-o", "o.png", "--stmap", "o.tif", "--size", "100",
+        "--report", "r.json", "-q",
+    )  # fmt: skip
+    assert done.code == 0
+    assert "two.svg: parts cover each other, #1 (head) and #2 (left): the smaller lies on top" in done.err
+    assert json.loads((drawings / "r.json").read_text())["overlap"] == pytest.approx(800 / 5200, rel=1e-6)
+    st = image_files.read("o.tif").pixels
+    assert (
+        st[60, 55, 0] > 0.69 and st[60, 75, 0] > 0.69 and st[60, 30, 0] < 0.66
+    )  # of `left`, twice, and of `head`
+    assert "cover each other" not in iccm(*ALL, "-o", "p.png").err  # what lies in another is drawn so
+
+
 def test_artwork_goes_with_the_part_that_it_lies_in(drawings, iccm):
     assert iccm(*ALL, "-o", "o.svg").code == 0
     boxes = {name: shape.read(f"o.svg#{name}").curve.box for name in ("head", "left", "right")}
