@@ -1,5 +1,6 @@
 """The layout of a patch: plain least squares where that is one-to-one, else Newton from a layout without folds."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +23,7 @@ STRETCHED = 1.5
 """P95 of the stretch of an even layout from which the seam is too short: 1.6 left some less even."""
 STEPS = 150  # of Newton's method; 7 to 69 were needed on 15 meshes
 FEW = 30  # of them where only the place of the stretch is wanted
-APART = 300  # with a scaffold
+APART = 300  # with a scaffold, for one layout, and for all those of a seam that is lengthened for the sake of angles
 KEPT = 1.3  # p95 of the dilatation at which angles count as kept
 SHARPER = 8  # rounds of lengthening a seam for it: most meshes that need some need 1 to 4
 TOLERANCE, ROUGH = 1e-5, 1e-4  # relative decrease that counts as none; while the seam grows
@@ -100,7 +101,7 @@ def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
 
 
 def _even_with_seam(
-    layout: Flattening, growing: bool = False, joins: bool = False
+    layout: Flattening, growing: bool = False, joins: bool = False, steps: Iterable[int] = range(APART)
 ) -> tuple[Flattening, Elastic]:
     """The layout of least symmetric Dirichlet energy, its seam long enough, and the surface as it was found on.
 
@@ -108,6 +109,7 @@ def _even_with_seam(
         layout: any, for its patch and outline.
         growing: whether the seam may be lengthened.
         joins: whether it may run into holes.
+        steps: an item for each step with a scaffold that may be taken.
     """
     patch, outline = layout.patch, layout.loop
     for _ in range(ROUNDS + 1):
@@ -119,27 +121,27 @@ def _even_with_seam(
         if patch is before:
             break
         outline = patch.loop_of(before, outline)
-    return _relax(start, result, sheet, 1.0), sheet
+    return _relax(start, result, sheet, 1.0, steps), sheet
 
 
-def _conformal(even: Flattening, sheet: Elastic) -> Flattening:
+def _conformal(even: Flattening, sheet: Elastic, steps: Iterable[int] = range(APART)) -> Flattening:
     """From an even layout to a conformal one."""
     for theta in SOFTER:
-        even = _relax(even, even, sheet, theta)
+        even = _relax(even, even, sheet, theta, steps)
     return replace(even, method="conformal")
 
 
 def _lengthen_seam(found: Flattening) -> Flattening:
-    """The conformal layout that keeps angles best as the seam goes on, at most until it does."""
-    best, fewest = found, _angle_loss(found)
+    """The conformal layout that keeps angles best as the seam goes on, at most until it does, or has taken long."""
+    best, fewest, steps = found, _angle_loss(found), iter(range(APART))
     for _ in range(SHARPER):
-        if fewest <= KEPT:
+        if fewest <= KEPT or next(steps, None) is None:
             break
         patch = seams.sharper(found)
         if patch is found.patch:
             break
         outline = patch.loop_of(found.patch, found.loop)
-        found = _conformal(*_even_with_seam(replace(found, patch=patch, loop=outline)))
+        found = _conformal(*_even_with_seam(replace(found, patch=patch, loop=outline), steps=steps), steps)
         best, fewest = min((best, fewest), (found, _angle_loss(found)), key=lambda pair: pair[1])
     return best
 
@@ -149,13 +151,15 @@ def _angle_loss(result: Flattening) -> float:
     return np.inf if overlap(result) else result.dilated(95)
 
 
-def _relax(start: Flattening, better: Flattening, sheet: Elastic, theta: float) -> Flattening:
+def _relax(
+    start: Flattening, better: Flattening, sheet: Elastic, theta: float, steps: Iterable[int] = range(APART)
+) -> Flattening:
     """A layout relaxed to the end; where it overlaps itself then, from a start that does not, with a scaffold."""
     result = _place(better, sheet.relaxed(_unit(better), theta, STEPS, TOLERANCE))
     if overlap(result) is None:
         return result
     loops = [start.loop, *(loop for loop in start.patch.loops if not np.array_equal(loop, start.loop))]
-    return _place(start, relax_with_scaffold(sheet, _unit(start), loops, theta, APART, TOLERANCE))
+    return _place(start, relax_with_scaffold(sheet, _unit(start), loops, theta, steps, TOLERANCE))
 
 
 def _start(patch: Patch, outline: Index) -> Flattening:

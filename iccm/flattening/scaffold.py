@@ -5,6 +5,8 @@ between the outline and a frame, and in the holes, is triangulated anew at every
 one, and no triangle of either kind may fold.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 import shapely
 
@@ -20,7 +22,7 @@ SETTLED = 3  # steps that gain little, one after the other, before the layout co
 
 
 def relax_with_scaffold(
-    sheet: Elastic, u: Complex, loops: list[Index], theta: float, steps: int, tolerance: float
+    sheet: Elastic, u: Complex, loops: list[Index], theta: float, steps: Iterable[int], tolerance: float
 ) -> Complex:
     """Newton steps with a scaffold, from a layout (n,) that does not overlap itself to one of less energy.
 
@@ -29,11 +31,11 @@ def relax_with_scaffold(
         u: positions of its vertices.
         loops: its boundary, the outline first.
         theta: weight of the area part.
-        steps: the most there may be.
+        steps: an item for each that may be taken.
         tolerance: relative decrease that counts as none.
     """
     energy, small = sheet.energy(u, theta), 0
-    for _ in range(steps):
+    for _ in steps:
         around = frame(u[loops[0]])
         faces = outside(u, around, loops)
         at = np.concatenate([around, u])

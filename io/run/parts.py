@@ -64,10 +64,10 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
     overlap, crossing = _overlaps([target for _, target in pairs])
     if crossing:
         first, second = (_name(target) for target in crossing[0])
-        more = f" and {len(crossing) - 1} more" if len(crossing) > 1 else ""
+        further = f" and {len(crossing) - 1} more" if len(crossing) > 1 else ""
         notes.append(
             Doubt(
-                f"{targets[0].spec}: parts cover each other, {first} and {second}{more}: the smaller lies on top"
+                f"{targets[0].spec}: parts cover each other, {first} and {second}{further}: the smaller lies on top"
             )
         )
     return (

@@ -1,11 +1,14 @@
 """Layouts by Newton: their energy, their limits, and what they must never do."""
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
 
 from iccm.errors import InputError
-from iccm.flattening import METHODS, flatten, tutte
+from iccm.flattening import METHODS, flatten, method, seams, tutte
 from iccm.flattening.free import surface
 from iccm.flattening.scaffold import FRAME, frame, outside, relax_with_scaffold
 from iccm.flattening.seams import Ways, turns
@@ -219,7 +222,7 @@ def test_a_scaffold_holds_what_free_newton_would_let_overlap():
     start = tutte.convex(patch, patch.loops[0]) / np.sqrt(np.pi)
     free, held = (
         sheet.relaxed(start, 1.0, 150, 1e-5),
-        relax_with_scaffold(sheet, start, patch.loops, 1.0, 200, 1e-5),
+        relax_with_scaffold(sheet, start, patch.loops, 1.0, range(200), 1e-5),
     )
     outline = patch.loops[0]
     assert overlap(Flattening(patch, free, outline, "free")) is not None
@@ -240,3 +243,20 @@ def test_faces_without_area_are_laid_out_by_newton_and_refused_by_least_squares(
     assert overlap(found) is None
     with pytest.raises(InputError, match="seam: LSCM has no solution"):
         flatten(patch, method="lscm")
+
+
+def test_lengthening_a_seam_takes_no_more_scaffolds_than_a_layout(monkeypatch):
+    """A mesh whose faces are mixed up goes on for ever without getting better."""
+    layout = flatten(disk_patch(grid(4, 4, dome)))
+    taken = []
+
+    def slow(found, **given):
+        taken.extend(itertools.islice(given["steps"], 140))
+        return found, None
+
+    monkeypatch.setattr(seams, "sharper", lambda found: replace(found.patch))
+    monkeypatch.setattr(method, "_angle_loss", lambda found: np.inf)
+    monkeypatch.setattr(method, "_even_with_seam", slow)
+    monkeypatch.setattr(method, "_conformal", lambda even, sheet, steps: even)
+    assert method._lengthen_seam(layout) is layout
+    assert len(taken) <= method.APART and len(taken) > 0.9 * method.APART
