@@ -10,6 +10,7 @@ solve             `fit` and `deform`: which method solves a problem
 texture_transfer  `transfer` and `warp`: arrays in, arrays out
 problem           the domains, constraints and options of a solve
 result            `Fit`: the map, how the solver ended, figures that judge it
+transform         maps as scikit-image has transforms: called, turned round, composed
 balanced/         the default method: outline held, nothing folded, sizes even
 conformal/        the conformal method, to a tolerance
 paper/            the algorithm of the paper
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from .texture_transfer import Transfer as Transfer
     from .texture_transfer import transfer as transfer
     from .texture_transfer import warp as warp
+    from .transform import Transform as Transform
 
 __version__ = "0.1.0"
 
@@ -64,6 +66,7 @@ _HOME = {
     "InputError": "errors",
     "Status": "result",
     "Transfer": "texture_transfer",
+    "Transform": "transform",
     "TriangulatedMap": "maps.triangulated.map",
     "checkerboard": "pixels.checkerboard",
     "deform": "solve",

@@ -14,13 +14,14 @@ from .blas import on_one_thread
 from .buckets import nearest_segments
 from .curve import Curve, boundary_samples
 from .maps import distortion, harmonic, injectivity, inverse
-from .maps.approximation import AnyMap
+from .maps.approximation import AnyMap, triangulated
 from .maps.boundary_image import outline
 from .maps.distortion import Distortion
 from .maps.injectivity import Certificate
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
+from .transform import Transform
 
 INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
 CERTAIN = 0.99
@@ -144,6 +145,19 @@ class Fit:
             return self.map.inverse(w)
         return inverse.inverse(self.map, w)
 
+    @property
+    def transform(self) -> Transform:
+        """Source to target and back, on complex points or real ones (n, 2), with scikit-image's `inverse`."""
+        return Transform(self.map, self.inverse)
+
+    def inverted(self) -> Transform:
+        """Target to source."""
+        return self.transform.inverse
+
+    def then(self, other: "Fit | Transform") -> Transform:
+        """This map, then another from its target on."""
+        return self.transform.then(other.transform if isinstance(other, Fit) else other)
+
     @cached_property
     def image(self) -> Complex:
         """The image of the boundary of the map's polygon, in order: as it is, or a curved one to FLATNESS."""
@@ -244,6 +258,12 @@ class Fit:
         if any(self.layouts):
             return on_surfaces(self._samples, self.layouts)
         return distortion.of_triangles(self.map) if isinstance(self.map, TriangulatedMap) else self._samples
+
+    @cached_property
+    def triangles(self) -> Distortion:
+        """How the map distorts in the middle of each triangle, in their order; of a harmonic map, those that it is
+        drawn by. Its `energies` are the terms of the balanced energy."""
+        return distortion.in_middles(triangulated(self.map))
 
     @property
     def _samples(self) -> Distortion:

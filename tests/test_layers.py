@@ -43,7 +43,7 @@ ORDER = (
     "pixels",
     "maps",
     "curve linalg",
-    "buckets flips plane",
+    "buckets flips plane transform",
     "arrays jit",
     "parallel memory blas compiling progress",
     "errors",

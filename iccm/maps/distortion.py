@@ -56,6 +56,14 @@ class Distortion:
         """(p,) √|J| by the mean scale."""
         return np.sqrt(np.abs(np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2)) / self.scale
 
+    def energies(self, balance: float = 1.0) -> dict[str, Real]:
+        """(p,) what the balanced energy is made of: `angle` (s₁/s₂ + s₂/s₁) / 2, `area` (d + 1/d) / 2 with d the scale
+        of areas by the mean, and `total` angle · area^θ, with θ the balance; 1 for a similarity, inf where folded."""
+        d = (np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2) / self.scale**2
+        angle = _ratio((np.abs(self.f_z) ** 2 + np.abs(self.f_zbar) ** 2) / self.scale**2, d)
+        area = 0.5 * (d + _ratio(np.ones_like(d), d))
+        return {"angle": angle, "area": area, "total": angle * area**balance}
+
     def within(self, factor: float) -> float:
         """The share of the target whose scale is within a factor of the mean."""
         near = (self.scales <= factor) & (self.scales >= 1 / factor)
@@ -120,6 +128,17 @@ def of_triangles(map: TriangulatedMap) -> Distortion:
     place = np.tile(_POINTS, (len(map.faces), 1))
     f_z, f_zbar = map.derivatives_at(triangle, place)
     return Distortion(weight, f_z, f_zbar, float(np.sqrt(area.sum() / before.sum())))
+
+
+def in_middles(map: TriangulatedMap) -> Distortion:
+    """One sample in the middle of each triangle, in their order, with its place."""
+    a, b, c = map.corners.T
+    d, e, f = map.source[map.faces].T
+    area, before = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
+    triangle, place = np.arange(len(map.faces)), np.full((len(map.faces), 3), 1 / 3)
+    f_z, f_zbar = map.derivatives_at(triangle, place)
+    scale = float(np.sqrt(area.sum() / before.sum()))
+    return Distortion(area, f_z, f_zbar, scale, map.jet_at(triangle, place)[0], (a + b + c) / 3)
 
 
 def inside_triangles(map: TriangulatedMap) -> Distortion:

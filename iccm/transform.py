@@ -1,0 +1,45 @@
+"""A map and its inverse as one thing that is called, turned round and composed, as scikit-image has transforms.
+
+`skimage.transform.warp(picture, transform.inverse)` takes one between outlines given in pixels, x right and y down.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .arrays import Complex, Real, complex_of, xy_of
+
+Function = Callable[[Complex], Complex]
+
+
+@dataclass(frozen=True, eq=False)
+class Transform:
+    """Points of one plane to points of another.
+
+    Attributes:
+        forward: complex points of any shape to points of the same shape, NaN where there is no image.
+        backward: the other way.
+    """
+
+    forward: Function
+    backward: Function
+
+    def __call__(self, points: ArrayLike) -> Complex | Real:
+        """The images of complex points of any shape, or of real ones (…, 2): in the same form."""
+        given = np.asarray(points)
+        if np.iscomplexobj(given):
+            return self.forward(given)
+        if given.shape[-1:] != (2,):
+            raise ValueError(f"points of shape {given.shape}; give complex ones, or real ones (n, 2)")
+        return xy_of(self.forward(complex_of(given.astype(float))))
+
+    @property
+    def inverse(self) -> "Transform":
+        """The way back."""
+        return Transform(self.backward, self.forward)
+
+    def then(self, other: "Transform") -> "Transform":
+        """This one first, the other on what it gives."""
+        return Transform(lambda z: other.forward(self.forward(z)), lambda w: self.backward(other.backward(w)))
