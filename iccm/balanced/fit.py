@@ -18,16 +18,22 @@ from .model.settings import Settings, Solution
 
 LAYERED = "Where the shape overlaps itself pictures show what is farther from the {}."
 
+EVEN = 1.0  # the balance at which angles and areas count alike
 TURNED = 20.0  # degrees away from what was asked, from which it is said (by hand)
 
 
 def solve(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
     """The balanced map of a problem, from an earlier one on if there is one.
 
+    From EVEN on it follows the map as areas come to count more, by a factor of two at a time: a search of its own finds
+    minima that are farther and farther from the best, turned and less even.
+
     Raises:
         NoMapError: no map without folds was found.
         InputError: pins or strokes that no one-to-one map meets.
     """
+    if start is None and options.balance > EVEN:
+        start = _plane_map(solve(problem, replace(options, balance=max(EVEN, options.balance / 2))))
     source, target = problem.given
     strokes = problem.given_strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
@@ -41,6 +47,11 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     if not (len(pins) or len(strokes)):
         fit.notes.extend(strain(fit.distortion) + unasked_turn(found.turn, settings.turn))
     return fit
+
+
+def _plane_map(fit: Fit) -> TriangulatedMap:
+    assert isinstance(fit.map, TriangulatedMap)
+    return fit.map
 
 
 def result_of(
