@@ -101,6 +101,64 @@ name = "n {source.id}"
 JSONL = b'{"defaults": {"size": 64}}\n{"source": "a.svg", "target": "a.svg", "pin": ["1,2:3,4"]}\n{"source": "a.svg"}\n'
 JSON = b"""{"pins": [{"name": "nose", "source": [120, 80], "target": [310.5, 42], "weight": 1}],
 "strokes": [{"source": [[10, 10], [40, 12]], "target": [[5, 90], [9, 70]], "ends": "free"}]}"""
+PLY = b"""ply
+format ascii 1.0
+comment TextureFile a.png
+element vertex 4
+property float x
+property float y
+property float z
+property float s
+property float t
+element face 2
+property list uchar int vertex_indices
+property list uchar float texcoord
+end_header
+0 0 0 0 0
+1 0 .1 1 0
+1 1 0 1 1
+0 1 0 0 1
+3 0 1 2 6 0 0 1 0 1 1
+3 0 2 3 6 0 0 1 1 0 1
+"""
+OFF = b"OFF\n# a comment\n4 2 5\n0 0 0\n1 0 0.1\n1 1 0\n0 1 0\n3 0 1 2 255 0 0\n3 0 2 3\n"
+STL = b"solid a\n" + b"".join(
+    b"facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex %d 1 0\nvertex %d 1 0\nendloop\nendfacet\n" % pair
+    for pair in ((1, 0), (2, 1))
+) + b"endsolid a\n"  # fmt: skip
+SECRET = b"# password hunter2\nnewmtl red\nKd 1 0 0\nmap_Kd secret.png\n"
+INDICES = [
+    b"0",
+    b"-1",
+    b"-9",
+    b"9",
+    b"10",
+    b"760",
+    b"999999998",
+    b"2147483648",
+    b"-2147483649",
+    b"1.5",
+    b"nan",
+]
+REFERENCES = [
+    b"../canary/secret.txt", b"../canary/secret.png", b"/etc/hostname", b"..", b".", b"x.obj", b"x.mtl", b"missing",
+    b"/dev/zero", b"a\0b", b"\xff", b"~/.bashrc", b"file:///etc/hostname", b"https://away.example/a.png", b"a" * 300,
+    b"",
+]  # fmt: skip
+GLOBS = [
+    "/**",
+    "**",
+    "../*",
+    "*/../**",
+    "[",
+    "/proc/*/fd/*",
+    "~/*",
+    "*" * 200,
+    "**/**/**/x",
+    "/dev/*",
+    "[!a]*",
+    "**/../*",
+]
 OUT_OF_IT = re.compile(r"""(?<![\w-])url\(\s*["']?(?!\s*(?:#|data:))|@import""", re.IGNORECASE)
 NO_NUMBER = re.compile(r"(?:^|[\s(,;:MCZ-])(?:nan|inf)(?:$|[\s,;)CZ])", re.IGNORECASE)
 WORDED = {"id", "class", "style"}
@@ -221,9 +279,14 @@ def glb() -> bytes:
 
 
 SEEDS = {"svg": SVG, "obj": OBJ, "mtl": MTL, "png": png(), "toml": TOML, "jsonl": JSONL, "json": JSON}
+SEEDS |= {"ply": PLY, "off": OFF, "stl": STL, "relayout": OBJ}
 SEEDS |= {"art": ART, "exr": exr(), "stmap": exr(), "glb": glb(), "map": DRAWN, "flatten": OBJ}
-SUFFIXES = {"art": "svg", "stmap": "exr", "map": "svg", "flatten": "obj"}
-SLOW = {"map": 8, "flatten": 4}  # kinds that are solved, not only read: so many times fewer of them
+SUFFIXES = {"art": "svg", "stmap": "exr", "map": "svg", "flatten": "obj", "relayout": "obj"}
+SLOW = {
+    "map": 8,
+    "flatten": 4,
+    "relayout": 4,
+}  # kinds that are solved, not only read: so many times fewer of them
 
 
 def mutated(kind: str, seed: int) -> bytes:
@@ -231,7 +294,10 @@ def mutated(kind: str, seed: int) -> bytes:
     rng = random.Random(f"{kind} {seed}")
     data = bytearray(SEEDS[kind])
     for _ in range(rng.choice((1, 1, 2, 3, 6, 12))):
-        mutate(rng, data)
+        if rng.random() < 0.4:
+            misdirect(kind, rng, data)
+        else:
+            mutate(rng, data)
     if kind == "png" and rng.random() < 0.7:
         mend(data)
     return bytes(data)
@@ -259,6 +325,61 @@ def mutate(rng: random.Random, data: bytearray) -> None:
             data[match.start() : match.end()] = rng.choice(WORDS)
     elif way == 6 and at < len(data):
         data[at] = rng.randrange(256)
+
+
+def misdirect(kind: str, rng: random.Random, data: bytearray) -> None:
+    """One change that the format's own reader understands: an index, a reference, a glob, a kind of statement gone."""
+    way = rng.randrange(3)
+    if kind == "glb":
+        renumber(rng, data)
+    elif kind in ("toml", "jsonl"):
+        swap(
+            rng, data, rb'(?<="source": ")[^"]*|(?<="target": ")[^"]*|(?<=e = ")[^"]*|(?<=t = ")[^"]*', GLOBS
+        )
+    elif way == 0:
+        swap(rng, data, rb"(?m)(?<=^(?:f|l) )[^\r\n]*|(?<=^3 )\d.*", INDICES, rb"-?\d+")
+    elif way == 1:
+        swap(
+            rng,
+            data,
+            rb"(?m)(?<=^mtllib )[^\r\n]*|(?<=^usemtl )[^\r\n]*|(?<=^map_Kd )[^\r\n]*|(?<=File )\S*",
+            REFERENCES,
+        )
+    else:
+        words = sorted(set(re.findall(rb"(?m)^[a-z]+(?= )", data)))
+        if words:
+            word = rng.choice(words)
+            data[:] = re.sub(rb"(?m)^%s .*\n" % word, b"", bytes(data), count=rng.choice((0, 1)))
+
+
+def swap(rng: random.Random, data: bytearray, places: bytes, words: list, inside: bytes = b"") -> None:
+    """Put another word in one of the places, or of those inside one of them, that patterns match."""
+    found = [match.span() for match in re.finditer(places, data)]
+    if found and inside:
+        low, high = rng.choice(found)
+        found = [match.span() for match in re.compile(inside).finditer(data, low, high)]
+    if found:
+        low, high = rng.choice(found)
+        word = rng.choice(words)
+        data[low:high] = word if isinstance(word, bytes) else word.encode()
+
+
+def renumber(rng: random.Random, data: bytearray) -> None:
+    """Another number in the JSON of a GLB, its lengths mended."""
+    if len(data) < 20:
+        return
+    (size,) = struct.unpack_from("<I", data, 12)
+    text = bytearray(data[20 : 20 + size])
+    swap(
+        rng,
+        text,
+        rb"(?<=[ \[])\d+",
+        [*INDICES[:8], b"1", b"2", b"3", b"5121", b"5125", b"5126", b"80", b"4294967296"],
+    )
+    text += b" " * (-len(text) % 4)
+    data[20 : 20 + size] = text
+    struct.pack_into("<I", data, 12, len(text))
+    struct.pack_into("<I", data, 8, len(data))
 
 
 def mend(data: bytearray) -> None:
@@ -300,6 +421,8 @@ def read(kind: str, folder: Path, data: bytes) -> None:
     elif kind == "flatten":
         (folder / "m.mtl").write_bytes(MTL)
         command("flatten", "x.obj", "-o", "o.svg", folder=folder)
+    elif kind == "relayout":
+        relayout(folder, data)
     elif kind == "stmap":
         st = stmap_files.read(path, max_pixels=1 << 20)
         stmap_files.apply(st, image_files.Image(np.zeros((9, 9, 3), np.uint8)), folder / "o.png")
@@ -309,7 +432,7 @@ def read(kind: str, folder: Path, data: bytes) -> None:
     elif kind == "svg":
         describe.describe(path)
         shape.read(str(path))
-    elif kind == "obj":
+    elif kind in ("obj", "ply", "off", "stl"):
         (folder / "m.mtl").write_bytes(MTL)
         describe.describe(path)
         mesh_shape.read(str(path), cut=True)
@@ -325,6 +448,27 @@ def read(kind: str, folder: Path, data: bytes) -> None:
     else:
         (folder / "a.svg").write_bytes(SVG)
         manifest.read(manifest.load(str(path)), str(path), root=folder)
+
+
+def relayout(folder: Path, data: bytes) -> None:
+    """Carry a material from one layout to another, one of them changed: nothing of what is beside them comes along."""
+    inner, canary = folder / "in", folder / "canary"
+    for path in (inner, canary):
+        path.mkdir(exist_ok=True)
+    (canary / "secret.txt").write_bytes(SECRET)
+    (canary / "secret.png").write_bytes(png())
+    (inner / "m.mtl").write_bytes(MTL)
+    (inner / "a b.png").write_bytes(png())
+    (inner / "x.obj").write_bytes(data)
+    (inner / "y.obj").write_bytes(OBJ)
+    pair = ("x.obj", "y.obj") if len(data) % 2 else ("y.obj", "x.obj")
+    out = "o.obj" if len(data) % 3 else "o.glb"
+    for old in inner.glob("o*"):
+        old.unlink()
+    command("relayout", *pair, "-o", out, "--size", "16", folder=inner)
+    for made in inner.glob("o*"):
+        if b"hunter2" in made.read_bytes():
+            raise AssertionError(f"{made.name} holds what stands in ../canary")
 
 
 def command(*typed: str, folder: Path) -> None:
