@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import solve
-from .arrays import Box, as_complex
+from .arrays import Box, Complex, as_complex
 from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
@@ -98,7 +98,9 @@ def transfer(
             kind, edge or encoding, normals without three channels.
     """
     source, target = as_domain(source, "source"), as_domain(target, "target")
-    sampler = _sampler(texture, texture_box or source.box, filter, kind, edge, encoding, threads)
+    holes = [as_domain(hole, "hole").z for hole in options.get("source_holes", ())]
+    outlines = [source.z, *holes]
+    sampler = _sampler(texture, texture_box or source.box, outlines, filter, kind, edge, encoding, threads)
     canvas = _canvas(size, target_box or target.box)
     return _carried(solve.fit(source, target, **options), sampler, canvas, padding, threads)
 
@@ -122,7 +124,10 @@ def warp(
 
     By default the picture of a deformation shows the bounding box of the moved shape.
     """
-    sampler = _sampler(texture, texture_box or fit.source.box, filter, kind, edge, encoding, threads)
+    outlines = [loop.z for loop in (fit.source, *fit.source_holes)]
+    sampler = _sampler(
+        texture, texture_box or fit.source.box, outlines, filter, kind, edge, encoding, threads
+    )
     canvas = _canvas(size, target_box or (fit.target or Curve(fit.image)).box)
     return _carried(fit, sampler, canvas, padding, threads)
 
@@ -136,6 +141,7 @@ def _carried(fit: Fit, sampler: Sampler, canvas: Canvas, padding: int, threads: 
 def _sampler(
     texture: ArrayLike,
     box: Box,
+    outlines: Sequence[Complex],
     filter: str,
     kind: str,
     edge: str,
@@ -149,7 +155,7 @@ def _sampler(
         raise InputError(f"encoding {encoding!r}: not one of srgb, linear")
     alpha = pixels.shape[2] - 1 if pixels.shape[2] in (2, 4) else -1
     placed = Texture(pixels, _box(box, "texture_box"), alpha, encoding)
-    return Sampler(placed, filter, kind, edge, threads=threads)
+    return Sampler(placed, filter, kind, edge, outlines=outlines, threads=threads)
 
 
 def _pixels(texture: ArrayLike) -> NDArray:

@@ -14,6 +14,7 @@ lanes                   four channels at once in a register
 normals                 normals that turn with a map
 coverage                exact coverage of pixels by outlines
 padding                 colours beyond the outline
+own_edge                textures whose own edge is the outline
 stmap                   maps as pictures
 checkerboard            a test picture of numbered cells
 """

@@ -1,10 +1,11 @@
 """A texture made ready to be filtered at scattered places with their footprints, and stored pixels made of that."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Complex
 from ..errors import InputError
 from ..memory import Memory
 from ..parallel import over_slices
@@ -33,6 +34,8 @@ class Sampler:
             and "normal-down" (tangent-space normals with y up or down, turned and mirrored as the output's directions
             lie in the texture, and renormalised).
         edge: outside the texture its edge is repeated ("clamp") or nothing is there ("transparent").
+        outlines: of the source and its holes; colours whose alpha ends there lose that edge (`own_edge`), unless there
+            is no memory for it: then `faded` is true.
         memory: where the large arrays are kept.
         threads: as many as there are processors by default; the result does not depend on it.
 
@@ -47,6 +50,7 @@ class Sampler:
         kind: str = "colour",
         edge: str = "clamp",
         *,
+        outlines: Sequence[Complex] = (),
         memory: Memory | None = None,
         threads: int | None = None,
     ):
@@ -64,6 +68,9 @@ class Sampler:
         self.filter = filters.FILTERS[name]
         self.mixes = kind == "colour" and name != "nearest"
         self.clamped = self.mixes and name == "cubic"
+        self.faded = False
+        if outlines and self.mixes and texture.alpha >= 0:
+            self._bleed(outlines)
         self.srgb = texture.transfer == "srgb" and self.mixes
         self.pyramid = self._pyramid(pyramid.CLAMP if edge == "clamp" else pyramid.CLEAR, threads)
 
@@ -76,6 +83,17 @@ class Sampler:
     def dtype(self) -> np.dtype:
         """Of the texture's pixels."""
         return self.texture.pixels.dtype
+
+    def _bleed(self, outlines: Sequence[Complex]) -> None:
+        from . import own_edge
+
+        height, width = self.texture.pixels.shape[:2]
+        try:
+            self.memory.threads(1, own_edge.BYTES * height * width, "the texture's edge")
+        except InputError:
+            self.faded = True
+        else:
+            self.texture = own_edge.without_own_edge(self.texture, outlines)
 
     def _pyramid(self, edge: int, threads: int | None) -> pyramid.Pyramid:
         pixels, texture, memory = self.texture.pixels, self.texture, self.memory

@@ -220,7 +220,11 @@ class Run:
 
     def _sampler(self) -> Sampler:
         with self.phases.timed("prepare"):
-            return texture.sampler_of(self.job, self.image, self.box, self.room, self.threads)
+            outlines = texture.outlines_of(self.job, [source for source, _ in self.pairs])
+            made = texture.sampler_of(self.job, self.image, self.box, outlines, self.room, self.threads)
+        if made.faded:
+            self.note(f"{self.job.texture}: --memory leaves no room to take its own edge off, which may fade")
+        return made
 
     @cached_property
     def fit_report(self) -> dict[str, Any]:

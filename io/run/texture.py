@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ...arrays import Box
+from ...arrays import Box, Complex
 from ...errors import InputError
 from . import framing
 from .job import Job
@@ -81,15 +81,29 @@ class Latest:
 _read, _ready = Latest(), Latest()
 
 
-def sampler_of(job: Job, image: Image, box: Box, room: Memory, threads: int | None) -> Sampler:
-    """The picture in its place in the source's plane, ready to be filtered."""
+def outlines_of(job: Job, sources: Sequence[Shape]) -> list[Complex]:
+    """The outlines of sources, and of the holes that a map takes into account, where a texture lies flat on them."""
+    if sources[0].is_mesh:
+        return []
+    holes = [shape.holes[k] for shape in sources for k in shape.mappable_holes if job.holed]
+    return [*(shape.curve.z for shape in sources), *holes]
+
+
+def sampler_of(
+    job: Job, image: Image, box: Box, outlines: Sequence[Complex], room: Memory, threads: int | None
+) -> Sampler:
+    """The picture in its place in the source's plane, ready to be filtered; `outlines` as for `Sampler`."""
     from ...pixels.sampler import Sampler
+
+    seen = outlines if image.alpha >= 0 else ()
 
     def make() -> Sampler:
         placed = image.texture(box, kind=job.kind, room=room)
-        return Sampler(placed, job.filter, job.kind, job.edge, memory=room, threads=threads)
+        return Sampler(placed, job.filter, job.kind, job.edge, outlines=seen, memory=room, threads=threads)
 
-    key = None if job.memory else (image, box, job.kind, job.filter, job.edge)
+    key: Any = None
+    if not job.memory:
+        key = image, box, job.kind, job.filter, job.edge, *(z.tobytes() for z in seen)
     return _ready.get(key, lambda made: made.texture.pixels.size, make)
 
 

@@ -13,13 +13,16 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from PIL import Image
+from PIL import Image, ImageDraw
 
 import iccm
 from iccm import Curve, Fit, cli
 from iccm.io.pictures import image_files
 from iccm.io.shapes import constraints
 from iccm.maps.harmonic import area_scale, dilatation
+from iccm.pixels.sampler import Sampler
+from iccm.pixels.texture import Texture
+from iccm.pixels.warp import Warp, whole
 from iccm.result import interior_grid
 
 from . import comparison, methods, orders, pictures, shapes
@@ -395,6 +398,35 @@ def surfaces(name: str, sample: str, kinds: dict[str, list[str]]) -> list[Row]:
     return rows
 
 
+def sticker() -> list[Row]:
+    """A sticker of 48 texels, its own edge left in and taken off."""
+    side, fine = 48, 16
+    drawn = Image.new("RGBA", (side * fine, side * fine))
+    pen = ImageDraw.Draw(drawn)
+    for box, fill in (
+        ((2, 2, 46, 46), (40, 60, 160)), ((4, 4, 44, 44), (250, 210, 60)),
+        ((15, 15, 19, 22), (30, 30, 30)), ((29, 15, 33, 22), (30, 30, 30)),
+    ):  # fmt: skip
+        pen.ellipse([fine * x for x in box], fill)
+    pen.arc([fine * x for x in (13, 15, 35, 37)], 20, 160, (160, 30, 30), 2 * fine)
+    pixels = np.asarray(drawn.resize((side, side), Image.Resampling.BOX))
+    box, target = (0j, side * (1 + 1j)), shapes.sample("rose-leaf/leaf.svg").curve
+    source = Curve(24 + 24j + 22 * np.exp(2j * np.pi * np.arange(200) / 200))
+    fit, rows = iccm.fit(source, target), list[Row]()
+    canvas = pictures.canvas(target.box, 360)
+    outlines = {"left in": [], "taken off": [source.z]}
+    figure, panels = sheet(2, 1, 3.6)
+    for axes, (name, loops) in zip(panels.ravel(), outlines.items()):
+        made = Warp(fit.map, Sampler(Texture(pixels, box, 3), outlines=loops), canvas)
+        warped = whole(made)
+        pictures.shown(axes, warped.pixels, target.box)
+        title(axes, name)
+        share = (warped.pixels[..., 3] == 255).sum() / (target.area / abs(canvas.step[0]) ** 2)
+        rows.append((name, f"{share:.1%} of the leaf opaque"))
+    pictures.save(figure, "sticker")
+    return rows
+
+
 FIGURES: dict[str, Callable[[], list[Row]]] = {
     "methods": methods.methods,
     "sheet": methods.contact_sheet,
@@ -408,6 +440,7 @@ FIGURES: dict[str, Callable[[], list[Row]]] = {
     "sketches": sketches,
     "constrained": constrained,
     "surface": transfer,
+    "sticker": sticker,
 }
 
 

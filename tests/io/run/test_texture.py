@@ -22,7 +22,7 @@ class Blank:
 def made(**options):
     job = Job(source="a.svg", target="b.svg", **options)
     image = texture.image_of(job, Blank(), Memory())
-    return image, texture.sampler_of(job, image, options.pop("box", BOX), Memory(), 1)
+    return image, texture.sampler_of(job, image, options.pop("box", BOX), [], Memory(), 1)
 
 
 @pytest.fixture

@@ -1,0 +1,96 @@
+"""Textures whose alpha ends at the source's outline: their own antialiased edge is taken off.
+
+Such an edge is as wide as a texel, and a map that magnifies stretches it to a fade of many pixels. The target's own
+coverage is the edge of the result, so alpha goes on beyond the outline as it is inside, and so do the colours.
+"""
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Complex
+from .coverage import coverage
+from .padding import pad
+from .texture import Texture
+
+REACH = 2  # texels that a cubic filter reads to either side, and an antialiased edge is wide
+NONE = 0.1  # of the alpha inside: so little counts as nothing (by hand: lossy pictures have some)
+BYTES = 64  # that each texel takes on the way (by hand)
+NEAR = np.ones((3, 3), np.uint8)
+WITHIN = np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8)
+
+
+def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
+    """The texture with its inside bled beyond the outlines, if they are where its alpha ends; else as it is.
+
+    They are if along most of them alpha all but ends within REACH texels: outside, more than a texel away, it is at most
+    a part of NONE of the greatest inside. Texels outside change, and the alpha of those inside that fade towards the outline.
+
+    Args:
+        texture: with an alpha channel, or it stays as it is.
+        outlines: the closed outlines of the source and of its holes, in its plane.
+    """
+    pixels, channel = texture.pixels, texture.alpha
+    if channel < 0 or not outlines:
+        return texture
+    top = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
+    alpha = _framed(pixels[..., channel].astype(np.float32) / top)
+    if not alpha[REACH:-REACH, REACH:-REACH].min() < 1:  # opaque, or not finite
+        return texture
+    inside = _framed(_inside(texture, outlines))
+    most = cv2.dilate(np.where(inside, alpha, 0), WITHIN)
+    beyond = cv2.dilate(np.where(_eroded(~inside), alpha, 0), WITHIN)
+    rim = inside & ~_eroded(inside)
+    falls = rim & (beyond < NONE * most)
+    if 2 * falls.sum() <= rim.sum():
+        return texture
+    fading = inside & (cv2.dilate(falls.astype(np.uint8), WITHIN) > 0)
+    full = np.where(fading, _risen(alpha, inside), alpha)
+    known = inside & (2 * alpha >= full)  # beyond the alpha's edge a colour says little
+    wanted = fading & ~known | ~inside
+    crop = (slice(REACH, -REACH), slice(REACH, -REACH))
+    inside, full, known, wanted = (each[crop] for each in (inside, full, known, wanted))
+    out = pixels.copy()
+    out[..., channel] = np.rint(full * top) if top > 1 else full
+    if texture.associated:
+        gain = np.where(alpha[crop] > 0, full / np.where(alpha[crop] > 0, alpha[crop], 1), 0)
+        for k in range(pixels.shape[2]):
+            out[..., k] = pixels[..., k] * gain if k != channel else out[..., k]
+    for k in range(pixels.shape[2]):
+        bled = out[..., k : k + 1].copy()
+        pad(bled, (inside if k == channel else known) & np.isfinite(bled[..., 0]), -1, "nearest")
+        out[wanted, k] = bled[wanted, 0]
+    return Texture(out, texture.box, channel, texture.transfer, texture.associated)
+
+
+def _inside(texture: Texture, outlines: Sequence[Complex]) -> NDArray[np.bool_]:
+    """(h, w) the texels whose centres an odd number of outlines surround."""
+    left, top, across, down = texture.corner
+    height, width = texture.pixels.shape[:2]
+    inside = np.zeros((height, width), np.bool_)
+    for z in outlines:
+        inside ^= coverage((z.real - left) * across + 1j * (top - z.imag) * down, 0, height, width)[1]
+    return inside
+
+
+def _framed(values: NDArray) -> NDArray:
+    """With nothing around."""
+    return np.pad(values, REACH)
+
+
+def _eroded(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    return cv2.erode(inside.astype(np.uint8), NEAR) > 0
+
+
+def _risen(alpha: NDArray[np.float32], inside: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Alpha that does not fall towards the outline in the outermost REACH + 1 rows of texels."""
+    rows = [inside]
+    for _ in range(REACH + 1):
+        rows.append(_eroded(rows[-1]))
+    out = alpha.copy()
+    for deeper, row in zip(rows[:0:-1], rows[-2::-1]):
+        here = row & ~deeper
+        out[here] = np.maximum(out, cv2.dilate(np.where(deeper, out, 0), NEAR))[here]
+    return out
