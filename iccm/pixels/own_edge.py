@@ -25,8 +25,8 @@ WITHIN = np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8)
 def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
     """The texture with its inside bled beyond the outlines, if they are where its alpha ends; else as it is.
 
-    They are if along most of them alpha all but ends within REACH texels: outside, more than a texel away, it is at most
-    a part of NONE of the greatest inside. Texels outside change, and the alpha of those inside that fade towards the outline.
+    They are if along most of them alpha all but ends: more than a texel and at most REACH outside, it is under NONE of
+    the greatest inside. Texels outside change, and the alpha of those inside that fade towards the outline.
 
     Args:
         texture: with an alpha channel, or it stays as it is.

@@ -1,6 +1,6 @@
 """Regions that lines paint: strokes as wide as they are drawn, and the silhouette of a whole drawing."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 import shapely
@@ -8,6 +8,7 @@ from shapely.affinity import affine_transform
 
 from ...arrays import Complex, xy_of
 from ...errors import InputError
+from ...plane import bounding_box
 from .. import limits
 from . import crossings
 from .affine import Affine
@@ -23,6 +24,9 @@ FIRST_LOOK, MORE = (
     2000,
     4,
 )  # runs after which crossings are looked for, and how many times more for the next look
+LARGEST_FILLS = 16  # that others may be covered by (by hand)
+
+Seen = tuple[Node, list[Subpath]]
 
 
 def width_of(drawn: Node) -> float:
@@ -61,7 +65,7 @@ def painted_by_stroke(drawn: Node, runs: Iterable[Subpath]) -> shapely.Geometry:
 
 
 def silhouette(
-    shapes: Iterable[tuple[Node, list[Subpath]]],
+    shapes: Iterable[Seen],
     name: str,
     cut: Callable[[Node, shapely.Geometry], shapely.Geometry],
 ) -> list[FilledOutline]:
@@ -70,34 +74,86 @@ def silhouette(
     Raises:
         InputError: a malformed width, or lines that cross too often.
     """
-    areas, seen = [], list(_bearable(shapes))
-    for drawn, runs in seen:
-        if drawn.filled:
-            rings = [run.z for run in runs if run.z.size > 2]
-            fill = painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
-            areas += [cut(drawn, part) for part in fill]
+    seen = list(_bearable(shapes))
+    base, rest = _base(seen)
+    areas = [base]
+    for drawn, runs in rest:
+        areas += [cut(drawn, part) for part in _filled([(drawn, runs)])]
+    for drawn, runs in _uncovered(base, seen):
         if drawn.stroked:
             areas.append(cut(drawn, painted_by_stroke(drawn, runs)))
     crossings.check([ring for area in areas for ring in rings_of(area)])
     return outlines_of(shapely.union_all(areas), name)
 
 
-def _bearable(shapes: Iterable[tuple[Node, list[Subpath]]]) -> Iterator[tuple[Node, list[Subpath]]]:
+def _bearable(shapes: Iterable[Seen]) -> Iterator[Seen]:
     """The shapes, looked at for crossings of what they fill as they come, ever more of them at once, so that what is
     refused has not been read to its end.
 
     Raises:
-        InputError: lines that cross too often.
+        InputError: lines that cross too often, and are not all covered.
     """
-    filled: list[Complex] = []
-    look = FIRST_LOOK
+    seen: list[Seen] = []
+    count, look = 0, FIRST_LOOK
     for drawn, runs in shapes:
-        filled += [np.append(run.z, run.z[:1]) for run in runs if drawn.filled and run.z.size]
-        if len(filled) >= look:
-            crossings.check(filled)
-            look = MORE * len(filled)
+        seen.append((drawn, runs))
+        count += len(runs) if drawn.filled else 0
+        if count >= look:
+            _base(seen)
+            look = MORE * count
         yield drawn, runs
-    crossings.check(filled)
+
+
+def _base(seen: Sequence[Seen]) -> tuple[shapely.Geometry, list[Seen]]:
+    """What the LARGEST fills paint together, and the other shapes that fill and that it does not cover: those that it
+    does have no part in the silhouette, however often their lines cross.
+
+    Raises:
+        InputError: lines of the others cross too often.
+    """
+    filled = [(drawn, runs) for drawn, runs in seen if drawn.filled and runs]
+    filled.sort(key=lambda each: -_box(*each).area)
+    base, taken = shapely.Polygon(), set[Node]()
+    for each in [each for each in filled if not each[0].clips][:LARGEST_FILLS]:
+        try:
+            crossings.check([*_closed([each]), *rings_of(base)])
+            base = shapely.union_all([base, *_filled([each])])
+        except crossings.TooMuch:
+            continue
+        taken.add(each[0])
+    rest = _uncovered(base, [each for each in filled if each[0] not in taken])
+    crossings.check([*_closed(rest), *rings_of(base)])
+    return base, rest
+
+
+def _uncovered(base: shapely.Geometry, shapes: Sequence[Seen]) -> list[Seen]:
+    """The shapes whose boxes an area does not cover."""
+    shapely.prepare(base)
+    hidden = shapely.covers(base, np.array([_box(drawn, runs) for drawn, runs in shapes], dtype=object))
+    return [each for each, covered in zip(shapes, hidden) if not covered]
+
+
+def _filled(shapes: Iterable[Seen]) -> list[shapely.Polygon]:
+    """What the fills of shapes paint."""
+    found: list[shapely.Polygon] = []
+    for drawn, runs in shapes:
+        rings = [run.z for run in runs if run.z.size > 2]
+        found += painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
+    return found
+
+
+def _closed(shapes: Iterable[Seen]) -> list[Complex]:
+    return [np.append(run.z, run.z[:1]) for _, runs in shapes for run in runs if run.z.size]
+
+
+def _box(drawn: Node, runs: Sequence[Subpath]) -> shapely.Polygon:
+    """A box that holds all that a shape paints; empty if it has no points."""
+    if not any(run.z.size for run in runs):
+        return shapely.Polygon()
+    low, high = bounding_box(np.concatenate([run.z for run in runs]))
+    affine = drawn.affine
+    reach = MITRE_LIMIT * width_of(drawn) / 2 * (abs(affine.alpha) + abs(affine.beta))
+    return shapely.box(low.real - reach, low.imag - reach, high.real + reach, high.imag + reach)
 
 
 def _line(z: np.ndarray, closed: bool) -> shapely.Geometry:

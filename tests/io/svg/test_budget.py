@@ -33,12 +33,12 @@ def star(count):
     return 50 + 50j + 40 * np.exp(2j * np.pi * np.arange(count) * (count // 2) / count)
 
 
-def refused(folder, body, match, **options):
+def refused(folder, body, match, part="", **options):
     path = folder / "bomb.svg"
     path.write_text(SVG.format(body))
     began = time.process_time()
     with pytest.raises(InputError, match=match) as caught:
-        shape.read(str(path), **options)
+        shape.read(f"{path}{part}", **options)
     assert time.process_time() - began < SECONDS
     text = str(caught.value)
     assert text.startswith(str(path)) and "\n" not in text and len(text) < 400 + len(str(path))
@@ -76,6 +76,13 @@ def test_the_silhouette_of_what_overlaps_too_often_is_refused(tmp_path):
     )
     with pytest.raises(InputError, match="cross each other too often"):
         shape.read(f"{tmp_path}/a.svg#silhouette")
+
+
+def test_what_the_silhouette_covers_may_cross_as_often_as_it_likes(tmp_path):
+    star_and = f'<path stroke="#000" d="M{points(star(2001))}Z"/><path d="M{{0}} {{0}}H{{1}}V{{1}}H{{0}}Z"/>'
+    (tmp_path / "a.svg").write_text(SVG.format(star_and.format(-10, 110)))
+    assert shape.read(f"{tmp_path}/a.svg#silhouette").curve.area == 120**2
+    refused(tmp_path, star_and.format(15, 110), "cross each other too often", part="#silhouette")
 
 
 def test_a_silhouette_that_is_refused_has_not_been_read_to_its_end(tmp_path, monkeypatch):
