@@ -285,8 +285,9 @@ class JobOptions:
         "Replace files that exist.", default=False, commands=(*EVERY, "flatten", "relayout", "batch")
     )
 
-    parts: Literal["largest", "all"] = _option(
-        "Of files that draw several outlines map the largest, or all of them, each onto its partner.",
+    parts: Literal["largest", "all", "each"] = _option(
+        "Of files that draw several outlines map the largest; or all of them, each onto its partner; or the source "
+        "onto each part of the target, such as the letters of a word.",
         default="largest", commands=("map",),
     )  # fmt: skip
     plane: Literal["flat", "uv"] = _option(

@@ -29,13 +29,13 @@ from .mapping import PathMapping
 TOLERANCE = 2e-4  # of the target's diagonal
 
 
-def check(source: Shape, target: Shape) -> None:
-    """Refuses, before a map is solved for, a drawing that `carry` would refuse.
+def check(source: Shape, target: Shape, copies: int = 1) -> None:
+    """Refuses, before a map is solved for, a drawing that `carry` would refuse; `copies` is how often it is carried.
 
     Raises:
         InputError: the source is no SVG file, it is malformed, or more than can be carried.
     """
-    _document(source, target)
+    _document(source, target, copies)
 
 
 def carry(
@@ -69,14 +69,15 @@ def carry_parts(
     target: Shape,
     path: str | Path,
     *,
+    each: bool = False,
     tolerance: float | None = None,
 ) -> tuple[str, ...]:
     """The same of a drawing of which several shapes were read, each with its own map.
 
     What lies in one of them goes with its map, the smallest if there are several; what reaches over more goes with each
-    of them, cut off at their outlines.
+    of them, cut off at their outlines. With `each` the whole drawing goes with each map, in a group of its own.
     """
-    drawing = _document(parts[0][0], target)
+    drawing = _document(parts[0][0], target, len(parts) if each else 1)
     mapping = PathMapping(parts, tolerance or TOLERANCE * target.curve.diagonal)
     mapping.carry(drawing.elements, drawing.effects)
     drawing.finish()
@@ -87,10 +88,10 @@ def carry_parts(
     return tuple(f"{number} × {what}" for what, number in sorted(notes))
 
 
-def _document(source: Shape, target: Shape) -> MappedDocument:
+def _document(source: Shape, target: Shape, copies: int) -> MappedDocument:
     if source.path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{source.path}: artwork is carried from SVG files only")
     try:
-        return MappedDocument.of(drawing_bytes(source.path), source, target)
+        return MappedDocument.of(drawing_bytes(source.path), source, target, copies)
     except InputError as error:
         raise InputError(f"{source.path}: {error}") from error

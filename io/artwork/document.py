@@ -57,6 +57,7 @@ class MappedDocument:
         elements, effects: what the map has to carry.
         shapes: those of `elements` that are drawn in the present place, not in a clip path or mask that is used there.
         aside: whether the present place is a clip path or mask.
+        copy: the number of the present copy of the drawing, if there are several.
         pictures: groups of the parts of a picture.
         cell: size of these, in the source's units.
         notes: what was left out.
@@ -73,14 +74,16 @@ class MappedDocument:
     effects: list[Effect] = field(default_factory=list)
     shapes: list[MappedElement] = field(default_factory=list)
     aside: bool = False
+    copy: int | None = None
     pictures: list[Element] = field(default_factory=list)
     notes: Counter[str] = field(default_factory=Counter)
     carried: Quota = field(default_factory=lambda: Quota(limits.ARTWORK_CURVES, _CARRIED))
     covered: Quota = field(default_factory=lambda: Quota(limits.ARTWORK_COVERED, _COVERED))
 
     @classmethod
-    def of(cls, data: bytes, source: Shape, target: Shape) -> "MappedDocument":
-        """The document that the source was read from, on the target's canvas, its shapes still without paths.
+    def of(cls, data: bytes, source: Shape, target: Shape, copies: int = 1) -> "MappedDocument":
+        """The document that the source was read from, on the target's canvas, its shapes still without paths; with
+        several copies each is a group.
 
         Raises:
             InputError: it is malformed.
@@ -101,9 +104,12 @@ class MappedDocument:
         out.attrib |= drawing._styled(node, "svg")
         out.extend(copy.deepcopy(e) for e in document.top.iter() if local(e) == "style")
         drawing.notes[_UNREAD] += document.unread
-        if not node.hidden:
-            drawing._children(node, out)
-            drawing._applied(node, out, drawing.shapes)
+        for copy_number in range(0 if node.hidden else copies):
+            place, drawing.shapes = out, []
+            if copies > 1:
+                drawing.copy, place = copy_number, SubElement(out, f"{SVG}g")
+            drawing._children(node, place)
+            drawing._applied(node, place, drawing.shapes)
         return drawing
 
     def finish(self) -> None:
@@ -179,6 +185,7 @@ class MappedDocument:
             aside=self.aside,
             markers=marks,
             line_first=said.get("paint-order", "").strip().startswith("stroke"),
+            copy=self.copy,
         )
         self.elements.append(shape)
         self.shapes.append(shape)
@@ -318,7 +325,7 @@ class MappedDocument:
 
     def _styled(self, node: Node, tag: str) -> dict[str, str]:
         """What a node keeps of its element's attributes; no id where it may be there twice."""
-        once = not node.used and tag not in ("clipPath", "mask")
+        once = not node.used and not self.copy and tag not in ("clipPath", "mask")
         return attributes.kept(self.document, node.element, tag, named=once)
 
     @staticmethod

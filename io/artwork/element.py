@@ -42,6 +42,7 @@ class MappedElement:
         aside: whether it is part of a clip path or a mask: where it surrounds the source, it then reaches on.
         markers: the marker properties that it has.
         line_first: whether the line is painted under the fill.
+        copy: the number of the map that alone carries it; None: those of the regions that it lies in.
     """
 
     out: Element
@@ -53,6 +54,7 @@ class MappedElement:
     aside: bool = False
     markers: frozenset[str] = frozenset()
     line_first: bool = False
+    copy: int | None = None
 
     @cached_property
     def points(self) -> Complex:

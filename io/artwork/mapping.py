@@ -86,6 +86,7 @@ class Regions:
     """The domains of several maps, the smallest first."""
 
     def __init__(self, regions: Sequence[Region]):
+        self.given = regions
         self.all = sorted(regions, key=lambda region: region.domain.polygon.area)
         reaches = [region.domain.reach for region in self.all]
         self.outer = [
@@ -165,7 +166,7 @@ class PathMapping:
     def _left(self, shape: MappedElement) -> list[tuple[Region, Clipped]]:
         """What is left of a shape in each region that it is carried by."""
         runs = [_core(run) for run in shape.runs]
-        regions = self.regions.of(runs)
+        regions = self.regions.of(runs) if shape.copy is None else [self.regions.given[shape.copy]]
         found = [(region, region.domain.clip(runs, seams=bool(shape.markers))) for region in regions]
         seen = [(region, each) for region, each in found if each.line or each.fill or any(each.turns)]
         return seen or found[:1]

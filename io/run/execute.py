@@ -95,6 +95,6 @@ def _solve(run: Run) -> None:
             with within, add_names(run.called):
                 aim = target if job.target else None
                 run.fits.append(solve(source, aim, given, holed=job.holed, tell=run.note))
-    for (source, _), fit in zip(run.pairs, run.fits):
+    for pair, fit in zip(run.pairs, run.fits):
         for note in fit.notes:
-            run.note(parts.label(source, note))
+            run.note(parts.label(pair, note))

@@ -1,4 +1,4 @@
-"""`--parts all`: each shape of the source onto one of the target, and what is reported of each."""
+"""`--parts`: each shape of the source onto one of the target, or one onto each, and what is reported of them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,17 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
     from ..shapes import parts
 
     if job.pin or job.constraints:
-        raise InputError("--parts all: pins and strokes are for one shape; name it with #id")
+        raise InputError(f"--parts {job.parts}: pins and strokes are for one shape; name it with #id")
+    if job.parts == "each":
+        source, (targets, more) = (
+            inputs.shape(job.source),
+            inputs.shapes(job.target or "", limits.PARTS, target=True),
+        )
+        return (
+            [(source, target) for target in targets],
+            [Doubt(f"{note}: they stay empty") for note in more],
+            {},
+        )
     (sources, notes), (targets, more) = (
         inputs.shapes(spec, limits.PARTS, target=bool(k))
         for k, spec in enumerate((job.source, job.target or ""))
@@ -52,9 +62,9 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
     if alone[0]:
         notes.append(_unpaired(alone[0], targets[0].spec))
     if alone[1]:
-        notes.append(
-            Doubt(f"{_unpaired(alone[1], sources[0].spec)}: they stay empty, {empty:.0%} of all parts' area")
-        )
+        cure = "; --parts each maps the source onto each" if len(sources) == 1 else ""
+        left = f"they stay empty, {empty:.0%} of all parts' area{cure}"
+        notes.append(Doubt(f"{_unpaired(alone[1], sources[0].spec)}: {left}"))
     figures = {
         "source": [shape.part for shape in alone[0]],
         "target": [shape.part for shape in alone[1]],
@@ -120,9 +130,10 @@ def _name(shape: Shape) -> str:
     return f"#{shape.part}{own}"
 
 
-def label(source: Shape, note: str) -> str:
-    """A remark with the name of the part that it is about, if there are several."""
-    return f"#{source.part}: {note}" if source.part else note
+def label(pair: tuple[Shape, Shape], note: str) -> str:
+    """A remark with the name of the part that it is about, the source's or else the target's, if there are several."""
+    part = pair[0].part or pair[1].part
+    return f"#{part}: {note}" if part else note
 
 
 def compose(pairs: Pairs, fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Several:

@@ -32,11 +32,11 @@ def build(run: Run) -> dict[str, Any]:
     """
     weighed = not run.job.exact
     each = run.fit_report.get("parts", [run.fit_report])
-    for (source, _), part in zip(run.pairs, each):
+    for pair, part in zip(run.pairs, each):
         doubted = doubts(run.fit_report | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
         for note in [*part["notes"], *doubted]:
-            if label(source, note) not in run.notes:
-                run.note(label(source, note))
+            if label(pair, note) not in run.notes:
+                run.note(label(pair, note))
     report = {"schema": SCHEMA, "version": __version__, **run.fit_report, **run.figures}
     if run.fit.status.ok and has_flips(run.figures):
         report |= {"status": Status.FLIPPED.name.lower(), "message": Status.FLIPPED.value}
@@ -109,13 +109,13 @@ def write(report: dict[str, Any], name: str, stack: ExitStack, *, force: bool) -
 def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
     """Whether the result is good enough, and a sentence on it."""
     wanted = run.job.require_injective
-    for (source, _), fit, part in zip(run.pairs, run.fits, report.get("parts", [report])):
+    for pair, fit, part in zip(run.pairs, run.fits, report.get("parts", [report])):
         if not fit.status.ok:
-            return False, label(source, fit.status.value)
+            return False, label(pair, fit.status.value)
         share = (part.get("injective") or {}).get("share") or 0.0
         if wanted is not None and not share >= wanted:
             found = f"{share:.4g} of the source's area are certified injective, less than {wanted:g}"
-            return False, label(source, f"{found} (--require-injective)")
+            return False, label(pair, f"{found} (--require-injective)")
     return not has_flips(report), (Status.FLIPPED if has_flips(report) else run.fit.status).value
 
 
@@ -147,7 +147,7 @@ def summary(report: dict[str, Any]) -> list[str]:
     if found := report.get("parts"):
         worst = max(found, key=lambda part: part["boundary"]["hausdorff"])
         gap = _figure(worst["boundary"]["hausdorff"])
-        worst_of = f"the worst Hausdorff is {gap}, of #{worst['source']}"
+        worst_of = f"the worst Hausdorff is {gap}, of #{worst['source'] or worst['target']}"
         lines.append(f"parts       {len(found)}, the largest above; {worst_of}")
     if report.get("pins"):
         lines.append(f"pins        largest error {_figure(max(pin['error'] for pin in report['pins']))}")

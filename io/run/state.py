@@ -44,7 +44,7 @@ class Run:
     Attributes:
         job: what to do.
         inputs: the files that it reads.
-        pairs: its shapes, source and target: one pair, or with --parts all several, the largest target first; for a
+        pairs: its shapes, source and target: one pair, or with --parts several, the largest target first; for a
             deformation source and target are the same.
         room: makes the large arrays, within --memory.
         tell: is given each remark as it is made.
@@ -80,7 +80,7 @@ class Run:
             InputError: a file is wrong, or constraints are not places of it.
         """
         figures = dict[str, Any]()
-        if job.parts == "all":
+        if job.parts != "largest":
             pairs, notes, figures = parts.read(job, inputs)
         else:
             source = inputs.shape(job.source)
@@ -167,7 +167,7 @@ class Run:
     @cached_property
     def tiled(self) -> TiledImage | None:
         """The pictures of the tiles (UDIM) that the source lies on, where the texture is called so."""
-        return texture.tiles_of(self.job, [source for source, _ in self.pairs], self.room)
+        return texture.tiles_of(self.job, self.shapes(0), self.room)
 
     @property
     def tiles(self) -> Box | None:
@@ -198,9 +198,13 @@ class Run:
         repeats = self.source.is_layout and not self.tiled and texture.has_texture(self.job, self.source)
         return Repeated(placed) if repeats else None
 
+    def shapes(self, side: int) -> list[Shape]:
+        """All parts of the source (0), or of the target (1), each once."""
+        return list(dict.fromkeys(pair[side] for pair in self.pairs))
+
     def whole(self, side: int) -> Shape:
-        """All parts of the source (0), or of the target (1), as one shape, where it is a mesh."""
-        shapes = [pair[side] for pair in self.pairs]
+        """These as one shape, where it is a mesh."""
+        shapes = self.shapes(side)
         if len(shapes) == 1:
             return shapes[0]
         from ..shapes.mesh_parts import join
@@ -220,7 +224,7 @@ class Run:
 
     def _sampler(self) -> Sampler:
         with self.phases.timed("prepare"):
-            outlines = texture.outlines_of(self.job, [source for source, _ in self.pairs])
+            outlines = texture.outlines_of(self.job, self.shapes(0))
             made = texture.sampler_of(self.job, self.image, self.box, outlines, self.room, self.threads)
         if made.faded:
             self.note(f"{self.job.texture}: --memory leaves no room to take its own edge off, which may fade")

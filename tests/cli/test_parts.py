@@ -100,3 +100,60 @@ def test_the_others_are_told_once(drawings, iccm):
     done = iccm("map", "face.svg", "mask.svg", "--report", "-", "--method", "paper", "--vertices", "60")
     assert done.err.count("left out 4 other outlines") == done.err.count("left out 2 other outlines") == 1
     assert "--parts all" in done.err
+
+
+WORD = '<path id="a" d="M5 20h40v50h-40z"/><path d="M55 20h40v50h-40z"/><circle cx="50" cy="85" r="10"/>'
+
+
+def test_one_source_goes_onto_each_part(drawings, iccm):
+    (drawings / "word.svg").write_text(SVG.format(WORD))
+    each = ("map", "face.svg#head", "word.svg", "--parts", "each", "--size", "100")
+    done = iccm(*each, "-o", "o.png", "-o", "o.svg", "--stmap", "o.tif", "--report", "r.json")
+    assert done.code == 0
+    report = json.loads((drawings / "r.json").read_text())
+    assert [(part["source"], part["target"]) for part in report["parts"]] == [("", "1"), ("", "2"), ("", "3")]
+    assert "unpaired" not in report and all(part["injective"]["certified"] for part in report["parts"])
+    pixels, st = image_files.read("o.png").pixels, image_files.read("o.tif").pixels
+    assert np.array_equal(pixels[20:70, 5:45], pixels[20:70, 55:95])
+    assert np.allclose(st[45, [25, 75], :2], 0.5, atol=0.03) and np.allclose(st[85, 50, :2], 0.5, atol=0.03)
+    alone = iccm("map", "face.svg#head", "word.svg", "--size", "100", "-o", "alone.png")
+    assert alone.code == 0
+    assert np.array_equal(pixels[20:70, 5:45], image_files.read("alone.png").pixels[20:70, 5:45])
+    curves = [each.curve for each in shape.read_all("o.svg")]
+    assert len(curves) == 3 * 4  # head, two eyes and a pupil
+    eyes = [each for each in curves if 0.01 < each.area / 2000 < 0.1]  # those of the letters
+    middles = np.sort_complex([sum(eye.box) / 2 for eye in eyes])
+    assert np.allclose(middles[:2] + 50, middles[-2:], atol=0.1)
+
+
+def test_each_piece_of_a_mesh_gets_the_source(drawings, iccm):
+    corners = [f"v {x} {y} {z}" for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    faces = ["f 1 2 3", "f 1 3 4", "f 5 6 7", "f 5 7 8"]
+    (drawings / "two.obj").write_text("\n".join([*corners, *faces]))
+    done = iccm("map", "square.svg", "two.obj", "--parts", "each", "-o", "o.obj", "--report", "r.json")
+    assert done.code == 0
+    uv = [
+        line.split()[1:] for line in (drawings / "o.obj").read_text().splitlines() if line.startswith("vt ")
+    ]
+    coordinates = np.unique(np.round(np.array(uv, float), 6), axis=0)
+    assert np.allclose(coordinates, [(0.1, 0.1), (0.1, 0.9), (0.9, 0.1), (0.9, 0.9)])
+    assert [part["target"] for part in json.loads((drawings / "r.json").read_text())["parts"]] == [
+        "piece-1",
+        "piece-2",
+    ]
+
+
+def test_each_goes_in_batches_and_without_pins(drawings, iccm):
+    (drawings / "word.svg").write_text(SVG.format(WORD))
+    job = {
+        "source": "square.svg",
+        "target": "word.svg",
+        "parts": "each",
+        "output": "o.png",
+        "report": "r.json",
+    }
+    (drawings / "jobs.jsonl").write_text(json.dumps(job))
+    assert iccm("batch", "jobs.jsonl", "-j", "1").code == 0
+    assert len(json.loads((drawings / "r.json").read_text())["parts"]) == 3
+    refused = iccm("map", "square.svg", "word.svg", "--parts", "each", "--pin", "50,50:50,50")
+    assert refused.code == 2 and "--parts each: pins and strokes are for one shape" in refused.err

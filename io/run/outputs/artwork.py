@@ -43,7 +43,7 @@ class Artwork(Output):
                 raise InputError(
                     f"{target.spec}: its layout shows {chart} mirrored, and artwork is not; use a picture's suffix"
                 )
-        check(run.source, run.target)
+        check(run.source, run.target, len(run.pairs) if run.job.parts == "each" else 1)
         for note in framing.remarks(run.job, run.source, run.target):
             run.note(note)
 
@@ -52,5 +52,5 @@ class Artwork(Output):
         with run.phases.timed("artwork"):
             carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
             target = replace(run.target, box=framing.picture_box(run.job, run.target))
-            for note in carry_parts(carried, target, path):
+            for note in carry_parts(carried, target, path, each=run.job.parts == "each"):
                 run.note(note)

@@ -70,7 +70,7 @@ def check_layouts(run: Run, tile: complex | None) -> None:
     for _, part in run.pairs:
         target = as_mesh(part)
         layout.check_layout(target.spec, target.uv, target.uv_faces)
-    shapes = [shape for pair in run.pairs for shape in (pair[:1] if tile is not None else pair)]
+    shapes = [*run.shapes(0), *(run.shapes(1) if tile is None else ())]
     checks.coordinates(run, *(shape for shape in shapes if shape.is_mesh))
 
 

@@ -33,7 +33,7 @@ class STMap(Output):
             run.room.check(baking.whole_bytes(height, width, 4, 4), baked.BAKED)
             return
         if run.source.has_uv:
-            checks.coordinates(run, *(source for source, _ in run.pairs))
+            checks.coordinates(run, *run.shapes(0))
         width, _ = checks.canvas(run, self.tile)
         run.room.check(stmap_files.band_bytes(width), f"rows of {width} pixels")
 
