@@ -87,7 +87,8 @@ def transfer(
         filter: "nearest", "linear", "cubic", "lanczos", "spline", or "auto" (cubic).
         kind: "colour" (filtered in linear light), "data" (numbers), or "normal" and "normal-down" (tangent-space
             normals with y up or down, which turn with the map).
-        edge: outside the texture its edge is repeated ("clamp") or nothing is there ("transparent").
+        edge: outside the texture its edge goes on ("clamp"), nothing is there ("transparent"), or the texture is there
+            again ("repeat"), mirrored each time ("mirror").
         encoding: "srgb" or "linear", how the colours are encoded; by default srgb for integers, linear for floats.
         padding: pixels by which colours go on beyond the outline, where alpha is 0; -1 for all.
         threads: as many as there are processors by default; the result does not depend on it.

@@ -4,6 +4,7 @@ To add an option, add a row to the class of its command, or to `JobOptions`, whi
 manifests and `edit` make one. A row says which other commands have it, too. Nothing heavy is imported: help reads this.
 """
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass, replace
@@ -12,6 +13,7 @@ from typing import Annotated, Any, Literal, get_type_hints
 
 from . import limits
 
+LARGEST = 1e6  # factor of a texture's size
 DIGITS = 15  # of a number of bytes, K, M, G or T
 CERTIFIED = 0.99  # share of the source's area that `--require-injective` asks for
 
@@ -102,6 +104,37 @@ def memory(value: Any) -> Any:
     if len(found[1]) > DIGITS:
         raise ValueError(f"{value[:DIGITS]}… is more than any memory")
     return int(float(found[1]) * 1024 ** " KMGT".index(found[2].upper() or " "))
+
+
+def pair(value: Any) -> Any:
+    """`X,Y`."""
+    return _numbers(value, (2,), "two numbers, such as 10,-5")
+
+
+def scale(value: Any) -> Any:
+    """`S`, or `SX,SY`, above 0."""
+    found = _numbers(value, (1, 2), "a factor, such as 0.25, or two, such as 0.25,0.5")
+    if isinstance(found, tuple) and not all(1 / LARGEST <= n <= LARGEST for n in found):
+        raise ValueError(f"a factor must be from {1 / LARGEST:g} to {LARGEST:g}")
+    return found
+
+
+def _numbers(value: Any, counts: tuple[int, ...], what: str) -> Any:
+    """Numbers between commas, as many as there may be; what is no text and no number as it is."""
+    try:
+        parts = (
+            value.split(",")
+            if isinstance(value, str)
+            else value
+            if isinstance(value, list | tuple)
+            else [value]
+        )
+        found = tuple(map(float, parts)) if value is not None else None
+    except (TypeError, ValueError):
+        found = ()
+    if found is not None and (len(found) not in counts or not all(map(math.isfinite, found))):
+        raise ValueError(f"{value!r} is not {what}")
+    return found
 
 
 def turn(value: Any) -> Any:
@@ -400,8 +433,19 @@ class JobOptions:
     colorspace: str | None = _option(
         "The texture's, as OpenColorIO names it.  [default: what it says]", "NAME", commands=(*EVERY, "edit")
     )
-    edge: Literal["clamp", "transparent"] = _option(
-        "What lies outside the texture.", default="clamp", commands=(*EVERY, "edit")
+    edge: Literal["clamp", "transparent", "repeat", "mirror"] = _option(
+        "What lies outside the texture: its edge goes on, nothing, or the texture again, in its own proportions.",
+        default="clamp", commands=(*EVERY, "edit"),
+    )  # fmt: skip
+    texture_scale: tuple[float] | tuple[float, float] | None = _option(
+        "Size of the texture, by that at which it covers the source, about its middle; across and down.",
+        "S|SX,SY", parse=scale,
+    )  # fmt: skip
+    texture_offset: tuple[float, float] | None = _option(
+        "Moves the texture on the source, in the file's units.", "X,Y", parse=pair
+    )
+    texture_turn: float = _option(
+        "Turns the texture on the source, counter-clockwise about its middle.", "DEGREES", default=0.0
     )
     padding: int | None = _option(
         "Pixels by which colours extend past the outline; -1: over the whole picture.", "N", least=-1

@@ -22,7 +22,7 @@ from ..jit import kernel as compiled
 from .canvas import Band
 from .colour import FINE, Float, byte_edges, unit
 from .lanes import LANES, four, higher, keep, lane, lower, nothing, plus
-from .pyramid import CLAMP, CLEAR, FRAME, Pyramid
+from .pyramid import CLEAR, FRAME, MIRROR, REPEAT, Pyramid, inside
 from .texture import Corner, place
 
 NEAREST, LINEAR, CUBIC, LANCZOS, SPLINE = 0, 1, 2, 3, 4
@@ -81,8 +81,8 @@ def _nearest(tex, xy, out):
     out[:] = 0
     for n in range(xy.shape[0]):
         i, j = math.floor(xy[n, 1]), math.floor(xy[n, 0])
-        if tex.edge == CLAMP or (i >= 0 and j >= 0 and i < h and j < w):
-            i, j = min(max(i, 0), h - 1), min(max(j, 0), w - 1)
+        if tex.edge != CLEAR or (i >= 0 and j >= 0 and i < h and j < w):
+            i, j = inside(i, h, tex.edge), inside(j, w, tex.edge)
             for k in range(out.shape[1]):
                 out[n, k] = ready(tex, i, j, k)
 
@@ -209,7 +209,7 @@ def _copied(tex, level, i, j, rows, columns, patch):
     for a in range(i, i + rows):
         for b in range(j, j + columns):
             nowhere = tex.edge == CLEAR and (a < 0 or b < 0 or a >= h or b >= w)
-            y, x = min(max(a, 0), h - 1), min(max(b, 0), w - 1)
+            y, x = inside(a, h, tex.edge), inside(b, w, tex.edge)
             for k in range(c):
                 if nowhere:
                     patch[n] = 0
@@ -218,6 +218,17 @@ def _copied(tex, level, i, j, rows, columns, patch):
                 else:
                     patch[n] = ready(tex, y, x, k)
                 n += 1
+
+
+@compiled
+def _folded(x, n, edge):
+    """The place among n texels in a row that a place beyond them repeats; those of edges that do not stay."""
+    if edge == REPEAT:
+        return x - n * math.floor(x / n)
+    if edge == MIRROR:
+        x -= 2 * n * math.floor(x / (2 * n))
+        return min(x, 2 * n - x)
+    return x
 
 
 @compiled
@@ -234,9 +245,11 @@ def _quintic(t, weights):
 
 
 @compiled
-def _smooth(spline, x, y, across, down, out):
+def _smooth(spline, edge, x, y, across, down, out):
     """The spline through the texels at (x, y)."""
     h, w = spline.shape[:2]
+    if edge != CLEAR:
+        x, y = _folded(x, w - 2 * FRAME, edge), _folded(y, h - 2 * FRAME, edge)
     x, y = min(max(x, -6.0), w - 2 * FRAME + 6.0), min(max(y, -6.0), h - 2 * FRAME + 6.0)
     i, j = math.floor(y - 0.5), math.floor(x - 0.5)
     _quintic(y - 0.5 - i, down)
@@ -269,8 +282,11 @@ def _gathered(tex, xy, turn, kind, clamped, room, out):
     base, reduced, across, down, weights, patch = room
     sizes, starts, widths, heights = tex.size, tex.start, tex.width, tex.height
     large = base.size and widths[0] * c >= LANES
+    repeats, periodic = tex.edge == REPEAT, tex.edge == REPEAT or tex.edge == MIRROR
     for n in range(xy.shape[0]):
         x, y = xy[n, 0], xy[n, 1]
+        if repeats:
+            x, y = _folded(x, widths[0], REPEAT), _folded(y, heights[0], REPEAT)
         p, q, r, long, short = _footprint(turn[n, 0], turn[n, 1], turn[n, 2], turn[n, 3])
         if kind == CUBIC and long == 1.0 and large:  # magnified: the short way to the same
             j, i = math.ceil(x - 2.5), math.ceil(y - 2.5)
@@ -286,6 +302,8 @@ def _gathered(tex, xy, turn, kind, clamped, room, out):
             p, q, r = 0.25 / size, 0.0, 0.25 / size
         if level:
             x, y, p, q, r = x / size, y / size, p * size, q * size, r * size
+            if periodic:  # the last texel of a level may reach beyond: they share the picture evenly
+                x, y = x * size * w / widths[0], y * size * h / heights[0]
         reach = radius / (p * r - q * q)
         reach_x, reach_y = reach * (abs(r) + abs(q)), reach * (abs(p) + abs(q))
         j, i = math.ceil(x - reach_x - 0.5), math.ceil(y - reach_y - 0.5)
@@ -356,14 +374,14 @@ def _painted(tex, z, right, down, cover, columns, at, kind, clamped, alpha, room
 
 
 @compiled
-def _splined(spline, xy, turn, out):
+def _splined(spline, edge, xy, turn, out):
     """Puts the spline in the place of the cubic's values, which it gives way to where the texture is shrunk."""
     mixed, across, down = np.empty(out.shape[1]), np.empty(6), np.empty(6)
     for n in range(xy.shape[0]):
         long = _footprint(turn[n, 0], turn[n, 1], turn[n, 2], turn[n, 3])[3]
         share = max(0.0, (BLEND - long) / (BLEND - 1))
         if share > 0:
-            _smooth(spline, xy[n, 0], xy[n, 1], across, down, mixed)
+            _smooth(spline, edge, xy[n, 0], xy[n, 1], across, down, mixed)
             for k in range(mixed.size):
                 out[n, k] = mixed[k] if share == 1 else share * mixed[k] + (1 - share) * out[n, k]
 
@@ -407,5 +425,5 @@ def read(tex: Pyramid, xy: Real, turn: Real, kind: int, clamped: bool = False) -
         return out
     _gathered(tex, xy, turn, CUBIC if kind == SPLINE else kind, clamped, _room(tex), numbers)
     if kind == SPLINE and tex.spline.size:
-        _splined(tex.spline, xy, turn, out)
+        _splined(tex.spline, tex.edge, xy, turn, out)
     return out

@@ -5,6 +5,7 @@ coverage is the edge of the result, so alpha goes on beyond the outline as it is
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -62,7 +63,7 @@ def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
         bled = out[..., k : k + 1].copy()
         pad(bled, (inside if k == channel else known) & np.isfinite(bled[..., 0]), -1, "nearest")
         out[wanted, k] = bled[wanted, 0]
-    return Texture(out, texture.box, channel, texture.transfer, texture.associated)
+    return replace(texture, pixels=out)
 
 
 def _inside(texture: Texture, outlines: Sequence[Complex]) -> NDArray[np.bool_]:
@@ -70,7 +71,7 @@ def _inside(texture: Texture, outlines: Sequence[Complex]) -> NDArray[np.bool_]:
     left, top, across, down = texture.corner
     height, width = texture.pixels.shape[:2]
     inside = np.zeros((height, width), np.bool_)
-    for z in outlines:
+    for z in map(texture.turned_back, outlines):
         inside ^= coverage((z.real - left) * across + 1j * (top - z.imag) * down, 0, height, width)[1]
     return inside
 

@@ -1,7 +1,7 @@
 """Pyramids that filters read: reductions by powers of two, and the coefficients of a spline."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,8 @@ from .colour import Float
 from .lanes import LANES, lane, nothing, plus
 
 FRAME = 12  # texels around a spline's coefficients: the spline's pole to this power is 0.43 ** 12 = 4e-5
-CLAMP, CLEAR = 0, 1
+CLAMP, CLEAR, REPEAT, MIRROR = 0, 1, 2, 3
+EDGES = {"clamp": CLAMP, "transparent": CLEAR, "repeat": REPEAT, "mirror": MIRROR}
 STRIP, LEAST_ROWS = 1 << 20, 64
 """Numbers of a picture, and rows of a wide one, that are worked on at a time (by hand)."""
 PIECE = 1024  # numbers of a row that are added up in the processor's nearest cache
@@ -30,7 +31,7 @@ class Pyramid(NamedTuple):
         texels: (t, c) the reductions, ready, row after row.
         size: (l,) how many texels of the picture a level's texel is wide; 1 is the picture itself.
         start, height, width: (l,) where a level begins in `texels`, and its size.
-        edge: CLAMP or CLEAR, what lies outside.
+        edge: one of EDGES, what lies outside.
         spline: (h + 2 FRAME, w + 2 FRAME, c) coefficients of the quintic spline through the picture, or nothing.
     """
 
@@ -59,7 +60,7 @@ def pyramid(
 
     Args:
         picture: the picture.
-        edge: CLAMP or CLEAR.
+        edge: one of EDGES.
         memory: where the reductions are kept.
         threads: never change the result.
         reduced, spline: whether the filter reads reductions, and the spline.
@@ -94,7 +95,7 @@ def compact(
     """
     spline = np.empty((0, 0, pixels.shape[2]), dtype=np.float32)
 
-    def read(rows: slice) -> Float:
+    def read(rows: Any) -> Float:
         return ready(pixels[rows], decode, alpha)
 
     levels = _reductions(pixels.shape, read, 2 * reduced, edge, memory, threads)
@@ -115,7 +116,7 @@ def strip_rows(width: int, channels: int) -> int:
 
 def _reductions(
     shape: tuple[int, ...],
-    read: Callable[[slice], Float],
+    read: Callable[[Any], Float],
     halvings: int,
     edge: int,
     memory: Memory | None,
@@ -144,7 +145,7 @@ def _reductions(
 
 
 def _shrink(
-    read: Callable[[slice], Float],
+    read: Callable[[Any], Float],
     height: int,
     out: Float,
     halvings: int,
@@ -156,8 +157,14 @@ def _shrink(
     by = 1 << halvings
 
     def strip(rows: slice) -> None:
-        above, below = min(rows.start, HALO[halvings]), min(height - rows.stop, HALO[halvings])
-        part = read(slice(rows.start - above, rows.stop + below))
+        if edge in (REPEAT, MIRROR):
+            above = HALO[halvings]
+            part = read(
+                np.array([inside(i, height, edge) for i in range(rows.start - above, rows.stop + above)])
+            )
+        else:
+            above, below = min(rows.start, HALO[halvings]), min(height - rows.stop, HALO[halvings])
+            part = read(slice(rows.start - above, rows.stop + below))
         for _ in range(halvings):
             part = _reduced(part, edge)
         first = rows.start // by
@@ -190,6 +197,17 @@ def _reduced(a: Float, edge: int) -> Float:
 
 
 @kernel
+def inside(i, n, edge):
+    """The number of n texels in a row that stands for the one with any number i."""
+    if edge == REPEAT:
+        return i % n
+    if edge == MIRROR:
+        i %= 2 * n
+        return min(i, 2 * n - 1 - i)
+    return min(max(i, 0), n - 1)
+
+
+@kernel
 def _halve(a, taps, edge, line, out):
     """Halves a picture (h, w c) into out, row by row: first across the rows, in the middle of `line`, zeros."""
     h, end = a.shape
@@ -203,15 +221,16 @@ def _halve(a, taps, edge, line, out):
                 row = 2 * i + t - 5
                 if edge == CLEAR and (row < 0 or row >= h):
                     continue
-                row, tap = min(max(row, 0), h - 1), taps[t]
+                row, tap = inside(row, h, edge), taps[t]
                 above = a[row, first : first + PIECE]
                 for j in range(piece.size):
                     piece[j] += tap * above[j]
-        if edge == CLAMP:
+        if edge != CLEAR:
+            w = end // c
             for k in range(5 * c):
-                line[k] = line[5 * c + k % c]
+                line[k] = line[(5 + inside(k // c - 5, w, edge)) * c + k % c]
             for k in range(7 * c):
-                line[5 * c + end + k] = line[4 * c + end + k % c]
+                line[5 * c + end + k] = line[(5 + inside(w + k // c, w, edge)) * c + k % c]
         for j in range(out.shape[1]):
             for first in range(0, c, LANES):
                 value, at = nothing(), 2 * j * c + first
@@ -246,4 +265,5 @@ def _coefficients(picture: Float, edge: int) -> Float:
 
 
 def _framed(a: Float, frame: list[tuple[int, int]], edge: int) -> Float:
-    return np.pad(a, frame, mode="edge") if edge == CLAMP else np.pad(a, frame)
+    modes: dict[int, Any] = {CLAMP: "edge", CLEAR: "constant", REPEAT: "wrap", MIRROR: "symmetric"}
+    return np.pad(a, frame, mode=modes[edge])

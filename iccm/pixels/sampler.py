@@ -33,7 +33,8 @@ class Sampler:
         kind: "colour" (filtered in linear light, premultiplied), "data" (numbers, filtered as they are), or "normal"
             and "normal-down" (tangent-space normals with y up or down, turned and mirrored as the output's directions
             lie in the texture, and renormalised).
-        edge: outside the texture its edge is repeated ("clamp") or nothing is there ("transparent").
+        edge: outside the texture its edge goes on ("clamp"), nothing is there ("transparent"), or the texture is there
+            again ("repeat"), mirrored each time ("mirror").
         outlines: of the source and its holes; colours whose alpha ends there lose that edge (`own_edge`), unless there
             is no memory for it: then `faded` is true.
         memory: where the large arrays are kept.
@@ -57,7 +58,7 @@ class Sampler:
         for given, known, what in (
             (filter, ("auto", *filters.FILTERS), "filter"),
             (kind, KINDS, "kind"),
-            (edge, ("clamp", "transparent"), "edge"),
+            (edge, pyramid.EDGES, "edge"),
             (texture.transfer, ("srgb", "linear"), "transfer"),
         ):
             if given not in known:
@@ -72,7 +73,7 @@ class Sampler:
         if outlines and self.mixes and texture.alpha >= 0:
             self._bleed(outlines)
         self.srgb = texture.transfer == "srgb" and self.mixes
-        self.pyramid = self._pyramid(pyramid.CLAMP if edge == "clamp" else pyramid.CLEAR, threads)
+        self.pyramid = self._pyramid(pyramid.EDGES[edge], threads)
 
     @property
     def channels(self) -> int:
@@ -159,7 +160,7 @@ class Sampler:
     @property
     def paints(self) -> bool:
         """Whether `paint` knows this kind of pictures: sRGB bytes, read by a kernel."""
-        kernel = self.filter not in (filters.NEAREST, filters.SPLINE)
+        kernel = self.filter not in (filters.NEAREST, filters.SPLINE) and self.texture.turn == 1
         return self.srgb and self.dtype == np.uint8 and not self.texture.associated and kernel
 
     def paint(self, band: Band, columns: tuple[int, int], out: NDArray[np.uint8]) -> None:

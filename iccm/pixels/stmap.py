@@ -62,9 +62,9 @@ def stmap(
         yield block
 
 
-def flat(box: Box) -> Texture:
-    """A texture of one texel that covers a box of the plane."""
-    return Texture(np.zeros((1, 1, 1), np.uint8), box)
+def flat(box: Box, turn: complex = 1) -> Texture:
+    """A texture of one texel that covers a box of the plane, turned about its middle."""
+    return Texture(np.zeros((1, 1, 1), np.uint8), box, turn=turn)
 
 
 def st_of(placing: Placing, z: Complex) -> Real:

@@ -132,6 +132,7 @@ class Texture:
         alpha: index of the alpha channel, or -1.
         transfer: "srgb" or "linear", how the colour channels are encoded.
         associated: whether they are premultiplied by alpha.
+        turn: of modulus 1, by which the picture is turned about the middle of its box.
     """
 
     pixels: NDArray
@@ -139,6 +140,7 @@ class Texture:
     alpha: int = -1
     transfer: str = "srgb"
     associated: bool = False
+    turn: complex = 1
 
     @property
     def scale(self) -> tuple[float, float]:
@@ -148,14 +150,22 @@ class Texture:
 
     @property
     def corner(self) -> Corner:
-        """The upper left corner's x and y in the source's plane, and the scale."""
+        """The upper left corner's x and y in the source's plane, were it not turned, and the scale."""
         return (self.box[0].real, self.box[1].imag, *self.scale)
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
         """As `Placing.places`."""
         xy, turn = np.empty((z.size, 2)), np.empty((z.size, 4))
+        if self.turn != 1:
+            back = np.complex64(self.turn.conjugate())
+            z, right, down = self.turned_back(z), right * back, down * back
         _places(z, right, down, self.corner, xy, turn)
         return Places(xy, turn, right, down)
+
+    def turned_back(self, z: Complex) -> Complex:
+        """Where points of the source's plane would lie, were the picture not turned."""
+        middle = (self.box[0] + self.box[1]) / 2
+        return middle + (z - middle) * self.turn.conjugate()
 
 
 @kernel

@@ -91,7 +91,7 @@ class Session:
     @property
     def _boxes(self) -> tuple[Box, Box]:
         """What the texture covers, and what pictures show."""
-        return texture.box_of(self.job, self.source), framing.picture_box(self.job, self.target)
+        return texture.box_of(self.job, self.source, self._image), framing.picture_box(self.job, self.target)
 
     @lru_cache(maxsize=1)  # noqa: B019  (there is one session)
     def texture(self, most: int) -> bytes:

@@ -48,11 +48,13 @@ class Image:
     notes: tuple[str, ...] = ()
     holes: int = 0
 
-    def texture(self, box: Box, kind: str = "colour", room: Memory | None = None) -> Texture:
+    def texture(
+        self, box: Box, kind: str = "colour", room: Memory | None = None, turn: complex = 1
+    ) -> Texture:
         """The picture placed in the plane, in sRGB or linear light. `kind` other than "colour" is taken as numbers."""
         transfer = "linear" if kind != "colour" else transfer_of(self.colorspace)
         if transfer is not None:
-            return Texture(self.pixels, box, self.alpha, transfer, self.associated)
+            return Texture(self.pixels, box, self.alpha, transfer, self.associated, turn)
         room = room or Memory()
         linear = room(self.pixels.shape, np.float32)
         step = strip_rows(*linear.shape[1:])
@@ -60,7 +62,7 @@ class Image:
             part = replace(self, pixels=self.pixels[row : row + step])
             linear[row : row + step] = _convert(part, "lin_rec709", np.dtype(np.float32)).pixels
             room.release()
-        return Texture(linear, box, self.alpha, "linear", self.associated)
+        return Texture(linear, box, self.alpha, "linear", self.associated, turn)
 
     def covered(self) -> "Image":
         """A picture of one pixel like that which `warp` makes: alpha is appended where there is none."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ...arrays import Box
 from ...errors import InputError
 from ...pixels.canvas import LONGER_SIDE, proportional
@@ -37,14 +39,50 @@ def _why_not_canvas(job: Job, target: Shape) -> str:
     return f"takes {share:.0%} of its canvas' sides" if share <= SMALL else ""
 
 
-def texture_box(job: Job, source: Shape) -> Box:
-    """What of the source a texture covers: what --texture-box names, by default the canvas."""
-    return source.bounds if job.texture_box == "bbox" else source.box
+def texture_box(job: Job, source: Shape, proportions: float | None = None) -> Box:
+    """What of the source a texture covers: what --texture-box names, by default the canvas, scaled and moved.
+
+    One that repeats is as wide as that, and keeps its proportions, width by height, if they are known.
+    """
+    low, high = source.bounds if job.texture_box == "bbox" else source.box
+    if repeats(job) and proportions:
+        half = complex(0, (high - low).real / proportions / 2)
+        middle = (low + high).imag / 2
+        low, high = low.real + middle * 1j - half, high.real + middle * 1j + half
+    return placed(job, source, (low, high))
+
+
+def placed(job: Job, source: Shape, box: Box) -> Box:
+    """A box scaled by --texture-scale about its middle, and moved by --texture-offset."""
+    across, down = (*(job.texture_scale or (1.0,)), *(job.texture_scale or (1.0,)))[:2]
+    x, y = job.texture_offset or (0.0, 0.0)
+    middle, half = (box[0] + box[1]) / 2, (box[1] - box[0]) / 2
+    middle, half = (
+        middle + complex(x, -y if source.flip else y),
+        complex(half.real * across, half.imag * down),
+    )
+    return middle - half, middle + half
+
+
+def repeats(job: Job) -> bool:
+    """Whether the texture is there again beyond its edges."""
+    return job.edge in ("repeat", "mirror")
+
+
+def texture_turn(job: Job) -> complex:
+    """By what the texture is turned about the middle of what it covers."""
+    return complex(np.exp(1j * np.radians(job.texture_turn))) if job.texture_turn else 1
+
+
+def placing_options(job: Job) -> list[str]:
+    """Those given that say where the texture lies on the source."""
+    given = {"scale": job.texture_scale, "offset": job.texture_offset, "turn": job.texture_turn}
+    return [f"--texture-{name}" for name, value in given.items() if value]
 
 
 def stretch_notes(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
     """A note where a texture of (height, width, …) pixels has other proportions than the canvas that it covers."""
-    if not job.texture or source.is_mesh or job.texture_box == "bbox":
+    if not job.texture or source.is_mesh or job.texture_box == "bbox" or repeats(job) or job.texture_scale:
         return []
     height, width = shape[:2]
     size = source.box[1] - source.box[0]
@@ -56,7 +94,7 @@ def stretch_notes(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
 
 def checkerboard_box(job: Job, source: Shape) -> Box:
     """What of the source the checkerboard covers: a square about the shape, or about its canvas where that is said."""
-    return square(source.box if job.texture_box == "viewbox" else source.bounds)
+    return placed(job, source, square(source.box if job.texture_box == "viewbox" else source.bounds))
 
 
 def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
@@ -73,7 +111,8 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
             else "--target-box bbox shows all of it"
         )
         said.append(f"{target.spec}: {text}; {cure}")
-    if job.texture_box == "bbox" or not (job.texture or job.texture_box):
+    own = repeats(job) or placing_options(job)
+    if job.texture_box == "bbox" or own or not (job.texture or job.texture_box):
         return said
     cure = "--texture-box bbox covers it"
     if source.is_layout:  # where the texture repeats, or goes on

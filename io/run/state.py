@@ -26,7 +26,7 @@ from .phases import Phases
 
 if TYPE_CHECKING:
     from ...pixels.preimages import AnyMap
-    from ...pixels.texture import Placing
+    from ...pixels.texture import Placing, Texture
     from ...pixels.warp import Canvas, Sampler
     from ...solve import Fit
     from ..pictures.image_files import Image
@@ -182,7 +182,18 @@ class Run:
     @cached_property
     def box(self) -> Box:
         """Its place in the source's plane."""
-        return texture.box_of(self.job, self.source, self.tiles)
+        return texture.box_of(self.job, self.source, self.image, self.tiles)
+
+    @property
+    def flat(self) -> Texture:
+        """The same as a texture of one texel, by which places in it are s and t."""
+        from ...pixels.stmap import flat
+
+        known = texture.has_texture(self.job, self.source)
+        shape = self.image.pixels.shape if known and framing.repeats(self.job) else (1, 1)
+        proportions = shape[1] / shape[0] if known else None
+        box = framing.texture_box(self.job, self.source, proportions)
+        return flat(box, framing.texture_turn(self.job))
 
     @cached_property
     def on_mesh(self) -> bool:

@@ -51,13 +51,13 @@ def tiles_of(job: Job, sources: Sequence[Shape], room: Memory) -> TiledImage | N
     return tiles.read(name, wanted, **_limits(job, room))
 
 
-def box_of(job: Job, source: Shape, tiles: Box | None = None) -> Box:
+def box_of(job: Job, source: Shape, image: Image, tiles: Box | None = None) -> Box:
     """What of the source's plane the texture covers, given what of its layout; the checkerboard is a square."""
     if tiles is not None:
         low, high = (complex(corner.real * source.aspect, corner.imag) for corner in tiles)
         return low, high
     return (
-        framing.texture_box(job, source)
+        framing.texture_box(job, source, image.pixels.shape[1] / image.pixels.shape[0])
         if has_texture(job, source)
         else framing.checkerboard_box(job, source)
     )
@@ -95,15 +95,16 @@ def sampler_of(
     """The picture in its place in the source's plane, ready to be filtered; `outlines` as for `Sampler`."""
     from ...pixels.sampler import Sampler
 
-    seen = outlines if image.alpha >= 0 else ()
+    seen = outlines if image.alpha >= 0 and not framing.repeats(job) else ()
+    turn = framing.texture_turn(job)
 
     def make() -> Sampler:
-        placed = image.texture(box, kind=job.kind, room=room)
+        placed = image.texture(box, kind=job.kind, room=room, turn=turn)
         return Sampler(placed, job.filter, job.kind, job.edge, outlines=seen, memory=room, threads=threads)
 
     key: Any = None
     if not job.memory:
-        key = image, box, job.kind, job.filter, job.edge, *(z.tobytes() for z in seen)
+        key = image, box, turn, job.kind, job.filter, job.edge, *(z.tobytes() for z in seen)
     return _ready.get(key, lambda made: made.texture.pixels.size, make)
 
 

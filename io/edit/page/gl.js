@@ -5,7 +5,7 @@ const COLOUR = `#version 300 es
 precision highp float;
 uniform sampler2D texture_;
 uniform vec4 box;          // of the texture: left, top, right, bottom
-uniform bool clamped;      // whether its edge goes on beyond it
+uniform bool bounded;      // whether nothing is beyond it
 uniform float opacity, grid, step_, stretch, mean;
 out vec4 colour;
 
@@ -15,8 +15,8 @@ float encoded(float v) { return v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1.0 
 void paint(vec2 s, mat2 metric) {
   vec2 uv = (s - box.xy) / (box.zw - box.xy);
   bool beyond = any(lessThan(uv, vec2(0))) || any(greaterThan(uv, vec2(1)));
-  vec4 c = textureGrad(texture_, clamp(uv, 0.0, 1.0), dFdx(uv), dFdy(uv));
-  if (beyond && !clamped) c = vec4(0);
+  vec4 c = textureGrad(texture_, bounded ? clamp(uv, 0.0, 1.0) : uv, dFdx(uv), dFdy(uv));
+  if (beyond && bounded) c = vec4(0);
   vec3 rgb = c.a > 0.0 ? c.rgb / c.a : vec3(0);
   c = vec4(vec3(encoded(rgb.r), encoded(rgb.g), encoded(rgb.b)) * c.a, c.a) * opacity;
   mat2 j = mat2(dFdx(s), dFdy(s)), m = j * inverse(metric) * transpose(j) / (mean * mean);
@@ -153,7 +153,8 @@ export class Painter {
     gl.generateMipmap(gl.TEXTURE_2D);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, near ? gl.NEAREST : gl.LINEAR_MIPMAP_LINEAR);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, near ? gl.NEAREST : gl.LINEAR);
-    for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
+    const wrap = {repeat: gl.REPEAT, mirror: gl.MIRRORED_REPEAT}[look.edge] ?? gl.CLAMP_TO_EDGE;
+    for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, wrap);
     const finer = gl.getExtension('EXT_texture_filter_anisotropic');
     if (finer && !near) gl.texParameteri(gl.TEXTURE_2D, finer.TEXTURE_MAX_ANISOTROPY_EXT, 8);
     const [left, top, right, bottom] = look.box;
@@ -242,7 +243,7 @@ export class Painter {
     gl.uniform2f(at('centre'), view.x, view.y);
     gl.uniform2f(at('reach'), 2 * view.zoom / view.width, -2 * view.zoom / view.height);
     gl.uniform4fv(at('box'), look.box);
-    gl.uniform1i(at('clamped'), look.edge === 'clamp' ? 1 : 0);
+    gl.uniform1i(at('bounded'), look.edge === 'transparent' ? 1 : 0);
     gl.uniform1f(at('opacity'), opacity);
     gl.uniform1f(at('grid'), overlay.grid && overlaid ? 1 : 0);
     gl.uniform1f(at('stretch'), overlay.stretch && overlaid && overlay.mapped ? 1 : 0);

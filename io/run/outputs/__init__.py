@@ -17,6 +17,7 @@ from ....errors import InputError
 from ... import files, formats
 from ...pictures.tiles import MARK, name_of, number_of
 from ...spec import Spec
+from ..framing import placing_options
 from ..inputs import Inputs
 from ..job import STEM, WRITTEN, Job, is_picture, pair_outputs
 from ..state import Run
@@ -64,6 +65,9 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
         checks.texture(run)
         if not any(output.shows for output in outputs):
             run.note(f"{run.job.texture}: nothing that is written shows it; a picture (-o FILE.png) does")
+    placed = placing_options(run.job)
+    if placed and not any(output.shows or output.name == run.job.stmap for output in outputs):
+        raise InputError(f"{placed[0]}: nothing that is written shows a texture")
     _check_others(run, [name for output in outputs for name in output.beside(run)])
     told = [f"{shape.spec}: {note}" for pair in run.pairs for shape in pair for note in shape.notes]
     for note in [*told, *about(run.pairs, keep=run.job.holes == "keep", mapped=run.job.holed)]:

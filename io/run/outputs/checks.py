@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ....errors import InputError
 from ....pixels.texture import MENDING, check_kind, strip_bytes
 from ...shapes.shape import Shape
 from .. import framing
@@ -10,9 +11,18 @@ from ..texture import has_texture
 
 
 def source(run: Run) -> None:
-    """Note which of a mesh source's textures is carried, if any."""
+    """Note which of a mesh source's textures is carried, if any.
+
+    Raises:
+        InputError: it was to be placed, as only what lies flat can be.
+    """
     if not run.source.is_mesh:
         return
+    own = framing.placing_options(run.job) + (["--edge mirror"] if run.job.edge == "mirror" else [])
+    if own:
+        raise InputError(
+            f"{run.source.spec}: {own[0]} is for textures that lie flat, not by a mesh's coordinates"
+        )
     if not has_texture(run.job, run.source):
         run.note(f"{run.source.spec}: names no texture; give one with --texture")
         return

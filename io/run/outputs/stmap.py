@@ -7,9 +7,8 @@ from pathlib import Path
 from ....arrays import Box
 from ....meshes import bake as baking
 from ....pixels.stmap import flat
-from ....pixels.texture import Placing, Repeated
+from ....pixels.texture import Placing, Repeated, Texture
 from ...pictures import stmap_files
-from .. import framing
 from ..job import Job
 from ..state import Run
 from . import baked, checks
@@ -39,14 +38,14 @@ class STMap(Output):
 
     def write(self, run: Run, path: Path) -> None:
         """Rows as they are computed; a baked one at once."""
-        box, job = framing.texture_box(run.job, run.source), run.job
+        lying, job = run.flat, run.job
         with run.phases.timed("resample"):
             if not job.bake:
-                place, room = _placing(run), run.room
+                place, room = _placing(run, lying), run.room
                 stmap_files.write(
                     path,
                     run.in_layout,
-                    box,
+                    lying.box,
                     run.canvas_of(self.tile),
                     placing=place,
                     room=room,
@@ -55,18 +54,17 @@ class STMap(Output):
                 return
             parts = baked.parts_of(run)
             grid = baked.layout_of([target for target, _, _ in parts], *baked.size(run), self.tile)
-            placed = baked.baked_parts(parts, flat(box), run.threads, _unit(run))
+            placed = baked.baked_parts(parts, lying, run.threads, _unit(run))
             st, figures = baking.bake_stmap(placed, grid, padding=job.padding, threads=run.threads)
             stmap_files.write_whole(path, st)
         baked.report_bake(run, figures, self.tile)
 
 
-def _placing(run: Run) -> Placing | None:
-    """Where points of a mesh lie in a texture of one texel; None for what lies flat in the plane."""
-    lying = flat(framing.texture_box(run.job, run.source))
+def _placing(run: Run, lying: Texture) -> Placing:
+    """Where points of the source lie in a texture of one texel, which would lie flat in its plane."""
     if run.source.is_layout:
         return flat((0j, complex(run.source.aspect, 1))) if run.tiles else Repeated(lying)
-    return run.whole(0).placing(lying, _unit(run)) if run.source.has_uv else None
+    return run.whole(0).placing(lying, _unit(run)) if run.source.has_uv else lying
 
 
 def _unit(run: Run) -> Box | None:

@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from ....arrays import Box, Complex, Real
+from ....arrays import Complex, Real
 from ....curve import Curve
 from ....errors import InputError
 from ....maps.approximation import AnyMap
 from ....maps.extended_inverse import ExtendedInverse
 from ....maps.triangulated.map import TriangulatedMap
 from ....meshes import layout
+from ....pixels.stmap import st_of
+from ....pixels.texture import Texture
 from ....surfaces.boundary_slivers import lift, open_up
 from ... import formats
 from ...materials import carried_maps
@@ -21,7 +23,7 @@ from ...meshes import mesh_files, obj_materials
 from ...shapes.mesh_parts import join
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
-from ..framing import texture_box
+from ..framing import placing_options
 from ..job import Job
 from ..state import Run
 from .baked import Parts, parts_of
@@ -42,6 +44,8 @@ class TexturedMesh(Output):
         if not onto_mesh:
             raise InputError(f"{self.name}: a mesh is written for a mesh as target; {job.target} is none")
         formats.check(self.name, "uv", "-o")
+        if job.edge == "mirror" or (placing_options(job) and job.edge != "repeat"):
+            raise InputError(f"{self.name}: meshes show textures that repeat; use --edge repeat, or --bake")
         if _normal_map(job) is None:
             return
         if self.name.lower().endswith(".ply"):
@@ -73,7 +77,7 @@ class TexturedMesh(Output):
 
     def write(self, run: Run, path: Path) -> None:
         """The mesh, and what stands beside it."""
-        box, name = texture_box(run.job, run.source), Path(self.name)
+        lying, name = run.flat, Path(self.name)
         options: dict[str, Any] = {
             "texture": _shown_texture(run),
             "force": run.job.force,
@@ -81,7 +85,7 @@ class TexturedMesh(Output):
         }
         options |= {"carry_maps": run.job.carry_maps, "normals": _normal_map(run.job)}
         with run.phases.timed("write"):
-            figures = new_uvs(parts_of(run), box, path, name=name, **options)
+            figures = new_uvs(parts_of(run), lying, path, name=name, **options)
         for note in figures.pop("material_notes"):
             run.note(note)
         before = run.figures.get("also_written", [])
@@ -110,7 +114,7 @@ def _textures_not_shown(job: Job) -> list[str]:
 
 def new_uvs(
     parts: Parts,
-    box: Box,
+    lying: Texture,
     out: Path,
     *,
     name: Path,
@@ -125,7 +129,7 @@ def new_uvs(
     Args:
         parts: those of the mesh, the map from the source's plane to each one's, and the source's shape; a mesh gives
             its own texture coordinates.
-        box: where the texture lies in the source's plane (not used with a mesh).
+        lying: a texture of one texel, as the texture lies in the source's plane (not used with a mesh).
         out: temporary file to write.
         name: its final name: .obj, .glb or .ply.
         texture: picture file to bind to the mesh, or its content; None writes coordinates only.
@@ -144,7 +148,7 @@ def new_uvs(
     target = join([part for part, _, _ in parts])
     pulls = [ExtendedInverse(map, threads) for _, map, _ in parts]
     found = [
-        _uv_of(source, box, _pull_back(part, map, pull), part, threads)
+        _uv_of(source, lying, _pull_back(part, map, pull), part, threads)
         for (part, map, source), pull in zip(parts, pulls)
     ]
     uv = np.concatenate([coordinates for coordinates, _ in found])
@@ -189,12 +193,12 @@ def _pull_back(part: MeshShape, map: AnyMap, pull: ExtendedInverse) -> Complex:
     return open_up(lift(z, faces, flat.loop, Curve(map.polygon).diagonal), faces)
 
 
-def _uv_of(source: Shape, box: Box, z: Complex, target: MeshShape, threads: int | None) -> tuple[Real, int]:
+def _uv_of(
+    source: Shape, lying: Texture, z: Complex, target: MeshShape, threads: int | None
+) -> tuple[Real, int]:
     """(p, 2) coordinates of points z of the source's plane, and how many of the target's triangles they tear apart."""
     if not source.is_mesh:
-        size = box[1] - box[0]
-        at = z - box[0]
-        return np.column_stack([at.real / size.real, at.imag / size.imag]), 0
+        return st_of(lying, z), 0
     mesh = as_mesh(source)
     faces = mesh.uv_faces
     triangle, weights = mesh.locator(z, threads)

@@ -16,6 +16,7 @@ from iccm.io.shapes import mesh_shape, mesh_texture
 from iccm.maps.extended_inverse import ExtendedInverse
 from iccm.maps.harmonic import HarmonicMap
 from iccm.meshes import layout
+from iccm.pixels import stmap
 from iccm.pixels.canvas import Canvas
 from iccm.pixels.sampler import Sampler
 from iccm.pixels.warp import warp
@@ -56,7 +57,7 @@ def test_new_coordinates_are_where_the_texture_lies_over_the_flattening(tmp_path
     box = target.box
     figures = new_uvs(
         [(target, identity(target), target_plane(target))],
-        box,
+        stmap.flat(box),
         tmp_path / "t.obj",
         name=tmp_path / "o.obj",
     )
@@ -82,7 +83,7 @@ def test_a_texture_is_bound_beside_the_mesh(tmp_path):
     out = tmp_path / "o.obj"
     figures = new_uvs(
         [(target, identity(target), target_plane(target))],
-        target.box,
+        stmap.flat(target.box),
         out,
         name=out,
         texture=tmp_path / "my cloth.png",
@@ -103,7 +104,11 @@ def test_glb_and_ply_hold_the_same_coordinates(tmp_path, suffix):
         out = tmp_path / name
         texture = tmp_path / "c.png" if suffix == ".glb" else None
         new_uvs(
-            [(target, identity(target), target_plane(target))], target.box, out, name=out, texture=texture
+            [(target, identity(target), target_plane(target))],
+            stmap.flat(target.box),
+            out,
+            name=out,
+            texture=texture,
         )
     one, other = (mesh_shape.read(str(tmp_path / name)) for name in ("o.obj", "o" + suffix))
     places = []
@@ -121,7 +126,12 @@ def test_glb_and_ply_hold_the_same_coordinates(tmp_path, suffix):
 def test_formats_without_coordinates_are_refused(tmp_path):
     target = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj")))
     with pytest.raises(InputError, match=r"o\.stl: cannot hold texture coordinates"):
-        new_uvs([(target, identity(target), target)], target.box, tmp_path / "t", name=tmp_path / "o.stl")
+        new_uvs(
+            [(target, identity(target), target)],
+            stmap.flat(target.box),
+            tmp_path / "t",
+            name=tmp_path / "o.stl",
+        )
 
 
 def test_pins_by_number_by_place_and_in_the_plane(tmp_path):
@@ -153,7 +163,7 @@ def test_a_mesh_gives_its_texture_to_another_mesh(tmp_path):
     shift = target.box[0] - source.box[0]
     map_ = HarmonicMap(source.curve.z, source.curve.z + shift, 0 * source.curve.z)
     out = tmp_path / "o.obj"
-    figures = new_uvs([(target, map_, source)], source.box, out, name=out)
+    figures = new_uvs([(target, map_, source)], stmap.flat(source.box), out, name=out)
     made = obj.read(out)
     uv = np.empty((len(made.v), 2))
     uv[made.corners[:, 0]] = made.vt[made.corners[:, 1]]
@@ -175,7 +185,7 @@ def test_a_torn_source_is_reported(tmp_path):
     source = mesh_shape.read(str(path))
     target = mesh_shape.read(str(write_mesh(tmp_path / "b.obj", n=5)))
     out = tmp_path / "o.obj"
-    figures = new_uvs([(target, identity(source), source)], source.box, out, name=out)
+    figures = new_uvs([(target, identity(source), source)], stmap.flat(source.box), out, name=out)
     assert figures["torn_triangles"] == 10
 
 
@@ -393,7 +403,9 @@ def embedded(tmp_path):
     image_files.write(tmp_path / "c.jpg", colours())
     out = tmp_path / "a.glb"
     plane = target_plane(target)
-    new_uvs([(target, identity(target), plane)], target.box, out, name=out, texture=tmp_path / "c.jpg")
+    new_uvs(
+        [(target, identity(target), plane)], stmap.flat(target.box), out, name=out, texture=tmp_path / "c.jpg"
+    )
     return (tmp_path / "c.jpg").read_bytes()
 
 
@@ -424,7 +436,7 @@ def test_an_embedded_texture_that_is_damaged_is_told_before_the_solving(tmp_path
     whole = (tmp_path / "c.png").read_bytes()
     cut = whole[: len(whole) // 2].ljust(len(whole), b"\0")
     out, plane = tmp_path / "a.glb", target_plane(target)
-    new_uvs([(target, identity(target), plane)], target.box, out, name=out, texture=cut)
+    new_uvs([(target, identity(target), plane)], stmap.flat(target.box), out, name=out, texture=cut)
     done = iccm("map", "a.glb", "hill.obj", "--bake", "-o", "o.png")
     assert done.code == 2
     assert len(done.lines) == 1
@@ -538,15 +550,29 @@ def test_a_texture_of_another_format_becomes_png(tmp_path):
     Image.fromarray(colours().pixels).save(tmp_path / "c.webp", lossless=True)
     content = (tmp_path / "c.webp").read_bytes()
     out, plane = tmp_path / "o.obj", target_plane(target)
-    figures = new_uvs([(target, identity(target), plane)], target.box, out, name=out, texture=content)
+    figures = new_uvs(
+        [(target, identity(target), plane)], stmap.flat(target.box), out, name=out, texture=content
+    )
     assert figures["also_written"] == [str(tmp_path / name) for name in ("o.mtl", "o-texture.png")]
     assert (mesh_texture.read(mesh_shape.read(str(out))).pixels == colours().pixels).all()
     out = tmp_path / "o.glb"
-    new_uvs([(target, identity(target), plane)], target.box, out, name=out, texture=tmp_path / "c.webp")
+    new_uvs(
+        [(target, identity(target), plane)],
+        stmap.flat(target.box),
+        out,
+        name=out,
+        texture=tmp_path / "c.webp",
+    )
     assert (mesh_texture.read(mesh_shape.read(str(out))).pixels == colours().pixels).all()
     (tmp_path / "c.tif").write_text("no picture")
     with pytest.raises(InputError, match=r"c\.tif: cannot be put into a GLB file"):
-        new_uvs([(target, identity(target), plane)], target.box, out, name=out, texture=tmp_path / "c.tif")
+        new_uvs(
+            [(target, identity(target), plane)],
+            stmap.flat(target.box),
+            out,
+            name=out,
+            texture=tmp_path / "c.tif",
+        )
 
 
 def test_a_deformation_writes_no_mesh_and_bakes_nothing(shapes, iccm):

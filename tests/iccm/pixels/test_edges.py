@@ -1,0 +1,83 @@
+"""What lies outside a texture: again the texture, as it is or mirrored, without a seam at any scale."""
+
+import numpy as np
+import pytest
+
+from iccm.pixels import filters, pyramid
+from iccm.pixels.sampler import Sampler
+from iccm.pixels.texture import Texture
+
+RNG = np.random.default_rng(3)
+PLACES = RNG.uniform(-1, 2, (300, 2))
+TURNS = np.concatenate(
+    [
+        np.outer(scales, turn)
+        for scales, turn in zip(
+            2 ** RNG.uniform(-2, 6, (3, 100)), ((1, 0, 0, 1), (0.9, -0.4, 0.4, 0.9), (2, 0.5, 0.1, 0.6))
+        )
+    ]
+)
+KERNELS = [name for name in filters.FILTERS]
+
+
+def _pyramid(edge: str, size: tuple[int, int], *, stored: bool = False) -> pyramid.Pyramid:
+    pixels = np.random.default_rng(1).integers(0, 256, (*size, 3), dtype=np.uint8)
+    decode = np.repeat(np.arange(256, dtype=np.float32)[:, None] / 255, 3, axis=1)
+    if stored:
+        return pyramid.compact(pixels, decode, -1, pyramid.EDGES[edge])
+    return pyramid.pyramid(pyramid.ready(pixels, decode, -1), pyramid.EDGES[edge], spline=True)
+
+
+@pytest.mark.parametrize("size", [(64, 64), (37, 50), (3, 2)])
+@pytest.mark.parametrize("kind", KERNELS)
+@pytest.mark.parametrize("stored", [False, True])
+def test_a_texture_that_repeats_is_periodic_at_every_scale(size, kind, stored):
+    tex = _pyramid("repeat", size, stored=stored)
+    xy = PLACES * size[::-1]
+    values = filters.read(tex, xy, TURNS, filters.FILTERS[kind])
+    moved = filters.read(tex, xy + np.multiply(size[::-1], (-5, 3)), TURNS, filters.FILTERS[kind])
+    assert moved == pytest.approx(values, abs=1e-5)
+
+
+@pytest.mark.parametrize("size", [(64, 64), (37, 50)])
+@pytest.mark.parametrize("kind", ["linear", "cubic", "lanczos", "spline"])
+def test_a_texture_that_is_mirrored_is_even_about_its_edges(size, kind):
+    tex = _pyramid("mirror", size)
+    height, width = size
+    xy = PLACES * (width, height)
+    values = filters.read(tex, xy, TURNS, filters.FILTERS[kind])
+    flip = TURNS * (-1, -1, 1, 1)
+    about_left = filters.read(tex, xy * (-1, 1), flip, filters.FILTERS[kind])
+    about_right = filters.read(tex, np.array([2 * width, 0]) + xy * (-1, 1), flip, filters.FILTERS[kind])
+    again = filters.read(tex, xy + np.array([0, 2 * height]), TURNS, filters.FILTERS[kind])
+    for other in (about_left, about_right, again):
+        assert other == pytest.approx(values, abs=2e-5)
+
+
+@pytest.mark.parametrize("kind", ["linear", "cubic", "lanczos"])
+def test_a_tile_is_filtered_as_the_same_tiles_side_by_side(kind):
+    tile = np.random.default_rng(2).random((64, 64, 3)).astype(np.float32)
+    one = pyramid.pyramid(tile, pyramid.REPEAT)
+    many = pyramid.pyramid(np.tile(tile, (8, 8, 1)), pyramid.CLAMP)
+    few = TURNS[np.abs(TURNS).max(axis=1) < 8]  # whose kernels stay among these
+    xy = 256 + 64 * PLACES[: len(few)]
+    found, wanted = (filters.read(tex, xy, few, filters.FILTERS[kind]) for tex in (one, many))
+    assert found == pytest.approx(wanted, abs=1e-5)
+
+
+def test_rows_that_are_reduced_strip_by_strip_are_those_reduced_at_once(monkeypatch):
+    picture = np.random.default_rng(4).random((200, 7, 2)).astype(np.float32)
+    whole = [pyramid.pyramid(picture, edge).texels for edge in (pyramid.REPEAT, pyramid.MIRROR)]
+    monkeypatch.setattr(pyramid, "STRIP", 1)
+    for edge, wanted in zip((pyramid.REPEAT, pyramid.MIRROR), whole):
+        assert np.array_equal(pyramid.pyramid(picture, edge).texels, wanted)
+
+
+def test_a_turned_texture_is_where_it_is_turned_to():
+    pixels = np.random.default_rng(5).integers(0, 256, (8, 8, 3), dtype=np.uint8)
+    plain = Texture(pixels, (1 + 1j, 5 + 5j))
+    turned = Texture(np.rot90(pixels).copy(), (1 + 1j, 5 + 5j), turn=-1j)  # back again
+    z = 3 + 3j + RNG.uniform(-1.9, 1.9, 50) + 1j * RNG.uniform(-1.9, 1.9, 50)
+    right, down = np.full(50, 0.3 + 0.1j, np.complex64), np.full(50, 0.2 - 0.4j, np.complex64)
+    found = [Sampler(each).values(each.places(z, right, down)) for each in (plain, turned)]
+    assert found[1] == pytest.approx(found[0], abs=1e-5)
