@@ -323,6 +323,10 @@ class JobOptions:
         "onto each part of the target, such as the letters of a word.",
         default="largest", commands=("map",),
     )  # fmt: skip
+    trace: Literal["auto", "dark", "light", "inside"] = _option(
+        "What of a picture is the shape: auto, by its alpha, else what stands out, or the inside of a line; dark, "
+        "light: what is so against its background; inside: what a line encloses.", default="auto", commands=EDITED,
+    )  # fmt: skip
     plane: Literal["flat", "uv"] = _option(
         "The plane that meshes are mapped in: flat, flattened; uv, their own texture coordinates, as #uv does.",
         default="flat",

@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...errors import InputError
 from .. import files, formats, limits, references
 from ..meshes import size_limits
 from ..meshes.obj import Obj
@@ -85,6 +86,16 @@ class Inputs:
         order, opening = seam_order((job.source, job.target), wholes, pins)
         return [pins[k] for k in order], opening
 
+    def check_trace(self) -> None:
+        """Refuse to trace where there is no picture.
+
+        Raises:
+            InputError: --trace is given, and the shapes are no pictures.
+        """
+        specs = [spec for spec in (self.job.source, self.job.target) if spec]
+        if self.job.trace != "auto" and not any(formats.of(Spec.of(spec).path).picture for spec in specs):
+            raise InputError(f"--trace {self.job.trace}: for shapes in pictures, and {specs[0]} is none")
+
     def is_layout(self, text: str) -> bool:
         """Whether a spec names a mesh in the plane of its texture coordinates, as far as its form says so.
 
@@ -102,7 +113,7 @@ class Inputs:
             InputError: it cannot be read, is no domain, or is larger than --max-faces or --max-pixels allow.
         """
         if not self.is_mesh(text):
-            return shape.read(text, max_segments=self.job.max_segments)
+            return shape.read(text, max_segments=self.job.max_segments, trace=self.job.trace)
         from ..shapes import mesh_shape
 
         return mesh_shape.read(
@@ -121,7 +132,7 @@ class Inputs:
             InputError: as for `shape`, or there is none.
         """
         if not self.is_mesh(text):
-            found: Sequence[Shape] = shape.read_all(text)
+            found: Sequence[Shape] = shape.read_all(text, trace=self.job.trace)
             beyond = max(len(found) - most, 0)
         else:
             from ..shapes import mesh_parts

@@ -80,6 +80,7 @@ class Run:
             InputError: a file is wrong, or constraints are not places of it.
         """
         figures = dict[str, Any]()
+        inputs.check_trace()
         if job.parts != "largest":
             pairs, notes, figures = parts.read(job, inputs)
         else:

@@ -167,18 +167,20 @@ def read(
     flatness: float = 1e-4,
     max_bytes: int | None = None,
     max_segments: int | None = None,
+    trace: str = "auto",
 ) -> Shape:
     """The shape that `file`, `file#part`, `file#number` or `file#part#number` names.
 
     Without a part it is the largest outline of the file; a part is an SVG element's or group's id or Inkscape label,
     or an OBJ object or group; a number counts its outlines from the largest, 1. Curves are flattened to `flatness`
     times the shape's size with corners kept exactly; `vertices` resamples the result to about so many even edges.
+    What of a picture is traced says `trace`, see `silhouette.read`.
 
     Raises:
         InputError: anything that makes the file no domain, in one line: file, place, what is wrong, what to do.
     """
     spec = Spec.of(text)
-    drawing = drawn(spec, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments)
+    drawing = drawn(spec, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments, trace=trace)
     outline, notes = _choose(drawing, text, spec.among(drawing.ids))
     curve = Curve.domain(_core(outline.z, drawing.flip), text)
     if curve.length**2 > THINNEST * curve.area:
@@ -208,17 +210,17 @@ def read(
     )
 
 
-def read_all(text: str, *, flatness: float = 1e-4) -> list[Shape]:
+def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[Shape]:
     """All shapes that `file` or `file#part` draws, the largest first; constraints drawn there are left out.
 
     Raises:
         InputError: there is none, or as for `read`.
     """
     spec = Spec.of(text)
-    drawing = drawn(spec, flatness=flatness)
+    drawing = drawn(spec, flatness=flatness, trace=trace)
     chosen = spec.among(drawing.ids)
     if chosen.number is not None or not drawing.outlines:
-        return [read(text, flatness=flatness)]
+        return [read(text, flatness=flatness, trace=trace)]
     if chosen.part is not None and chosen.part not in drawing.ids:
         _choose(drawing, text, chosen)
     curves: dict[int, Curve] = {}
@@ -262,7 +264,12 @@ def known(path: Path) -> str:
 
 
 def drawn(
-    spec: Spec, *, flatness: float = 1e-4, max_bytes: int | None = None, max_segments: int | None = None
+    spec: Spec,
+    *,
+    flatness: float = 1e-4,
+    max_bytes: int | None = None,
+    max_segments: int | None = None,
+    trace: str = "auto",
 ) -> Drawing:
     """Everything that a file draws, or a part of it, by the reader that its suffix names.
 
@@ -277,6 +284,7 @@ def drawn(
     reader: Callable[..., Drawing] = READERS.get(suffix, silhouette.read)
     limits: dict[str, Any] = {"flatness": flatness} | ({"max_bytes": max_bytes} if max_bytes else {})
     limits |= {"max_segments": max_segments} if max_segments and reader is svg.read else {}
+    limits |= {"trace": trace} if reader is silhouette.read else {}
     drawing = reader(path, spec.chosen, **limits)
     if spec.number is None or drawing.outlines or drawing.refused:
         return drawing

@@ -3,6 +3,7 @@
 Coordinates are pixels, x right and y down, the centre of the upper left pixel at (0.5, 0.5).
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,11 @@ SPECK = 4  # pixels; smaller pieces are noise
 # Tolerances of the simplification in pixels. A hard mask knows its outline to half a pixel, and a straight edge in
 # it is a staircase that far to either side: less than 0.75 would keep the stairs.
 SOFT, HARD = 0.25, 0.75
+UNEVEN = 0.1  # of the border's pixels: if more are neither background nor shape, it is no plain background (by hand)
+INSIDE = "the inside of its line is taken; --trace dark takes the line itself"
+APART = (
+    1e-3  # coverage by which no pixel is nearer to the level than that: they keep contours apart (by hand)
+)
 REACH = 1.5  # pixels that a vertex may move when lines are fitted to its edges
 
 
@@ -31,8 +37,13 @@ def read(
     flatness: float = 1e-4,
     max_bytes: int = limits.DRAWING_BYTES,
     max_pixels: int = limits.SILHOUETTE_PIXELS,
+    trace: str = "auto",
 ) -> Drawing:
-    """The outlines in a picture: of its alpha channel, or of a mask or drawing on a plain background.
+    """The outlines in a picture: of its alpha channel, of a mask or drawing on a plain background, or of a scan.
+
+    With `trace` "auto" alpha is taken where it varies, then what stands out from a plain background, else, as under
+    uneven light, what `scan` finds; of a line that encloses much more than itself its inside. For "dark", "light" and
+    "inside" see there.
 
     Outlines follow the level where coverage is one half, between pixel centres, and are simplified to 0.25 pixel
     (0.75 in a mask without grey levels), or to `flatness` times their diagonal where that is more.
@@ -45,17 +56,59 @@ def read(
     files.open_input(path, max_bytes=max_bytes)
     image = image_files.read(path, max_pixels=max_pixels)
     try:
-        field = coverage(image.pixels, image.alpha)
-        found, rest = trace(field, flatness)
+        field, by, said = _field(image.pixels, image.alpha, trace)
+        found, rest = traced(field, flatness)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    height, width = field.shape
-    drawing = Drawing(found, (0.0, 0.0, float(width), float(height)), flip=True)
+    found = [_enlarged(each, by) for each in found]
+    height, width = image.pixels.shape[:2]
+    drawing = Drawing(found, (0.0, 0.0, float(width), float(height)), flip=True, notes=said)
     if rest:
         drawing.notes.append(
             f"left out {rest} specks of less than {SPECK} pixels or beyond the {limits.PIECES} largest pieces"
         )
     return drawing
+
+
+def _field(pixels: NDArray, alpha: int, trace: str) -> tuple[NDArray[np.float32], float, list[str]]:
+    """Coverages to be traced, how many pixels of the picture each is wide, and what is to be said of that."""
+    from . import scan
+
+    if trace == "auto":
+        field = coverage(pixels, alpha)
+        if _is_alpha(pixels, alpha):
+            return field, 1.0, []
+        border = np.concatenate([field[0], field[-1], field[:, 0], field[:, -1]])
+        if np.mean((border > 0.25) & (border < 0.75)) < UNEVEN:
+            ink = field >= 0.5
+            if not scan.is_line(ink):
+                return field, 1.0, []
+            try:
+                return scan.smooth(scan.inside_of(ink)), 1.0, [INSIDE]
+            except InputError:
+                return field, 1.0, []
+    scale = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
+    if pixels.dtype.kind == "f" and not np.isfinite(pixels).all():
+        raise InputError("some pixels are not finite numbers")
+    colours = np.delete(pixels, alpha, axis=2) if alpha >= 0 else pixels
+    field, by, inside = scan.field_of((colours / np.float32(scale)).astype(np.float32), trace)
+    return field, by, [INSIDE] if inside and trace == "auto" else []
+
+
+def _enlarged(outline: FilledOutline, by: float) -> FilledOutline:
+    if by == 1:
+        return outline
+    holes = tuple(by * hole for hole in outline.holes)
+    return replace(outline, z=by * outline.z, area=by * by * outline.area, holes=holes)
+
+
+def _is_alpha(pixels: NDArray, alpha: int) -> bool:
+    """Whether alpha, where there is any, says what the shape is: it varies, in more than a few pixels."""
+    if alpha < 0:
+        return False
+    half = np.iinfo(pixels.dtype).max / 2 if pixels.dtype.kind == "u" else 0.5
+    opaque = pixels[..., alpha]
+    return bool(float(opaque.max()) - float(opaque.min()) > half and (opaque < half).mean() >= STRAY)
 
 
 def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
@@ -95,7 +148,7 @@ def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
     return np.clip(distance / usual, 0, 1)
 
 
-def trace(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[FilledOutline], int]:
+def traced(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[FilledOutline], int]:
     """The outlines of the pieces of a picture of coverages, the largest first, and the number of pieces not traced.
 
     Raises:
@@ -125,8 +178,12 @@ def _piece(
     rows, columns = (slice(max(a - 1, 0), a + n + 1) for a, n in ((top, height), (left, width)))
     own = labels[rows, columns]
     values = np.where((own == label) | (own == 0), field[rows, columns], 0)
+    near = np.abs(values - 0.5) < APART  # or contours could meet in a pixel's centre
+    values[near] = np.where(values[near] < 0.5, 0.5 - APART, 0.5 + APART)
     # the frame of zeros closes outlines at the picture's edge, half a pixel beyond the outermost centres
-    contours = [shapely.Polygon(c[:, ::-1]) for c in find_contours(np.pad(values, 1), 0.5) if len(c) > 3]
+    corner = columns.start - 0.5, rows.start - 0.5
+    found = find_contours(np.pad(values, 1), 0.5)
+    contours = [shapely.Polygon(c[:, ::-1] + corner) for c in found if len(c) > 3]
     if not contours:
         return None
     whole = max(contours, key=lambda p: p.area)
@@ -135,11 +192,16 @@ def _piece(
     soft = np.mean((values > 0.02) & (values < 0.98)) * values.size > 0.25 * len(whole.exterior.coords)
     tolerance = max(SOFT if soft else HARD, flatness * diagonal)
     smooth = _straightened(whole, tolerance)
-    shift = complex(columns.start - 1 + 0.5, rows.start - 1 + 0.5)
-    z = complex_of(shapely.get_coordinates(smooth.exterior)[:-1]) + shift
-    holes = [_straightened(c, tolerance) for c in contours if c is not whole and c.area >= SPECK]
-    inner = tuple(complex_of(shapely.get_coordinates(h.exterior)[:-1]) + shift for h in holes)
-    return FilledOutline(f"piece at ({left}, {top})", z, smooth.area, inner)
+    inner = [c for c in contours if c is not whole and c.area >= SPECK]
+    holes = [_straightened(c, tolerance) for c in inner]
+    if not shapely.Polygon(smooth.exterior, [hole.exterior for hole in holes]).is_valid:
+        smooth = shapely.simplify(
+            shapely.Polygon(whole.exterior, [hole.exterior for hole in inner]), tolerance
+        )
+        holes = [shapely.Polygon(hole) for hole in smooth.interiors]
+    rings = [smooth.exterior, *(hole.exterior for hole in holes)]
+    z, *rest = (complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings)
+    return FilledOutline(f"piece at ({left}, {top})", z, shapely.Polygon(smooth.exterior).area, tuple(rest))
 
 
 def _straightened(polygon: shapely.Polygon, tolerance: float) -> shapely.Polygon:

@@ -49,7 +49,7 @@ def ring(outline):
 @pytest.mark.parametrize("hard, gap, most", [(False, 0.5, 70), (True, 0.8, 60)])
 def test_the_outline_is_within_a_pixel_and_has_no_staircase(shape, hard, gap, most):
     field = covered(shape)
-    (outline,), rest = silhouette.trace((field >= 0.5).astype(np.float32) if hard else field)
+    (outline,), rest = silhouette.traced((field >= 0.5).astype(np.float32) if hard else field)
     assert outline.area == pytest.approx(shapely.Polygon(TRUE[shape]).area, rel=1e-3)
     assert shapely.hausdorff_distance(ring(outline), TRUE[shape], densify=0.02) < gap
     assert outline.z.size < most and (outline.holes, rest) == ((), 0)
@@ -57,13 +57,13 @@ def test_the_outline_is_within_a_pixel_and_has_no_staircase(shape, hard, gap, mo
 
 def test_no_shift():
     """The centroid of an antialiased disc is right to a hundredth of a pixel, in x and in y."""
-    (outline,), _ = silhouette.trace(covered(disc))
+    (outline,), _ = silhouette.traced(covered(disc))
     centre = shapely.Polygon(ring(outline)).centroid
     assert abs(centre.x - 90.3) < 0.01 and abs(centre.y - 80.6) < 0.01
 
 
 def test_a_shape_that_touches_the_edge_ends_there():
-    (outline,), _ = silhouette.trace(np.ones((20, 30), np.float32))
+    (outline,), _ = silhouette.traced(np.ones((20, 30), np.float32))
     assert np.allclose([outline.z.real.min(), outline.z.real.max()], [0, 30])
     assert np.allclose([outline.z.imag.min(), outline.z.imag.max()], [0, 20])
     assert outline.area == pytest.approx(600)
@@ -136,13 +136,13 @@ def test_a_few_transparent_pixels_are_no_shape(tmp_path):
 def test_pieces_that_touch_at_a_corner_are_two():
     mask = np.zeros((40, 40), np.float32)
     mask[5:20, 5:20] = mask[20:35, 20:35] = 1
-    found, _ = silhouette.trace(mask)
+    found, _ = silhouette.traced(mask)
     assert [round(o.area) for o in found] == [225, 225]
 
 
 def test_a_mask_with_noise_is_bounded():
     noise = np.random.default_rng(3).random((300, 300)).astype(np.float32)
-    found, rest = silhouette.trace(noise)
+    found, rest = silhouette.traced(noise)
     assert len(found) <= limits.PIECES and rest > 1000
 
 

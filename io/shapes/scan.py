@@ -1,0 +1,163 @@
+"""Scans and photographs: what stands out from paper or a table under uneven light, cleaned until it can be traced.
+
+The background is a surface of second degree through what lies along the border, and what is like it; for the inside of
+lines the neighbourhood itself. Gaps of a line are closed by the smallest disk for which it encloses more than itself.
+"""
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import InputError
+
+Float = NDArray[Any]  # of float32: OpenCV's stubs do not say so
+
+SIDE = 2048  # pixels of the longer side that are looked at (by hand: bounds the time)
+BLOCKS = 48  # of the picture, the longer way, whose medians the background is fitted to (by hand)
+NOISE = 3  # times what the background varies by: less does not stand out
+SPECK = 1 / 200  # of the longer side: what is smaller both ways is noise (by hand)
+GAP = 1 / 64  # of the longer side: radius of the largest disk that closes gaps (by hand)
+LINE = 0.2  # of what it encloses: what covers less is a line around it (by hand)
+
+
+def field_of(colours: Float, trace: str) -> tuple[Float, float, bool]:
+    """How much what is meant covers each pixel of a picture, which may be a smaller one.
+
+    Args:
+        colours: (h, w, c) between 0 and 1.
+        trace: "dark" and "light": what is so against its background; "auto": what differs from it, or the inside of
+            a line; "inside": what a line encloses, with the line.
+
+    Returns:
+        (h', w') 0 to 1, how many pixels of the picture each of these is wide, and whether it is the inside of a line.
+
+    Raises:
+        InputError: nothing stands out, or no line encloses anything.
+    """
+    height, width = colours.shape[:2]
+    by = max(1.0, max(height, width) / SIDE)
+    size = max(1, round(width / by)), max(1, round(height / by))
+    small = cv2.GaussianBlur(cv2.resize(colours, size, interpolation=cv2.INTER_AREA), (0, 0), 1)
+    small = small[..., None] if small.ndim == 2 else small
+    inside = trace == "inside"
+    ground, noise = _around(small) if inside else _surface(small)
+    away = ground - small
+    if trace == "inside":  # of dark lines, or light ones
+        trace = "dark" if float((away**3).sum()) > 0 else "light"
+    away = {"auto": np.abs(away), "dark": away, "light": -away}[trace]
+    distance = np.clip(away.max(axis=2), 0, None)
+    usual = np.median(distance[distance > 0.25 * distance.max()])
+    if usual / 2 <= NOISE * noise:
+        raise InputError("nothing stands out from the background; cut the shape out, or trace it by hand")
+    mask = distance >= usual / 2
+    inside = inside or (trace == "auto" and is_line(mask))
+    mask = inside_of(mask) if inside else _without_specks(mask)
+    return smooth(mask), width / size[0], inside
+
+
+def smooth(mask: NDArray[np.bool_]) -> Float:
+    """A mask as coverages, without a staircase along its outline."""
+    return cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 1)
+
+
+def is_line(mask: NDArray[np.bool_]) -> bool:
+    """Whether the largest piece of a mask, gaps closed, is a line around much more than itself."""
+    line = _largest(mask)
+    across, down = (int(np.count_nonzero(line.any(axis=axis))) for axis in (0, 1))
+    if line.sum() >= LINE * across * down:
+        return False
+    return bool(line.sum() < LINE * _enclosed(line, _radii(mask)[-1]).sum())
+
+
+def inside_of(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """What a line encloses, with the line; its gaps are closed by as little as will do.
+
+    Raises:
+        InputError: it encloses nothing.
+    """
+    ink = _without_specks(mask)
+    for radius in (0, *_radii(mask)):
+        whole = _enclosed(ink, radius)
+        if whole.sum() > 2 * ink.sum():
+            return _largest(whole)
+    raise InputError(
+        f"no line in it closes, even over gaps of {2 * _radii(mask)[-1]} pixels; close it, or use --trace dark"
+    )
+
+
+def _radii(mask: NDArray) -> list[int]:
+    """Of disks that close gaps, each twice the one before."""
+    most = max(1, round(GAP * max(mask.shape)))
+    return [*(1 << k for k in range(most.bit_length() - 1)), most]
+
+
+def _enclosed(mask: NDArray[np.bool_], radius: int) -> NDArray[np.bool_]:
+    """What a line encloses whose gaps are up to twice the radius, with the line."""
+    from scipy.ndimage import binary_fill_holes
+
+    wide = binary_fill_holes(_distance(~np.pad(mask, radius + 1)) <= radius)
+    return (_distance(wide) > radius)[radius + 1 : -radius - 1, radius + 1 : -radius - 1]
+
+
+def _distance(mask: NDArray[np.bool_]) -> Float:
+    """Of each pixel of a mask from those that are not in it."""
+    return cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+
+
+def _largest(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The piece of a mask that spans most."""
+    count, labels, boxes, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+    if count < 2:
+        return mask
+    spans = boxes[1:, cv2.CC_STAT_WIDTH].astype(np.int64) * boxes[1:, cv2.CC_STAT_HEIGHT]
+    return labels == 1 + int(spans.argmax())
+
+
+def _without_specks(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Without pieces and holes that are small both ways."""
+    least = SPECK * max(mask.shape)
+    for _ in range(2):
+        _, labels, boxes, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+        large = np.maximum(boxes[:, cv2.CC_STAT_WIDTH], boxes[:, cv2.CC_STAT_HEIGHT]) > least
+        large[0] = False
+        mask = ~large[labels]  # the rest, whose small pieces are holes
+    return mask
+
+
+def _around(colours: Float) -> tuple[Float, float]:
+    """The mean of a neighbourhood that lines hardly change, and how much the picture varies where none are."""
+    ground = cv2.GaussianBlur(colours, (0, 0), max(2.0, max(colours.shape) / 32)).reshape(colours.shape)
+    return ground, _spread(ground - colours)
+
+
+def _surface(colours: Float) -> tuple[Float, float]:
+    """A surface of second degree through the background, each channel by itself, and what this varies by."""
+    height, width, channels = colours.shape
+    step = max(1, -(-max(height, width) // BLOCKS))
+    rows, columns = np.arange(0, height, step), np.arange(0, width, step)
+    blocks = np.array(
+        [[np.median(colours[i : i + step, j : j + step], axis=(0, 1)) for j in columns] for i in rows]
+    ).reshape(-1, channels)
+    y, x = (each.ravel() for each in np.meshgrid(rows / height, columns / width, indexing="ij"))
+    near = np.minimum.reduce([x, y, x[-1] - x, y[-1] - y]) <= 0
+    powers = _powers(x, y)
+    for _ in range(8):
+        fitted = np.linalg.lstsq(powers[near], blocks[near], rcond=None)[0]
+        apart = np.abs(blocks - powers @ fitted).max(axis=1)
+        near = apart <= max(NOISE * np.median(apart[near]), 1e-3)
+    down, across = np.mgrid[:height, :width]
+    ground = _powers((across.ravel()) / width, down.ravel() / height) @ fitted
+    ground = ground.reshape(colours.shape).astype(np.float32)
+    return ground, _spread(ground - colours)
+
+
+def _powers(x: NDArray, y: NDArray) -> NDArray:
+    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
+
+
+def _spread(away: Float) -> float:
+    """The median of what the border's pixels are away from the background, of the channel with the most."""
+    border = np.concatenate([away[0], away[-1], away[:, 0], away[:, -1]])
+    return float(np.median(np.abs(border), axis=0).max())

@@ -1,0 +1,114 @@
+"""Scans and photographs: uneven light, pencil, gaps, noise."""
+
+import numpy as np
+import pytest
+import shapely
+
+from iccm import InputError
+from iccm.io.pictures import image_files
+from iccm.io.shapes import shape as shapes
+from iccm.io.shapes import silhouette
+
+H, W = 300, 400
+ANGLE = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+TRUE = 200 + 150j + 100 * (1 + 0.2 * np.sin(3 * ANGLE)) * np.exp(1j * ANGLE)
+INSIDE = shapely.Polygon(np.column_stack([TRUE.real, TRUE.imag]))
+Y, X = np.mgrid[:H, :W] + 0.5
+
+
+def paper(uneven, noise=3):
+    light = 230 * (1 - uneven * (0.5 * X / W + 0.5 * (Y / H) ** 2))
+    return light + np.random.default_rng(0).normal(0, noise, (H, W))
+
+
+def line(width, gap=0.0):
+    """How much of each pixel a line along the outline covers, but for a gap of so many pixels."""
+    away = shapely.distance(shapely.points(X, Y), INSIDE.exterior)
+    cover = np.clip(width / 2 + 0.5 - away, 0, 1)
+    return cover * (np.abs(X + 1j * Y - TRUE[37]) > gap / 2)
+
+
+def filled():
+    return shapely.contains_xy(INSIDE, X, Y)
+
+
+def traced(tmp_path, pixels, part="", name="a.png", **how):
+    pixels = np.clip(pixels, 0, 255).astype(np.uint8)
+    image_files.write(tmp_path / name, image_files.Image(pixels.reshape(H, W, -1)))
+    return shapes.read(f"{tmp_path / name}{part}", **how)
+
+
+def gap_to_truth(found):
+    ring = shapely.Polygon(np.column_stack([found.curve.z.real, -found.curve.z.imag]))
+    return shapely.hausdorff_distance(ring.exterior, INSIDE.exterior, densify=0.05)
+
+
+@pytest.mark.parametrize("uneven", [0.0, 0.7])
+@pytest.mark.parametrize("ink, gap", [(40, 0), (120, 0), (40, 8)])
+def test_a_closed_line_is_its_inside_whatever_the_light(tmp_path, uneven, ink, gap):
+    cover = line(4, gap)
+    found = traced(tmp_path, paper(uneven) * (1 - cover) + ink * cover * (1 - uneven / 3))
+    assert gap_to_truth(found) < 5 and not found.holes
+    assert "the inside of its line is taken; --trace dark takes the line itself" in found.notes
+
+
+def test_the_line_itself_and_its_inside_by_name(tmp_path):
+    pixels = paper(0.3) * (1 - line(6)) + 30 * line(6)
+    ring, inside = (traced(tmp_path, pixels, trace=trace) for trace in ("dark", "inside"))
+    assert len(ring.holes) == 1 and not inside.holes and inside.notes == ()
+    assert inside.curve.area == pytest.approx(ring.curve.area, rel=0.02)
+
+
+@pytest.mark.parametrize("trace", ["auto", "dark"])
+def test_a_dark_shape_under_uneven_light(tmp_path, trace):
+    found = traced(tmp_path, np.where(filled(), 0.4, 1.0) * paper(0.6), trace=trace)
+    assert gap_to_truth(found) < 2.5 and found.curve.area == pytest.approx(INSIDE.area, rel=0.01)
+    assert not found.holes and not found.notes
+
+
+def test_a_light_shape_by_name(tmp_path):
+    found = traced(tmp_path, np.where(filled(), 1.0, 0.4) * paper(0.4), trace="light")
+    assert gap_to_truth(found) < 2.5
+
+
+def test_a_coloured_thing_on_a_table_with_its_shadow(tmp_path):
+    table = paper(0.4, 6)[..., None] * np.array([0.8, 0.85, 0.9])
+    table *= 1 - 0.25 * np.exp(-(((X - 215) ** 2 + (Y - 165) ** 2) / 110**2))[..., None]
+    thing = np.stack([100 + 60 * np.sin(X / 9), 60 + 30 * np.cos(Y / 7), np.full_like(X, 60)], axis=-1)
+    found = traced(tmp_path, np.where(filled()[..., None], thing, table), name="a.tif")
+    assert found.curve.area == pytest.approx(INSIDE.area, rel=0.06)
+
+
+def test_an_open_line_has_no_inside(tmp_path):
+    cover = line(4) * (X < 200)
+    with pytest.raises(InputError, match=r"no line in it closes.*use --trace dark"):
+        traced(tmp_path, paper(0.5) * (1 - cover) + 30 * cover, trace="inside")
+
+
+@pytest.mark.parametrize("trace", ["dark", "light", "inside"])
+def test_bare_paper_is_refused(tmp_path, trace):
+    with pytest.raises(InputError, match=r"nothing stands out|no line in it closes"):
+        traced(tmp_path, paper(0.6), trace=trace)
+
+
+def test_a_large_scan_is_traced_in_its_own_pixels(tmp_path, monkeypatch):
+    from iccm.io.shapes import scan
+
+    pixels = np.where(filled(), 0.4, 1.0) * paper(0.6)
+    monkeypatch.setattr(scan, "SIDE", 200)
+    assert gap_to_truth(traced(tmp_path, pixels)) < 3
+
+
+def test_whatever_is_traced_is_simple():
+    rng = np.random.default_rng(1)
+    for k in range(60):
+        field = rng.random((24, 24)).astype(np.float32)
+        field = np.round(field * (2, 4, 1000)[k % 3]) / np.float32((2, 4, 1000)[k % 3])  # half exactly, too
+        for outline in silhouette.traced(field)[0]:
+            rings = [np.column_stack([z.real, z.imag]) for z in (outline.z, *outline.holes)]
+            assert shapely.Polygon(rings[0], rings[1:]).is_valid
+
+
+def test_it_is_for_pictures(shapes, iccm):
+    done = iccm("map", "square.svg", "blob.svg", "--trace", "dark", "-o", "o.png")
+    assert done.code == 2 and "--trace dark: for shapes in pictures, and square.svg is none" in done.err
