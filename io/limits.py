@@ -51,6 +51,10 @@ SVG_COPIED = 8 << 20
 """Characters of these: a second or two."""
 SVG_LINKS = 40
 """Definitions that refer to each other in a chain."""
+SVG_LETTERS = 20_000
+"""Letters of texts that are outlined: 50 µs each."""
+SVG_FONTS = 100
+"""Fonts that a drawing asks for: some milliseconds each."""
 SVG_POINTS = 4_000_000
 """Points of all shapes once their curves are polylines: 64 MB, several times."""
 SVG_NUMBER = 1e60

@@ -21,7 +21,7 @@ from xml.etree import ElementTree
 from ...errors import InputError
 from ...maps.approximation import AnyMap
 from ..shapes.shape import Shape
-from ..svg.source import SUFFIXES, drawing_bytes
+from ..svg.document import SUFFIXES, drawing_bytes
 from . import attributes
 from .document import MappedDocument
 from .mapping import PathMapping

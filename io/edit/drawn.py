@@ -12,9 +12,8 @@ import numpy as np
 from ...errors import InputError
 from ..shapes import shape
 from ..shapes.shape import Shape
-from ..svg.document import SHAPES, root
+from ..svg.document import SHAPES, drawing_bytes, root
 from ..svg.reader import PIN, STROKE
-from ..svg.source import drawing_bytes
 
 Point = tuple[float, float]
 Pins = Sequence[tuple[str, Point]]

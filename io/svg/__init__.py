@@ -1,10 +1,10 @@
 """SVG: XML read safely, what is drawn, and the outlines of what is filled.
 
 reader     a drawing's outlines and drawn constraints
-source     its bytes, compressed or not
-document   XML read safely, and the size of the drawing
+document   its bytes, compressed or not, XML read safely, and the size of the drawing
 tree       what it renders: `use`, symbols, views, styles and clips resolved
 stylesheet  rules and their selectors
+lettering  text as the outlines of its letters
 css        declarations
 affine     `transform` lists and viewports
 path_data  path data as polylines

@@ -1,22 +1,47 @@
-"""SVG as XML, read safely, and the attributes that give it a size."""
+"""A drawing's bytes, compressed (.svgz) or not, its XML, read safely, and the attributes that give it a size."""
 
 import re
+import zlib
 from collections.abc import Mapping
+from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder
 
 from defusedxml import DefusedXmlException, EntitiesForbidden
 from defusedxml.ElementTree import XMLParser
 
 from ...errors import InputError
-from .. import limits
+from .. import files, limits
 from .drawing import Rectangle
 from .path_data import numbers
 
+SUFFIXES = (".svg", ".svgz")
+GZIP = b"\x1f\x8b"
 SHAPES = frozenset(["path", "rect", "circle", "ellipse", "line", "polyline", "polygon"])
 _SPACES = ("", "http://www.w3.org/2000/svg")
 _UNITS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96 / 2.54, "mm": 96 / 25.4, "q": 24 / 25.4, "pt": 96 / 72}
 _UNITS |= {"pc": 16.0, "em": 16.0, "rem": 16.0, "ex": 8.0}  # of the default font: text has no place here
 _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%|[A-Za-z]*)\s*")
+
+
+def drawing_bytes(path: Path, max_bytes: int = limits.SVG_BYTES) -> bytes:
+    """The XML of a drawing; no more of a compressed one is unpacked than may be read.
+
+    Raises:
+        InputError: the file cannot be read, is damaged or too large.
+    """
+    data = files.read_bytes(path, max_bytes=max_bytes)
+    if not data.startswith(GZIP):
+        return data
+    unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
+    try:
+        found = unpacker.decompress(data, max_bytes + 1)
+    except zlib.error as error:
+        raise InputError(f"{path}: damaged: {error}; save it again") from error
+    if len(found) > max_bytes:
+        raise InputError(f"{path}: unpacks to more than {max_bytes} bytes; that is the limit")
+    if not unpacker.eof:
+        raise InputError(f"{path}: damaged: it ends too early; save it again")
+    return found
 
 
 def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "length") -> float:

@@ -17,10 +17,10 @@ from . import tree
 from .budget import Budget
 from .clips import Clips
 from .crossings import TooMuch
+from .document import drawing_bytes
 from .drawing import Drawing
 from .fill import FilledOutline, Refused, outlines, outlines_of
 from .path_data import Subpath, least, numbers, subpaths
-from .source import drawing_bytes
 from .strokes import silhouette, width_of
 from .thinning import thinned
 from .tree import Node

@@ -12,7 +12,7 @@ from xml.etree.ElementTree import Element
 
 from ...errors import InputError
 from .. import limits
-from . import affine, css
+from . import affine, css, lettering
 from .affine import Affine
 from .budget import Copies
 from .document import SHAPES, canvas, length, local, root, view_box
@@ -46,6 +46,7 @@ _INHERITED = (
     *("fill", "stroke", "fill-rule", "visibility", "clip-rule", "paint-order"),
     *("stroke-width", "stroke-dasharray", "stroke-dashoffset", "stroke-linejoin", "stroke-linecap"),
     *("marker", "marker-start", "marker-mid", "marker-end"),
+    *lettering.INHERITED,
 )
 IDENTITY = Affine()
 _KEYWORDS = {"left": "0", "top": "0", "center": "50%", "right": "100%", "bottom": "100%"}
@@ -171,6 +172,7 @@ class Document:
             from .stylesheet import Stylesheet  # and its library: few drawings need them
 
             self.sheet = Stylesheet(text, top)
+        self.lettering = lettering.Lettering(self.own)
         self.canvas: Rectangle | None = canvas(top)
         corner, size = (self.canvas[:2], self.canvas[2:]) if self.canvas else ((0.0, 0.0), None)
         self.root = self._resolved(Node(top, "g", IDENTITY, size, corner, depth=1), {})
@@ -285,12 +287,25 @@ class Document:
         groups = outer.groups + outer.names
         node = Node(element, tag, outer.affine, outer.size, outer.origin, groups, used, outer.depth + 1)
         if tag not in _RENDERED:
-            return node
+            return self._lettered(node, outer) if tag == "text" else node
         if used and tag != "symbol":
             self.copies.add(element)
         if outer.depth > limits.SVG_DEPTH:
             raise InputError(f"<use> nests elements more than {limits.SVG_DEPTH} deep")
         return self._resolved(node, outer.properties)
+
+    def _lettered(self, node: Node, outer: Node) -> Node:
+        """The node of a text as a path, where it can be outlined."""
+        if node.used:
+            self.copies.add(node.element, whole=True)
+        found = self._resolved(replace(node), outer.properties)
+        if found.hidden:
+            return node
+        data = self.lettering.path_data(node.element, found.properties)
+        if data is None:
+            return node
+        found.tag, found.properties = "path", {**found.properties, "d": data}
+        return found
 
     def _resolved(self, node: Node, inherited: Mapping[str, str]) -> Node:
         """The node, with its own styles, transform and names; only `hidden` where it is not displayed."""

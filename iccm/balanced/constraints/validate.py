@@ -171,7 +171,8 @@ def check_strokes(
             ends = stroke.curves[side].z[[0, -1]]
             if abs(ends[1] - ends[0]) < ON_OUTLINE * unit:
                 raise ConstraintError(
-                    f"stroke {k + 1}: its {name} is closed; open it, or draw two that leave a gap", strokes=[k]
+                    f"stroke {k + 1}: its {name} is closed; open it, or draw two that leave a gap",
+                    strokes=[k],
                 )
             if not line.is_simple:
                 raise ConstraintError(f"stroke {k + 1}: its {name} crosses or touches itself", strokes=[k])
@@ -181,7 +182,8 @@ def check_strokes(
                 if line.distance(other) < ON_OUTLINE * unit:
                     j = before.number
                     raise ConstraintError(
-                        f"strokes {j + 1} and {k + 1}: they cross or touch in the {name}; leave a gap", strokes=[j, k]
+                        f"strokes {j + 1} and {k + 1}: they cross or touch in the {name}; leave a gap",
+                        strokes=[j, k],
                     )
             for z, number in zip(pins[:, side], numbers):
                 if line.distance(shapely.Point(z.real, z.imag)) < ON_OUTLINE * unit:

@@ -197,14 +197,22 @@ def test_pins_that_no_map_can_meet_are_named(pins, said):
             "strokes 1 and 2: they cross or touch in the source; leave a gap",
         ),
         (  # a frame
-            [([0.2 + 0.2j, 0.8 + 0.2j], [0.2 + 0.2j, 0.8 + 0.2j]), ([0.8 + 0.2j, 0.5 + 0.7j], [0.8 + 0.2j, 0.5 + 0.7j])],
+            [([0.2 + 0.2j, 0.8 + 0.2j],) * 2, ([0.8 + 0.2j, 0.5 + 0.7j],) * 2],
             "strokes 1 and 2: they cross or touch in the source; leave a gap",
         ),
         (
-            [(0.5 + 0.5j + 0.2 * np.exp(2j * np.pi * np.arange(25) / 24), np.array([0.2 + 0.2j, 0.8 + 0.8j]))],
+            [
+                (
+                    0.5 + 0.5j + 0.2 * np.exp(2j * np.pi * np.arange(25) / 24),
+                    np.array([0.2 + 0.2j, 0.8 + 0.8j]),
+                )
+            ],
             "stroke 1: its source is closed; open it, or draw two that leave a gap",
         ),
-        ([([0.2 + 0.2j, 0.8 + 0.8j], [0.2 + 0.2j, 0.8 + 0.2j, 0.5 + 0.8j, 0.2 + 0.2j])], "stroke 1: its target is closed"),
+        (
+            [([0.2 + 0.2j, 0.8 + 0.8j], [0.2 + 0.2j, 0.8 + 0.2j, 0.5 + 0.8j, 0.2 + 0.2j])],
+            "stroke 1: its target is closed",
+        ),
         ([([0.2 + 0.2j, 0.8 + 0.8j], [0.5 + 0.5j, 2])], "stroke 1: its target leaves"),
         (
             [([0.2 + 0.2j, 0.8 + 0.8j, 0.8 + 0.2j, 0.2 + 0.8j], [0.2 + 0.2j, 0.8j + 0.8])],

@@ -1,0 +1,212 @@
+"""Text as the outlines of its letters, where the font that it asks for is found (fontconfig) and it is set plainly.
+
+Letters stand side by side by their widths, without kerning. What needs more than that, such as text along a path or a
+script whose letters join, stays text.
+"""
+
+import re
+import shutil
+import subprocess
+from collections.abc import Callable, Mapping
+from functools import cached_property, lru_cache
+from xml.etree.ElementTree import Element
+
+from ...errors import InputError
+from .. import limits
+from .budget import Quota
+from .document import length, local
+
+SECONDS = 5  # that fontconfig may take
+INHERITED = ("font", "font-family", "font-size", "font-style", "font-weight", "text-anchor", "direction")
+_WEIGHTS = {"normal": 400, "bold": 700, "bolder": 700, "lighter": 300}
+_FONTCONFIG = {100: 0, 200: 40, 300: 50, 400: 80, 500: 100, 600: 180, 700: 200, 800: 205, 900: 210}
+_GENERIC = {"serif", "sans-serif", "monospace", "cursive", "fantasy", "system-ui"}
+_ANCHORS = {"start": 0.0, "middle": 0.5, "end": 1.0}
+# What moves letters in ways that are not known here, unless it has one of these values.
+_PLAIN = {
+    **dict.fromkeys(("letter-spacing", "word-spacing"), ("normal", "0", "0px")),
+    **dict.fromkeys(("dominant-baseline", "alignment-baseline"), ("auto", "alphabetic", "baseline")),
+    "baseline-shift": ("0", "baseline"),
+    "writing-mode": ("lr", "lr-tb", "horizontal-tb"),
+    "direction": ("ltr",),
+    **dict.fromkeys(("font", "rotate", "textLength", "inline-size", "shape-inside"), ()),
+}
+# Scripts whose letters stand by themselves: Latin, Greek, Cyrillic; signs; Chinese, Japanese, Korean.
+_JOINED = re.compile(
+    "[^\x00-\u02ff\u0370-\u058f\u1e00-\u200a\u2010-\u2027\u2030-\u2bff\u2e80-\ud7af\uff00-\uffef]"
+)
+
+
+class _NotPlainError(Exception):
+    """Text that is not outlined."""
+
+
+class Font:
+    """A font file opened: letters as path data, and their widths, in ems."""
+
+    def __init__(self, path: str, number: int, weight: int):
+        from fontTools.ttLib import TTFont
+
+        self._font = TTFont(path, fontNumber=number, lazy=True)
+        axes = {axis.axisTag for axis in self._font["fvar"].axes} if "fvar" in self._font else set()
+        self._glyphs = self._font.getGlyphSet(location={"wght": weight} if "wght" in axes else None)
+        self._em = self._font["head"].unitsPerEm
+
+    @cached_property
+    def _names(self) -> dict[int, str]:
+        return self._font.getBestCmap() or {}
+
+    def has(self, text: str) -> bool:
+        """Whether it has all of the letters."""
+        return all(ord(letter) in self._names for letter in text)
+
+    def width(self, text: str) -> float:
+        """Of letters side by side."""
+        return sum(self._glyphs[self._names[ord(letter)]].width for letter in text) / self._em
+
+    def draw(self, text: str, x: float, y: float, size: float) -> str:
+        """Path data of letters from a place on, y down."""
+        from fontTools.pens.svgPathPen import SVGPathPen
+        from fontTools.pens.transformPen import TransformPen
+
+        scale, pen = size / self._em, SVGPathPen(self._glyphs, ntos=repr)
+        for letter in text:
+            glyph = self._glyphs[self._names[ord(letter)]]
+            glyph.draw(TransformPen(pen, (scale, 0, 0, -scale, x, y)))
+            x += scale * glyph.width
+        return pen.getCommands()
+
+
+@lru_cache(maxsize=64)
+def _matched(family: str, weight: int, slant: int) -> Font | None:
+    """The font of a family; None where fontconfig would put another in its place."""
+    command = shutil.which("fc-match")
+    if command is None:
+        return None
+    asked = re.sub(r"([\\\-:,])", r"\\\1", family)
+    near = _FONTCONFIG[min(900, max(100, round(weight, -2)))]
+    line = [command, "-f", "%{family}\n%{file}\n%{index}", f"{asked}:weight={near}:slant={slant}"]
+    try:
+        said = subprocess.run(line, capture_output=True, text=True, timeout=SECONDS, check=True).stdout
+        names, path, number = said.split("\n")[:3]
+        if family not in _GENERIC and family not in names.casefold().split(","):
+            return None
+        return Font(path, int(number) & 0xFFFF if path.lower().endswith((".ttc", ".otc")) else -1, weight)
+    except Exception:  # fontconfig or a font file that is broken is one that is not there
+        return None
+
+
+class Lettering:
+    """Outlines the text of a document.
+
+    Args:
+        own: gives an element's attributes and styles.
+    """
+
+    def __init__(self, own: Callable[[Element], Mapping[str, str]]):
+        self._own = own
+        self._letters = Quota(limits.SVG_LETTERS, f"it draws more than {limits.SVG_LETTERS} letters; turn text into paths")
+        self._families: set[tuple[str, int, int]] = set()
+
+    def path_data(self, element: Element, properties: Mapping[str, str]) -> str | None:
+        """A <text>, of which what applies to it is known, as path data in its own units; None where it stays text.
+
+        Raises:
+            InputError: there are too many letters.
+        """
+        try:
+            runs = self._runs(element, properties, element.get(_SPACE) == "preserve")
+            return self._set(runs) or None
+        except _NotPlainError:
+            return None
+
+    def _runs(
+        self, element: Element, said: Mapping[str, str], kept: bool
+    ) -> list[tuple[str, Mapping[str, str]]]:
+        """Texts and what applies to each; of all that follow the first in an element places are taken out."""
+        if any(name in said and said[name].strip() not in plain for name, plain in _PLAIN.items()):
+            raise _NotPlainError
+        found, later = [(element.text or "", said)], {k: v for k, v in said.items() if k not in _PLACES}
+        for child in element:
+            if local(child) in ("title", "desc", "metadata"):
+                continue
+            own = dict(self._own(child))
+            painted = any(own.get(name, said.get(name)) != said.get(name) for name in _PAINT)
+            if local(child) != "tspan" or own.get("display") == "none" or painted:
+                raise _NotPlainError
+            spaced = kept or child.get(_SPACE) == "preserve"
+            found += self._runs(child, later | {k: v for k, v in own.items() if v != "inherit"}, spaced)
+            found.append((child.tail or "", later))
+        if kept:
+            return [(re.sub(r"[\n\t\r]", " ", text), said) for text, said in found]
+        return [(re.sub(r"[\n\t\r ]+", " ", text), said) for text, said in found]
+
+    def _set(self, runs: list[tuple[str, Mapping[str, str]]]) -> str:
+        """Path data of runs, those between two places that are said anchored together."""
+        drawn, x, y, before = "", 0.0, 0.0, " "
+        line: list[tuple[str, Font, float, float, float]] = []
+        anchor = 0.0
+
+        def end() -> str:
+            shift = anchor * (x - line[0][3]) if line else 0.0
+            return "".join(font.draw(text, at - shift, base, size) for text, font, size, at, base in line)
+
+        texts = [text for text, _ in runs]
+        last = max((k for k, text in enumerate(texts) if text.strip()), default=-1)
+        for k, (text, said) in enumerate(runs):
+            text = text.rstrip() if k == last else text if k < last else ""
+            if before.endswith(" ") or any(name in said for name in "xy"):
+                text = text.lstrip()
+            place = {name: _place(said[name], name) for name in _PLACES if name in said}
+            if "x" in place or "y" in place:
+                drawn, line = drawn + end(), []
+                x, y = place.get("x", x), place.get("y", y)
+            x, y = x + place.get("dx", 0.0), y + place.get("dy", 0.0)
+            if not line:
+                anchor = _ANCHORS.get(said.get("text-anchor", "start").strip(), 0.0)
+            if not text:
+                continue
+            font, size = self._font(said, text)
+            line.append((text, font, size, x, y))
+            x, before = x + size * font.width(text), text
+        return drawn + end()
+
+    def _font(self, said: Mapping[str, str], text: str) -> tuple[Font, float]:
+        self._letters.spend(len(text))
+        try:
+            size = length(said.get("font-size", "16"), None, "y", "font-size")
+            weight = said.get("font-weight", "normal").strip()
+            heavy = _WEIGHTS.get(weight) or int(weight)
+        except (InputError, ValueError):
+            raise _NotPlainError from None
+        slant = {"italic": 100, "oblique": 110}.get(said.get("font-style", "normal").strip(), 0)
+        for name in said.get("font-family", "").split(","):
+            key = (name.strip().strip("'\"").casefold(), heavy, slant)
+            self._families.add(key)
+            font = _matched(*key) if key[0] and len(self._families) <= limits.SVG_FONTS else None
+            if font and font.has(text) and not _JOINED.search(text) and size > 0:
+                return font, size
+            if font:
+                break
+        raise _NotPlainError
+
+
+_PLACES = ("x", "y", "dx", "dy")
+_PAINT = (
+    "fill",
+    "stroke",
+    "stroke-width",
+    "opacity",
+    "fill-opacity",
+    "stroke-opacity",
+    "visibility",
+)  # one for all
+_SPACE = "{http://www.w3.org/XML/1998/namespace}space"
+
+
+def _place(text: str, axis: str) -> float:
+    """A single length; letters that each have a place are not set plainly."""
+    try:
+        return length(text, None, axis[-1])
+    except InputError:
+        raise _NotPlainError from None

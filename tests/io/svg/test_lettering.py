@@ -1,0 +1,107 @@
+"""Text as outlines, against matplotlib's; what is not set plainly stays text."""
+
+import shutil
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import TextPath
+
+from iccm import InputError
+from iccm.io import limits
+from iccm.io.shapes import shape
+from iccm.io.svg import lettering
+
+FONTS = Path(mpl.get_data_path(), "fonts", "ttf")
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 200 100">{}</svg>'
+TEXT = '<text x="{x}" y="60" font-size="40" font-family="Nonesuch, DejaVu Sans" {more}>{text}</text>'
+
+
+@pytest.fixture(autouse=True)
+def fonts(tmp_path, monkeypatch):
+    """matplotlib's fonts and no others."""
+    if shutil.which("fc-match") is None:
+        pytest.skip("no fontconfig")
+    said = f"<fontconfig><dir>{FONTS}</dir><cachedir>{tmp_path}/c</cachedir></fontconfig>"
+    (tmp_path / "fonts.conf").write_text(said)
+    monkeypatch.setenv("FONTCONFIG_FILE", str(tmp_path / "fonts.conf"))
+    lettering._matched.cache_clear()
+    yield
+    lettering._matched.cache_clear()
+
+
+def drawn(tmp_path, body):
+    (tmp_path / "a.svg").write_text(SVG.format(body))
+    found = shape.read_all(str(tmp_path / "a.svg"))
+    low, high = found[0].extent
+    return found, [low.real, low.imag, high.real, high.imag]
+
+
+def box_of(text, x, **more):
+    box = TextPath((0, 0), text, size=40, prop=FontProperties(family="DejaVu Sans", **more)).get_extents()
+    return np.array([box.x0 + x, box.y0 - 60, box.x1 + x, box.y1 - 60])
+
+
+@pytest.mark.parametrize(
+    "more, how",
+    [
+        ("", {}),
+        ('font-weight="700"', {"weight": "bold"}),
+        ('style="font-style:oblique"', {"style": "oblique"}),
+    ],
+)
+def test_letters_are_where_matplotlib_has_them(tmp_path, more, how):
+    found, box = drawn(tmp_path, TEXT.format(x=30, more=more, text="hong"))
+    assert len(found) == 4 and box == pytest.approx(box_of("hong", 30, **how), abs=0.8)
+    assert len(found[1].holes) + len(found[0].holes) + len(found[2].holes) + len(found[3].holes) == 2
+
+
+def test_anchors_and_places_of_parts(tmp_path):
+    _, left = drawn(tmp_path, TEXT.format(x=10, more="", text=" h<tspan>on</tspan>g\n"))
+    _, middle = drawn(tmp_path, TEXT.format(x=100, more='text-anchor="middle"', text="hong"))
+    _, end = drawn(tmp_path, TEXT.format(x=190, more='text-anchor="end"', text="hong"))
+    assert middle[2] - middle[0] == pytest.approx(left[2] - left[0], abs=1e-6)
+    assert 2 * (middle[0] - 100) == pytest.approx(left[0] - 10 + end[0] - 190, abs=1e-6)
+    _, moved = drawn(tmp_path, TEXT.format(x=10, more="", text='<tspan x="50" y="80">h</tspan>'))
+    assert moved[:2] == pytest.approx(box_of("h", 50)[:2] - (0, 20), abs=0.5)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        TEXT.format(x=9, more="", text="h").replace("DejaVu Sans", "Other"),
+        TEXT.format(x="9 30", more="", text="ho"),
+        TEXT.format(x=9, more='letter-spacing="3"', text="ho"),
+        TEXT.format(x=9, more="", text="\u0633\u0644"),
+        TEXT.format(x=9, more="", text='h<tspan fill="red">o</tspan>'),
+        TEXT.format(x=9, more="", text='<textPath href="#p">h</textPath>'),
+        TEXT.format(x=9, more="", text="h").replace("40", "larger"),
+    ],
+)
+def test_what_is_not_set_plainly_or_has_no_font_stays_text(tmp_path, body):
+    with pytest.raises(InputError, match="text must be made paths"):
+        drawn(tmp_path, body)
+
+
+def test_letters_are_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr(limits, "SVG_LETTERS", 5)
+    with pytest.raises(InputError, match="more than 5 letters"):
+        drawn(tmp_path, TEXT.format(x=9, more="", text="hhhhhh"))
+
+
+def test_artwork_carries_letters(tmp_path, iccm):
+    square = '<rect id="s" width="200" height="100" fill="#fff"/>'
+    (tmp_path / "a.svg").write_text(SVG.format(square + TEXT.format(x=30, more="", text="h")))
+    done = iccm("map", tmp_path / "a.svg", tmp_path / "a.svg", "-o", tmp_path / "o.svg")
+    assert done.code == 0 and "left out (turn it" not in done.err
+    low, high = shape.read(f"{tmp_path}/o.svg#2").curve.box
+    assert [low.real, low.imag, high.real, high.imag] == pytest.approx(box_of("h", 30), abs=0.6)
+
+
+def test_a_power_stroke_is_what_inkscape_drew(tmp_path):
+    names = 'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
+    path = f'<path {names} fill="#000" inkscape:path-effect="#e" inkscape:original-d="M10 10H90" d="M10 10L90 5V15Z"/>'
+    (found,), _ = drawn(tmp_path, path)
+    assert found.curve.area == pytest.approx(400)
