@@ -105,7 +105,8 @@ class Lettering:
 
     def __init__(self, own: Callable[[Element], Mapping[str, str]]):
         self._own = own
-        self._letters = Quota(limits.SVG_LETTERS, f"it draws more than {limits.SVG_LETTERS} letters; turn text into paths")
+        most = limits.SVG_LETTERS
+        self._letters = Quota(most, f"it draws more than {most} letters; turn text into paths")
         self._families: set[tuple[str, int, int]] = set()
 
     def path_data(self, element: Element, properties: Mapping[str, str]) -> str | None:
