@@ -42,11 +42,8 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
             inputs.shape(job.source),
             inputs.shapes(job.target or "", limits.PARTS, target=True),
         )
-        return (
-            [(source, target) for target in targets],
-            [Doubt(f"{note}: they stay empty") for note in more],
-            {},
-        )
+        empty_ones: list[str] = [Doubt(f"{note}: they stay empty") for note in more]
+        return _with_overlap([(source, target) for target in targets], empty_ones, {})
     (sources, notes), (targets, more) = (
         inputs.shapes(spec, limits.PARTS, target=bool(k))
         for k, spec in enumerate((job.source, job.target or ""))
@@ -71,20 +68,20 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
         "empty": empty,
     }
     pairs = [(sources[i], targets[j]) for i, j in sorted(found, key=lambda pair: pair[1])]
+    return _with_overlap(pairs, notes, {"unpaired": figures} if any(alone) else {})
+
+
+def _with_overlap(
+    pairs: Pairs, notes: list[str], figures: dict[str, Any]
+) -> tuple[Pairs, list[str], dict[str, Any]]:
+    """What `read` gives, and with it how much targets cover each other."""
     overlap, crossing = _overlaps([target for _, target in pairs])
     if crossing:
         first, second = (_name(target) for target in crossing[0])
         further = f" and {len(crossing) - 1} more" if len(crossing) > 1 else ""
-        notes.append(
-            Doubt(
-                f"{targets[0].spec}: parts cover each other, {first} and {second}{further}: the smaller lies on top"
-            )
-        )
-    return (
-        pairs,
-        notes,
-        ({"unpaired": figures} if any(alone) else {}) | ({"overlap": overlap} if overlap else {}),
-    )
+        covered = f"parts cover each other, {first} and {second}{further}: the smaller lies on top"
+        notes = [*notes, Doubt(f"{pairs[0][1].spec}: {covered}")]
+    return pairs, notes, figures | ({"overlap": overlap} if overlap else {})
 
 
 def _overlaps(shapes: Sequence[Shape]) -> tuple[float, list[tuple[Shape, Shape]]]:
