@@ -36,7 +36,9 @@ OTHERS = dict.fromkeys(
 )
 """Options that the balanced method does not have, and whose they are."""
 FREE = ("vertices", "consistency")  # that `literal` does not leave
-OWN = ("balance", "turn", "max_dilatation", "max_stretch")  # that it alone has
+OWN = ("balance", "turn", "fit", "holes", "max_left_out", "max_uncovered", "max_dilatation", "max_stretch")
+"""Options that it alone has."""
+FITS, HOLES = ("auto", "whole", "contain", "cover"), ("auto", "keep")
 
 
 class OptionValues(TypedDict, total=False):
@@ -45,6 +47,10 @@ class OptionValues(TypedDict, total=False):
     method: str | None
     balance: float
     turn: float | Literal["any"]
+    fit: str
+    holes: str
+    max_left_out: float
+    max_uncovered: float
     max_dilatation: float | None
     max_stretch: float | None
     order: int | None
@@ -73,6 +79,14 @@ class Options:
         balance: θ of the balanced method: 0 keeps angles only (the conformal method), 1 is even, more keeps areas.
         turn: degrees counter-clockwise by which the balanced method should turn the picture; "any" lets
             the shapes say.
+        fit: "whole", the outlines go onto each other, limbs, bays and all; "contain", all of the source is shown, and
+            the target may stay uncovered where bays of the source open; "cover", the target is covered, and what of the
+            source lies beyond bays of the target is left out; "auto", the one of these that costs the least (whole
+            with pins, strokes, bounds and surfaces).
+        holes: "keep", all go onto each other, or shrink to slits; "auto", partial maps may pass over some, where that
+            costs less.
+        max_left_out: the largest share of the source's area that may be left out.
+        max_uncovered: the largest share of the target's area that may stay uncovered.
         max_dilatation: the largest s1/s2 wished of the balanced method.
         max_stretch: the largest max(s1, 1/s2) wished of the balanced method, relative to the mean scale.
         order: 0 for the distance to closest points, 1 for the first-order distance of §3.4.
@@ -99,6 +113,10 @@ class Options:
     method: str | None = None
     balance: float = 1.0
     turn: float | Literal["any"] = 0.0
+    fit: str = "auto"
+    holes: str = "auto"
+    max_left_out: float = 1.0
+    max_uncovered: float = 1.0
     max_dilatation: float | None = None
     max_stretch: float | None = None
     order: int | None = None
@@ -133,6 +151,11 @@ class Options:
             raise InputError("literal: an option of --method paper")
         if self.literal and (free := self._given(FREE)):
             raise InputError(f"{free[0]}: literal takes it as the paper has it; leave one of the two out")
+        for name, words in (("fit", FITS), ("holes", HOLES)):
+            if getattr(self, name) not in words:
+                raise InputError(f"{name}: {getattr(self, name)!r} is not one of {', '.join(words)}")
+        if max(self.max_left_out, self.max_uncovered) > 1:
+            raise InputError("max_left_out, max_uncovered: are shares of the area, at most 1")
         if isinstance(self.vertices, str):
             if self.vertices != "source":
                 raise InputError(f"vertices: {self.vertices!r} is neither a number nor 'source'")

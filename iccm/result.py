@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from .arrays import Complex, Real, xy_of
+from .arrays import Complex, Real, complex_of, xy_of
 from .blas import on_one_thread
 from .buckets import nearest_segments
 from .curve import Curve, boundary_samples
@@ -21,6 +21,8 @@ from .maps.injectivity import Certificate
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
+from .plane import polygon_area
+from .problem import ON_OUTLINE
 from .transform import Transform
 
 INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
@@ -84,6 +86,9 @@ class Fit:
         target_holes: those of the target's.
         hole_partners: for each boundary of the map but the outer one, which hole of the source and of the target it
             is; -1 where it is none, but a slit.
+        passed_holes: holes of the source, and of the target, that the map takes for inside.
+        filled: where bays of one shape are filled, the map's outline with these in the source and in the image; None
+            for the map of whole outlines.
         layouts: of the surfaces that source and target stand for; None for domains of the plane.
     """
 
@@ -98,6 +103,8 @@ class Fit:
     source_holes: Sequence[Curve] = ()
     target_holes: Sequence[Curve] = ()
     hole_partners: Sequence[tuple[int, int]] = ()
+    passed_holes: tuple[Sequence[Curve], Sequence[Curve]] = ((), ())
+    filled: tuple[Complex, Complex] | None = None
     layouts: tuple[Flattening | None, Flattening | None] = (None, None)
 
     def __repr__(self) -> str:
@@ -179,14 +186,18 @@ class Fit:
         `source`, where the polygon misses the source by too much, the two-sided distance of these, relative."""
         assert self.target is not None
         pairs = [
-            (Curve(self.image), self.target),
+            (Curve(closer_outline(self.image, self.filled and self.filled[1], self.target)), self.target),
             *((image, hole) for image, hole, _, _ in self._hole_images),
         ]
-        evenly = [(Curve(self.map(boundary_samples(self.map.polygon, 2))), self.target), *pairs[1:]]
+        even = self.map(boundary_samples(self.map.polygon, 2))
+        evenly = [
+            (Curve(closer_outline(even, self.filled and self.filled[1], self.target)), self.target),
+            *pairs[1:],
+        ]
         weights = np.concatenate([image.lengths + np.roll(image.lengths, 1) for image, _ in evenly])
         away = np.concatenate([distances(image.z, target) for image, target in evenly])
         rms = np.sqrt(np.average(away**2, weights=weights))
-        given = [distances(self._image_of(self.source.z), self.target)]
+        given = [distances(self._image_of(self._on_outline), self.target)]
         given += [
             distances(self._image_of(self.source_holes[i].z), hole)
             for _, hole, i, _ in self._hole_images
@@ -200,9 +211,49 @@ class Fit:
         }
 
     @property
+    def _on_outline(self) -> Complex:
+        """The source's vertices as given that are on the outline, not inside bays and not left out."""
+        if self.filled is None:
+            return self.source.z
+        near = ON_OUTLINE * self.source.diagonal
+        loops = self.map.polygon, self.filled[0]
+        kept = [distances(self.source.z, Curve(loop)) <= near for loop in loops]
+        return self.source.z[kept[0] & kept[1]]
+
+    @property
+    def is_partial(self) -> bool:
+        """Whether bays are filled, or holes passed over, so that parts may have no partner."""
+        return self.filled is not None or any(self.passed_holes)
+
+    @property
+    def left_out(self) -> float:
+        """The share of the source's area that the map leaves out, or takes into holes of the target."""
+        image = Curve(self.image)
+        lost = [self.inverse(image.pulled_in(ring)) for ring in rings_within(self.passed_holes[1], image)]
+        return self._missing(self.map.polygon, [*self.openings[0], *lost], self.source, self.source_holes)
+
+    @property
+    def uncovered(self) -> float:
+        """The share of the target's area that the map does not cover, or takes holes of the source to."""
+        assert self.target is not None
+        lost = [self._image_of(ring) for ring in rings_within(self.passed_holes[0], Curve(self.map.polygon))]
+        return self._missing(self.image, [*self.openings[1], *lost], self.target, self.target_holes)
+
+    def _missing(
+        self, outline: Complex, openings: list[Complex], goal: Curve, holes: Sequence[Curve]
+    ) -> float:
+        """The share of a domain's area that is not in an outline with openings; 0 for maps of whole outlines."""
+        if not self.is_partial:
+            return 0.0
+        whole = goal.area + sum(hole.area for hole in holes)
+        shown = abs(polygon_area(outline)) - sum(abs(polygon_area(hole)) for hole in openings)
+        return float(max(0.0, 1 - shown / abs(whole)))
+
+    @property
     def _source_gap(self) -> float:
         """Two-sided Hausdorff distance of the boundary that the map covers to the source's, relative."""
-        pairs = [(Curve(self.map.polygon), self.source)]
+        outer = closer_outline(self.map.polygon, self.filled and self.filled[0], self.source)
+        pairs = [(Curve(outer), self.source)]
         if isinstance(self.map, TriangulatedMap):
             pairs += [
                 (Curve(self.map.source[loop]), self.source_holes[i])
@@ -287,6 +338,7 @@ class Fit:
             "vertices": int(self.map.polygon.size),
             "boundary": self.boundary if self.target is not None else None,
             **({"holes": self._holes_report} if self._has_pairs else {}),
+            **({"left_out": self.left_out, "uncovered": self.uncovered} if self.is_partial else {}),
             **self.distortion.report(),
             **self._apart,
             "log10_area": {
@@ -330,9 +382,26 @@ class Fit:
         return float(np.sqrt(np.mean(np.abs(target.at(target.closest(image)) - image) ** 2))) / self.diagonal
 
 
+def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
+    """The outlines of what of holes is inside a closed curve."""
+    domain = shapely.Polygon(xy_of(outline.z))
+    parts = [domain.intersection(shapely.Polygon(xy_of(hole.z))) for hole in holes]
+    rings = [
+        part.exterior for each in parts for part in shapely.get_parts(each) if part.geom_type == "Polygon"
+    ]
+    return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings]
+
+
 def distances(w: Complex, curve: Curve) -> np.ndarray:
     """(p,) distances of points to a curve."""
     return np.abs(curve.at(curve.closest(w)) - w)
+
+
+def closer_outline(outline: Complex, filled: Complex | None, goal: Curve) -> Complex:
+    """Of a map's outline and the one with bays filled, if there are any, the one that belongs on the goal."""
+    if filled is None:
+        return outline
+    return min((outline, filled), key=lambda loop: hausdorff(Curve(loop), goal))
 
 
 def hausdorff(a: Curve, b: Curve) -> float:

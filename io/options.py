@@ -331,9 +331,10 @@ class JobOptions:
         "The plane that meshes are mapped in: flat, flattened; uv, their own texture coordinates, as #uv does.",
         default="flat",
     )
-    holes: Literal["keep", "fill"] = _option(
-        "keep: holes go onto holes and stay transparent in pictures; fill: they are ignored and painted over.",
-        default="keep", commands=EDITED,
+    holes: Literal["auto", "keep", "cut", "fill"] = _option(
+        "keep: holes go onto holes and stay transparent in pictures; cut: the map passes over them, and pictures leave "
+        "the target's transparent; fill: they are ignored and painted over; auto: kept or cut, whichever costs "
+        "less, and filled in shapes drawn by lines alone.", default="auto", commands=EDITED,
     )  # fmt: skip
     pin: tuple[Any, ...] = _option(
         "A point of the source and where it goes, in the files' units. May be repeated.", "SX,SY:TX,TY",
@@ -366,6 +367,20 @@ class JobOptions:
     turn: float | Literal["any"] = _option(
         "Degrees by which to turn the picture; any: as suits the shapes best (balanced).  [default: 0]",
         "DEGREES|any", default=0.0, parse=turn, solver=True, commands=("map", "edit"),
+    )  # fmt: skip
+    fit: Literal["auto", "whole", "contain", "cover"] | None = _option(
+        "whole: limbs, bays and all onto each other; contain: all of the source is shown, and the target stays "
+        "uncovered where bays of the source open; cover: the target is covered, and what lies beyond its bays is left "
+        "out; auto: the one that costs the least.  [default: auto; whole with pins, bounds or meshes]",
+        solver=True, commands=("map",),
+    )  # fmt: skip
+    max_left_out: float | None = _option(
+        "Largest share of the source that may be left out, such as 0.1.  [default: no limit]", "SHARE",
+        least=0, most=1, solver=True, commands=("map",),
+    )  # fmt: skip
+    max_uncovered: float | None = _option(
+        "Largest share of the target that may stay uncovered.  [default: no limit]", "SHARE",
+        least=0, most=1, solver=True, commands=("map",),
     )  # fmt: skip
     max_dilatation: float | None = _option(
         "Largest dilatation allowed (balanced).",

@@ -19,6 +19,7 @@ from .model.settings import Settings, Solution
 LAYERED = "Where the shape overlaps itself pictures show what is farther from the {}."
 
 EVEN = 1.0  # the balance at which angles and areas count alike
+SAID = 5e-4  # of the area: what is less is not worth a word
 TURNED = 20.0  # degrees away from what was asked, from which it is said (by hand)
 
 
@@ -39,6 +40,8 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
     holes, pins, numbers = named_partners(given, source, target, problem.given_pins, strokes)
     settings = settings_of(options)
+    if settings.fit == "auto" and (len(pins) or strokes or start is not None or settings.bounded):
+        settings = replace(settings, fit="whole")
     found = solved(source, target, settings, pins, strokes, holes, numbers, start)
     map = straighten_lines(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
@@ -46,6 +49,7 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
     if not (len(pins) or len(strokes)):
         fit.notes.extend(strain(fit.distortion) + unasked_turn(found.turn, settings.turn))
+    fit.notes.extend(parts_lost(fit))
     return fit
 
 
@@ -73,7 +77,11 @@ def result_of(
         settings: what was asked for.
         drawn: whether the patches meet the bounds.
     """
-    (source, target), (holes, pins), strokes = problem.given, given, problem.given_strokes
+    (source, target), (all_holes, pins), strokes = problem.given, given, problem.given_strokes
+    holes = all_holes if found.holes is None else all_holes.only(found.holes)
+    passed = [
+        tuple(hole for hole in every if hole not in kept) for every, kept in zip(all_holes.sides, holes.sides)
+    ]
     status = _status(found, drawn, settings)
     energies = [{"total": float(level["energy"])} for level in found.energies]
     return Fit(
@@ -81,6 +89,8 @@ def result_of(
         source_holes=holes.source,
         target_holes=holes.target,
         hole_partners=found.partners,
+        passed_holes=(passed[0], passed[1]),
+        filled=found.filled,
     )
 
 
@@ -125,6 +135,10 @@ def settings_of(options: Options) -> Settings:
         tolerance=options.tolerance,
         max_dilatation=options.max_dilatation,
         max_stretch=options.max_stretch,
+        fit=options.fit,
+        keep_holes=options.holes == "keep",
+        max_left_out=options.max_left_out,
+        max_uncovered=options.max_uncovered,
     )
 
 
@@ -154,6 +168,23 @@ def strain(found: Distortion) -> list[str]:
         "on 5 % of the target lengths change by more than {:.1f} times, "
         "and by {:.0f} times as much one way as the other.".format(*found.strain)
     ]
+
+
+def parts_lost(fit: Fit) -> list[str]:
+    """Sentences on holes that are passed over, on what of the source is left out, and what of the target stays
+    uncovered."""
+    counts = zip(("source", "target"), map(len, fit.passed_holes))
+    many = [f"{count} hole{'s' * (count > 1)} of the {side}" for side, count in counts if count]
+    said = [f"The map passes over {' and '.join(many)} (holes)."] if many else []
+    if fit.left_out >= SAID:
+        said.append(
+            f"{fit.left_out:.1%} of the source is left out, which bays or holes of the target have no room for (fit)."
+        )
+    if fit.uncovered >= SAID:
+        said.append(
+            f"{fit.uncovered:.1%} of the target stays uncovered, where bays or holes of the source open (fit)."
+        )
+    return said
 
 
 def unasked_turn(found: float, asked: float | None) -> list[str]:

@@ -13,7 +13,7 @@ from ..arrays import Complex, Index
 from ..curve import Curve
 from ..errors import InputError
 from ..maps.triangulated.map import TriangulatedMap
-from ..result import hausdorff
+from ..result import closer_outline, hausdorff
 from . import injectivity
 from .constraints.validate import Pins, check, put_pins
 from .holes.filled import Cut, without_filled
@@ -58,18 +58,34 @@ def solve(
     """
     settings = settings or Settings()
     frames = frames_of(source, target, settings.turn, holes.sides)
-    journal = SolveLog(notes=unequal(holes))
+    journal = SolveLog()
     curves = frames[0].curve(source), frames[1].curve(target), holes.unit(frames)
-    domains = (source, *holes.source), (target, *holes.target)
     if len(pins) or len(strokes) or start is not None:
         given = check(source, target, pins, strokes, numbers)
-        journal.notes += given.notes
+        journal.notes += [*unequal(holes), *given.notes]
         before = None if start is None else sketch_of(start, frames, holes_of(start, holes))
         state, met = multilevel.constrained_map(*curves, given.unit(frames), settings, journal, before)
-        found = solution_of(state, *_world(state, frames), frames, domains, settings, journal, False, given)
+        found = solution_of(
+            state,
+            *_world(state, frames),
+            frames,
+            _domains(source, target, holes),
+            settings,
+            journal,
+            False,
+            given,
+        )
         return replace(found, met=met)
-    state, symmetric = multilevel.free_map(*curves, settings, journal)
-    return solution_of(state, *_world(state, frames), frames, domains, settings, journal, symmetric)
+    state, symmetric, kept = multilevel.free_map(*curves, settings, journal)
+    used = holes.only(kept)
+    journal.notes += unequal(used)
+    domains = _domains(source, target, used)
+    found = solution_of(state, *_world(state, frames), frames, domains, settings, journal, symmetric)
+    return replace(found, holes=kept)
+
+
+def _domains(source: Curve, target: Curve, holes: Holes) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
+    return (source, *holes.source), (target, *holes.target)
 
 
 def sketch_of(
@@ -141,12 +157,13 @@ def solution_of(
     if pins is not None:
         put_pins(pins, z, u, state.border, state.first_pin)
     cut = without_filled(state, mirrored=mirror)
+    filled = None if cut.filled is None else (z[cut.filled], u[cut.filled])
     z, u, loops = z[cut.vertices], u[cut.vertices], cut.loops
     for name, w in (("source", z), ("image", u)):
         injectivity.refuse_folds(name, w, cut.faces)
         injectivity.refuse_touching(name, *(w[loop] for loop in loops))
     source_gap, gap = (
-        max(hausdorff(Curve(w[loop]), c) / curves[0].diagonal for loop, c in _goals(cut, curves, side))
+        max(hausdorff(Curve(w), c) / curves[0].diagonal for w, c in _goals(cut, filled, w, curves, side))
         for side, (w, curves) in enumerate(zip((z, u), given))
     )
     metrics = state.metrics
@@ -171,12 +188,15 @@ def solution_of(
         journal.notes,
         lines=cut.lines,
         partners=cut.partners,
+        filled=filled,
     )
 
 
-def _goals(cut: Cut, curves: Sequence[Curve], side: int) -> Iterator[tuple[Index, Curve]]:
-    """The loops of a map and the outlines they belong on, of the source (0) or the target (1)."""
-    yield cut.loops[0], curves[0]
+def _goals(
+    cut: Cut, filled: tuple[Complex, Complex] | None, w: Complex, curves: Sequence[Curve], side: int
+) -> Iterator[tuple[Complex, Curve]]:
+    """The loops of a map with vertices w and the outlines they belong on, of the source (0) or the target (1)."""
+    yield closer_outline(w[cut.loops[0]], filled and filled[side], curves[0]), curves[0]
     for loop, partners in zip(cut.loops[1:], cut.partners):
         if partners[side] >= 0:
-            yield loop, curves[1 + partners[side]]
+            yield w[loop], curves[1 + partners[side]]

@@ -22,6 +22,7 @@ from ..balanced.search import final_mesh, multilevel
 from ..balanced.search.final_mesh import Meshed
 from ..balanced.search.levels import UnitProblem, relax_stretched
 from ..balanced.search.warm_start import continue_from
+from ..errors import InputError
 from ..maps.triangulated.map import TriangulatedMap
 from ..meshes.flatten import Flattening
 from ..problem import Options, Problem
@@ -68,6 +69,8 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
         NoMapError: no map without folds was found.
         InputError: pins or strokes that no one-to-one map meets; a surface without an even layout.
     """
+    if options.fit in ("contain", "cover"):
+        raise InputError(f"fit: {options.fit} is for outlines of the plane; a surface is mapped whole")
     source, target = problem.given
     strokes = problem.given_strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)

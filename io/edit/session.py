@@ -120,7 +120,7 @@ class Session:
         how: dict[str, Any] = {
             "edge": job.edge,
             "filter": job.filter,
-            "holes": job.holes == "keep",
+            "holes": job.holed,
             "digits": DIGITS,
         }
         how["mean"] = self._magnification
@@ -225,7 +225,9 @@ class Session:
     def _fit_scene(self, scene: Scene, start: TriangulatedMap | None) -> tuple[Fit, dict[str, Any]]:
         """The fit, as `iccm map` makes it, and its report."""
         pins, strokes = self.core(scene)
-        given: dict[str, Any] = self.job.solver | {"balance": scene.balance, "turn": scene.turn}
+        given: dict[str, Any] = (
+            {"fit": "whole"} | self.job.solver | {"balance": scene.balance, "turn": scene.turn}
+        )
         given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
         said: list[str] = []
         given |= {} if start is None else {"start": start}

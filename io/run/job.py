@@ -99,7 +99,8 @@ class Job(JobOptions):
     @property
     def solver(self) -> dict[str, Any]:
         """What of it goes to `iccm.fit` and `iccm.deform`."""
-        return {name: value for name in SOLVER if (value := getattr(self, name)) is not None}
+        given = {name: value for name in SOLVER if (value := getattr(self, name)) is not None}
+        return given | {"holes": "keep"} if self.holes == "keep" and self.target else given
 
     @property
     def exact(self) -> bool:
@@ -110,8 +111,8 @@ class Job(JobOptions):
 
     @property
     def holed(self) -> bool:
-        """Whether the map knows of holes: the balanced method's does, unless they are to be filled."""
-        return self.holes == "keep" and self.exact
+        """Whether the map knows of holes: the balanced method's does, unless they are to be cut or filled."""
+        return self.holes in ("auto", "keep") and self.exact
 
     @property
     def outputs(self) -> tuple[str, ...]:

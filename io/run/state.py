@@ -86,6 +86,14 @@ class Run:
         else:
             source = inputs.shape(job.source)
             pairs, notes = [(source, inputs.shape(job.target, target=True) if job.target else source)], []
+        if job.holes == "auto" and job.holed and job.target and not (job.pin or job.constraints):
+            from ..shapes.holes import without_holes
+
+            notes = list(notes)
+            pairs = [
+                (without_holes(source, notes.append), without_holes(target, notes.append))
+                for source, target in pairs
+            ]
         room = Memory()
         if job.memory:  # the disk that has room for the first output has it for the scratch file
             folder = Path(job.outputs[0]).resolve().parent if job.outputs else Path(tempfile.gettempdir())

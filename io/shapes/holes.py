@@ -2,6 +2,7 @@
 leaves them open."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,12 @@ from ...arrays import Complex
 from ...balanced import NoMapError
 from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
+from ...plane import polygon_area
 from ...solve import Fit
 from . import parts
 from .shape import Shape
 
+LINES = 1 / 3  # of a silhouette: where less of it is drawn lines draw it
 UNMAPPED = (
     "no map without folds was found that takes holes onto holes: it passes over them, and pictures leave the target's "
     "transparent"
@@ -37,6 +40,22 @@ def named_partners(
         if len(shared) == 1 and shared[0] not in found.values():
             found[i] = shared[0]
     return list(found.items())
+
+
+def is_drawn_by_lines(shape: Shape) -> bool:
+    """Whether the holes of a shape are much larger than what is drawn of it, as where lines alone draw it."""
+    holes = sum(abs(polygon_area(hole)) for hole in shape.holes)
+    return holes > (1 - LINES) * shape.curve.area
+
+
+def without_holes(shape: Shape, tell: Callable[[str], None]) -> Shape:
+    """The silhouette of a shape that is drawn by lines; others as they are."""
+    if not is_drawn_by_lines(shape):
+        return shape
+    tell(
+        f"{shape.spec}: drawn by lines; what they surround is taken as filled (--holes keep takes it as holes)"
+    )
+    return replace(shape, holes=(), hole_names=())
 
 
 def unmapped(shape: Shape, mapped: Sequence[Curve]) -> tuple[Complex, ...]:

@@ -5,7 +5,7 @@ import random
 import re
 import subprocess
 import tarfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -36,12 +36,30 @@ DRAWINGS = {  # folders of drawings in the packages
     "openmoji": "color/svg",
 }
 COUNTRIES = 0.3  # share of countries among the shapes of random pairs
+WILD = {  # packages that no constant was chosen on, and where their drawings are
+    "phosphor": ("@phosphor-icons/core@2.1.1", "assets/regular/*.svg"),
+    "remix": ("remixicon@4.9.1", "icons/*/*.svg"),
+    "ionicons": ("ionicons@8.1.0", "dist/svg/*.svg"),
+    "carbon": ("@carbon/icons@11.89.0", "svg/32/*.svg"),
+    "healthicons": ("healthicons@2.0.0", "public/icons/svg/filled/*/*.svg"),
+    "crypto": ("cryptocurrency-icons@0.18.1", "svg/black/*.svg"),
+    "lucide": ("lucide-static@1.62.0", "icons/*.svg"),
+    "iconoir": ("iconoir@7.12.1", "icons/regular/*.svg"),
+    "fluent": ("@fluentui/svg-icons@1.1.343", "icons/*_24_filled.svg"),
+    "noto": ("@iconify-json/noto@1.2.9", "icons.json"),
+    "flat": ("@iconify-json/fluent-emoji-flat@1.2.6", "icons.json"),
+    "lora": ("@expo-google-fonts/lora@0.4.2", "700Bold/*.ttf"),
+    "pacifico": ("@expo-google-fonts/pacifico@0.4.1", "400Regular/*.ttf"),
+    "anton": ("@expo-google-fonts/anton@0.4.2", "400Regular/*.ttf"),
+    "states": ("us-atlas@3.0.1", "states-10m.json"),
+    "countries": ("world-atlas@2.0.2", "countries-50m.json"),
+}
 WIDEST = 100  # degrees; wider outlines (Russia, Antarctica) are torn by the projection
 
 
 @cache
 def package(name: str) -> Path:
-    """Folder of an unpacked npm package of PACKAGES; fetched at the first use.
+    """Folder of an unpacked npm package of PACKAGES or WILD; fetched at the first use.
 
     Raises:
         subprocess.CalledProcessError, FileNotFoundError: npm is missing or cannot reach its registry.
@@ -49,7 +67,8 @@ def package(name: str) -> Path:
     folder = CACHE / name
     if not (folder / "package" / "package.json").exists():
         folder.mkdir(parents=True, exist_ok=True)
-        command = ["npm", "pack", "--silent", "--pack-destination", str(folder), PACKAGES[name]]
+        spec = PACKAGES[name] if name in PACKAGES else WILD[name][0]
+        command = ["npm", "pack", "--silent", "--pack-destination", str(folder), spec]
         done = subprocess.run(command, check=True, capture_output=True, text=True)
         with tarfile.open(folder / done.stdout.strip()) as archive:
             archive.extractall(folder, filter="data")
@@ -85,7 +104,8 @@ def rings_of(topology: dict) -> list[tuple[str, list[np.ndarray]]]:
         (np.cumsum(np.array(arc), axis=0) * scale + shift) @ np.array([1, 1j]) for arc in topology["arcs"]
     ]
     out = []
-    for shape in topology["objects"]["countries"]["geometries"]:
+    objects = topology["objects"]
+    for shape in objects["countries" if "countries" in objects else "states"]["geometries"]:
         parts = {"Polygon": [shape["arcs"]], "MultiPolygon": shape["arcs"]}.get(shape["type"], [])
         # ~k is arc k backwards; an arc's last point is the next one's first
         joined = [np.concatenate([(arcs[k] if k >= 0 else arcs[~k][::-1])[:-1] for k in p[0]]) for p in parts]
@@ -132,10 +152,70 @@ def pairs(count: int, seed: int, scale: str = "110m") -> list[tuple[tuple[str, C
 @cache
 def drawings(name: str) -> list[str]:
     """The drawings of a package, as `file` or `file#id`, in order."""
+    if name in WILD:
+        return wild_drawings(name)
     if name == "svgmaps":  # one drawing, a country by its id
         world = package(name) / "world.svg"
         return [f"{world}#{key}" for key in sorted(re.findall(r'id="(\w+)"', world.read_text("utf-8")))]
     return [str(path) for path in sorted((package(name) / DRAWINGS[name]).glob("*.svg"))]
+
+
+def wild_drawings(name: str) -> list[str]:
+    """Those of a package of WILD; glyphs, emoji and outlines on a map are written as SVG files at the first use."""
+    files = sorted(package(name).glob(WILD[name][1]))
+    if files[0].suffix == ".svg":
+        return [str(path) for path in files]
+    folder = CACHE / name / "drawn"
+    if not folder.exists():
+        made = {".ttf": glyphs, ".json": emoji}[files[0].suffix] if "atlas" not in WILD[name][0] else on_maps
+        partial = folder.with_name("partial")
+        partial.mkdir(exist_ok=True)
+        for key, text in made(files[0]):
+            (partial / f"{key}.svg").write_text(text, encoding="utf-8")
+        partial.rename(folder)
+    return [str(path) for path in sorted(folder.glob("*.svg"))]
+
+
+def glyphs(font: Path) -> Iterator[tuple[str, str]]:
+    """Latin letters, digits and signs of a font as drawings, by their names."""
+    from fontTools.pens.svgPathPen import SVGPathPen
+    from fontTools.ttLib import TTFont
+
+    opened = TTFont(font)
+    outlines, names = opened.getGlyphSet(), opened.getBestCmap()
+    height = opened["head"].unitsPerEm
+    for code in (*range(0x21, 0x7F), *range(0xC0, 0x17F)):
+        pen = SVGPathPen(outlines)
+        if code in names:
+            outlines[names[code]].draw(pen)
+        if path := pen.getCommands():
+            width = outlines[names[code]].width
+            view = f'viewBox="0 {-height} {width} {1.4 * height}"'
+            yield names[code], _svg(view, f'<path transform="scale(1 -1)" d="{path}"/>')
+
+
+def emoji(collection: Path) -> Iterator[tuple[str, str]]:
+    """The drawings of a collection of Iconify, each as its silhouette."""
+    found = json.loads(collection.read_text(encoding="utf-8"))
+    for key, icon in found["icons"].items():
+        width, height = (icon.get(side, found.get(side, 16)) for side in ("width", "height"))
+        yield key, _svg(f'viewBox="0 0 {width} {height}"', icon["body"])
+
+
+def on_maps(atlas: Path) -> Iterator[tuple[str, str]]:
+    """The largest outline of each country or state."""
+    found = rings_of(json.loads(atlas.read_text(encoding="utf-8")))
+    for key, rings in found:
+        curve = _projected(max(rings, key=lambda r: abs(Curve(r).area)))
+        if curve is not None:
+            low, high = curve.box
+            path = " ".join(f"{z.real:.9g},{-z.imag:.9g}" for z in curve.z)
+            view = f'viewBox="{low.real} {-high.imag} {(high - low).real} {(high - low).imag}"'
+            yield re.sub(r"\W", "_", key), _svg(view, f'<path d="M{path}Z"/>')
+
+
+def _svg(view: str, body: str) -> str:
+    return f'<svg xmlns="http://www.w3.org/2000/svg" {view}>{body}</svg>'
 
 
 def drawn_pairs(

@@ -1,16 +1,18 @@
-"""Holes without a partner: filled in the source, cut out of what is filled in the target."""
+"""Bays, and holes without a partner: these are filled in the source, and cut out of what is filled in the target."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Index
-from ..model.discrete_map import DiscreteMap
+from ...arrays import Complex, Flags, Index, Real
+from ...meshes.topology import Triangles
+from ...plane import polygon_area
+from ..model.discrete_map import BAY, DiscreteMap
 from ..model.sketch import Sketch
 
 
 class Cut(NamedTuple):
-    """A map without the triangles that fill holes of the target.
+    """A map without the triangles that fill bays, and holes of the target.
 
     Attributes:
         vertices: (n,) those of the map that stay.
@@ -19,6 +21,7 @@ class Cut(NamedTuple):
             of the target's.
         partners: for each hole's loop, which hole of the source and of the target it is; -1 for a slit.
         lines: (l, 2) vertices of the edges of strokes.
+        filled: where there are bays, the vertices of the outer loop with these, of the map that is cut.
     """
 
     vertices: Index
@@ -26,20 +29,31 @@ class Cut(NamedTuple):
     loops: tuple[Index, ...]
     partners: tuple[tuple[int, int], ...]
     lines: Index
+    filled: Index | None
 
 
 def without_filled(state: DiscreteMap | Sketch, *, mirrored: bool) -> Cut:
-    """The map without the triangles that fill holes of the target; those that fill holes of the source stay, so that
-    the picture has no crack. Triangles and loops turn as in a mirror if the unit coordinates are `mirrored`."""
-    opened = [loop for loop in state.filled if loop.source < 0]
-    faces = state.material if opened else state.faces
+    """The map without the triangles that fill bays, and holes of the target; those that fill holes of the source stay,
+    so that the picture has no crack. Triangles and loops turn as in a mirror if the unit coordinates are `mirrored`."""
+    opened = [loop for loop in state.filled if loop.source < 0 <= loop.target]
+    weights: Real = np.ones(len(state.faces)) if state.weights is None else state.weights
+    bays = bool(np.any(weights == BAY))
+    kept: Flags = weights == 1 if opened else weights != BAY
+    faces = state.faces[kept]
     used = np.unique(faces)
     place = np.full(state.z.size, -1)
     place[used] = np.arange(used.size)
+    filled: Index = np.arange(state.z.size)[state.outer]
+    outer = outer_loop(faces, state.z) if bays else filled
     holes = sorted((*state.loops, *opened), key=lambda loop: loop.target)
-    loops = tuple(place[vertices] for vertices in (state.outer, *(hole.vertices for hole in holes)))
+    loops = (place[outer], *(place[hole.vertices] for hole in holes))
     faces = place[faces]
     if mirrored:
         faces, loops = np.ascontiguousarray(faces[:, ::-1]), tuple(loop[::-1].copy() for loop in loops)
     partners = tuple((hole.source, hole.target) for hole in holes)
-    return Cut(used, faces, loops, partners, place[state.lines])
+    return Cut(used, faces, loops, partners, place[state.lines], filled if bays else None)
+
+
+def outer_loop(faces: Index, z: Complex) -> Index:
+    """The vertices of the boundary of triangles (m, 3) that surrounds them, counter-clockwise."""
+    return max(Triangles(faces, z.size).loops(), key=lambda loop: polygon_area(z[loop]))

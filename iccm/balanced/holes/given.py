@@ -32,6 +32,13 @@ class Holes:
         """Those of both domains."""
         return self.source, self.target
 
+    def only(self, numbers: tuple[Sequence[int], Sequence[int]]) -> "Holes":
+        """Those with these numbers, in the source and in the target."""
+        here, there = ({number: k for k, number in enumerate(side)} for side in numbers)
+        pairs = tuple((here[i], there[j]) for i, j in self.partners if i in here and j in there)
+        source, target = (tuple(side[k] for k in kept) for side, kept in zip(self.sides, numbers))
+        return Holes(source, target, pairs)
+
     def unit(self, frames: tuple[UnitFrame, UnitFrame]) -> "Holes":
         """The holes in unit coordinates."""
         source, target = (

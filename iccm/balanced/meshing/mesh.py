@@ -70,8 +70,8 @@ def triangulate(
         inside: (k,) points inside that become vertices.
         links: (k,) for each of them the one, by its place among them, to which an edge must lead; -1 for none.
         holes: simple polygons inside, clockwise and apart, that no triangle covers.
-        rays: vertices of the outline and of those given inside, by their places among these, that an edge must join; no
-            vertex of the outline has two.
+        rays: vertices of the outline and of those given inside, by their places among these, that an edge must join;
+            one of the two is linked to no other yet.
 
     Raises:
         Stuck: the polygons are so thin or so close to each other that rounding decides, or a line cannot be kept.
@@ -87,7 +87,11 @@ def triangulate(
     all_links = np.full(given, -1)
     all_links[border:] = np.where(links >= 0, links + border, -1)
     for vertex, place in rays:
-        all_links[vertex] = border + rims + place
+        inner = border + rims + place
+        if all_links[inner] < 0:
+            all_links[inner] = vertex
+        else:
+            all_links[vertex] = inner
     faces, across = np.empty((2 * room, 3), np.int64), np.full((2 * room, 3), -1)
     triangles = clip_ears(z[:border], *np.empty((4, border), np.int64), faces, across)
     if triangles < 0 or not triangle_areas(z[faces[:triangles]]).min() > 0:

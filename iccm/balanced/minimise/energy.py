@@ -23,6 +23,10 @@ from ...linalg.cholesky import BlockPattern
 from ..kernels import dot
 
 BOTH_AREAS, SOURCE_AREA, IMAGE_AREA = 0.5, 0.0, 1.0  # shares of the image's area in the measure
+LOST = 5.05
+"""The density at a point that has no partner: what it is where lengths change ten times as much one way as the other,
+(10 + 1/10)/2. Pictures with K95 of 8 were judged usable, with 24 useless."""
+VOID = 1e-3  # weight of a void's angles beside the area of its image: at rest a slit is 2 % of what was there
 UNTANGLING_AREA = 0.5  # weight of the area part while untangling
 NO_SLOTS = np.empty((0, 6), np.int64)
 
@@ -36,6 +40,7 @@ class Objective(NamedTuple):
         share: of the image's area in the measure: ½ where map and inverse have the same energy, or the source's area
             alone, 0, or the image's, 1.
         epsilon: 0, a barrier that no triangle folds through, or how far untangling reaches below zero.
+        forward: whether the images move; else the source's vertices do, and voids keep the area of their images.
         quadratic: whether, instead, the energy is a quadratic one, of which the derivatives are given: one whole step
             leads to its least.
     """
@@ -45,11 +50,12 @@ class Objective(NamedTuple):
     share: float = BOTH_AREAS
     epsilon: float = 0.0
     quadratic: bool = False
+    forward: bool = True
 
     @classmethod
-    def of(cls, theta: float, q: float, share: float = BOTH_AREAS) -> "Objective":
+    def of(cls, theta: float, q: float, share: float = BOTH_AREAS, *, forward: bool = True) -> "Objective":
         """With numbers of the one type for which kernels are compiled."""
-        return cls(float(theta), float(q), float(share))
+        return cls(float(theta), float(q), float(share), forward=forward)
 
 
 class RestShapes(NamedTuple):
@@ -59,7 +65,8 @@ class RestShapes(NamedTuple):
         corners: (m, 3) their vertices, in the order of elimination where there are slots.
         slots: (m, 6) the Hessian's blocks for the pairs 00, 01, 02, 11, 12, 22 of corners; (0, 6) without a Hessian.
         gradients: (m, 3) Wirtinger gradients of the hat functions at rest.
-        weights: (m,) areas at rest, times weights if there are any.
+        weights: (m,) areas at rest, times weights if there are any; negative for voids, of whose images the area alone
+            counts.
     """
 
     corners: Index
@@ -127,6 +134,16 @@ def density_derivatives(p, d, theta, q, share):
 
 
 @in_place
+def void_derivatives(p, d, forward):
+    """The density of a void, with the derivatives of `density_derivatives`: d + VOID p/d, the area of its image and a
+    barrier; by the inverse map, whose p and d these are if not `forward`, the same."""
+    if not forward:
+        return 1 + VOID * p, VOID, 0.0, 0.0, 0.0, 0.0
+    shape = VOID / d
+    return d + shape * p, shape, 1 - shape * p / d, 0.0, -shape / d, 2 * shape * p / (d * d)
+
+
+@in_place
 def untangling_derivatives(p, d, epsilon):
     """A density that is finite for folded triangles, with the derivatives of `density_derivatives`.
 
@@ -191,7 +208,9 @@ def total(rest, u, objective):
         a, b = wirtinger(corners, gradients, u, t)
         aa, bb = dot(a, a), dot(b, b)
         if epsilon > 0:
-            energy += weights[t] * untangling_derivatives(aa + bb, aa - bb, epsilon)[0]
+            energy += abs(weights[t]) * untangling_derivatives(aa + bb, aa - bb, epsilon)[0]
+        elif aa > bb and weights[t] < 0:
+            energy -= weights[t] * void_derivatives(aa + bb, aa - bb, objective.forward)[0]
         elif aa > bb:
             energy += weights[t] * density(aa + bb, aa - bb, theta, q, share)
         else:
@@ -251,9 +270,11 @@ def assemble(rest, u, objective, matrix, gradient):
     energy = 0.0
     for t in range(corners.shape[0]):
         a, b = wirtinger(corners, gradients, u, t)
-        aa, bb, weight = dot(a, a), dot(b, b), weights[t]
+        aa, bb, weight = dot(a, a), dot(b, b), abs(weights[t])
         if epsilon > 0:
             w, w_p, w_d, w_pp, w_pd, w_dd = untangling_derivatives(aa + bb, aa - bb, epsilon)
+        elif weights[t] < 0:
+            w, w_p, w_d, w_pp, w_pd, w_dd = void_derivatives(aa + bb, aa - bb, objective.forward)
         else:
             w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(aa + bb, aa - bb, theta, q, share)
         energy += weight * w

@@ -21,7 +21,7 @@ from ..errors import Tangled
 from ..kernels import twice_area
 from ..meshing.mesh import Sizes, closed_links, triangulate
 from ..minimise import newton
-from ..minimise.energy import Objective, RestShapes, geometry
+from ..minimise.energy import LOST, Objective, RestShapes, geometry
 from ..minimise.in_space import Ground, SurfaceMap, separate
 from ..minimise.sliding import HELD, SLIDING, Border, Constraints, Rails
 from ..minimise.untangle import STEPS, springs, untangle
@@ -34,7 +34,10 @@ from .metric import PLANES, Metrics, rest_geometry
 SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
 
 
-FILLED, SHRUNK = 2e-2, 0.1  # weight of triangles in a hole without a partner, and the size at which they rest
+FILLED, BAY = (
+    2e-2,
+    1e-2,
+)  # weights of voids, triangles in holes without a partner and in bays, while they are untangled
 PASSED_OVER = 0.1  # weight of triangles in a hole of a surface that the map does not know of, by hand
 ROUNDING = 1e-9  # of the root of the area: vertices this close to their goals are there
 NONE_INSIDE = InnerConstraints.of_pins(np.empty((0, 2), np.complex128))
@@ -53,7 +56,8 @@ class DiscreteMap:
         energy: at the last step, with the outline's term.
         inside: the constraints inside, whose vertices come after the boundary's.
         bound: whether their vertices are held by them; if not, they are like any others.
-        weights: (m,) 1, and FILLED or PASSED_OVER for triangles in holes; None where there are none.
+        weights: (m,) 1, FILLED and BAY for voids, triangles in holes without a partner and in bays, and PASSED_OVER for
+            those in holes of a surface; None where there are none.
         settled: whether the last descent ended before its steps did.
         metrics: of surfaces that the planes of source and target stand for.
         ground: the target in space, whose metric changes as vertices move; None for the one that `metrics` has.
@@ -80,23 +84,27 @@ class DiscreteMap:
         inside: InnerConstraints = NONE_INSIDE,
         filled: Sequence[Complex] = (),
         metrics: Metrics = PLANES,
+        bays: Sequence[Complex] = (),
     ) -> "DiscreteMap":
         """A mesh for a boundary; the image is given there and zero inside. `filled` are the polygons of holes that are
-        covered."""
+        covered, `bays` polylines from the outline to the outline beyond which it is as in these."""
         pairs = boundary.pairs
         outer, *inner = (loop.source.curve.at(pairs.s[loop.vertices]) for loop in boundary.loops)
-        soft = closed_links([rim.size for rim in filled])
-        links = np.append(inside.links, inside.z.size + soft)
-        z, faces = triangulate(
-            outer, sizes, np.concatenate([inside.z, *filled]), links, inner, inside.rays(outer)
-        )
-        given = np.arange(inside.z.size + soft.size)
+        around = closed_links([rim.size for rim in filled])
+        soft = np.append(around, linked_on([bay.size - 2 for bay in bays], around.size))
+        links = np.append(inside.links, np.where(soft < 0, -1, inside.z.size + soft))
+        points = np.concatenate([inside.z, *filled, *(bay[1:-1] for bay in bays)])
+        mouths = [mouth_of(outer, bay) for bay in bays]
+        rays = np.concatenate([inside.rays(outer), bay_rays(bays, mouths, inside.z.size + around.size)])
+        z, faces = triangulate(outer, sizes, points, links, inner, rays)
+        given = np.arange(points.size)
         ends = np.where((links >= 0) & (given < inside.z.size), links, given)
         following = np.append(boundary.following, boundary.size + ends)
         u = np.zeros(z.size, np.complex128)
         u[: boundary.size] = boundary.images()
         pattern = system_of(faces, following, z.size)
-        weights = weights_of(z, faces, filled) if filled else None
+        rings = [np.append(bay, outer[mouth[-2:0:-1]]) for bay, mouth in zip(bays, mouths)]
+        weights = weights_of(z, faces, filled, rings) if filled or bays else None
         return cls(faces, pattern, z, u, boundary, inside=inside, weights=weights, metrics=metrics)
 
     @property
@@ -288,8 +296,8 @@ class DiscreteMap:
         """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, and how it ended;
         `stay` (k,) are those inside that do."""
         moving = self.u if forward else self.z
-        objective = Objective.of(theta, q, self.boundary.area_share(forward))
-        rest, surface = self._rest(forward), None
+        objective = Objective.of(theta, q, self.boundary.area_share(forward), forward=forward)
+        rest, surface = self._rest(forward, q), None
         if forward and self.ground is not None:
             rest, surface = self._in_space(self.ground, objective.theta)
         u, (tau, constraints) = moving.copy(), self.constraints(forward, corners, stay)
@@ -297,13 +305,13 @@ class DiscreteMap:
         energy, done, _ = newton.descend(system, objective, surface, u, tau, steps, tolerance)
         return u, tau, {"energy": float(energy), "settled": bool(done < steps)}
 
-    def _rest(self, forward: bool) -> RestShapes:
+    def _rest(self, forward: bool, q: float) -> RestShapes:
         """The triangles at rest on the side that is kept."""
         kept, moving = (self.z, self.u) if forward else (self.u, self.z)
         metrics = self.metrics if forward else self.metrics[::-1]
         gradients, areas = rest_geometry(kept, moving, self.pattern.corners, metrics)
         if self.weights is not None:
-            gradients, areas = _shrunk(gradients, areas, self.weights, forward)
+            areas = np.where(self.weights <= FILLED, -0.5 * LOST**q, self.weights) * areas
         return RestShapes.of(self.pattern, gradients, areas)
 
     def _in_space(self, ground: Ground, theta: float) -> tuple[RestShapes, SurfaceMap]:
@@ -340,21 +348,37 @@ class DiscreteMap:
         return tau.copy(), Constraints(kinds, goals, Rails.of(rails, own, closed), border)
 
 
-def weights_of(z: Complex, faces: Index, filled: Sequence[Complex]) -> Real:
-    """(m,) weights of triangles: FILLED in the polygons `filled`, else 1."""
+def linked_on(sizes: Sequence[int], first: int) -> Index:
+    """(k,) the next vertex on each of several open polylines of given sizes, of which `first` is the first; -1 at
+    their ends."""
+    links = first + np.arange(1, sum(sizes) + 1)
+    links[np.cumsum(sizes, dtype=np.int64) - 1] = -1
+    return links
+
+
+def mouth_of(outline: Complex, bay: Complex) -> Index:
+    """The vertices of an outline (b,) from the beginning of a bay's polyline to its end."""
+    start, stop = (int(np.abs(outline - end).argmin()) for end in (bay[0], bay[-1]))
+    return np.arange(start, stop + 1 if stop > start else stop + 1 + outline.size) % outline.size
+
+
+def bay_rays(bays: Sequence[Complex], mouths: Sequence[Index], first: int) -> Index:
+    """(2 k, 2) vertices of the outline at the ends of mouths, and those inside beside them, of which `first` is the
+    first."""
+    rays = []
+    for bay, mouth in zip(bays, mouths):
+        rays += [(mouth[0], first), (mouth[-1], first := first + bay.size - 3)]
+        first += 1
+    return np.array(rays, np.int64).reshape(-1, 2)
+
+
+def weights_of(z: Complex, faces: Index, filled: Sequence[Complex], bays: Sequence[Complex] = ()) -> Real:
+    """(m,) weights of triangles: FILLED in the polygons `filled`, BAY in those of bays, else 1."""
     middles, weights = z[faces].mean(axis=1), np.ones(len(faces))
-    for polygon in filled:
-        weights[Curve(polygon).contains(middles)] = FILLED
+    for polygons, weight in ((filled, FILLED), (bays, BAY)):
+        for polygon in polygons:
+            weights[Curve(polygon).contains(middles)] = weight
     return weights
-
-
-def _shrunk(gradients: Complex, areas: Real, weights: Real, forward: bool) -> tuple[Complex, Real]:
-    """Gradients (m, 3) and areas (m,) as if triangles in filled holes were small in the source: by themselves they are
-    content as they are, and their images would stay as large."""
-    size = np.where(weights == FILLED, SHRUNK, 1.0)
-    if forward:
-        return gradients / size[:, None], areas * size**2 * weights
-    return gradients * size[:, None], areas * weights
 
 
 @kernel

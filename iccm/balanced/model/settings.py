@@ -17,6 +17,11 @@ class Settings:
         tolerance: two-sided gap from the outlines aimed at, of the diagonal.
         max_dilatation: the largest K = s1/s2 wished; None for no bound.
         max_stretch: the largest max(s1, 1/s2) wished, relative to the mean scale; None for no bound.
+        fit: whether both outlines are met whole, or bays may be filled: "whole", "contain" those of the source, "cover"
+            those of the target, "auto" the one of these that costs the least.
+        keep_holes: whether partial maps pass over no holes.
+        max_left_out: the largest share of the source that may be left out.
+        max_uncovered: the largest share of the target that may stay uncovered.
         triangles: about how many the last mesh has.
     """
 
@@ -25,7 +30,16 @@ class Settings:
     tolerance: float = 1e-3
     max_dilatation: float | None = None
     max_stretch: float | None = None
+    fit: str = "whole"
+    keep_holes: bool = False
+    max_left_out: float = 1.0
+    max_uncovered: float = 1.0
     triangles: int = 6000
+
+    @property
+    def bounded(self) -> bool:
+        """Whether there are bounds on the distortion."""
+        return self.max_dilatation is not None or self.max_stretch is not None
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +63,8 @@ class Solution:
         notes: sentences on what was decided on the way.
         met: whether all pins and strokes are met.
         lines: (l, 2) vertices of the edges of strokes, which go straight to straight lines.
+        holes: numbers of the holes of the source and of the target that the map does not pass over; None for all.
+        filled: where bays are filled, the outer outline with them in the source and in the image.
         partners: for each loop but the first, which hole of the source and of the target it is; -1 for a slit.
     """
 
@@ -69,6 +85,8 @@ class Solution:
     met: bool = True
     lines: Index = field(default_factory=lambda: NO_LINES)
     partners: tuple[tuple[int, int], ...] = ()
+    holes: tuple[tuple[int, ...], tuple[int, ...]] | None = None
+    filled: tuple[Complex, Complex] | None = None
 
 
 @dataclass

@@ -8,6 +8,7 @@ via_annulus             correspondences of two shapes with one hole each, by way
 via_disc                coarse maps by way of a disc, for spirals and combs
 circle_domains          coarse maps by way of discs with round holes, for shapes with several holes
 candidates              the best of many coarse maps
+partial                 bays filled and holes passed over, and what that costs
 homotopy, grid_paths    ways of constrained points to their goals
 pin_continuation        pins brought to their goals, mesh by mesh
 warm_start              an earlier map gone on from

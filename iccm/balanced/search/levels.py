@@ -12,6 +12,7 @@ from ...arrays import Complex, Real
 from ...curve import Curve
 from ..constraints.strokes import StrokePair, inside
 from ..errors import Stuck
+from ..holes.bays import bays_within
 from ..holes.outlines import FEWEST, outlines_of, rim_spacing, space_out
 from ..meshing.mesh import Sizes
 from ..meshing.transfer import interpolate
@@ -29,6 +30,7 @@ from ..model.boundary_pairs import (
 )
 from ..model.discrete_map import DiscreteMap
 from ..model.measures import stretches
+from ..model.mesh_sizes import coarser_in_bays
 from ..model.metric import PLANES, Metrics
 from ..model.outline import Outline
 from ..model.sketch import Sketch
@@ -50,6 +52,8 @@ PATIENT = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes tha
 STROKE_SAMPLES = 8  # of each stroke, which starts are compared by (by hand)
 NO_PINS = np.empty((0, 2), np.complex128)
 
+Numbers = tuple[tuple[int, ...], tuple[int, ...]]  # of holes of the source and of the target
+
 
 class UnitProblem(NamedTuple):
     """What is solved, in unit coordinates.
@@ -65,7 +69,10 @@ class UnitProblem(NamedTuple):
         strokes: polylines inside that must.
         holes: outlines of holes of the source and of the target, clockwise.
         partners: (i, j) that hole i of the source is to go to hole j of the target.
+        passed: the outlines of holes of the source, and of the target, that the map passes over.
+        numbers: which of the given holes `holes` are.
         metrics: of the surfaces that the two planes stand for.
+        bays: of the source, as of `holes.bays.Filled`.
         inverted: whether this is the inverse of what was given, so that the target's area is that of `source`.
     """
 
@@ -79,7 +86,10 @@ class UnitProblem(NamedTuple):
     strokes: tuple[StrokePair, ...] = ()
     holes: tuple[tuple[Curve, ...], tuple[Curve, ...]] = ((), ())
     partners: tuple[tuple[int, int], ...] = ()
+    passed: tuple[tuple[Curve, ...], tuple[Curve, ...]] = ((), ())
+    numbers: Numbers = ((), ())
     metrics: Metrics = PLANES
+    bays: tuple[Complex, ...] = ()
     inverted: bool = False
 
     @property
@@ -107,6 +117,12 @@ class UnitProblem(NamedTuple):
         ]
         return np.concatenate([self.pins, np.array(self.anchors, np.complex128).T.reshape(-1, 2), *drawn])
 
+    @property
+    def kept(self) -> tuple[tuple[complex, ...], tuple[complex, ...]]:
+        """The vertices of both outlines that every level keeps."""
+        ends = dict.fromkeys(complex(end) for bay in self.bays for end in (bay[0], bay[-1]))
+        return (*self.anchors[0], *ends), self.anchors[1]
+
     def inverse(self) -> "UnitProblem":
         """The problem of the inverse map; it has the same energy."""
         pins = np.ascontiguousarray(self.pins[:, ::-1])
@@ -119,6 +135,8 @@ class UnitProblem(NamedTuple):
             strokes=strokes,
             holes=self.holes[::-1],
             partners=tuple((j, i) for i, j in self.partners),
+            passed=self.passed[::-1],
+            numbers=self.numbers[::-1],
             metrics=self.metrics[::-1],
             inverted=not self.inverted,
         )
@@ -138,6 +156,7 @@ class Level:
     halved: bool = False
     holes: tuple[tuple[Outline, ...], tuple[Outline, ...]] = ((), ())
     metrics: Metrics = PLANES
+    bays: tuple[Complex, ...] = ()
 
     @classmethod
     def of(
@@ -146,7 +165,7 @@ class Level:
         """The level of mesh size h; fineness of outlines and corners as shares of their diagonals."""
         (source, *rims), (target, *goals) = (
             outlines_of(curve, holes, fineness, corner_fineness, always)
-            for curve, holes, always in zip((problem.source, problem.target), problem.holes, problem.anchors)
+            for curve, holes, always in zip((problem.source, problem.target), problem.holes, problem.kept)
         )
         anchors = None
         if problem.anchors[0]:
@@ -158,6 +177,7 @@ class Level:
             *(source, target, size, anchors, steepest, problem.pins, problem.strokes, problem.halved),
             holes=(tuple(rims), tuple(goals)),
             metrics=problem.metrics,
+            bays=bays_within(source, problem.bays, corner_fineness, SPACING * size),
         )
 
     def mapped(
@@ -166,13 +186,16 @@ class Level:
         """A mesh for a match of the outlines, and of each stroke, without an inside yet."""
         boundary, spacing = self.boundary(match), SPACING * self.size
         sizes = sizes or Sizes.even(0.5 * self.size**2)
+        if self.bays:
+            sizes = coarser_in_bays(sizes, self.source.curve.z, self.bays)
         drawn = drawn or [stroke.even for stroke in self.strokes]
         kept = inside(self.strokes, drawn, spacing, self.pins)
         alone = sorted(set(range(len(self.holes[0]))) - {hole.source for hole in match.holes})
         filled = [space_out(self.holes[0][k], spacing) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
+        sizes_of_filled += [(-1, -1, bay.size - 2) for bay in self.bays]
         boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + kept.z.size))
-        return DiscreteMap.on(boundary, sizes, kept, filled, self.metrics)
+        return DiscreteMap.on(boundary, sizes, kept, filled, self.metrics, self.bays)
 
     def boundary(self, match: Match, fewest: int = FEWEST) -> MatchedBoundary:
         """The boundary of a mesh for a match of the outlines, with at least `fewest` vertices on each hole."""
@@ -217,7 +240,7 @@ class Level:
         try:
             return self.mapped(match).unfolded()
         except Stuck:
-            if len(match.holes) != max(map(len, self.holes)) or self.halved or self.pinned:
+            if len(match.holes) != max(map(len, self.holes)) or self.halved or self.pinned or self.bays:
                 raise
         return self.inverse().mapped(match.inverse()).unfolded().inverse()
 
@@ -319,14 +342,14 @@ def refine(
     """
     fine = interpolate_on(level, state, sizes)
     try:
-        return fine.unfolded(harmonic=False, polish=POLISHING, steps=only or STEPS)
+        return fine.unfolded(harmonic=False, polish=POLISHING, steps=only or STEPS, weighed=bool(level.bays))
     except Stuck:
         if only:
             raise
     try:
         return fine.unfolded(polish=POLISHING)
     except Stuck:
-        return fine.unfolded(harmonic=False, polish=POLISHING, steps=PATIENT)
+        return fine.unfolded(harmonic=False, polish=POLISHING, steps=PATIENT, weighed=bool(level.bays))
 
 
 def interpolate_on(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:

@@ -12,7 +12,6 @@ from ..holes.given import Holes
 from ..holes.outlines import manageable_holes
 from ..model.boundary_pairs import Match
 from ..model.discrete_map import DiscreteMap
-from ..model.measures import energy_between
 from ..model.metric import PLANES
 from ..model.outline import manageable
 from ..model.settings import Settings, SolveLog
@@ -33,7 +32,8 @@ from .final_mesh import (
     on_final_mesh,
 )
 from .hole_partners import Partners
-from .levels import Level, UnitProblem, initial_maps, relax_stretched, score, turn_factor
+from .levels import Level, Numbers, UnitProblem, initial_maps, relax_stretched, score
+from .partial import bay_choices, cost, hole_choices, is_good, is_within, with_bays, with_bays_like
 from .similarity import similar_with_holes, similarity
 from .symmetry import Half, half_of, mirror
 from .via_annulus import ring_matches
@@ -52,7 +52,10 @@ COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, 
 STEEPEST = 8.0  # slope of a match, relative to the mean, that a coarse mesh follows
 SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
 SYMMETRY_WORTH = 1.03  # times the cost of the best map, up to which one that is its own mirror image is taken
+NO_MAP = "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
 ASKEW = "The shapes are symmetric, the map is not: no symmetric one without folds costs as little energy."
+
+Found = tuple[UnitProblem, DiscreteMap]  # a problem, or its inverse, and a map of it
 
 
 def constrained_map(
@@ -78,8 +81,14 @@ def constrained_map(
     elif start is not None:
         return warm_started(problem, start, settings, journal)
     used, found = coarse_to_fine(problem, journal)
-    state = finish(used, found, settings, journal)
-    return (invert(state) if used.inverted else state), meets_constraints(used, found)
+    for partial in bay_choices(problem, settings):
+        log = SolveLog()
+        with suppress(NoMapError):
+            other = coarse_to_fine(partial, log)
+            if meets_constraints(*other) and cost(*other) < cost(used, found) and is_within(*other, settings):
+                used, found = other
+                journal.add(log)
+    return whole_map(used, found, settings, journal), meets_constraints(used, found)
 
 
 def with_constraints(
@@ -114,8 +123,9 @@ def warm_started(
 
 def free_map(
     source: Curve, target: Curve, holes: Holes, settings: Settings, journal: SolveLog
-) -> tuple[Meshed, bool]:
-    """The map in unit coordinates, and whether it is the mirror image of itself.
+) -> tuple[Meshed, bool, Numbers]:
+    """The map in unit coordinates, whether it is the mirror image of itself, and the numbers of the holes that it does
+    not pass over.
 
     Raises:
         NoMapError: none without folds was found.
@@ -128,14 +138,21 @@ def free_map(
     same = same and similar_with_holes(problem, same)
     if same is not None:
         journal.notes.append("The shapes are similar: the map is the similarity.")
-        return similarity_map(problem, same, settings), False
+        return similarity_map(problem, same, settings), False, problem.numbers
     halves = (half_of(source), half_of(target)) if settings.turn == 0 and not problem.holed else (None, None)
     if halves[0] and halves[1]:
-        return of_symmetric(problem, (halves[0], halves[1]), settings, journal)
-    return whole_map(*coarse_to_fine(problem, journal), settings, journal), False
+        return *of_symmetric(problem, (halves[0], halves[1]), settings, journal), problem.numbers
+    found = (
+        coarse_to_fine(problem, journal)
+        if settings.fit == "whole"
+        else cheapest_map(problem, settings, journal)
+    )
+    numbers = found[0].numbers
+    kept = numbers[::-1] if found[0].inverted else numbers
+    return whole_map(*found, settings, journal), False, (kept[0], kept[1])
 
 
-def whole_map(used: UnitProblem, fine_map: DiscreteMap, settings: Settings, journal: SolveLog) -> Meshed:
+def whole_map(used: UnitProblem, fine_map: Meshed, settings: Settings, journal: SolveLog) -> Meshed:
     """The map on the final mesh, of what `coarse_to_fine` gives."""
     state = finish(used, fine_map, settings, journal)
     return invert(state) if used.inverted else state
@@ -153,32 +170,90 @@ def of_symmetric(
     half_log, free_log = SolveLog(), SolveLog()
     with suppress(NoMapError):
         half = coarse_to_fine(half_problem(problem, halves, settings), half_log, share=0.5)
-    most = np.inf if half is None else cost(half[1], problem.theta, 0.0) / SYMMETRY_WORTH
+    most = np.inf if half is None else cost(*half) / SYMMETRY_WORTH
     if most > 1:  # no map has an energy below 1
         try:
             free = coarse_to_fine(problem, free_log)
         except NoMapError:
             if half is None:
                 raise
-    if half is not None and (free is None or cost(free[1], problem.theta, problem.upright) >= most):
+    if half is not None and (free is None or cost(*free) >= most):
+        if settings.fit != "whole":
+            half = partial_map(half_problem(problem, halves, settings), half, settings, half_log, 0.5)
         with suppress(Stuck):
             found = mirrored_half_map(problem, halves, *half, settings, half_log)
             journal.add(half_log)
             return found, True
     journal.add(free_log)
+    whole = free or coarse_to_fine(problem, journal)
     journal.notes.append(ASKEW)
-    return whole_map(*(free or coarse_to_fine(problem, journal)), settings, journal), False
+    if settings.fit != "whole":
+        whole = partial_map(problem, whole, settings, journal)
+    return whole_map(*whole, settings, journal), False
 
 
-def cost(state: DiscreteMap, theta: float, upright: float) -> float:
-    """The energy at q = 1 without the outline's term, made larger the more the picture is turned."""
-    energy = energy_between(state.z, state.u, state.material, theta, state.metrics)
-    return energy * turn_factor(state, upright)
+def cheapest_map(problem: UnitProblem, settings: Settings, journal: SolveLog) -> Found:
+    """The map that costs the least, before its last mesh: the whole one, or a partial one.
+
+    Raises:
+        NoMapError: there is none.
+    """
+    whole = None
+    with suppress(NoMapError):
+        whole = coarse_to_fine(problem, journal, patient=False)
+    try:
+        return partial_map(problem, whole, settings, journal)
+    except NoMapError:
+        return coarse_to_fine(problem, journal)
+
+
+def partial_map(
+    problem: UnitProblem,
+    whole: Found | None,
+    settings: Settings,
+    journal: SolveLog,
+    share: float = 1.0,
+) -> Found:
+    """The map that costs the least of the whole one, if there is one, and those with bays filled or holes passed over,
+    before its last mesh. For `share` see `coarse_to_fine`.
+
+    Raises:
+        NoMapError: there is none.
+    """
+    if whole and is_good(whole[1]):
+        return whole
+    tried: list[tuple[float, Found, SolveLog]] = []
+
+    def attempt(used: UnitProblem) -> None:
+        log = SolveLog()
+        with suppress(Stuck):
+            state = coarse_map(used, coarse_size(used) / np.sqrt(share), log)
+            tried.append((cost(used, state), (used, state), log))
+
+    whole_holes, *fewer = [problem] if settings.keep_holes else hole_choices(problem)
+    plain = fewer[-1] if fewer else whole_holes
+    for used in [*fewer[-1:], *bay_choices(plain, settings)]:
+        attempt(used)
+    if fewer and tried:
+        best = min(tried, key=lambda each: each[0])[1][0]
+        for given in (whole_holes, *fewer[:-1]):
+            like = with_bays_like(given, best)
+            if like is not None and like is not whole_holes:
+                attempt(like)
+    for _, (used, state), log in sorted(tried, key=lambda each: each[0]):
+        with suppress(Stuck):
+            found = used, fine_map(used, state, fine_size(used) / np.sqrt(share), log)
+            if is_within(*found, settings) and (not whole or cost(*found) < cost(*whole)):
+                journal.add(log)
+                return found
+    if whole is None:
+        raise NoMapError(NO_MAP)
+    return whole
 
 
 def coarse_to_fine(
-    problem: UnitProblem, journal: SolveLog, share: float = 1.0
-) -> tuple[UnitProblem, DiscreteMap]:
+    problem: UnitProblem, journal: SolveLog, share: float = 1.0, *, patient: bool = True
+) -> Found:
     """All stages but the last, of the problem or of its inverse; and which of the two.
 
     Maps that no finer mesh takes over (spirals onto stars) are left on a coarse one with all corners.
@@ -187,12 +262,13 @@ def coarse_to_fine(
         problem: `share` of what was given (a half, or all of it).
         journal: of what happens.
         share: see above.
+        patient: whether smaller triangles are tried where the usual ones fail.
 
     Raises:
         NoMapError: none without folds was found.
     """
     closest = None
-    for smaller in SMALLER:
+    for smaller in SMALLER if patient else SMALLER[:1]:
         for used in directions(problem):
             try:
                 sizes = (
@@ -210,14 +286,12 @@ def coarse_to_fine(
             closest = closest or found
     if closest is not None:
         return closest
-    for used in directions(problem):
+    for used in directions(problem) if patient else ():
         try:
             return used, coarse_map(used, coarse_size(used) / np.sqrt(share), journal, FINE_EXACTNESS)
         except Stuck:
             continue
-    raise NoMapError(
-        "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
-    )
+    raise NoMapError(NO_MAP)
 
 
 def coarse_size(problem: UnitProblem) -> float:
@@ -238,6 +312,8 @@ def directions(problem: UnitProblem) -> tuple[UnitProblem, ...]:
     Without constraints and holes the one with the longer outline is meshed first: triangles that fit its limbs can be
     spread over a block, those of a block hardly fit into limbs (energy -8 % on 20 hard pairs).
     """
+    if problem.bays:
+        return (problem,)
     inverse = problem.inverse()
     surplus = len(problem.holes[0]) - len(problem.holes[1])
     if surplus:
@@ -278,10 +354,16 @@ def mirrored_half_map(
     if exact:
         half = on_final_mesh(used, half, settings, journal, share=0.5)
     outline = 1 + int(np.searchsorted(half.pairs.s, half.matched.axis - 1e-9))
-    z, u = (half.u, half.z) if used.inverted else (half.z, half.u)
-    z, u, faces, border = mirror(z, u, half.faces, half.border, outline)
-    z, u = (w * np.sqrt(side.curve.area) + side.axis for w, side in zip((z, u), halves))
-    sketch = Sketch(z, u, faces, border)
+    z, u, faces, border = mirror(half.z, half.u, half.faces, half.border, outline)
+    sides = halves[::-1] if used.inverted else halves
+    z, u = (w * np.sqrt(side.curve.area) + side.axis for w, side in zip((z, u), sides))
+    weights = None if half.weights is None else np.tile(half.weights, 2)
+    sketch = Sketch(z, u, faces, border, filled=half.filled, weights=weights)
+    if used.bays and not exact:
+        return whole_map(
+            with_bays(problem.inverse() if used.inverted else problem), sketch, settings, journal
+        )
+    sketch = invert(sketch) if used.inverted else sketch
     return sketch if exact else finish(problem, sketch, settings, journal)
 
 
@@ -297,7 +379,7 @@ def coarse_map(
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += len(matches) - len(states)
     most = max(len(match.holes) for match in matches)
-    if most > 1 or (most and not states):
+    if (most > 1 or (most and not states)) and not level.bays:
         states += circle_starts(level, matches, problem.theta)
     states = screen(states or through_disc(level, problem.theta), problem)
     best = straighten(level, best_of(level, states, problem), problem)
@@ -354,7 +436,8 @@ def with_holes(problem: UnitProblem, holes: Holes, settings: Settings) -> UnitPr
     """The problem with its holes."""
     source = tuple(manageable_holes(problem.source, holes.source, settings.tolerance))
     target = tuple(manageable_holes(problem.target, holes.target, settings.tolerance))
-    return problem._replace(holes=(source, target), partners=holes.partners)
+    numbers = tuple(range(len(source))), tuple(range(len(target)))
+    return problem._replace(holes=(source, target), partners=holes.partners, numbers=numbers)
 
 
 def similarity_map(problem: UnitProblem, match: Match, settings: Settings) -> Meshed:

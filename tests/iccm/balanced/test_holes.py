@@ -107,9 +107,7 @@ def test_holes_without_a_partner_all_but_vanish():
         area(w, solution.faces[inside]) / area(w, solution.faces) for w in (solution.source, solution.image)
     ]
     assert shares[0] == pytest.approx(0.115, abs=2e-3)
-    assert (
-        0.08 < shares[1] / shares[0] < 0.12
-    )  # .096 here, .095, .093 and .092 with 2, 5 and 13 times the triangles
+    assert shares[1] / shares[0] < 0.05  # a void of 2 % is at rest (VOID)
     slit = solved(DISC, OFF)
     (loop,) = slit.loops[1:]
     assert slit.partners == ((-1, 0),) and 0 < -Curve(slit.source[loop]).area < 0.013 * DISC[0].area

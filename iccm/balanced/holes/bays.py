@@ -1,0 +1,98 @@
+"""Bays of an outline, filled: the shape that is left of its concavities, and where the outline runs inside it.
+
+A bay is what lies between an outline and a chord that joins two of its vertices outside, its mouth. A map of the filled
+shape in which the triangles of bays weigh little decides by itself how far each one closes.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex, Flags, Index, complex_of, xy_of
+from ...curve import Curve
+from ...plane import polygon_area
+from ..model.boundary_pairs import subdivide
+from ..model.outline import Outline
+
+SHALLOW = 0.02  # of the root of the area: vertices this close to the hull are on it
+LEAST = 0.01  # of the shape's area, which is one: smaller bays stay part of the outline
+
+
+class Filled(NamedTuple):
+    """A shape with bays filled.
+
+    Attributes:
+        outline: the shape with its bays, counter-clockwise.
+        bays: for each of them the vertices of the shape's own outline from one end of the mouth to the other, ends
+            included; they are vertices of `outline` too.
+    """
+
+    outline: Curve
+    bays: tuple[Complex, ...]
+
+
+def fill_hull(curve: Curve) -> Filled:
+    """A shape, counter-clockwise, with the bays filled that its convex hull has beyond it."""
+    ends = np.flatnonzero(_on_hull(curve.z))
+    rolled = np.roll(curve.z, -ends[0])
+    outline, bays = _mouths(np.append(rolled, rolled[0]), np.append(ends - ends[0], curve.z.size))
+    return Filled(Curve(outline[:-1]), bays)
+
+
+def fill_half_hull(curve: Curve, top: int) -> tuple[Filled, complex]:
+    """The right half of a shape with the bays of the whole filled, and the upper end of its axis, the imaginary one;
+    the lower end is the first vertex. `curve` goes from one end up to the vertex `top` and down the axis."""
+    path = curve.z[: top + 1]
+    ends = np.flatnonzero(_on_hull(np.append(path, -path[-2:0:-1].conj()))[: path.size])
+    outline, bays = _mouths(path[ends[0] : ends[-1] + 1], ends - ends[0])
+    axis = path[:0]
+    if ends[-1] < top:  # a bay that the axis cuts in two
+        outline, axis = np.append(outline, 1j * path[ends[-1]].imag), path[top:]
+        bays += (path[ends[-1] :],)
+    if ends[0] > 0:
+        outline, axis = np.append(1j * path[ends[0]].imag, outline), np.append(axis, path[0])
+        bays += (path[: ends[0] + 1],)
+    return Filled(Curve(np.append(outline, axis)), bays), complex(outline[-1])
+
+
+def _on_hull(z: Complex) -> Flags:
+    """Which vertices of a polygon are on its convex hull, or close to it."""
+    polygon = shapely.Polygon(xy_of(z))
+    away = shapely.distance(shapely.points(xy_of(z)), polygon.convex_hull.exterior)
+    return away <= SHALLOW * np.sqrt(polygon.area)
+
+
+def _mouths(path: Complex, ends: Index) -> tuple[Complex, tuple[Complex, ...]]:
+    """A polyline that skips the bays between vertices `ends` (k,), all ends among them, and the bays."""
+    outline, bays = [path[:1]], []
+    for start, stop in pairwise(ends.tolist()):
+        bay = path[start : stop + 1]
+        if bay.size > 2 and -polygon_area(bay) > LEAST:
+            bays.append(bay)
+            bay = bay[[0, -1]]
+        outline.append(bay[1:])
+    return np.concatenate(outline), tuple(bays)
+
+
+def bays_within(
+    outline: Outline, bays: Sequence[Complex], fineness: float, spacing: float
+) -> tuple[Complex, ...]:
+    """The bays of a simplified outline: of each as many vertices as stay within `fineness` of the outline's diagonal,
+    and half its own depth, and points between, no farther apart than asked."""
+    found = []
+    for bay in bays:
+        mouth, line = shapely.LineString(xy_of(bay[[0, -1]])), shapely.LineString(xy_of(bay))
+        depth = line.hausdorff_distance(mouth)
+        path = complex_of(
+            shapely.get_coordinates(line.simplify(min(fineness * outline.curve.diagonal, 0.5 * depth)))
+        )
+        gaps = np.abs(np.diff(path))
+        own, share = subdivide(gaps, spacing)
+        path = np.append(path[own] + share * np.diff(path)[own], path[-1])
+        while path.size < 4:  # each end gets a vertex of its own beside it
+            path = np.insert(path, np.arange(1, path.size), 0.5 * (path[1:] + path[:-1]))
+        found.append(path)
+    return tuple(found)

@@ -1,0 +1,142 @@
+"""Partial maps: of the whole map, and those with bays filled or holes passed over, the one that costs the least.
+
+With the source's bays filled all of it is shown, and the target stays uncovered where they open (contain). With the
+target's filled all of it is covered, and parts of the source are left out (cover). A point without a partner costs as
+much as one with the density LOST.
+"""
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+
+from ...arrays import Complex, Flags
+from ...curve import Curve
+from ...plane import triangle_areas
+from ..holes.bays import fill_half_hull, fill_hull
+from ..holes.given import Holes
+from ..minimise.energy import LOST
+from ..model.discrete_map import DiscreteMap
+from ..model.measures import energy_between, stretch_quantile
+from ..model.outline import Outline
+from ..model.settings import Settings
+from .hole_partners import Partners
+from .levels import Numbers, UnitProblem, turn_factor
+
+Side = Literal["source", "target"]
+SIDES: dict[str, tuple[Side, ...]] = {
+    "whole": (),
+    "contain": ("source",),
+    "cover": ("target",),
+    "auto": ("source", "target"),
+}
+"""Whose bays are filled for each fit."""
+GOOD = 2.2  # stretch on 95 % of the area up to which a map of the whole outlines does
+
+
+def hole_choices(problem: UnitProblem) -> list[UnitProblem]:
+    """The problem with all its holes, with those that have partners, and with none but those whose partners are wished;
+    the map passes over the others."""
+    counts = tuple(map(len, problem.holes))
+    choices: list[Numbers] = [problem.numbers]
+    if counts[0] != counts[1] and all(counts):
+        sides = zip((problem.source, problem.target), problem.holes)
+        here, there = ([Outline.of(curve, 0.0, 0.0) for curve in (outer, *holes)] for outer, holes in sides)
+        pairs = Partners(here, there, problem.partners).assigned(0.0)
+        choices.append((tuple(pairs[0].tolist()), tuple(pairs[1].tolist())))
+    if any(counts):
+        wished = [tuple(pair[k] for pair in problem.partners) for k in (0, 1)]
+        choices.append((wished[0], wished[1]))
+    return [with_holes_of(problem, numbers) for numbers in dict.fromkeys(choices)]
+
+
+def with_holes_of(problem: UnitProblem, numbers: Numbers) -> UnitProblem:
+    """The problem with those of its holes alone that have these numbers."""
+    given = Holes(*problem.holes, problem.partners)
+    kept = given.only(numbers)
+    passed = [
+        tuple(hole for hole in every if hole not in left) for every, left in zip(given.sides, kept.sides)
+    ]
+    return problem._replace(
+        holes=kept.sides, partners=kept.partners, passed=(passed[0], passed[1]), numbers=numbers
+    )
+
+
+def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
+    """The problem with the bays of one side filled, for each side that may have them filled; the inverse problem for
+    those of the target."""
+    found: list[UnitProblem] = []
+    if problem.anchors[0] and not problem.halved:
+        return found  # pins of outlines may be on bays
+    for side in SIDES[settings.fit]:
+        given = with_bays(problem if side == "source" else problem.inverse())
+        if given.bays and can_fill(given):
+            found.append(given)
+    return found
+
+
+def with_bays_like(problem: UnitProblem, other: UnitProblem) -> UnitProblem | None:
+    """The problem with the bays of that side filled whose bays are filled in another one; None where that cannot be."""
+    if not other.bays:
+        return problem
+    given = with_bays(problem.inverse() if other.inverted else problem)
+    return given if can_fill(given) else None
+
+
+def can_fill(problem: UnitProblem) -> bool:
+    """Whether holes without a partner are on the side whose bays are filled."""
+    return len(problem.holes[0]) >= len(problem.holes[1])
+
+
+def with_bays(problem: UnitProblem) -> UnitProblem:
+    """The problem with the bays of its source filled."""
+    if not problem.halved:
+        filled = fill_hull(problem.source)
+        return problem._replace(source=filled.outline, bays=filled.bays)
+    ends, goals = problem.anchors
+    top = int(np.flatnonzero(problem.source.z == ends[1])[0])
+    filled, upper = fill_half_hull(problem.source, top)
+    anchors = (complex(filled.outline.z[0]), upper), goals
+    return problem._replace(source=filled.outline, bays=filled.bays, anchors=anchors)
+
+
+def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]:
+    """The share of the source's area that is left out, and of the target's that stays uncovered, by a map of the
+    problem, or of its inverse: voids, and holes that are passed over."""
+    void = np.zeros(len(state.faces), bool) if state.weights is None else state.weights != 1
+    source, target = (
+        ~void & inside_any(holes, w[state.faces].mean(axis=1))
+        for w, holes in zip((state.z, state.u), problem.passed)
+    )
+    areas = [np.abs(triangle_areas(w[state.faces])) for w in (state.z, state.u)]
+    kept = areas[0] * ~void
+    here = float((kept * target).sum() / kept.sum())
+    there = float((areas[1] * (void | source)).sum() / areas[1].sum())
+    return (there, here) if problem.inverted else (here, there)
+
+
+def inside_any(holes: Sequence[Curve], w: Complex) -> Flags:
+    """(p,) whether points are inside one of several closed curves."""
+    found = np.zeros(w.size, bool)
+    for hole in holes:
+        found |= hole.contains(w)
+    return found
+
+
+def is_good(state: DiscreteMap) -> bool:
+    """Whether a map of the whole outlines does."""
+    return stretch_quantile(state.z, state.u, state.material, 0.95) <= GOOD
+
+
+def cost(problem: UnitProblem, state: DiscreteMap) -> float:
+    """The mean energy at q = 1 over source and target, without the outline's term, made larger the more the picture is
+    turned."""
+    lost = 0.5 * sum(lost_shares(problem, state))
+    energy = energy_between(state.z, state.u, state.material, problem.theta, state.metrics)
+    return ((1 - lost) * energy + lost * LOST) * turn_factor(state, problem.upright)
+
+
+def is_within(problem: UnitProblem, state: DiscreteMap, settings: Settings) -> bool:
+    """Whether no more is left out, or stays uncovered, than is allowed."""
+    left_out, uncovered = lost_shares(problem, state)
+    return left_out <= settings.max_left_out and uncovered <= settings.max_uncovered
