@@ -82,7 +82,7 @@ class Options:
         fit: "whole", the outlines go onto each other, limbs, bays and all; "contain", all of the source is shown, and
             the target may stay uncovered where bays of the source open; "cover", the target is covered, and what of the
             source lies beyond bays of the target is left out; "auto", the one of these that costs the least (whole
-            with pins, strokes, bounds and surfaces).
+            with pins, strokes, bounds, surfaces and a balance above 1).
         holes: "keep", all go onto each other, or shrink to slits; "auto", partial maps may pass over some, where that
             costs less.
         max_left_out: the largest share of the source's area that may be left out.

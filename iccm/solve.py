@@ -175,6 +175,10 @@ def deform(
 
 
 def _map_of(start: Fit | TriangulatedMap | None) -> TriangulatedMap | None:
+    if isinstance(start, Fit) and start.filled is not None:
+        raise InputError(
+            "start: is a partial map, which is not gone on from; solve that one with fit='whole'"
+        )
     found = start.map if isinstance(start, Fit) else start
     if found is not None and not isinstance(found, TriangulatedMap):
         raise InputError("start: is no balanced map, nor the result that holds one")

@@ -15,12 +15,12 @@ from .constraints.validate import check_free
 from .holes.given import Holes, named_partners, open_holes
 from .method import solve as solved
 from .model.settings import Settings, Solution
+from .search.partial import TURNED
 
 LAYERED = "Where the shape overlaps itself pictures show what is farther from the {}."
 
 EVEN = 1.0  # the balance at which angles and areas count alike
 SAID = 5e-4  # of the area: what is less is not worth a word
-TURNED = 20.0  # degrees away from what was asked, from which it is said (by hand)
 
 
 def solve(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
@@ -33,7 +33,8 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
         NoMapError: no map without folds was found.
         InputError: pins or strokes that no one-to-one map meets.
     """
-    if start is None and options.balance > EVEN:
+    if start is None and options.balance > EVEN and options.fit not in ("contain", "cover"):
+        options = replace(options, fit="whole")
         start = _plane_map(solve(problem, replace(options, balance=max(EVEN, options.balance / 2))))
     source, target = problem.given
     strokes = problem.given_strokes
@@ -192,7 +193,7 @@ def unasked_turn(found: float, asked: float | None) -> list[str]:
     if asked is None:
         return []
     away = np.degrees(np.angle(np.exp(1j * (found - asked))))
-    if abs(away) <= TURNED:
+    if abs(np.radians(away)) <= TURNED:
         return []
     turn = np.degrees(np.angle(np.exp(1j * found)))
     return [

@@ -220,7 +220,7 @@ def partial_map(
     Raises:
         NoMapError: there is none.
     """
-    if whole and is_good(whole[1]):
+    if whole and is_good(*whole):
         return whole
     tried: list[tuple[float, Found, SolveLog]] = []
 

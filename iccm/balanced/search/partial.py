@@ -31,7 +31,8 @@ SIDES: dict[str, tuple[Side, ...]] = {
     "auto": ("source", "target"),
 }
 """Whose bays are filled for each fit."""
-GOOD = 2.2  # stretch on 95 % of the area up to which a map of the whole outlines does
+GOOD = 2.2  # stretch on 95 % of the area up to which a map of the whole outlines does,
+TURNED = np.radians(20)  # and its turn
 
 
 def hole_choices(problem: UnitProblem) -> list[UnitProblem]:
@@ -123,9 +124,10 @@ def inside_any(holes: Sequence[Curve], w: Complex) -> Flags:
     return found
 
 
-def is_good(state: DiscreteMap) -> bool:
-    """Whether a map of the whole outlines does."""
-    return stretch_quantile(state.z, state.u, state.material, 0.95) <= GOOD
+def is_good(problem: UnitProblem, state: DiscreteMap) -> bool:
+    """Whether a map of the whole outlines does: one that is stretched little, and as upright as is asked."""
+    upright = problem.upright == 0 or abs(state.turn) <= TURNED
+    return upright and stretch_quantile(state.z, state.u, state.material, 0.95) <= GOOD
 
 
 def cost(problem: UnitProblem, state: DiscreteMap) -> float:

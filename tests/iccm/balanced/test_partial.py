@@ -1,0 +1,182 @@
+"""Partial maps: bays filled, holes passed over, and what is said of them."""
+
+import numpy as np
+import pytest
+import shapely
+
+import iccm
+from iccm import InputError
+from iccm.arrays import complex_of, xy_of
+from iccm.balanced.holes.bays import SHALLOW, fill_half_hull, fill_hull
+from iccm.balanced.minimise.energy import (
+    NO_SLOTS,
+    Objective,
+    RestShapes,
+    geometry,
+    void_derivatives,
+)
+from iccm.balanced.search.partial import GOOD
+from iccm.balanced.search.symmetry import half_of
+from iccm.curve import Curve
+
+STEPS = np.exp(2j * np.pi * np.arange(60) / 60)
+DISC = Curve.domain(3 * STEPS)
+SQUARE = Curve.domain(np.array([0, 4, 4 + 4j, 4j]))
+U = Curve.domain(np.array([-3, 3, 3 + 6j, 2 + 6j, 2 + 1j, -2 + 1j, -2 + 6j, -3 + 6j]))
+HOOK = Curve.domain(np.array([0, 5, 5 + 6j, 4 + 6j, 4 + 1j, 1 + 1j, 1 + 3j, 3j]))  # not symmetric
+STAR = Curve.domain(1j * np.exp(1j * np.pi / 5 * np.arange(10)) * np.where(np.arange(10) % 2, 0.35, 1))
+PAIRS = {"U": (U, SQUARE), "hook": (HOOK, SQUARE), "star": (STAR, DISC)}
+
+
+def polygon(curve):
+    return shapely.Polygon(xy_of(curve.z))
+
+
+def unit(curve):
+    return Curve(curve.z / np.sqrt(curve.area))
+
+
+@pytest.mark.parametrize("curve", [U, HOOK, STAR], ids=["U", "hook", "star"])
+def test_a_shape_with_its_bays_is_its_hull_but_for_shallow_ones(curve):
+    filled = fill_hull(unit(curve))
+    hull = polygon(unit(curve)).convex_hull
+    assert hull.contains(polygon(filled.outline).buffer(-1e-12))
+    assert hull.difference(polygon(filled.outline)).area < 2 * SHALLOW * hull.length
+    bays = [shapely.Polygon(xy_of(bay)) for bay in filled.bays]
+    parts = shapely.unary_union([polygon(unit(curve)), *bays])
+    assert parts.symmetric_difference(polygon(filled.outline)).area < 1e-12
+    outline = set(filled.outline.z.tolist())
+    assert all(bay[0] in outline and bay[-1] in outline for bay in filled.bays)
+
+
+def test_an_edge_along_the_hull_begins_no_bay():
+    """The feet of a U lie on its hull; its only bay is the one between them."""
+    filled = fill_hull(unit(U))
+    assert [bay.size for bay in filled.bays] == [4]
+    assert fill_hull(unit(SQUARE)).bays == () == fill_hull(unit(DISC)).bays
+
+
+@pytest.mark.parametrize("curve", [U, STAR], ids=["U", "star"])
+def test_half_a_shape_gets_half_the_bays(curve):
+    whole = fill_hull(unit(curve))
+    half = half_of(unit(curve))
+    filled, top = fill_half_hull(half.curve, half.top)
+    assert 2 * filled.outline.area == pytest.approx(whole.outline.area, rel=1e-9)
+    assert filled.outline.z[0].real == top.real == 0 and filled.outline.z[0].imag < top.imag
+    assert filled.outline.z.real.min() > -1e-12
+
+
+def test_a_void_counts_the_area_of_its_image():
+    """But for a barrier, of whatever shape the image is; by the inverse map, of the source's vertices, the same."""
+    z, faces = np.array([0, 1, 0.2 + 1j]), np.array([[0, 1, 2]])
+    u = np.array([0.1j, 0.9, 1.3 + 0.7j])
+    gradients, areas = geometry(z, faces)
+    _, images = geometry(u, faces)
+    forward = RestShapes(faces, NO_SLOTS, gradients, -areas).energy(u, Objective.of(1.0, 3.0))
+    assert forward == pytest.approx(images[0], rel=0.01)
+    back = RestShapes(faces, NO_SLOTS, geometry(u, faces)[0], -images)
+    assert back.energy(z, Objective.of(1.0, 3.0, forward=False)) == pytest.approx(forward, rel=1e-12)
+
+
+@pytest.mark.parametrize("forward", [True, False])
+def test_derivatives_of_a_void(forward):
+    p, d, step = 0.9, 0.4, 1e-5
+
+    def value(p, d):
+        return void_derivatives(p, d, forward)[0]
+
+    _, by_p, by_d, _, by_pd, by_dd = void_derivatives(p, d, forward)
+    assert by_p == pytest.approx((value(p + step, d) - value(p - step, d)) / (2 * step), rel=1e-6, abs=1e-12)
+    assert by_d == pytest.approx((value(p, d + step) - value(p, d - step)) / (2 * step), rel=1e-6, abs=1e-12)
+    slopes = [void_derivatives(p + s, d + t, forward) for s, t in ((0, step), (0, -step))]
+    assert by_dd == pytest.approx((slopes[0][2] - slopes[1][2]) / (2 * step), rel=1e-5, abs=1e-10)
+    assert by_pd == pytest.approx((slopes[0][1] - slopes[1][1]) / (2 * step), rel=1e-5, abs=1e-10)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_all_of_the_source_is_shown_and_the_map_is_less_stretched(name):
+    source, target = PAIRS[name]
+    whole, fit = (iccm.fit(source, target, fit=choice) for choice in ("whole", "contain"))
+    report = fit.report()
+    assert fit.status.ok and fit.certificate.certified
+    assert report["left_out"] == pytest.approx(0, abs=1e-3) and 0 < report["uncovered"] < 0.15
+    assert report["stretch"]["p95"] < 0.9 * whole.report()["stretch"]["p95"]
+    shown = shapely.Polygon(xy_of(fit.map.image[fit.map.loops[0]]))
+    assert 1 - shown.area / polygon(target).area == pytest.approx(report["uncovered"], abs=1e-3)
+    assert polygon(target).buffer(1e-3).contains(shown)
+    assert abs(Curve(fit.map.polygon).area) == pytest.approx(source.area, rel=1e-3)
+    assert report["boundary"]["hausdorff"] < 5e-4  # of the outline with bays filled
+
+
+def test_covering_is_the_other_way_round():
+    there, back = iccm.fit(HOOK, SQUARE, fit="contain"), iccm.fit(SQUARE, HOOK, fit="cover")
+    assert back.uncovered == pytest.approx(0, abs=1e-3)
+    assert back.left_out == pytest.approx(there.uncovered, rel=0.05)
+    assert back.report()["boundary"]["hausdorff"] < 5e-4
+
+
+def test_auto_takes_what_costs_the_least_and_whole_is_as_it_was():
+    assert iccm.fit(U, SQUARE).filled is not None
+    plain = iccm.fit(SQUARE, DISC)
+    assert not plain.is_partial and "left_out" not in plain.report()
+    assert np.array_equal(plain.map.image, iccm.fit(SQUARE, DISC, fit="whole").map.image)
+    assert plain.report()["stretch"]["p95"] < GOOD
+
+
+def test_symmetric_pairs_stay_symmetric():
+    fit = iccm.fit(U, SQUARE)
+    z = fit.interior[np.abs(fit.interior.real) > 0.1]
+    middle = 0.5 * sum(SQUARE.box).real
+    w, mirrored = fit.map(z), fit.map(-z.conj())
+    known = np.isfinite(w) & np.isfinite(mirrored)
+    assert known.mean() > 0.9
+    assert np.abs((w - middle) + (mirrored - middle).conj())[known].max() < 1e-6
+
+
+def test_what_may_be_lost_is_bounded():
+    free = iccm.fit(U, SQUARE)
+    assert free.uncovered > 0.01
+    assert not iccm.fit(U, SQUARE, max_uncovered=0.5 * free.uncovered).is_partial
+    assert iccm.fit(U, SQUARE, max_left_out=0.0).uncovered == pytest.approx(free.uncovered)
+
+
+def test_pins_are_met_by_partial_maps():
+    pins = np.array([[-2.5 + 4j, 0.5 + 3j], [2.5 + 4j, 3.5 + 2.5j]])
+    assert not iccm.fit(U, SQUARE, pins=pins).is_partial  # unless it is asked for
+    fit = iccm.fit(U, SQUARE, pins=pins, fit="contain")
+    assert fit.filled is not None and fit.certificate.certified
+    assert np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
+
+
+def test_holes_are_passed_over_where_that_costs_less():
+    """A hole at the left end of a block does not go to one at the right end of another."""
+    block = Curve.domain(np.array([-4 - 1j, 4 - 1j, 4 + 1j, -4 + 1j]))
+    wedge = Curve.domain(np.array([-4 - 1j, 4 - 1j, 3.5 + 1j, -4 + 1j]))
+    holes = {"source_holes": [0.5 * STEPS - 3], "target_holes": [0.5 * STEPS + 3]}
+    kept, free = (iccm.fit(block, wedge, **holes, holes=choice) for choice in ("keep", "auto"))
+    assert len(kept.source_holes) == 1 and not kept.is_partial
+    assert [len(side) for side in free.passed_holes] == [1, 1] and not free.source_holes
+    share = abs(Curve(0.5 * STEPS).area) / block.area
+    assert free.uncovered == pytest.approx(share, rel=0.3) and free.left_out == pytest.approx(share, rel=0.3)
+    assert any("passes over 1 hole of the source and 1 hole of the target" in note for note in free.notes)
+    assert (
+        abs(free.report()["turn"]) < 5 < abs(kept.report()["turn"])
+    )  # upside down the holes go onto each other
+
+
+def test_bad_words_are_refused():
+    for wrong in ({"fit": "loose"}, {"holes": "fill"}, {"max_uncovered": 2.0}):
+        with pytest.raises(InputError):
+            iccm.fit(U, SQUARE, **wrong)
+    with pytest.raises(InputError, match="balanced"):
+        iccm.fit(U, SQUARE, method="conformal", fit="cover")
+    with pytest.raises(InputError, match="partial"):
+        iccm.fit(U, SQUARE, start=iccm.fit(U, SQUARE))
+
+
+def test_rings_of_passed_holes_are_cut_to_what_is_shown():
+    from iccm.result import rings_within
+
+    rings = rings_within([Curve(SQUARE.z + 2)], SQUARE)
+    assert [polygon(Curve(ring)).area for ring in rings] == [pytest.approx(8)]
+    assert complex_of(xy_of(rings[0])).size == 4
