@@ -429,6 +429,7 @@ def sticker() -> list[Row]:
 
 FIGURES: dict[str, Callable[[], list[Row]]] = {
     "methods": methods.methods,
+    "fits": methods.fits,
     "sheet": methods.contact_sheet,
     "teaser": teaser,
     "convergence": convergence,
