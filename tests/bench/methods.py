@@ -43,8 +43,8 @@ def methods() -> list[tuple[str, str]]:
 
 
 def fits() -> list[tuple[str, str]]:
-    """Which fit when: whole outlines beside the fit that costs the least, on random drawings of free packages that whole
-    outlines do not suit."""
+    """Which fit when: whole outlines beside the fit that costs the least, on random drawings that whole outlines do not
+    suit."""
     figure, panels = pictures.sheet(6, FITTED // 2, 1.6)
     cells, rows, choice = panels.reshape(-1, 3), [], random.Random(SEED)
     while len(rows) < 2 * FITTED:

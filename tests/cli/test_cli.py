@@ -245,7 +245,7 @@ def test_what_overlaps_is_told_and_refused_where_that_is_asked_for(shapes, iccm)
                     ("leg", [[60, 30], [30, 60]], [[45, 40], [65, 60]]),
                 ]
             },
-            "strokes 1 and 2: .* source (stroke 1: arm, stroke 2: leg)",
+            "strokes 1 and 2: .* source; leave a gap (stroke 1: arm, stroke 2: leg)",
         ),
     ],
 )
