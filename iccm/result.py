@@ -339,7 +339,7 @@ class Fit:
             "boundary": self.boundary if self.target is not None else None,
             **({"holes": self._holes_report} if self._has_pairs else {}),
             **({"left_out": self.left_out, "uncovered": self.uncovered} if self.is_partial else {}),
-            **self.distortion.report(),
+            **self._distortion_report,
             **self._apart,
             "log10_area": {
                 name: _quantile(area, q) for name, q in (("p05", 0.05), ("median", 0.5), ("p95", 0.95))
@@ -349,6 +349,14 @@ class Fit:
             "strokes": [{"error": self._stroke_error(a, b)} for a, b in self.strokes],
             "notes": [*self.notes, *self._doubts()],
         }
+
+    @property
+    def _distortion_report(self) -> dict[str, Any]:
+        """The figures of distortion; what stays uncovered is within no scale."""
+        found = self.distortion.report()
+        if self.is_partial:
+            found["scale"] = {name: share * (1 - self.uncovered) for name, share in found["scale"].items()}
+        return found
 
     @property
     def _apart(self) -> dict[str, Any]:
