@@ -1,6 +1,6 @@
 """The result of solving: a map, how the solver ended, and figures that judge it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from .arrays import Complex, Real, complex_of, xy_of
+from .arrays import Complex, Flags, Real, complex_of, xy_of
 from .blas import on_one_thread
 from .buckets import nearest_segments
 from .curve import Curve, boundary_samples
@@ -222,14 +222,16 @@ class Fit:
 
     @property
     def is_partial(self) -> bool:
-        """Whether bays are filled, or holes passed over, so that parts may have no partner."""
-        return self.filled is not None or any(self.passed_holes)
+        """Whether bays are filled, holes passed over or without a partner, so that parts may have none."""
+        slits = isinstance(self.map, TriangulatedMap) and bool(self._voids.any())
+        return slits or self.filled is not None or any(self.passed_holes)
 
     @property
     def left_out(self) -> float:
         """The share of the source's area that the map leaves out, or takes into holes of the target."""
         image = Curve(self.image)
         lost = [self.inverse(image.pulled_in(ring)) for ring in rings_within(self.passed_holes[1], image)]
+        lost += self._void_corners(lambda map: map.source)
         return self._missing(self.map.polygon, [*self.openings[0], *lost], self.source, self.source_holes)
 
     @property
@@ -237,6 +239,7 @@ class Fit:
         """The share of the target's area that the map does not cover, or takes holes of the source to."""
         assert self.target is not None
         lost = [self._image_of(ring) for ring in rings_within(self.passed_holes[0], Curve(self.map.polygon))]
+        lost += self._void_corners(lambda map: map.image)
         return self._missing(self.image, [*self.openings[1], *lost], self.target, self.target_holes)
 
     def _missing(
@@ -308,7 +311,26 @@ class Fit:
         where layouts stand for them."""
         if any(self.layouts):
             return on_surfaces(self._samples, self.layouts)
-        return distortion.of_triangles(self.map) if isinstance(self.map, TriangulatedMap) else self._samples
+        if not isinstance(self.map, TriangulatedMap):
+            return self._samples
+        return distortion.of_triangles(self.map, np.flatnonzero(~self._voids))
+
+    def _void_corners(self, plane: Callable[[TriangulatedMap], Complex]) -> list[Complex]:
+        """The corners of the triangles that fill holes of the source without a partner, in one of the planes."""
+        if not isinstance(self.map, TriangulatedMap):
+            return []
+        return list(plane(self.map)[self.map.faces[self._voids]])
+
+    @cached_property
+    def _voids(self) -> Flags:
+        """(m,) the triangles that fill holes of the source without a partner."""
+        assert isinstance(self.map, TriangulatedMap)
+        found = np.zeros(len(self.map.faces), bool)
+        if self.target is not None:
+            met = {i for i, _ in self.hole_partners}
+            for number in set(range(len(self.source_holes))) - met:
+                found |= self.source_holes[number].contains(self.map.source[self.map.faces].mean(axis=1))
+        return found
 
     @cached_property
     def triangles(self) -> Distortion:

@@ -49,7 +49,7 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     drawn = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
     if not (len(pins) or len(strokes)):
-        fit.notes.extend(strain(fit.distortion) + unasked_turn(found.turn, settings.turn))
+        fit.notes.extend(strain(fit.distortion, options.fit) + unasked_turn(found.turn, settings.turn))
     fit.notes.extend(parts_lost(fit))
     return fit
 
@@ -160,14 +160,16 @@ def _status(found: Solution, drawn: bool, settings: Settings) -> Status:
     return Status.REACHED if found.reached and drawn else Status.BOUNDS
 
 
-def strain(found: Distortion) -> list[str]:
-    """A sentence where the stretch cannot be small: a ring, a bar or a spiral onto a block, or the other way round."""
+def strain(found: Distortion, fit: str = "auto") -> list[str]:
+    """A sentence where the stretch cannot be small: a ring, a bar or a spiral onto a block, or the other way round; and
+    what may help where whole outlines were asked for."""
     if found.strain is None:
         return []
     return [
         "The shapes differ so much that the picture is stretched strongly: "
         "on 5 % of the target lengths change by more than {:.1f} times, "
         "and by {:.0f} times as much one way as the other.".format(*found.strain)
+        + " A fit of auto may leave out what does not fit." * (fit == "whole")
     ]
 
 

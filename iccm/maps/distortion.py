@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Complex, Real
+from ..arrays import Complex, Index, Real
 from .approximation import AnyMap
 from .inverse import extended_inverse
 from .triangulated.map import TriangulatedMap
@@ -118,14 +118,16 @@ _INNER = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 _POINTS = np.concatenate([_INNER, np.eye(3)])
 
 
-def of_triangles(map: TriangulatedMap) -> Distortion:
-    """Three samples in each triangle, which share its area of the image, and its corners for the largest values."""
-    a, b, c = map.corners.T
-    d, e, f = map.source[map.faces].T
+def of_triangles(map: TriangulatedMap, chosen: Index | None = None) -> Distortion:
+    """Three samples in each triangle, or each of those chosen, which share its area of the image, and its corners for
+    the largest values."""
+    chosen = np.arange(len(map.faces)) if chosen is None else chosen
+    a, b, c = map.corners[chosen].T
+    d, e, f = map.source[map.faces[chosen]].T
     area, before = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
-    triangle = np.repeat(np.arange(len(map.faces)), len(_POINTS))
+    triangle = np.repeat(chosen, len(_POINTS))
     weight = np.outer(area, np.repeat([1 / 3, 0.0], 3)).ravel()
-    place = np.tile(_POINTS, (len(map.faces), 1))
+    place = np.tile(_POINTS, (chosen.size, 1))
     f_z, f_zbar = map.derivatives_at(triangle, place)
     return Distortion(weight, f_z, f_zbar, float(np.sqrt(area.sum() / before.sum())))
 
