@@ -89,6 +89,8 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
 def _solve(run: Run) -> None:
     """The map of each pair of shapes."""
     job, count, given = run.job, len(run.pairs), run.constraints | run.job.solver
+    if job.holes == "keep" and job.holed and job.target:
+        given["holes"] = "keep"
     with run.phases.timed("solve"):
         for k, (source, target) in enumerate(run.pairs):
             within = progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}")

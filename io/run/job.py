@@ -99,8 +99,7 @@ class Job(JobOptions):
     @property
     def solver(self) -> dict[str, Any]:
         """What of it goes to `iccm.fit` and `iccm.deform`."""
-        given = {name: value for name in SOLVER if (value := getattr(self, name)) is not None}
-        return given | {"holes": "keep"} if self.holes == "keep" and self.target else given
+        return {name: value for name in SOLVER if (value := getattr(self, name)) is not None}
 
     @property
     def exact(self) -> bool:

@@ -34,6 +34,7 @@ def holed(shapes):
 
 
 def mapped(iccm, *typed):
+    typed = typed if "--holes" in typed else (*typed, "--holes", "keep")
     done = iccm("map", *typed, "-o", "o.png", "--report", "r.json", "--size", "100", "--force")
     with open("r.json") as file:
         return done, json.load(file)
@@ -116,6 +117,24 @@ def test_holes_of_a_shape_that_is_deformed_move_freely(holed, iccm):
     assert "moved as if filled" in iccm(*typed, "--pin", "45,45:45,45").err
     filled = iccm(*typed, "--holes", "fill")
     assert filled.code == 0 and (image_files.read("o.png").pixels[40:50, 35:55, 3] == 255).all()
+
+
+def test_holes_are_kept_or_cut_as_is_cheaper_unless_told(holed, iccm):
+    done, report = mapped(iccm, "ring.svg", "off.svg", "--holes", "auto")
+    assert done.code == 0 and report["injective"]["certified"]
+    alpha = image_files.read("o.png").pixels[..., 3]
+    assert (alpha[41:59, 56:74] == 0).all()  # transparent either way
+    done, report = mapped(iccm, "ring.svg", "off.svg", "--holes", "cut")
+    assert done.code == 0 and "holes" not in report
+    assert (image_files.read("o.png").pixels[41:59, 56:74, 3] == 0).all()
+
+
+def test_shapes_drawn_by_lines_are_filled(shapes, iccm):
+    thin = '<path fill-rule="evenodd" d="M10 10H90V90H10Z M15 15V85H85V15Z"/>'
+    (shapes / "frame.svg").write_text(SVG.format(thin))
+    done = iccm("map", "frame.svg", "square.svg", "-o", "o.png", "--size", "64")
+    assert done.code == 0 and "drawn by lines" in done.err
+    assert (image_files.read("o.png").pixels[20:44, 20:44, 3] == 255).all()
 
 
 def test_other_methods_pass_over_holes(holed, iccm):
