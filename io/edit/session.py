@@ -225,9 +225,8 @@ class Session:
     def _fit_scene(self, scene: Scene, start: TriangulatedMap | None) -> tuple[Fit, dict[str, Any]]:
         """The fit, as `iccm map` makes it, and its report."""
         pins, strokes = self.core(scene)
-        given: dict[str, Any] = (
-            {"fit": "whole"} | self.job.solver | {"balance": scene.balance, "turn": scene.turn}
-        )
+        given: dict[str, Any] = {"fit": "whole"} if scene.balance else {}
+        given |= self.job.solver | {"balance": scene.balance, "turn": scene.turn}
         given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
         said: list[str] = []
         given |= {} if start is None else {"start": start}

@@ -79,8 +79,6 @@ def solve(
 
     if target is None:
         return deform_with_holes(source, **given) if holed else iccm.deform(source.curve, **given)
-    if source.is_mesh or target.is_mesh:
-        given = {"fit": "whole"} | given
     if holed:
         return fit_with_holes(source, target, tell, **given)
     return iccm.fit(source.domain, target.domain, **given)

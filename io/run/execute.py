@@ -89,8 +89,10 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
 def _solve(run: Run) -> None:
     """The map of each pair of shapes."""
     job, count, given = run.job, len(run.pairs), run.constraints | run.job.solver
-    if job.holes == "keep" and job.holed and job.target:
-        given["holes"] = "keep"
+    if job.target and job.exact:
+        given |= {"holes": "keep"} if job.holes == "keep" else {}
+        meshes = any(shape.is_mesh for pair in run.pairs for shape in pair)
+        given |= {"fit": "whole"} if meshes and job.fit is None else {}
     with run.phases.timed("solve"):
         for k, (source, target) in enumerate(run.pairs):
             within = progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}")
