@@ -66,11 +66,14 @@ def test_a_pin_may_be_a_point_in_space():
     assert Job(source="a", pin=["1,2:3,4,5"]).pin == (((1, 2), (3, 4, 5)),)
 
 
+MAP_ALONE = "turn", "fit", "max_left_out", "max_uncovered"
+
+
 def test_every_field_is_an_option_of_the_command_line_and_back():
     fields = {"source", "target", *options_of()}
     for command, own in (
         (map.command, set()),
-        (deform.command, {"target", "bake", "parts", "turn", "carry_maps"}),
+        (deform.command, {"target", "bake", "parts", "carry_maps", *MAP_ALONE}),
     ):
         names = {parameter.name for parameter in command.params} - {
             "help",
