@@ -1,5 +1,6 @@
 """Curves in the plane: complex vertices, closed (a domain's boundary) or open (a stroke)."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -147,6 +148,14 @@ class Curve:
     def resample(self, count: int) -> "Curve":
         """About `count` vertices with edges about even, keeping every corner sharper than 30 degrees where it is."""
         return Curve(self.at(resampled_knots(self, count)), self.closed)
+
+
+def inside_any(curves: Iterable[Curve], w: Complex) -> NDArray[np.bool_]:
+    """(p,) whether points lie inside one of several closed curves."""
+    found = np.zeros(w.size, bool)
+    for curve in curves:
+        found |= curve.contains(w)
+    return found
 
 
 def boundary_samples(polygon: Complex, per_edge: int = 4) -> Complex:

@@ -12,7 +12,7 @@ import shapely
 from .arrays import Complex, Flags, Real, complex_of, xy_of
 from .blas import on_one_thread
 from .buckets import nearest_segments
-from .curve import Curve, boundary_samples
+from .curve import Curve, boundary_samples, inside_any
 from .maps import distortion, harmonic, injectivity, inverse
 from .maps.approximation import AnyMap, triangulated
 from .maps.boundary_image import outline
@@ -226,7 +226,7 @@ class Fit:
         slits = isinstance(self.map, TriangulatedMap) and bool(self._voids.any())
         return slits or self.filled is not None or any(self.passed_holes)
 
-    @property
+    @cached_property
     def left_out(self) -> float:
         """The share of the source's area that the map leaves out, or takes into holes of the target."""
         image = Curve(self.image)
@@ -234,7 +234,7 @@ class Fit:
         lost += self._void_corners(lambda map: map.source)
         return self._missing(self.map.polygon, [*self.openings[0], *lost], self.source, self.source_holes)
 
-    @property
+    @cached_property
     def uncovered(self) -> float:
         """The share of the target's area that the map does not cover, or takes holes of the source to."""
         assert self.target is not None
@@ -325,12 +325,9 @@ class Fit:
     def _voids(self) -> Flags:
         """(m,) the triangles that fill holes of the source without a partner."""
         assert isinstance(self.map, TriangulatedMap)
-        found = np.zeros(len(self.map.faces), bool)
-        if self.target is not None:
-            met = {i for i, _ in self.hole_partners}
-            for number in set(range(len(self.source_holes))) - met:
-                found |= self.source_holes[number].contains(self.map.source[self.map.faces].mean(axis=1))
-        return found
+        met = {i for i, _ in self.hole_partners}
+        alone = [] if self.target is None else [h for i, h in enumerate(self.source_holes) if i not in met]
+        return inside_any(alone, self.map.source[self.map.faces].mean(axis=1))
 
     @cached_property
     def triangles(self) -> Distortion:

@@ -80,9 +80,7 @@ def result_of(
     """
     (source, target), (all_holes, pins), strokes = problem.given, given, problem.given_strokes
     holes = all_holes if found.holes is None else all_holes.only(found.holes)
-    passed = [
-        tuple(hole for hole in every if hole not in kept) for every, kept in zip(all_holes.sides, holes.sides)
-    ]
+    passed = ((), ()) if found.holes is None else all_holes.others(found.holes)
     status = _status(found, drawn, settings)
     energies = [{"total": float(level["energy"])} for level in found.energies]
     return Fit(
@@ -90,7 +88,7 @@ def result_of(
         source_holes=holes.source,
         target_holes=holes.target,
         hole_partners=found.partners,
-        passed_holes=(passed[0], passed[1]),
+        passed_holes=passed,
         filled=found.filled,
     )
 

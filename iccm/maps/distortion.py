@@ -91,9 +91,7 @@ class Distortion:
 
     def quantile(self, values: Real, share: float) -> float:
         """The least of values (p,) that those of a share of the target do not exceed."""
-        order = np.argsort(values)
-        summed = np.cumsum(self.area[order])
-        return float(values[order][min(np.searchsorted(summed, share * summed[-1]), values.size - 1)])
+        return weighted_quantile(values, self.area, share)
 
     def report(self) -> dict:
         """As in the JSON report."""
@@ -106,6 +104,13 @@ class Distortion:
 
     def _figures(self, values: Real, *names: tuple[str, float]) -> dict[str, float]:
         return {**{name: self.quantile(values, share) for name, share in names}, "max": float(values.max())}
+
+
+def weighted_quantile(values: Real, weights: Real, share: float) -> float:
+    """The least of values (p,) that those of a share of their weights (p,) do not exceed."""
+    order = np.argsort(values)
+    summed = np.cumsum(weights[order])
+    return float(values[order][min(np.searchsorted(summed, share * summed[-1]), values.size - 1)])
 
 
 def _ratio(a: Real | float, b: Real) -> Real:

@@ -39,6 +39,16 @@ class Holes:
         source, target = (tuple(side[k] for k in kept) for side, kept in zip(self.sides, numbers))
         return Holes(source, target, pairs)
 
+    def others(
+        self, numbers: tuple[Sequence[int], Sequence[int]]
+    ) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
+        """Those of both domains with other numbers."""
+        source, target = (
+            tuple(hole for k, hole in enumerate(side) if k not in kept)
+            for side, kept in zip(self.sides, numbers)
+        )
+        return source, target
+
     def unit(self, frames: tuple[UnitFrame, UnitFrame]) -> "Holes":
         """The holes in unit coordinates."""
         source, target = (

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Complex, Flags, Index, Real
-from ...curve import Curve
+from ...curve import Curve, inside_any
 from ...jit import kernel
 from ...linalg.cholesky import BlockPattern, system_of
 from ...maps.triangulated.patches import NO_LINES
@@ -34,10 +34,8 @@ from .metric import PLANES, Metrics, rest_geometry
 SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
 
 
-FILLED, BAY = (
-    2e-2,
-    1e-2,
-)  # weights of voids, triangles in holes without a partner and in bays, while they are untangled
+# Weights of voids while they are untangled: of triangles in holes without a partner, and in bays.
+FILLED, BAY = 2e-2, 1e-2
 PASSED_OVER = 0.1  # weight of triangles in a hole of a surface that the map does not know of, by hand
 ROUNDING = 1e-9  # of the root of the area: vertices this close to their goals are there
 NONE_INSIDE = InnerConstraints.of_pins(np.empty((0, 2), np.complex128))
@@ -376,8 +374,7 @@ def weights_of(z: Complex, faces: Index, filled: Sequence[Complex], bays: Sequen
     """(m,) weights of triangles: FILLED in the polygons `filled`, BAY in those of bays, else 1."""
     middles, weights = z[faces].mean(axis=1), np.ones(len(faces))
     for polygons, weight in ((filled, FILLED), (bays, BAY)):
-        for polygon in polygons:
-            weights[Curve(polygon).contains(middles)] = weight
+        weights[inside_any(map(Curve, polygons), middles)] = weight
     return weights
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...arrays import Complex, Index, Real
+from ...maps.distortion import weighted_quantile
 from ...plane import triangle_areas
 from ..minimise.energy import NO_SLOTS, Objective, RestShapes, energy_of
 from .metric import PLANES, Metrics, rest_geometry
@@ -38,10 +39,7 @@ def stretches(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -
 def stretch_quantile(z: Complex, u: Complex, faces: Index, share: float) -> float:
     """The stretch that a share of the area keeps to, half the source's and half the target's."""
     _, stretch, determinant = stretches(z, u, faces)
-    areas = triangle_areas(z[faces]) * (1 + determinant)
-    order = np.argsort(stretch)
-    reached = np.cumsum(areas[order])
-    return float(stretch[order][np.searchsorted(reached, share * reached[-1])])
+    return weighted_quantile(stretch, triangle_areas(z[faces]) * (1 + determinant), share)
 
 
 def energy_between(z: Complex, u: Complex, faces: Index, theta: float, metrics: Metrics = PLANES) -> float:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...arrays import Complex, Index
-from ...curve import Curve
+from ...curve import Curve, inside_any
 from ...plane import bounding_box, longer_side
 from ..meshing.mesh import Sizes
 from .measures import stretches
@@ -39,7 +39,5 @@ def coarser_in_bays(sizes: Sizes, outline: Complex, bays: Sequence[Complex]) -> 
         sizes = Sizes(low, side, np.full((CELLS, CELLS), sizes.areas[0, 0]))
     columns, rows = np.indices(sizes.areas.shape)
     middles = np.asarray(sizes.corner + sizes.side * (columns + 0.5 + 1j * (rows + 0.5)))
-    areas = sizes.areas.copy()
-    for bay in bays:
-        areas[Curve(bay).contains(middles.ravel()).reshape(areas.shape)] *= IN_BAYS
-    return sizes._replace(areas=areas)
+    inside = inside_any(map(Curve, bays), middles.ravel()).reshape(middles.shape)
+    return sizes._replace(areas=np.where(inside, IN_BAYS, 1.0) * sizes.areas)

@@ -240,10 +240,11 @@ def partial_map(
             like = with_bays_like(given, best)
             if like is not None and like is not whole_holes:
                 attempt(like)
+    most = cost(*whole) if whole else np.inf
     for _, (used, state), log in sorted(tried, key=lambda each: each[0]):
         with suppress(Stuck):
             found = used, fine_map(used, state, fine_size(used) / np.sqrt(share), log)
-            if is_within(*found, settings) and (not whole or cost(*found) < cost(*whole)):
+            if is_within(*found, settings) and cost(*found) < most:
                 journal.add(log)
                 return found
     if whole is None:

@@ -5,13 +5,11 @@ target's filled all of it is covered, and parts of the source are left out (cove
 much as one with the density LOST.
 """
 
-from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 
-from ...arrays import Complex, Flags
-from ...curve import Curve
+from ...curve import inside_any
 from ...plane import triangle_areas
 from ..holes.bays import fill_half_hull, fill_hull
 from ..holes.given import Holes
@@ -54,13 +52,8 @@ def hole_choices(problem: UnitProblem) -> list[UnitProblem]:
 def with_holes_of(problem: UnitProblem, numbers: Numbers) -> UnitProblem:
     """The problem with those of its holes alone that have these numbers."""
     given = Holes(*problem.holes, problem.partners)
-    kept = given.only(numbers)
-    passed = [
-        tuple(hole for hole in every if hole not in left) for every, left in zip(given.sides, kept.sides)
-    ]
-    return problem._replace(
-        holes=kept.sides, partners=kept.partners, passed=(passed[0], passed[1]), numbers=numbers
-    )
+    kept, passed = given.only(numbers), given.others(numbers)
+    return problem._replace(holes=kept.sides, partners=kept.partners, passed=passed, numbers=numbers)
 
 
 def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
@@ -114,14 +107,6 @@ def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]
     here = float((kept * target).sum() / kept.sum())
     there = float((areas[1] * (void | source)).sum() / areas[1].sum())
     return (there, here) if problem.inverted else (here, there)
-
-
-def inside_any(holes: Sequence[Curve], w: Complex) -> Flags:
-    """(p,) whether points are inside one of several closed curves."""
-    found = np.zeros(w.size, bool)
-    for hole in holes:
-        found |= hole.contains(w)
-    return found
 
 
 def is_good(problem: UnitProblem, state: DiscreteMap) -> bool:
