@@ -13,7 +13,7 @@ from ..arrays import Box, Flags, Index, Real, distinct_rows
 from ..parallel import over_slices
 from ..pixels.padding import pad
 from ..pixels.sampler import Sampler, put
-from ..pixels.texture import Places
+from ..pixels.texture import REPEAT, Places, Wrap, wrapped
 from ..progress import counted
 from .charted import Charted
 from .layout import Layout, layout
@@ -104,11 +104,16 @@ class Origin:
         return found
 
     def places(
-        self, rows: NDArray, columns: NDArray, size: tuple[int, int], tiles: Box | None = None
+        self,
+        rows: NDArray,
+        columns: NDArray,
+        size: tuple[int, int],
+        tiles: Box | None = None,
+        wrap: Wrap = REPEAT,
     ) -> Places:
         """Where texels (p,) of the new layout lie in a texture of the old one, of this width and height.
 
-        `tiles` is what of the old layout it covers; None: 0..1, again and again.
+        `tiles` is what of the old layout it covers; None: 0..1, and beyond that what `wrap` says.
         """
         own, slot = self.grid.owners.owner[rows, columns], self.slots[rows, columns]
         weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape, self.wraps)
@@ -116,14 +121,15 @@ class Origin:
         triangle = np.where(lonely, self.nearest[slot] if self.nearest.size else 0, self.partner[own])
         there = np.take_along_axis(weights, self.order[own], axis=1)
         there[lonely] = self.weights[slot[lonely]]
-        corners = texels(self.old.uv[self.old.uv_faces[triangle]], size, tiles)
+        corners = texels(self.old.uv[self.old.uv_faces[triangle]], size, tiles, wrap)
         steps = self._steps(own)
         turn = np.empty((own.size, 4))
         edges = self.old.points[self.old.faces[triangle]]
         d = corners[:, 1:] - corners[:, :1]
         for k, step in enumerate(steps):
             turn[:, k::2] = np.einsum("pk,pkc->pc", along(edges[:, 1:] - edges[:, :1], step), d)
-        return Places(_at(corners, there), turn, *self._directions(own, weights, triangle, there))
+        found = Places(_at(corners, there), turn, *self._directions(own, weights, triangle, there))
+        return wrapped(found, size, wrap) if tiles is None else found
 
     def _steps(self, own: Index) -> tuple[Real, Real]:
         """(p, 3) how a place in space changes with the new layout's x and y."""
@@ -157,6 +163,7 @@ def carry(
     limit: float,
     *,
     tiles: Box | None = None,
+    wrap: Wrap = REPEAT,
     padding: int | None = None,
     threads: int | None = None,
 ) -> NDArray:
@@ -166,13 +173,13 @@ def carry(
         origin: where its texels lie.
         sampler: the texture.
         limit: the largest distance from the old mesh.
-        tiles: what of the old layout the texture covers; None: 0..1, again and again.
+        tiles, wrap: as for `Origin.places`.
         padding: texels to spread colours past the charts; a thirty-second of the picture by default, -1 for all.
         threads: as many as there are processors by default.
     """
     reached = origin.reached(limit)
     out = np.zeros((*origin.grid.shape, sampler.channels), sampler.dtype)
-    paint(out, origin, sampler, reached, tiles=tiles, threads=threads)
+    paint(out, origin, sampler, reached, tiles=tiles, wrap=wrap, threads=threads)
     spread(out, reached, padding)
     return out
 
@@ -184,6 +191,7 @@ def paint(
     where: Flags,
     *,
     tiles: Box | None = None,
+    wrap: Wrap = REPEAT,
     threads: int | None = None,
 ) -> None:
     """Fill the texels (h, w) that are marked of a picture (h, w, c) of the new layout; arguments as for `carry`."""
@@ -192,7 +200,7 @@ def paint(
     def fill(part: slice) -> None:
         rows, columns = np.nonzero(where[part])
         pixels = sampler(
-            lambda some: origin.places(rows[some] + part.start, columns[some], (width, height), tiles),
+            lambda some: origin.places(rows[some] + part.start, columns[some], (width, height), tiles, wrap),
             rows.size,
             1,
         )
@@ -254,10 +262,10 @@ def _at(corners: Real, weights: Real) -> Real:
 def _barycentric(corners: Real, columns: NDArray, rows: NDArray, shape: tuple[int, int], wraps: bool) -> Real:
     """(p, 3) of texel centres in triangles (p, 3, 2), moved into them where a chart's border only touches the texel."""
     height, width = shape
-    middle = corners.mean(axis=1)
     at = np.column_stack([columns + 0.5, rows + 0.5])
-    if wraps:  # texels that came in from the other side
-        at += np.round((middle - at) / (width, height)) * (width, height)
+    if wraps:  # texels that came in from the other side: out of reach of their triangles
+        low, high, size = corners.min(axis=1) - 0.5, corners.max(axis=1) + 0.5, np.array([width, height])
+        at += size * (np.ceil(np.maximum(low - at, 0) / size) - np.ceil(np.maximum(at - high, 0) / size))
     (ax, ay), (bx, by) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
     px, py = (at - corners[:, 0]).T
     area = ax * by - ay * bx

@@ -6,10 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Box, Complex, Real, xy_of
-from ..pixels.texture import Places, repeat
+from ..pixels.texture import REPEAT, Places, Wrap, wrapped
 from ..plane import cross
 from .layout import turns
 from .locate import Locator
+
+PERIOD = {"repeat": 1, "mirror": 2, "clamp": 0}  # tiles after which a wrapped picture is the same; 0: never
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,15 +20,15 @@ class Surface:
 
     Attributes:
         locator: of the flattening.
-        corners: (m, 3, 2) texture coordinates of its triangles in texels, y down; beyond the texture it repeats.
+        corners: (m, 3, 2) texture coordinates of its triangles in texels, y down.
         size: the texture's width and height in texels.
-        tiled: whether it is of several tiles, which do not repeat.
+        wrap: what lies beyond it; None: nothing, where it is of several tiles.
     """
 
     locator: Locator
     corners: Real
     size: tuple[int, int]
-    tiled: bool = False
+    wrap: Wrap | None = REPEAT
 
     @property
     def scale(self) -> tuple[float, float]:
@@ -39,7 +41,6 @@ class Surface:
         """As `Placing.places`."""
         triangle, weights = self.locator(z, 1)
         place = np.einsum("pk,pkc->pc", weights, self.corners[triangle])
-        place = place if self.tiled else repeat(place, self.size)
         at = self.locator.flat[self.locator.faces[triangle]]
         e1, e2 = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
         area = cross(e1, e2)
@@ -51,21 +52,31 @@ class Surface:
         turned = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
         tangent = np.sign(turned) * (e1 * d2[:, 1] - e2 * d1[:, 1])  # where x grows and y does not
         steps = (step * tangent.conj() for step in (right, down))
-        return Places(place, turn, *(np.where(turned > 0, step.conj(), step) for step in steps))
+        found = Places(place, turn, *(np.where(turned > 0, step.conj(), step) for step in steps))
+        return found if self.wrap is None else wrapped(found, self.size, self.wrap)
 
     @classmethod
-    def of(cls, locator: Locator, uv: Real, size: tuple[int, int], tiles: Box | None = None) -> "Surface":
-        """From (m, 3, 2) texture coordinates, v up; each triangle comes to where its middle is on the texture.
+    def of(
+        cls,
+        locator: Locator,
+        uv: Real,
+        size: tuple[int, int],
+        tiles: Box | None = None,
+        wrap: Wrap = REPEAT,
+    ) -> "Surface":
+        """From (m, 3, 2) texture coordinates, v up; with `tiles` the texture covers that box of the layout alone."""
+        return cls(locator, texels(uv, size, tiles, wrap), size, wrap if tiles is None else None)
 
-        With `tiles` the texture covers that box of the layout, and does not repeat.
-        """
-        return cls(locator, texels(uv, size, tiles), size, tiles is not None)
 
+def texels(uv: Real, size: tuple[int, int], tiles: Box | None, wrap: Wrap = REPEAT) -> Real:
+    """(m, 3, 2) corners of triangles in texels, y down, of a picture that covers a box of the layout.
 
-def texels(uv: Real, size: tuple[int, int], tiles: Box | None) -> Real:
-    """(m, 3, 2) corners of triangles in texels, y down, of a picture that covers a box of the layout, or repeats."""
+    Without a box it covers 0..1 and is wrapped: each triangle comes to where its middle is on the picture.
+    """
     corners = np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1)
     if tiles is None:
-        return (corners - np.floor(corners.mean(axis=1, keepdims=True))) * size
+        period = np.array([PERIOD[how] for how in wrap])
+        tile = np.floor(corners.mean(axis=1, keepdims=True) / np.maximum(period, 1))
+        return (corners - period * tile) * size
     low, extent = tiles[0], tiles[1] - tiles[0]
     return (corners - (low.real, 1 - tiles[1].imag)) / (extent.real, extent.imag) * size

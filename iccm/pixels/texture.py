@@ -98,17 +98,32 @@ class Placing(Protocol):
 ROUNDED = 1e-6  # texels beyond the texture's edge that are still on it (by hand: above round-off)
 
 
-def repeat(xy: Real, size: tuple[float, float]) -> Real:
-    """Places (p, 2) in a picture of this width and height that repeats beyond its edges."""
-    beyond = (xy < -ROUNDED) | (xy > np.add(size, ROUNDED))
-    return np.where(beyond, np.mod(xy, size), xy)
+Wrap = tuple[str, str]
+"""What lies beside a picture, and what above and below: "repeat", "mirror" or "clamp" (its edge goes on)."""
+REPEAT: Wrap = ("repeat", "repeat")
+
+
+def wrapped(at: Places, size: tuple[float, float], wrap: Wrap = REPEAT) -> Places:
+    """Places in a picture of this width and height of those beyond its edges."""
+    xy, turn = at.xy.copy(), at.turn.copy()
+    for k, (extent, how) in enumerate(zip(size, wrap)):
+        beyond = np.flatnonzero((xy[:, k] < -ROUNDED) | (xy[:, k] > extent + ROUNDED))
+        if how == "clamp" or not beyond.size:
+            continue
+        tile, xy[beyond, k] = np.divmod(xy[beyond, k], extent)
+        if how == "mirror":
+            odd = beyond[tile % 2 == 1]
+            xy[odd, k] = extent - xy[odd, k]
+            turn[odd, 2 * k : 2 * k + 2] *= -1
+    return at._replace(xy=xy, turn=turn)
 
 
 @dataclass(frozen=True, eq=False)
-class Repeated:
-    """A texture that lies flat in the source's plane, and repeats beyond its edges."""
+class Wrapped:
+    """A texture that lies flat in the source's plane, and goes on beyond its edges as `wrap` says."""
 
     texture: "Texture"
+    wrap: Wrap = REPEAT
 
     @property
     def scale(self) -> tuple[float, float]:
@@ -118,8 +133,7 @@ class Repeated:
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
         """As `Placing.places`."""
         height, width = self.texture.pixels.shape[:2]
-        found = self.texture.places(z, right, down)
-        return found._replace(xy=repeat(found.xy, (width, height)))
+        return wrapped(self.texture.places(z, right, down), (width, height), self.wrap)
 
 
 @dataclass(frozen=True, eq=False)

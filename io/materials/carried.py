@@ -110,7 +110,9 @@ class Carrier:
         assert maps[0] is not None
         image, sampler = self._ready(maps[0])
         origin, how = self._shown(origin, maps[0]), self.how
-        pixels = carry(origin, sampler, how.limit, padding=how.padding, threads=how.threads)
+        pixels = carry(
+            origin, sampler, how.limit, wrap=maps[0].wrap, padding=how.padding, threads=how.threads
+        )
         return image.with_pixels(pixels, image.alpha)
 
     def origin(self, size: tuple[int, int]) -> Origin:
@@ -163,7 +165,7 @@ class Carrier:
                 out[own] = np.rint(np.array((*level, 1.0)[:channels]) * top)
             else:
                 _, sampler = self._ready(each, _widen(image, np.dtype(dtype), clear))
-                paint(out, self._shown(origin, each), sampler, own, threads=self.how.threads)
+                paint(out, self._shown(origin, each), sampler, own, wrap=each.wrap, threads=self.how.threads)
             if factor:
                 _multiply(out, own, factor, srgb=kind == "colour")
         spread(out, reached, self.how.padding)

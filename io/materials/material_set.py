@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import Flags, Index, Real
 from ...errors import InputError
 from ...meshes.charted import Charted
+from ...pixels.texture import REPEAT, Wrap
 from .. import files, formats
 from ..pictures import image_files
 from ..pictures.image import Image
@@ -24,6 +25,7 @@ class MaterialMap:
         kind: what its channels are (see `pixels.sampler.KINDS`).
         where: what messages call it.
         uv: (t, 2) the coordinates that it is shown by, v up, for the numbers of the set's own; None: these.
+        wrap: what lies beyond its edges.
         options: what else the material says of it: glTF's sampler, `-bm 0.3` of an MTL statement.
     """
 
@@ -31,6 +33,7 @@ class MaterialMap:
     kind: str
     where: str
     uv: Real | None = None
+    wrap: Wrap = REPEAT
     options: Any = None
 
     def image(self, max_pixels: int) -> Image:
@@ -101,9 +104,14 @@ class MaterialSet:
         return {key: replace(self.sheet, uv=uv) for key, uv in others.items()}
 
     def instead(self, given: dict[str, MaterialMap]) -> "MaterialSet":
-        """The same with these pictures in the place of the materials' own."""
-        materials = [replace(material, maps=material.maps | given) for material in self.materials]
-        return replace(self, materials=tuple(materials))
+        """The same with these pictures in the place of the materials' own, wrapped as these."""
+
+        def dressed(material: Material) -> Material:
+            own = material.maps
+            new = {slot: replace(each, wrap=own.get(slot, each).wrap) for slot, each in given.items()}
+            return replace(material, maps=own | new)
+
+        return replace(self, materials=tuple(dressed(material) for material in self.materials))
 
 
 def part(sheet: Charted, triangles: Flags | Index) -> Charted:

@@ -103,7 +103,8 @@ def _material(name: str, parts: Sequence[Primitive], key: str) -> Material:
         where = f"{name}: {gltf_materials.name_slots([slot])}"
         sampler = document.tree["textures"][info["index"]].get("sampler")
         options = None if sampler is None else document.tree["samplers"][sampler]
-        maps[slot] = MaterialMap(content, gltf_materials.kind_of(slot), where, made[key], options)
+        wrap = document.wrap_of(info["index"])
+        maps[slot] = MaterialMap(content, gltf_materials.kind_of(slot), where, made[key], wrap, options)
     return Material(material.get("name", ""), maps, material, factors(material))
 
 

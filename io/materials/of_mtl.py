@@ -73,7 +73,8 @@ def _material(
             notes.append(f"{path}: {word} of {name} names {named}, which is no file; left out")
             continue
         kind = _kind(word, picture, most)
-        maps[word] = MaterialMap(picture, kind, str(picture), _place(sheet.uv, rest))
+        wrap = material_library.wrap(rest)
+        maps[word] = MaterialMap(picture, kind, str(picture), _place(sheet.uv, rest), wrap)
     return Material(name, maps, lines)
 
 

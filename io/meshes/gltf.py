@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
+from ...pixels.texture import REPEAT, Wrap
 from .. import files, limits, references
 from . import gltf_schema
 from .gltf_materials import base, set_of
@@ -27,6 +28,7 @@ from .size_limits import ITEMS
 
 DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 LINES, TRIANGLES, STRIP, FAN = 1, 4, 5, 6
+WRAPS = {33071: "clamp", 33648: "mirror"}
 COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
 ALIGNED = 8  # bytes that views begin at a multiple of: what the most exacting extension asks for
 
@@ -80,6 +82,13 @@ class Gltf:
         """The number of a texture's image, of that of an extension where it has no other; None without."""
         said = self.tree["textures"][texture]
         return said.get("source", next(_sources(said), None))
+
+    def wrap_of(self, texture: int) -> Wrap:
+        """What lies beside a texture's image, and what above and below."""
+        sampler = self.tree["textures"][texture].get("sampler")
+        said = {} if sampler is None else self.tree["samplers"][sampler]
+        across, down = (WRAPS.get(said.get(name, 0), "repeat") for name in ("wrapS", "wrapT"))
+        return across, down
 
     def image(self, number: int) -> bytes | None:
         """The picture file that an image is; None where it names none.
@@ -206,6 +215,12 @@ class Primitive:
         shown = base(self.material)
         source = self.document.source_of(shown["index"]) if shown else None
         return None if source is None else self.document.image(source)
+
+    @property
+    def wrap(self) -> Wrap:
+        """What lies beyond that picture."""
+        shown = base(self.material)
+        return self.document.wrap_of(shown["index"]) if shown else REPEAT
 
     def triangles(self) -> Mesh:
         """Its triangles, with the coordinates that its material's colours are shown by.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...errors import InputError
+from ...pixels.texture import REPEAT, Wrap
 from .. import limits, references
 
 ARGUMENTS = {
@@ -49,11 +50,11 @@ class Library:
             current.append(line)
         return found
 
-    def texture(self, material: str) -> Path | None:
-        """The file of a material's `map_Kd`."""
+    def texture(self, material: str) -> tuple[Path, Wrap] | None:
+        """The file of a material's `map_Kd`, and what lies beyond it."""
         for line in self.materials().get(material, []):
             if split(line)[0].lower() == "map_kd" and (name := picture_named(line)):
-                return self.folder / name
+                return self.folder / name, wrap(split(line)[1])
         return None
 
     def maps(self, material: str) -> list[str]:
@@ -208,16 +209,29 @@ def _naming(line: str, name: str) -> str:
 
 def placing(rest: str) -> tuple[tuple[float, float], tuple[float, float]]:
     """By what a map statement multiplies texture coordinates, and what it adds: its `-s` and `-o`."""
-    found, words, k = {"-s": [1.0, 1.0], "-o": [0.0, 0.0]}, rest.split(), 0
+    said = _options(rest)
+    scale, offset = [1.0, 1.0], [0.0, 0.0]
+    for found, name in ((scale, "-s"), (offset, "-o")):
+        given = [float(word) for word in said.get(name, [])[:2]]
+        found[: len(given)] = given
+    return (scale[0], scale[1]), (offset[0], offset[1])
+
+
+def wrap(rest: str) -> Wrap:
+    """What lies beyond the picture of a map statement: its edge, with `-clamp on`."""
+    clamped = [word.lower() for word in _options(rest).get("-clamp", [])] == ["on"]
+    return ("clamp", "clamp") if clamped else REPEAT
+
+
+def _options(rest: str) -> dict[str, list[str]]:
+    """The options of a map statement, in lower case, and their words."""
+    found, words, k = dict[str, list[str]](), rest.split(), 0
     while k < len(words) and (words[k].lower() in ARGUMENTS or words[k].lower() in UP_TO_THREE):
         option, stop = words[k].lower(), k + 1 + ARGUMENTS.get(words[k].lower(), 0)
         while option in UP_TO_THREE and stop < len(words) and is_number(words[stop]):
             stop += 1
-        if option in found:
-            given = [float(word) for word in words[k + 1 : min(stop, k + 3)]]
-            found[option][: len(given)] = given
-        k = stop
-    return (found["-s"][0], found["-s"][1]), (found["-o"][0], found["-o"][1])
+        found[option], k = words[k + 1 : stop], stop
+    return found
 
 
 def _move(line: str, old: Path, new: Path) -> str:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ...arrays import Index, Real, distinct_rows
 from ...errors import InputError
 from ...meshes.mesh import Mesh, merge
+from ...pixels.texture import REPEAT, Wrap
 from .. import files, formats, limits, references
 from ..spec import Spec
 from . import (
@@ -259,7 +260,14 @@ def _whole(path: Path, points: Real, corners: Index, starts: Index) -> MeshFile:
 
 def textures_of(file: MeshFile) -> list[Path]:
     """The different picture files that the materials of an OBJ's faces name, in the order of the faces."""
-    return [] if file.obj is None else obj_materials.textures_of(file.obj, file.faces)
+    return [] if file.obj is None else list(obj_materials.textures_of(file.obj, file.faces))
+
+
+def wrap_of(file: MeshFile) -> Wrap:
+    """What lies beyond the first picture that a mesh shows."""
+    if file.obj is not None:
+        return next(iter(obj_materials.textures_of(file.obj, file.faces).values()), REPEAT)
+    return file.primitives[0].wrap if file.primitives else REPEAT
 
 
 def check_output(name: str) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ...arrays import Flags, Index, Real
+from ...pixels.texture import Wrap
 from .. import files, formats
 from . import material_library, obj_write
 from .obj import Obj
@@ -16,13 +17,17 @@ Pictures = Mapping[str, Mapping[str, bytes]]
 """Picture files by material and slot: its name and MTL's statements in lower case, or its number and glTF's slots."""
 
 
-def textures_of(whole: Obj, faces: Flags) -> list[Path]:
-    """The different picture files that the materials of an OBJ's faces name, in the order of the faces."""
+def textures_of(whole: Obj, faces: Flags) -> dict[Path, Wrap]:
+    """The different picture files that the materials of an OBJ's faces name, in the order of the faces, and what lies
+    beyond each."""
     which, uses = whole.current("usemtl")
     library = library_of(whole)[0]
     used = dict.fromkeys(which[np.flatnonzero(faces)].tolist())
-    found = (library.texture(uses[k].text) for k in used if k >= 0)
-    return list(dict.fromkeys(picture for picture in found if picture is not None))
+    found = dict[Path, Wrap]()
+    for k in used:
+        if k >= 0 and (shown := library.texture(uses[k].text)):
+            found.setdefault(*shown)
+    return found
 
 
 def staying(whole: Obj, faces: Flags, name: Path, but: Container[str]) -> list[str]:

@@ -15,7 +15,7 @@ import numpy as np
 from ...arrays import Box, Complex
 from ...memory import Memory
 from ...parallel import beside, thread_count
-from ...pixels.texture import Repeated
+from ...pixels.texture import Wrapped
 from ...plane import bounding_box
 from ..memory import Bounded
 from . import framing, parts, texture
@@ -216,7 +216,7 @@ class Run:
         if self.on_mesh:
             return self.whole(0).placing(placed, self.tiles)
         repeats = self.source.is_layout and not self.tiled and texture.has_texture(self.job, self.source)
-        return Repeated(placed) if repeats else None
+        return Wrapped(placed, self.whole(0).wrap) if repeats else None
 
     def shapes(self, side: int) -> list[Shape]:
         """All parts of the source (0), or of the target (1), each once."""

@@ -21,7 +21,7 @@ from ...meshes.locate import Locator, barycentric
 from ...meshes.mesh import face_areas
 from ...meshes.patch import Patch
 from ...meshes.surface import Surface
-from ...pixels.texture import Placing, Texture
+from ...pixels.texture import Placing, Texture, Wrap
 from ...surfaces.inserted import Opening, with_vertices
 from ..meshes import mesh_files
 from ..meshes.obj import Obj
@@ -191,7 +191,12 @@ class MeshShape(Shape):
         """
         faces = self.uv_faces
         height, width = texture.pixels.shape[:2]
-        return Surface.of(self.locator, self.uv[faces], (width, height), tiles)
+        return Surface.of(self.locator, self.uv[faces], (width, height), tiles, self.wrap)
+
+    @property
+    def wrap(self) -> Wrap:
+        """What its material says."""
+        return mesh_files.wrap_of(self.file)
 
     @property
     def tiles(self) -> set[complex]:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...arrays import Box, Complex, Real, xy_of
 from ...curve import Curve
 from ...errors import InputError
+from ...pixels.texture import REPEAT, Wrap
 from ...plane import bounding_box
 from .. import formats
 from ..point_syntax import Place, written
@@ -115,6 +116,11 @@ class Shape:
     def has_uv(self) -> bool:
         """Whether the file has texture coordinates: those of a mesh."""
         return False
+
+    @property
+    def wrap(self) -> Wrap:
+        """What lies beyond a texture that is shown by them."""
+        return REPEAT
 
     @property
     def pictures(self) -> tuple[Path | bytes, ...]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from ....arrays import Box
 from ....meshes import bake as baking
 from ....pixels.stmap import flat
-from ....pixels.texture import Placing, Repeated, Texture
+from ....pixels.texture import Placing, Texture, Wrapped
 from ...pictures import stmap_files
 from ..job import Job
 from ..state import Run
@@ -63,7 +63,7 @@ class STMap(Output):
 def _placing(run: Run, lying: Texture) -> Placing:
     """Where points of the source lie in a texture of one texel, which would lie flat in its plane."""
     if run.source.is_layout:
-        return flat((0j, complex(run.source.aspect, 1))) if run.tiles else Repeated(lying)
+        return flat((0j, complex(run.source.aspect, 1))) if run.tiles else Wrapped(lying, run.whole(0).wrap)
     return run.whole(0).placing(lying, _unit(run)) if run.source.has_uv else lying
 
 

@@ -1,0 +1,99 @@
+"""Textures that go on beyond 0..1, as the material says, in `relayout` and in `map --bake`, against a formula."""
+
+import io
+
+import numpy as np
+import pygltflib as gl
+import pytest
+from PIL import Image
+
+from tests.rich_glb import Builder
+
+N = 64
+WRAPS = {"repeat": 10497, "mirror": 33648, "clamp": 33071}
+FOLDED = {
+    "repeat": lambda x: x % 1,
+    "mirror": lambda x: 1 - np.abs(x % 2 - 1),
+    "clamp": lambda x: np.clip(x, 0, 1),
+}
+SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
+FACES = np.array([0, 1, 2, 0, 2, 3], np.uint16)
+OLD = (SQUARE[:, :2] * 2 + (-0.5, 0.25)).astype(np.float32)  # v down
+
+
+def shade(u, v):
+    """(…, 3) in 0 … 255 at places of the texture, of which no edge is like another."""
+    return np.stack([255 * u, 255 * v, 255 * (u + 1 - v) / 2], axis=-1)
+
+
+def texels(n):
+    t = (np.arange(n) + 0.5) / n
+    return np.meshgrid(t, t)
+
+
+def texture():
+    made = io.BytesIO()
+    Image.fromarray(shade(*texels(N)).round().astype(np.uint8)).save(made, "PNG")
+    return made.getvalue()
+
+
+def glb(path, uv, across="repeat", down="repeat", picture=None):
+    made = Builder()
+    attributes = gl.Attributes(POSITION=made.accessor(SQUARE, "VEC3"), TEXCOORD_0=made.accessor(uv, "VEC2"))
+    primitive = gl.Primitive(attributes=attributes, indices=made.accessor(FACES, "SCALAR"))
+    if picture:
+        made.file.samplers.append(gl.Sampler(wrapS=WRAPS[across], wrapT=WRAPS[down]))
+        shown = gl.TextureInfo(index=made.texture(picture, sampler=0))
+        made.file.materials.append(
+            gl.Material(pbrMetallicRoughness=gl.PbrMetallicRoughness(baseColorTexture=shown))
+        )
+        primitive.material = 0
+    made.file.meshes.append(gl.Mesh(primitives=[primitive], name="sheet"))
+    made.file.nodes.append(gl.Node(mesh=0))
+    made.file.scenes.append(gl.Scene(nodes=[0]))
+    path.write_bytes(made.bytes())
+
+
+def obj(path, uv, head=""):
+    lines = [head, *(f"v {x} {y} {z}" for x, y, z in SQUARE), *(f"vt {u} {1 - v}" for u, v in uv)]
+    path.write_text("\n".join([*lines, "usemtl cloth", "f 1/1 2/2 3/3", "f 1/1 3/3 4/4", ""]))
+
+
+def check(pixels, across, down):
+    """Whether (n, n, 3) pixels of a layout that is the square are those of the texture; borders of tiles set apart."""
+    x, y = texels(len(pixels))
+    u, v = OLD[0, 0] + 2 * x, OLD[0, 1] + 2 * y  # the square's y is up, and so is the new layout's v
+    clear = (np.abs(u - np.round(u)) > 2 / N) & (np.abs(v - np.round(v)) > 2 / N)
+    wanted = shade(FOLDED[across](u), FOLDED[down](v))
+    assert clear.mean() > 0.7
+    assert np.abs(pixels[..., :3].astype(float) - wanted)[clear].max() < 8
+
+
+@pytest.mark.parametrize(("across", "down"), [("repeat", "repeat"), ("mirror", "clamp"), ("clamp", "mirror")])
+def test_gltf(iccm, tmp_path, monkeypatch, across, down):
+    """The wrap modes of its samplers, each way one of its own."""
+    monkeypatch.chdir(tmp_path)
+    glb(tmp_path / "old.glb", OLD, across, down, texture())
+    glb(tmp_path / "new.glb", SQUARE[:, :2])
+    assert iccm("relayout", "old.glb", "new.glb", "-o", "out.glb", "--size", 2 * N).code == 0
+    made = gl.GLTF2().load("out.glb")
+    view = made.bufferViews[made.images[0].bufferView]
+    content = made.binary_blob()[view.byteOffset : view.byteOffset + view.byteLength]
+    check(np.asarray(Image.open(io.BytesIO(content))), across, down)
+    assert iccm("map", "old.glb", "new.glb", "--bake", "-o", "baked.png", "--size", 2 * N).code == 0
+    check(np.asarray(Image.open("baked.png")), across, down)
+
+
+@pytest.mark.parametrize(("said", "wrap"), [("", "repeat"), ("-clamp on ", "clamp")])
+def test_obj(iccm, tmp_path, monkeypatch, said, wrap):
+    """`-clamp` of a material library."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "kd.png").write_bytes(texture())
+    (tmp_path / "old.mtl").write_text(f"newmtl cloth\nmap_Kd {said}kd.png\n")
+    obj(tmp_path / "old.obj", OLD, "mtllib old.mtl")
+    obj(tmp_path / "new.obj", SQUARE[:, :2])
+    assert iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", 2 * N).code == 0
+    check(np.asarray(Image.open("out-kd.png")), wrap, wrap)
+    assert "-clamp" not in (tmp_path / "out.mtl").read_text()
+    assert iccm("map", "old.obj", "new.obj", "--bake", "-o", "baked.png", "--size", 2 * N).code == 0
+    check(np.asarray(Image.open("baked.png")), wrap, wrap)
