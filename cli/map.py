@@ -37,7 +37,7 @@ def execute(given: dict[str, Any]) -> int:
     with status.show_status() as listener:
         from ..io.run.execute import run
         from ..io.run.job import make
-        from ..io.run.report import summary
+        from ..maps.summary import summary
 
         threads = given.pop("threads")
         outcome = run(make(options.values(given)), threads=threads, tell=logs.tell, listener=listener)

@@ -7,7 +7,7 @@
 Names are imported when first used, so that `import iccm` costs nothing.
 
 solve             `fit` and `deform`: which method solves a problem
-texture_transfer  `transfer` and `warp`: arrays in, arrays out
+texture_transfer  `transfer`, `warp` and STMaps: arrays in, arrays out
 problem           the domains, constraints and options of a solve
 result            `Fit`: the map, how the solver ended, figures that judge it
 transform         maps as scikit-image has transforms: called, turned round, composed
@@ -52,6 +52,8 @@ if TYPE_CHECKING:
     from .solve import deform as deform
     from .solve import fit as fit
     from .texture_transfer import Transfer as Transfer
+    from .texture_transfer import from_stmap as from_stmap
+    from .texture_transfer import stmap as stmap
     from .texture_transfer import transfer as transfer
     from .texture_transfer import warp as warp
     from .transform import Transform as Transform
@@ -71,6 +73,8 @@ _HOME = {
     "checkerboard": "pixels.checkerboard",
     "deform": "solve",
     "fit": "solve",
+    "from_stmap": "texture_transfer",
+    "stmap": "texture_transfer",
     "transfer": "texture_transfer",
     "warp": "texture_transfer",
 }

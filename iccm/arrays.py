@@ -36,6 +36,18 @@ def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
     return z
 
 
+def as_points(z: ArrayLike) -> Complex:
+    """Complex points of any shape.
+
+    Raises:
+        InputError: pairs of real numbers, which would pass for points of the real axis.
+    """
+    given = np.asarray(z)
+    if given.dtype.kind in "iuf" and given.ndim > 1 and given.shape[-1] == 2:
+        raise InputError(f"points of shape {given.shape}: maps take complex ones; fit.transform takes pairs")
+    return np.asarray(given, dtype=np.complex128)
+
+
 def xy_of(z: Complex) -> Real:
     """(..., 2) real and imaginary parts of complex numbers."""
     return np.stack([z.real, z.imag], axis=-1)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -24,6 +24,9 @@ from .meshes.surface_distortion import on_surfaces, surface_distances
 from .plane import polygon_area
 from .problem import ON_OUTLINE
 from .transform import Transform
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
 CERTAIN = 0.99
@@ -164,6 +167,30 @@ class Fit:
     def then(self, other: "Fit | Transform") -> Transform:
         """This map, then another from its target on."""
         return self.transform.then(other.transform if isinstance(other, Fit) else other)
+
+    def plot(
+        self, report: dict[str, Any] | None = None, names: tuple[str, str] = ("source", "its image")
+    ) -> "Figure":
+        """A figure of the map as matplotlib has figures: `fit.plot().savefig("fit.png")`.
+
+        It shows a grid in the source and in the image, the energy against the iteration, area scale and dilatation
+        over the source, and the report in words.
+
+        Args:
+            report: that of the map, if it is there already.
+            names: titles of the source and of its image.
+        """
+        from .maps.figure import figure
+
+        return figure(
+            *(self.map, self.source, self.target, self.image),
+            openings=self.openings,
+            pins=self.pins,
+            strokes=self.strokes,
+            energies=self.energies,
+            report=report or self.report(),
+            names=names,
+        )
 
     @cached_property
     def image(self) -> Complex:

@@ -1,10 +1,10 @@
 """The entry points: `fit` and `deform`, the roof over the methods."""
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from difflib import get_close_matches
-from typing import Unpack
+from typing import Any, Unpack
 
 from numpy.typing import ArrayLike
 
@@ -56,6 +56,14 @@ def fit(
     Returns:
         The map, how the solver ended, and the figures that judge it. Failure to converge is a status, not an exception.
 
+    >>> import numpy as np
+    >>> square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    >>> found = fit(square, [3, 2] * square)
+    >>> found.status.ok, complex(np.round(found.map(0.5 + 0.25j), 3))
+    (True, (1.5+0.5j))
+    >>> np.round(found.inverted()([1.5, 0.5]), 3)
+    array([0.5 , 0.25])
+
     Raises:
         InputError: a boundary that is no simple polygon, a hole that is not inside or touches another, a constraint
             outside the source, an option out of range, holes for a method that does not know of them;
@@ -89,13 +97,21 @@ def fit(
 
 def _options(function: Callable[..., Fit], options: OptionValues) -> Options:
     """The options that a function was called with; a misspelt name is told the nearest."""
+    refuse_unknown(function, options)
+    return Options(**options)
+
+
+def refuse_unknown(
+    function: Callable[..., Any], options: Mapping[str, object], passed_to: Callable[..., Any] | None = None
+) -> None:
+    """Raise a TypeError that names the nearest if a name is neither an option nor of the function passed to."""
     names = [each.name for each in fields(Options)]
+    names += inspect.signature(passed_to).parameters if passed_to else []
     unknown = next((name for name in options if name not in names), None)
-    if unknown is None:
-        return Options(**options)
-    known = [*inspect.signature(function).parameters, *names]
-    near = "".join(f"; did you mean {name!r}?" for name in get_close_matches(unknown, known, 1))
-    raise TypeError(f"{function.__name__}() got an unexpected keyword argument {unknown!r}{near}")
+    if unknown is not None:
+        known = [*inspect.signature(function).parameters, *names]
+        near = "".join(f"; did you mean {name!r}?" for name in get_close_matches(unknown, known, 1))
+        raise TypeError(f"{function.__name__}() got an unexpected keyword argument {unknown!r}{near}")
 
 
 def _layout(shape: ArrayLike | Curve | Flattening) -> Flattening | None:

@@ -1,4 +1,7 @@
-"""Textures carried from one shape to another, arrays in and arrays out: `transfer` solves and warps, `warp` warps."""
+"""Textures carried from one shape to another, arrays in and arrays out: `transfer` solves and warps, `warp` warps.
+
+`stmap` gives a map as a picture, `from_stmap` the map of such a picture.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,12 +16,14 @@ from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
 from .maps.triangulated.map import TriangulatedMap
+from .pixels import stmap as stmaps
 from .pixels import warp as warping
 from .pixels.canvas import LONGER_SIDE, Canvas, Diagnostics, proportional
 from .pixels.sampler import Sampler
 from .pixels.texture import Texture
 from .problem import OptionValues, as_domain
 from .result import Fit
+from .transform import Transform
 
 TYPES = (np.uint8, np.uint16, np.float16, np.float32)
 
@@ -98,6 +103,7 @@ def transfer(
         InputError: as `iccm.fit`; pixels of another type or shape, a size or a box without area, an unknown filter,
             kind, edge or encoding, normals without three channels.
     """
+    solve.refuse_unknown(transfer, options, passed_to=solve.fit)
     source, target = as_domain(source, "source"), as_domain(target, "target")
     holes = [as_domain(hole, "hole").z for hole in options.get("source_holes", ())]
     outlines = [source.z, *holes]
@@ -131,6 +137,56 @@ def warp(
     )
     canvas = _canvas(size, target_box or (fit.target or Curve(fit.image)).box)
     return _carried(fit, sampler, canvas, padding, threads)
+
+
+@on_one_thread
+def stmap(
+    fit: Fit,
+    *,
+    size: int | tuple[int, int] = LONGER_SIDE,
+    texture_box: Box | None = None,
+    target_box: Box | None = None,
+    threads: int | None = None,
+) -> NDArray[np.float32]:
+    """A map as a picture, an STMap: for each pixel its place in the texture; arguments and errors as for `warp`.
+
+    Returns:
+        (h, w, 4) s from 0 at the texture's left to 1 at its right, t from 0 at its bottom to 1 at its top, 0, and how
+        much of the pixel is covered; row 0 on top. `iccm.io.pictures.stmap_files.write_whole` writes it.
+
+    >>> import numpy as np
+    >>> square = np.array([0, 1, 1 + 1j, 1j])
+    >>> st = stmap(solve.fit(square, 3 * square), size=64)
+    >>> back = from_stmap(st, texture_box=(0, 1 + 1j), target_box=(0, 3 + 3j))
+    >>> complex(np.round(back(0.5 + 0.25j), 3))
+    (1.5+0.75j)
+    """
+    canvas = _canvas(size, target_box or (fit.target or Curve(fit.image)).box)
+    box = _box(texture_box or fit.source.box, "texture_box")
+    return np.concatenate(list(stmaps.stmap(fit.map, box, canvas, threads=threads)))
+
+
+def from_stmap(st: ArrayLike, *, texture_box: Box = (0j, 1 + 1j), target_box: Box | None = None) -> Transform:
+    """The map of an STMap, and its inverse: right to a pixel at the outline, far better inside.
+
+    Args:
+        st: (h, w, c) s, t and, in the fourth channel if there is one, coverage; without it pixels with s = t = 0 are
+            empty. About 1 kB a pixel is needed. It may be mirrored, and fall into parts.
+        texture_box: lower left and upper right corner of the texture in the source's plane.
+        target_box: those of the picture in the target's plane, by default pixels from the lower left corner; grown as
+            for `transfer`.
+
+    Raises:
+        InputError: another shape, no pixels that say where they come from, a box without area.
+    """
+    stored = np.asarray(st)
+    if stored.ndim != 3 or stored.shape[2] < 2 or stored.dtype.kind != "f":
+        raise InputError(
+            f"stmap: an array of shape {stored.shape} of {stored.dtype}; (h, w, 2) floats or more are needed"
+        )
+    height, width = stored.shape[:2]
+    canvas = _canvas((width, height), target_box or (0j, complex(width, height)))
+    return stmaps.transform(stored, _box(texture_box, "texture_box"), canvas)
 
 
 def _carried(fit: Fit, sampler: Sampler, canvas: Canvas, padding: int, threads: int | None) -> Transfer:

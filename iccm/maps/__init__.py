@@ -17,5 +17,7 @@ extended_inverse  preimages of points in the image and just outside
 boundary_image    the image of the boundary, as finely as asked
 bounds            bounds on stretch and dilatation of triangulated maps
 distortion        figures of distortion, over the target's area
+figure            the figure of a map, as matplotlib has figures
+summary           the figures of a report in words
 bezier_fit        curves carried through a map, as cubic Béziers
 """

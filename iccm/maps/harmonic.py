@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Complex
+from ..arrays import Complex, as_points
 from ..curve import Curve
 from ..plane import bounding_box
 from . import cauchy_green
@@ -41,7 +41,7 @@ class HarmonicMap:
 
     def __call__(self, z: Complex) -> Complex:
         """f at points inside or on the boundary, NaN beyond; any shape in, the same shape out."""
-        z = np.asarray(z, dtype=np.complex128)
+        z = as_points(z)
         at = self.placed(z.ravel())
         c = self._blocks(cauchy_green.coordinates, at)
         out = np.concatenate([m @ self.phi + (m.conj() @ self.psi) for m in c])
@@ -50,7 +50,7 @@ class HarmonicMap:
 
     def jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
         """f, f_z and f_z̄ at points of any shape, at once and fast; NaN beyond, the derivatives at vertices too."""
-        z = np.asarray(z, dtype=np.complex128)
+        z = as_points(z)
         found = self.jet_inside(self.placed(z.ravel()), threads)
         return tuple(values.reshape(z.shape) for values in found)  # type: ignore[return-value]
 
@@ -108,7 +108,7 @@ class HarmonicMap:
 
         The paper swaps the two operators under Eq. 9 and drops the ½.
         """
-        z = np.asarray(z, dtype=np.complex128)
+        z = as_points(z)
         at = self.placed(z.ravel())
         pairs = [(m @ self.phi, m.conj() @ self.psi) for m in self._blocks(cauchy_green.derivatives, at)]
         f_z, f_zbar = (np.concatenate(part) for part in zip(*pairs))

@@ -9,7 +9,7 @@ steps that leave the source or do not lower |r| are halved.
 
 import numpy as np
 
-from ..arrays import Complex, Real
+from ..arrays import Complex, Real, as_points
 from .approximation import TEXELS, triangulated
 from .harmonic import HarmonicMap
 from .triangulated.map import inverted
@@ -32,7 +32,7 @@ def inverse(map: HarmonicMap, w: Complex) -> Complex:
 def extended_inverse(map: HarmonicMap, w: Complex) -> tuple[Complex, Real]:
     """The same, the nearest point of the boundary standing for points that have none, and how far away these are; 0 for
     the others, NaN for what is not finite."""
-    w = np.asarray(w, dtype=np.complex128)
+    w = as_points(w)
     flat = w.ravel()
     z, away = np.full(flat.size, complex(np.nan, np.nan)), np.full(flat.size, np.nan)
     known = np.flatnonzero(np.isfinite(flat))

@@ -12,8 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import progress
-from ..arrays import Box, Complex, Real
+from ..arrays import Box, Complex, Flags, Real
+from ..errors import InputError
+from ..maps.triangulated.map import TriangulatedMap
 from ..parallel import in_order
+from ..plane import diagonal, triangle_areas
+from ..transform import Transform
 from . import preimages
 from .canvas import BAND, Band, Canvas, Diagnostics
 from .texture import Placing, Texture
@@ -72,6 +76,54 @@ def st_of(placing: Placing, z: Complex) -> Real:
     still = np.zeros(z.size, complex)
     xy = placing.places(z, still, still).xy
     return np.column_stack([xy[:, 0], 1 - xy[:, 1]])
+
+
+def transform(st: NDArray, box: Box, canvas: Canvas) -> Transform:
+    """The map whose STMap this is: on the triangles between pixel centres, but where one is empty or a seam runs. Up
+    to a pixel outside of them the nearest point counts, farther out there is none.
+
+    Args:
+        st: (H, W, c) as for `Stored`; it may be mirrored.
+        box: what of the source's plane s and t from 0 to 1 cover.
+        canvas: H × W pixels in the target's plane.
+
+    Raises:
+        InputError: no three pixels beside each other say where they come from.
+    """
+    stored, size = Stored(st, 1.0), box[1] - box[0]
+    bands = [stored.band(row) for row in range(0, canvas.height, BAND)]
+    z, right, down = (
+        np.concatenate([getattr(band, part) for band in bands]) for part in ("z", "right", "down")
+    )
+    across, along = _torn(z, right, 1), _torn(z, down, 0)
+    whole = ~(across[:-1] | across[1:] | along[:, :-1] | along[:, 1:])
+    number = np.arange(z.size).reshape(z.shape)
+    a, b, c, d = (
+        each[whole] for each in (number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:])
+    )
+    faces = np.column_stack([np.append(a, a), np.append(c, d), np.append(d, b)])
+    z = box[0] + z.real.ravel() * size.real + 1j * z.imag.ravel() * size.imag
+    area = triangle_areas(z[faces])
+    mirrored = np.nansum(area) < 0
+    faces = faces[area < 0 if mirrored else area > 0]
+    if not len(faces):
+        raise InputError("stmap: no three pixels beside each other say where they come from")
+    used, corners = np.unique(faces, return_inverse=True)
+    source, image = z[used], canvas.centres().ravel()[used]
+    near = max(canvas.step) / diagonal(image)
+    if mirrored:
+        map = TriangulatedMap(source.conj(), image, corners.reshape(-1, 3), (), near)
+        return Transform(lambda z: map(z.conj()), lambda w: map.inverse(w).conj())
+    map = TriangulatedMap(source, image, corners.reshape(-1, 3), (), near)
+    return Transform(map, map.inverse)
+
+
+def _torn(z: Complex, slope: Complex, axis: int) -> Flags:
+    """Whether a seam runs between a pixel and the next along an axis, by their slopes along it."""
+    usual = np.abs(slope)
+    first, last = (np.take(usual, range(k, z.shape[axis] - 1 + k), axis) for k in (0, 1))
+    step = np.abs(np.diff(z, axis=axis))
+    return (step > JUMP) & (step > STEEPER * np.maximum(first, last))
 
 
 class Stored:

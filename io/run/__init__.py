@@ -16,7 +16,7 @@ framing        what pictures show, how large, and what the texture covers
 texture        where the texture comes from
 blank_picture  pictures that show nothing
 outputs/       what a run writes
-figures/       what `--plot` draws
+plots          what `--plot` draws
 report         the report
 doubt          remarks that are told to those who want quiet
 flatten        `iccm flatten`

@@ -132,9 +132,9 @@ def write_all(
         beside, notes = flat_files.write_uvs(shape, path, Path(uv), carry_maps, force)
         found |= {"notes": found["notes"] + notes} | ({"also_written": beside} if beside else {})
     if plot:
-        from .figures import surfaces
+        from . import plots
 
-        surfaces.draw(shape, stack.enter_context(files.replacing(plot, force=force)))
+        plots.draw(shape, stack.enter_context(files.replacing(plot, force=force)))
     if to:
         report.write(found, to, stack, force=force)
     return found

@@ -1,10 +1,14 @@
-"""Maps as transforms: with scikit-image, turned round, composed; their distortion by terms, by triangle."""
+"""Maps as transforms: with scikit-image, turned round, composed, as STMaps; their distortion and their figure."""
+
+import doctest
 
 import numpy as np
 import pytest
+import skimage.io
 import skimage.transform
 
 import iccm
+from iccm import solve, texture_transfer
 from iccm.arrays import xy_of
 from tests.shapes import arrow, blob, inside, pear, square
 
@@ -14,6 +18,11 @@ METHODS = ["balanced", "conformal", "paper"]
 @pytest.fixture(scope="module", params=METHODS)
 def fit(request):
     return iccm.fit(pear(), arrow(), method=request.param)
+
+
+@pytest.fixture(scope="module")
+def balanced():
+    return iccm.fit(pear(), arrow())
 
 
 def test_a_transform_takes_what_it_gives(fit):
@@ -65,3 +74,60 @@ def test_energies_by_term_of_each_triangle():
     assert min(each.min() for each in terms.values()) >= 1 - 1e-12
     same = iccm.fit(pear(), 3 * pear(), method="paper").triangles.energies()["total"]
     assert np.median(same) == pytest.approx(1, abs=1e-5)
+
+
+def test_pairs_are_not_taken_for_points_of_the_real_axis(fit):
+    for call in (fit.map, fit.inverse, fit.map.derivatives):
+        with pytest.raises(iccm.InputError, match=r"fit\.transform takes pairs"):
+            call(np.zeros((4, 2)))
+
+
+def test_an_stmap_and_back(balanced):
+    """Between pixel centres the map of an STMap is off by the square of a pixel, at the outline by less than one."""
+    st = iccm.stmap(balanced, size=256)
+    back = iccm.from_stmap(st, texture_box=balanced.source.box, target_box=balanced.target.box)
+    z = inside(pear(), 500)
+    w = balanced.map(z)
+    z, w = z[np.isfinite(w)], w[np.isfinite(w)]
+    pixel = (balanced.target.box[1] - balanced.target.box[0]).real / st.shape[1]
+    off = np.abs(back(z) - w)
+    assert np.isfinite(off).all() and np.median(off) < 0.01 * pixel and off.max() < pixel
+    there = back(z)
+    assert np.abs(back.inverse(there) - z).max() < 0.01 and np.isnan(back(2 * balanced.source.box[1]))
+
+
+def test_a_mirrored_stmap_and_one_with_a_seam():
+    t, s = np.mgrid[0:16, 0:32] / [[[15]], [[31]]]
+    mirrored = iccm.from_stmap(np.stack([1 - s, 1 - t], axis=-1)[:, 1:-1])
+    assert mirrored(0.25 + 0.5j) == pytest.approx(22.75 + 8j) and mirrored.inverse(
+        22.75 + 8j
+    ) == pytest.approx(0.25 + 0.5j)
+    two = np.concatenate([s[:, 1:], s[:, 1:]], axis=1), np.concatenate([1 - t[:, 1:], 1 - t[:, 1:]], axis=1)
+    halves = iccm.from_stmap(np.stack(two, axis=-1))
+    beside = halves.inverse(np.array([10.25, 41.25, 30.6, 31.4]) + 8j)
+    assert np.allclose(beside, np.array([10.75, 10.75, 31, 1]) / 31 + 0.5j)
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((4, 4)), np.zeros((4, 4, 2), int), np.full((4, 4, 2), np.nan)])
+def test_what_is_no_stmap(wrong):
+    with pytest.raises(iccm.InputError, match="stmap: "):
+        iccm.from_stmap(wrong)
+
+
+def test_the_figure_of_a_map(balanced, tmp_path):
+    figure = balanced.plot(names=("pear", "arrow"))
+    titles = [axes.get_title() for axes in figure.axes]
+    assert titles[:2] == ["pear", "arrow"] and titles[3:5] == [
+        "log10 area scale, relative to its median",
+        "dilatation (1: conformal)",
+    ]
+    curve = figure.axes[2].lines[-1]
+    assert np.array_equal(curve.get_ydata(), [step["total"] for step in balanced.energies])
+    figure.savefig(tmp_path / "fit.png")
+    assert skimage.io.imread(tmp_path / "fit.png").std() > 10
+
+
+@pytest.mark.parametrize("module", [solve, texture_transfer])
+def test_examples_in_docstrings(module):
+    found = doctest.testmod(module)
+    assert found.attempted > 2 and not found.failed

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...arrays import Complex, Real
+from ...arrays import Complex, Real, as_points
 from ...plane import diagonal
 from .adjacency import Edges, Index, edges_of
 from .evaluation import evaluate
@@ -98,7 +98,7 @@ class TriangulatedMap:
 
     def jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
         """f, f_z and f_z̄ at points of any shape."""
-        z = np.asarray(z, dtype=np.complex128)
+        z = as_points(z)
         triangle, place = self.place(z.ravel(), threads)
         _, w, p, q = self._jets(triangle, place, threads)
         f_z, f_zbar = inverted(p, q)
@@ -114,7 +114,7 @@ class TriangulatedMap:
 
     def inverse_jet(self, w: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
         """f⁻¹ and its derivatives by w and w̄ at points of any shape."""
-        w = np.asarray(w, dtype=np.complex128)
+        w = as_points(w)
         triangle, place = self.image_place(w.ravel(), threads)
         z, p, q = self.jet_at(triangle, place, threads)
         return z.reshape(w.shape), p.reshape(w.shape), q.reshape(w.shape)

@@ -21,16 +21,21 @@ class Plot(Output):
 
     def write(self, run: Run, path: Path) -> None:
         """matplotlib is imported here: it takes longer than many runs."""
+        from .. import plots
+
         with run.phases.timed("plot"):
             if not run.target.is_mesh:
-                from ..figures import domains
-
                 if len(run.fits) > 1:
                     run.note(f"{self.name}: shows the largest part alone")
-                domains.draw(run, path)
+                plots.save(run.fit.plot(run.fit_report, _names(run.job)), path)
                 return
             from ...shapes.mesh_shape import as_mesh
-            from ..figures import surfaces
 
             placed, target = run.image.texture(run.box, kind=run.job.kind), as_mesh(run.target)
-            surfaces.draw(target, path, map=run.fit.map, source=run.source, texture=placed, pins=run.fit.pins)
+            plots.draw(target, path, map=run.fit.map, source=run.source, texture=placed, pins=run.fit.pins)
+
+
+def _names(job: Job) -> tuple[str, str]:
+    """Titles of the source and of its image."""
+    onto = f" over the target: {Path(job.target).name}" if job.target else ""
+    return f"source: {Path(job.source).name}", f"its image{onto}"

@@ -336,6 +336,8 @@ def test_an_unknown_option_is_a_type_error():
         TypeError, match=r"fit\(\) got an unexpected .* 'verticse'; did you mean 'vertices'\?"
     ):
         iccm.fit(square(), ell(), verticse=5)
+    with pytest.raises(TypeError, match=r"transfer\(\) .* 'texure_box'; did you mean 'texture_box'\?"):
+        iccm.transfer(iccm.checkerboard(), square(), ell(), texure_box=(0, 1 + 1j))
     with pytest.raises(TypeError, match=r"deform\(\) .* 'stroke'; did you mean 'strokes'\?"):
         iccm.deform(square(), stroke=[])
     with pytest.raises(TypeError, match=r"'elephant'$"):

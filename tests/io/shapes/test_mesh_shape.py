@@ -9,7 +9,7 @@ from iccm.errors import InputError
 from iccm.io import memory, point_syntax
 from iccm.io.meshes import mesh_files, obj
 from iccm.io.pictures import image_files
-from iccm.io.run.figures import surfaces
+from iccm.io.run import plots
 from iccm.io.run.outputs.baked import bake
 from iccm.io.run.outputs.textured_mesh import new_uvs
 from iccm.io.shapes import mesh_shape, mesh_texture
@@ -74,7 +74,7 @@ def test_new_coordinates_are_where_the_texture_lies_over_the_flattening(tmp_path
 
 
 def target_plane(shape):
-    return surfaces.target_plane(shape)
+    return plots.target_plane(shape)
 
 
 def test_a_texture_is_bound_beside_the_mesh(tmp_path):
@@ -225,9 +225,7 @@ def test_a_mesh_without_coordinates_or_texture_says_so(tmp_path):
 
 def test_the_picture_of_a_surface_shows_its_texture(tmp_path):
     shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=16)))
-    seen = surfaces.surface(
-        shape, identity(shape), target_plane(shape), colours().texture(shape.box), size=120
-    )
+    seen = plots.surface(shape, identity(shape), target_plane(shape), colours().texture(shape.box), size=120)
     solid = seen[..., 3] == 255
     assert 0.4 < solid.mean() < 0.95
     y, x = np.nonzero(solid)
@@ -241,7 +239,7 @@ def test_a_figure_is_drawn_the_same_every_time(tmp_path, with_map):
     shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=6)))
     more = {"map": identity(shape), "source": target_plane(shape)} if with_map else {}
     for name in ("1.png", "2.png"):
-        surfaces.draw(shape, tmp_path / name, **more)
+        plots.draw(shape, tmp_path / name, **more)
     assert (tmp_path / "1.png").read_bytes() == (tmp_path / "2.png").read_bytes()
 
 

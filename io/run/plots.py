@@ -1,26 +1,25 @@
-"""The figure of a mesh: its flattening with a grid, and the textured surface from a good angle."""
+"""Figures as files, and that of a mesh: its flattening with a grid, and the textured surface from a good angle."""
 
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ....arrays import Complex, xy_of
-from ....maps.approximation import AnyMap
-from ....maps.extended_inverse import ExtendedInverse
-from ....meshes.render import render
-from ....pixels.checkerboard import checkerboard
-from ....pixels.sampler import Sampler
-from ....pixels.warp import Texture
-from ...shapes.mesh_shape import MeshShape
-from ...shapes.shape import Shape
-from ..framing import square
-from .domains import grid
+from ...arrays import Complex, xy_of
+from ...maps.approximation import AnyMap
+from ...maps.extended_inverse import ExtendedInverse
+from ...maps.figure import grid
+from ...meshes.render import render
+from ...pixels.checkerboard import checkerboard
+from ...pixels.sampler import Sampler
+from ...pixels.warp import Texture
+from ..shapes.mesh_shape import MeshShape
+from ..shapes.shape import Shape
+from .framing import square
 
 INK, ACROSS, UP, EDGE, MARK = "#22262b", "#2a78b8", "#d1662b", "#c6ccd2", "#b0122f"
 MOST_EDGES = 20000
@@ -47,7 +46,6 @@ def draw(
         pins: (k, 2) places in the source's and the target's plane.
     """
     figure = Figure(figsize=(13, 6.4), layout="constrained")
-    FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
     _flat(left, target, map)
     if pins is not None and len(pins):
@@ -57,9 +55,14 @@ def draw(
         axes.set_aspect("equal")
         axes.set_axis_off()
         axes.set_title(title, fontsize=11, color=INK)
-    with mpl.rc_context({"svg.hashsalt": "iccm"}):
-        nothing = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-        figure.savefig(path, dpi=100, metadata=nothing.get(path.suffix.lower()))
+    save(figure, path)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Writes a figure as .png, .svg or .pdf: the same bytes for the same figure; the date follows SOURCE_DATE_EPOCH."""
+    metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    with mpl.rc_context({"svg.hashsalt": "iccm"}):  # else element ids are random
+        figure.savefig(path, dpi=100, metadata=metadata.get(path.suffix.lower()))
 
 
 def surface(

@@ -1,51 +1,83 @@
-"""The figure of a run: grids, energy, maps of distortion. matplotlib objects, never pyplot: no display, no state."""
-
-from __future__ import annotations
+"""The figure of a map: grids, energy, distortion, figures in words. matplotlib objects, never pyplot: no display, no
+state."""
 
 import textwrap
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import shapely
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize, TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter
 
-from ....arrays import xy_of
-from ....maps.harmonic import area_scale, dilatation
-from ....plane import bounding_box, longer_side
-from ..report import summary
-
-if TYPE_CHECKING:
-    from ..state import Run
+from ..arrays import Complex, xy_of
+from ..curve import Curve
+from ..plane import bounding_box, longer_side
+from .approximation import AnyMap
+from .harmonic import area_scale, dilatation
+from .summary import summary
 
 LINES, PER_LINE, PIXELS = 24, 400, 220
 INK, SOFT, ACROSS, UP, MARK = "#22262b", "#8a929b", "#2a78b8", "#d1662b", "#b0122f"
 
 
-def draw(run: Run, path: Path) -> None:
-    """Draw the figure of a run into a .png, .svg or .pdf file.
-
-    Six panels: the source with a grid and its pins, the grid's image over the target, the energy against the
+def figure(
+    map: AnyMap,
+    source: Curve,
+    target: Curve | None,
+    image: Complex,
+    *,
+    openings: tuple[list[Complex], list[Complex]] = ([], []),
+    pins: Complex,
+    strokes: Sequence[tuple[Curve, Curve]] = (),
+    energies: list[dict[str, float]],
+    report: dict[str, Any],
+    names: tuple[str, str],
+) -> Figure:
+    """Six panels: the source with a grid and its pins, the grid's image over the target, the energy against the
     iteration, the logarithm of the area scale and the dilatation over the source, and the report in words.
+
+    Args:
+        map: source → target.
+        source: its outline.
+        target: the outline aimed at, if there is one.
+        image: that of the source's outline.
+        openings: outlines of the holes that the map leaves out, in the source and in the image.
+        pins: (k, 2) source and target of each.
+        strokes: of each.
+        energies: one dict an iteration.
+        report: of the map, with its message.
+        names: titles of the source and of its image.
     """
-    figure = Figure(figsize=(15, 9.4), layout=ConstrainedLayoutEngine(w_pad=0.15, h_pad=0.12))
-    FigureCanvasAgg(figure)
-    panels = figure.subplots(2, 3)
-    _grids(run, panels[0, 0], panels[0, 1])
-    _energy(run.fit.energies, panels[0, 2])
-    _distortion(run, figure, panels[1, 0], panels[1, 1])
-    _words(run, panels[1, 2])
-    # Element ids would otherwise be random; the date follows SOURCE_DATE_EPOCH.
-    with mpl.rc_context({"svg.hashsalt": "iccm"}):
-        metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-        figure.savefig(path, dpi=100, metadata=metadata.get(path.suffix.lower()))
+    made = Figure(figsize=(15, 9.4), layout=ConstrainedLayoutEngine(w_pad=0.15, h_pad=0.12))
+    (left, right, curves), (area, shear, words) = made.subplots(2, 3)
+    for lines, colour in zip(grid(map.polygon, holes=openings[0]), (ACROSS, UP)):
+        _strands(left, lines, colour)
+        _strands(right, _apply(map, lines), colour)
+    _outline(left, source.z, INK, 1.4)
+    if target is not None:
+        _outline(right, target.z, INK, 2.6, alpha=0.25)
+    _outline(right, image, INK, 1.0)
+    for axes, holes in zip((left, right), openings):
+        for hole in holes:
+            _outline(axes, hole, INK, 1.0)
+    if pins.size:
+        met = map(pins[:, 0])
+        left.plot(pins[:, 0].real, pins[:, 0].imag, "o", color=MARK, ms=5)
+        right.plot(pins[:, 1].real, pins[:, 1].imag, "o", color=MARK, ms=7, mfc="none")
+        right.plot(met.real, met.imag, ".", color=MARK, ms=5)
+    for pair in strokes:
+        for axes, stroke in zip((left, right), pair):
+            axes.plot(stroke.z.real, stroke.z.imag, color=MARK, lw=1.6)
+    for axes, name in zip((left, right), names):
+        _frame(axes, name)
+    _energy(energies, curves)
+    _distortion(map, source, openings[0], area, shear)
+    _words([report["message"], "", *summary(report)], words)
+    return made
 
 
 def grid(
@@ -69,34 +101,6 @@ def _inside(
     region = shapely.Polygon(rings[0], rings[1:]).buffer(-margin)
     shapely.prepare(region)
     return np.where(shapely.contains_xy(region, z.real, z.imag), z, complex(np.nan, np.nan))
-
-
-def _grids(run: Run, left: Any, right: Any) -> None:
-    outline = run.fit.source.z
-    evaluate = run.fit.map
-    for lines, colour in zip(grid(run.fit.map.polygon, holes=run.fit.openings[0]), (ACROSS, UP)):
-        _strands(left, lines, colour)
-        _strands(right, _apply(evaluate, lines), colour)
-    _outline(left, outline, INK, 1.4)
-    if run.job.target is not None:
-        _outline(right, run.target.curve.z, INK, 2.6, alpha=0.25)
-    _outline(right, run.fit.image, INK, 1.0)
-    for axes, holes in zip((left, right), run.fit.openings):
-        for hole in holes:
-            _outline(axes, hole, INK, 1.0)
-    pins = run.fit.pins
-    if pins.size:
-        left.plot(pins[:, 0].real, pins[:, 0].imag, "o", color=MARK, ms=5)
-        right.plot(pins[:, 1].real, pins[:, 1].imag, "o", color=MARK, ms=7, mfc="none")
-        image = run.fit.map(pins[:, 0])
-        right.plot(image.real, image.imag, ".", color=MARK, ms=5)
-    for source, target in run.fit.strokes:
-        left.plot(source.z.real, source.z.imag, color=MARK, lw=1.6)
-        right.plot(target.z.real, target.z.imag, color=MARK, lw=1.6)
-    _frame(left, f"source: {Path(run.job.source).name}")
-    _frame(
-        right, f"its image over the target: {Path(run.job.target).name}" if run.job.target else "its image"
-    )
 
 
 def _apply(evaluate: Any, z: np.ndarray) -> np.ndarray:
@@ -149,26 +153,24 @@ def _curve(axes: Any, values: list[float], name: str, **style: Any) -> None:
     )
 
 
-def _distortion(run: Run, figure: Any, left: Any, right: Any) -> None:
+def _distortion(map: AnyMap, source: Curve, holes: list[Complex], left: Any, right: Any) -> None:
     """log10 of the area scale (relative to its median) and the dilatation, over the source."""
-    outline = run.fit.source.z
-    low, high = run.fit.source.box
+    low, high = source.box
     step = longer_side(low, high) / PIXELS
     x, y = np.arange(low.real + step / 2, high.real, step), np.arange(low.imag + step / 2, high.imag, step)
-    margin, holes = 1e-3 * run.fit.source.diagonal, run.fit.openings[0]
-    z = _inside(x[None, :] + 1j * y[:, None], run.fit.map.polygon, margin, holes)
+    z = _inside(x[None, :] + 1j * y[:, None], map.polygon, 1e-3 * source.diagonal, holes)
     area, shear = np.full(z.shape, np.nan), np.full(z.shape, np.nan)
     known = np.isfinite(z)
-    f_z, f_zbar = run.fit.map.derivatives(z[known])
+    f_z, f_zbar = map.derivatives(z[known])
     area[known], shear[known] = area_scale(f_z, f_zbar), dilatation(f_z, f_zbar)
     extent = (low.real, low.real + x.size * step, low.imag, low.imag + y.size * step)
-    _area(figure, left, area, extent)
-    _shear(figure, right, shear, area, extent)
+    _area(left, area, extent)
+    _shear(right, shear, area, extent)
     for axes in (left, right):
-        _outline(axes, outline, INK, 1.0)
+        _outline(axes, source.z, INK, 1.0)
 
 
-def _area(figure: Any, axes: Any, area: np.ndarray, extent: tuple) -> None:
+def _area(axes: Any, area: np.ndarray, extent: tuple) -> None:
     value = np.log10(np.where(area > 0, area, np.nan))
     value -= np.nanmedian(value) if np.isfinite(value).any() else 0
     reach = max(0.1, float(np.nanquantile(np.abs(value), 0.98)) if np.isfinite(value).any() else 1)
@@ -176,16 +178,16 @@ def _area(figure: Any, axes: Any, area: np.ndarray, extent: tuple) -> None:
         value, origin="lower", extent=extent, cmap="RdBu_r", norm=TwoSlopeNorm(0, -reach, reach)
     )
     _folded(axes, area, extent)
-    figure.colorbar(image, ax=axes, shrink=0.75, extend="both")
+    axes.figure.colorbar(image, ax=axes, shrink=0.75, extend="both")
     _frame(axes, "log10 area scale, relative to its median")
 
 
-def _shear(figure: Any, axes: Any, shear: np.ndarray, area: np.ndarray, extent: tuple) -> None:
+def _shear(axes: Any, shear: np.ndarray, area: np.ndarray, extent: tuple) -> None:
     finite = shear[np.isfinite(shear)]
     top = max(1.05, float(np.quantile(finite, 0.98)) if finite.size else 2)
     image = axes.imshow(shear, origin="lower", extent=extent, cmap="viridis", norm=Normalize(1, top))
     _folded(axes, area, extent)
-    bar = figure.colorbar(image, ax=axes, shrink=0.75, extend="max")
+    bar = axes.figure.colorbar(image, ax=axes, shrink=0.75, extend="max")
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
     _frame(axes, "dilatation (1: conformal)")
 
@@ -197,9 +199,8 @@ def _folded(axes: Any, area: np.ndarray, extent: tuple) -> None:
     axes.imshow(red, origin="lower", extent=extent)
 
 
-def _words(run: Run, axes: Any) -> None:
+def _words(lines: Sequence[str], axes: Any) -> None:
     axes.set_axis_off()
-    lines = [run.fit.status.value, "", *summary(run.fit_report)]
     wrapped = [
         part
         for number, line in enumerate(lines)

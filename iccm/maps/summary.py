@@ -1,0 +1,47 @@
+"""The figures of a report in words."""
+
+from typing import Any
+
+
+def summary(report: dict[str, Any]) -> list[str]:
+    """The figures that a person wants to see, a line each."""
+    lines = []
+    boundary, dilatation = report.get("boundary", {}), report.get("dilatation", {})
+    area, injective = report.get("log10_area", {}), report.get("injective", {})
+    if boundary:
+        rms, gap = _figure(boundary.get("rms")), _figure(boundary.get("hausdorff"))
+        own = f", source's own {_figure(boundary['source'])} of its diagonal" if "source" in boundary else ""
+        lines.append(f"boundary    rms {rms}, Hausdorff {gap} of the diagonal{own}")
+    if dilatation:
+        lines.append(
+            "dilatation  " + ", ".join(f"{name} {_figure(value)}" for name, value in dilatation.items())
+        )
+    if area:
+        lines.append("log10 area  " + ", ".join(f"{name} {_figure(value)}" for name, value in area.items()))
+    if apart := report.get("apart"):
+        shown = ", ".join(f"{name} {_figure(value)}" for name, value in apart.items())
+        lines.append(f"apart       {shown} of the diagonal, in space")
+    if injective:
+        lines.append(f"injective   {_certificate(injective)}")
+    if found := report.get("parts"):
+        worst = max(found, key=lambda part: part["boundary"]["hausdorff"])
+        gap = _figure(worst["boundary"]["hausdorff"])
+        worst_of = f"the worst Hausdorff is {gap}, of #{worst['source'] or worst['target']}"
+        lines.append(f"parts       {len(found)}, the largest above; {worst_of}")
+    if report.get("pins"):
+        lines.append(f"pins        largest error {_figure(max(pin['error'] for pin in report['pins']))}")
+    if "seconds" in report:
+        parts = {k: v for k, v in report["seconds"].items() if v >= 0.005}
+        lines.append("seconds     " + ", ".join(f"{name} {value:.2f}" for name, value in parts.items()))
+    return lines
+
+
+def _certificate(found: dict[str, Any]) -> str:
+    if found.get("certified"):
+        depth, share = _figure(found.get("depth")), found.get("share") or 0.0
+        return f"certified on {share:.2%} of the area, from a depth of {depth} of the inradius"
+    return f"not certified; {found.get('obstacle', 'unknown')}"
+
+
+def _figure(value: Any) -> str:
+    return f"{value:.3g}" if isinstance(value, int | float) else "unknown"
