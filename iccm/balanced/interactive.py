@@ -6,6 +6,7 @@ to which the map is carried.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from ..arrays import Complex
 from ..curve import Curve
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
+from ..plane import triangle_areas
 from ..result import Fit
 from .constraints.validate import Pins, check
 from .errors import NoMapError, Stuck
@@ -33,6 +35,9 @@ from .search.pin_continuation import move_on_new_meshes
 SIZE = 0.06
 """Mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh."""
 FORWARD, BACKWARD, DECREASE = 8, 3, 1e-3  # Newton steps on the map, then on its inverse
+SQUEEZED = 0.01
+"""Of a triangle of that size: smaller ones are between corners of source and target that want to pass each other on the
+outline, which they can on a new mesh only."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +139,10 @@ class Live:
             )
         if state is None or state.miss > 0:
             state = self.pair.carried(state or self.state, given, settings)
+        if _squeezed(state):
+            free = state.forward(settings.theta, 1.0, FORWARD, DECREASE, corners=False)
+            with suppress(NoMapError):
+                state = min(self.pair.carried(free, given, settings), state, key=lambda each: each.miss)
         return replace(self, settings=settings, given=given, state=state)
 
     def _pulled(self, given: Pins) -> DiscreteMap | None:
@@ -165,6 +174,12 @@ class Live:
         z, u = (f.world(w[cut.vertices]) for f, w in zip(frames, (self.state.z, self.state.u)))
         map = TriangulatedMap(z, u, cut.faces, cut.loops)
         return replace(map, bulge=bulges(cut.faces, u, z, map.edges, cut.lines))
+
+
+def _squeezed(state: DiscreteMap) -> bool:
+    """Whether corners of source and target press on each other, between which triangles lose their area."""
+    areas = min(triangle_areas(w[state.material]).min() for w in (state.z, state.u))
+    return not areas >= SQUEEZED * 0.5 * SIZE**2
 
 
 def _relax(state: DiscreteMap, theta: float) -> DiscreteMap:

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
-from ...balanced import NoMapError
 from ...balanced.interactive import Live
 from ...balanced.model.settings import Settings
 from ...blas import one_thread
@@ -195,8 +194,12 @@ class Session:
 
     def _start(self, scene: Scene) -> TriangulatedMap | None:
         """The map to go on from, as a file will hold it; None for one from scratch."""
-        found, pair = self._before(scene), (self.source, self.target)
-        return None if found is None else StartingMap.of(found, *pair).map(*pair)
+        pair = self.source, self.target
+        try:
+            found = self._before(scene)
+            return None if found is None else StartingMap.of(found, *pair).map(*pair)
+        except InputError:  # what is wrong with the scene is wrong from scratch, too
+            return None
 
     def _before(self, scene: Scene) -> TriangulatedMap | None:
         """The map that follows, or the last one at rest. Without pins, or turned, none."""
@@ -205,10 +208,7 @@ class Session:
             return None
         if self._live is None and scene.balance == last.balance:
             return fit.map  # type: ignore[return-value]
-        try:
-            return self._continue(*self.core(scene), scene).map
-        except NoMapError:
-            return None
+        return self._continue(*self.core(scene), scene).map
 
     def _solve(self, scene: Scene, chosen: Way) -> tuple[Fit, dict[str, Any], Way]:
         """The map, by the way chosen if that leads anywhere."""
@@ -217,7 +217,7 @@ class Session:
                 fit, report = self._fit_scene(scene, chosen.begins)
                 if fit.status is not Status.PINS:
                     return fit, report, chosen
-            except NoMapError:
+            except InputError:
                 pass
             chosen = Way()
         return *self._fit_scene(scene, None), chosen

@@ -1,6 +1,7 @@
 """Maps that go on from the one before: nothing jumps when a pin is let go of, and the file that is saved tells how."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from iccm.io.run.job import make
 from iccm.io.shapes.starts import StartingMap
 
 AT = [40.0, 45.0]
+PINS = Path(__file__).parents[3] / "samples" / "pins"
+DRAGGED = {"source": "round", "target": "cat"}
 
 
 def scene(*ends, **more):
@@ -92,6 +95,31 @@ def test_maps_that_agree_need_no_start_and_others_are_told(dragged):
         assert found.other == "fresh" and found.drawn is None and edited._map is kept
         assert edited.compare(last) is None  # it is known by now
     assert same(kept, kept)
+
+
+@pytest.mark.parametrize("seed", [4, 7, 8])
+def test_what_a_long_drag_met_is_met_when_it_is_let_go_of(seed):
+    """Corners of the outlines pass each other on the way; the map goes on from what is seen all the same."""
+    rng = np.random.default_rng(seed)
+    edited = Session(make({side: str(PINS / f"{name}.svg") for side, name in DRAGGED.items()}))
+    edited.solve(scene())
+    here = inside(edited.source, rng)
+    begin = np.array(edited.transfer("source", [here])[0])
+    edited.solve(scene([here, begin.tolist()]))
+    goal = np.array(inside(edited.target, rng))
+    for share in np.arange(1, 61) / 60:
+        edited.scene = last = scene([here, (begin + share * (goal - begin)).tolist()])
+        assert edited.follow(last).ok, seed
+    assert edited.solve(last).ok and edited.start(last) is not None, seed
+
+
+def inside(shape, rng):
+    """A point of a shape, as its file counts it, away from its outline."""
+    (low, high), curve = shape.curve.box, shape.curve
+    while True:
+        z = np.array([complex(*rng.uniform([low.real, low.imag], [high.real, high.imag]))])
+        if curve.contains(z)[0] and np.abs(curve.at(curve.closest(z)) - z)[0] > 0.02 * curve.diagonal:
+            return shape.to_file(z)[0].tolist()
 
 
 def test_without_pins_and_when_turned_it_is_made_from_scratch(dragged):
