@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo test test-slow lint bench gallery clean
+.PHONY: demo test test-slow lint docs bench gallery clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -34,6 +34,11 @@ lint: $(READY)
 	rm -rf build/typecheck && mkdir -p build/typecheck
 	cp -R iccm build/typecheck/iccm && cp -R cli io build/typecheck/iccm
 	cd build/typecheck && ../../$(BIN)/mypy --config-file ../../pyproject.toml -p iccm
+
+# The site, into build/site: broken links and warnings fail, nothing is fetched.
+docs: $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 bench: $(READY)
 	$(BIN)/python -m tests.bench

@@ -13,7 +13,7 @@ from . import logs, options, status
 from .paths import FILE
 
 
-@click.command()
+@click.command(cls=options.Command)
 @click.argument("stmap", type=FILE)
 @click.argument("image", type=FILE)
 @options.of("apply")

@@ -22,7 +22,7 @@ from . import logs, options, status, stopping, streams
 from .paths import FILE
 
 
-@click.command()
+@click.command(cls=options.Command)
 @click.argument("jobs", type=FILE)
 @options.of("batch")
 @logs.options

@@ -15,7 +15,7 @@ from .paths import FILE
 SHOWN = 5
 
 
-@click.command()
+@click.command(cls=options.Command)
 @click.argument("run", type=FILE)
 @click.argument("baselines", type=FILE)
 @options.of("check")

@@ -11,7 +11,7 @@ from .map import execute
 from .paths import FILE
 
 
-@click.command()
+@click.command(cls=options.Command)
 @click.argument("shape", type=FILE)
 @options.of("deform")
 @logs.options

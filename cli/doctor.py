@@ -7,7 +7,7 @@ import click
 from . import logs, options, status
 
 
-@click.command()
+@click.command(cls=options.Command)
 @options.of("doctor")
 @logs.options
 def command(json: bool) -> int:

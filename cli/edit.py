@@ -14,7 +14,7 @@ from .paths import FILE
 EXTRA = "iccm edit needs a server: pip install 'iccm[edit]'"
 
 
-@click.command()
+@click.command(cls=options.Command)
 @click.argument("source", type=FILE)
 @click.argument("target", type=FILE)
 @options.of("edit")

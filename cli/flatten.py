@@ -15,7 +15,7 @@ from .paths import FILE
 os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")
 
 
-@click.command()
+@click.command(cls=options.Command)
 @click.argument("mesh", type=FILE)
 @options.of("flatten")
 @logs.options

@@ -11,7 +11,7 @@ from . import logs, options, status
 from .paths import FILE
 
 
-@click.command()
+@click.command(cls=options.Command)
 @click.argument("file", type=FILE, nargs=-1, required=True)
 @options.of("info")
 @logs.options

@@ -10,7 +10,7 @@ from . import logs, options, status
 from .paths import FILE
 
 
-@click.command()
+@click.command(cls=options.Command)
 @click.argument("source", type=FILE)
 @click.argument("target", type=FILE)
 @options.of("map")

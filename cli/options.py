@@ -15,6 +15,22 @@ FILES = ("FILE", "IMAGE", "DIR", "OUTLINE")  # in what stands for a value: shell
 Decorator = Callable[[Callable], Callable]
 
 
+class Command(click.Command):
+    """A command whose help shows options by what they are for."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """A section for each group, with an example."""
+        from ..io.option_groups import grouped
+
+        parameters = [each for each in self.get_params(ctx) if isinstance(each, click.Option)]
+        rows = {
+            max(each.opts, key=len)[2:].replace("-", "_"): each.get_help_record(ctx) for each in parameters
+        }
+        for title, example, names in grouped(rows):
+            with formatter.section(f"{title}, such as {example}" if example else title):
+                formatter.write_dl([row for name in names if (row := rows[name])])
+
+
 def of(command: str) -> Decorator:
     """One decorator that adds the options of a command, in the order of help."""
     made = [_click(name, hint, option) for name, (hint, option) in of_command(command).items()]

@@ -12,7 +12,7 @@ from .paths import FILE
 KINDS = {"texture": "colour", "normal": "normal", "normal-down": "normal-down", "data": "data"}
 
 
-@click.command()
+@click.command(cls=options.Command)
 @click.argument("old", type=FILE)
 @click.argument("new", type=FILE)
 @options.of("relayout")

@@ -32,7 +32,7 @@ class Curve:
 
         Raises:
             InputError: no (n,) numbers, NaN or infinite vertices, fewer than three distinct ones, no area, a
-            self-intersection (with its place).
+                self-intersection (with its place).
         """
         curve = cls(distinct(_finite(z, name)))
         if curve.z.size < 3:

@@ -1,25 +1,26 @@
 """Bytes to nouns and back: shapes, images, meshes, reports.
 
-files         inputs that are there; outputs that appear whole or not at all
-references    files that other files refer to
-limits        how much is read and made at most
-options       the options of every command: one table
-formats       what files of each suffix hold
-spec          `file#part#number`
-point_syntax  points as users name them
-names         file names that every system takes
-quiet_stderr  what C libraries say on stderr
-memory        memory for pictures within a bound
-svg/          SVG as outlines
-pictures/     pictures in files
-meshes/       meshes in files
-shapes/       files of every format as shapes
-materials/    materials of meshes, carried to new coordinates
-artwork/      drawings carried through a map as drawings
-run/          one job
-batch/        many jobs
-check/        results compared with baselines
-edit/         the page of `iccm edit`
-describe      what `iccm info` tells
-doctor        what `iccm doctor` examines
+files          inputs that are there; outputs that appear whole or not at all
+references     files that other files refer to
+limits         how much is read and made at most
+options        the options of every command: one table
+option_groups  options by what they are for, for help and the reference
+formats        what files of each suffix hold
+spec           `file#part#number`
+point_syntax   points as users name them
+names          file names that every system takes
+quiet_stderr   what C libraries say on stderr
+memory         memory for pictures within a bound
+svg/           SVG as outlines
+pictures/      pictures in files
+meshes/        meshes in files
+shapes/        files of every format as shapes
+materials/     materials of meshes, carried to new coordinates
+artwork/       drawings carried through a map as drawings
+run/           one job
+batch/         many jobs
+check/         results compared with baselines
+edit/          the page of `iccm edit`
+describe       what `iccm info` tells
+doctor         what `iccm doctor` examines
 """

@@ -1,4 +1,4 @@
-"""What the README shows works as it stands there."""
+"""What the pages show works as it stands there, where it is not run by `test_pages`."""
 
 import re
 import shutil
@@ -11,8 +11,7 @@ from iccm.io.batch import manifest
 from iccm.io.check import compare
 from iccm.io.options import options_of
 
-README = (Path(__file__).parents[1] / "README.md").read_text()
-RECIPES = re.findall(r"<!-- tested -->\n```sh\n(.*?)```", README, re.DOTALL)
+DOCS = Path(__file__).parents[1] / "docs"
 TOOLS = ("jq", "xargs", "parallel", "make")
 
 
@@ -26,63 +25,43 @@ def folder(shapes):
     return shapes
 
 
-@pytest.mark.parametrize("recipe", RECIPES, ids=lambda text: text.split("\n")[0])
-def test_a_recipe_runs(folder, shell, recipe):
-    missing = [tool for tool in TOOLS if re.search(rf"\b{tool}\b", recipe) and not shutil.which(tool)]
-    if missing:
-        pytest.skip(f"{missing[0]} is not installed")
-    done = shell(f"set -eo pipefail; {recipe}")
-    assert done.returncode == 0, done.stderr
-    if "out" in recipe:
-        assert len(list((folder / "out").glob("*.png"))) == 2
-    else:
-        assert 0 < float(done.stdout) < 0.01
+def blocks(page, kind):
+    text = (DOCS / "reference" / page).read_text(encoding="utf-8")
+    return re.findall(rf"```{kind}\n(.*?)```", text, re.DOTALL)
 
 
 def test_there_are_recipes_for_every_tool():
-    assert len(RECIPES) == 5 and all(any(tool in recipe for recipe in RECIPES) for tool in TOOLS)
+    text = (DOCS / "cookbook" / "pipelines.md").read_text(encoding="utf-8")
+    assert all(f"{tool} " in text for tool in TOOLS)
 
 
-def blocks(kind):
-    return re.findall(rf"```{kind}\n(.*?)```", README, re.DOTALL)
-
-
-def test_the_manifest_of_the_readme_is_valid(folder):
+def test_the_manifest_shown_is_valid(folder):
     for name in ("petals.jpg", "shapes/rose.svg"):
         (folder / name).write_text("")
-    tasks = manifest.read(blocks("toml")[0], "jobs.toml", root=folder)
+    tasks = manifest.read(blocks("batch.md", "toml")[0], "jobs.toml", root=folder)
     assert [task.name for task in tasks] == ["disk-leaf", "rose-leaf", "two pins"]
 
 
-def test_the_tolerances_of_the_readme_are_valid(folder):
-    (folder / "t.toml").write_text(blocks("toml")[1])
+def test_the_tolerances_shown_are_valid(folder):
+    (folder / "t.toml").write_text(blocks("check.md", "toml")[0])
     assert compare.tolerances(folder / "t.toml").figure("injective.depth").ignore
 
 
-def test_the_python_of_the_readme_runs():
-    scope: dict = {}
-    exec(blocks("python")[0], scope)
-    assert scope["fit"].status.ok
-
-
-def test_the_constraints_of_the_readme_are_valid(folder):
+def test_the_constraints_shown_are_valid(folder):
     from iccm.io.shapes import listing
 
-    (folder / "c.json").write_text(blocks("json")[0])
+    (folder / "c.json").write_text(blocks("constraints.md", "json")[0])
     assert len(listing.read(folder / "c.json").pins) == 1
 
 
-def test_the_readme_knows_every_command_and_option():
-    for command in COMMANDS:
-        assert f"iccm {command}" in README, command
+def test_the_pages_know_every_command_and_option():
+    readme = (DOCS.parent / "README.md").read_text(encoding="utf-8")
+    assert all(f"iccm {command}" in readme for command in COMMANDS)
+    detail = "".join(
+        page.read_text(encoding="utf-8") for page in (DOCS / "reference").iterdir() if page.is_file()
+    )
     for field in set(options_of()) - {"output"}:
-        assert f"--{field.replace('_', '-')}" in README, field
-
-
-def test_the_pictures_of_the_readme_are_there():
-    pictures = re.findall(r"!\[[^\]]+\]\(([^)]+)\)", README)
-    assert len(pictures) >= 8
-    assert all((Path(__file__).parents[1] / name).is_file() for name in pictures)
+        assert f"--{field.replace('_', '-')}" in detail, field
 
 
 def test_the_ci_sample_is_as_its_baselines(shell, tmp_path):

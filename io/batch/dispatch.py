@@ -97,7 +97,7 @@ def execute(
     stopping: Callable[[], bool] = lambda: False,
     warn: Callable[[str], None] = lambda message: None,
 ) -> Iterator[dict[str, Any]]:
-    """The result of each task, as it ends: `iccm.result/1`, see the README.
+    """The result of each task, as it ends: `iccm.result/1`, see docs/reference/batch.md.
 
     When `stopping` turns true nothing is begun any more, what runs is ended, and the rest is reported as cancelled.
     """

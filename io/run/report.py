@@ -1,4 +1,4 @@
-"""The report of a run: one JSON object, `iccm.report/1`, described in the README."""
+"""The report of a run: one JSON object, `iccm.report/1`, described in docs/reference/report.md."""
 
 from __future__ import annotations
 

@@ -66,13 +66,13 @@ def test_far_from_the_origin_the_image_of_the_boundary_is_the_same():
 
 @pytest.mark.parametrize("target", [arrow(), star(), pear(), ell()])
 def test_balanced_maps_hold_the_outline_as_stated(target):
-    """README: to 2e-4 of the target's diagonal."""
+    """docs: to 2e-4 of the target's diagonal."""
     assert iccm.fit(blob(), target).boundary["hausdorff"] <= 2.05e-4
 
 
 @pytest.mark.parametrize("method", ["balanced", "conformal", "paper"])
 def test_farther_outside_than_stated_maps_are_nan(method):
-    """README: NaN more than 1e-3 of the diagonal outside."""
+    """docs: NaN more than 1e-3 of the diagonal outside."""
     source = Curve(star())
     fit = iccm.fit(source, blob(), method=method)
     middle, across = source.z + 0.5 * source.edges, source.normals * source.diagonal

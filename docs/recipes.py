@@ -1,0 +1,106 @@
+"""Runs the commands of the pages, all or those that are named: python docs/recipes.py [--update] [PAGE ...]
+
+A block marked `sh` or `python` runs, at the root of a copy of `docs/files` and `samples`; a block marked `bash` is only
+shown. A page's blocks run in their order, each in the folder in which the one before ended. A picture of docs/pictures
+that a page shows is made by its blocks under the same name. --update keeps it; look at it first.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+ROOT = Path(__file__).resolve().parent.parent
+PICTURES = ROOT / "docs" / "pictures"
+BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+WIDEST = 480  # pixels of a picture that is kept
+TOOLS = ("jq", "make", "parallel")  # a block that needs one that is not installed is left out
+SHOWN = re.compile(r"!\[[^\]]*\]\([^)]*?pictures/([\w.-]+\.(?:png|svg))\)")
+
+
+def pages() -> list[Path]:
+    """The README and all pages that hold commands to run."""
+    found = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    return [page for page in found if BLOCK.search(page.read_text(encoding="utf-8"))]
+
+
+def shown(page: Path) -> list[str]:
+    """The names of the pictures that a page shows and its commands make."""
+    return sorted(set(SHOWN.findall(page.read_text(encoding="utf-8"))))
+
+
+def run(page: Path, folder: Path) -> None:
+    """Run a page's commands in an empty folder, by the `iccm` that is installed beside this Python.
+
+    Raises:
+        subprocess.CalledProcessError: a command failed.
+    """
+    leave = shutil.ignore_patterns("out", "picture.png")
+    for part in ("docs/files", "samples"):
+        shutil.copytree(ROOT / part, folder / part, ignore=leave)
+    lines = ["set -eo pipefail"]
+    missing = [tool for tool in TOOLS if not shutil.which(tool)]
+    for language, text in BLOCK.findall(page.read_text(encoding="utf-8")):
+        if any(re.search(rf"(^|\| |&& ){tool} ", text, re.MULTILINE) for tool in missing):
+            continue
+        lines.append(text if language == "sh" else f"python - <<'END_OF_PYTHON'\n{text}END_OF_PYTHON")
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    done = subprocess.run(
+        ["bash", "-c", "\n".join(lines)],
+        cwd=folder,
+        env=os.environ | {"PATH": path},
+        capture_output=True,
+        text=True,
+    )
+    if done.returncode:
+        raise subprocess.CalledProcessError(done.returncode, str(page), done.stdout, done.stderr)
+
+
+def made(page: Path, folder: Path) -> dict[str, Path]:
+    """The pictures that a page shows, where its commands have put them."""
+    return {name: path for name in shown(page) for path in folder.rglob(name)}
+
+
+def keep(made: Path, kept: Path) -> None:
+    """Copy a picture, a PNG no wider than `WIDEST`."""
+    if made.suffix == ".svg":
+        shutil.copyfile(made, kept)
+        return
+    with Image.open(made) as picture:
+        height = round(picture.height * min(1, WIDEST / picture.width))
+        picture.resize((min(picture.width, WIDEST), height), Image.Resampling.LANCZOS).save(kept)
+
+
+def main(arguments: list[str]) -> int:
+    """0 when the commands of all pages ran and made the pictures shown, else 1."""
+    wrong = 0
+    names = [name for name in arguments if name != "--update"]
+    for page in pages():
+        if names and page.stem not in names:
+            continue
+        with tempfile.TemporaryDirectory() as name:
+            try:
+                run(page, Path(name))
+            except subprocess.CalledProcessError as error:
+                print(f"{page.relative_to(ROOT)}: {error.stderr}", file=sys.stderr)
+                wrong += 1
+                continue
+            pictures = made(page, Path(name))
+            missing = sorted(set(shown(page)) - set(pictures))
+            print(f"{page.relative_to(ROOT)}: {', '.join(pictures) or 'no picture'}", flush=True)
+            if missing:
+                print(f"{page.relative_to(ROOT)}: not made: {', '.join(missing)}", file=sys.stderr)
+                wrong += 1
+            if "--update" in arguments:
+                for file, path in pictures.items():
+                    keep(path, PICTURES / file)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
