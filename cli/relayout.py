@@ -28,7 +28,7 @@ def command(old: str, new: str, output: tuple[str, ...], max_faces: int, outside
     iccm relayout old.obj new.obj --texture albedo.png -o new-albedo.png
     iccm relayout old.glb new.glb --texture albedo.png --normal normal.png --data rough.png -o 'new/{stem}.png'
 
-    Exit code: 0 done, 1 some of NEW is farther from OLD than the limit, 2 an input is wrong.
+    Exit code: 0 done, 1 some of NEW is farther from OLD than the limit or its layout is empty, 2 an input is wrong.
     """
     from ..io import formats, references
     from ..io.meshes import size_limits
@@ -53,4 +53,8 @@ def command(old: str, new: str, output: tuple[str, ...], max_faces: int, outside
     if far := found["far_texels"]:
         limit = f"{given['limit']:g} of the diagonal"
         logs.log.error(f"{new}: {far} texels are farther from {old} than {limit}: left empty")
-    return int(found["far_texels"] > 0)
+    if found["status"] == "empty":
+        logs.log.error(
+            f"{new}: its texture coordinates cover no texel: there is nothing to carry anything to"
+        )
+    return int(found["status"] != "done")

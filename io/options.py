@@ -235,7 +235,9 @@ class RelayoutOptions:
         "FILE", default=(), required=True, short="-o",
     )  # fmt: skip
     size: tuple[int] | tuple[int, int] | None = _option(
-        "Of the pictures made.  [default: the largest one given]", "WxH|N", parse=size
+        "Of the pictures made; one number: square.  [default: as dense on the surface as the old ones]",
+        "WxH|N",
+        parse=size,
     )
     limit: float = _option(
         "Largest distance between the surfaces, as a share of the diagonal; texels farther away stay empty.",

@@ -39,6 +39,8 @@ def relax_with_scaffold(
         around = frame(u[loops[0]])
         faces = outside(u, around, loops)
         at = np.concatenate([around, u])
+        if not len(faces):  # the outline is too thin for them: without them it might come to overlap itself
+            break
         light = np.full(len(faces), LIGHT * energy / len(faces))
         both = Elastic.of(
             np.concatenate([sheet.faces + FRAME, faces]),

@@ -16,12 +16,17 @@ from ..pixels.sampler import Sampler, put
 from ..pixels.texture import REPEAT, Places, Wrap, wrapped
 from ..progress import counted
 from .charted import Charted
-from .layout import Layout, layout
+from .layout import Layout, charts, layout
 from .locate import along, barycentric
 from .surface import texels
 
 SAME = 1e-6  # of the diagonal: corners this close are the same
 SEARCHED = 5_000  # points that are looked for at a time: 0.8 s on a busy machine, 82k triangles (measured)
+PROBED = 128  # texels across a layout by which the size of pictures is chosen (by hand)
+COLOURS = (
+    1024  # texels across a picture of charts of less than two texels, which say nothing of its size (by hand)
+)
+LARGEST = 4096  # texels across that are made unasked, but where the old texture has more
 ROWS = 64  # of the layout that are filtered at a time (by hand)
 
 
@@ -149,6 +154,42 @@ class Origin:
             np.einsum("pi,pi->p", v, t) + 1j * np.einsum("pi,pi->p", v, b) for v in (tangent, -side)
         )
         return right, down
+
+
+def texels_across(
+    probe: Origin, where: Flags, size: tuple[int, int], tiles: Box | None = None, wrap: Wrap = REPEAT
+) -> int:
+    """How many texels a square picture of the new layout is wide that shows what a texture of the old one shows.
+
+    As many as the texture has along the surface where these are closest, as a root of the mean square over the layout.
+
+    Args:
+        probe: places in both, in however many texels.
+        where: (h, w) texels that show the texture; where there are none it takes none.
+        size: of the texture, width and height.
+        tiles, wrap: as for `Origin.places`.
+    """
+    rows, columns = np.nonzero(where)
+    if not rows.size:
+        return 0
+    height, width = probe.grid.shape
+    turn = probe.places(rows, columns, size, tiles, wrap).turn * (width, height, width, height)
+    square, area = np.sum(turn * turn, axis=1), turn[:, 0] * turn[:, 3] - turn[:, 1] * turn[:, 2]
+    most = (square + np.sqrt(np.maximum(square * square - 4 * area * area, 0))) / 2
+    extent = 1 + 1j if tiles is None else tiles[1] - tiles[0]
+    spots = _extents(probe.old)[probe.triangles[rows, columns]] * size < (2 * extent.real, 2 * extent.imag)
+    most[spots.all(axis=1)] = COLOURS**2
+    return min(int(np.ceil(np.sqrt(most.mean()) - 1e-6)), max(LARGEST, *size))
+
+
+def _extents(old: Charted) -> Real:
+    """(m, 2) width and height of the chart that each triangle is in."""
+    corners = distinct_rows(old.uv)[1][old.uv_faces]
+    chart = charts(corners, len(old.uv))[corners]
+    low, high = np.full((len(old.uv), 2), np.inf), np.full((len(old.uv), 2), -np.inf)
+    np.minimum.at(low, chart, old.uv[old.uv_faces])
+    np.maximum.at(high, chart, old.uv[old.uv_faces])
+    return (high - low)[chart[:, 0]]
 
 
 def _frame(mesh: Charted, triangle: Index, weights: Real) -> tuple[Real, Real, Real]:

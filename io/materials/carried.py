@@ -1,6 +1,6 @@
 """The pictures of a material set carried to new coordinates: each in a picture of its own for each material there."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Container
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Flags, Index
 from ...meshes.charted import Charted
-from ...meshes.relayout import Origin, carry, paint, spread
+from ...meshes.relayout import COLOURS, PROBED, Origin, carry, paint, spread, texels_across
 from ...pixels import colour
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
@@ -19,7 +19,6 @@ from ..pictures import image_files
 from ..pictures.image import Image, prepare
 from .material_set import Material, MaterialMap, MaterialSet
 
-COLOURLESS = 1024  # texels across of a picture that no material has, but several factors make (by hand)
 Pictures = dict[str, Image]  # by slot
 FLAT = (128 / 255, 128 / 255, 1.0)  # a normal that changes nothing
 
@@ -29,7 +28,8 @@ class How:
     """How pictures are carried.
 
     Attributes:
-        size: width and height of the new pictures, of the old ones; by default the largest picture's.
+        size: width and height of the new pictures; None: squares that show as much as the old ones
+            (`meshes.relayout.texels_across`).
         filter: see `Sampler`.
         limit: the largest distance from the old surface, in the mesh's unit.
         padding: texels to spread past charts; see `meshes.relayout.carry`.
@@ -37,7 +37,7 @@ class How:
         threads: never change the result.
     """
 
-    size: Callable[[tuple[int, int]], tuple[int, int]] = lambda own: own
+    size: tuple[int, int] | None = None
     filter: str = "auto"
     limit: float = np.inf
     padding: int | None = None
@@ -63,12 +63,13 @@ class Carrier:
 
     def __post_init__(self) -> None:
         self.origins: dict[tuple[int, int], Origin] = {}
+        self._sides: dict[int, int] = {}
         self._images: dict[Path | bytes, Image] = {}
 
     @cached_property
     def materials(self) -> list[int]:
         """The materials that the new layout shows something of, the one with most texels first."""
-        origin = self.origin(self._size(self.material_set.maps))
+        origin = self.origin(self.size)
         owner = self.material_set.owner[origin.triangles[origin.reached(self.how.limit)]]
         counts = np.bincount(owner, minlength=len(self.material_set.materials))
         return [int(k) for k in np.argsort(-counts, kind="stable") if counts[k]]
@@ -104,7 +105,7 @@ class Carrier:
     def image(self, slot: str) -> Image:
         """The picture for a slot."""
         maps = [self.material_set.materials[k].maps.get(slot) for k in self.materials]
-        origin = self.origin(self._size([each for each in maps if each is not None]))
+        origin = self.origin(self._size(*self.materials, slots=[slot]))
         if len(maps) > 1:
             return self._together(slot, maps, origin)
         assert maps[0] is not None
@@ -124,11 +125,31 @@ class Carrier:
     def _shown(self, origin: Origin, map: MaterialMap) -> Origin:
         return origin.over(self.material_set.shown_by(map))
 
-    def _size(self, maps: Iterable[MaterialMap]) -> tuple[int, int]:
-        """Width and height of a new picture: those of the largest old one, unless another size is asked for."""
-        sizes = [self._read(each).pixels.shape[1::-1] for each in maps]
-        width, height = max(sizes, key=lambda sides: sides[0] * sides[1], default=(COLOURLESS, COLOURLESS))
-        return self.how.size((width, height))
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the largest picture."""
+        return self._size(*range(len(self.material_set.materials)))
+
+    def _size(self, *materials: int, slots: Container[str] | None = None) -> tuple[int, int]:
+        """Width and height of a picture that shows those of materials, in some slots or in all of them."""
+        if self.how.size:
+            return self.how.size
+        sides = [
+            self._across(k, each)
+            for k in materials
+            for slot, each in self.material_set.materials[k].maps.items()
+            if slots is None or slot in slots
+        ]
+        return (max(sides, default=0) or COLOURS,) * 2
+
+    def _across(self, material: int, map: MaterialMap) -> int:
+        """How many texels wide a picture is that shows a material's."""
+        if id(map) not in self._sides:
+            probe = self.origin((PROBED, PROBED))
+            shown = probe.reached(self.how.limit) & (self.material_set.owner[probe.triangles] == material)
+            size = self._read(map).pixels.shape[1::-1] if shown.any() else (1, 1)
+            self._sides[id(map)] = texels_across(self._shown(probe, map), shown, size, wrap=map.wrap)
+        return self._sides[id(map)]
 
     def _read(self, map: MaterialMap) -> Image:
         if map.picture not in self._images:

@@ -120,23 +120,16 @@ class Relaid:
         for k in range(len(self.after.materials)):
             own = np.flatnonzero(self.after.owner == k)
             sheet, pairs = part(self.after.sheet, own), (first[own], order[own])
-            found.append(Carrier(self.before, sheet, pairs, self._uniform))
+            carrier = Carrier(self.before, sheet, pairs, self.how)
+            if self.before.dialect != self.dialect:  # two pictures may become one: all are of one size
+                carrier.how = replace(self.how, size=carrier.size)
+            found.append(carrier)
         return found
-
-    @property
-    def _uniform(self) -> How:
-        """All pictures of one size, where two become one."""
-        if self.before.dialect == self.dialect:
-            return self.how
-        sizes = [each.image(self.how.max_pixels).pixels.shape[1::-1] for each in self.before.maps]
-        largest = max(sizes, key=lambda sides: sides[0] * sides[1])
-        return replace(self.how, size=lambda _: self.how.size(largest))
 
     @property
     def origins(self) -> list[Origin]:
         """Where texels came from, for reports: of each material's largest picture."""
-        every = [list(carrier.origins.values()) for carrier in self.carriers]
-        return [max(own, key=lambda origin: origin.grid.owners.owner.size) for own in every if own]
+        return [carrier.origin(carrier.size) for carrier in self.carriers]
 
     @cached_property
     def pictures(self) -> list[dict[str, Image]]:

@@ -1,6 +1,6 @@
 """The run of `iccm relayout`: what it reads, writes and reports."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +13,7 @@ from ...arrays import Box
 from ...errors import InputError
 from ...meshes.charted import Charted
 from ...meshes.mesh import check
-from ...meshes.relayout import Origin, carry, partners
+from ...meshes.relayout import COLOURS, PROBED, Origin, carry, partners, texels_across
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
 from .. import files, formats
@@ -130,12 +130,28 @@ class _Pictures:
         self.before, self.after = relaid.sheet_of(before), relaid.sheet_of(after)
         self.wanted, self.how, self.force = wanted, how, force
         self.read = [_read(each.path, self.before, how.max_pixels) for each in wanted]
-        self.size = how.size(_largest_size(self.read))
-        width, height = self.size
         for each, (image, _) in zip(wanted, self.read):
             check_kind(each.kind, image.pixels.shape[2], each.path)
-            image_files.check(each.output, image, height, width)
+        self.pairs = partners(self.before, self.after)
         self.files = [_outputs(each.output, self.after, force) for each in wanted]
+        self.tiles = list(dict.fromkeys(tile for names in self.files for tile in names))
+        self.size = how.size or self._square()
+        width, height = self.size
+        for each, (image, _) in zip(wanted, self.read):
+            image_files.check(each.output, image, height, width)
+
+    def _square(self) -> tuple[int, int]:
+        """Width and height that show as much as the textures do."""
+        sides = [0]
+        for tile in self.tiles:
+            probe = self._origin(PROBED, PROBED, tile)
+            shown = probe.reached(self.how.limit)
+            for image, box in self.read:
+                sides.append(texels_across(probe, shown, image.pixels.shape[1::-1], box))
+        return (max(sides) or COLOURS,) * 2
+
+    def _origin(self, width: int, height: int, tile: complex | None) -> Origin:
+        return Origin.of(self.before, self.after, width, height, tile, self.pairs)
 
     @property
     def notes(self) -> list[str]:
@@ -148,9 +164,7 @@ class _Pictures:
 
     def write(self, stack: ExitStack) -> tuple[list[str], list[Origin]]:
         """The names of what is written, and where its texels came from."""
-        needed = dict.fromkeys(tile for names in self.files for tile in names)
-        pairs, how = partners(self.before, self.after), self.how
-        origins = {tile: Origin.of(self.before, self.after, *self.size, tile, pairs) for tile in needed}
+        how, origins = self.how, {tile: self._origin(*self.size, tile) for tile in self.tiles}
         for each, (image, box), names in zip(self.wanted, self.read, self.files):
             sampler = Sampler(
                 image.texture((0j, 1 + 1j), each.kind), how.filter, each.kind, threads=how.threads
@@ -183,7 +197,7 @@ def run(
         old: the mesh with the layout that the textures have.
         new: the mesh with the layout to make them for.
         wanted: what to make.
-        size: of the new pictures, or their longer side; by default that of the largest texture.
+        size: of the new pictures, or their side; by default that which keeps the details of the textures.
         filter: how textures are sampled.
         limit: the largest distance between the surfaces, of the new mesh's diagonal.
         padding: texels to spread past the charts.
@@ -203,7 +217,8 @@ def run(
             check(file.mesh)
         notes = [f"{each.mesh.name}: {note}" for read in sources for each in read for note in each.notes]
         diagonal = _diagonal(after)
-        how = How(_size_rule(size, max_pixels), filter, limit * diagonal, padding, max_pixels, threads)
+        fixed = size_within(size, 1 + 1j, max_pixels) if size else None
+        how = How(fixed, filter, limit * diagonal, padding, max_pixels, threads)
         work: list[_Mesh | _Pictures] = []
         if wanted.mesh:
             work.append(_Mesh(wanted, before, after, how, force))
@@ -226,21 +241,6 @@ def _diagonal(meshes: _Read) -> float:
     """Of the bounding box of all that is read of a file."""
     used = np.concatenate([each.mesh.points[np.unique(each.mesh.corners)] for each in meshes])
     return float(np.linalg.norm(np.ptp(used, axis=0))) if used.size else 0.0
-
-
-def _size_rule(size: tuple[int, ...] | None, most: int) -> Callable[[tuple[int, int]], tuple[int, int]]:
-    """What makes the size of a new picture of an old one's."""
-    return lambda own: own if size is None else size_within(size, complex(*own), most)
-
-
-def _largest_size(read: Sequence[tuple[Image, Box | None]]) -> tuple[int, int]:
-    """Width and height of the largest picture, or of a tile of it."""
-    sizes = []
-    for image, box in read:
-        height, width = image.pixels.shape[:2]
-        across = box[1] - box[0] if box else 1 + 1j
-        sizes.append((width // int(across.real), height // int(across.imag)))
-    return max(sizes, key=lambda sides: sides[0] * sides[1])
 
 
 def _read(path: str, mesh: Charted, max_pixels: int) -> tuple[Image, Box | None]:
@@ -282,11 +282,13 @@ def _figures(
     partner = np.concatenate(list({id(origin.partner): origin.partner for origin in origins}.values()))
     distance = np.concatenate([origin.distance for origin in origins])
     far = sum(int(origin.far(limit * diagonal).sum()) for origin in origins)
+    layout = _layout(origins)
     return report.as_json(
         {
             "schema": SCHEMA,
             "version": __version__,
-            "status": "far" if far else "done",
+            "status": "far" if far else "done" if layout["covered_texels"] else "empty",
+            "size": max((origin.grid.shape[::-1] for origin in origins), key=lambda size: size[0] * size[1]),
             "triangles": partner.size,
             "same_triangles": int((partner >= 0).sum()),
             "distance": {
@@ -296,7 +298,7 @@ def _figures(
             },
             "nearest_texels": sum(int(origin.nearest.size) for origin in origins),
             "far_texels": far,
-            "layout": _layout(origins),
+            "layout": layout,
             "inputs": [{"path": name, "sha256": files.sha256(name)} for name in inputs],
         }
     )
@@ -313,6 +315,7 @@ def remarks(figures: dict[str, Any]) -> list[str]:
     """What a person may want to know, a sentence each; the first says how triangles were found."""
     same, count = figures["same_triangles"], figures["triangles"]
     found = [f"{same} of {count} triangles are those of the old mesh"]
+    found.append("pictures of {}x{} texels".format(*figures["size"]))
     nearest, overlaps = figures["nearest_texels"], figures["layout"]["overlapping_texels"]
     if nearest:
         worst = f"{figures['distance']['max']:.2g} of the diagonal"

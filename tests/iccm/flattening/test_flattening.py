@@ -8,7 +8,7 @@ import pytest
 import shapely
 
 from iccm.errors import InputError
-from iccm.flattening import METHODS, flatten, method, seams, tutte
+from iccm.flattening import METHODS, flatten, method, scaffold, seams, tutte
 from iccm.flattening.free import surface
 from iccm.flattening.scaffold import FRAME, frame, outside, relax_with_scaffold
 from iccm.flattening.seams import Ways, turns
@@ -228,6 +228,14 @@ def test_a_scaffold_holds_what_free_newton_would_let_overlap():
     assert overlap(Flattening(patch, free, outline, "free")) is not None
     assert overlap(Flattening(patch, held, outline, "held")) is None
     assert 1 < sheet.energy(free, 1.0) < sheet.energy(held, 1.0) < sheet.energy(start, 1.0)
+
+
+def test_a_layout_that_leaves_a_scaffold_no_room_stays(monkeypatch):
+    """GEOS does not triangulate beside an outline that almost touches itself."""
+    patch = disk_patch(grid(4, 4, dome))
+    sheet, start = surface(patch.points, patch.faces), tutte.convex(patch, patch.loops[0])
+    monkeypatch.setattr(scaffold, "_triangles", lambda polygon: np.empty(0, object))
+    assert (relax_with_scaffold(sheet, start, patch.loops, 1.0, range(9), 1e-5) == start).all()
 
 
 def test_the_methods_that_can_be_typed_are_those_there_are():

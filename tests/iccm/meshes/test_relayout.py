@@ -103,7 +103,19 @@ def there(tmp_path, monkeypatch):
 )
 def test_a_texture_in_another_layout_is_what_a_brute_force_bake_makes(there, iccm, layout, n, shuffled, same):
     write(there / "new.obj", layout, n, shuffled=shuffled)
-    done = iccm("relayout", "old.obj", "new.obj", "--texture", "old.png", "-o", "o.png", "--report", "r.json")
+    done = iccm(
+        "relayout",
+        "old.obj",
+        "new.obj",
+        "--texture",
+        "old.png",
+        "-o",
+        "o.png",
+        "--size",
+        N,
+        "--report",
+        "r.json",
+    )
     report = json.loads((there / "r.json").read_text())
     assert (done.code, report["status"], report["same_triangles"]) == (0, "done", same)
     wanted, made = brute_force(layout, n), image_files.read("o.png").pixels.astype(float)
@@ -144,13 +156,61 @@ def test_several_textures_keep_their_type_and_names(there, iccm):
 
 def test_what_lies_too_far_from_the_old_surface_is_empty_and_told(there, iccm):
     write(there / "new.obj", turned(0.0), 10, lambda x, y: hill(x, y) + 0.3 * (x > 0.55))
-    words = ("--texture", "old.png", "-o", "o.png", "--report", "r.json", "--padding", "0")
+    words = ("--texture", "old.png", "-o", "o.png", "--report", "r.json", "--padding", "0", "--size", N)
     done = iccm("relayout", "old.obj", "new.obj", *words)
     report = json.loads((there / "r.json").read_text())
     assert (done.code, report["status"]) == (1, "far")
     assert 0.3 < report["far_texels"] / report["layout"]["covered_texels"] < 0.6
     assert f"{report['far_texels']} texels are farther from old.obj" in done.err
     assert not image_files.read("o.png").pixels[N // 2, int(0.7 * N)].any()
+
+
+@pytest.mark.parametrize(
+    ("layout", "width", "height", "side"),
+    [
+        (upright, N, N, N),
+        (upright, N, N // 4, N),  # square
+        (lambda x, y: upright(x, y) / 2, N, N, 2 * N),
+        (lambda x, y: upright(y, x) * (1, 0.5), N, N, 2 * N),
+        (lambda x, y: 3 * upright(x, y), N, N, N / 3),  # over nine tiles, each shown again and again
+    ],
+)
+def test_pictures_are_as_dense_on_the_surface_as_the_old_ones(there, iccm, layout, width, height, side):
+    image_files.write("t.png", image_files.Image(np.zeros((height, width, 3), np.uint8)))
+    write(there / "new.obj", layout, 4)
+    write(there / "old.obj", upright, 4)
+    words = ("--texture", "t.png", "-o", "o.png", "--report", "r.json")
+    assert iccm("relayout", "old.obj", "new.obj", *words).code == 0
+    made = image_files.read("o.png").pixels.shape
+    assert made[:2] == (np.ceil(side), np.ceil(side))
+    assert json.loads((there / "r.json").read_text())["size"] == [made[1], made[0]]
+
+
+def test_a_palette_becomes_a_picture_with_room_for_its_colours(there, iccm):
+    """Of charts that are points, each on a colour of its own, the old picture's size says nothing."""
+    x, y, quads = grid(4)
+    palette = np.random.default_rng(1).integers(0, 256, (1, 16, 3)).astype(np.uint8)
+    image_files.write("t.png", image_files.Image(palette))
+    rows = [f"v {a} {b} 0" for a, b in zip(x, y)] + [f"vt {(k + 0.5) / 16} 0.5" for k in range(16)]
+    rows += ["f " + " ".join(f"{c + 1}/{k + 1}" for c in quad) for k, quad in enumerate(quads)]
+    (there / "old.obj").write_text("\n".join(rows) + "\n")
+    write(there / "new.obj", lambda x, y: np.column_stack([x, y]), 4, plane)
+    assert iccm("relayout", "old.obj", "new.obj", "--texture", "t.png", "-o", "o.png").code == 0
+    made = image_files.read("o.png").pixels
+    side = len(made) // 4
+    assert side > 100
+    for k in range(16):
+        column, row = divmod(k, 4)
+        tile = made[(3 - row) * side :, column * side :][1 : side - 1, 1 : side - 1].astype(int)
+        assert np.abs(tile - palette[0, k]).max() <= 1
+
+
+def test_a_layout_without_area_is_not_done(there, iccm):
+    write(there / "new.obj", lambda x, y: 0 * upright(x, y), 4)
+    words = ("--texture", "old.png", "-o", "o.png", "--report", "r.json")
+    done = iccm("relayout", "old.obj", "new.obj", *words)
+    assert (done.code, json.loads((there / "r.json").read_text())["status"]) == (1, "empty")
+    assert "cover no texel" in done.err
 
 
 @pytest.mark.parametrize(

@@ -89,7 +89,7 @@ def material_set_of(file, number=0):
 
 
 def test_all_maps_of_a_glb_go_into_another_layout_and_the_rest_of_it_stays(there, iccm):
-    done = iccm("relayout", "old.glb", "new.glb", "-o", "out.glb", "--report", "r.json")
+    done = iccm("relayout", "old.glb", "new.glb", "-o", "out.glb", "--size", N, "--report", "r.json")
     assert done.code == 0, done.err
     assert json.loads((there / "r.json").read_text())["same_triangles"] == len(FACES)
     old, new, out = (rich_glb.read(there / name) for name in ("old.glb", "new.glb", "out.glb"))
@@ -112,7 +112,7 @@ def test_all_maps_of_a_glb_go_into_another_layout_and_the_rest_of_it_stays(there
 
 
 def test_normals_look_the_same_in_space(there, iccm):
-    assert iccm("relayout", "old.glb", "new.glb#body", "-o", "out.glb").code == 0
+    assert iccm("relayout", "old.glb", "new.glb#body", "-o", "out.glb", "--size", N).code == 0
     old, out = (rich_glb.read(there / name) for name in ("old.glb", "out.glb"))
     for weights in ([0.6, 0.3, 0.1], [1 / 3, 1 / 3, 1 / 3]):
         same = np.einsum("mi,mi->m", lit(old, weights), lit(out, weights))
@@ -131,7 +131,7 @@ def test_a_texture_that_is_named_takes_the_place_of_the_materials_own(there, icc
 
 
 def test_an_objs_materials_become_a_glbs(there, iccm):
-    done = iccm("relayout", "old.obj", "new.glb#body", "-o", "out.glb")
+    done = iccm("relayout", "old.obj", "new.glb#body", "-o", "out.glb", "--size", N)
     assert done.code == 0, done.err
     assert "map_ks: the other format has no place for it" in done.err
     new, out = (rich_glb.read(there / name) for name in ("new.glb", "out.glb"))
@@ -151,7 +151,7 @@ def test_an_objs_materials_become_a_glbs(there, iccm):
 @pytest.mark.parametrize("old", ["old.obj", "old.glb"])
 def test_an_obj_gets_materials(there, iccm, old, out):
     lines = (there / "new.obj").read_text().splitlines()
-    done = iccm("relayout", old, "new.obj", "-o", out)
+    done = iccm("relayout", old, "new.obj", "-o", out, "--size", N)
     assert done.code == 0, done.err
     if out == "out.glb":
         file = rich_glb.read(there / out)
@@ -182,7 +182,7 @@ def test_a_material_that_gets_a_bump_map_of_another_shows_it_fully(there, iccm):
     old.insert(half[len(half) // 5], "usemtl bare")
     (there / "old.obj").write_text("\n".join(old))
     (there / "new.obj").write_text((there / "new.obj").read_text().replace("usemtl cloth", "usemtl bare"))
-    done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj")
+    done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", N)
     assert done.code == 0, done.err
     assert "map_Bump -bm 1 out-bump.png" in (there / "out.mtl").read_text()
 
@@ -208,7 +208,7 @@ def test_several_materials_become_one_with_their_factors(there, iccm):
     hat.material = None
     file.buffers.clear()
     (there / "two.glb").write_bytes(make.bytes())
-    done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb")
+    done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
     assert done.code == 0, done.err
     out = rich_glb.read(there / "out.glb")
     rough = material_set_of(out).pbrMetallicRoughness
@@ -232,12 +232,12 @@ def test_several_materials_become_one_with_their_factors(there, iccm):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("old.glb", "new.glb", "-o", "out.obj"), "would lose what new.glb holds; use .glb"),
+        (("old.glb", "new.glb", "-o", "out.obj", "--size", N), "would lose what new.glb holds; use .glb"),
         (("old.glb", "new.glb", "-o", "out.ply"), "use .glb"),
         (("old.glb", "new.glb", "-o", "a.glb", "-o", "b.glb"), "one mesh is written at a time"),
         (("old.glb", "new.glb", "-o", "new.glb", "--force"), "is also an input"),
-        (("new.obj", "new.glb", "-o", "out.glb"), "new.obj: its materials show no pictures"),
-        (("old.glb", "new.glb", "--data", "kd.png", "-o", "out.glb"), "no one place for --data"),
+        (("new.obj", "new.glb", "-o", "out.glb", "--size", N), "new.obj: its materials show no pictures"),
+        (("old.glb", "new.glb", "--data", "kd.png", "-o", "out.glb", "--size", N), "no one place for --data"),
         (("old.obj", "new.obj", "-o", "out.gltf"), "written to .glb and .obj"),
     ],
 )
@@ -249,6 +249,6 @@ def test_wrong_words_are_told_in_a_line(there, iccm, words, message):
 
 def test_pictures_beside_an_obj_are_not_replaced_unasked(there, iccm):
     (there / "out-kd.png").write_bytes(b"mine")
-    done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj")
+    done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", N)
     assert done.code == 2 and "out-kd.png: the file exists" in done.err
     assert (there / "out-kd.png").read_bytes() == b"mine" and not (there / "out.obj").exists()
