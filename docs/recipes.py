@@ -5,8 +5,11 @@ shown. A page's blocks run in their order, each in the folder in which the one b
 that a page shows is made by its blocks under the same name. --update keeps it; look at it first.
 """
 
+import contextlib
+import io
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -20,6 +23,7 @@ PICTURES = ROOT / "docs" / "pictures"
 BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 WIDEST = 480  # pixels of a picture that is kept
 TOOLS = ("jq", "make", "parallel")  # a block that needs one that is not installed is left out
+PLAIN = re.compile(r"(iccm|cd) [^|<>$&;*\n]*")
 SHOWN = re.compile(r"!\[[^\]]*\]\([^)]*?pictures/([\w.-]+\.(?:png|svg))\)")
 
 
@@ -35,30 +39,46 @@ def shown(page: Path) -> list[str]:
 
 
 def run(page: Path, folder: Path) -> None:
-    """Run a page's commands in an empty folder, by the `iccm` that is installed beside this Python.
+    """Run a page's commands in an empty folder: lines that only change folders and call `iccm` in this process, to save
+    its start, blocks of others by bash.
 
     Raises:
-        subprocess.CalledProcessError: a command failed.
+        RuntimeError: a command failed.
     """
-    leave = shutil.ignore_patterns("out", "picture.png")
     for part in ("docs/files", "samples"):
-        shutil.copytree(ROOT / part, folder / part, ignore=leave)
-    lines = ["set -eo pipefail"]
+        shutil.copytree(ROOT / part, folder / part, ignore=shutil.ignore_patterns("out", "picture.png"))
     missing = [tool for tool in TOOLS if not shutil.which(tool)]
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     for language, text in BLOCK.findall(page.read_text(encoding="utf-8")):
         if any(re.search(rf"(^|\| |&& ){tool} ", text, re.MULTILINE) for tool in missing):
             continue
-        lines.append(text if language == "sh" else f"python - <<'END_OF_PYTHON'\n{text}END_OF_PYTHON")
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    done = subprocess.run(
-        ["bash", "-c", "\n".join(lines)],
-        cwd=folder,
-        env=os.environ | {"PATH": path},
-        capture_output=True,
-        text=True,
-    )
-    if done.returncode:
-        raise subprocess.CalledProcessError(done.returncode, str(page), done.stdout, done.stderr)
+        if language == "sh" and all(PLAIN.fullmatch(line) for line in text.splitlines()):
+            for line in text.splitlines():
+                folder = _run_line(line, folder)
+            continue
+        command = (
+            ["bash", "-eo", "pipefail", "-c", text] if language == "sh" else [sys.executable, "-c", text]
+        )
+        done = subprocess.run(
+            command, cwd=folder, env=os.environ | {"PATH": path}, capture_output=True, text=True
+        )
+        if done.returncode:
+            raise RuntimeError(f"{text}{done.stderr}")
+
+
+def _run_line(line: str, folder: Path) -> Path:
+    """Run one `iccm` in a folder, or change it; the folder for the next line."""
+    from iccm import cli
+
+    command, *rest = shlex.split(re.sub(r"\s#.*", "", line))
+    if command == "cd":
+        return folder / rest[0]
+    told, made = io.StringIO(), io.TextIOWrapper(io.BytesIO(), encoding="utf-8")
+    with contextlib.chdir(folder), contextlib.redirect_stderr(told), contextlib.redirect_stdout(made):
+        code = cli.run(rest)
+    if code:
+        raise RuntimeError(f"{line}\n{told.getvalue()}")
+    return folder
 
 
 def made(page: Path, folder: Path) -> dict[str, Path]:
@@ -86,8 +106,8 @@ def main(arguments: list[str]) -> int:
         with tempfile.TemporaryDirectory() as name:
             try:
                 run(page, Path(name))
-            except subprocess.CalledProcessError as error:
-                print(f"{page.relative_to(ROOT)}: {error.stderr}", file=sys.stderr)
+            except RuntimeError as error:
+                print(f"{page.relative_to(ROOT)}: {error}", file=sys.stderr)
                 wrong += 1
                 continue
             pictures = made(page, Path(name))
