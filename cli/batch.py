@@ -38,11 +38,14 @@ def command(jobs: str, root: str | None, check: bool, **given: Any) -> int:
 
     Exit code: 0 all done, 1 some are not, 2 the manifest is wrong, 130, 143 or 129 stopped by a signal.
     """
-    from ..io.batch import dispatch
+    from ..io import files
+    from ..io.batch import dispatch, overview
     from ..io.batch.journal import Journal
 
     gc.enable()  # it runs long
 
+    if given["html"]:
+        files.check_output(given["html"], force=True)
     folder = Path(root if root is not None else os.path.dirname(jobs) or ".")
     tasks = _tasks(jobs, folder, outside=given["outside"], force=given["force"])
     book = Journal(folder)
@@ -57,7 +60,12 @@ def command(jobs: str, root: str | None, check: bool, **given: Any) -> int:
     with _signals() as caught, _pool(len(tasks), given) as pool:
         watch = {"resume": given["resume"], "warn": logs.log.warning}
         watch["stopping"] = lambda: bool(caught) or streams.unread()
-        counts = _report(dispatch.execute(tasks, pool, book, policy, **watch), len(tasks))
+        results: list[dict[str, Any]] | None = [] if given["html"] else None
+        counts = _report(dispatch.execute(tasks, pool, book, policy, **watch), len(tasks), results)
+    if results is not None:
+        page = overview.html(results, jobs, os.path.dirname(given["html"]) or ".")
+        with files.replacing(given["html"], force=True) as path:
+            path.write_bytes(page)
     _summary(counts, time.perf_counter() - start)
     if caught:
         return 128 + caught[0]
@@ -126,8 +134,8 @@ def _start_tracker() -> None:
         signal.signal(signal.SIGHUP, before)
 
 
-def _report(results: Iterator[dict[str, Any]], count: int) -> Counter[str]:
-    """Results to stdout, troubles and progress to stderr; how many ended in which way."""
+def _report(results: Iterator[dict[str, Any]], count: int, kept: list[dict[str, Any]] | None) -> Counter[str]:
+    """Results to stdout and to a list, troubles and progress to stderr; how many ended in which way."""
     from .. import progress
     from ..io.run.report import as_json
 
@@ -140,6 +148,8 @@ def _report(results: Iterator[dict[str, Any]], count: int) -> Counter[str]:
             sys.stdout.write(json.dumps(as_json(result), ensure_ascii=False) + "\n")
             sys.stdout.flush()
             counts[result["status"]] += 1
+            if kept is not None:
+                kept.append(result)
             tell = level.get(result["status"], logging.ERROR)
             extra = {"fields": {key: result[key] for key in ("job", "name", "status", "seconds")}}
             said = f"{result['place']}: {result['name']}: {result['status']}: {result['message']}"

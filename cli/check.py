@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from pathlib import Path
 from typing import Any
@@ -28,35 +29,38 @@ def command(run: str, baselines: str, update: bool, **given: Any) -> int:
 
     \b
     iccm batch jobs.toml --root out && iccm check out baselines --junit check.xml --diff diff
-    iccm check out baselines --update
+    iccm check out baselines --html check.html --summary "$GITHUB_STEP_SUMMARY"
+    iccm check out baselines --update --only 'kite-*'
 
     Exit code: 0 no regression, 1 some, 2 an input is wrong.
     """
     if update:
-        return _update(Path(run), Path(baselines))
+        return _update(Path(run), Path(baselines), given["only"])
     return _check(Path(run), Path(baselines), given)
 
 
-def _update(run: Path, baselines: Path) -> int:
+def _update(run: Path, baselines: Path, only: tuple[str, ...]) -> int:
     from ..io.check import regression
 
-    new, gone = regression.update(run, baselines)
+    new, gone = regression.update(run, baselines, only)
     logs.log.info(f"{len(new)} baselines stored in {baselines}, {len(gone)} removed")
     return 0
 
 
 def _check(run: Path, baselines: Path, given: dict[str, Any]) -> int:
     from ..io import files
-    from ..io.check import compare, regression
+    from ..io.check import compare, regression, reports
+    from ..io.run.report import as_json
 
     start = time.perf_counter()
     usual = baselines / regression.SETTINGS
     settings = Path(given["tolerances"]) if given["tolerances"] else usual if usual.is_file() else None
-    if given["junit"]:
-        files.check_output(given["junit"], force=True)
+    for name in (given["junit"], given["html"], given["summary"]):
+        if name and name != "-":
+            files.check_output(name, force=True)
     with status.show_status():
         tell(f"compare {run} with {baselines}")
-        verdicts = regression.check(run, baselines, compare.tolerances(settings))
+        verdicts = regression.check(run, baselines, compare.tolerances(settings), given["only"])
     for verdict in verdicts:
         _tell(verdict)
         if given["diff"] and not verdict.ok:
@@ -65,8 +69,17 @@ def _check(run: Path, baselines: Path, given: dict[str, Any]) -> int:
     if given["junit"]:
         with files.replacing(given["junit"], force=True) as path:
             path.write_bytes(regression.junit(verdicts, time.perf_counter() - start))
+    if given["html"]:
+        with files.replacing(given["html"], force=True) as path:
+            path.write_bytes(reports.html(verdicts, run, baselines))
+    if given["summary"]:
+        with files.writing(given["summary"], force=True, suffix=".md") as path:
+            path.write_text(reports.markdown(verdicts), encoding="utf-8")
+    if given["json"]:
+        for verdict in verdicts:
+            click.echo(json.dumps(as_json(reports.record(verdict)), ensure_ascii=False))
     bad = sum(not verdict.ok for verdict in verdicts)
-    logs.log.info(f"{len(verdicts) - bad} of {len(verdicts)} files as their baselines")
+    logs.log.info(reports.told(verdicts))
     return 1 if bad else 0
 
 

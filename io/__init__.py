@@ -6,6 +6,7 @@ limits         how much is read and made at most
 options        the options of every command: one table
 option_groups  options by what they are for, for help and the reference
 formats        what files of each suffix hold
+page           results on one page of HTML
 spec           `file#part#number`
 point_syntax   points as users name them
 names          file names that every system takes

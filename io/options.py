@@ -266,6 +266,7 @@ class BatchOptions:
         "Skip jobs that an earlier run finished and nothing has changed since.", default=False
     )
     check: bool = _option("Check the manifest, run nothing.", default=False)
+    html: str | None = _option("A page for people: status, figures, pictures, links to outputs.", "FILE.html")
 
 
 @_table("check")
@@ -275,7 +276,16 @@ class CheckOptions:
     tolerances: str | None = _option("Limits.  [default: BASELINES/tolerances.toml, if it is there]", "FILE")
     junit: str | None = _option("JUnit report for CI: one test case per file.", "FILE.xml")
     diff: str | None = _option("Pictures of what differs: baseline, run, difference.", "DIR")
+    html: str | None = _option(
+        "A page of its own for people: pictures before and after, figures, limits.", "FILE.html"
+    )
+    summary: str | None = _option("A summary in Markdown for a CI's step page; - for stdout.", "FILE.md")
+    json: bool = _option("One JSON object per file on stdout, each on its line.", default=False)
     update: bool = _option("Make the run the baselines.", default=False)
+    only: tuple[str, ...] = _option(
+        "The files that are compared, or made baselines, as a name or a pattern. May be repeated.", "NAME", default=(),
+        parse=many,
+    )  # fmt: skip
 
 
 @_table("info")

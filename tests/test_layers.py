@@ -29,7 +29,7 @@ ORDER = (
     "io.pictures",
     "io.svg",
     "io.memory io.quiet_stderr io.names",
-    "io.options io.option_groups io.spec io.formats io.point_syntax io.references",
+    "io.options io.option_groups io.page io.spec io.formats io.point_syntax io.references",
     "io.files io.limits",
     "texture_transfer ahead",
     "solve",

@@ -6,4 +6,5 @@ dispatch  tasks run on a pool, one result for each
 pools     processes of this machine, or a Dask cluster
 worker    what runs in a worker
 journal   what was begun and finished, to resume from
+overview  the results on one page of HTML
 """

@@ -7,7 +7,7 @@ import json
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -56,6 +56,15 @@ class Tolerances(BaseModel):
         return fitting[-1] if fitting else Figure()
 
 
+class Moved(NamedTuple):
+    """A figure that is too far from its baseline: as words, with the limit that it passes."""
+
+    key: str
+    run: str
+    baseline: str
+    limit: str
+
+
 @dataclass
 class Verdict:
     """What comparing one file found.
@@ -63,12 +72,22 @@ class Verdict:
     Attributes:
         name: path relative to both folders.
         problems: a sentence for each difference that is too large; empty when the file passes.
-        figures: what was measured.
+        figures: what was measured of a picture.
+        moved: the figures of a picture or report that are too far from their baselines.
+        worst: column and row of a picture's largest difference, where there is one.
+        state: "new" and "missing" of a file that one folder lacks.
     """
 
     name: str
     problems: list[str] = field(default_factory=list)
     figures: dict[str, float] = field(default_factory=dict)
+    moved: list[Moved] = field(default_factory=list)
+    worst: tuple[int, int] | None = None
+    state: Literal["same", "differs", "new", "missing"] = "same"
+
+    def __post_init__(self) -> None:
+        if self.problems and self.state == "same":
+            self.state = "differs"
 
     @property
     def ok(self) -> bool:
@@ -96,15 +115,16 @@ def compare(name: str, run: Path, baseline: Path, allowed: Tolerances) -> Verdic
     """Compare one file with its baseline by what its suffix says it is."""
     verdict = Verdict(name)
     if not run.is_file():
-        verdict.problems.append("missing from the run")
-    elif not baseline.is_file():
-        verdict.problems.append("has no baseline; --update makes it one")
-    elif formats.of(baseline).picture:
+        return Verdict(name, ["missing from the run"], state="missing")
+    if not baseline.is_file():
+        return Verdict(name, ["has no baseline; --update makes it one"], state="new")
+    if formats.of(baseline).picture:
         _pictures(run, baseline, allowed.pictures, verdict)
     elif baseline.suffix.lower() == ".json":
         _reports(run, baseline, allowed, verdict)
     elif files.sha256(run) != files.sha256(baseline):
         verdict.problems.append("the bytes differ")
+    verdict.state = "differs" if verdict.problems else "same"
     return verdict
 
 
@@ -124,14 +144,21 @@ def _pictures(run: Path, baseline: Path, allowed: Pictures, verdict: Verdict) ->
         "rms": float(np.sqrt((gap**2).mean())),
         "ssim": similarity(x, y),
     }
+    row, column = np.unravel_index(int(gap.max(axis=2).argmax()), gap.shape[:2])
+    verdict.worst = (int(column), int(row)) if gap.any() else None
     for name, limit in (("max", allowed.max), ("rms", allowed.rms)):
         if verdict.figures[name] > limit * (1 + 1e-9):
-            worst = np.unravel_index(int(gap.max(axis=2).argmax()), gap.shape[:2])
-            where = f", largest at column {worst[1]}, row {worst[0]}"
+            verdict.moved.append(
+                Moved(f"{name} difference", f"{verdict.figures[name]:.4g}", "", f"{limit:.4g}")
+            )
             verdict.problems.append(
-                f"{name} difference {verdict.figures[name]:.4g} is more than {limit:.4g}{where}"
+                f"{name} difference {verdict.figures[name]:.4g} is more than {limit:.4g}, "
+                f"largest at column {column}, row {row}"
             )
     if verdict.figures["ssim"] < allowed.ssim:
+        verdict.moved.append(
+            Moved("structural similarity", f"{verdict.figures['ssim']:.5f}", "", f"{allowed.ssim:g}")
+        )
         verdict.problems.append(
             f"structural similarity {verdict.figures['ssim']:.5f} is less than {allowed.ssim:g}"
         )
@@ -178,7 +205,10 @@ def _reports(run: Path, baseline: Path, allowed: Tolerances, verdict: Verdict) -
         if key not in a or key not in b:
             verdict.problems.append(f"{key}: {'missing' if key not in a else 'not in the baseline'}")
         elif not _same(a[key], b[key], tolerance):
-            verdict.problems.append(f"{key}: {_value(a[key])} where the baseline has {_value(b[key])}")
+            moved = Moved(key, _value(a[key]), _value(b[key]), _limit(a[key], b[key], tolerance))
+            verdict.moved.append(moved)
+            within = f", which may move by {moved.limit}" if moved.limit else ""
+            verdict.problems.append(f"{key}: {moved.run} where the baseline has {moved.baseline}{within}")
 
 
 def _json(path: Path) -> Any:
@@ -201,10 +231,18 @@ def flat(value: Any, key: str = "") -> dict[str, Any]:
 
 
 def _same(a: Any, b: Any, tolerance: Figure) -> bool:
-    numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in (a, b))
-    if not numbers:
+    if not _are_numbers(a, b):
         return type(a) is type(b) and a == b
     return abs(a - b) <= max(tolerance.rel * abs(b), tolerance.abs)
+
+
+def _are_numbers(*values: Any) -> bool:
+    return all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+
+
+def _limit(a: Any, b: Any, tolerance: Figure) -> str:
+    """By how much a figure may move; words, and what is no number any more, may not."""
+    return f"{max(tolerance.rel * abs(b), tolerance.abs):.3g}" if _are_numbers(a, b) else ""
 
 
 def _value(value: Any) -> str:

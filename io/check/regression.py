@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Iterable
 from datetime import UTC, datetime
+from fnmatch import fnmatchcase
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -34,13 +35,20 @@ def names(folder: Path) -> list[str]:
     )
 
 
-def check(run: Path, baselines: Path, allowed: Tolerances) -> list[Verdict]:
-    """A verdict for every file that is in either folder.
+def chosen(found: Iterable[str], only: tuple[str, ...]) -> list[str]:
+    """The names that fit one of the patterns, as they stand or with * and ?; all without patterns."""
+    return [name for name in found if not only or any(name == o or fnmatchcase(name, o) for o in only)]
+
+
+def check(run: Path, baselines: Path, allowed: Tolerances, only: tuple[str, ...] = ()) -> list[Verdict]:
+    """A verdict for every file that is in either folder, of those that fit `only`.
 
     Raises:
-        InputError: a folder is missing, or both are empty: a comparison of nothing would always pass.
+        InputError: a folder is missing, or there is nothing: a comparison of nothing would always pass.
     """
-    both = sorted({*names(run), *names(baselines)})
+    both = chosen(sorted({*names(run), *names(baselines)}), only)
+    if not both and only:
+        raise InputError(f"{' '.join(only)}: no such file in {run} or {baselines} (--only)")
     if not both:
         raise InputError(f"{baselines}: nothing to compare; run with --update to store baselines")
     verdicts = []
@@ -52,17 +60,21 @@ def check(run: Path, baselines: Path, allowed: Tolerances) -> list[Verdict]:
     return verdicts
 
 
-def update(run: Path, baselines: Path) -> tuple[list[str], list[str]]:
-    """Make the run the baselines: the files written, and the old ones removed because the run lacks them.
+def update(run: Path, baselines: Path, only: tuple[str, ...] = ()) -> tuple[list[str], list[str]]:
+    """Make the run, or what of it fits `only`, the baselines: the files written, and the old ones removed because the
+    run lacks them.
 
     Raises:
         InputError: the run is empty or the folder cannot be written.
     """
-    new = names(run)
-    if not new:
+    present = names(run)
+    if not present:
         raise InputError(f"{run}: nothing to store as baselines")
     baselines.mkdir(parents=True, exist_ok=True)
-    gone = [name for name in names(baselines) if name not in set(new)]
+    new = chosen(present, only)
+    gone = chosen((name for name in names(baselines) if name not in set(present)), only)
+    if not new and not gone:
+        raise InputError(f"{' '.join(only)}: no such file in {run} or {baselines} (--only)")
     for name in new:
         (baselines / name).parent.mkdir(parents=True, exist_ok=True)
         with files.replacing(baselines / name, force=True) as path:
@@ -83,7 +95,7 @@ def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | N
     if not formats.of(verdict.name).picture or not all(path.is_file() for path in pair):
         return None
     try:
-        shown = [_as_picture(image_files.read(path).pixels) for path in pair]
+        shown = [as_picture(image_files.read(path).pixels) for path in pair]
     except InputError:
         return None
     if shown[0].shape == shown[1].shape:
@@ -103,7 +115,7 @@ def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | N
     return path
 
 
-def _as_picture(pixels: np.ndarray) -> np.ndarray:
+def as_picture(pixels: np.ndarray) -> np.ndarray:
     """(h, w, 3) in 0..1: grey repeated, alpha over grey."""
     x = np.clip(finite(scaled(pixels)), 0, 1)
     if x.shape[2] in (2, 4):

@@ -1,0 +1,74 @@
+"""A batch for people: its results on one page of HTML, with thumbnails and links to the outputs."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from ...errors import InputError
+from .. import formats
+from ..page import Cell, Row, address, page
+
+THUMBNAIL = 96  # pixels of its longer side
+PICTURED = 1000  # jobs that get one
+COLUMNS = ["job", "result", "status", "figures", "seconds", "message"]
+
+
+def html(results: list[dict[str, Any]], jobs: str, where: str) -> bytes:
+    """The page, for a file in the folder `where`, to which links are relative."""
+    results = sorted(results, key=lambda result: result["job"])
+    counts = Counter(result["status"] for result in results)
+    told = ", ".join(f"{number} {status}" for status, number in counts.most_common())
+    if len(results) > PICTURED:
+        told += f"; the first {PICTURED} have thumbnails"
+    rows = [_row(result, where, k < PICTURED) for k, result in enumerate(results)]
+    return page(f"iccm batch {jobs}", told, COLUMNS, rows)
+
+
+def _row(result: dict[str, Any], where: str, pictured: bool) -> Row:
+    outputs = [output["path"] for output in result["outputs"]]
+    shown = next((path for path in outputs if formats.of(path).picture), None)
+    first = shown or next(iter(outputs), None)
+    good = result["status"] == "done"
+    link = quote(os.path.relpath(first, where).replace(os.sep, "/")) if first else None
+    cells = [
+        Cell(str(result["job"]), sort=result["job"]),
+        Cell(result["name"], image=thumbnail(shown) if shown and pictured else None, link=link),
+        Cell(result["status"], state="good" if good else "bad"),
+        Cell(_figures(result["figures"])),
+        Cell(f"{result['seconds']:.2f}", sort=result["seconds"]),
+        Cell(" ".join([result["message"], *result["notes"]])),
+    ]
+    return Row(good, cells)
+
+
+def _figures(found: dict[str, Any]) -> str:
+    """Those that say most: the outline's gap, and the dilatation that 95 % stay below."""
+    gap, dilatation = (
+        (found.get("boundary") or {}).get("hausdorff"),
+        (found.get("dilatation") or {}).get("p95"),
+    )
+    said = [("gap", gap), ("dilatation p95", dilatation)]
+    return ", ".join(f"{name} {value:.3g}" for name, value in said if value is not None)
+
+
+def thumbnail(path: str) -> str | None:
+    """A small copy of a picture; none of one that is gone or that browsers cannot show the like of."""
+    import numpy as np
+
+    from ..pictures import image_files
+
+    try:
+        pixels = image_files.read(Path(path)).pixels
+    except (InputError, OSError):
+        return None
+    if pixels.dtype == np.uint16:
+        pixels = (pixels >> 8).astype(np.uint8)
+    elif pixels.dtype != np.uint8:
+        pixels = (255 * np.clip(np.nan_to_num(pixels), 0, 1)).astype(np.uint8)
+    step = max(1, max(pixels.shape[:2]) // (4 * THUMBNAIL))
+    channels = {1: [0, 0, 0], 2: [0, 0, 0, 1]}.get(pixels.shape[2], range(min(pixels.shape[2], 4)))
+    return address(np.ascontiguousarray(pixels[::step, ::step][..., list(channels)]), THUMBNAIL)

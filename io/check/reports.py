@@ -1,0 +1,122 @@
+"""What a check found, for people: a page of HTML, a summary in Markdown, lines of JSON."""
+
+from __future__ import annotations
+
+import shlex
+from collections import Counter
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import InputError
+from .. import formats
+from ..page import Cell, Row, address, page
+from .compare import Verdict
+from .regression import as_picture
+
+LISTED = 50  # files that a summary lists
+RAMP = np.array(
+    [[0, 0, 0], [170, 0, 0], [255, 136, 0], [255, 255, 0], [255, 255, 255]]
+)  # of `page.html`'s scale
+
+
+def record(verdict: Verdict) -> dict[str, Any]:
+    """A verdict as JSON."""
+    found = asdict(verdict)
+    found["moved"] = [moved._asdict() for moved in verdict.moved]
+    return {"schema": "iccm.check/1", **found}
+
+
+def told(verdicts: list[Verdict]) -> str:
+    """How many files are as their baselines, and how many are not in which way."""
+    counts = Counter("different" if verdict.state == "differs" else verdict.state for verdict in verdicts)
+    ways = [f"{counts[state]} {state}" for state in ("different", "new", "missing") if counts[state]]
+    same = sum(verdict.ok for verdict in verdicts)
+    return ", ".join([f"{same} of {len(verdicts)} files as their baselines", *ways])
+
+
+def html(verdicts: list[Verdict], run: Path, baselines: Path) -> bytes:
+    """A page that shows what differs: pictures before and after, figures with their limits, how to accept it."""
+    rows = []
+    for verdict in verdicts:
+        state = Cell(verdict.state, state="good" if verdict.ok else "bad")
+        gap = verdict.figures.get("max")
+        cells = [Cell(verdict.name), state, Cell("" if gap is None else f"{gap:.4g}", sort=gap or 0.0)]
+        first = verdict.problems[0] if verdict.problems else ""
+        detail = None if verdict.ok else _detail(verdict, run, baselines)
+        rows.append(Row(verdict.ok, [*cells, Cell(first)], detail))
+    title = f"iccm check {run} {baselines}"
+    return page(title, told(verdicts), ["file", "state", "largest difference", "what is wrong"], rows)
+
+
+def update_line(verdict: Verdict, run: Path, baselines: Path) -> str:
+    """The command that makes this file of the run its baseline."""
+    words = ["iccm", "check", str(run), str(baselines), "--update", "--only", verdict.name]
+    return " ".join(map(shlex.quote, words))
+
+
+def _detail(verdict: Verdict, run: Path, baselines: Path) -> dict[str, Any]:
+    return {
+        "title": verdict.name,
+        "problems": verdict.problems,
+        "figures": verdict.moved,
+        "update": update_line(verdict, run, baselines),
+        "pair": _pair(verdict, run, baselines),
+    }
+
+
+def _pair(verdict: Verdict, run: Path, baselines: Path) -> dict[str, Any] | None:
+    """The two pictures, and their difference where they have one size, as `page.html` shows them."""
+    before, after = (_pixels(folder / verdict.name) for folder in (baselines, run))
+    shown = after if after is not None else before
+    if shown is None:
+        return None
+    height, width = shown.shape[:2]
+    column, row = verdict.worst or (width / 2, height / 2)
+    found: dict[str, Any] = {"width": width, "height": height, "x": column / width, "y": row / height}
+    for name, pixels in (("before", before), ("after", after)):
+        if pixels is not None:
+            found[name] = address(np.round(255 * pixels).astype(np.uint8))
+    if before is not None and after is not None and before.shape == after.shape:
+        gap = np.abs(before - after).max(axis=2)
+        largest = float(gap.max())
+        found |= {"heat": address(heat(gap / max(largest, 1e-9))), "largest": f"{largest:.3g}"}
+    return found
+
+
+def heat(share: NDArray) -> NDArray[np.uint8]:
+    """(h, w, 3) colours of (h, w) numbers from 0 to 1: from black over red and yellow to white."""
+    at = np.linspace(0, 1, len(RAMP))
+    return np.stack([np.interp(share, at, channel) for channel in RAMP.T], axis=-1).astype(np.uint8)
+
+
+def _pixels(path: Path) -> NDArray | None:
+    from ..pictures import image_files
+
+    if not formats.of(path.name).picture or not path.is_file():
+        return None
+    try:
+        return as_picture(image_files.read(path).pixels)
+    except InputError:
+        return None
+
+
+def markdown(verdicts: list[Verdict]) -> str:
+    """A summary for the page of a CI's step."""
+    bad = [verdict for verdict in verdicts if not verdict.ok]
+    lines = [f"### iccm check: {'no regression' if not bad else 'regression'}", "", told(verdicts), ""]
+    if bad:
+        lines += ["| file | state | what is wrong |", "|---|---|---|"]
+        lines += [f"| {_text(v.name)} | {v.state} | {_text(v.problems[0])} |" for v in bad[:LISTED]]
+    if len(bad) > LISTED:
+        lines += ["", f"and {len(bad) - LISTED} more"]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _text(words: str) -> str:
+    """Words that Markdown and HTML show as they stand."""
+    shown = "".join(c if c.isprintable() else "?" for c in words)
+    return "".join(f"&#{ord(c)};" if c in "|<>&[]`*_\\!#~@$:" else c for c in shown)
