@@ -50,4 +50,6 @@ def command(**given: Any) -> int:
     for note in session.notes:
         logs.tell(note)
     server.serve(session, port=port, browser=browser, show=click.echo)
+    if session.scene != session.saved:
+        logs.tell("not saved, but kept: the same command offers it again")
     return 0

@@ -3,10 +3,12 @@
 session       the shapes, the map at rest and the map that follows
 map_choice    a map gone on with, or found anew
 scene         what the page draws of them
+own_drawing   what the shapes' own files show
 surface_view  a mesh in space
 shown         a map in the page, or why there is none
 saving        constraints, the command line, exports
 drawn         pins and strokes in copies of the drawings
+autosave      what was not saved, for the next start
 link          the conversation with the page
 messages      what the page may say
 guard         who is answered

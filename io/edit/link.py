@@ -14,11 +14,12 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from ...errors import InputError
 from ..files import check_output
 from . import messages, saving
-from .messages import Draw, Export, Follow, Place, Save, Solve
+from .messages import Draw, Export, Follow, Forget, Place, Save, Scene, Solve
 from .scene import frame
 from .session import Session, Shown
 
 KINDS = ("follow", "solve", "compare")
+Keep = Callable[[Scene], None]
 IDLE = 0.5  # seconds without a change after which a map is compared with that from scratch
 GRACE = 3.0  # seconds in which a page that is loaded again must be back
 TAKEN = 4001  # close code: the page was opened elsewhere
@@ -28,8 +29,8 @@ MISTAKE = "internal error, please report it ({}: {})"
 class Links:
     """The pages that are open on a session: the newest is served, and when there is none any more, `gone` is called."""
 
-    def __init__(self, session: Session, gone: Callable[[], None], grace: float = GRACE) -> None:
-        self.session, self._gone, self._grace = session, gone, grace
+    def __init__(self, session: Session, gone: Callable[[], None], keep: Keep, grace: float = GRACE) -> None:
+        self.session, self._gone, self._keep, self._grace = session, gone, keep, grace
         self._current: WebSocket | None = None
         self._leaving: asyncio.TimerHandle | None = None
         self._pools = {kind: ThreadPoolExecutor(1, f"iccm-{kind}") for kind in (*KINDS, "files")}
@@ -43,7 +44,7 @@ class Links:
         if before is not None:
             with suppress(RuntimeError, WebSocketDisconnect):
                 await before.close(TAKEN)
-        link = _Link(self.session, socket, self._pools)
+        link = _Link(self.session, socket, self._pools, self._keep)
         try:
             await link.run()
         finally:
@@ -55,10 +56,13 @@ class Links:
 class _Link:
     """One page."""
 
-    def __init__(self, session: Session, socket: WebSocket, pools: dict[str, ThreadPoolExecutor]) -> None:
-        self._session, self._socket, self._pools = session, socket, pools
+    def __init__(
+        self, session: Session, socket: WebSocket, pools: dict[str, ThreadPoolExecutor], keep: Keep
+    ) -> None:
+        self._session, self._socket, self._pools, self._keep = session, socket, pools, keep
         self._newest: dict[str, asyncio.Queue[Any]] = {kind: asyncio.Queue(1) for kind in KINDS}
         self._sending = asyncio.Lock()
+        self._told = False
 
     async def run(self) -> None:
         """Until the page leaves."""
@@ -97,8 +101,17 @@ class _Link:
             if kind == "solve" and session.scene is not message.scene and shown.kind != "error":
                 continue  # something is being dragged again
             await self._show(message, shown)
+            if kind == "solve":
+                await self._kept(message.scene)
             if shown.kind == "full":
                 self._put("compare", message)
+
+    async def _kept(self, scene: Scene) -> None:
+        """Keep what is not saved; tell, once, that it cannot be."""
+        failed = await self._done("files", self._keep, scene)
+        if failed and not self._told:
+            self._told = True
+            await self._say({"type": "error", "message": f"unsaved work is not kept: {failed['error']}"})
 
     async def _compare(self) -> None:
         """Tell the page of another map, when nothing else is to be done."""
@@ -136,8 +149,12 @@ class _Link:
         except Exception as error:  # a mistake of iccm must not end the page, and what is on it
             return {"error": MISTAKE.format(type(error).__name__, " ".join(str(error).split()))}
 
-    def _answer(self, message: Place | Save | Draw | Export) -> dict[str, Any]:
+    def _answer(self, message: Place | Save | Draw | Export | Forget) -> dict[str, Any]:
         session = self._session
+        if isinstance(message, Forget):
+            session.left = None
+            self._keep(session.scene)
+            return {}
         if isinstance(message, Place):
             return {"points": session.transfer(message.side, message.points)}
         names = saving.copy_names(session, message.name) if isinstance(message, Draw) else [message.name]
@@ -159,10 +176,12 @@ class _Link:
             return {"written": outcome.written, "notes": outcome.notes, "message": outcome.message}
         if isinstance(message, Save):
             name = saving.save(session, scene, names[0], replace=True)
+            self._keep(scene)
             return {"written": [name], "command": saving.command(session, scene, {"constraints": name})}
         fields = saving.copies(session, scene, names, replace=True)
         if session.drawn:
             session.saved = scene
+            self._keep(scene)
         return {"written": names[: len(fields)], "command": saving.command(session, scene, fields)}
 
     def _names(self) -> dict[str, Any]:

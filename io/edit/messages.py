@@ -83,6 +83,13 @@ class Draw(_File):
     type: Literal["draw"]
 
 
+class Forget(_Message):
+    """What an earlier session left is not wanted."""
+
+    type: Literal["forget"]
+    id: int
+
+
 class Export(_File):
     """What `iccm map` writes."""
 
@@ -90,11 +97,11 @@ class Export(_File):
     size: int = Field(default=1024, ge=1, le=limits.SIDE)
 
 
-Message = Annotated[Follow | Solve | Place | Save | Draw | Export, Field(discriminator="type")]
+Message = Annotated[Follow | Solve | Place | Save | Draw | Export | Forget, Field(discriminator="type")]
 _READ: TypeAdapter[Message] = TypeAdapter(Message)
 
 
-def read(text: str) -> Follow | Solve | Place | Save | Draw | Export:
+def read(text: str) -> Message:
     """A message of the page.
 
     Raises:

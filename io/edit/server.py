@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import secrets
 import socket
 import threading
@@ -19,8 +20,9 @@ from starlette.websockets import WebSocket
 
 from ...errors import InputError
 from .. import limits
+from . import autosave
 from .guard import Guard
-from .link import Links
+from .link import Keep, Links
 from .session import Session
 
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
@@ -37,9 +39,16 @@ def page_files() -> dict[str, tuple[bytes, str]]:
     return found
 
 
-def app(session: Session, token: str, port: int, gone: Callable[[], None], **options: Any) -> Guard:
+def app(
+    session: Session,
+    token: str,
+    port: int,
+    gone: Callable[[], None],
+    keep: Keep = lambda _: None,
+    **options: Any,
+) -> Guard:
     """What answers requests: the page's files, the texture and the conversation; nothing is read from the disk."""
-    links = Links(session, gone, **options)
+    links = Links(session, gone, keep, **options)
 
     def serving(content: bytes, kind: str) -> Callable[..., Any]:
         return lambda _: Response(content, media_type=kind)
@@ -59,6 +68,10 @@ def app(session: Session, token: str, port: int, gone: Callable[[], None], **opt
         except KeyError:
             return Response(status_code=404)
 
+    def drawing(request: Request) -> Response:
+        found = session.drawing(request.path_params["side"])
+        return Response(found[0], media_type=found[1]) if found else Response(status_code=204)
+
     async def talk(page: WebSocket) -> None:
         await links.serve(page)
 
@@ -67,6 +80,7 @@ def app(session: Session, token: str, port: int, gone: Callable[[], None], **opt
         for name, (data, kind) in page_files().items()
     ]
     routes.append(Route(f"/{token}/texture.png", texture, methods=["GET"]))
+    routes.append(Route(f"/{token}/{{side}}.drawing", drawing, methods=["GET"]))
     routes.append(Route(f"/{token}/{{side}}.triangles", triangles, methods=["GET"]))
     routes.append(WebSocketRoute(f"/{token}/link", talk))
     served = Starlette(routes=routes)
@@ -87,12 +101,18 @@ def serve(session: Session, *, port: int, browser: bool, show: Callable[[str], N
         InputError: the port is taken.
         KeyboardInterrupt: Ctrl-C.
     """
-    with listen(port) as listener:
+    left = autosave.read(session.job)
+    autosave.offer(session, left)
+    with listen(port or (left.port if left else 0), otherwise=not port) as listener:
         port = listener.getsockname()[1]
-        token = secrets.token_urlsafe(24)
+        token = left.token if left else secrets.token_urlsafe(24)
+
+        def gone() -> None:
+            server.should_exit = True
+
         server = uvicorn.Server(
             uvicorn.Config(
-                app(session, token, port, lambda: setattr(server, "should_exit", True)),
+                app(session, token, port, gone, lambda scene: autosave.keep(session, scene, port, token)),
                 lifespan="off",
                 log_config=None,
                 access_log=False,
@@ -116,17 +136,21 @@ def _open(address: str) -> None:
         return
 
 
-def listen(port: int) -> socket.socket:
-    """A socket of this machine alone.
+def listen(port: int, *, otherwise: bool = False) -> socket.socket:
+    """A socket of this machine alone; if the port is taken and `otherwise`, of any other.
 
     Raises:
         InputError: the port is taken, or not for everybody.
     """
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    if os.name != "nt":  # the port of a server that died a moment ago is free
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind(("127.0.0.1", port))
         listener.listen()
     except OSError as error:
         listener.close()
+        if otherwise:
+            return listen(0)
         raise InputError(f"--port {port}: {error.strerror}; leave it out for a free one") from error
     return listener

@@ -35,8 +35,9 @@ from ..shapes.shape import Shape
 from ..shapes.starts import StartingMap
 from .map_choice import Way, same
 from .messages import Scene, scene_of
+from .own_drawing import own_drawing
 from .scene import PageHalf, patches, png
-from .shown import MISSED, Shown, figures, missed_constraints, refusal
+from .shown import MISSED, Shown, figures, missed_constraints, refusal, verdict
 from .surface_view import SurfaceView, lay_out
 
 ON_OUTLINE = 2e-3
@@ -62,6 +63,7 @@ class Session:
         self.source, self.target = (replace(shape, pins={}, strokes={}) for shape in (source, target))
         self.core(self.first)
         self.scene = self.saved = self.first
+        self.left: Scene | None = None
         self.written: set[str] = set()
         self._image = texture.image_of(job, self.source, Memory())
         self._fit: Fit | None = None
@@ -70,7 +72,7 @@ class Session:
         self._last = (self.first, Shown("error", False, ""))
         self._ways: dict[str, Way] = {}
         if listed.start:
-            self._ways[self.first.key] = Way(listed.start.map(self.source, self.target))
+            self.begin(self.first, listed.start.map(self.source, self.target))
 
     @cached_property
     def views(self) -> tuple[PageHalf, PageHalf]:
@@ -113,9 +115,9 @@ class Session:
         for shape, view, surface, box in zip(
             (self.source, self.target), self.views, self.surfaces, self._boxes
         ):
-            side = view.describe(shape, box) | {"mesh": surface is not None}
+            side = view.describe(shape, box) | {"mesh": surface is not None, "canvas": view.box(shape.box)}
             sides.append(side | (surface.describe() if surface else {}))
-        scenes = {name: getattr(self, name).model_dump(mode="json") for name in ("scene", "saved")}
+        scenes = {name: _dumped(getattr(self, name)) for name in ("scene", "saved", "left")}
         how: dict[str, Any] = {
             "edge": job.edge,
             "filter": job.filter,
@@ -131,6 +133,10 @@ class Session:
         surface, (source, target) = self.surfaces[1], self.views
         scale = surface.scale if surface else target.scale
         return float(np.sqrt(self.source.curve.area / self.target.curve.area) * scale / source.scale)
+
+    def drawing(self, side: str) -> tuple[bytes, str] | None:
+        """Content and type of what the file of a side shows on its canvas, if anything."""
+        return own_drawing(self.source if side == "source" else self.target)
 
     def triangles(self, side: str) -> bytes:
         """A mesh for the page: its triangles, and of the source's the places in the texture's plane.
@@ -150,6 +156,10 @@ class Session:
         if isinstance(self.target, MeshShape):
             return self.views[0](map.extended_inverse(self.target.flattening.flat)[0])
         return patches(map, *self.views)
+
+    def begin(self, scene: Scene, start: TriangulatedMap) -> None:
+        """Have the map of a scene go on from an earlier one."""
+        self._ways[scene.key] = Way(start)
 
     def start(self, scene: Scene) -> TriangulatedMap | None:
         """The map that the one of a scene goes on from, which must be saved to find it again."""
@@ -242,7 +252,7 @@ class Session:
             return Shown("error", False, fit.status.value, {}, wrong)
         drawn = self.image_of(fit.map)  # type: ignore[arg-type]
         said = figures(report), wrong, drawn, chosen.alternative
-        shown = Shown("full", fit.status.ok, fit.status.value, *said)
+        shown = Shown("full", fit.status.ok, verdict(fit, report), *said)
         self._ways[scene.key] = chosen
         if self.scene is scene:  # else something is being dragged again, from the map as it was then
             self._fit, self._map, self._live = fit, fit.map, None  # type: ignore[assignment]
@@ -315,6 +325,10 @@ class Session:
             for number, stroke in enumerate(strokes):
                 check_inside(shape, f"stroke {number + 1}: point", list(stroke[side].z))
         return pins, strokes
+
+
+def _dumped(scene: Scene | None) -> dict[str, Any] | None:
+    return scene and scene.model_dump(mode="json")
 
 
 def _scene(job: Job, source: Shape, target: Shape, listed: Listed) -> Scene:

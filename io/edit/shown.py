@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...balanced.search.partial import GOOD
 from ...errors import InputError
+from ...result import Fit
 from ..run.report import as_json
 from .messages import Scene
 
@@ -50,6 +52,16 @@ def figures(report: dict[str, Any]) -> dict[str, Any]:
     """What the page shows of a report."""
     names = ("status", "boundary", "stretch", "dilatation", "scale", "turn", "injective", "notes")
     return {name: report[name] for name in names}
+
+
+def verdict(fit: Fit, report: dict[str, Any]) -> str:
+    """A sentence on a whole map, for who never saw a report."""
+    if not fit.status.ok:
+        return fit.status.value
+    most, certified = report["stretch"]["p95"], report["injective"]["certified"]
+    even = f"it is stretched: {most:.2g} times and more on 5 % of it"
+    folds = "nothing folds" if certified else "that nothing folds is not certified"
+    return f"Good fit: sizes are even, {folds}." if most <= GOOD else f"It fits, {folds}, but {even}."
 
 
 def missed_constraints(report: dict[str, Any], scene: Scene) -> dict[str, list[int]]:

@@ -10,7 +10,8 @@ const copy = (value) => JSON.parse(JSON.stringify(value));
 const panes = {};
 let scene = null, saved = '', names = {}, chosen = null, wrong = {};
 let history = [], present = 0;
-let seq = 0, shown = 0, kind = '';
+let seq = 0, shown = 0, kind = '', blinking = 0;
+const BLINK = 700;  // milliseconds of each
 
 // ---------------------------------------------------------------- history
 
@@ -23,6 +24,7 @@ function commit(solve = true) {
   if (text !== history[present]) {
     history = [...history.slice(0, present + 1), text];
     present = history.length - 1;
+    remember();
   }
   if (solve) ask('solve');
   refresh();
@@ -31,9 +33,25 @@ function commit(solve = true) {
 function travel(steps) {
   if (present + steps < 0 || present + steps >= history.length) return;
   present += steps;
+  remember();
   scene = JSON.parse(history[present]);
   ask('solve');
   refresh();
+}
+
+/** The history outlasts a page that is loaded again. */
+function remember() {
+  try {
+    sessionStorage.setItem(location.pathname, JSON.stringify({history, present}));
+  } catch {
+    sessionStorage.removeItem(location.pathname);  // too long: it begins with what is there
+  }
+}
+
+function remembered() {
+  const kept = JSON.parse(sessionStorage.getItem(location.pathname));
+  const same = kept && content(JSON.parse(kept.history[kept.present])) === content(scene);
+  ({history, present} = same ? kept : {history: [JSON.stringify(scene)], present: 0});
 }
 
 // ---------------------------------------------------------------- the server
@@ -53,7 +71,10 @@ function hear(message, floats) {
   kind = message.kind;
   wrong = message.wrong;
   if (kind !== 'coarse') document.body.classList.remove('busy');
-  if (floats) panes.target.painter.map(floats);
+  if (floats) {
+    panes.target.painter.map(floats);
+    panes.target.redraw();
+  }
   if (kind !== 'error') figures($('figures').tBodies[0], kind, message.figures);
   if (kind === 'full') notes(message.figures.notes);
   $('other').hidden = !message.other;
@@ -90,7 +111,7 @@ async function begin(hello) {
   const first = scene === null;
   if (first) {
     scene = hello.scene;
-    history = [JSON.stringify(scene)];
+    remembered();
     try {
       for (const side of ['source', 'target']) panes[side] = new Pane(side, $(side), hello[side], hello, does);
       await Promise.all(Object.values(panes).map((pane) => pane.load()));
@@ -99,6 +120,8 @@ async function begin(hello) {
     }
     sharp();
     look(hello);
+    $('own').disabled = $('blink').disabled = !panes.source.own && !panes.target.own;
+    own($('own').value);
     notes([]);
     Object.assign($('file'), {value: hello.constraints});
     Object.assign($('picture'), {value: hello.picture});
@@ -108,7 +131,9 @@ async function begin(hello) {
     document.title = `${hello.source.name} → ${hello.target.name} · iccm edit`;
     globalThis.iccm = {panes, get scene() { return scene; }, get kind() { return kind; }, get seq() { return [seq, shown]; }};
   }
+  document.body.classList.remove('ended');
   saved = content(hello.saved);
+  $('left').hidden = !hello.left || content(hello.left) === content(scene);
   ask('solve');
   refresh();
 }
@@ -135,7 +160,7 @@ function refresh() {
   if (!panes.target) return;
   for (const pane of Object.values(panes)) {
     pane.scene = {...scene, wrong};
-    pane.redraw();
+    pane.redraw(false);
   }
   list($('list'), scene, wrong, does);
   $('none').hidden = scene.pins.length + scene.strokes.length > 0;
@@ -183,7 +208,9 @@ const does = {
     const few = group === 'strokes' && Math.min(entry.source.length, entry.target.length) <= 2;
     if (group === 'pins' || whole || few) scene[group].splice(number, 1);
     else for (const side of ['source', 'target']) if (entry[side].length > point) entry[side].splice(point, 1);
+    const {activeElement: from} = document, pane = from.closest('.pane') ?? $('source');
     commit();
+    requestAnimationFrame(() => { if (!from.isConnected) pane.focus(); });
   },
   rename({kind: group, number}, name) {
     scene[group][number].name = name;
@@ -214,6 +241,28 @@ function overlay(name, on) {
 }
 
 $('other').onclick = () => { saved = ''; ask('solve', $('other').dataset.way); };  // the file holds which
+/** How much of the files' own drawings is seen, from 0 to 1. */
+function own(share) {
+  for (const pane of Object.values(panes)) {
+    pane.overlay.own = Number(share);
+    pane.redraw();
+  }
+}
+
+function blink() {
+  const on = $('blink').getAttribute('aria-pressed') !== 'true';
+  $('blink').setAttribute('aria-pressed', on);
+  clearInterval(blinking);
+  if (!on) return own($('own').value);
+  let drawing = 1;
+  own(drawing);
+  blinking = setInterval(() => own(drawing = 1 - drawing), BLINK);
+}
+
+$('own').oninput = () => own($('own').value);
+$('blink').onclick = blink;
+$('go-on').onclick = () => { $('left').hidden = true; scene = names.left; commit(); };
+$('forget').onclick = () => { $('left').hidden = true; link.ask({type: 'forget'}); };
 $('pen').onclick = () => pen(!panes.source.pen);
 $('undo').onclick = () => travel(-1);
 $('redo').onclick = () => travel(1);
@@ -259,7 +308,7 @@ $('export').onclose = () => {
 };
 $('copy').onclick = async () => {
   await navigator.clipboard.writeText($('command').textContent);
-  say('Copied.');
+  say(dirty() ? 'Copied. It reads what Save writes: save first.' : 'Copied.');
 };
 addEventListener('beforeunload', (event) => { if (dirty()) event.preventDefault(); });
 
@@ -273,7 +322,8 @@ addEventListener('keydown', (event) => {
     ? {z: () => travel(event.shiftKey ? 1 : -1), y: () => travel(1), s: save}
     : typing ? {} : {
       s: () => pen(!panes.source.pen), escape: () => pen(false), g: () => overlay('grid', !$('grid').checked),
-      h: () => overlay('stretch', !$('stretch').checked), 0: () => $('fit').click(), '?': () => $('help').click(),
+      h: () => overlay('stretch', !$('stretch').checked), b: blink,
+      d: () => own($('own').value = Number($('own').value) >= 1 ? 0 : Number($('own').value) + 0.25), 0: () => $('fit').click(), '?': () => $('help').click(),
       '+': () => focused().zoomBy(1.25), '-': () => focused().zoomBy(0.8), p: () => focused().click(),
       enter: () => focused().drawing && focused().drawn(),
     };

@@ -28,6 +28,30 @@ export function inside(ring, [x, y]) {
   return odd;
 }
 
+/** The longest part of a line that is inside a closed polygon. */
+export function clipped(ring, line) {
+  const parts = [[]];
+  line.forEach((p, k) => {
+    const here = inside(ring, p), before = k > 0 && inside(ring, line[k - 1]);
+    if (k > 0 && here !== before) parts.at(-1).push(crossing(ring, line[k - 1], p, before));
+    if (here) parts.at(-1).push(p);
+    else if (before) parts.push([]);
+  });
+  const length = (part) => part.reduce((sum, p, k) => sum + (k ? distance(p, part[k - 1]) : 0), 0);
+  return parts.reduce((best, part) => (length(part) > length(best) ? part : best));
+}
+
+/** Where a segment crosses a closed polygon, by bisection. */
+function crossing(ring, a, b, begun) {
+  let [low, high] = [0, 1];
+  for (let k = 0; k < 40; k++) {
+    const middle = (low + high) / 2;
+    if (inside(ring, between(a, b, middle)) === begun) low = middle;
+    else high = middle;
+  }
+  return closest(ring, between(a, b, low)).point;
+}
+
 /** The closest point of a closed polygon: {point, away, edge, share}. */
 export function closest(ring, p) {
   let best = {away: Infinity};

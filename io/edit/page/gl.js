@@ -88,7 +88,7 @@ const SHADERS = {
 const FLOATS = 18;
 
 export class Painter {
-  #gl; #programs = {}; #texture = null; #shape; #count = 0; #buffers = {}; #arrays = {}; #fans = [];
+  #gl; #programs = {}; #texture = null; #drawing = null; #shape; #count = 0; #buffers = {}; #arrays = {}; #fans = [];
 
   /** @param shape what the server says of this side: outline, holes. */
   constructor(canvas, shape) {
@@ -144,9 +144,25 @@ export class Painter {
   /** @param image a bitmap @param look {box, edge, filter} */
   texture(image, look) {
     const gl = this.#gl;
-    this.look = look;
-    this.#texture = gl.createTexture();
-    gl.bindTexture(gl.TEXTURE_2D, this.#texture);
+    this.#texture = this.#layer(image, look);
+    this.#fans.quad = this.#box(look.box);
+    const [a, b, c, d] = this.#shape.bounds;
+    this.#fans.cover = this.#points([a, b, c, b, c, d, a, d]);
+  }
+
+  /** What the shape's own file shows. @param image a bitmap @param box left, top, right, bottom */
+  drawing(image, box) {
+    this.#drawing = this.#layer(image, {box, edge: 'transparent', filter: ''});
+    this.#fans.canvas = this.#box(box);
+  }
+
+  #box([left, top, right, bottom]) {
+    return this.#points([left, top, right, top, right, bottom, left, bottom]);
+  }
+
+  #layer(image, look) {
+    const gl = this.#gl, texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, texture);
     gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, true);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
     const near = look.filter === 'nearest';
@@ -157,10 +173,7 @@ export class Painter {
     for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, wrap);
     const finer = gl.getExtension('EXT_texture_filter_anisotropic');
     if (finer && !near) gl.texParameteri(gl.TEXTURE_2D, finer.TEXTURE_MAX_ANISOTROPY_EXT, 8);
-    const [left, top, right, bottom] = look.box;
-    this.#fans.quad = this.#points([left, top, right, top, right, bottom, left, bottom]);
-    const [a, b, c, d] = this.#shape.bounds;
-    this.#fans.cover = this.#points([a, b, c, b, c, d, a, d]);
+    return {texture, ...look};
   }
 
   /** @param floats (m, 18), on a mesh (n, 2): see `image_of` in io/edit/session.py */
@@ -172,7 +185,7 @@ export class Painter {
   }
 
   /** @param view {x, y, zoom, width, height, turn}: the middle, pixels by unit, pixels, of meshes a rotation
-   *  @param overlay {grid, stretch, step, mean, plain} */
+   *  @param overlay {grid, stretch, step, mean, own, plain} */
   draw(view, overlay) {
     const gl = this.#gl;
     gl.viewport(0, 0, view.width, view.height);
@@ -187,15 +200,28 @@ export class Painter {
     if (this.faces) this.#drawMesh();
     else if (overlay.mapped) this.#drawTarget();
     else this.#drawSource();
+    if (this.#drawing && overlay.own > 0 && !overlay.plain) this.#drawOwn();
+  }
+
+  /** How much of what is carried is seen beside the shape's own drawing. */
+  get #carried() {
+    return this.#drawing && !this.overlay.plain ? 1 - this.overlay.own : 1;
+  }
+
+  #drawOwn() {
+    this.#use('plane', this.overlay.own, false, this.#drawing);
+    this.#gl.disable(this.#gl.STENCIL_TEST);
+    this.#gl.blendFunc(this.#gl.ONE, this.#gl.ONE);  // shares of both add up to one
+    this.#fan(this.#fans.canvas);
   }
 
   #drawSource() {
     const gl = this.#gl;
     this.#cut(this.#fans);
-    this.#use('plane', 1);
+    this.#use('plane', this.#carried);
     gl.stencilFunc(gl.EQUAL, 255, 255);
     this.#fan(this.#fans.cover);
-    this.#use('plane', 0.22, false);
+    this.#use('plane', 0.22 * this.#carried, false);
     gl.stencilFunc(gl.EQUAL, 0, 255);
     this.#fan(this.#fans.quad);
   }
@@ -203,7 +229,7 @@ export class Painter {
   #drawTarget() {
     const gl = this.#gl;
     this.#cut(this.overlay.holes ? this.#fans.slice(1) : []);
-    this.#use('patches', 1);
+    this.#use('patches', this.#carried);
     gl.stencilFunc(gl.EQUAL, 0, 255);
     gl.bindVertexArray(this.#arrays.patches);
     if (this.#count) gl.drawArraysInstanced(gl.TRIANGLES, 0, 3, this.#count);
@@ -236,10 +262,10 @@ export class Painter {
     this.#gl.drawArrays(this.#gl.TRIANGLE_FAN, 0, ring.count);
   }
 
-  #use(name, opacity, overlaid = true) {
-    const gl = this.#gl, {handle, at} = this.#programs[name], {view, overlay, look} = this;
+  #use(name, opacity, overlaid = true, look = this.#texture) {
+    const gl = this.#gl, {handle, at} = this.#programs[name], {view, overlay} = this;
     gl.useProgram(handle);
-    gl.bindTexture(gl.TEXTURE_2D, this.#texture);
+    gl.bindTexture(gl.TEXTURE_2D, look.texture);
     gl.uniform2f(at('centre'), view.x, view.y);
     gl.uniform2f(at('reach'), 2 * view.zoom / view.width, -2 * view.zoom / view.height);
     gl.uniform4fv(at('box'), look.box);

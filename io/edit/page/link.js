@@ -1,13 +1,13 @@
 // The conversation with the server: JSON both ways, and maps as binary frames (see io/edit/scene.py).
 
-const TAKEN = 4001, TRIES = 4, PAUSE = 500;
+const TAKEN = 4001, TRIES = 4, PAUSE = 500, SELDOM = 2000;
 
 export class Link {
   #socket = null;
   #asked = new Map();
   #next = 1;
 
-  /** `hear(message, floats)` gets what the server says of itself, `end(sentence)` that it is gone. */
+  /** `hear(message, floats)` gets what the server says of itself, `end(sentence)` that it is gone; it may come again. */
   constructor(hear, end) {
     this.hear = hear;
     this.end = end;
@@ -22,8 +22,10 @@ export class Link {
       for (const answer of this.#asked.values()) answer({error: 'the connection was lost'});
       this.#asked.clear();
       if (event.code === TAKEN) this.end('This pair is being edited in another tab.');
-      else if (tries > 0) setTimeout(() => this.#open(tries - 1), PAUSE);
-      else this.end('iccm has ended; start iccm edit again.');
+      else {
+        if (tries === 0) this.end('iccm has ended. Start it again by the same command: this page goes on then.');
+        setTimeout(() => this.#open(tries - 1), tries > 0 ? PAUSE : SELDOM);
+      }
     };
     this.#socket = socket;
   }

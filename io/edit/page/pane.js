@@ -1,6 +1,6 @@
 // One half of the page: the painted shape, and over it handles of pins and strokes.
 
-import {between, closest, distance, inside, simplified, Units} from './geometry.js';
+import {between, clipped, closest, distance, inside, simplified, Units} from './geometry.js';
 import {Painter} from './gl.js';
 import {Surface} from './surface.js';
 
@@ -30,13 +30,21 @@ export class Pane {
     this.rings = [shape.outline, ...shape.holes];
     this.painter = new Painter(this.canvas, shape);
     this.view = {x: 0, y: 0, zoom: 1, width: 1, height: 1};
-    this.overlay = {grid: false, stretch: false, mapped: side === 'target', holes: hello.holes, mean: hello.mean, step: 0.1};
+    this.overlay = {grid: false, stretch: false, own: 0, mapped: side === 'target', holes: hello.holes, mean: hello.mean, step: 0.1};
     this.scene = {pins: [], strokes: [], wrong: {}};
     this.#listen();
   }
 
-  /** What has to be fetched: the triangles of a mesh. */
+  /** What has to be fetched: the triangles of a mesh, and what the file itself shows. */
   async load() {
+    const own = await fetch(`${this.side}.drawing`);
+    if (own.status === 200) {
+      const image = new Image();
+      image.src = own.url;
+      await image.decode();
+      this.painter.drawing(image, this.shape.canvas);
+      this.own = true;
+    }
     if (this.shape.mesh) {
       const answer = await fetch(`${this.side}.triangles`);
       this.surface = new Surface(await answer.arrayBuffer(), this.shape.axes);
@@ -51,7 +59,7 @@ export class Pane {
     Object.assign(this.view, {width: clientWidth, height: clientHeight});
     this.canvas.width = Math.round(clientWidth * ratio);
     this.canvas.height = Math.round(clientHeight * ratio);
-    if (first) this.showAll();
+    if (first || this.whole) this.showAll();
     this.redraw();
   }
 
@@ -64,11 +72,13 @@ export class Pane {
     const zoom = 0.92 * Math.min(width / (right - left), height / (bottom - top));
     Object.assign(this.view, {x: (left + right) / 2, y: (top + bottom) / 2, zoom});
     this.all = zoom;
+    this.whole = true;
     this.redraw();
   }
 
   zoomBy(factor, at = [this.view.width / 2, this.view.height / 2]) {
     const before = this.at(at);
+    this.whole = false;
     this.view.zoom = Math.min(MOST * this.all, Math.max(LEAST * this.all, this.view.zoom * factor));
     const after = this.at(at);
     this.view.x += before[0] - after[0];
@@ -119,21 +129,24 @@ export class Pane {
     return [event.clientX - box.left, event.clientY - box.top];
   }
 
-  redraw() {
+  /** All anew with the next frame, or pins and lines alone. */
+  redraw(painted = true) {
+    this.stale ||= painted;
     if (this.waiting) return;
     this.waiting = requestAnimationFrame(() => {
       this.waiting = 0;
-      this.paint();
+      if (this.stale) this.paint();
+      this.#drawLines();
+      this.#drawHandles();
     });
   }
 
   paint() {
+    this.stale = false;
     const ratio = this.canvas.width / this.view.width;
     const {x, y, zoom} = this.view, turn = this.surface?.axes;
     const view = {x, y, zoom: zoom * ratio, width: this.canvas.width, height: this.canvas.height, turn};
     this.painter.draw(view, this.overlay);
-    this.#drawLines();
-    this.#drawHandles();
   }
 
   /** What the canvas paints of the canvas of the file, or of a mesh, as a PNG's address: `width` x `height` pixels. */
@@ -217,9 +230,10 @@ export class Pane {
     element.setPointerCapture(event.pointerId);
     const start = this.#event(event), from = this.pixel(this.page(this.#place(item)));
     let to = null;
+    const {width, height} = this.view, within = (value, most) => Math.min(Math.max(value, 0), most);
     element.onpointermove = (next) => {
-      const here = this.#event(next);
-      if (to || distance(here, start) > CLICK) this.#drag(item, to = [0, 1].map((k) => from[k] + here[k] - start[k]));
+      const here = this.#event(next), [x, y] = [0, 1].map((k) => from[k] + here[k] - start[k]);
+      if (to || distance(here, start) > CLICK) this.#drag(item, to = [within(x, width), within(y, height)]);
     };
     element.onpointerup = element.onpointercancel = () => {
       element.onpointermove = element.onpointerup = element.onpointercancel = null;
@@ -296,6 +310,7 @@ export class Pane {
 
   /** The view moved by pixels, or the mesh turned. */
   move(x, y, pan = true) {
+    this.whole = false;
     if (pan) Object.assign(this.view, {x: this.view.x - x / this.view.zoom, y: this.view.y - y / this.view.zoom});
     else this.surface.orbit(TURN * x, TURN * y);
     this.redraw();
@@ -303,7 +318,8 @@ export class Pane {
 
   /** The stroke that was being drawn is done. */
   drawn() {
-    const line = this.drawing.length > 1 ? simplified(this.drawing, DRAWN / this.view.zoom) : [];
+    const whole = this.surface ? this.drawing : clipped(this.shape.outline, this.drawing);
+    const line = whole.length > 1 ? simplified(whole, DRAWN / this.view.zoom) : [];
     this.drawing = null;
     this.redraw();
     const long = line.reduce((sum, p, k) => sum + (k ? distance(p, line[k - 1]) : 0), 0) * this.view.zoom;

@@ -2,6 +2,7 @@
 `iccm map` writes. Skipped, loudly, where there is no Chromium and ChromeDriver."""
 
 import base64
+import re
 import shutil
 import subprocess
 import sys
@@ -44,8 +45,8 @@ class Page:
             *arguments,
             "--no-browser",
         ]
-        self.process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True)
-        self.address = self.process.stdout.readline().strip()
+        self.command, self.folder = command, folder
+        self.start()
         options = webdriver.ChromeOptions()
         for flag in (*FLAGS, f"--user-data-dir={folder / 'profile'}"):
             options.add_argument(flag)
@@ -56,6 +57,11 @@ class Page:
         self.driver.get(self.address)
         self.wait("globalThis.iccm")
         self.settled()
+
+    def start(self):
+        """The server."""
+        self.process = subprocess.Popen(self.command, cwd=self.folder, stdout=subprocess.PIPE, text=True)
+        self.address = self.process.stdout.readline().strip()
 
     def close(self):
         self.driver.quit()
@@ -306,6 +312,7 @@ def test_fine_screens_other_windows_and_both_schemes(page, scheme):
 
 def test_a_deep_view_is_as_sharp_as_a_large_picture(page, tmp_path, shell):
     edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg")
+    edited.js("document.getElementById('own').value = 0, document.getElementById('own').oninput()")
     edited.js("iccm.panes.target.zoomBy(12)")
     corners = edited.js(
         "(p => [[0, 0], [p.view.width, p.view.height]].map((c) => p.units.file(p.at(c))))(iccm.panes.target)"
@@ -375,6 +382,105 @@ def test_a_stroke_by_the_keyboard(page):
     assert edited.settled() == "full" and len(edited.scene["strokes"][0]["source"]) == 3
     edited.key("z", ctrl=True)
     edited.wait("iccm.scene.strokes.length === 0")
+
+
+def test_nothing_is_lost_when_the_page_is_loaded_again_or_the_server_dies(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.click("source", 259, 156)
+    edited.click("source", 167, 340)
+    pins = edited.scene["pins"]
+    edited.driver.get(edited.address)
+    edited.wait("globalThis.iccm")
+    assert edited.settled() == "full" and edited.scene["pins"] == pins
+    edited.key("z", ctrl=True)
+    assert edited.settled() == "full" and edited.scene["pins"] == pins[:1]
+    address = edited.address
+    edited.process.kill()
+    edited.process.wait()
+    edited.wait("document.body.classList.contains('ended')")
+    edited.start()
+    assert edited.address == address
+    edited.wait("!document.body.classList.contains('ended')")
+    assert edited.settled() == "full" and edited.scene["pins"] == pins[:1]
+    edited.process.kill()
+    edited.process.wait()
+    edited.driver.get("about:blank")
+    edited.driver.delete_all_cookies()
+    edited.start()
+    edited.driver.switch_to.new_window("tab")
+    edited.driver.get(edited.address)
+    edited.wait("globalThis.iccm")
+    assert edited.settled() == "full" and not edited.scene["pins"]
+    edited.js("document.getElementById('go-on').click()")
+    assert edited.settled() == "full" and edited.scene["pins"] == pins[:1]
+    edited.driver.get_log("browser")  # the server was away: that is in it
+
+
+OUT = """[...document.querySelectorAll('header button, header input, aside, #copy, #command, #list input, .caption')]
+  .filter((e) => e.offsetParent).filter((e) => e.getBoundingClientRect().right > innerWidth + 1)
+  .map((e) => e.id || e.className)"""
+
+
+def test_everything_is_within_the_window_however_long_names_are(page, tmp_path):
+    long = "a-rose-" + "by-any-other-name-" * 8
+    shutil.copy(SAMPLES / "rose-leaf" / "rose.svg", tmp_path / f"{long}.svg")
+    edited = page(
+        "rose-leaf", f"{long}.svg", "leaf.svg", "--texture", "petals.jpg", "--max-pixels", "90000000"
+    )
+    edited.click("source", 259, 156)
+    for width in (1400, 1280, 1024, 900, 390):
+        edited.screen(1, width, 700)
+        assert edited.js("document.documentElement.scrollWidth <= innerWidth"), width
+        assert edited.js(OUT) == [], width
+        low, high = edited.js(
+            "[target, document.querySelector('footer')].map((e) => e.getBoundingClientRect())"
+            ".map((r) => [r.top, r.bottom])"
+        )
+        assert low[1] <= high[0] + 1 or high[1] <= low[0] + 1, width
+
+
+def canvas(page, side):
+    address = page.js(f"(p => {{ p.paint(); return p.canvas.toDataURL(); }})(iccm.panes.{side})")
+    data = np.frombuffer(base64.b64decode(address.partition(",")[2]), np.uint8)
+    return cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+
+
+def test_the_drawings_themselves_are_seen(page, tmp_path):
+    """At one end of the slider the map alone, at the other the file's drawing alone, as a browser shows it."""
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg")
+    seen = []
+    for share in (0, 0.5, 1):
+        edited.js(f"document.getElementById('own').value = {share}, document.getElementById('own').oninput()")
+        seen.append(canvas(edited, "target").astype(float))
+    x, y = edited.js("iccm.panes.target.pixel([0, 0]).map(Math.round)")
+    leaf = list(bytes.fromhex(re.search('fill="#([0-9a-f]{6})"', (tmp_path / "leaf.svg").read_text())[1]))
+    assert np.abs(seen[2][y, x, 2::-1] - leaf).max() <= 2 and seen[2][y, x, 3] == 255
+    assert np.abs(seen[0][y, x] - seen[2][y, x]).max() > 20
+    assert np.abs(seen[1][y, x] - (seen[0][y, x] + seen[2][y, x]) / 2).max() <= 2
+
+
+def test_what_is_drawn_or_dragged_too_far_stays_in_reach(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.js("document.getElementById('pen').click()")
+    edited.drag("source", (256, 256), (256, -200))
+    edited.wait("iccm.scene.strokes.length === 1")
+    assert edited.settled() == "full"
+    assert np.hypot(*np.subtract(edited.scene["strokes"][0]["source"][0], (256, 256))) < 4
+    edited.key("z", ctrl=True)
+    edited.settled()
+    edited.click("source", 259, 156)
+    edited.drag("target", edited.scene["pins"][0]["target"], (259, -3000))
+    edited.wait("document.body.classList.contains('bad')")
+    edited.settled()
+    low, high = edited.js(
+        "[document.querySelector('#target .handle'), target].map((e) => e.getBoundingClientRect().bottom)"
+    )
+    top = edited.js("target.getBoundingClientRect().top")
+    assert top < low < high
+    edited.js("document.querySelector('#target .handle').focus()")
+    edited.key("Delete")
+    edited.wait("iccm.scene.pins.length === 0")
+    edited.wait("document.activeElement === target")
 
 
 def test_closing_with_changes_asks_first(page):

@@ -1,0 +1,74 @@
+"""Nothing is lost: what was not saved is kept, offered by the next start, and forgotten once it is saved."""
+
+import os
+
+import numpy as np
+import pytest
+
+from iccm.errors import InputError
+from iccm.io.edit import autosave, saving
+from iccm.io.edit.messages import Scene
+from iccm.io.edit.session import Session
+from iccm.io.run.job import make
+
+JOB = make({"source": "square.svg", "target": "blob.svg"})
+SCENE = Scene.model_validate({"pins": [{"source": [40, 45], "target": [47, 50]}], "balance": 2.0})
+AT = 4321, "token"
+
+
+def test_what_was_not_saved_is_there_again_with_the_map_it_goes_on_from(shapes, state):
+    edited = Session(JOB)
+    edited.solve(edited.first)
+    edited.follow(SCENE)
+    edited.solve(SCENE)
+    autosave.keep(edited, SCENE, *AT)
+    assert edited.start(SCENE) is not None
+    again, left = Session(JOB), autosave.read(JOB)
+    autosave.offer(again, left)
+    assert (left.port, left.token) == AT and again.scene == again.first
+    assert again.describe()["left"] == SCENE.model_dump(mode="json")
+    again.solve(SCENE)
+    assert np.array_equal(again._map.image, edited._map.image)
+    if os.name != "nt":
+        assert (state / "iccm" / "edit").stat().st_mode & 0o077 == 0
+
+
+def test_it_is_of_this_pair_alone_wherever_the_command_is_typed(shapes, monkeypatch):
+    autosave.keep(Session(JOB), SCENE, *AT)
+    (shapes / "deep").mkdir()
+    monkeypatch.chdir(shapes / "deep")
+    assert autosave.read(make({"source": "../square.svg", "target": "../blob.svg"})).scene == SCENE
+    assert autosave.read(make({"source": "../square.svg", "target": "../disk.svg"})) is None
+    assert autosave.read(make({"source": "../square.svg#2", "target": "../blob.svg"})) is None
+
+
+def test_what_is_saved_is_forgotten(shapes):
+    edited = Session(JOB)
+    autosave.keep(edited, SCENE, *AT)
+    saving.save(edited, SCENE, "c.json", replace=False)
+    autosave.keep(edited, SCENE, *AT)
+    assert autosave.read(JOB) is None
+
+
+def test_what_is_offered_stays_until_it_is_taken_or_forgotten(shapes):
+    autosave.keep(Session(JOB), SCENE, *AT)
+    edited = Session(JOB)
+    autosave.offer(edited, autosave.read(JOB))
+    autosave.keep(edited, edited.first, *AT)  # nothing was changed yet
+    assert autosave.read(JOB).scene == SCENE
+    edited.left = None
+    autosave.keep(edited, edited.first, *AT)
+    assert autosave.read(JOB) is None
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[1]", '{"scene": {"balance": 0}}', "\0"])
+def test_what_cannot_be_read_is_not_offered(shapes, text):
+    autosave.keep(Session(JOB), SCENE, *AT)
+    autosave.path(JOB).write_text(text)
+    assert autosave.read(JOB) is None
+
+
+def test_where_nothing_can_be_kept_a_line_says_so(shapes, state):
+    (state / "iccm").write_text("a file")
+    with pytest.raises(InputError, match="cannot be made"):
+        autosave.keep(Session(JOB), SCENE, *AT)
