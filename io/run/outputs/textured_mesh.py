@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....arrays import Complex, Real
+from ....arrays import Complex, Flags, Index, Real, xy_of
 from ....curve import Curve
 from ....errors import InputError
 from ....maps.approximation import AnyMap
 from ....maps.extended_inverse import ExtendedInverse
 from ....maps.triangulated.map import TriangulatedMap
 from ....meshes import layout
+from ....meshes.locate import barycentric
 from ....pixels.stmap import st_of
 from ....pixels.texture import Texture
 from ....surfaces.boundary_slivers import lift, open_up
@@ -28,6 +30,8 @@ from ..job import Job
 from ..state import Run
 from .baked import Parts, parts_of
 from .output import Output
+
+SAME = 1e-6  # of the source's diagonal: points this close are the same
 
 
 class TexturedMesh(Output):
@@ -151,9 +155,10 @@ def new_uvs(
         _uv_of(source, lying, _pull_back(part, map, pull), part, threads)
         for (part, map, source), pull in zip(parts, pulls)
     ]
-    uv = np.concatenate([coordinates for coordinates, _ in found])
     figures: dict[str, Any] = {}
     corners, triangles = target.corners
+    uv, faces = _joined(found)
+    corners[target.flattening.patch.corner] = faces
     pictures = None
     if carry_maps:
         pictures = carried_maps.carry(target.file, uv, corners, shown=texture is not None, threads=threads)
@@ -170,10 +175,14 @@ def new_uvs(
         force=force,
     )
     if parts[0][2].is_mesh:
-        figures["torn_triangles"] = sum(torn for _, torn in found)
+        figures["torn_triangles"] = torn = sum(each.torn for each in found)
+        if torn:
+            said = (
+                f"{torn} triangles lie across seams of {parts[0][2].spec}, and show its texture up to there"
+            )
+            missing = [*missing, f"{name}: {said}; --bake makes a picture without seams"]
     else:  # a mesh's own layout may have mirrored charts
-        rounded = mesh_files.as_written(uv, name)[target.flattening.patch.faces]
-        figures["uv"] = layout.turned_over(rounded)
+        figures["uv"] = layout.turned_over(mesh_files.as_written(uv, name)[faces])
     return figures | {
         "flattening": parts[0][0].flattening.report(),
         "outside_points": sum(pull.outside for pull in pulls),
@@ -193,15 +202,71 @@ def _pull_back(part: MeshShape, map: AnyMap, pull: ExtendedInverse) -> Complex:
     return open_up(lift(z, faces, flat.loop, Curve(map.polygon).diagonal), faces)
 
 
-def _uv_of(
-    source: Shape, lying: Texture, z: Complex, target: MeshShape, threads: int | None
-) -> tuple[Real, int]:
-    """(p, 2) coordinates of points z of the source's plane, and how many of the target's triangles they tear apart."""
+class _Coordinates(NamedTuple):
+    """New coordinates of a part of the target.
+
+    Attributes:
+        uv: (t, 2) coordinates.
+        faces: (m, 3) those of its triangles' corners.
+        torn: triangles that reach into several charts of the source.
+    """
+
+    uv: Real
+    faces: Index
+    torn: int = 0
+
+
+def _joined(parts: Sequence[_Coordinates]) -> tuple[Real, Index]:
+    """The coordinates of all parts, and those of their triangles' corners."""
+    firsts = np.cumsum([0, *(len(part.uv) for part in parts)])
+    faces = [part.faces + first for part, first in zip(parts, firsts)]
+    return np.concatenate([part.uv for part in parts]), np.concatenate(faces)
+
+
+def _uv_of(source: Shape, lying: Texture, z: Complex, target: MeshShape, threads: int | None) -> _Coordinates:
+    """Of the target's vertices, which come from points z of the source's plane.
+
+    On a mesh each face of the target is on the chart that its middle is on: corners beyond that chart's border are at
+    the border's nearest point.
+    """
+    patch = target.flattening.patch
     if not source.is_mesh:
-        return st_of(lying, z), 0
+        return _Coordinates(st_of(lying, z), patch.faces)
     mesh = as_mesh(source)
     faces = mesh.uv_faces
     triangle, weights = mesh.locator(z, threads)
     uv = np.einsum("pk,pkc->pc", weights, mesh.uv[faces[triangle]])
-    chart = layout.charts(faces, len(mesh.uv))[faces[triangle, 0]][target.flattening.patch.faces]
-    return uv, int((chart != chart[:, :1]).any(axis=1).sum())
+    chart = layout.charts(faces, len(mesh.uv))[faces[:, 0]]
+    _, face = np.unique(
+        np.searchsorted(patch.mesh.starts, patch.corner[:, 0], side="right"), return_inverse=True
+    )
+    centre = z[patch.faces].mean(axis=1)
+    middle = (np.bincount(face, centre.real) + 1j * np.bincount(face, centre.imag)) / np.bincount(face)
+    own = np.repeat(chart[mesh.locator(middle, threads)[0]][face][:, None], 3, axis=1)
+    beyond = chart[triangle][patch.faces] != own
+    wanted, number = np.unique(
+        np.column_stack([own[beyond], patch.faces[beyond]]), axis=0, return_inverse=True
+    )
+    more, away = np.empty((len(wanted), 2)), np.empty(len(wanted))
+    for k in np.unique(wanted[:, 0]):
+        at = wanted[:, 0] == k
+        more[at], away[at] = _on_chart(mesh, chart == k, z[wanted[at, 1]])
+    rows, torn = patch.faces.copy(), np.zeros(beyond.shape, bool)
+    rows[beyond], torn[beyond] = z.size + number, (away > SAME * mesh.curve.diagonal)[number]
+    return _Coordinates(np.concatenate([uv, more]), rows, int(torn.any(axis=1).sum()))
+
+
+def _on_chart(mesh: MeshShape, chart: Flags, z: Complex) -> tuple[Real, Real]:
+    """(p, 2) coordinates at those points of some triangles (m,) of a mesh that are nearest to points z of its plane,
+    and (p,) how far these are."""
+    import igl
+
+    flat, faces = mesh.flattening.flat, mesh.flattening.patch.faces[chart]
+    points, at = (np.column_stack([*xy_of(w).T, np.zeros(w.size)]) for w in (flat, z))
+    tree = igl.AABB()
+    tree.init(points, faces)
+    squared, triangle, closest = tree.squared_distance(points, faces, at)
+    triangle = np.atleast_1d(triangle)
+    weights = barycentric(points[faces[triangle]], np.reshape(closest, (-1, 3)))
+    uv = mesh.uv[mesh.uv_faces[chart][triangle]]
+    return np.einsum("pk,pkc->pc", weights, uv), np.sqrt(np.atleast_1d(squared))

@@ -171,8 +171,9 @@ def test_a_mesh_gives_its_texture_to_another_mesh(tmp_path):
     assert figures["torn_triangles"] == 0
 
 
-def test_a_torn_source_is_reported(tmp_path):
-    path = write_mesh(tmp_path / "a.obj", n=4)
+def torn(path):
+    """A mesh whose left half has coordinates of its own, far from those of the right one."""
+    write_mesh(path, n=4)
     text = path.read_text().splitlines()
     faces = [k for k, line in enumerate(text) if line.startswith("f")]
     for k in faces[:8]:  # the left half gets coordinates of its own
@@ -180,13 +181,28 @@ def test_a_torn_source_is_reported(tmp_path):
             ["f", *(f"{c.split('/')[0]}/{int(c.split('/')[0]) + 25}" for c in text[k].split()[1:])]
         )
     first = next(k for k, line in enumerate(text) if line.startswith("f"))
-    text[first:first] = [f"vt {5 + k} 0" for k in range(25)]
+    text[first:first] = [f"vt {5 + k} {k * k}" for k in range(25)]
     path.write_text("\n".join(text))
-    source = mesh_shape.read(str(path))
+    return path
+
+
+def test_faces_keep_to_one_chart_of_a_source(tmp_path):
+    """A mesh through itself has its coordinates at every corner, along the seam between charts, too."""
+    source = mesh_shape.read(str(torn(tmp_path / "a.obj")))
+    out = tmp_path / "o.obj"
+    figures = new_uvs([(source, identity(source), source)], stmap.flat(source.box), out, name=out)
+    before, made = obj.read(tmp_path / "a.obj"), obj.read(out)
+    assert made.vt[made.corners[:, 1]] == pytest.approx(before.vt[before.corners[:, 1]], abs=1e-6)
+    assert figures["torn_triangles"] == 0
+
+
+def test_a_torn_source_is_reported(tmp_path):
+    source = mesh_shape.read(str(torn(tmp_path / "a.obj")))
     target = mesh_shape.read(str(write_mesh(tmp_path / "b.obj", n=5)))
     out = tmp_path / "o.obj"
     figures = new_uvs([(target, identity(source), source)], stmap.flat(source.box), out, name=out)
     assert figures["torn_triangles"] == 10
+    assert "10 triangles lie across seams" in figures["material_notes"][0]
 
 
 def test_a_mesh_rebaked_through_itself_keeps_its_texture(tmp_path):
