@@ -1,13 +1,14 @@
 """Patches laid out in the plane: exactly least-squares conformal, conformal and one-to-one, or even.
 
-method    `flatten`: which way is taken, and when; `even_layout`: an even layout of what is laid out
+method    `flatten`: which way is taken, and when; `even_layout`: an even layout of what is laid out; `convex`: polygons
 tutte     a start without folds: the outline on a circle, each vertex at the mean of its neighbours
 free      Newton on the balanced energy of a surface with a free boundary
 scaffold  triangles around a layout, and in its holes, that keep it from overlapping
 seams     where a cut is lengthened
+opening   triangles and polygons of a layout set right by moving single vertices
 charts    the charts of a mesh's own texture coordinates, as flattenings
 """
 
-from .method import METHODS, even_layout, flatten
+from .method import METHODS, convex, even_layout, flatten
 
-__all__ = ["METHODS", "even_layout", "flatten"]
+__all__ = ["METHODS", "convex", "even_layout", "flatten"]

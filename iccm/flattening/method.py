@@ -12,6 +12,7 @@ from ..meshes.flatten import Flattening, lscm, overlap, upright
 from ..meshes.patch import Patch
 from . import seams, tutte
 from .free import Elastic, surface
+from .opening import open_up
 from .scaffold import relax_with_scaffold
 
 METHODS = ("conformal", "lscm", "balanced")
@@ -73,6 +74,12 @@ def flatten(
     found = _conformal(*_even_with_seam(plain, growing, joins))
     found = _check(_lengthen_seam(found) if joins else found)
     return replace(found, notes=() if fault is None else (f"LSCM gave {fault}: laid out without",))
+
+
+def convex(layout: Flattening) -> Flattening:
+    """The layout with polygons convex where moving a vertex makes them so; as it is where it would overlap itself."""
+    opened = replace(layout, flat=open_up(layout.flat, layout.patch, np.zeros(0, np.int64)))
+    return layout if overlap(opened) else opened
 
 
 def even_layout(layout: Flattening) -> Flattening:

@@ -178,6 +178,27 @@ def triangulate(mesh: Mesh) -> Index:
     return corners[proper(mesh.corners[corners])]
 
 
+def fans(mesh: Mesh) -> tuple[Index, Index]:
+    """(k, 3) corners of triangles that some program or other may cut faces into, and (k,) the face of each.
+
+    Those of all fans of quads, and of larger polygons, up to MOST_EARS corners, that are convex in space.
+    """
+    found, owners = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
+    for size in range(4, min(int(mesh.sizes.max(initial=3)), MOST_EARS) + 1):
+        k = np.arange(size)
+        i, j = (each.ravel() for each in np.meshgrid(k, k))
+        triples = np.unique(np.sort(np.column_stack([i, (i + 1) % size, j]), axis=1), axis=0)
+        triples = triples[proper(triples)]
+        faces = np.flatnonzero(mesh.sizes == size)
+        corners = mesh.starts[faces, None, None] + triples
+        at = mesh.points[mesh.corners[mesh.starts[faces, None] + k]]
+        normal = np.cross(at, np.roll(at, -1, axis=1)).sum(axis=1)
+        convex = (_agreement(at[:, triples], normal) > 0).all(axis=1) | (size == 4)
+        found.append(corners[convex].reshape(-1, 3))
+        owners.append(np.repeat(faces[convex], len(triples)))
+    return np.concatenate(found), np.concatenate(owners)
+
+
 def proper(faces: Index) -> NDArray[np.bool_]:
     """(m,) which triangles (m, 3) have three different vertices."""
     a, b, c = faces.T

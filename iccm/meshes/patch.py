@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Index, Real
 from ..errors import InputError
-from .mesh import Mesh, face_areas
+from .mesh import Mesh, face_areas, fans
 from .topology import Triangles, firsts
 
 
@@ -72,6 +72,20 @@ class Patch:
         twin = self.triangles.twin
         own = np.repeat(face, 3)
         return (twin < 0) | (own != own[twin])
+
+    @cached_property
+    def fans(self) -> tuple[Index, Index]:
+        """(k, 3) vertices of the triangles of all fans of its polygons (see `mesh.fans`), and (k,) the face of each."""
+        corners, face = fans(self.mesh)
+        vertex = np.full(self.mesh.corners.size, -1)
+        vertex[self.corner] = self.faces
+        own = np.searchsorted(self.mesh.starts, self.corner[:, 0], side="right") - 1
+        turned = np.zeros(self.mesh.sizes.size, bool)  # faces that the patch has the other way round
+        turned[own] = (np.roll(self.corner, -1, axis=1) < self.corner).sum(axis=1) == 2
+        found = vertex[corners]
+        found = np.where(turned[face][:, None], found[:, ::-1], found)
+        known = (found >= 0).all(axis=1)
+        return found[known], face[known]
 
     @property
     def genus(self) -> int:

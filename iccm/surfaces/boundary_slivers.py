@@ -3,15 +3,24 @@
 import numpy as np
 
 from ..arrays import Complex, Index
-from ..meshes.topology import Triangles
-from ..plane import cross, triangle_areas
+from ..flattening.opening import open_up
+from ..meshes.flatten import Flattening
+from ..plane import cross
 
 ROUNDS = 20  # of lifting; one does unless such triangles lie behind one another
 RIM = 1e-3  # of the outline's diagonal, the default tolerance: how far a vertex may be moved out of it
 HEIGHT = 1e-4  # of a triangle that is lifted, of its base: far above what files round to
 LEAST = 2e-7  # and of the diagonal: single precision's ulp at 1 is 1.2e-7
-HEIGHTS = (0.1, 0.01, HEIGHT)  # of triangles that are opened, as high as there is room for (by hand)
-STEPS = 1000  # of looking for that room: acute rooms are approached slowly
+
+
+def with_room(image: Complex, layout: Flattening, diagonal: float) -> Complex:
+    """Images (n,) of a layout's vertices; triangles and polygons have room that the outline leaves them none for.
+
+    `diagonal` is the outline's; see `lift` and `open_up`.
+    """
+    patch = layout.patch
+    lifted = lift(image, np.concatenate([patch.faces, patch.fans[0]]), layout.loop, diagonal)
+    return open_up(lifted, patch, np.concatenate(patch.loops))
 
 
 def lift(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
@@ -40,43 +49,6 @@ def lift(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
         moved[tips[low]] += 1j * (base / np.abs(base))[low] * (1.01 * short[low])
     far = np.abs(moved - flat) > RIM * diagonal
     return np.where(far, flat, moved)
-
-
-def open_up(flat: Complex, faces: Index) -> Complex:
-    """Positions (n,) in which triangles face up that faced down, where moving one inner corner is enough.
-
-    Where the outline turns between two vertices of the boundary, the straight edge between them cuts its corner off,
-    and with it what lies there. Such a vertex goes to a point from which all around it face up: half-planes are
-    projected into in turn, the one missed most first. Others stay as they are.
-
-    Args:
-        flat: positions.
-        faces: (m, 3) triangles, most of them counter-clockwise.
-    """
-    down = triangle_areas(flat[faces]) <= 0
-    if not down.any():
-        return flat
-    moved, shape = flat.copy(), Triangles(faces, flat.size)
-    for vertex in np.setdiff1d(faces[down], shape.tail[shape.twin < 0]):
-        ring = faces[(faces == vertex).any(axis=1)]
-        first = np.argmax(ring == vertex, axis=1)
-        heads, tails = (moved[np.take_along_axis(ring, ((first + k) % 3)[:, None], 1)[:, 0]] for k in (1, 2))
-        places = (_room(moved[vertex], heads, tails, height) for height in HEIGHTS)
-        moved[vertex] = next((place for place in places if place is not None), moved[vertex])
-    return moved
-
-
-def _room(z: complex, heads: Complex, tails: Complex, height: float) -> complex | None:
-    """A point height times their length or more to the left of all edges from heads to tails; None if none is found."""
-    base = tails - heads
-    length = np.maximum(np.abs(base), 1e-300)
-    for _ in range(STEPS):
-        short = height * length - cross(base, z - heads) / length
-        most = int(np.argmax(short))
-        if short[most] <= 0:
-            return z
-        z += 1j * base[most] / length[most] * (short[most] + height * length[most])
-    return None
 
 
 def _gaps(places: Index, length: int) -> Index:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from ... import __version__
 from ...errors import InputError
 from ...flattening import METHODS
+from ...flattening.opening import concave, not_convex
 from ...meshes import layout
 from ...meshes.flatten import overlap
 from .. import files, formats
@@ -75,7 +76,7 @@ def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
     """
     shape = laid.shape
     low, high = shape.box
-    turned, fault = count_flips(shape, uv), overlap(shape.flattening)
+    (turned, bent), fault = count_flips(shape, uv), overlap(shape.flattening)
     return {
         "schema": SCHEMA,
         "version": __version__,
@@ -84,19 +85,22 @@ def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
         **shape.flattening.report(),
         **laid.figures,
         "uv": turned,
+        "concave_polygons": bent,
         "box": [low, high],
         "boundary_loops": [len(loop) for loop in shape.flattening.patch.loops],
-        "notes": list(shape.notes),
+        "notes": [*shape.notes, *([f"{shape.spec}: {not_convex(bent)}"] if bent else [])],
         "inputs": [{"path": str(p), "sha256": files.sha256(p)} for p in (shape.path, laid.outline) if p],
     }
 
 
-def count_flips(shape: MeshShape, uv: str | None) -> dict[str, int]:
-    """How many triangles are flipped or degenerate in the coordinates that are written."""
-    corners = mesh_files.as_written(flat_files.unit_uvs(shape), uv or "flat.obj")[
-        shape.flattening.patch.faces
-    ]
-    return layout.turned_over(corners)
+def count_flips(shape: MeshShape, uv: str | None) -> tuple[dict[str, int], int]:
+    """How many triangles are flipped or degenerate in the coordinates that are written, and how many polygons are not
+    convex."""
+    rounded, patch = (
+        mesh_files.as_written(flat_files.unit_uvs(shape), uv or "flat.obj"),
+        shape.flattening.patch,
+    )
+    return layout.turned_over(rounded[patch.faces]), concave(rounded, patch)
 
 
 def doubt(found: dict[str, Any]) -> str | None:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...arrays import Box, Complex, Index, Real
 from ...curve import Curve
 from ...errors import InputError
-from ...flattening import flatten
+from ...flattening import convex, flatten
 from ...flattening.charts import Atlas, LaidOut
 from ...meshes.cut import vertex_path
 from ...meshes.disk_patch import Joined, disk_patch, sound_piece
@@ -335,6 +335,8 @@ def flatten_patch(
     `MeshShape`."""
     file, piece = _of_patch(file, piece)
     flat = flatten(piece, loop=file.loop, grow=grow, method=method, chart=chart)
+    if chart and method != "lscm":
+        flat = convex(flat)
     curve = (
         Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
     )  # may cross itself, as it comes

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from ...curve import Curve
-from ...surfaces.boundary_slivers import lift, open_up
+from ...surfaces.boundary_slivers import with_room
 from .holes import fit_with_holes
 from .mesh_shape import MeshShape
 from .shape import Shape
@@ -28,8 +28,7 @@ def lay_onto(
     for note in fit.notes:
         tell(note)
     before = mesh.flattening
-    faces = before.patch.faces
-    flat = open_up(lift(fit.map(before.flat), faces, before.loop, outline.curve.diagonal), faces)
+    flat = with_room(fit.map(before.flat), before, outline.curve.diagonal)
     curve = Curve(flat[before.loop])
     holes = tuple(flat[loop] for loop in before.patch.loops if not (loop[0] == before.loop).any())
     laid = replace(before, flat=flat, method=outline.path.name, notes=())

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....arrays import Complex, Flags, Index, Real, xy_of
+from ....arrays import Complex, Flags, Index, Real, complex_of, xy_of
 from ....curve import Curve
 from ....errors import InputError
+from ....flattening.opening import concave, not_convex
 from ....maps.approximation import AnyMap
 from ....maps.extended_inverse import ExtendedInverse
 from ....maps.triangulated.map import TriangulatedMap
@@ -18,7 +19,7 @@ from ....meshes import layout
 from ....meshes.locate import barycentric
 from ....pixels.stmap import st_of
 from ....pixels.texture import Texture
-from ....surfaces.boundary_slivers import lift, open_up
+from ....surfaces.boundary_slivers import with_room
 from ... import formats
 from ...materials import carried_maps
 from ...meshes import mesh_files, obj_materials
@@ -182,7 +183,10 @@ def new_uvs(
             )
             missing = [*missing, f"{name}: {said}; --bake makes a picture without seams"]
     else:  # a mesh's own layout may have mirrored charts
-        figures["uv"] = layout.turned_over(mesh_files.as_written(uv, name)[faces])
+        rounded, patch = mesh_files.as_written(uv, name), target.flattening.patch
+        figures |= {"uv": layout.turned_over(rounded[faces]), "concave_polygons": concave(rounded, patch)}
+        if count := figures["concave_polygons"]:
+            missing = [*missing, f"{name}: {not_convex(count)}"]
     return figures | {
         "flattening": parts[0][0].flattening.report(),
         "outside_points": sum(pull.outside for pull in pulls),
@@ -198,8 +202,7 @@ def _pull_back(part: MeshShape, map: AnyMap, pull: ExtendedInverse) -> Complex:
     z = pull(flat.flat)
     if not isinstance(map, TriangulatedMap):
         return z
-    faces = flat.patch.faces
-    return open_up(lift(z, faces, flat.loop, Curve(map.polygon).diagonal), faces)
+    return with_room(z, flat, Curve(map.polygon).diagonal)
 
 
 class _Coordinates(NamedTuple):
@@ -240,8 +243,8 @@ def _uv_of(source: Shape, lying: Texture, z: Complex, target: MeshShape, threads
     _, face = np.unique(
         np.searchsorted(patch.mesh.starts, patch.corner[:, 0], side="right"), return_inverse=True
     )
-    centre = z[patch.faces].mean(axis=1)
-    middle = (np.bincount(face, centre.real) + 1j * np.bincount(face, centre.imag)) / np.bincount(face)
+    centre, count = z[patch.faces].mean(axis=1), np.bincount(face)
+    middle = complex_of(np.column_stack([np.bincount(face, part) / count for part in xy_of(centre).T]))
     own = np.repeat(chart[mesh.locator(middle, threads)[0]][face][:, None], 3, axis=1)
     beyond = chart[triangle][patch.faces] != own
     wanted, number = np.unique(

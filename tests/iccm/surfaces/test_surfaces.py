@@ -16,13 +16,14 @@ from iccm.balanced.search.levels import POWERS
 from iccm.curve import Curve
 from iccm.errors import InputError
 from iccm.flattening import even_layout, flatten
+from iccm.flattening.opening import open_up
 from iccm.meshes.cut import cut_through
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import overlap
 from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh, face_areas
 from iccm.meshes.stretch import Linear, linear
-from iccm.surfaces.boundary_slivers import lift, open_up
+from iccm.surfaces.boundary_slivers import lift
 from iccm.surfaces.refined import RefinedSurface
 from tests.triangulations import hull
 
@@ -226,7 +227,7 @@ def test_what_a_corner_of_the_outline_cuts_off_is_given_room(seed):
     fit = iccm.fit(layout, np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j]))
     faces = layout.patch.faces
     image = lift(fit.map(layout.flat), faces, layout.loop, 2 * 2**0.5)
-    found = open_up(image, faces)
+    found = open_up(image, layout.patch, layout.loop)
     assert (up(image, faces) <= 0).any() and (up(found, faces) > 0).all()
     assert (found[layout.loop] == image[layout.loop]).all()
     assert np.isin(np.flatnonzero(found != image), faces[up(image, faces) <= 0]).all()
