@@ -1,5 +1,7 @@
-"""Shapes and a way to type a command, for the tests of the command line."""
+"""Shapes and a way to type a command, for the tests of the command line; reports are held against their schema."""
 
+import functools
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -13,12 +15,34 @@ sys.path.insert(
 from iccm import cli
 from iccm.io.run.phases import COMPILES
 
+SCHEMAS = Path(__file__).parents[1] / "docs" / "reference" / "schemas"
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
 SHAPES = {
     "square.svg": '<path d="M10 10H90V90H10Z"/>',
     "blob.svg": '<path d="M10 40C10 10 40 5 60 12S98 40 90 60 60 95 40 90 10 70 10 40Z"/>',
     "disk.svg": '<circle id="rim" cx="50" cy="50" r="40"/>',
 }
+
+
+@functools.cache
+def validator(name):
+    """What holds JSON against `docs/reference/schemas/iccm.NAME.json`."""
+    from jsonschema import Draft202012Validator
+
+    return Draft202012Validator(json.loads((SCHEMAS / f"iccm.{name}.json").read_text(encoding="utf-8")))
+
+
+@pytest.fixture(autouse=True)
+def reports_are_valid(monkeypatch):
+    """Every report that a test makes is as its published schema says."""
+    from iccm.io.run import report
+
+    def build(run, made=report.build):
+        found = made(run)
+        validator("report-1").validate(found)
+        return found
+
+    monkeypatch.setattr(report, "build", build)
 
 
 @pytest.fixture
