@@ -50,6 +50,7 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
     if not (len(pins) or len(strokes)):
         fit.notes.extend(strain(fit.distortion, options.fit) + unasked_turn(found.turn, settings.turn))
+    fit.notes.extend(bounds.told(map, settings.max_dilatation, settings.max_stretch))
     fit.notes.extend(parts_lost(fit))
     return fit
 

@@ -24,7 +24,7 @@ from .model.measures import energy_between, stretches, turn_of
 from .model.settings import Settings, Solution, SolveLog
 from .model.sketch import Sketch
 from .search import multilevel
-from .search.final_mesh import Meshed, excess
+from .search.final_mesh import Meshed, excesses
 
 NO_PINS = np.empty((0, 2), np.complex128)
 
@@ -170,7 +170,7 @@ def solution_of(
     dilatation, stretch, _ = stretches(state.z, state.u, state.material, metrics)
     lean = turn_of(state.z, state.u, state.material, metrics) * (-1 if mirror else 1)
     turn = np.angle(np.exp(1j * lean) * frames[0].factor / frames[1].factor)
-    beyond = excess(state.z, state.u, state.material, settings, metrics)
+    beyond = excesses(state.z, state.u, state.material, settings, metrics).max()
     return Solution(
         z,
         u,

@@ -9,6 +9,7 @@ from . import distortion
 from .triangulated.map import TriangulatedMap
 from .triangulated.patches import shrunk
 
+ROUNDING = 1e-9  # relative: a bound exceeded by less is met
 ROUNDS = 20  # of straightening; a straightened edge may take its neighbour over a bound, in one round or two
 
 
@@ -29,7 +30,41 @@ def straighten_beyond_bounds(
 
 def meets_bounds(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> bool:
     """Whether what is drawn meets the bounds asked for, but for rounding."""
-    return bool(_excess(map, max_dilatation, max_stretch).max() <= 1 + 1e-9)
+    return bool(_excess(map, max_dilatation, max_stretch).max() <= 1 + ROUNDING)
+
+
+def told(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> list[str]:
+    """A sentence for each bound asked for: on how much of the target it is exceeded, and the least that the outlines'
+    angles allow."""
+    found, ratio = distortion.of_triangles(map), angle_ratio(map)
+    asked = [
+        ("dilatation", max_dilatation, found.dilatations, ratio),
+        ("stretch", max_stretch, found.stretches, np.sqrt(ratio)),
+    ]
+    said = []
+    for name, bound, values, least in asked:
+        if bound is None:
+            continue
+        share = found.area @ (values > bound * (1 + ROUNDING)) / found.area.sum()
+        over = f"is up to {values.max():.3g}, more than {bound:g} on {share:.2%} of the target"
+        met = f"is at most {bound:g}"
+        allowed = f"the outlines' angles, where they meet, allow no less than {least:.3g} (max_{name})."
+        said.append(f"The {name} {met if values.max() <= bound * (1 + ROUNDING) else over}; {allowed}")
+    return said
+
+
+def angle_ratio(map: TriangulatedMap) -> float:
+    """The largest ratio of the angles inside a vertex of the outline and its image, the larger to the smaller.
+
+    Around a vertex a piecewise smooth map is r e^{it} -> r ρ(t) e^{iφ(t)}, its dilatation at least φ' or 1/φ', and φ'
+    is that ratio on average: no such map has less dilatation, nor less stretch than its root.
+    """
+    loop = map.loops[0]
+    angles = [
+        np.angle((np.roll(z, 1) - z) / (np.roll(z, -1) - z)) % (2 * np.pi)
+        for z in (map.source[loop], map.image[loop])
+    ]
+    return float(np.exp(np.abs(np.log(angles[0] / angles[1])).max()))
 
 
 def _excess(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> Real:

@@ -23,7 +23,7 @@ from ..model.discrete_map import DiscreteMap, folds
 from ..model.frames import UnitFrame
 from ..model.outline import manageable
 from ..model.settings import Settings
-from ..search import final_mesh, levels
+from ..search.final_mesh import excesses, meet_bounds_by
 from ..search.homotopy import brought
 from ..search.levels import EVENED
 from ..search.pin_continuation import BESIDE, aim_feet
@@ -32,8 +32,6 @@ from .mesh import mesh_of
 COARSE = 0.08  # mesh size h, of a domain of area one
 TRIANGLES_PER_AREA = 4.0  # number of triangles times h²
 MOVING_STEPS, SETTLING_STEPS, SETTLED = 60, 40, 1e-7
-POWERS = levels.POWERS
-"""Of q: at 1 a pin pulls out a spike; largest K of a square, its centre moved, 7.4, at 3 3.4."""
 UNTURNED = 1e-3  # of the constraints' spread: a best turn that turns less is none, as of points in a mirror
 SAME = 1e-9  # of the root of the area
 ROUNDS, FORWARD, BACKWARD, ROUND_DECREASE = 4, 8, 3, 1e-4
@@ -98,7 +96,9 @@ def solve(
     except Stuck as error:
         raise NoMapError(f"deform: {error}") from None
     found = _deformation(levels, frame, pins)
-    return replace(found, bounded=excess(levels[-1], settings) <= 1)
+    last = levels[-1]
+    over = excesses(last.z, last.u / scale_of(last), last.faces, settings)
+    return replace(found, bounded=bool(over.max() <= 1))
 
 
 def _outlines(curves: Sequence[Curve], points: Complex, settings: Settings) -> list[Curve]:
@@ -127,10 +127,7 @@ def refine(
         ).inside.matches
     fine = start_from(mesh_of(outlines, pins, size, drawn), start)
     levels.append(relax(brought(fine, theta, MOVING_STEPS, SETTLED), theta, 1.0))
-    for q in POWERS:
-        levels.append(relax(levels[-1], theta, q))
-        if excess(levels[-1], settings) <= 1:
-            break
+    levels.append(meet_bounds_by(lambda state, q: relax(state, theta, q), levels[-1], settings, scale_of))
     return levels
 
 
@@ -148,10 +145,9 @@ def roughly(outlines: Sequence[Curve], pins: Pins, size: float, theta: float) ->
     return state
 
 
-def excess(state: DiscreteMap, settings: Settings) -> float:
-    """As that of maps onto a target, lengths relative to the mean scale."""
-    scale = np.sqrt(abs(sum(Curve(state.u[loop]).area for loop in state.boundary.slices)))
-    return final_mesh.excess(state.z, state.u / scale, state.faces, settings)
+def scale_of(state: DiscreteMap) -> float:
+    """The mean scale."""
+    return float(np.sqrt(abs(sum(Curve(state.u[loop]).area for loop in state.boundary.slices))))
 
 
 def start_from(state: DiscreteMap, start: Start) -> DiscreteMap:

@@ -56,6 +56,7 @@ class DiscreteMap:
         bound: whether their vertices are held by them; if not, they are like any others.
         weights: (m,) 1, FILLED and BAY for voids, triangles in holes without a partner and in bays, and PASSED_OVER for
             those in holes of a surface; None where there are none.
+        multipliers: (m,) by which triangles count more, for the sake of bounds; None where all count alike.
         settled: whether the last descent ended before its steps did.
         metrics: of surfaces that the planes of source and target stand for.
         ground: the target in space, whose metric changes as vertices move; None for the one that `metrics` has.
@@ -70,6 +71,7 @@ class DiscreteMap:
     inside: InnerConstraints = NONE_INSIDE
     bound: bool = False
     weights: Real | None = None
+    multipliers: Real | None = None
     settled: bool = True
     metrics: Metrics = PLANES
     ground: Ground | None = None
@@ -308,6 +310,8 @@ class DiscreteMap:
         kept, moving = (self.z, self.u) if forward else (self.u, self.z)
         metrics = self.metrics if forward else self.metrics[::-1]
         gradients, areas = rest_geometry(kept, moving, self.pattern.corners, metrics)
+        if self.multipliers is not None:
+            areas = areas * self.multipliers
         if self.weights is not None:
             areas = np.where(self.weights <= FILLED, -0.5 * LOST**q, self.weights) * areas
         return RestShapes.of(self.pattern, gradients, areas)
@@ -316,6 +320,8 @@ class DiscreteMap:
         """The triangles at rest, each by itself, and what their energy on the ground needs."""
         corners = self.pattern.corners
         gradients, areas = rest_geometry(self.z, self.u, corners, (self.metrics[0], None))
+        if self.multipliers is not None:
+            areas = areas * self.multipliers
         flat, flat_areas = geometry(self.z, corners)
         open = np.zeros(len(corners), bool)
         if self.weights is not None:

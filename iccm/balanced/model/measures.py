@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...arrays import Complex, Index, Real
+from ...arrays import Complex, Flags, Index, Real
 from ...maps.distortion import weighted_quantile
 from ...plane import triangle_areas
 from ..minimise.energy import NO_SLOTS, Objective, RestShapes, energy_of
@@ -34,6 +34,25 @@ def stretches(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -
     large, small = np.abs(a) + np.abs(b), np.abs(a) - np.abs(b)
     small = np.maximum(small, 1e-300)
     return large / small, np.maximum(large, 1 / small), large * small
+
+
+def forced(z: Complex, u: Complex, faces: Index, border: int, dilatation: float) -> Flags:
+    """(m,) triangles at vertices of the outline, the first `border` ones, where the angles inside leave no piecewise
+    linear map a dilatation so small: it takes a triangle's angle α to between 2 atan(tan(α/2) / K) and
+    2 atan(K tan(α/2)), which have to sum up to the angle of the image."""
+
+    def angles(w: Complex) -> Real:
+        corners = w[faces]
+        return np.angle((np.roll(corners, 1, 1) - corners) / (np.roll(corners, -1, 1) - corners))
+
+    def around(values: Real) -> Real:
+        return np.bincount(faces.ravel(), values.ravel(), z.size)
+
+    half, found = np.tan(0.5 * angles(z)), around(angles(u))
+    beyond = found > around(2 * np.arctan(dilatation * half))
+    beyond |= found < around(2 * np.arctan(half / dilatation))
+    beyond[border:] = False
+    return beyond[faces].any(axis=1)
 
 
 def stretch_quantile(z: Complex, u: Complex, faces: Index, share: float) -> float:

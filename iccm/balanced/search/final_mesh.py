@@ -1,27 +1,30 @@
 """The fine mesh and the last one: a map carried there, and its worst stretch lowered."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from ... import progress
-from ...arrays import Complex, Index
+from ...arrays import Complex, Index, Real
 from ..errors import Stuck
 from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.discrete_map import DiscreteMap
-from ..model.measures import stretches
+from ..model.measures import forced, stretches
 from ..model.metric import PLANES, Metrics
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
 from . import pin_continuation
-from .levels import FINE_BACKWARD, FINE_ROUNDS, POWERS, Level, UnitProblem, alternate, refine, relax_stretched
+from .levels import FINE_BACKWARD, FINE_ROUNDS, POWER, Level, UnitProblem, alternate, refine, relax_stretched
 
 FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
 STEEPEST_FINE = 20.0  # slope of a match, relative to the mean, that a mesh follows
 TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
 LAST_ROUNDS = 4  # of such steps; later ones where a squeezed triangle widens slowly
 UNSETTLED = "The map had not settled on its last mesh: its stretch could be smaller."
+BOUND_ROUNDS = 40  # of weighing what exceeds bounds
+BOUND_AIM = 0.99  # of a bound, that is aimed at: it is approached from above
 LAST_STEPS, LAST_DECREASE = 50, 2e-3  # of Newton on the last mesh, and the relative decrease that ends them
 
 
@@ -41,8 +44,8 @@ def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: Sol
     state = on_finer(level, state, problem)
     if problem.constrained and not meets_constraints(problem, state):
         state = pin_continuation.again(level, state, problem)
-    state = alternate(state, problem.theta, POWERS[0], FINE_ROUNDS, FINE_BACKWARD)
-    journal.level("fine", state, POWERS[0])
+    state = alternate(state, problem.theta, POWER, FINE_ROUNDS, FINE_BACKWARD)
+    journal.level("fine", state, POWER)
     return state
 
 
@@ -81,21 +84,33 @@ def final_level(problem: UnitProblem, settings: Settings, share: float = 1.0) ->
 
 
 def meet_bounds(state: DiscreteMap, theta: float, settings: Settings, journal: SolveLog) -> DiscreteMap:
-    """The map at rest with its worst stretch lowered, until the bounds asked for are met."""
+    """The map at rest with its worst stretch lowered, and the bounds asked for met."""
     return meet_bounds_by(lambda state, q: descend(state, theta, q, journal), state, settings)
 
 
 def meet_bounds_by(
-    descent: Callable[[DiscreteMap, float], DiscreteMap], state: DiscreteMap, settings: Settings
+    descent: Callable[[DiscreteMap, float], DiscreteMap],
+    state: DiscreteMap,
+    settings: Settings,
+    scale: Callable[[DiscreteMap], float] = lambda state: 1.0,
 ) -> DiscreteMap:
-    """As `meet_bounds`, by what descends for a power q."""
-    tried: list[DiscreteMap] = []
-    for q in progress.counted("last map, worst stretch lowered", POWERS):
-        state = descent(state, q)
-        tried.append(state)
-        if _excess(state, settings) <= 1:
-            return state
-    return min(tried, key=lambda state: _excess(state, settings))
+    """As `meet_bounds`, by what descends for a power q; lengths relative to a map's scale.
+
+    Triangles over a bound count more, the more they are over it, until they meet it: the weights are what the bounds
+    cost (multipliers, found as by Lawson's algorithm), and elsewhere the map hardly changes. Corners that allow no less
+    are left as they are. Where the bounds cannot be met it is the map of the least excess.
+    """
+    state = descent(state, POWER)
+    found, least, weights = state, np.inf, np.ones(len(state.faces))
+    for _ in progress.counted("last map, bounds", range(BOUND_ROUNDS if settings.bounded else 0)):
+        over = _movable_excesses(state, settings, scale(state))
+        if over.max() < least:
+            found, least = state, over.max()
+        if least <= 1:
+            break
+        weights = np.maximum(1, weights * (over / BOUND_AIM) ** POWER)
+        state = replace(descent(replace(state, multipliers=weights), POWER), multipliers=None)
+    return found
 
 
 def descend(state: DiscreteMap, theta: float, q: float, journal: SolveLog) -> DiscreteMap:
@@ -117,12 +132,19 @@ def refine_pinned(level: Level, state: Meshed, problem: UnitProblem, sizes: Size
     return refine(level, state, sizes)
 
 
-def _excess(state: DiscreteMap, settings: Settings) -> float:
-    return excess(state.z, state.u, state.material, settings, state.metrics)
+def _movable_excesses(state: DiscreteMap, settings: Settings, scale: float) -> Real:
+    """(m,) the same as `excesses`, but 0 in voids, and at corners of the outlines whose angles do not allow less."""
+    over = excesses(state.z, state.u / scale, state.faces, settings, state.metrics)
+    if state.weights is not None:
+        over[state.weights != 1] = 0
+    if state.metrics == PLANES:
+        most = min(settings.max_dilatation or np.inf, (settings.max_stretch or np.inf) ** 2)
+        over[forced(state.z, state.u, state.faces, state.border, most)] = 0
+    return over
 
 
-def excess(z: Complex, u: Complex, faces: Index, settings: Settings, metrics: Metrics = PLANES) -> float:
-    """How many times the bounds asked for the largest dilatation and stretch are: at most 1 where they are met."""
+def excesses(z: Complex, u: Complex, faces: Index, settings: Settings, metrics: Metrics = PLANES) -> Real:
+    """(m,) how many times the bounds asked for dilatation and stretch are: at most 1 where they are met."""
     dilatation, stretch, _ = stretches(z, u, faces, metrics)
     bounds = (settings.max_dilatation or np.inf, settings.max_stretch or np.inf)
-    return float(max(dilatation.max() / bounds[0], stretch.max() / bounds[1]))
+    return np.maximum(dilatation / bounds[0], stretch / bounds[1])
