@@ -48,8 +48,11 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
     drawn = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
-    if not (len(pins) or len(strokes)):
-        fit.notes.extend(strain(fit.distortion, options.fit) + unasked_turn(found.turn, settings.turn))
+    free = not (len(pins) or len(strokes))
+    if free:
+        fit.notes.extend(strain(fit.distortion, options.fit))
+    if free or settings.turn:  # by default pins say how the picture is turned
+        fit.notes.extend(unasked_turn(found.turn, settings.turn))
     fit.notes.extend(bounds.told(map, settings.max_dilatation, settings.max_stretch))
     fit.notes.extend(parts_lost(fit))
     return fit

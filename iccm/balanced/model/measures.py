@@ -2,11 +2,13 @@
 
 import numpy as np
 
-from ...arrays import Complex, Flags, Index, Real
+from ...arrays import Complex, Index, Real
 from ...maps.distortion import weighted_quantile
 from ...plane import triangle_areas
 from ..minimise.energy import NO_SLOTS, Objective, RestShapes, energy_of
 from .metric import PLANES, Metrics, rest_geometry
+
+MOST_DILATED, HALVINGS = 1e6, 30  # where the least dilatation is looked for, on a logarithmic scale
 
 
 def derivatives(
@@ -36,23 +38,30 @@ def stretches(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -
     return large / small, np.maximum(large, 1 / small), large * small
 
 
-def forced(z: Complex, u: Complex, faces: Index, border: int, dilatation: float) -> Flags:
-    """(m,) triangles at vertices of the outline, the first `border` ones, where the angles inside leave no piecewise
-    linear map a dilatation so small: it takes a triangle's angle α to between 2 atan(tan(α/2) / K) and
-    2 atan(K tan(α/2)), which have to sum up to the angle of the image."""
+def least_dilatations(z: Complex, u: Complex, faces: Index, border: int) -> Real:
+    """(m,) the least dilatation that triangles at a vertex of the outline, the first `border` ones, can all have, by
+    the angles inside; 1 elsewhere. With dilatation K a triangle's angle α becomes one between 2 atan(tan(α/2) / K) and
+    2 atan(K tan(α/2)), and these have to sum up to the angle of the image."""
+    beside = np.flatnonzero((faces < border).any(axis=1))
+    near = faces[beside]
 
     def angles(w: Complex) -> Real:
-        corners = w[faces]
+        corners = w[near]
         return np.angle((np.roll(corners, 1, 1) - corners) / (np.roll(corners, -1, 1) - corners))
 
     def around(values: Real) -> Real:
-        return np.bincount(faces.ravel(), values.ravel(), z.size)
+        return np.bincount(near.ravel(), values.ravel(), z.size)[:border]
 
     half, found = np.tan(0.5 * angles(z)), around(angles(u))
-    beyond = found > around(2 * np.arctan(dilatation * half))
-    beyond |= found < around(2 * np.arctan(half / dilatation))
-    beyond[border:] = False
-    return beyond[faces].any(axis=1)
+    low, high = np.zeros(border), np.full(border, np.log(MOST_DILATED))
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        k = np.append(np.exp(middle), np.ones(z.size - border))[near]
+        can = (found <= around(2 * np.arctan(k * half))) & (found >= around(2 * np.arctan(half / k)))
+        low, high = np.where(can, low, middle), np.where(can, middle, high)
+    least = np.ones(len(faces))
+    least[beside] = np.append(np.exp(low), np.ones(z.size - border))[near].max(axis=1)
+    return least
 
 
 def stretch_quantile(z: Complex, u: Complex, faces: Index, share: float) -> float:

@@ -11,7 +11,7 @@ from ..errors import Stuck
 from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.discrete_map import DiscreteMap
-from ..model.measures import forced, stretches
+from ..model.measures import least_dilatations, stretches
 from ..model.metric import PLANES, Metrics
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
@@ -101,14 +101,16 @@ def meet_bounds_by(
     are left as they are. Where the bounds cannot be met it is the map of the least excess.
     """
     state = descent(state, POWER)
-    found, least, weights = state, np.inf, np.ones(len(state.faces))
+    found, nearest, weights = state, np.inf, np.ones(len(state.faces))
+    bound = min(settings.max_dilatation or np.inf, (settings.max_stretch or np.inf) ** 2)
     for _ in progress.counted("last map, bounds", range(BOUND_ROUNDS if settings.bounded else 0)):
-        over = _movable_excesses(state, settings, scale(state))
-        if over.max() < least:
-            found, least = state, over.max()
-        if least <= 1:
-            break
-        weights = np.maximum(1, weights * (over / BOUND_AIM) ** POWER)
+        over, least = _excesses_and_least(state, settings, scale(state))
+        movable = np.where(least <= bound, over, 0)
+        if movable.max() <= 1:
+            return state
+        if over.max() < nearest:
+            found, nearest = state, over.max()
+        weights = np.maximum(1, weights * (movable / BOUND_AIM) ** POWER)
         state = replace(descent(replace(state, multipliers=weights), POWER), multipliers=None)
     return found
 
@@ -132,15 +134,14 @@ def refine_pinned(level: Level, state: Meshed, problem: UnitProblem, sizes: Size
     return refine(level, state, sizes)
 
 
-def _movable_excesses(state: DiscreteMap, settings: Settings, scale: float) -> Real:
-    """(m,) the same as `excesses`, but 0 in voids, and at corners of the outlines whose angles do not allow less."""
+def _excesses_and_least(state: DiscreteMap, settings: Settings, scale: float) -> tuple[Real, Real]:
+    """(m,) `excesses`, 0 in voids, and the least dilatations that the outlines' angles allow."""
     over = excesses(state.z, state.u / scale, state.faces, settings, state.metrics)
     if state.weights is not None:
         over[state.weights != 1] = 0
-    if state.metrics == PLANES:
-        most = min(settings.max_dilatation or np.inf, (settings.max_stretch or np.inf) ** 2)
-        over[forced(state.z, state.u, state.faces, state.border, most)] = 0
-    return over
+    if state.metrics != PLANES:
+        return over, np.ones(over.size)
+    return over, least_dilatations(state.z, state.u, state.faces, state.border)
 
 
 def excesses(z: Complex, u: Complex, faces: Index, settings: Settings, metrics: Metrics = PLANES) -> Real:

@@ -153,6 +153,23 @@ def test_the_turn_asked_for_is_made():
     assert found.turn == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.parametrize("fit", ["auto", "contain", "cover"])
+@pytest.mark.parametrize("turn", [0, 45, 90])
+def test_a_turn_asked_for_is_kept_or_told(fit, turn):
+    """A flag onto itself turned by a right angle, in whole or in part."""
+    found = iccm.fit(FLAG, 1j * FLAG.z, turn=turn, fit=fit)
+    told = [note for note in found.notes if "turned by" in note]
+    away = abs(found.distortion.turn - turn)
+    assert bool(told) == (away > 20) and all(f"though {turn} were asked for" in note for note in told)
+    assert turn < 90 or away < 1e-3
+
+
+def test_pins_that_turn_a_picture_otherwise_than_asked_are_told():
+    pins = np.array([0.6 + 1j, 2 + 1j])
+    found = iccm.fit(FLAG, FLAG, pins=np.stack([pins, pins], axis=1), turn=60)
+    assert abs(found.distortion.turn) < 5 and "though 60 were asked for" in found.notes[-1]
+
+
 def test_a_finer_tolerance_is_met():
     fine = solve(BLOB, DISC, replace(SMALL, tolerance=1e-4))
     assert max(fine.gap, fine.source_gap) <= 1e-4
