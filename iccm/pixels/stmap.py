@@ -78,6 +78,13 @@ def st_of(placing: Placing, z: Complex) -> Real:
     return np.column_stack([xy[:, 0], 1 - xy[:, 1]])
 
 
+def point_of(lying: Texture, st: Real) -> Complex:
+    """(p,) points of the source's plane from s and t (p, 2): the other way round, in a texture that lies flat."""
+    low, size = lying.box[0], lying.box[1] - lying.box[0]
+    z, middle = low + st[:, 0] * size.real + 1j * st[:, 1] * size.imag, low + size / 2
+    return middle + (z - middle) * lying.turn
+
+
 def transform(st: NDArray, box: Box, canvas: Canvas) -> Transform:
     """The map whose STMap this is: on the triangles between pixel centres, but where one is empty or a seam runs. Up
     to a pixel outside of them the nearest point counts, farther out there is none.

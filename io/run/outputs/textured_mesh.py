@@ -17,8 +17,9 @@ from ....maps.extended_inverse import ExtendedInverse
 from ....maps.triangulated.map import TriangulatedMap
 from ....meshes import layout
 from ....meshes.locate import barycentric
-from ....pixels.stmap import st_of
+from ....pixels.stmap import point_of, st_of
 from ....pixels.texture import Texture
+from ....surfaces.as_written import Written
 from ....surfaces.boundary_slivers import with_room
 from ... import formats
 from ...materials import carried_maps
@@ -26,12 +27,14 @@ from ...meshes import mesh_files, obj_materials
 from ...shapes.mesh_parts import join
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
+from .. import parts
 from ..framing import placing_options
 from ..job import Job
 from ..state import Run
 from .baked import Parts, parts_of
 from .output import Output
 
+COARSE = 10  # tolerances: an outline farther off between vertices is told
 SAME = 1e-6  # of the source's diagonal: points this close are the same
 
 
@@ -93,8 +96,25 @@ class TexturedMesh(Output):
             figures = new_uvs(parts_of(run), lying, path, name=name, **options)
         for note in figures.pop("material_notes"):
             run.note(note)
+        _measure(run, figures.pop("measured"))
         before = run.figures.get("also_written", [])
         run.figures |= figures | {"also_written": [*before, *figures["also_written"]]}
+
+
+def _measure(run: Run, measured: list[Written]) -> None:
+    """Report what the written coordinates of each part are, and note what the map behind them does not show."""
+    whole, own = run.fit_report, [each.report() for each in measured]
+    for found, figures in zip(whole.get("parts", []), own):
+        found |= {key: found[key] | value for key, value in figures.items() if key in found}
+    for figures in own[:1]:
+        whole |= {key: whole[key] | value for key, value in figures.items()}
+    for pair, fit, each in zip(run.pairs, run.fits, measured):
+        if (gap := each.boundary["hausdorff"]) > COARSE * run.job.tolerance:
+            said = f"between vertices of the mesh the outline is missed by {gap:.1%} of its diagonal"
+            run.note(parts.label(pair, f"{said}: the mesh is too coarse for it (boundary)"))
+        if fit.distortion.strain is None and (strain := each.distortion.strain):
+            said = "in its coordinates as written lengths change by more than {:.1f} times on 5 %, and by {:.0f} times"
+            run.note(parts.label(pair, f"{said} as much one way as the other (stretch)".format(*strain)))
 
 
 def _shown_texture(run: Run) -> Path | bytes | None:
@@ -156,7 +176,7 @@ def new_uvs(
         _uv_of(source, lying, _pull_back(part, map, pull), part, threads)
         for (part, map, source), pull in zip(parts, pulls)
     ]
-    figures: dict[str, Any] = {}
+    figures: dict[str, Any] = {"measured": []}
     corners, triangles = target.corners
     uv, faces = _joined(found)
     corners[target.flattening.patch.corner] = faces
@@ -184,6 +204,10 @@ def new_uvs(
             missing = [*missing, f"{name}: {said}; --bake makes a picture without seams"]
     else:  # a mesh's own layout may have mirrored charts
         rounded, patch = mesh_files.as_written(uv, name), target.flattening.patch
+        points = np.split(point_of(lying, rounded), np.cumsum([len(each.uv) for each in found])[:-1])
+        figures["measured"] = [
+            Written.of(z, part.flattening, source.curve) for z, (part, _, source) in zip(points, parts)
+        ]
         figures |= {"uv": layout.turned_over(rounded[faces]), "concave_polygons": concave(rounded, patch)}
         if count := figures["concave_polygons"]:
             missing = [*missing, f"{name}: {not_convex(count)}"]
