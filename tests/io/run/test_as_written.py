@@ -1,0 +1,68 @@
+"""The figures of a mesh that is written, against those of the numbers in its file."""
+
+import json
+
+import numpy as np
+import pytest
+import shapely
+
+N = 4
+
+
+def hill(path):
+    """An OBJ of triangles over the unit square, whose rim has four edges a side."""
+    x, y = (each.ravel() for each in np.meshgrid(np.linspace(0, 1, N + 1), np.linspace(0, 1, N + 1)))
+    k = np.arange(1, (N + 1) ** 2 + 1).reshape(N + 1, N + 1)
+    a, b, c, d = (each.ravel() for each in (k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]))
+    rows = [f"v {p} {q} {0.4 * np.sin(3 * p) * q}" for p, q in zip(x, y)]
+    path.write_text(
+        "\n".join([*rows, *(f"f {p} {q} {r}\nf {p} {r} {s}" for p, q, r, s in zip(a, b, c, d)), ""])
+    )
+
+
+def written(path):
+    """(m, 3, 3) corners of triangles in space, (m, 3, 2) texture coordinates, and the rim of these in order."""
+    lines = [line.split() for line in path.read_text().splitlines()]
+    v, vt = (np.array([line[1:] for line in lines if line[:1] == [word]], float) for word in ("v", "vt"))
+    corners = np.array([[c.split("/")[:2] for c in line[1:]] for line in lines if line[:1] == ["f"]], int) - 1
+    half = {tuple(edge) for t in corners[..., 1] for edge in zip(t, np.roll(t, -1))}
+    after = {a: b for a, b in half if (b, a) not in half}
+    rim = [min(after)]
+    while (step := after[rim[-1]]) != rim[0]:
+        rim.append(step)
+    return v[corners[..., 0]], vt[corners[..., 1]], vt[rim]
+
+
+def quantile(values, weights, share):
+    order = np.argsort(values)
+    summed = np.cumsum(weights[order])
+    return values[order][np.searchsorted(summed, share * summed[-1])]
+
+
+def test_figures_are_those_of_the_file(shapes, iccm):
+    hill(shapes / "hill.obj")
+    done = iccm("map", "disk.svg", "hill.obj", "-o", "o.obj", "--report", "r.json")
+    report = json.loads((shapes / "r.json").read_text())
+    space, uv, rim = written(shapes / "o.obj")
+    e, d = (
+        np.stack([each[:, 1] - each[:, 0], each[:, 2] - each[:, 0]], axis=-1) for each in (space, 100 * uv)
+    )
+    area = np.linalg.norm(np.cross(e[..., 0], e[..., 1]), axis=1) / 2
+    major, minor = np.linalg.svd(e @ np.linalg.inv(d), compute_uv=False).T
+    scale = np.sqrt(area.sum() / (np.abs(np.linalg.det(d)).sum() / 2))
+    dilatation, stretch = major / minor, np.maximum(major / scale, scale / minor)
+    for name, share in (("median", 0.5), ("p95", 0.95), ("max", 1.0)):
+        assert report["dilatation"][name] == pytest.approx(quantile(dilatation, area, share), rel=1e-6)
+    assert report["stretch"]["p95"] == pytest.approx(quantile(stretch, area, 0.95), rel=1e-6)
+    near = np.sqrt(major * minor) / scale
+    assert report["scale"]["within2"] == pytest.approx(area[(near < 2) & (near > 0.5)].sum() / area.sum())
+    circle = shapely.Point(50, 50).buffer(40, quad_segs=256).exterior
+    chords = shapely.LinearRing(100 * rim)
+    gap = max(
+        shapely.distance(shapely.points(np.array(a.segmentize(0.1).coords)), b).max()
+        for a, b in ((chords, circle), (circle, chords))
+    ) / np.hypot(80, 80)
+    assert report["boundary"]["hausdorff"] == pytest.approx(gap, rel=0.02)
+    assert gap > 0.01
+    assert "the mesh is too coarse for it (boundary)" in done.err
+    assert done.code == 0
