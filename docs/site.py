@@ -48,11 +48,16 @@ def _row(name: str, hint: Any, option: options.Option) -> str:
     ]
     value = option.metavar or "|".join(choices) or ("" if hint is bool else "N")
     names = [f"--{name.replace('_', '-')}", *filter(None, [option.short])]
-    shown = " ".join([", ".join(reversed(names)), value]).strip().replace("|", r"\|")
-    text = option.help.replace("|", r"\|").replace("<", "&lt;")
+    shown = " ".join([", ".join(reversed(names)), value]).strip()
+    text = option.help
     if option.default not in (None, (), False) and "[default" not in text:
         text += f"  [default: {option.default}]"
-    return f"| `{shown}` | {text} |"
+    return f"| <code>{_escaped(shown)}</code> | {_escaped(text)} |"
+
+
+def _escaped(text: str) -> str:
+    """Text in a cell, as it stands."""
+    return "".join(f"&#{ord(c)};" if c in "|<>&*_`[]" else c for c in text)
 
 
 def commands() -> str:

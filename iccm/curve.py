@@ -21,6 +21,12 @@ class Curve:
     Attributes:
         z: (n,) complex vertices; a closed curve does not repeat the first one.
         closed: whether the last vertex joins the first.
+
+    >>> square = Curve.domain([0, 2, 2 + 2j, 2j])
+    >>> float(square.area), float(square.length), square.closed
+    (4.0, 8.0, True)
+    >>> square.contains(np.array([1 + 1j, 3 + 1j]))
+    array([ True, False])
     """
 
     z: Complex

@@ -167,6 +167,12 @@ def deform(
 
     Raises:
         InputError: as `fit`; no pins and no strokes.
+
+    >>> import numpy as np
+    >>> bar = np.array([0, 4, 4 + 1j, 1j])
+    >>> bent = deform(bar, pins=[(0.5 + 0.5j, 0.5 + 0.5j), (3.5 + 0.5j, 3 + 2j)])
+    >>> bent.status.ok, complex(np.round(bent.map(3.5 + 0.5j), 6))
+    (True, (3+2j))
     """
     settings = _options(deform, options)
     reach = ON_OUTLINE if settings.is_balanced else NEAR

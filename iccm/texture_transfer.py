@@ -102,6 +102,12 @@ def transfer(
     Raises:
         InputError: as `iccm.fit`; pixels of another type or shape, a size or a box without area, an unknown filter,
             kind, edge or encoding, normals without three channels.
+
+    >>> from iccm import checkerboard
+    >>> square = np.array([0, 1, 1 + 1j, 1j])
+    >>> carried = transfer(checkerboard(64), square, 2 * square.real + 1j * square.imag, size=32)
+    >>> carried.pixels.shape, carried.fit.status.ok
+    ((16, 32, 4), True)
     """
     solve.refuse_unknown(transfer, options, passed_to=solve.fit)
     source, target = as_domain(source, "source"), as_domain(target, "target")
@@ -130,6 +136,11 @@ def warp(
     """A texture through a map that is there, of `iccm.fit` or `iccm.deform`; arguments and errors as for `transfer`.
 
     By default the picture of a deformation shows the bounding box of the moved shape.
+
+    >>> from iccm import checkerboard, fit
+    >>> square = np.array([0, 1, 1 + 1j, 1j])
+    >>> warp(fit(square, 3 * square), checkerboard(64), size=(16, 8)).box
+    ((-1.5+0j), (4.5+3j))
     """
     outlines = [loop.z for loop in (fit.source, *fit.source_holes)]
     sampler = _sampler(
@@ -178,6 +189,10 @@ def from_stmap(st: ArrayLike, *, texture_box: Box = (0j, 1 + 1j), target_box: Bo
 
     Raises:
         InputError: another shape, no pixels that say where they come from, a box without area.
+
+    >>> st = np.stack(np.meshgrid((np.arange(64) + 0.5) / 64, (63.5 - np.arange(64)) / 64), axis=-1)
+    >>> complex(np.round(from_stmap(st)(0.25 + 0.5j), 3))
+    (16+32j)
     """
     stored = np.asarray(st)
     if stored.ndim != 3 or stored.shape[2] < 2 or stored.dtype.kind != "f":

@@ -90,7 +90,7 @@ def test_tables_of_options_have_every_option_once():
     from iccm.io.options import of_command
 
     for command in ("map", "apply", "batch"):
-        names = re.findall(r"^\| `(?:-\w, )?--([\w-]+)", SITE.options_of(command), re.MULTILINE)
+        names = re.findall(r"^\| <code>(?:-\w, )?--([\w-]+)", SITE.options_of(command), re.MULTILINE)
         assert sorted(names) == sorted(name.replace("_", "-") for name in of_command(command))
 
 

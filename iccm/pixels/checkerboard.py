@@ -13,6 +13,9 @@ def checkerboard(size: int = 1024, cells: int = 8) -> NDArray[np.uint8]:
     """(size, size, 3) sRGB picture of cells × cells numbered squares, 0 at the top left, row by row.
 
     Digits show a mirror or a turn at once; hue runs along x and lightness along y, so that a place is known by colour.
+
+    >>> checkerboard(64, cells=4).shape
+    (64, 64, 3)
     """
     edges = np.round(np.linspace(0, size, cells + 1)).astype(int)
     out = np.empty((size, size, 3), dtype=np.uint8)

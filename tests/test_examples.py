@@ -1,0 +1,24 @@
+"""Every public function and class has an example, and examples say what comes out."""
+
+import doctest
+import inspect
+
+import numpy as np
+import pytest
+
+import iccm
+
+WITHOUT = {"HarmonicMap", "TriangulatedMap", "Transfer", "Status", "IccmError", "InputError"}
+"""What users are given by the functions, and do not make."""
+PUBLIC = [name for name in iccm.__all__ if name not in WITHOUT]
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_the_examples_of(name):
+    thing = getattr(iccm, name)
+    module = inspect.getmodule(inspect.unwrap(thing))
+    finder = doctest.DocTestFinder(recurse=False)
+    examples = [test for test in finder.find(thing, name, globs=vars(module) | {"np": np}) if test.examples]
+    assert examples, "no example"
+    for test in examples:
+        assert doctest.DocTestRunner().run(test).failed == 0
