@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
@@ -23,6 +23,7 @@ class Scene(_Message):
     strokes: list[Stroke] = Field(default=[], max_length=limits.PAGE_STROKES)
     balance: float = Field(default=1.0, gt=0, le=limits.BALANCE)
     turn: float | Literal["any"] = 0.0
+    fit: Literal["whole", "contain", "cover", "auto"] = "whole"
 
     @model_validator(mode="after")
     def _short(self) -> Scene:
@@ -30,6 +31,16 @@ class Scene(_Message):
         if any(len(line) > limits.PAGE_POINTS for line in lines):
             raise ValueError(f"a stroke has more than {limits.PAGE_POINTS} points")
         return self
+
+    @property
+    def constrained(self) -> bool:
+        """Whether there are pins or strokes."""
+        return bool(self.pins or self.strokes)
+
+    @property
+    def whole(self) -> bool:
+        """Whether whole outlines go onto each other for certain, so that maps may be gone on from."""
+        return self.fit == "whole" or (self.fit == "auto" and self.constrained)
 
     @property
     def key(self) -> str:
@@ -113,14 +124,14 @@ def read(text: str) -> Message:
         raise InputError(f"not understood: {_first(error)}") from None
 
 
-def scene_of(pins: list[Pin], strokes: list[Stroke], balance: float, turn: float | str) -> Scene:
-    """A scene that was not made on the page.
+def scene_of(pins: list[Pin], strokes: list[Stroke], **how: Any) -> Scene:
+    """A scene that was not made on the page; `how` the map is to be.
 
     Raises:
         InputError: it could not be.
     """
     try:
-        return Scene.model_validate({"pins": pins, "strokes": strokes, "balance": balance, "turn": turn})
+        return Scene.model_validate({"pins": pins, "strokes": strokes, **how})
     except ValidationError as error:
         raise InputError(f"iccm edit: {_first(error)}") from None
 

@@ -25,7 +25,7 @@ from . import drawn
 from .messages import Scene
 from .session import Session, stem
 
-ANSWERED = ("pin", "constraints", "balance", "turn", "force", "output", "stmap", "size")
+ANSWERED = ("pin", "constraints", "balance", "turn", "fit", "force", "output", "stmap", "size")
 """Fields of the job that the scene, or the page, says."""
 
 
@@ -177,6 +177,8 @@ def job_of(session: Session, scene: Scene, **more: Any) -> Job:
         InputError: as `make`.
     """
     given = session.job.model_dump(exclude_defaults=True, exclude=set(ANSWERED))
+    plain = scene.fit == "auto" or (scene.constrained and scene.fit == "whole")  # as it is without the option
+    given |= {} if plain else {"fit": scene.fit}
     return make({**given, "balance": scene.balance, "turn": scene.turn, **more})
 
 

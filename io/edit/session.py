@@ -212,9 +212,9 @@ class Session:
             return None
 
     def _before(self, scene: Scene) -> TriangulatedMap | None:
-        """The map that follows, or the last one at rest. Without pins, or turned, none."""
+        """The map that follows, or the last one at rest. Without pins, turned, or of parts of the shapes, none."""
         fit, last = self._fit, self._last[0]
-        if fit is None or not (scene.pins or scene.strokes) or scene.turn != last.turn:
+        if fit is None or not (scene.constrained and scene.whole and last.whole) or scene.turn != last.turn:
             return None
         if self._live is None and scene.balance == last.balance:
             return fit.map  # type: ignore[return-value]
@@ -235,8 +235,7 @@ class Session:
     def _fit_scene(self, scene: Scene, start: TriangulatedMap | None) -> tuple[Fit, dict[str, Any]]:
         """The fit, as `iccm map` makes it, and its report."""
         pins, strokes = self.core(scene)
-        given: dict[str, Any] = {"fit": "whole"} if scene.balance else {}
-        given |= self.job.solver | {"balance": scene.balance, "turn": scene.turn}
+        given = self.job.solver | {"balance": scene.balance, "turn": scene.turn, "fit": scene.fit}
         given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
         said: list[str] = []
         given |= {} if start is None else {"start": start}
@@ -260,7 +259,9 @@ class Session:
         return shown
 
     def follow(self, scene: Scene) -> Shown:
-        """The coarse map, continued from the last one."""
+        """The coarse map, continued from the last one; where only parts of the shapes correspond there is none."""
+        if not (scene.whole and self._last[0].whole):
+            return Shown("coarse", True, "The map follows when you let go: parts of the shapes are left out.")
         try:
             with one_thread():
                 pins, strokes = self.core(scene)
@@ -328,7 +329,7 @@ class Session:
 
 
 def _dumped(scene: Scene | None) -> dict[str, Any] | None:
-    return scene and scene.model_dump(mode="json")
+    return None if scene is None else scene.model_dump(mode="json")
 
 
 def _scene(job: Job, source: Shape, target: Shape, listed: Listed) -> Scene:
@@ -350,7 +351,7 @@ def _scene(job: Job, source: Shape, target: Shape, listed: Listed) -> Scene:
     typed = [Pin(source=start, target=end) for start, end in job.pin]
     pins += [_on_surface(pin, source, target) for pin in [*listed.all_pins, *typed]]
     strokes += [_on_surface(stroke, source, target) for stroke in listed.strokes]
-    return scene_of(pins, strokes, job.balance, job.turn)
+    return scene_of(pins, strokes, balance=job.balance, turn=job.turn)
 
 
 def _on_surface(entry: Any, source: Shape, target: Shape) -> Any:

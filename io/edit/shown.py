@@ -15,6 +15,7 @@ from ...result import Fit
 from ..run.report import as_json
 from .messages import Scene
 
+LOST = ("left_out", "uncovered")  # of partial maps
 MISSED = 1e-6  # of the target's diagonal; pins that are met are met to 1e-9
 MISSED_STROKE = 1e-3  # likewise, of strokes, which lie on theirs to 2e-4
 
@@ -51,7 +52,7 @@ class Shown:
 def figures(report: dict[str, Any]) -> dict[str, Any]:
     """What the page shows of a report."""
     names = ("status", "boundary", "stretch", "dilatation", "scale", "turn", "injective", "notes")
-    return {name: report[name] for name in names}
+    return {name: report[name] for name in (*names, *(n for n in LOST if n in report))}
 
 
 def verdict(fit: Fit, report: dict[str, Any]) -> str:

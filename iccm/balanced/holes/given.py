@@ -59,6 +59,9 @@ class Holes:
 
 NONE = Holes()
 ON_RIM = 1e-3  # of the diagonal: what is this close to a hole touches its outline
+FOLLOWED = (
+    0.05  # of its diagonal: so close to a hole is its outline in a map, which follows small ones less closely
+)
 
 
 def named_partners(
@@ -102,7 +105,7 @@ def _which(holes: Sequence[Curve], z: Complex) -> Index:
 def which(z: Complex, holes: Sequence[Curve]) -> int:
     """The hole on whose outline points lie, -1 for none."""
     for number, hole in enumerate(holes):
-        if np.abs(hole.at(hole.closest(z)) - z).max() < ON_RIM * hole.diagonal:
+        if np.abs(hole.at(hole.closest(z)) - z).max() < FOLLOWED * hole.diagonal:
             return number
     return -1
 

@@ -122,6 +122,7 @@ async function begin(hello) {
     look(hello);
     $('own').disabled = $('blink').disabled = !panes.source.own && !panes.target.own;
     own($('own').value);
+    $('how').disabled = hello.source.mesh || hello.target.mesh;
     notes([]);
     Object.assign($('file'), {value: hello.constraints});
     Object.assign($('picture'), {value: hello.picture});
@@ -171,8 +172,17 @@ function refresh() {
   $('any').checked = $('turn').disabled = scene.turn === 'any';
   if (scene.turn !== 'any') $('turn').value = scene.turn;
   $('turn-value').value = scene.turn === 'any' ? 'any' : `${scene.turn}°`;
+  $('how').value = scene.fit;
+  $('how-hint').textContent = hints[scene.fit];
   document.body.classList.toggle('dirty', dirty());
 }
+
+const hints = {
+  whole: 'every outline onto its partner’s, limbs and bays as well',
+  contain: 'bays of the source open where the target has none; the map follows when you let go',
+  cover: 'what the target has no room for is left out; the map follows when you let go',
+  auto: 'without pins the cheapest of the others; with pins whole outlines',
+};
 
 // ---------------------------------------------------------------- what happens on the shapes and in the list
 
@@ -268,6 +278,7 @@ $('undo').onclick = () => travel(-1);
 $('redo').onclick = () => travel(1);
 $('fit').onclick = () => Object.values(panes).forEach((pane) => pane.showAll());
 for (const name of ['grid', 'stretch']) $(name).onchange = (event) => overlay(name, event.target.checked);
+$('how').onchange = () => { scene.fit = $('how').value; commit(); };
 $('balance').oninput = () => { scene.balance = Number((10 ** $('balance').value).toFixed(2)); ask('follow'); refresh(); };
 $('balance').onchange = () => commit();
 $('turn').oninput = () => { scene.turn = Number($('turn').value); ask('solve'); refresh(); };

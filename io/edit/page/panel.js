@@ -46,15 +46,17 @@ function blank() {
 
 /** The figures of a map; those of a coarse one are not the last word. */
 export function figures(body, kind, found) {
-  const {stretch, dilatation, scale, boundary, injective, turn} = found;
+  const {stretch, dilatation, scale, boundary, injective, turn, left_out: lost, uncovered} = found;
+  const percent = (share) => `${(100 * share).toFixed(1)} %`;
   const rows = [
     ['stretch', 'half, 95 %, largest', stretch && [stretch.p50, stretch.p95, stretch.max].map(number).join('   ')],
     ['dilatation', 'half, 95 %, largest', dilatation && [dilatation.median, dilatation.p95, dilatation.max].map(number).join('   ')],
-    ['scale', 'within a factor of 2', scale && `${(100 * scale.within2).toFixed(1)} %`],
+    ['scale', 'within a factor of 2', scale && percent(scale.within2)],
     ['turn', 'counter-clockwise', turn === undefined ? null : `${turn.toFixed(1)}°`],
     ['outline', 'off, of the diagonal', boundary ? boundary.hausdorff.toExponential(1) : null],
     ['one-to-one', 'certified share', injective ? (injective.certified ? `${(100 * injective.share).toFixed(2)} %` : 'not certified') : null],
   ];
+  if (lost !== undefined) rows.push(['left out', 'of the source', percent(lost)], ['uncovered', 'of the target', percent(uncovered)]);
   body.replaceChildren(...rows.map(([name, hint, value]) => {
     const row = document.createElement('tr'), head = document.createElement('th'), cell = document.createElement('td');
     head.textContent = name;

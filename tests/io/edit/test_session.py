@@ -11,6 +11,7 @@ from iccm.io.edit import saving
 from iccm.io.edit.messages import Scene, read
 from iccm.io.edit.scene import PageHalf
 from iccm.io.edit.session import Session
+from iccm.io.edit.shown import LOST
 from iccm.io.pictures import image_files
 from iccm.io.run.job import make
 
@@ -257,3 +258,32 @@ def test_wrong_inputs_are_told_at_once(shapes, job, said):
 def test_what_is_no_message_is_refused(text):
     with pytest.raises(InputError, match="not understood"):
         read(text)
+
+
+LIMB = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="M10 40H45V2H55V40H90V90H10Z"/></svg>'
+
+
+@pytest.mark.parametrize(
+    ("fit", "pair", "lost"),
+    [
+        ("whole", ("limb", "square"), set()),
+        ("contain", ("limb", "square"), {"uncovered"}),
+        ("cover", ("square", "limb"), {"left_out"}),
+        ("auto", ("limb", "square"), {"uncovered"}),
+    ],
+)
+def test_parts_may_be_left_out_and_the_command_says_so(shapes, shell, fit, pair, lost):
+    """A block with a long limb, beside which bays are, and a square."""
+    (shapes / "limb.svg").write_text(LIMB)
+    edited = session(source=f"{pair[0]}.svg", target=f"{pair[1]}.svg")
+    wanted = scene(fit=fit)
+    full = edited.solve(wanted)
+    assert full.kind == "full" and {key for key in LOST if full.figures.get(key, 0) > 1e-3} == lost
+    saving.export(edited, wanted, "shown.png", 100, replace=False)
+    done = shell(f"{saving.command(edited, wanted)} --size 100")
+    assert (shapes / "shown.png").read_bytes() == (shapes / f"{pair[0]}-{pair[1]}.png").read_bytes(), (
+        done.stderr
+    )
+    pins = scene({"source": [50, 60], "target": [50, 65]}, fit=fit)
+    assert edited.follow(pins).kind == "coarse"
+    assert edited.solve(pins).kind == "full" and not edited.solve(pins).wrong["pins"]
