@@ -9,6 +9,7 @@ import json
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -101,23 +102,27 @@ class Gltf:
             return bytes(self.views[said["bufferView"]])
         return _content(self.path, said["uri"]) if "uri" in said else None
 
-    def placed(self, mesh: int) -> Real:
-        """(4, 4) where the first node that shows a mesh puts it; as it is, if none does."""
+    @cached_property
+    def nodes(self) -> dict[int, Real]:
+        """(4, 4) where each node of the scene is, by its number, in the order of the scene."""
         nodes, scenes = self.tree.get("nodes", []), self.tree.get("scenes", [])
         roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
         waiting = [(node, np.eye(4)) for node in reversed(roots)]
-        seen: set[int] = set()
+        found = dict[int, Real]()
         while waiting:
             number, above = waiting.pop()
-            if number in seen:
-                continue
-            seen.add(number)
-            node = nodes[number]
-            matrix = above @ _matrix(node)
-            if node.get("mesh") == mesh:
-                return matrix
-            waiting += [(child, matrix) for child in reversed(node.get("children", []))]
-        return np.eye(4)
+            if number not in found:
+                found[number] = matrix = above @ _matrix(nodes[number])
+                waiting += [(child, matrix) for child in reversed(nodes[number].get("children", []))]
+        return found
+
+    def pose(self, skin: int) -> Real:
+        """(j, 4, 4) how the joints of a skin move the vertices that are bound to them."""
+        said = self.tree["skins"][skin]
+        joints = np.array([self.nodes.get(joint, np.eye(4)) for joint in said["joints"]])
+        if "inverseBindMatrices" not in said:
+            return joints
+        return joints @ self.floats(said["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,33 +174,52 @@ class Primitive:
             return np.column_stack([np.full(max(flat.size - 2, 0), flat[0]), flat[1:-1], flat[2:]])
         return flat.reshape(-1, 3)
 
+    @cached_property
+    def placed(self) -> Real:
+        """(4, 4), or (n, 4, 4) of its vertices where joints move them, where the first node that shows it puts it.
+
+        Khronos, *glTF 2.0*, §3.7.3.3: of a node with a skin its own place does not count.
+        """
+        document, shown = self.document, None
+        for number, matrix in document.nodes.items():
+            node = document.tree["nodes"][number]
+            if node.get("mesh") == self.mesh:
+                shown = node, matrix
+                break
+        if shown is None:
+            return np.eye(4)
+        sets = range(sum(name.startswith("JOINTS_") for name in self.attributes))
+        if "skin" not in shown[0] or not sets:
+            return shown[1]
+        joints = np.hstack([document.values(self.attributes[f"JOINTS_{k}"]) for k in sets])
+        weights = np.hstack([document.floats(self.attributes[f"WEIGHTS_{k}"]) for k in sets])
+        total = weights.sum(axis=1, keepdims=True)
+        weights = np.where(total > 0, weights / np.maximum(total, 1e-300), 1 / weights.shape[1])
+        return np.einsum("nk,nkij->nij", weights, document.pose(shown[0]["skin"])[joints])
+
     @property
     def points(self) -> Real:
-        """(n, 3) its vertices where the first node that shows it puts them."""
-        placed = self.document.placed(self.mesh)
-        return self.document.floats(self.attributes["POSITION"]) @ placed[:3, :3].T + placed[:3, 3]
+        """(n, 3) its vertices in the scene."""
+        return self._turned(self.placed, "POSITION") + self.placed[..., :3, 3]
 
     @property
     def normals(self) -> Real | None:
-        """(n, 3) unit normals of its vertices, turned as the first node turns it, or None."""
-        if "NORMAL" not in self.attributes:
-            return None
-        placed = self.document.placed(self.mesh)[:3, :3]
-        turned = self.document.floats(self.attributes["NORMAL"]) @ _cofactors(placed).T
-        return turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-300)
+        """(n, 3) unit normals of its vertices in the scene, or None."""
+        return _unit(self._turned(_cofactors(self.placed), "NORMAL")) if "NORMAL" in self.attributes else None
 
     @property
     def tangents(self) -> Real | None:
-        """(n, 4) tangents of its vertices, turned as the first node turns it, and the side of bitangents; or None."""
+        """(n, 4) tangents of its vertices in the scene, and the side of bitangents; or None."""
         if "TANGENT" not in self.attributes:
             return None
-        placed, values = (
-            self.document.placed(self.mesh)[:3, :3],
-            self.document.floats(self.attributes["TANGENT"]),
-        )
-        along = values[:, :3] @ placed.T
-        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
-        return np.column_stack([along, values[:, 3] * np.sign(np.linalg.det(placed) or 1.0)])
+        side = self.document.floats(self.attributes["TANGENT"])[:, 3]
+        mirrored = np.where(np.linalg.det(self.placed[..., :3, :3]) < 0, -1.0, 1.0)
+        return np.column_stack([_unit(self._turned(self.placed, "TANGENT")), side * mirrored])
+
+    def _turned(self, matrices: Real, name: str) -> Real:
+        """(n, 3) vectors of an attribute by matrices (…, 3, 3), or the like parts of larger ones."""
+        vectors = self.document.floats(self.attributes[name])[:, :3]
+        return np.einsum("...ij,...j->...i", matrices[..., :3, :3], vectors)
 
     def uv(self, info: dict[str, Any]) -> Real | None:
         """(n, 2) texture coordinates, v up, of what a `textureInfo` shows, its transform made; or None."""
@@ -362,8 +386,12 @@ def _matrix(node: dict) -> Real:
     return made
 
 
-def _cofactors(matrix: Real) -> Real:
-    """What normals are multiplied by: the inverse transposed, up to a positive factor."""
-    a, b, c = matrix.T
-    made = np.column_stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])
-    return made * np.sign(np.linalg.det(matrix) or 1.0)
+def _cofactors(matrices: Real) -> Real:
+    """(…, 3, 3) what normals are multiplied by: the inverse transposed, up to a positive factor."""
+    a, b, c = np.moveaxis(matrices[..., :3, :3], -1, 0)
+    made = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
+    return made * np.where(np.linalg.det(matrices[..., :3, :3]) < 0, -1.0, 1.0)[..., None, None]
+
+
+def _unit(vectors: Real) -> Real:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)

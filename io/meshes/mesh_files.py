@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Index, Real, distinct_rows
 from ...errors import InputError
-from ...meshes.mesh import Mesh, merge
+from ...meshes.mesh import Mesh, face_areas, merge
 from ...pixels.texture import REPEAT, Wrap
 from .. import files, formats, limits, references
 from ..spec import Spec
@@ -58,6 +58,7 @@ class MeshFile:
         chart: number of the chart picked in its own texture coordinates, 1 being the largest; 0: none was named.
         part: the part picked, without piece, chart and loop.
         numbered: whether a piece, a chart or a loop was named by its number.
+        total: faces of all that the file holds, 0 where these are all that `faces` are of.
         names: of the parts that `#` picks.
         notes: what was left out.
     """
@@ -74,6 +75,7 @@ class MeshFile:
     chart: int = 0
     part: str | None = None
     numbered: bool = False
+    total: int = 0
     names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -177,22 +179,33 @@ def _read_other(path: Path) -> Reader:
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputError(f"{path}: is no readable {path.suffix[1:].upper()} file: {reason}") from error
 
+    total = sum(piece.faces.size for piece in pieces.values())
+    areas = {name: _area(piece.mesh) for name, piece in pieces.items()} if len(pieces) > 1 else {}
+
     def picked(part: str | None, loop: int) -> MeshFile:
         if part is not None and part not in pieces:
             raise InputError(
                 f"{path}#{part}: no geometry is called '{part}'; there is {', '.join(pieces) or 'none'}"
             )
-        chosen = part or next(iter(pieces), None)
+        chosen = part or (max(pieces, key=areas.__getitem__) if len(pieces) > 1 else next(iter(pieces), None))
         if chosen is None:
             raise InputError(f"{path}: no faces; a point cloud has no surface to map")
         found = pieces[chosen]
         mesh = replace(found.mesh, name=str(path) + (f"#{part}" if part else ""))
         left = len(pieces) - 1
         others = f"left out {left} other geometr{'ies' if left > 1 else 'y'}"
-        notes = (others + ("" if part else f"; {path}#name picks one"),) if left else ()
-        return replace(found, mesh=mesh, loop=loop, notes=(*found.notes, *notes))
+        cure = f": {chosen!r} is the largest; {path}#name picks one, --parts all or each takes all of them"
+        notes = (others + ("" if part else cure),) if left else ()
+        return replace(found, mesh=mesh, loop=loop, notes=(*found.notes, *notes), total=total)
 
     return picked, list(pieces)
+
+
+def _area(mesh: Mesh) -> float:
+    """Of its sound triangles."""
+    corners = mesh.corners[mesh.starts[:-1][mesh.sizes == 3, None] + np.arange(3)]
+    corners = corners[((corners >= 0) & (corners < len(mesh.points))).all(axis=1)]
+    return float(np.nan_to_num(face_areas(mesh.points[corners])).sum())
 
 
 def _of_gltf(path: Path) -> dict[str, MeshFile]:

@@ -65,6 +65,7 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
         checks.texture(run)
         if not any(output.shows for output in outputs):
             run.note(f"{run.job.texture}: nothing that is written shows it; a picture (-o FILE.png) does")
+    _tell_share(run)
     placed = placing_options(run.job)
     if placed and not any(output.shows or output.name == run.job.stmap for output in outputs):
         raise InputError(f"{placed[0]}: nothing that is written shows a texture")
@@ -73,6 +74,20 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
     for note in [*told, *about(run.pairs, keep=run.job.holes != "fill", mapped=run.job.holed)]:
         run.note(note)
     return outputs
+
+
+def _tell_share(run: Run) -> None:
+    """Report how many of the faces of a mesh file are mapped, and note where they are not all and no part is named."""
+    if run.job.target is None or not run.target.is_mesh:
+        return
+    from ...shapes.mesh_shape import as_mesh
+
+    file = as_mesh(run.whole(1)).file
+    own, every = int(file.faces.sum()), file.total or file.faces.size
+    run.figures["mapped"] = own / every
+    if own < every and not (file.part or file.numbered or file.piece or file.chart):
+        cure = "" if run.job.parts == "each" else "; --parts each maps the source onto every part"
+        run.note(f"{run.target.spec}: {own} of {every} faces are mapped ({own / every:.0%}){cure}")
 
 
 def _check_others(run: Run, names: list[str]) -> None:

@@ -8,6 +8,7 @@ import pygltflib as gl
 import pytest
 from PIL import Image
 
+from iccm.io.meshes import mesh_files
 from iccm.io.pictures import image_files
 from tests import rich_glb
 from tests.cli.test_charts import ramp
@@ -103,3 +104,40 @@ def test_one_texture_of_several_is_told(pair, iccm):
     assert done.code == 0 and "is taken for all of its 2 textures; file#part picks one" in done.err, done.err
     named = iccm("map", "pair.glb#left", "pair.svg#left", "-o", "l.png")
     assert named.code == 0 and "2 textures" not in named.err
+
+
+def test_the_largest_geometry_is_taken_and_the_share_of_the_file_told(pair, iccm):
+    file = gl.GLTF2().load("pair.glb")
+    file.nodes[1].scale = [2, 2, 2]
+    file.save("uneven.glb")
+    done = iccm("map", "square.svg", "uneven.glb", "-o", "out.glb", "--report", "r.json")
+    assert done.code == 0, done.err
+    old, new = rich_glb.read("uneven.glb"), rich_glb.read("out.glb")
+    same = [
+        np.array_equal(*(corners(file, file.meshes[k].primitives[0])["TEXCOORD_0"] for file in (old, new)))
+        for k in (0, 1)
+    ]
+    assert same == [True, False]
+    assert json.loads((pair / "r.json").read_text())["mapped"] == 0.5
+    assert "'right' is the largest" in done.err
+    assert "32 of 64 faces are mapped (50%)" in done.err
+
+
+def test_vertices_of_a_skin_are_where_its_joints_put_them(tmp_path):
+    """The place of the node that shows them does not count."""
+    path = tmp_path / "posed.glb"
+    path.write_bytes(rich_glb.rich(*rich_glb.sheet()))
+    file = gl.GLTF2().load(str(path))
+    file.nodes[3].rotation = [0, 0, np.sqrt(0.5), np.sqrt(0.5)]  # a quarter turn about z
+    file.nodes[1].translation = [7, 7, 7]
+    file.save(str(path))
+    attributes = file.meshes[0].primitives[0].attributes
+    points, share = (
+        rich_glb.values(file, attributes.POSITION),
+        rich_glb.values(file, attributes.WEIGHTS_0)[:, :1],
+    )
+    turned = np.column_stack([-points[:, 1], points[:, 0], points[:, 2]])
+    wanted = share * points + (1 - share) * turned + [0, 1, 0]
+    found = mesh_files.read(f"{path}#body").mesh
+    assert found.points == pytest.approx(wanted, abs=1e-6)
+    assert np.linalg.norm(found.normals, axis=1) == pytest.approx(1)

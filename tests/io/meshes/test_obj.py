@@ -255,8 +255,8 @@ def test_a_shared_or_missing_material_is_made_anew(tmp_path):
     found = material_library.Library(tuple(text.splitlines()), tmp_path)
     assert list(found.materials()) == ["Red Brick", "Roof", "Roof_iccm", "iccm", "iccm_plain"]
     assert found.texture("Roof") is None
-    assert found.texture("Red Brick").name == "old brick.png"
-    assert [found.texture(n).name for n in ("Roof_iccm", "iccm")] == ["f.png", "f.png"]
+    assert found.texture("Red Brick") == (tmp_path / "old brick.png", ("repeat", "repeat"))
+    assert [found.texture(n)[0].name for n in ("Roof_iccm", "iccm")] == ["f.png", "f.png"]
     assert "Kd 0 0 1" in found.materials()["Roof_iccm"]
 
 
