@@ -132,7 +132,9 @@ def rich(points, normal, uv, faces, bump=None, **more):
         gl.Mesh(name="body", primitives=[body], weights=[0.5], extras={"targetNames": ["breathe"]}),
         gl.Mesh(name="hat", primitives=[hat]),
     ]
-    poses = make.accessor(np.tile(np.eye(4, dtype=np.float32).ravel(), (2, 1)), "MAT4")
+    back = np.eye(4, dtype=np.float32)
+    back[3, 1] = -1  # column by column: down by as much as the hip is up
+    poses = make.accessor(np.tile(back.ravel(), (2, 1)), "MAT4")
     file.skins.append(gl.Skin(joints=[2, 3], inverseBindMatrices=poses))
     times = make.accessor(np.array([[0], [1]], np.float32), "SCALAR")
     file.accessors[times].min, file.accessors[times].max = [0.0], [1.0]

@@ -15,26 +15,33 @@ from .material_set import Material, MaterialMap, MaterialSet
 EMISSIVE, ROUGH = "emissiveTexture", "pbrMetallicRoughness/metallicRoughnessTexture"
 
 
-def material_set(name: str, parts: Sequence[Primitive], *, bare: bool = False) -> MaterialSet:
+def material_set(
+    name: str, parts: Sequence[Primitive], *, bare: bool = False, plain: bool = False
+) -> MaterialSet:
     """The material set of primitives of one file.
 
     Args:
         name: of the file, for messages.
-        parts: the primitives; those without coordinates are left out.
+        parts: the primitives.
         bare: whether the sheet has the coordinates of the set itself that colours are shown by, transforms not made.
+        plain: whether primitives without coordinates are there, too, in the colours of their materials; else they are
+            left out.
 
     Raises:
         InputError: none of them has coordinates.
     """
-    parts, all_parts = [part for part in parts if has_layout(part)], parts
-    if not parts:
+    shown, every = [part for part in parts if has_layout(part)], len(parts)
+    if not shown:
         raise InputError(f"{name}: has no texture coordinates; make them with iccm flatten --uv")
-    left = len(all_parts) - len(parts)
-    notes = (f"{name}: {left} of its {len(all_parts)} geometries have no texture coordinates: left out",)
-    keys = [group[0].key for group in groups(parts)]
-    counts = [len(part.faces) for part in parts]
-    owner = np.repeat([keys.index(part.key) for part in parts], counts)
-    materials = [_material(name, parts, key) for key in keys]
+    parts = parts if plain else shown
+    left = every - len(parts)
+    notes = (f"{name}: {left} of its {every} geometries have no texture coordinates: left out",)
+    alike: dict[tuple[str, bool], list[Primitive]] = {}
+    for part in parts:
+        alike.setdefault((part.key, has_layout(part)), []).append(part)
+    keys, counts = list(alike), [len(part.faces) for part in parts]
+    owner = np.repeat([keys.index((part.key, has_layout(part))) for part in parts], counts)
+    materials = [_material(name, parts, own) for own in alike.values()]
     return MaterialSet(sheet(name, parts, bare), tuple(materials), owner, "gltf", notes if left else ())
 
 
@@ -86,9 +93,8 @@ def _layout(part: Primitive, bare: bool) -> Real | None:
     return part.uv({"texCoord": layout_of(part)} if bare else gltf_materials.base(part.material))
 
 
-def _material(name: str, parts: Sequence[Primitive], key: str) -> Material:
-    """The material of this number."""
-    own = [part for part in parts if part.key == key]
+def _material(name: str, parts: Sequence[Primitive], own: Sequence[Primitive]) -> Material:
+    """The material that some of the parts have in common."""
     material, document = own[0].material, own[0].document
     maps, made = dict[str, MaterialMap](), dict[str, Real | None]()
     for slot, info in gltf_materials.slots(material):

@@ -25,14 +25,15 @@ GIVEN = {
 }
 
 
-def material_set_of(meshes: Sequence[MeshFile], *, bare: bool = False) -> MaterialSet:
-    """The material set of all that was read of a file; `bare` as for `of_gltf.material_set`.
+def material_set_of(meshes: Sequence[MeshFile], *, bare: bool = False, plain: bool = False) -> MaterialSet:
+    """The material set of all that was read of a file; `bare` and `plain` as for `of_gltf.material_set`.
 
     Raises:
         InputError: no coordinates, or a picture that cannot be read.
     """
-    parts = _primitives(meshes)
-    return of_gltf.material_set(_name(meshes), parts, bare=bare) if parts else of_mtl.material_set(meshes[0])
+    if parts := _primitives(meshes):
+        return of_gltf.material_set(_name(meshes), parts, bare=bare, plain=plain)
+    return of_mtl.material_set(meshes[0])
 
 
 def sheet_of(meshes: Sequence[MeshFile]) -> Charted:

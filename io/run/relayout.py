@@ -101,7 +101,7 @@ class _Mesh:
 
     def __init__(self, wanted: Plan, before: _Read, after: _Read, how: How, force: bool) -> None:
         assert wanted.mesh is not None
-        material_set = relaid.material_set_of(before)
+        material_set = relaid.material_set_of(before, plain=True)
         material_set = material_set.instead(relaid.given_maps(wanted.given, material_set.dialect))
         self.name, self.force = wanted.mesh, force
         self.relaid = relaid.Relaid(material_set, after, Path(wanted.mesh), how)

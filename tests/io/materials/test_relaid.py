@@ -187,7 +187,8 @@ def test_a_material_that_gets_a_bump_map_of_another_shows_it_fully(there, iccm):
     assert "map_Bump -bm 1 out-bump.png" in (there / "out.mtl").read_text()
 
 
-def test_several_materials_become_one_with_their_factors(there, iccm):
+@pytest.mark.parametrize("bare", [False, True])  # whether what is plain green has coordinates
+def test_several_materials_become_one_with_their_factors(there, iccm, bare):
     """Half of the old surface shows a picture times red, half of it no picture but green."""
     file = rich_glb.read(there / "old.glb")
     left = POINTS[FACES].mean(axis=1)[:, 0] < 0.5
@@ -204,7 +205,8 @@ def test_several_materials_become_one_with_their_factors(there, iccm):
     file.materials[1] = gl.Material(name="green", pbrMetallicRoughness=green)
     one, hat = file.meshes[0].primitives[0], file.meshes[1].primitives[0]
     one.indices = halves[0]
-    file.meshes[0].primitives.append(gl.Primitive(attributes=one.attributes, indices=halves[1], material=1))
+    attributes = gl.Attributes(POSITION=one.attributes.POSITION) if bare else one.attributes
+    file.meshes[0].primitives.append(gl.Primitive(attributes=attributes, indices=halves[1], material=1))
     hat.material = None
     file.buffers.clear()
     (there / "two.glb").write_bytes(make.bytes())

@@ -136,8 +136,8 @@ def test_vertices_of_a_skin_are_where_its_joints_put_them(tmp_path):
         rich_glb.values(file, attributes.POSITION),
         rich_glb.values(file, attributes.WEIGHTS_0)[:, :1],
     )
-    turned = np.column_stack([-points[:, 1], points[:, 0], points[:, 2]])
-    wanted = share * points + (1 - share) * turned + [0, 1, 0]
+    turned = np.column_stack([1 - points[:, 1], points[:, 0] + 1, points[:, 2]])  # about the hip at (0, 1, 0)
+    wanted = share * points + (1 - share) * turned
     found = mesh_files.read(f"{path}#body").mesh
     assert found.points == pytest.approx(wanted, abs=1e-6)
     assert np.linalg.norm(found.normals, axis=1) == pytest.approx(1)
