@@ -239,6 +239,11 @@ class RelayoutOptions:
         "WxH|N",
         parse=size,
     )
+    match: Literal["auto", "index", "position"] = _option(
+        "Triangles go to each other where their corners are in one place, or by their order (index); auto: by place if "
+        "half of them do, else by order, if the same vertices have the same faces, else by place after a similarity.",
+        default="auto",
+    )
     limit: float = _option(
         "Largest distance between the surfaces, as a share of the diagonal; texels farther away stay empty.",
         default=0.01,

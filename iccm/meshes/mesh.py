@@ -32,6 +32,7 @@ class Mesh:
         base: number the file format gives the first vertex and face: 1 in OBJ, 0 elsewhere.
         lines: (f,) line of the file each face stands on, or None.
         whole: whether it is all of the file's mesh, so that a vertex that no face uses is worth a note.
+        cut_like: (n, 3) positions by which polygons are cut into triangles in the place of its own, or None.
         normals: (k, 3) unit normals that the file states, or None.
         normal_corners: (c,) normal of each corner, or None.
     """
@@ -45,6 +46,7 @@ class Mesh:
     base: int = 0
     lines: Index | None = None
     whole: bool = True
+    cut_like: Real | None = None
     normals: Real | None = None
     normal_corners: Index | None = None
 
@@ -160,16 +162,17 @@ def triangulate(mesh: Mesh) -> Index:
         InputError: a polygon that cannot be cut into triangles.
     """
     first, sizes = mesh.starts[:-1], mesh.sizes
+    points = mesh.points if mesh.cut_like is None else mesh.cut_like
     faces = [np.flatnonzero(sizes == 3), np.flatnonzero(sizes == 4)]
     parts = [first[faces[0], None] + np.arange(3)]
     owners = [faces[0]]
     if faces[1].size:
-        quads = _split_quads(mesh.points[mesh.corners[first[faces[1], None] + np.arange(4)]])
+        quads = _split_quads(points[mesh.corners[first[faces[1], None] + np.arange(4)]])
         parts.append((first[faces[1], None, None] + quads).reshape(-1, 3))
         owners.append(np.repeat(faces[1], 2))
     for face in np.flatnonzero(sizes > 4):
         try:
-            pieces = _split_polygon(mesh.points[mesh.corners[first[face] : first[face] + sizes[face]]])
+            pieces = _split_polygon(points[mesh.corners[first[face] : first[face] + sizes[face]]])
         except ValueError as error:
             raise InputError(f"{mesh.name}: {mesh.face_name(int(face))}: {error}") from None
         parts.append(first[face] + pieces)

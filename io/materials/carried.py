@@ -32,6 +32,7 @@ class How:
             (`meshes.relayout.texels_across`).
         filter: see `Sampler`.
         limit: the largest distance from the old surface, in the mesh's unit.
+        match: how the meshes are brought together; see `surfaces.matching`.
         padding: texels to spread past charts; see `meshes.relayout.carry`.
         max_pixels: of a picture that is read.
         threads: never change the result.
@@ -42,6 +43,7 @@ class How:
     limit: float = np.inf
     padding: int | None = None
     max_pixels: int = limits.READ_PIXELS
+    match: str = "auto"
     threads: int | None = None
 
 

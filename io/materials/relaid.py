@@ -10,6 +10,7 @@ import numpy as np
 from ...errors import InputError
 from ...meshes.charted import Charted
 from ...meshes.relayout import Origin, partners
+from ...surfaces.matching import matched
 from .. import formats
 from ..meshes import gltf_materials
 from ..meshes.gltf import Primitive
@@ -116,12 +117,12 @@ class Relaid:
     @cached_property
     def carriers(self) -> list[Carrier]:
         """What makes the pictures of each material of the new mesh; of those that show nothing of the old one none."""
-        first, order = partners(self.before.sheet, self.after.sheet)
+        sheet = matched(self.before.sheet, self.after.sheet, self.how.match)
+        first, order = partners(self.before.sheet, sheet)
         found = []
         for k in range(len(self.after.materials)):
             own = np.flatnonzero(self.after.owner == k)
-            sheet, pairs = part(self.after.sheet, own), (first[own], order[own])
-            carrier = Carrier(self.before, sheet, pairs, self.how)
+            carrier = Carrier(self.before, part(sheet, own), (first[own], order[own]), self.how)
             if self.before.dialect != self.dialect:  # two pictures may become one: all are of one size
                 carrier.how = replace(self.how, size=carrier.size)
             found.append(carrier)

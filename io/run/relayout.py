@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from ...meshes.mesh import check
 from ...meshes.relayout import COLOURS, PROBED, Origin, carry, partners, texels_across
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
+from ...surfaces.matching import cut_alike, matched
 from .. import files, formats
 from ..materials import relaid, written
 from ..materials.carried import How
@@ -127,7 +128,8 @@ class _Pictures:
     def __init__(
         self, wanted: Sequence[CarriedPicture], before: _Read, after: _Read, how: How, force: bool
     ) -> None:
-        self.before, self.after = relaid.sheet_of(before), relaid.sheet_of(after)
+        self.before = relaid.sheet_of(before)
+        self.after = matched(self.before, relaid.sheet_of(after), how.match)
         self.wanted, self.how, self.force = wanted, how, force
         self.read = [_read(each.path, self.before, how.max_pixels) for each in wanted]
         for each, (image, _) in zip(wanted, self.read):
@@ -185,6 +187,7 @@ def run(
     size: tuple[int, ...] | None,
     filter: str,
     limit: float,
+    match: str,
     padding: int | None,
     max_pixels: int,
     threads: int | None,
@@ -200,6 +203,7 @@ def run(
         size: of the new pictures, or their side; by default that which keeps the details of the textures.
         filter: how textures are sampled.
         limit: the largest distance between the surfaces, of the new mesh's diagonal.
+        match: how the meshes are brought together; see `surfaces.matching`.
         padding: texels to spread past the charts.
         max_pixels: the largest picture read.
         threads: never change the result.
@@ -216,9 +220,11 @@ def run(
         for file in (*before, *after):
             check(file.mesh)
         notes = [f"{each.mesh.name}: {note}" for read in sources for each in read for note in each.notes]
-        diagonal = _diagonal(after)
+        diagonal = _diagonal(before)
         fixed = size_within(size, 1 + 1j, max_pixels) if size else None
-        how = How(fixed, filter, limit * diagonal, padding, max_pixels, threads)
+        how = How(fixed, filter, limit * diagonal, padding, max_pixels, match, threads)
+        if len(before) == len(after) == 1:
+            after = [replace(after[0], mesh=cut_alike(before[0].mesh, after[0].mesh))]
         work: list[_Mesh | _Pictures] = []
         if wanted.mesh:
             work.append(_Mesh(wanted, before, after, how, force))
@@ -228,6 +234,7 @@ def run(
         for each in work:
             made, where = each.write(stack)
             names, origins, notes = names + made, origins + where, notes + each.notes
+        _demand_partners(origins, old, new, how)
         inputs = [str(Spec.of(name).path) for name in (old, new)]
         inputs += [path for paths in wanted.given.values() for path in paths]
         figures = _figures(origins, limit, diagonal, expand_tiles(inputs))
@@ -235,6 +242,19 @@ def run(
         if report_to:
             report.write(figures, report_to, stack, force=force)
     return figures
+
+
+def _demand_partners(origins: Sequence[Origin], old: str, new: str, how: How) -> None:
+    """Refuse a mesh no texel of which lies on the old one.
+
+    Raises:
+        InputError: saying how they were looked for.
+    """
+    covered = any(origin.grid.owners.owner.max() >= 0 for origin in origins)
+    if covered and not any(origin.reached(how.limit).any() for origin in origins):
+        tried = {"index": "face by face", "position": "by place, as it is and after a similarity"}
+        tried["auto"] = "by place, face by face, and after a similarity"
+        raise InputError(f"{new}: nothing of it lies on {old}; tried {tried[how.match]}")
 
 
 def _diagonal(meshes: _Read) -> float:

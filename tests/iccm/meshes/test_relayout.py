@@ -125,6 +125,38 @@ def test_a_texture_in_another_layout_is_what_a_brute_force_bake_makes(there, icc
     assert off <= 0.005
 
 
+@pytest.mark.parametrize(
+    ("shuffled", "place", "match"),
+    [
+        (False, lambda x, y, z: (3 * x, y + 2, np.sin(9 * x)), "auto"),  # another shape, by index
+        (False, lambda x, y, z: (3 * x, y + 2, np.sin(9 * x)), "index"),
+        (True, lambda x, y, z: (100 * y, 100 * z + 7, 100 * x), "auto"),  # by the best similarity
+    ],
+)
+def test_the_same_faces_in_another_shape_or_place_are_found(there, iccm, shuffled, place, match):
+    write(there / "new.obj", turned(0.4, bent=0.03), shuffled=shuffled)
+    lines = (there / "new.obj").read_text().splitlines()
+    moved = [
+        f"v {' '.join(map(str, place(*map(float, line[2:].split()))))}" for line in lines if line[:2] == "v "
+    ]
+    (there / "new.obj").write_text("\n".join(moved + [line for line in lines if line[:2] != "v "]) + "\n")
+    words = ("--texture", "old.png", "-o", "o.png", "--size", N, "--match", match, "--report", "r.json")
+    done = iccm("relayout", "old.obj", "new.obj", *words)
+    assert done.code == 0, done.err
+    assert json.loads((there / "r.json").read_text())["same_triangles"] == 512
+    wanted, made = brute_force(turned(0.4, bent=0.03), 16), image_files.read("o.png").pixels.astype(float)
+    inside = np.isfinite(wanted).all(axis=-1)
+    assert (np.abs(made - wanted)[inside] > 8).any(axis=-1).mean() <= 0.01
+
+
+def test_what_lies_nowhere_near_is_refused(there, iccm):
+    write(there / "new.obj", turned(0.4), 9, height=lambda x, y: hill(x, y) + 50)
+    for match, tried in (("auto", "by place, face by face"), ("index", "in the same order (--match index)")):
+        done = iccm("relayout", "old.obj", "new.obj", "--texture", "old.png", "-o", "o.png", "--match", match)
+        assert done.code == 2 and tried in done.err
+        assert not (there / "o.png").exists()
+
+
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("kind", ["normal", "normal-down"])
 def test_normals_turn_with_the_tangents(there, iccm, kind, mirrored):
