@@ -10,6 +10,7 @@ const copy = (value) => JSON.parse(JSON.stringify(value));
 const panes = {};
 let scene = null, saved = '', names = {}, chosen = null, wrong = {};
 let history = [], present = 0;
+let kept = '', letter = 'B';
 let seq = 0, shown = 0, kind = '', blinking = 0;
 const BLINK = 700;  // milliseconds of each
 
@@ -226,6 +227,13 @@ const does = {
     scene[group][number].name = name;
     commit(false);
   },
+  /** Places that were typed: of the source, then of the target. */
+  move({kind: group, number}, typed) {
+    const {source, target} = scene[group][number];
+    if (typed.length !== source.length + target.length) return say('write as many numbers as before', true);
+    Object.assign(scene[group][number], {source: typed.slice(0, source.length), target: typed.slice(source.length)});
+    commit();
+  },
   choose(item) { chosen = item; },
   hover(item) {
     for (const element of document.querySelectorAll('.handle')) {
@@ -244,6 +252,7 @@ function pen(down) {
 
 function overlay(name, on) {
   $(name).checked = on;
+  $('legend').hidden = !$('stretch').checked;
   for (const pane of Object.values(panes)) {
     pane.overlay[name] = on;
     pane.redraw();
@@ -251,6 +260,18 @@ function overlay(name, on) {
 }
 
 $('other').onclick = () => { saved = ''; ask('solve', $('other').dataset.way); };  // the file holds which
+/** The state kept as A and the one that is seen change places. */
+function swap() {
+  const here = JSON.stringify(scene);
+  $('ab').textContent = kept === '' ? 'A kept' : letter === 'A' ? 'Seen: B' : 'Seen: A';
+  if (kept !== '') {
+    letter = letter === 'A' ? 'B' : 'A';
+    scene = JSON.parse(kept);
+    commit();
+  }
+  kept = here;
+}
+
 /** How much of the files' own drawings is seen, from 0 to 1. */
 function own(share) {
   for (const pane of Object.values(panes)) {
@@ -269,6 +290,10 @@ function blink() {
   blinking = setInterval(() => own(drawing = 1 - drawing), BLINK);
 }
 
+$('ab').onclick = swap;
+for (const button of document.querySelectorAll('[data-balance]')) {
+  button.onclick = () => { scene.balance = Number(button.dataset.balance); commit(); };
+}
 $('own').oninput = () => own($('own').value);
 $('blink').onclick = blink;
 $('go-on').onclick = () => { $('left').hidden = true; scene = names.left; commit(); };
@@ -333,7 +358,7 @@ addEventListener('keydown', (event) => {
     ? {z: () => travel(event.shiftKey ? 1 : -1), y: () => travel(1), s: save}
     : typing ? {} : {
       s: () => pen(!panes.source.pen), escape: () => pen(false), g: () => overlay('grid', !$('grid').checked),
-      h: () => overlay('stretch', !$('stretch').checked), b: blink,
+      h: () => overlay('stretch', !$('stretch').checked), b: blink, a: swap,
       d: () => own($('own').value = Number($('own').value) >= 1 ? 0 : Number($('own').value) + 0.25), 0: () => $('fit').click(), '?': () => $('help').click(),
       '+': () => focused().zoomBy(1.25), '-': () => focused().zoomBy(0.8), p: () => focused().click(),
       enter: () => focused().drawing && focused().drawn(),

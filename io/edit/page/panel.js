@@ -2,10 +2,12 @@
 
 import {hue} from './pane.js';
 
+const NUMBER = /[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?/gi;
+
 const number = (value) => (value === null || value === undefined ? '–' : value >= 100 ? value.toFixed(0)
   : Number(value.toPrecision(3)).toString());
 
-/** The list; `does` {rename, remove, hover}. */
+/** The list; `does` {rename, move, remove, hover}. */
 export function list(element, scene, wrong, does) {
   const rows = [];
   for (const kind of ['pins', 'strokes']) {
@@ -20,8 +22,14 @@ export function list(element, scene, wrong, does) {
       name.placeholder = `${word} ${k + 1}`;
       name.setAttribute('aria-label', `name of ${word} ${k + 1}`);
       name.onchange = () => does.rename(item, name.value.trim());
-      place.textContent = kind === 'pins' ? `${short(entry.source)} → ${short(entry.target)}`
+      const numbers = kind === 'pins' && [entry.source, entry.target].flat().every((v) => typeof v === 'number');
+      const text = kind === 'pins' ? `${written(entry.source)} → ${written(entry.target)}`
         : `${entry.source.length} → ${entry.target.length} points`;
+      if (document.activeElement !== place) place.value = text;
+      place.readOnly = !numbers;
+      place.setAttribute('aria-label', `places of ${word} ${k + 1}`);
+      place.onchange = () => does.move(item, (place.value.match(NUMBER) ?? []).map(Number));
+      place.onblur = () => { place.value = text; };
       remove.setAttribute('aria-label', `remove ${word} ${entry.name || k + 1}`);
       remove.onclick = () => does.remove(item, true);
       row.onpointerenter = () => does.hover(item);
@@ -32,13 +40,13 @@ export function list(element, scene, wrong, does) {
   while (element.childElementCount > rows.length) element.lastChild.remove();
 }
 
-const short = (place) => [place].flat().map((v) => (v.toPrecision ? Number(v.toPrecision(4)) : v)).join(', ');
+const written = (place) => [place].flat().join(', ');
 
 function blank() {
   const row = document.createElement('li');
   const mark = document.createElement('span'), name = document.createElement('input');
-  const place = document.createElement('small'), remove = document.createElement('button');
-  Object.assign(name, {type: 'text', maxLength: 60, spellcheck: false});
+  const place = document.createElement('input'), remove = document.createElement('button');
+  for (const input of [name, place]) Object.assign(input, {type: 'text', maxLength: 60, spellcheck: false});
   remove.textContent = '×';
   row.append(mark, name, place, remove);
   return row;

@@ -483,6 +483,25 @@ def test_what_is_drawn_or_dragged_too_far_stays_in_reach(page):
     edited.wait("document.activeElement === target")
 
 
+def test_places_are_typed_and_two_states_compared(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.click("source", 259, 156)
+    before = edited.scene
+    edited.key("a")
+    typed = "(e => { e.value = '250, 150 -> 255, 140.5'; e.onchange(); })(document.querySelectorAll('#list input')[1])"
+    edited.js(typed)
+    edited.js("document.querySelectorAll(`[data-balance]`)[2].click()")
+    assert edited.settled() == "full"
+    after = edited.scene
+    assert after["balance"] == 3
+    assert (after["pins"][0]["source"], after["pins"][0]["target"]) == ([250, 150], [255, 140.5])
+    for wanted in (before, after):
+        edited.key("a")
+        assert edited.settled() == "full" and edited.scene == wanted
+    edited.js("document.getElementById('how').value = 'cover', document.getElementById('how').onchange()")
+    assert edited.settled() == "full" and edited.scene["fit"] == "cover"
+
+
 def test_closing_with_changes_asks_first(page):
     """Whether the page wants to be asked for: ChromeDriver answers such questions itself."""
     edited = page("rose-leaf", "rose.svg", "leaf.svg")
