@@ -50,7 +50,7 @@ def least_dilatations(z: Complex, u: Complex, faces: Index, border: int) -> Real
         return np.angle((np.roll(corners, 1, 1) - corners) / (np.roll(corners, -1, 1) - corners))
 
     def around(values: Real) -> Real:
-        return np.bincount(near.ravel(), values.ravel(), z.size)[:border]
+        return np.bincount(near.ravel(), values.ravel(), z.size)[:border].astype(float)
 
     half, found = np.tan(0.5 * angles(z)), around(angles(u))
     low, high = np.zeros(border), np.full(border, np.log(MOST_DILATED))
