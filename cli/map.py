@@ -37,13 +37,17 @@ def execute(given: dict[str, Any]) -> int:
     with status.show_status() as listener:
         from ..io.run.execute import run
         from ..io.run.job import make
-        from ..maps.summary import summary
+        from ..maps.summary import in_short, summary
 
-        threads = given.pop("threads")
-        outcome = run(make(options.values(given)), threads=threads, tell=logs.tell, listener=listener)
+        threads, dry = given.pop("threads"), given.pop("dry_run")
+        job = make(options.values(given))
+        outcome = run(job, threads=threads, tell=logs.tell, listener=listener, dry=dry)
     for line in summary(outcome.report):
-        logs.log.info(line)
+        logs.log.debug(line)
     for name in outcome.written:
-        logs.log.info(f"wrote {name}")
-    (logs.log.info if outcome.ok else logs.log.error)(outcome.message)
+        logs.log.info(f"{'would write' if dry else 'wrote'} {name}")
+    if dry:
+        return 0
+    said = ": ".join(filter(None, [in_short(outcome.report), outcome.message]))
+    (logs.log.info if outcome.ok else logs.log.error)(said if outcome.ok else outcome.message)
     return 0 if outcome.ok else 1

@@ -173,11 +173,29 @@ def _loop(file: Any, patch: Any, number: int) -> dict[str, Any]:
 def _constraints(path: Path) -> dict[str, Any]:
     from .shapes import listing
 
+    if own := _own(path):
+        return own
     listed = listing.read(path)
     return {
         "kind": "constraints",
         **{key: len(value) for key, value in vars(listed).items() if hasattr(value, "__len__")},
     }
+
+
+def _own(path: Path) -> dict[str, Any]:
+    """What iccm wrote itself: a report, or a saved verdict or result; nothing where it is none."""
+    import json
+
+    try:
+        found = json.loads(files.read_bytes(path, max_bytes=limits.COMPARED_BYTES))
+    except ValueError:
+        return {}
+    schema = found.get("schema") if isinstance(found, dict) else None
+    if not isinstance(schema, str) or not schema.startswith("iccm."):
+        return {}
+    kept = ("version", "status", "message", "left_out", "uncovered", "turn", "notes")
+    inputs = [each.get("path") for each in found.get("inputs", []) if isinstance(each, dict)]
+    return {"kind": schema, **{key: found[key] for key in kept if key in found}, "inputs": inputs}
 
 
 def _manifest(path: Path) -> dict[str, Any]:

@@ -526,6 +526,10 @@ class CommonOptions:
     """Of the run, not of the job."""
 
     threads: int | None = _option("Never changes the result.  [default: all cores]", "N", least=1)
+    dry_run: bool = _option(
+        "Read and check everything, say what would be written, and write nothing.", default=False,
+        commands=("map", "deform"),
+    )  # fmt: skip
 
 
 @_table("edit")

@@ -36,6 +36,16 @@ def summary(report: dict[str, Any]) -> list[str]:
     return lines
 
 
+def in_short(report: dict[str, Any]) -> str:
+    """What a glance wants to know: whether sizes are even, whether anything folds, how long it took."""
+    even, injective = report["scale"]["within2"], report["injective"]
+    said = [] if even is None else [f"sizes even on {even:.0%}"]
+    said.append("no folds" if injective["certified"] else "not certainly one-to-one")
+    if "seconds" in report:
+        said.append(f"{report['seconds']['total']:.1f} s")
+    return ", ".join(said)
+
+
 def _certificate(found: dict[str, Any]) -> str:
     if found.get("certified"):
         depth, share = _figure(found.get("depth")), found.get("share") or 0.0

@@ -104,7 +104,12 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
     config["oiio:UnassociatedAlpha"] = 1
     file = oiio.ImageInput.open(as_text(path), config)
     if file is None:
-        raise InputError(f"{path}: cannot be read as a picture: {error_of(oiio)}")
+        said = error_of(oiio)
+        if formats.of(path).drawing:
+            raise InputError(
+                f"{path}: is a drawing, no picture; -o out.svg carries what the source file draws"
+            )
+        raise InputError(f"{path}: cannot be read as a picture: {said}")
     try:
         spec = file.spec()
         for width, height in ((spec.width, spec.height), (spec.full_width, spec.full_height)):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ... import ahead, progress
+from ...errors import InputError
 from ...progress import Listener
 from .. import files, formats, references
 from . import outputs, parts, report
@@ -37,7 +38,12 @@ class Outcome:
 
 
 def run(
-    job: Job, *, threads: int | None = None, tell: Tell = lambda note: None, listener: Listener | None = None
+    job: Job,
+    *,
+    threads: int | None = None,
+    tell: Tell = lambda note: None,
+    listener: Listener | None = None,
+    dry: bool = False,
 ) -> Outcome:
     """Do all of a job.
 
@@ -46,6 +52,7 @@ def run(
         threads: threads for the pixels, None for all cores; never changes the result.
         tell: is given each remark as it is made, and a sentence when something has to be compiled.
         listener: is told what is under way, see `iccm.progress`.
+        dry: to read and check, but to solve and write nothing.
 
     Raises:
         InputError: an input or output is wrong. Nothing has been written then.
@@ -53,18 +60,24 @@ def run(
     from ...blas import one_thread
 
     with one_thread(), references.outside(job.outside), Phases.of(tell, listener) as phases:
-        return _run(job, threads, tell, phases)
+        return _run(job, threads, tell, phases, dry)
 
 
-def _run(job: Job, threads: int | None, tell: Tell, phases: Phases) -> Outcome:
+def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool) -> Outcome:
     with phases.timed("read"):
         inputs = Inputs(job)
         job = outputs.name_outputs(job, inputs)
         wanted = outputs.of(job, inputs)
         formats.check_report(job.report)
-        files.check_outputs(job.outputs, job.inputs, force=job.force)
+        try:
+            files.check_outputs(job.outputs, job.inputs, force=job.force)
+        except InputError:  # hides no mistake in the inputs
+            outputs.check(Run.read(job, inputs, threads, lambda note: None, phases), wanted)
+            raise
         run = Run.read(job, inputs, threads, tell, phases)
         wanted = outputs.check(run, wanted)
+    if dry:
+        return Outcome(True, "", {}, tuple(name for name in job.outputs if name != "-"), tuple(run.notes))
     if job.method in (None, "balanced") and ahead.missing():
         with phases.timed("compile"):
             ahead.compile_ahead(threads)

@@ -264,8 +264,11 @@ def known(path: Path) -> str:
     """
     suffix = formats.suffix_of(path)
     if suffix not in SUFFIXES:
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder; name a file in it")
         kind = repr(path.suffix) if path.suffix else "a file without suffix"
-        raise InputError(f"{path}: no shape is read from {kind}; use one of {', '.join(sorted(SUFFIXES))}")
+        known = sorted({*SUFFIXES, *formats.holding("mesh")})
+        raise InputError(f"{path}: no shape is read from {kind}; use one of {', '.join(known)}")
     return suffix
 
 

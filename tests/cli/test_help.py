@@ -1,0 +1,74 @@
+"""What people are told: help by groups, misspelt commands, a run in two lines, what would be written, wrong files."""
+
+import json
+import shutil
+
+import pytest
+
+from iccm.io.option_groups import GROUPS
+
+
+def test_help_is_grouped_and_whole(iccm):
+    from iccm.io.options import of_command
+
+    text = iccm("map", "--help").out
+    titles = [title for title in GROUPS if f"\n{title}, such as " in text]
+    assert titles == list(GROUPS)
+    for name in of_command("map"):
+        assert (
+            text.count(f"\n  --{name.replace('_', '-')} ") + text.count(f", --{name.replace('_', '-')} ") == 1
+        ), name
+
+
+def test_a_misspelt_command_names_the_nearest(iccm):
+    typed = iccm("flaten", "a.obj")
+    assert typed.code == 2 and "did you mean 'flatten'?" in typed.err
+    assert "did you mean" not in iccm("xyzzy").err
+
+
+def test_a_run_is_told_in_two_lines(shapes, iccm):
+    typed = iccm("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png")
+    assert typed.lines[0] == "wrote out.png" and len(typed.lines) == 2
+    assert typed.lines[1].startswith("sizes even on ") and ", no folds, " in typed.lines[1]
+    more = iccm("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png", "--force", "-v")
+    assert any(line.startswith("dilatation ") for line in more.lines)
+
+
+def test_a_dry_run_checks_and_writes_nothing(shapes, iccm):
+    before = sorted(shapes.iterdir())
+    given = ("map", "square.svg", "disk.svg", "-o", "out.png", "--report", "out.json", "--dry-run")
+    typed = iccm(*given)
+    assert typed.code == 0 and typed.lines == ["would write out.png", "would write out.json"]
+    assert iccm("map", "square.svg", "none.svg", "--dry-run").code == 2
+    assert sorted(shapes.iterdir()) == before
+    (shapes / "out.png").touch()
+    typed = iccm(*given)
+    assert typed.code == 2 and "out.png: the file exists" in typed.err
+
+
+def test_an_existing_output_hides_no_other_mistake(shapes, iccm):
+    (shapes / "out.png").touch()
+    typed = iccm("map", "square.svg", "none.svg", "-o", "out.png")
+    assert typed.code == 2 and "none.svg: no such file" in typed.err
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("map", "folder", "disk.svg"), "folder: is a folder"),
+        (("map", "square.xyz", "disk.svg"), ".glb"),
+        (("map", "square.svg", "disk.svg", "--texture", "square.svg"), "-o out.svg"),
+    ],
+)
+def test_a_wrong_file_is_called_what_it_is(shapes, iccm, given, said):
+    (shapes / "folder").mkdir()
+    shutil.copy("square.svg", "square.xyz")
+    typed = iccm(*given)
+    assert typed.code == 2 and said in typed.err and "OpenImageIO" not in typed.err
+
+
+def test_info_knows_reports(shapes, iccm):
+    iccm("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png", "--report", "out.json")
+    facts = json.loads(iccm("info", "out.json", "--json").out)
+    assert facts["kind"] == "iccm.report/1" and facts["inputs"] == ["square.svg", "disk.svg"]
+    assert facts["status"] == json.loads((shapes / "out.json").read_text())["status"]
