@@ -9,6 +9,7 @@ tests run a slice from 0.
 """
 
 import argparse
+import base64
 import contextlib
 import io
 import json
@@ -84,6 +85,21 @@ f 4 8 \\
 7
 l 1 2 3
 """
+SHEET = b"""mtllib m.mtl
+v 0 0 0
+v 1 0 0
+v 1 1 .2
+v 0 1 0
+vt 0 0
+vt 1 0
+vt 1 1
+vt 0 1
+vn 0 0 1
+usemtl red
+f 1/1/1 2/2/1 3/3/1
+usemtl blue
+f 1/1 3/3 4/4
+"""
 MTL = b"newmtl red\nKd 1 0 0\nmap_Kd -s 1 1 1 -o 0.5 a b.png\nnewmtl blue\nillum 2\n"
 TOML = b"""[defaults]
 size = "64x48"
@@ -140,6 +156,9 @@ INDICES = [
     b"1.5",
     b"nan",
 ]
+JSON_NUMBER = rb"(?<=[ \[])\d+"
+ACCESSED = [*INDICES[:8], b"1", b"2", b"3", b"5121", b"5125", b"5126", b"80", b"4294967296"]
+ITEMS = [b"SCALAR", b"VEC2", b"VEC3", b"VEC4", b"MAT4", b"VEC9"]
 REFERENCES = [
     b"../canary/secret.txt", b"../canary/secret.png", b"/etc/hostname", b"..", b".", b"x.obj", b"x.mtl", b"missing",
     b"/dev/zero", b"a\0b", b"\xff", b"~/.bashrc", b"file:///etc/hostname", b"https://away.example/a.png", b"a" * 300,
@@ -278,14 +297,28 @@ def glb() -> bytes:
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
+def gltf() -> bytes:
+    """The same as text, with a material that shows a picture beside it."""
+    data = glb()
+    (size,) = struct.unpack_from("<I", data, 12)
+    scene = json.loads(data[20 : 20 + size])
+    held = base64.b64encode(data[28 + size :]).decode()
+    scene["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{held}"
+    scene["meshes"][0]["primitives"][0]["material"] = 0
+    scene["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    scene |= {"textures": [{"source": 0}], "images": [{"uri": "a b.png"}]}
+    return json.dumps(scene).encode()
+
+
 SEEDS = {"svg": SVG, "obj": OBJ, "mtl": MTL, "png": png(), "toml": TOML, "jsonl": JSONL, "json": JSON}
-SEEDS |= {"ply": PLY, "off": OFF, "stl": STL, "relayout": OBJ}
+SEEDS |= {"ply": PLY, "off": OFF, "stl": STL, "relayout": SHEET, "gltf": gltf()}
 SEEDS |= {"art": ART, "exr": exr(), "stmap": exr(), "glb": glb(), "map": DRAWN, "flatten": OBJ}
 SUFFIXES = {"art": "svg", "stmap": "exr", "map": "svg", "flatten": "obj", "relayout": "obj"}
 SLOW = {
     "map": 8,
     "flatten": 4,
     "relayout": 4,
+    "gltf": 4,
 }  # kinds that are solved, not only read: so many times fewer of them
 
 
@@ -332,6 +365,11 @@ def misdirect(kind: str, rng: random.Random, data: bytearray) -> None:
     way = rng.randrange(3)
     if kind == "glb":
         renumber(rng, data)
+    elif kind == "gltf":
+        places, words = rng.choice(
+            [(JSON_NUMBER, ACCESSED), (rb'(?<="uri": ")[^"]*', REFERENCES), (rb'(?<="type": ")\w+', ITEMS)]
+        )
+        swap(rng, data, places, words)
     elif kind in ("toml", "jsonl"):
         swap(
             rng, data, rb'(?<="source": ")[^"]*|(?<="target": ")[^"]*|(?<=e = ")[^"]*|(?<=t = ")[^"]*', GLOBS
@@ -370,12 +408,7 @@ def renumber(rng: random.Random, data: bytearray) -> None:
         return
     (size,) = struct.unpack_from("<I", data, 12)
     text = bytearray(data[20 : 20 + size])
-    swap(
-        rng,
-        text,
-        rb"(?<=[ \[])\d+",
-        [*INDICES[:8], b"1", b"2", b"3", b"5121", b"5125", b"5126", b"80", b"4294967296"],
-    )
+    swap(rng, text, JSON_NUMBER, ACCESSED)
     text += b" " * (-len(text) % 4)
     data[20 : 20 + size] = text
     struct.pack_into("<I", data, 12, len(text))
@@ -421,8 +454,8 @@ def read(kind: str, folder: Path, data: bytes) -> None:
     elif kind == "flatten":
         (folder / "m.mtl").write_bytes(MTL)
         command("flatten", "x.obj", "-o", "o.svg", folder=folder)
-    elif kind == "relayout":
-        relayout(folder, data)
+    elif kind in ("relayout", "gltf"):
+        relayout(folder, f"x.{'obj' if kind == 'relayout' else kind}", data)
     elif kind == "stmap":
         st = stmap_files.read(path, max_pixels=1 << 20)
         stmap_files.apply(st, image_files.Image(np.zeros((9, 9, 3), np.uint8)), folder / "o.png")
@@ -450,7 +483,7 @@ def read(kind: str, folder: Path, data: bytes) -> None:
         manifest.read(manifest.load(str(path)), str(path), root=folder)
 
 
-def relayout(folder: Path, data: bytes) -> None:
+def relayout(folder: Path, name: str, data: bytes) -> None:
     """Carry a material from one layout to another, one of them changed: nothing of what is beside them comes along."""
     inner, canary = folder / "in", folder / "canary"
     for path in (inner, canary):
@@ -459,9 +492,9 @@ def relayout(folder: Path, data: bytes) -> None:
     (canary / "secret.png").write_bytes(png())
     (inner / "m.mtl").write_bytes(MTL)
     (inner / "a b.png").write_bytes(png())
-    (inner / "x.obj").write_bytes(data)
-    (inner / "y.obj").write_bytes(OBJ)
-    pair = ("x.obj", "y.obj") if len(data) % 2 else ("y.obj", "x.obj")
+    (inner / name).write_bytes(data)
+    (inner / "y.obj").write_bytes(SHEET)
+    pair = (name, "y.obj") if len(data) % 2 else ("y.obj", name)
     out = "o.obj" if len(data) % 3 else "o.glb"
     for old in inner.glob("o*"):
         old.unlink()

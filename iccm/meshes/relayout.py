@@ -16,7 +16,7 @@ from ..pixels.sampler import Sampler, put
 from ..pixels.texture import REPEAT, Places, Wrap, wrapped
 from ..progress import counted
 from .charted import Charted
-from .layout import Layout, charts, layout
+from .layout import Layout, charts, check_layout, layout
 from .locate import along, barycentric
 from .surface import texels
 
@@ -72,8 +72,9 @@ class Origin:
         `pairs` are `partners` of the meshes, where they are known.
 
         Raises:
-            InputError: a layout that cannot be rasterised.
+            InputError: a layout that cannot be rasterised, or read.
         """
+        check_layout(old.name, old.uv, old.uv_faces)
         grid = layout(new.name, new.uv, new.uv_faces, new.twin, width, height, tile)
         partner, order = pairs or partners(old, new)
         owner = grid.owners.owner

@@ -26,9 +26,25 @@ TREE = {
     "textures": [{"source": "images", "sampler": "samplers", "extensions": {"*": {"source": "images"}}}],
     "images": [{"uri": str, "bufferView": "bufferViews", "mimeType": str, "name": str}],
     "samplers": [{}],
-    "meshes": [{"primitives": [{"attributes": {"*": "accessors"}, "material": "materials"}]}],
-    "accessors": [{"count": int}],
+    "scenes": [{"nodes": ["nodes"]}],
+    "nodes": [
+        {
+            "mesh": "meshes",
+            "children": ["nodes"],
+            "matrix": (float, 16),
+            "translation": (float, 3),
+            "rotation": (float, 4),
+            "scale": (float, 3),
+        }
+    ],
+    "meshes": [
+        {"primitives": [{"attributes": {"*": "accessors"}, "indices": "accessors", "material": "materials"}]}
+    ],
+    "accessors": [{"count": int, "bufferView": "bufferViews"}],
+    "bufferViews": [{"buffer": "buffers", "byteLength": int}],
 }
+ITEMS = {"POSITION": "VEC3", "NORMAL": "VEC3", "TANGENT": "VEC4", "TEXCOORD": "VEC2"}
+"""What the attributes of a primitive are made of."""
 WORDS = {int: "a whole number", float: "a number", str: "text", dict: "an object", list: "a list"}
 
 
@@ -44,8 +60,11 @@ def check(tree: dict[str, Any]) -> None:
             accessors = {name: tree["accessors"][at] for name, at in primitive["attributes"].items()}
             points = accessors["POSITION"]["count"]
             for name, accessor in accessors.items():
+                place = f"meshes/{k}/primitives/{number}"
+                items = ITEMS.get(name.partition("_")[0], accessor["type"])
+                if accessor["type"] != items:
+                    raise ValueError(f"{place}: {name} is made of {accessor['type']!r}, not of {items}")
                 if accessor["count"] < points:
-                    place = f"meshes/{k}/primitives/{number}"
                     raise ValueError(f"{place}: {accessor['count']} of {name}, but {points} positions")
 
 

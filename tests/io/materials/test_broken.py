@@ -91,6 +91,22 @@ def test_gltf_arrays_that_are_shorter_than_its_positions_are_refused(gltf, iccm)
         refused(iccm(*line), "TEXCOORD_0")
 
 
+def test_a_gltf_whose_positions_are_no_points_is_refused(gltf, iccm):
+    tree, changed = gltf
+    at = tree["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
+    tree["accessors"][at]["type"] = "VEC2"
+    changed(tree)
+    refused(iccm("relayout", "bad.glb", "good.obj", "-o", "o.obj"), "POSITION is made of 'VEC2', not of VEC3")
+
+
+@pytest.mark.parametrize("pair", [("bad.obj", "good.obj"), ("good.obj", "bad.obj")])
+def test_texture_coordinates_that_are_no_numbers_are_refused(folder, iccm, pair):
+    (folder / "bad.obj").write_text(OBJ.replace("vt 1 1", "vt nan 1"))
+    refused(
+        iccm("relayout", *pair, "-o", "o.obj"), "bad.obj: texture coordinates of a triangle are not finite"
+    )
+
+
 PLACES = {
     "materials/0/pbrMetallicRoughness/baseColorTexture/index": [7, -1, None, "0", 0.5, True],
     "materials/0/pbrMetallicRoughness/metallicFactor": [None, "1", {}],
@@ -101,6 +117,12 @@ PLACES = {
     "images/0": [None, []],
     "meshes/0/primitives/0/material": [9, None],
     "meshes/0/primitives/0/attributes/TEXCOORD_0": [99, "x"],
+    "meshes/0/primitives/0/indices": [99, -1],
+    "accessors/0/bufferView": [99],
+    "bufferViews/0/buffer": [1],
+    "nodes/0/mesh": [1, "a"],
+    "nodes/0": [{"mesh": 0, "rotation": [1, 0, 0]}],
+    "scenes/0/nodes/0": [1],
 }
 
 
