@@ -78,7 +78,7 @@ class Origin:
         grid = layout(new.name, new.uv, new.uv_faces, new.twin, width, height, tile)
         partner, order = pairs or partners(old, new)
         owner = grid.owners.owner
-        lonely = (owner >= 0) & (partner[owner] < 0)
+        lonely = (owner >= 0) & (_of_owners(partner, owner) < 0)
         slots = np.full(owner.shape, -1, np.int64)
         slots[lonely] = np.arange(lonely.sum())
         rows, columns = np.nonzero(lonely)
@@ -105,7 +105,7 @@ class Origin:
     def triangles(self) -> Index:
         """(h, w) triangle of the old mesh that each texel lies on, -1 outside the new layout's charts."""
         owner = self.grid.owners.owner
-        found = np.where(owner >= 0, self.partner[owner], -1)
+        found = _of_owners(self.partner, owner)
         found[self.slots >= 0] = self.nearest[self.slots[self.slots >= 0]]
         return found
 
@@ -299,6 +299,13 @@ def _nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:
 def _at(corners: Real, weights: Real) -> Real:
     """(p, c) points of triangles (p, 3, c)."""
     return np.einsum("pk,pkc->pc", weights, corners)
+
+
+def _of_owners(partner: Index, owner: NDArray) -> Index:
+    """(h, w) partners of the triangles (h, w) that texels lie in, -1 where there is none."""
+    found, inside = np.full(owner.shape, -1), owner >= 0
+    found[inside] = partner[owner[inside]]
+    return found
 
 
 def _barycentric(corners: Real, columns: NDArray, rows: NDArray, shape: tuple[int, int], wraps: bool) -> Real:

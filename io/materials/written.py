@@ -79,7 +79,7 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
         paths = {word: _picture(relaid, old.name, word) for word in images}
         contents |= {paths[word]: as_png(image) for word, image in images.items()}
         names = {word: material_library.name_of(path, library.parent) for word, path in paths.items()}
-        own = rename[old.name or None]
+        own = rename[old.name if old.name in rename else None]  # a name may be empty
         body = [f"newmtl {own}", *(line for line in lines if _stays(line, set(images)))]
         made[own] = material_library.with_maps(body, names)
     others = [line for name, lines in materials.materials().items() if name not in made for line in lines]

@@ -76,9 +76,7 @@ def rename(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
         taken.add(name)
         return name
 
-    renames = {
-        m: fresh(NEW if m is None else f"{m}_{NEW}") if m is None or m in outside else m for m in inside
-    }
+    renames = {m: fresh(f"{m}_{NEW}" if m else NEW) if not m or m in outside else m for m in inside}
     return renames, fresh(f"{NEW}_plain") if None in outside else ""
 
 

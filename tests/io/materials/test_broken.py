@@ -107,6 +107,17 @@ def test_texture_coordinates_that_are_no_numbers_are_refused(folder, iccm, pair)
     )
 
 
+def test_a_material_without_a_name_or_without_area_is_written_with_the_others(folder, iccm):
+    (folder / "unnamed.obj").write_text(OBJ.replace("usemtl b\n", "usemtl \n"))
+    assert iccm("relayout", "good.obj", "unnamed.obj", "-o", "o.obj").code == 0
+    assert (
+        "usemtl iccm\n" in (folder / "o.obj").read_text()
+        and "newmtl iccm\n" in (folder / "o.mtl").read_text()
+    )
+    (folder / "flat.obj").write_text(OBJ.replace("f 3/3 4/4 5/5\nf 4/4 1/1 5/5", "f 4/3 4/4 5/5"))
+    assert iccm("relayout", "good.obj", "flat.obj", "-o", "flat.glb").code == 0
+
+
 PLACES = {
     "materials/0/pbrMetallicRoughness/baseColorTexture/index": [7, -1, None, "0", 0.5, True],
     "materials/0/pbrMetallicRoughness/metallicFactor": [None, "1", {}],
