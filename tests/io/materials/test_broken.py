@@ -118,6 +118,13 @@ def test_a_material_without_a_name_or_without_area_is_written_with_the_others(fo
     assert iccm("relayout", "good.obj", "flat.obj", "-o", "flat.glb").code == 0
 
 
+def test_a_name_of_the_material_that_looks_like_a_path_is_passed_over(gltf, iccm):
+    tree, changed = gltf
+    tree["materials"][0]["a/b"] = {"someTexture": {"index": 0}}
+    changed(tree)
+    assert iccm("relayout", "bad.glb", "good.obj", "-o", "o.glb").code == 0
+
+
 PLACES = {
     "materials/0/pbrMetallicRoughness/baseColorTexture/index": [7, -1, None, "0", 0.5, True],
     "materials/0/pbrMetallicRoughness/metallicFactor": [None, "1", {}],
