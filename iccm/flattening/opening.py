@@ -4,7 +4,9 @@ import numpy as np
 
 from ..arrays import Complex, Index, Real, complex_of
 from ..meshes.patch import Patch
+from ..meshes.topology import Triangles, labels
 from ..plane import cross, orientation, triangle_areas
+from .tutte import settled
 
 HEIGHTS = (0.1, 0.01, 1e-4)  # of triangles, of their bases, as high as there is room for (by hand)
 STEPS = 1000  # of looking for that room: acute rooms are approached slowly
@@ -42,6 +44,30 @@ def open_up(flat: Complex, patch: Patch, held: Index) -> Complex:
             rooms += [(abs(z - moved[vertex]), vertex, z) for z in places if z is not None][:1]
         if rooms:
             _, vertex, moved[vertex] = min(rooms)
+    return moved
+
+
+def tuck_in(flat: Complex, patch: Patch) -> Complex:
+    """Positions (n,) in which what an edge between two vertices of the boundary cuts off lies beyond that edge.
+
+    Where triangles there face down, the inner vertices go to the means of their neighbours, which folds nothing where
+    the outline is convex; others stay as they are.
+    """
+    faces, shape = patch.faces, patch.triangles
+    down = triangle_areas(flat[faces]) <= 0
+    if not down.any():
+        return flat
+    rim = np.zeros(flat.size, bool)
+    rim[np.concatenate(patch.loops)] = True
+    on = np.flatnonzero((shape.twin >= 0) & ~(rim[shape.tail] & rim[shape.head]))
+    label = labels(on // 3, shape.twin[on] // 3, len(faces))
+    moved = flat.copy()
+    for k in np.setdiff1d(label[down], np.bincount(label).argmax()):
+        vertices, local = np.unique(faces[label == k], return_inverse=True)
+        local = local.reshape(-1, 3)
+        found = settled(Triangles(local, vertices.size), flat[vertices], np.flatnonzero(~rim[vertices]))
+        if (triangle_areas(found[local]) > 0).all():
+            moved[vertices] = found
     return moved
 
 

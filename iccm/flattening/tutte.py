@@ -21,22 +21,32 @@ def convex(patch: Patch, outline: Index) -> Complex:
         RuntimeError: a singular system.
     """
     whole = filled(patch, outline)
-    graph = coo_matrix((np.ones(whole.tail.size), (whole.tail, whole.head)), shape=(whole.count,) * 2).tocsr()
+    z = np.zeros(whole.count, complex)
+    z[outline] = np.exp(1j * _angles(patch.points[outline]))
+    return settled(whole, z, np.setdiff1d(np.arange(whole.count), outline))[: patch.triangles.count]
+
+
+def settled(shape: Triangles, z: Complex, inner: Index) -> Complex:
+    """Positions z (n,) with the inner vertices at the mean of their neighbours: without folds in a convex outline.
+
+    Raises:
+        RuntimeError: a singular system.
+    """
+    if not inner.size:
+        return z
+    graph = coo_matrix((np.ones(shape.tail.size), (shape.tail, shape.head)), shape=(shape.count,) * 2).tocsr()
     graph = ((graph + graph.T) > 0).astype(float)
     degree = np.asarray(graph.sum(axis=1)).ravel()
-    laplacian = csr_matrix((degree, (np.arange(whole.count),) * 2)) - graph
-    inner = np.setdiff1d(np.arange(whole.count), outline)
-    z = np.empty(whole.count, complex)
-    z[outline] = np.exp(1j * _angles(patch.points[outline]))
-    if inner.size:
-        rows = laplacian[inner]
-        right = -(rows[:, outline] @ z[outline])
-        # ordered as a symmetric matrix: half the fill of scipy's default
-        factor = splu(
-            rows[:, inner].tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
-        z[inner] = complex_of(factor.solve(xy_of(right)))
-    return z[: patch.triangles.count]
+    rows = (csr_matrix((degree, (np.arange(shape.count),) * 2)) - graph)[inner]
+    found = z.copy()
+    found[inner] = 0
+    right = -(rows @ found)
+    # ordered as a symmetric matrix: half the fill of scipy's default
+    factor = splu(
+        rows[:, inner].tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
+    found[inner] = complex_of(factor.solve(xy_of(right)))
+    return found
 
 
 def filled(patch: Patch, outline: Index) -> Triangles:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..arrays import Complex, Index
-from ..flattening.opening import open_up
+from ..flattening.opening import open_up, tuck_in
 from ..meshes.flatten import Flattening
 from ..plane import cross
 
@@ -16,11 +16,11 @@ LEAST = 2e-7  # and of the diagonal: single precision's ulp at 1 is 1.2e-7
 def with_room(image: Complex, layout: Flattening, diagonal: float) -> Complex:
     """Images (n,) of a layout's vertices; triangles and polygons have room that the outline leaves them none for.
 
-    `diagonal` is the outline's; see `lift` and `open_up`.
+    `diagonal` is the outline's; see `lift`, `open_up` and `tuck_in`.
     """
     patch = layout.patch
     lifted = lift(image, np.concatenate([patch.faces, patch.fans[0]]), layout.loop, diagonal)
-    return open_up(lifted, patch, np.concatenate(patch.loops))
+    return tuck_in(open_up(lifted, patch, np.concatenate(patch.loops)), patch)
 
 
 def lift(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:

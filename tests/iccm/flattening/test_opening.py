@@ -3,8 +3,9 @@
 from itertools import combinations
 
 import numpy as np
+from scipy.spatial import Delaunay
 
-from iccm.flattening.opening import concave, open_up
+from iccm.flattening.opening import concave, open_up, tuck_in
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.mesh import Mesh, fans
 
@@ -45,3 +46,28 @@ def test_fans_are_those_of_quads_and_of_polygons_that_are_convex_in_space():
     assert (face == 0).all()
     assert sorted(map(tuple, np.sort(corners, axis=1))) == list(combinations(range(5), 3))
     assert len(fans(Mesh.triangles("t", ring, [[0, 1, 2]]))[0]) == 0
+
+
+def test_what_a_chord_cuts_off_is_tucked_in_beyond_it():
+    """A cap on a square, whose outline leaves it a thousandth of its height: two inner vertices are beyond it."""
+    arc = np.exp(1j * np.linspace(0, np.pi, 7))
+    cap = np.concatenate([arc, [0.2 + 0.4j, -0.2 + 0.4j]])
+    below = np.array([1, -1, -1 - 2j, 1 - 2j, -0.5 - 1j, 0.5 - 1j, 0.1 - 0.4j, -0.1 - 1.5j])
+    z = np.concatenate([cap, below[2:]])
+    numbers = np.array([0, 6, *range(9, 15)])
+    parts = [(cap, np.arange(9)), (below, numbers)]
+    faces = np.concatenate([own[Delaunay(np.column_stack([w.real, w.imag])).simplices] for w, own in parts])
+    mesh = Mesh.triangles("cap", np.column_stack([z.real, z.imag, 0 * z.real]), faces)
+    patch = disk_patch(mesh)
+    flat = z[patch.vertex]
+    flat = np.where(patch.vertex < 7, flat.real + 1e-3j * flat.imag, flat)
+    assert (up(flat, patch.faces) <= 0).any()
+    found = tuck_in(flat, patch)
+    assert (up(found, patch.faces) > 0).all()
+    assert sorted(patch.vertex[found != flat]) == [7, 8]
+
+
+def up(z, faces):
+    """Twice the signed areas."""
+    a, b, c = z[faces].T
+    return ((b - a).conj() * (c - a)).imag
