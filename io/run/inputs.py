@@ -19,7 +19,7 @@ from ..point_syntax import Place, vertex_of
 from ..shapes import shape
 from ..shapes.shape import Shape
 from ..spec import Spec
-from .job import Job
+from .job import Job, is_mesh
 
 if TYPE_CHECKING:
     from ...surfaces.inserted import Opening
@@ -43,13 +43,16 @@ class Inputs:
         return self._objs[path]
 
     def is_mesh(self, text: str) -> bool:
-        """Whether a spec names a mesh: by its suffix, an OBJ only if it has more than one face.
+        """Whether a spec names a mesh: by its suffix, an OBJ with one face only as a target whose coordinates are wanted.
 
         Raises:
             InputError: the file is missing.
         """
         path = Spec.of(text).path
-        return self._obj(path).faces > 1 if formats.suffix_of(path) == ".obj" else formats.of(path).mesh
+        if formats.suffix_of(path) != ".obj":
+            return formats.of(path).mesh
+        wanted = text == self.job.target and (self.job.bake or any(map(is_mesh, self.job.output)))
+        return self._obj(path).faces > (0 if wanted else 1)
 
     @cached_property
     def listed(self) -> Listed | None:

@@ -66,3 +66,13 @@ def test_figures_are_those_of_the_file(shapes, iccm):
     assert gap > 0.01
     assert "the mesh is too coarse for it (boundary)" in done.err
     assert done.code == 0
+
+
+def test_one_quad_is_a_mesh_where_its_coordinates_are_wanted(shapes, iccm):
+    """Else an OBJ of one flat face is an outline."""
+    (shapes / "quad.obj").write_text("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4\n")
+    assert iccm("map", "square.svg", "quad.obj", "-o", "o.obj", "--report", "r.json").code == 0
+    assert (shapes / "o.obj").read_text().count("vt ") == 4
+    assert json.loads((shapes / "r.json").read_text())["mapped"] == 1
+    assert iccm("map", "square.svg", "quad.obj", "-o", "o.png", "--report", "r.json", "--force").code == 0
+    assert "mapped" not in json.loads((shapes / "r.json").read_text())
