@@ -43,7 +43,7 @@ class Inputs:
         return self._objs[path]
 
     def is_mesh(self, text: str) -> bool:
-        """Whether a spec names a mesh: by its suffix, an OBJ with one face only as a target whose coordinates are wanted.
+        """Whether a spec names a mesh: by its suffix; an OBJ of one face as a target whose coordinates are wanted.
 
         Raises:
             InputError: the file is missing.
