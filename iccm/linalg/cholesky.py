@@ -55,6 +55,7 @@ class Factor(NamedTuple):
         waiting: (f,) fronts whose parents have not come yet, a stack.
         sources: (f + 1,) where what each of them has left begins in `values`.
         part: (2n + 1,) the rows of a front in a solution.
+        left: (2n,) of a gradient, while it is eliminated.
     """
 
     values: Real
@@ -62,13 +63,15 @@ class Factor(NamedTuple):
     waiting: Index
     sources: Index
     part: Real
+    left: Real
 
     @classmethod
     def of(cls, system: BlockPattern) -> "Factor":
         """Room for the factors of matrices with a pattern."""
         n, number = system.position.size, system.fronts.parents.size
         place, waiting, sources = (np.empty(size, np.int64) for size in (n, number, number + 1))
-        return cls(np.empty(system.fronts.room), place, waiting, sources, np.empty(2 * n + 1))
+        part, left = np.empty(2 * n + 1), np.empty(2 * n)
+        return cls(np.empty(system.fronts.room), place, waiting, sources, part, left)
 
 
 def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
@@ -245,6 +248,32 @@ def factorise(system, matrix, gradient, factor):
             top += 1
             sources[top] = goal + rest * rest
     return True
+
+
+@kept(**DENSE)
+def eliminate_again(system, gradient, factor):
+    """Puts another gradient g (n,) in the place of the one that was factorised with H: L⁻¹ g."""
+    fronts, values, left = system.fronts, factor.values, factor.left
+    for row in range(system.order.size):
+        g = gradient[system.order[row]]
+        left[2 * row], left[2 * row + 1] = g.real, g.imag
+    for front in range(fronts.parents.size):
+        first, end = fronts.starts[front], fronts.starts[front + 1]
+        own, beyond = (
+            2 * (end - first),
+            fronts.beyond[fronts.beyond_starts[front] : fronts.beyond_starts[front + 1]],
+        )
+        tall, at = own + 2 * beyond.size + 1, fronts.panels[front]
+        for j in range(own):
+            column = at + j * tall
+            found = left[2 * first + j] / values[column + j]
+            values[column + tall - 1] = found
+            for i in range(j + 1, own):
+                left[2 * first + i] -= values[column + i] * found
+            for p in range(beyond.size):
+                row = column + own + 2 * p
+                left[2 * beyond[p]] -= values[row] * found
+                left[2 * beyond[p] + 1] -= values[row + 1] * found
 
 
 @kept(**DENSE)

@@ -21,6 +21,7 @@ def outlines_of(
     fineness: float,
     corner_fineness: float,
     always: tuple[complex, ...] = (),
+    spacing: float = np.inf,
 ) -> list[Outline]:
     """The outer outline of a domain and those of its holes.
 
@@ -30,21 +31,26 @@ def outlines_of(
         fineness: how far the outlines may be from those given, of the diagonal of the outer one.
         corner_fineness: likewise of the polygons of their corners.
         always: vertices of the outer one that are kept.
+        spacing: see `Outline.of`.
     """
     if not holes:
-        return [Outline.of(curve, fineness, corner_fineness, always)]
+        return [Outline.of(curve, fineness, corner_fineness, always, spacing)]
     for _ in range(ROUNDS):
-        outer = Outline.of(curve, fineness, corner_fineness, always)
-        found = [outer, *(_of_hole(hole, curve.diagonal, fineness, corner_fineness) for hole in holes)]
-        if are_disjoint([outline.curve.at(outline.corners) for outline in found]):
+        outer = Outline.of(curve, fineness, corner_fineness, always, spacing)
+        shares = fineness, corner_fineness, spacing
+        found = [outer, *(_of_hole(hole, curve.diagonal, *shares) for hole in holes)]
+        if spacing < np.inf or are_disjoint([outline.curve.at(outline.corners) for outline in found]):
             return found
         fineness, corner_fineness = FINER * fineness, FINER * corner_fineness
     return [Outline.of(each, 0.0, 0.0, always * (each is curve)) for each in (curve, *holes)]
 
 
-def _of_hole(hole: Curve, diagonal: float, fineness: float, corner_fineness: float) -> Outline:
+def _of_hole(
+    hole: Curve, diagonal: float, fineness: float, corner_fineness: float, spacing: float
+) -> Outline:
     scale = diagonal / hole.diagonal
-    return Outline.of(hole, min(scale * fineness, COARSEST), min(scale * corner_fineness, COARSEST))
+    shares = min(scale * fineness, COARSEST), min(scale * corner_fineness, COARSEST)
+    return Outline.of(hole, *shares, spacing=min(spacing, hole.length / FEWEST))
 
 
 def manageable_holes(
@@ -74,7 +80,7 @@ def rim_spacing(outlines: tuple[Outline, Outline], spacing: float, fewest: int =
 
 def space_out(outline: Outline, spacing: float) -> Complex:
     """The corners of an outline and points between, no farther apart than asked."""
-    corners = outline.corners
+    corners = outline.corners if outline.corners.size else np.zeros(1)
     gaps = np.diff(corners, append=corners[0] + outline.length)
     own, share = subdivide(gaps, min(spacing, outline.length / FEWEST))
     return outline.curve.at(corners[own] + share * gaps[own])

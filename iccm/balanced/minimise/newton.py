@@ -21,11 +21,12 @@ import numpy as np
 
 from ...arrays import Complex, Index, Real
 from ...jit import in_place
-from ...linalg.cholesky import BlockPattern, Factor, downhill, factorise
+from ...linalg.cholesky import BlockPattern, Factor, downhill, eliminate_again, factorise
 from ..kernels import cross, dot
 from .energy import RestShapes, assemble, total
 from .in_space import assemble_in_space, total_in_space
-from .sliding import Constraints, border_energy, constrain, gap_limit, moved, release
+from .sliding import Constraints, along_directions, border_energy, constrain, gap_limit, moved, release
+from .upright import ANY_TURN, Upright, bend_step, turn_derivatives, turn_factor
 
 SHARE_OF_FLIP = 0.95  # of the largest step without a fold
 ARMIJO = 1e-5  # share of the slope that a step must gain
@@ -88,6 +89,8 @@ class Workspace(NamedTuple):
         step: (n,) towards lower energy.
         way: (n,) of held vertices to their goals.
         new_u: (n,) positions that are tried.
+        turning: (n,) the gradient of the turn.
+        answer: (n,) to it, of the factor.
         directions: (c,) of constrained vertices.
         new_tau: (c,) arclengths that are tried.
         slope: (c,) of the curves' energy.
@@ -103,6 +106,8 @@ class Workspace(NamedTuple):
     step: Complex
     way: Complex
     new_u: Complex
+    turning: Complex
+    answer: Complex
     directions: Complex
     new_tau: Real
     slope: Real
@@ -114,9 +119,9 @@ class Workspace(NamedTuple):
     @classmethod
     def of(cls, pattern: BlockPattern, constrained: int) -> "Workspace":
         """For a mesh with so many constrained vertices."""
-        gradient, step, way, new_u = np.empty((4, pattern.position.size), np.complex128)
         matrix, directions = np.empty((pattern.columns.size, 4)), np.empty(constrained, np.complex128)
-        given = matrix, Factor.of(pattern), gradient, step, way, new_u, directions
+        gradient, step, way, new_u, turning, answer = np.empty((6, pattern.position.size), np.complex128)
+        given = matrix, Factor.of(pattern), gradient, step, way, new_u, turning, answer, directions
         return cls(*given, *np.empty((6, constrained)))
 
 
@@ -128,6 +133,7 @@ class System(NamedTuple):
         faces: (m, 3) triangles, counter-clockwise.
         rest: what their images are compared with.
         constraints: what holds vertices.
+        upright: what a turn costs.
         workspace: for the steps.
     """
 
@@ -135,13 +141,21 @@ class System(NamedTuple):
     faces: Index
     rest: RestShapes
     constraints: Constraints
+    upright: Upright
     workspace: Workspace
 
     @classmethod
-    def of(cls, pattern: BlockPattern, faces: Index, rest: RestShapes, constraints: Constraints) -> "System":
+    def of(
+        cls,
+        pattern: BlockPattern,
+        faces: Index,
+        rest: RestShapes,
+        constraints: Constraints,
+        upright: Upright = ANY_TURN,
+    ) -> "System":
         """With a workspace."""
         workspace = Workspace.of(pattern, constraints.kinds.size)
-        return cls(pattern, faces, rest, constraints, workspace)
+        return cls(pattern, faces, rest, constraints, upright, workspace)
 
 
 @in_place
@@ -180,16 +194,28 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
     """
     pattern, rest, constraints, space = system.pattern, system.rest, system.constraints, system.workspace
     border, matrix, gradient, step = constraints.border, space.matrix, space.gradient, space.step
+    upright, turning = system.upright, space.turning
     energy, small, crawling, before, damping = np.inf, 0, 0, np.inf, 0.0
+    factor, curvature = 1.0, 0.0
     for done in range(steps):
         if not objective.quadratic:
             energy = _derivatives(rest, surface, u, objective, matrix, gradient)
             energy += border_energy(border, tau)
+        if upright.weight > 0:  # energy and derivatives are those of the product by its second factor
+            slope, curvature = turn_derivatives(upright, u, objective.q, turning)
+            for v in range(u.size):
+                gradient[v] += energy * slope * turning[v]
+            factor = turn_factor(upright, u, objective.q)
         moving = constrain(pattern, constraints, u, tau, space)
         regularise(pattern, matrix, REGULAR + damping)
         if not factorise(pattern, matrix, gradient, space.factor):
-            return energy, done, small
+            return factor * energy, done, small
         downhill(pattern, space.factor, step)
+        if curvature > 0:
+            along_directions(constraints.kinds, space.directions, turning)
+            eliminate_again(pattern, turning, space.factor)
+            downhill(pattern, space.factor, space.answer)
+            bend_step(turning, space.answer, energy * curvature, step)
         decrease = 0.0
         for v in range(u.size):
             decrease += dot(gradient[v], step[v])
@@ -200,6 +226,7 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
                 t = 1 / (1 + max(decrease / energy, -LONGEST))  # decrease < 0: Newton's for log E
             most = SHARE_WHILE_MOVING if moving else SHARE_OF_FLIP
             t = min(gap_limit(border, tau, space.slide, t), most * largest_step(system.faces, u, step))
+        energy, decrease = factor * energy, factor * decrease
         # line search: halved until Armijo's condition holds, or, on the way to goals, the energy hardly grows
         gained, accepted = 0.0, False
         while t > SHORTEST_STEP:
@@ -207,6 +234,7 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
             new_energy = border_energy(border, space.new_tau)
             if new_energy < np.inf and not objective.quadratic:
                 new_energy += _energy(rest, surface, space.new_u, objective)
+                new_energy *= turn_factor(upright, space.new_u, objective.q)
             most = GROWTH * energy if moving else energy + ARMIJO * t * decrease
             if new_energy <= most or objective.quadratic:
                 gained, accepted = energy - new_energy, True

@@ -311,13 +311,11 @@ def add_product(system, matrix, way, gradient):
 
 
 @in_place
-def restrict_gradient(kinds, directions, slope, gradient):
+def along_directions(kinds, directions, gradient):
     """Rewrites the gradient of constrained vertices along their directions, 0 where they are held."""
     for v in range(directions.size):
-        if kinds[v] == FREE:
-            continue
-        along = gradient[v].real * directions[v].real + gradient[v].imag * directions[v].imag
-        gradient[v] = complex(along + slope[v] if directions[v] != 0 else 0.0, 0.0)
+        if kinds[v] != FREE:
+            gradient[v] = complex(dot(gradient[v], directions[v]), 0.0)
 
 
 @in_place
@@ -342,7 +340,10 @@ def constrain(pattern, constraints, u, tau, space):
         add_product(pattern, matrix, space.way, gradient)
     restrict(pattern, kinds, directions, matrix)
     stiffen(pattern, border, directions, space.curvature, matrix)
-    restrict_gradient(kinds, directions, slope, gradient)
+    along_directions(kinds, directions, gradient)
+    for v in range(directions.size):
+        if directions[v] != 0:
+            gradient[v] += slope[v]
     return moving
 
 

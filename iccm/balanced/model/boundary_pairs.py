@@ -106,6 +106,10 @@ class Pairs(NamedTuple):
         """Those of several loops."""
         return cls(*(np.concatenate(parts) for parts in zip(*loops)))
 
+    def of(self, which: "Index | Flags | slice") -> "Pairs":
+        """Some of them."""
+        return Pairs(self.s[which], self.tau[which], self.at_source[which], self.at_target[which])
+
 
 def through(match: Match, anchors: Match | None, even: float = 0.0) -> Match:
     """The match bent, affinely between neighbours, so that it passes through the anchors.
@@ -152,6 +156,8 @@ def boundary_pairs(
         anchors: pairs that must correspond; corners of both outlines.
     """
     s, tau, kind = _corner_pairs(source, target, match, anchors)
+    if not s.size:  # discs: any pair does to begin with
+        s, tau, kind = match.s[:1], match.tau[:1], np.zeros(1, int)
     if anchors is None:
         s, tau, kind = _begun_after_widest_gap(s, tau, kind, source.length, target.length)
     s, tau, kind = _merge_corners(s, tau, kind, source.length, target.length, MERGED * spacing)

@@ -25,6 +25,7 @@ from ..minimise.energy import LOST, Objective, RestShapes, geometry
 from ..minimise.in_space import Ground, SurfaceMap, separate
 from ..minimise.sliding import HELD, SLIDING, Border, Constraints, Rails
 from ..minimise.untangle import STEPS, springs, untangle
+from ..minimise.upright import ANY_TURN, Upright
 from .boundary import Boundary, MatchedBoundary, MatchedLoop
 from .boundary_pairs import Loop, Match, Pairs
 from .inner_constraints import InnerConstraints
@@ -51,7 +52,7 @@ class DiscreteMap:
         z: (n,) vertices in the source.
         u: (n,) their images.
         boundary: what holds the boundary's vertices.
-        energy: at the last step, with the outline's term.
+        energy: at the last step, with the outline's term, and more for a turn.
         inside: the constraints inside, whose vertices come after the boundary's.
         bound: whether their vertices are held by them; if not, they are like any others.
         weights: (m,) 1, FILLED and BAY for voids, triangles in holes without a partner and in bays, and PASSED_OVER for
@@ -59,6 +60,7 @@ class DiscreteMap:
         multipliers: (m,) by which triangles count more, for the sake of bounds; None where all count alike.
         settled: whether the last descent ended before its steps did.
         metrics: of surfaces that the planes of source and target stand for.
+        upright: what turning the picture costs: upside down 1 + this times as much.
         ground: the target in space, whose metric changes as vertices move; None for the one that `metrics` has.
     """
 
@@ -74,6 +76,7 @@ class DiscreteMap:
     multipliers: Real | None = None
     settled: bool = True
     metrics: Metrics = PLANES
+    upright: float = 0.0
     ground: Ground | None = None
 
     @classmethod
@@ -85,6 +88,7 @@ class DiscreteMap:
         filled: Sequence[Complex] = (),
         metrics: Metrics = PLANES,
         bays: Sequence[Complex] = (),
+        upright: float = 0.0,
     ) -> "DiscreteMap":
         """A mesh for a boundary; the image is given there and zero inside. `filled` are the polygons of holes that are
         covered, `bays` polylines from the outline to the outline beyond which it is as in these."""
@@ -105,7 +109,8 @@ class DiscreteMap:
         pattern = system_of(faces, following, z.size)
         rings = [np.append(bay, outer[mouth[-2:0:-1]]) for bay, mouth in zip(bays, mouths)]
         weights = weights_of(z, faces, filled, rings) if filled or bays else None
-        return cls(faces, pattern, z, u, boundary, inside=inside, weights=weights, metrics=metrics)
+        state = cls(faces, pattern, z, u, boundary, inside=inside, weights=weights)
+        return replace(state, metrics=metrics, upright=upright)
 
     @property
     def border(self) -> int:
@@ -278,6 +283,12 @@ class DiscreteMap:
         boundary = self.boundary.slid(True, tau[: self.border], corners)
         return replace(self, u=u, boundary=boundary, inside=inside, **end)
 
+    def inside_moved(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
+        """Newton steps on the image with the outline where it is."""
+        held = replace(self.matched, anchored=np.ones(self.border, bool))
+        moved = replace(self, boundary=held).forward(theta, q, steps, tolerance)
+        return replace(moved, boundary=self.boundary)
+
     def backward(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Newton steps on the source, the images being kept: target corners slide along the source."""
         inside = self.inside
@@ -301,7 +312,9 @@ class DiscreteMap:
         if forward and self.ground is not None:
             rest, surface = self._in_space(self.ground, objective.theta)
         u, (tau, constraints) = moving.copy(), self.constraints(forward, corners, stay)
-        system = newton.System.of(self.pattern, self.faces, rest, constraints)
+        counts = self.upright > 0 and surface is None  # where what is moved lies in a plane
+        upright = Upright.of(rest, u.size, self.upright) if counts else ANY_TURN
+        system = newton.System.of(self.pattern, self.faces, rest, constraints, upright)
         energy, done, _ = newton.descend(system, objective, surface, u, tau, steps, tolerance)
         return u, tau, {"energy": float(energy), "settled": bool(done < steps)}
 

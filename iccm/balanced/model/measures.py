@@ -21,13 +21,9 @@ def derivatives(
 
 
 def turn_of(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> float:
-    """Radians by which the map turns the picture on average: over half the source's area and half the target's.
-
-    Both areas are taken as one.
-    """
-    a, b, areas = derivatives(z, u, faces, metrics)
-    weight = areas * (1 + np.abs(a) ** 2 - np.abs(b) ** 2)
-    return float(np.angle(np.sum(weight * a / np.maximum(np.abs(a), 1e-300))))
+    """Radians by which the map turns the picture on average: those of its mean derivative, and of the inverse map's."""
+    a, _, areas = derivatives(z, u, faces, metrics)
+    return float(np.angle(np.sum(areas * a)))
 
 
 def stretches(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> tuple[Real, Real, Real]:

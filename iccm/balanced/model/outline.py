@@ -32,16 +32,26 @@ class Outline:
 
     @classmethod
     def of(
-        cls, curve: Curve, fineness: float, corner_fineness: float, always: tuple[complex, ...] = ()
+        cls,
+        curve: Curve,
+        fineness: float,
+        corner_fineness: float,
+        always: tuple[complex, ...] = (),
+        spacing: float = np.inf,
     ) -> "Outline":
         """Simplified to `fineness`, the vertices kept at `corner_fineness` being corners; both shares of the diagonal.
 
-        The vertices `always` are kept by both.
+        The vertices `always` are kept by both. With a spacing of the mesh's vertices, corners are only those where the
+        outline turns by more than SHARP within it.
         """
         kept = kept_vertices(curve, fineness, always)
         fine = Curve(curve.z[kept])
         origins = np.append(curve.knots[kept], curve.knots[kept[0]] + curve.length)
-        return cls(fine, fine.knots[kept_vertices(fine, corner_fineness, always)], origins)
+        corners = kept_vertices(fine, corner_fineness, always)
+        if spacing < np.inf:
+            turning = _turns_within(Curve(fine.z[corners]), spacing) > SHARP
+            corners = corners[turning | np.isin(fine.z[corners], always)]
+        return cls(fine, fine.knots[corners], origins)
 
     def original(self, s: Real) -> Real:
         """Arclengths on the curve that was simplified, in proportion between two vertices; laps are kept."""
@@ -72,6 +82,17 @@ class Outline:
         edges = self.curve.edges
         sharp = np.abs(np.angle(edges / np.roll(edges, 1))) > SHARP
         return Rail(self.curve.knots, self.curve.z, self.curve.knots[:-1][sharp])
+
+
+def _turns_within(curve: Curve, spacing: float) -> Real:
+    """(n,) radians by which a closed polyline turns within half the spacing before and after each vertex."""
+    turns = np.angle(curve.edges / np.roll(curve.edges, 1))
+    sums = np.append(0, np.cumsum(np.tile(turns, 3)))
+    knots = curve.knots[:-1]
+    laps = np.concatenate([knots - curve.length, knots, knots + curve.length])
+    first = np.searchsorted(laps, knots - 0.5 * spacing)
+    after = np.searchsorted(laps, knots + 0.5 * spacing, side="right")
+    return np.maximum(np.abs(sums[after] - sums[first]), np.abs(turns))
 
 
 def simplify(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Curve:

@@ -9,22 +9,22 @@ from ... import progress
 from ..errors import Stuck
 from ..model import mesh_sizes
 from ..model.discrete_map import DiscreteMap
-from .levels import BACKWARD, GOOD_ENOUGH, RELEASED_STEPS, Level, UnitProblem, alternate, refine, score
+from .levels import BACKWARD, GOOD_ENOUGH, RELEASED_STEPS, Level, UnitProblem, alternate, refine
 
 SCREENING = ((3, 9), (5, 5))
 """Newton steps, then how many maps go on: within 2 % of settling all nine on 78 pairs. More steps, (5, 9), (12, 5), are
 within 1 %, and turn pictures on: 24 % of 45 pairs by more than 20° instead of 20 %."""
 PROMISING = 1.5
-"""Times the best score, up to which a map does: 0.2 % more energy in the mean of 78 pairs, and a third less time for
+"""Times the least energy, up to which a map does: 0.2 % more energy in the mean of 78 pairs, and a third less time for
 the slowest tenth; with 1.2 it is 0.9 % more."""
-ALIKE = 1e-3, np.radians(1.0)  # of the score, and of the turn: two maps so close end as the same one
+ALIKE = 1e-3, np.radians(1.0)  # of the energy, and of the turn: two maps so close end as the same one
 SETTLING, ROUNDS = 2, 4
 """Rounds of steps on a new mesh: of all maps, of those that are left. With 1 and 2 worse maps won for 2 of 95 pairs."""
 CLOSE, FINALISTS = 1.1, 2
-"""Times the best score up to which corners are released, and of how many maps at most: on 16 pairs, with all maps
+"""Times the least energy up to which corners are released, and of how many maps at most: on 16 pairs, with all maps
 released to the end, the winner was among these, or another within 0.5 %."""
 RELEASES = 3  # rounds of released corners
-GAIN = 3e-3  # of the score, for which there is another round
+GAIN = 3e-3  # of the energy, for which there is another round
 
 
 def screen(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMap]:
@@ -32,24 +32,23 @@ def screen(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMap]
     for steps, keep in SCREENING:
         tried = progress.counted(f"coarse maps, {steps} steps", states)
         states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
-        states = sorted(states, key=lambda s: score(s, problem.upright))[:keep]
-    return [s for s in states if score(s, problem.upright) <= PROMISING * score(states[0], problem.upright)]
+        states = sorted(states, key=lambda s: s.energy)[:keep]
+    return [s for s in states if s.energy <= PROMISING * states[0].energy]
 
 
-def without_duplicates(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMap]:
+def without_duplicates(states: list[DiscreteMap]) -> list[DiscreteMap]:
     """The maps, best first, without those that are like a better one."""
     kept: list[DiscreteMap] = []
     for state in states:
-        if not any(are_equivalent(state, other, problem) for other in kept):
+        if not any(are_equivalent(state, other) for other in kept):
             kept.append(state)
     return kept
 
 
-def are_equivalent(one: DiscreteMap, other: DiscreteMap, problem: UnitProblem) -> bool:
-    """Whether two maps have the same score and turn."""
-    scores = [score(state, problem.upright) for state in (one, other)]
+def are_equivalent(one: DiscreteMap, other: DiscreteMap) -> bool:
+    """Whether two maps have the same energy and turn."""
     turned = np.angle(np.exp(1j * (one.turn - other.turn)))
-    return bool(abs(scores[0] / scores[1] - 1) < ALIKE[0] and abs(turned) < ALIKE[1])
+    return bool(abs(one.energy / other.energy - 1) < ALIKE[0] and abs(turned) < ALIKE[1])
 
 
 def best_of(level: Level, states: list[DiscreteMap], problem: UnitProblem) -> DiscreteMap:
@@ -59,25 +58,15 @@ def best_of(level: Level, states: list[DiscreteMap], problem: UnitProblem) -> Di
         Stuck: none settles.
     """
     settled = []
-    for state in progress.counted("coarse maps", without_duplicates(states, problem)):
+    for state in progress.counted("coarse maps", without_duplicates(states)):
         with suppress(Stuck):
             settled.append(settle(level, state, problem, SETTLING))
     if not settled:
         raise Stuck("no start")
-    settled.sort(key=lambda s: score(s, problem.upright))
-    most = CLOSE * score(settled[0], problem.upright)
-    finalists = [state for state in settled[:FINALISTS] if score(state, problem.upright) <= most]
+    settled.sort(key=lambda s: s.energy)
+    finalists = [state for state in settled[:FINALISTS] if state.energy <= CLOSE * settled[0].energy]
     counted = progress.counted("coarse maps, corners released", finalists)
-    return min((release_corners(level, s, problem) for s in counted), key=lambda s: score(s, problem.upright))
-
-
-def settle_and_release(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
-    """The map settled on a new mesh, and its corners released as long as that helps.
-
-    Raises:
-        Stuck: it does not settle.
-    """
-    return release_corners(level, settle(level, state, problem, ROUNDS), problem)
+    return min((release_corners(level, s, problem) for s in counted), key=lambda s: s.energy)
 
 
 def settle(level: Level, state: DiscreteMap, problem: UnitProblem, rounds: int) -> DiscreteMap:
@@ -96,7 +85,7 @@ def settle(level: Level, state: DiscreteMap, problem: UnitProblem, rounds: int) 
 
 def release_corners(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
     """The best map of a few rounds: corners released, pinned again on a new mesh, settled."""
-    best, best_score = state, score(state, problem.upright)
+    best = state
     for _ in range(RELEASES):
         state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
         try:
@@ -104,10 +93,8 @@ def release_corners(level: Level, state: DiscreteMap, problem: UnitProblem) -> D
         except Stuck:
             break
         state = alternate(state, problem.theta, 1.0, ROUNDS, BACKWARD)
-        before, new = best_score, score(state, problem.upright)
-        if new < best_score:
-            best, best_score = state, new
-        if not new < (1 - GAIN) * before:
+        before, best = best.energy, min(best, state, key=lambda s: s.energy)
+        if not best.energy < (1 - GAIN) * before:
             break
     return best
 

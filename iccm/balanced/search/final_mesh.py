@@ -13,6 +13,7 @@ from ..model import mesh_sizes
 from ..model.discrete_map import DiscreteMap
 from ..model.measures import least_dilatations, stretches
 from ..model.metric import PLANES, Metrics
+from ..model.outline_split import split_at_vertices
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
 from . import pin_continuation
@@ -25,7 +26,7 @@ LAST_ROUNDS = 4  # of such steps; later ones where a squeezed triangle widens sl
 UNSETTLED = "The map had not settled on its last mesh: its stretch could be smaller."
 BOUND_ROUNDS = 40  # of weighing what exceeds bounds
 BOUND_AIM = 0.99  # of a bound, that is aimed at: it is approached from above
-LAST_STEPS, LAST_DECREASE = 50, 2e-3  # of Newton on the last mesh, and the relative decrease that ends them
+LAST_STEPS, LAST_DECREASE = 50, 2e-4  # of Newton on the last mesh, and the relative decrease that ends them
 
 
 Meshed = DiscreteMap | Sketch
@@ -73,14 +74,20 @@ def on_final_mesh(
 ) -> DiscreteMap:
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
     progress.tell("last map")
-    state = on_finer(final_level(problem, settings, share), state, problem)
-    return meet_bounds(state, problem.theta, settings, journal)
+    try:
+        sliding = on_finer(final_level(problem, settings, share, smooth=True), state, problem)
+        return split_at_vertices(meet_bounds(sliding, problem.theta, settings, journal))
+    except Stuck:  # a kink folds what is beside it: every vertex is one of the mesh from the beginning
+        state = on_finer(final_level(problem, settings, share), state, problem)
+        return meet_bounds(state, problem.theta, settings, journal)
 
 
-def final_level(problem: UnitProblem, settings: Settings, share: float = 1.0) -> Level:
-    """The outlines with all their vertices, and the size of the last mesh."""
+def final_level(
+    problem: UnitProblem, settings: Settings, share: float = 1.0, *, smooth: bool = False
+) -> Level:
+    """The outlines with all their vertices, and the size of the last mesh; see `Level.of` for `smooth`."""
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
-    return Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE)
+    return Level.of(problem, size, 0.0, FINE_EXACTNESS[1] * smooth, STEEPEST_FINE, smooth=smooth)
 
 
 def meet_bounds(state: DiscreteMap, theta: float, settings: Settings, journal: SolveLog) -> DiscreteMap:
@@ -116,10 +123,18 @@ def meet_bounds_by(
 
 
 def descend(state: DiscreteMap, theta: float, q: float, journal: SolveLog) -> DiscreteMap:
-    """The map on the last mesh after Newton's steps; a note where they do not settle."""
+    """The map on the last mesh after Newton's steps; a note where they do not settle.
+
+    Thin triangles beside the outline are in the way of its sliding past kinks: the inside alone widens them.
+    """
+    before = np.inf
     for _ in range(LAST_ROUNDS):
         state = state.forward(theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
-        if state.settled:
+        if before - state.energy < LAST_DECREASE * state.energy:
+            break
+        before = state.energy
+        state = state.inside_moved(theta, q, LAST_STEPS, LAST_DECREASE)
+        if state.settled and before - state.energy < LAST_DECREASE * before:
             break
     journal.level("last", state, q)
     if not state.settled and UNSETTLED not in journal.notes:

@@ -42,7 +42,6 @@ POWER = 3.0
 """q on fine meshes: at 1 a pin pulls out a spike; largest K of a square, its centre moved, 7.4, at 3 3.4."""
 FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
 SETTLED = 1e-3  # relative decrease of a round that ends it
-POLISHING = 0  # steps after unfolding on a new mesh, before the energy itself
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
 SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
 MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
@@ -63,7 +62,7 @@ class UnitProblem(NamedTuple):
         source: boundary of the source, of area one.
         target: boundary of the target, of area one.
         theta: weight of the area part.
-        upright: weight of the turn when maps are compared.
+        upright: what turning the picture costs: upside down 1 + this times as much.
         anchors: vertices of the source and of the target, in order, that must correspond.
         halved: whether these are half shapes, with a mirror axis between the two anchors.
         pins: (k, 2) points inside the source and the target that must correspond.
@@ -158,14 +157,24 @@ class Level:
     holes: tuple[tuple[Outline, ...], tuple[Outline, ...]] = ((), ())
     metrics: Metrics = PLANES
     bays: tuple[Complex, ...] = ()
+    upright: float = 0.0
 
     @classmethod
     def of(
-        cls, problem: UnitProblem, size: float, fineness: float, corner_fineness: float, steepest: float
+        cls,
+        problem: UnitProblem,
+        size: float,
+        fineness: float,
+        corner_fineness: float,
+        steepest: float,
+        *,
+        smooth: bool = False,
     ) -> "Level":
-        """The level of mesh size h; fineness of outlines and corners as shares of their diagonals."""
+        """The level of mesh size h; fineness of outlines and corners as shares of their diagonals. With `smooth` ones
+        corners are only where the outlines turn sharply for the mesh size."""
+        spacing = SPACING * size if smooth else np.inf
         (source, *rims), (target, *goals) = (
-            outlines_of(curve, holes, fineness, corner_fineness, always)
+            outlines_of(curve, holes, fineness, corner_fineness, always, spacing)
             for curve, holes, always in zip((problem.source, problem.target), problem.holes, problem.kept)
         )
         anchors = None
@@ -178,7 +187,8 @@ class Level:
             *(source, target, size, anchors, steepest, problem.pins, problem.strokes, problem.halved),
             holes=(tuple(rims), tuple(goals)),
             metrics=problem.metrics,
-            bays=bays_within(source, problem.bays, corner_fineness, SPACING * size),
+            bays=bays_within(source, problem.bays, fineness if smooth else corner_fineness, SPACING * size),
+            upright=problem.upright,
         )
 
     def mapped(
@@ -196,7 +206,7 @@ class Level:
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         sizes_of_filled += [(-1, -1, bay.size - 2) for bay in self.bays]
         boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + kept.z.size))
-        return DiscreteMap.on(boundary, sizes, kept, filled, self.metrics, self.bays)
+        return DiscreteMap.on(boundary, sizes, kept, filled, self.metrics, self.bays, self.upright)
 
     def boundary(self, match: Match, fewest: int = FEWEST) -> MatchedBoundary:
         """The boundary of a mesh for a match of the outlines, with at least `fewest` vertices on each hole."""
@@ -254,16 +264,6 @@ class Level:
     def pinned(self) -> bool:
         """Whether there are pins or strokes inside."""
         return bool(self.strokes) or bool(len(self.pins))
-
-
-def score(state: DiscreteMap, upright: float) -> float:
-    """The energy, made larger the more the picture is turned."""
-    return state.energy * turn_factor(state, upright)
-
-
-def turn_factor(state: DiscreteMap, upright: float) -> float:
-    """What a turned picture counts more: 1 where it is upright, 1 + upright where it is upside down."""
-    return float(1 + 0.5 * upright * (1 - np.cos(state.turn)))
 
 
 def initial_maps(level: Level, matches: list[Match]) -> list[DiscreteMap]:
@@ -343,14 +343,14 @@ def refine(
     """
     fine = interpolate_on(level, state, sizes)
     try:
-        return fine.unfolded(harmonic=False, polish=POLISHING, steps=only or STEPS, weighed=bool(level.bays))
+        return fine.unfolded(harmonic=False, steps=only or STEPS, weighed=bool(level.bays))
     except Stuck:
         if only:
             raise
     try:
-        return fine.unfolded(polish=POLISHING)
+        return fine.unfolded()
     except Stuck:
-        return fine.unfolded(harmonic=False, polish=POLISHING, steps=PATIENT, weighed=bool(level.bays))
+        return fine.unfolded(harmonic=False, steps=PATIENT, weighed=bool(level.bays))
 
 
 def interpolate_on(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
@@ -363,8 +363,10 @@ def interpolate_on(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | Non
 
 
 def relax_stretched(state: DiscreteMap, theta: float) -> DiscreteMap:
-    """A few steps at q = 1 where a triangle is badly stretched: Newton at q widens it slowly."""
+    """A few steps at q = 1 where a triangle is badly stretched, of the inside and then of all: Newton at q widens it
+    slowly."""
     _, stretch, _ = stretches(state.z, state.u, state.material, state.metrics)
     if stretch.max() < BADLY_STRETCHED:
         return state
+    state = state.inside_moved(theta, 1.0, EASING_STEPS, EASED)
     return state.forward(theta, 1.0, EASING_STEPS, EASED, corners=True)

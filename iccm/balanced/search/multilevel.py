@@ -17,7 +17,7 @@ from ..model.outline import manageable
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
 from . import initial_matches, pin_continuation, warm_start
-from .candidates import best_of, screen, settle_and_release
+from .candidates import best_of, screen
 from .circle_domains import circle_starts
 from .final_mesh import (
     FINE_EXACTNESS,
@@ -32,7 +32,7 @@ from .final_mesh import (
     on_final_mesh,
 )
 from .hole_partners import Partners
-from .levels import Level, Numbers, UnitProblem, initial_maps, relax_stretched, score
+from .levels import Level, Numbers, UnitProblem, initial_maps, relax_stretched
 from .partial import bay_choices, cost, hole_choices, is_good, is_within, with_bays, with_bays_like
 from .similarity import similar_with_holes, similarity
 from .symmetry import Half, half_of, mirror
@@ -45,9 +45,7 @@ surface's metric, which triangles average, holes and pins get FINER."""
 LIMBS = 0.55
 """Over the outline's length, of area one: the coarse h of shapes with limbs, at least 0.6 of COARSE."""
 SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
-UPRIGHT = 3.0  # weight of the turn among starts: 82 % of 40 pairs turn by less than 20°, with 2 75 %, for 1 % of energy
-STRAIGHTENINGS, STRAIGHT = 3, 0.5  # rounds, and degrees that may be left
-ROUND = 0.95  # 4π · area / length², 1 for a disc and .91 for a hexagon
+UPRIGHT = 2.0  # a quarter turn doubles the cost, upside down trebles it
 COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, of the diagonal
 STEEPEST = 8.0  # slope of a match, relative to the mean, that a coarse mesh follows
 SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
@@ -383,7 +381,7 @@ def coarse_map(
     if (most > 1 or (most and not states)) and not level.bays:
         states += circle_starts(level, matches, problem.theta)
     states = screen(states or through_disc(level, problem.theta), problem)
-    best = straighten(level, best_of(level, states, problem), problem)
+    best = best_of(level, states, problem)
     journal.level("coarse", best, 1.0)
     return best
 
@@ -400,30 +398,6 @@ def correspondences(level: Level, problem: UnitProblem) -> list[Match]:
     if problem.upright > 0 and not problem.constrained:
         return initial_matches.without_upside_down(matches, *curves) or matches
     return matches
-
-
-def straighten(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
-    """The map with its turn taken out where a shape is round, so that any turn costs the same."""
-    for _ in range(STRAIGHTENINGS):
-        laps = state.turn / (2 * np.pi)
-        if problem.upright == 0 or abs(laps) < STRAIGHT / 360:
-            break
-        s, tau, holes = state.match
-        round_source, round_target = (4 * np.pi / o.length**2 > ROUND for o in (level.source, level.target))
-        if round_target:
-            match = Match(s, tau - laps * level.target.length, holes)
-        elif round_source:
-            match = Match(s + laps * level.source.length, tau, holes)
-        else:
-            break
-        try:
-            new = settle_and_release(level, level.mapped(match), problem)
-        except Stuck:
-            break
-        if score(new, problem.upright) >= score(state, problem.upright):
-            break
-        state = new
-    return state
 
 
 def with_partners(level: Level, matches: list[Match], problem: UnitProblem) -> list[Match]:

@@ -19,7 +19,7 @@ from ..model.measures import energy_between, stretch_quantile
 from ..model.outline import Outline
 from ..model.settings import Settings
 from .hole_partners import Partners
-from .levels import Numbers, UnitProblem, turn_factor
+from .levels import Numbers, UnitProblem
 
 Side = Literal["source", "target"]
 SIDES: dict[str, tuple[Side, ...]] = {
@@ -120,7 +120,8 @@ def cost(problem: UnitProblem, state: DiscreteMap) -> float:
     turned."""
     lost = 0.5 * sum(lost_shares(problem, state))
     energy = energy_between(state.z, state.u, state.material, problem.theta, state.metrics)
-    return ((1 - lost) * energy + lost * LOST) * turn_factor(state, problem.upright)
+    turned = 1 + 0.5 * problem.upright * (1 - np.cos(state.turn))
+    return float(((1 - lost) * energy + lost * LOST) * turned)
 
 
 def is_within(problem: UnitProblem, state: DiscreteMap, settings: Settings) -> bool:

@@ -20,14 +20,12 @@ from .homotopy import MOVING_DECREASE, brought, moved
 from .levels import (
     BACKWARD,
     GOOD_ENOUGH,
-    POLISHING,
     RELEASED_STEPS,
     Level,
     UnitProblem,
     alternate,
     interpolate_on,
     refine,
-    score,
 )
 
 FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
@@ -94,9 +92,9 @@ def pin_aligned_matches(level: Level, pins: Complex) -> list[Match]:
     return found.matches
 
 
-def rank(state: DiscreteMap, upright: float) -> tuple[float, float]:
-    """Maps that meet their constraints first, by score; then the others by what they miss."""
-    return state.miss, score(state, upright)
+def rank(state: DiscreteMap) -> tuple[float, float]:
+    """Maps that meet their constraints first, by energy; then the others by what they miss."""
+    return state.miss, state.energy
 
 
 def screen(level: Level, matches: list[Match], problem: UnitProblem) -> tuple[list[DiscreteMap], float, int]:
@@ -112,15 +110,15 @@ def screen(level: Level, matches: list[Match], problem: UnitProblem) -> tuple[li
     free = min((state.energy for state in states), default=np.inf)
     states = [aim_feet(level.strokes, state, BESIDE) for state in states]
     straight = (moved(state, problem.theta) for state in progress.counted("pins moved", states))
-    ends = sorted(straight, key=lambda s: rank(s, problem.upright))
+    ends = sorted(straight, key=rank)
     if ends and ends[0].miss > 0:
         states = sorted(states, key=lambda s: s.energy)[:BROUGHT]
         staged = (brought(s, problem.theta) for s in progress.counted("pins moved in stages", states))
-        ends = sorted(staged, key=lambda s: rank(s, problem.upright))
+        ends = sorted(staged, key=rank)
     if ends and ends[0].miss > 0 and not problem.strokes:
         ways = progress.counted("pins led around each other", states[:LED])
         led_ends = [lead_one_by_one(level, state, problem.theta) for state in ways]
-        ends = sorted([*led_ends, *ends], key=lambda s: rank(s, problem.upright))
+        ends = sorted([*led_ends, *ends], key=rank)
     return ends[:KEPT], free, failed
 
 
@@ -133,7 +131,7 @@ def settle_pinned(level: Level, state: DiscreteMap, problem: UnitProblem) -> Dis
             state = alternate(refine_pinned(level, state, problem.theta), problem.theta, 1.0, 4, BACKWARD)
         except Stuck:
             break
-        if score(state, problem.upright) >= score(best, problem.upright):
+        if state.energy >= best.energy:
             break
         best = state
     return best
@@ -153,7 +151,7 @@ def refine_pinned(level: Level, state: DiscreteMap, theta: float, sizes: Sizes |
     except Stuck:
         state = replace(state, bound=False)
     try:
-        new = replace(fine, bound=False).unfolded(harmonic=False, polish=POLISHING)
+        new = replace(fine, bound=False).unfolded(harmonic=False)
     except Stuck:
         relaxed = state.forward(theta, 1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)
         new = refine(level, relaxed, sizes)
@@ -171,7 +169,7 @@ def unfold_pinned(fine: DiscreteMap) -> DiscreteMap:
     """
     if folds(fine.faces, fine.u) > FEW_FOLDS:
         raise Stuck("too many folds beside what is constrained")
-    return fine.unfolded(harmonic=False, polish=POLISHING, steps=HELD_STEPS)
+    return fine.unfolded(harmonic=False, steps=HELD_STEPS)
 
 
 def again(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
@@ -198,7 +196,7 @@ def coarse(level: Level, matches: list[Match], problem: UnitProblem, journal: So
         raise Stuck("no start")
     met = [state for state in states if state.miss == 0]
     if met:
-        best = min((settle_pinned(level, s, problem) for s in met), key=lambda s: score(s, problem.upright))
+        best = min((settle_pinned(level, s, problem) for s in met), key=lambda s: s.energy)
     elif problem.strokes:
         best = settle_pinned(level, replace(states[0], bound=False), problem)
     else:

@@ -8,7 +8,7 @@ import pytest
 from iccm.balanced.errors import Stuck
 from iccm.balanced.model.discrete_map import folds
 from iccm.balanced.search import candidates, initial_matches, multilevel
-from iccm.balanced.search.levels import Level, UnitProblem, initial_maps, score
+from iccm.balanced.search.levels import Level, UnitProblem, initial_maps
 from iccm.curve import Curve
 
 FLAG = np.array([0, 3, 2.5 + 0.6j, 3.1 + 1.5j, 1 + 1.7j, 0.9 + 3j, 0.2 + 2.9j])
@@ -32,24 +32,21 @@ def screened():
 
 def test_maps_that_are_alike_run_once(screened):
     nearly = [replace(state, energy=state.energy * (1 + 1e-5)) for state in screened]
-    once = candidates.without_duplicates(screened, PROBLEM)
-    assert candidates.without_duplicates([*once, *nearly], PROBLEM) == once
+    once = candidates.without_duplicates(screened)
+    assert candidates.without_duplicates([*once, *nearly]) == once
 
 
 def test_turned_maps_are_not_alike(screened):
     first, other = screened[0], replace(screened[0], u=screened[0].u * np.exp(0.1j))
-    assert candidates.are_equivalent(first, first, PROBLEM) and not candidates.are_equivalent(
-        first, other, PROBLEM
-    )
+    assert candidates.are_equivalent(first, first) and not candidates.are_equivalent(first, other)
 
 
 def test_the_winner_is_about_as_good_as_any_map_released_to_the_end(screened):
     won = candidates.best_of(LEVEL, screened, PROBLEM)
-    ends = [
-        score(candidates.settle_and_release(LEVEL, state, PROBLEM), PROBLEM.upright) for state in screened
-    ]
+    settled = (candidates.settle(LEVEL, state, PROBLEM, candidates.ROUNDS) for state in screened)
+    ends = [candidates.release_corners(LEVEL, state, PROBLEM).energy for state in settled]
     assert not folds(won.faces, won.u)
-    assert score(won, PROBLEM.upright) <= 1.01 * min(ends)
+    assert won.energy <= 1.01 * min(ends)
 
 
 def test_without_maps_there_is_no_winner():

@@ -1,0 +1,185 @@
+"""The boundary edges of a map split at the vertices of both outlines that its mesh passes over.
+
+Where a mesh's boundary holds only the corners of the outlines, its vertices slide past all smaller kinks, and the
+correspondence of the outlines is as smooth as the energy makes it. The kinks come afterwards: each one of either
+outline gets its partner by linear interpolation in arclength. A vertex of the mesh close by takes its place; else the
+triangle beside the edge is bisected.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Flags, Index, Real
+from ...linalg.cholesky import system_of
+from ..errors import Stuck
+from .boundary import MatchedBoundary, MatchedLoop
+from .boundary_pairs import Match, Pairs, loops_of
+from .discrete_map import DiscreteMap, folds
+from .outline import Outline
+
+SAME = 1e-7  # of an outline's length: vertices this close are one
+SNAPPED = 0.35  # of the shorter edge beside a vertex of the mesh: a kink this close becomes its place
+
+
+def split_at_vertices(state: DiscreteMap) -> DiscreteMap:
+    """The map with a boundary vertex at every vertex of both outlines.
+
+    Raises:
+        Stuck: a triangle beside the outline is too flat for a kink of it.
+    """
+    boundary, old = _split_boundary(state.matched)
+    added = old.size - state.border
+    place = np.append(np.flatnonzero(old >= 0), np.arange(state.border, state.z.size) + added)
+    z, u = (np.empty(state.z.size + added, np.complex128) for _ in range(2))
+    z[place], u[place] = state.z, state.u
+    for loop in boundary.loops:
+        z[loop.vertices] = loop.source.curve.at(boundary.pairs.s[loop.vertices])
+    u[: old.size] = boundary.images()
+    faces, parents = _bisect(place[state.faces], boundary.slices, old)
+    if folds(faces, z):
+        raise Stuck("a kink of the source's outline lies beyond the triangle beside it")
+    following = np.append(boundary.following, old.size + state.inside.following)
+    soft = sum(loop.after - loop.first for loop in state.filled)
+    following = np.append(following, following.size + np.arange(soft))
+    split = replace(
+        state,
+        faces=faces,
+        pattern=system_of(faces, following, z.size),
+        z=z,
+        u=u,
+        boundary=boundary,
+        weights=None if state.weights is None else state.weights[parents],
+    )
+    return split.unfolded(harmonic=False) if folds(faces, u) else split
+
+
+def _split_boundary(boundary: MatchedBoundary) -> tuple[MatchedBoundary, Index]:
+    """The boundary with all vertices of its outlines, and (b,) which vertex each was, -1 for new ones."""
+    outer = boundary.match
+    matches = [outer, *(hole.match for hole in outer.holes)]
+    pairs, old = zip(*(_split_loop(*each, boundary) for each in zip(boundary.loops, matches)))
+    number = np.concatenate(old)
+    counts = [each.s.size for each in pairs]
+    added, anchored = number.size - boundary.size, np.zeros(number.size, bool)
+    anchored[number >= 0] = boundary.anchored
+    holes = boundary.holes
+    sizes = [(loop.source, loop.target, count) for loop, count in zip(holes.loops, counts[1:])]
+    outlines = tuple((_with_all_corners(a), _with_all_corners(b)) for a, b in holes.outlines)
+    filled = tuple(loop._replace(first=loop.first + added, after=loop.after + added) for loop in holes.filled)
+    split = replace(
+        boundary,
+        source=_with_all_corners(boundary.source),
+        target=_with_all_corners(boundary.target),
+        pairs=Pairs.joined(pairs),
+        anchored=anchored,
+        holes=holes._replace(outlines=outlines, loops=loops_of(sizes, counts[0]), filled=filled),
+    )
+    return split, number
+
+
+def _with_all_corners(outline: Outline) -> Outline:
+    return replace(outline, corners=outline.curve.knots[:-1])
+
+
+def _split_loop(loop: MatchedLoop, match: Match, boundary: MatchedBoundary) -> tuple[Pairs, Index]:
+    """The pairs of a loop with all vertices of its outlines, and (b,) which vertex each was, -1 for new ones."""
+    own = boundary.pairs.of(loop.vertices)
+    s, at_source = _missing(own.s, loop.source)
+    tau, at_target = _missing(own.tau, loop.target)
+    new = np.full(s.size + tau.size, -1)
+    number = np.append(np.arange(loop.vertices.start, loop.vertices.stop), new)
+    pairs = Pairs(
+        np.concatenate([own.s, s, match.inverse().at(tau)]),
+        np.concatenate([own.tau, match.at(s), tau]),
+        np.concatenate([at_source, np.ones(s.size, bool), np.zeros(tau.size, bool)]),
+        np.concatenate([at_target, np.zeros(s.size, bool), np.ones(tau.size, bool)]),
+    )
+    order = np.lexsort((-number, pairs.tau, pairs.s))
+    order = np.append(0, order[order != 0])  # the first vertex stays the first
+    pairs, number = pairs.of(order), number[order]
+    return _merge(*_snap(pairs, number, boundary.anchored), loop)
+
+
+def _missing(own: Real, outline: Outline) -> tuple[Real, Flags]:
+    """Arclengths of an outline's vertices, from the first of `own` on, that are not among these; and (b,) which of
+    these are at vertices."""
+    length = outline.length
+    knots = own[0] + np.sort(np.mod(outline.curve.knots[:-1] - own[0], length))
+    ends = np.append(own, own[0] + length)
+    after = np.clip(np.searchsorted(ends, knots), 1, own.size)
+    nearest = np.where(knots - ends[after - 1] < ends[after] - knots, after - 1, after)
+    there = np.abs(ends[nearest] - knots) < SAME * length
+    at = np.zeros(own.size, bool)
+    at[nearest[there] % own.size] = True
+    return knots[~there], at
+
+
+def _snap(pairs: Pairs, number: Index, anchored: Flags) -> tuple[Pairs, Index]:
+    """The pairs without those of vertices that are no corners where a new one is close by, which they become."""
+    number, kept = number.copy(), np.ones(number.size, bool)
+    old = np.flatnonzero(number >= 0)
+    widths = np.diff(pairs.s[old])
+    loose = ~(pairs.at_source | pairs.at_target)[old] & ~anchored[number[old]]
+    for k in np.flatnonzero(loose[1:-1]) + 1:
+        v = old[k]
+        beside = [w for w in (v - 1, v + 1) if number[w] < 0]
+        gaps = [abs(pairs.s[w] - pairs.s[v]) for w in beside]
+        if gaps and min(gaps) < SNAPPED * min(widths[k - 1 : k + 1]):
+            number[beside[int(np.argmin(gaps))]], kept[v] = number[v], False
+    return pairs.of(kept), number[kept]
+
+
+def _merge(pairs: Pairs, number: Index, loop: MatchedLoop) -> tuple[Pairs, Index]:
+    """The pairs with a vertex of the source and one of the target made one where they coincide.
+
+    Raises:
+        Stuck: others coincide.
+    """
+    (length, goal), (s, tau, at_source, at_target) = loop.lengths, pairs.of(np.arange(pairs.s.size))
+    close = (np.diff(s) < SAME * length) & (np.diff(tau) < SAME * goal)
+    close &= (number[:-1] < 0) & (number[1:] < 0) & (at_source[:-1] != at_source[1:])
+    first = np.flatnonzero(close)
+    s[first] = np.where(at_source[first], s[first], s[first + 1])
+    tau[first] = np.where(at_target[first], tau[first], tau[first + 1])
+    at_source[first] = at_target[first] = True
+    kept = np.ones(s.size, bool)
+    kept[first + 1] = False
+    s, tau = s[kept], tau[kept]
+    if not (np.diff(s, append=s[0] + length) > 0).all() or not (np.diff(tau, append=tau[0] + goal) > 0).all():
+        raise Stuck("two vertices of the outlines fall on the same place")
+    return Pairs(s, tau, at_source[kept], at_target[kept]), number[kept]
+
+
+def _bisect(faces: Index, loops: list[slice], old: Index) -> tuple[Index, Index]:
+    """(m, 3) triangles bisected at the new vertices of the loops, and (m,) of which one each is a part."""
+    chains: dict[tuple[int, int], range] = {}
+    for loop in loops:
+        kept = loop.start + np.flatnonzero(old[loop] >= 0)
+        for a, b in zip(kept, np.append(kept[1:], loop.stop)):
+            if b > a + 1:
+                chains[int(a), int(b if b < loop.stop else kept[0])] = range(a + 1, b)
+    where = _triangles_at(faces, list(chains))
+    count = sum(map(len, chains.values()))
+    out = np.concatenate([faces, np.empty((count, 3), faces.dtype)])
+    parents, end = np.append(np.arange(len(faces)), np.empty(count, np.int64)), len(faces)
+    for (a, b), chain in chains.items():
+        t = where[a, b]
+        (c,) = set(out[t].tolist()) - {a, b}
+        tail = a
+        for m in chain:
+            out[t], out[end], parents[end] = (tail, m, c), (m, b, c), parents[t]
+            tail, t, end = m, end, end + 1
+        if (b, c) in where:  # both sides are on the outline
+            where[b, c] = t
+    return out, parents
+
+
+def _triangles_at(faces: Index, edges: list[tuple[int, int]]) -> dict[tuple[int, int], int]:
+    """The triangle to the left of each edge."""
+    count = int(faces.max()) + 1
+    keys = (faces * count + np.roll(faces, -1, axis=1)).ravel()
+    order = np.argsort(keys)
+    wanted = np.array(edges, np.int64).reshape(-1, 2) @ [count, 1]
+    found = order[np.searchsorted(keys, wanted, sorter=order)] // 3
+    return dict(zip(edges, found.tolist()))
