@@ -58,10 +58,15 @@ class UnitFrame:
         """The curve on the grid of unit coordinates, from its farthest vertex on, turning as before in a mirror too."""
         w = self.unit(curve.z)
         w = np.round((w[::-1] if self.mirrored else w) / GRID) * GRID
-        distance = np.round(np.abs(w), 9)
-        ties = np.flatnonzero(distance == distance.max())
-        first = ties[np.lexsort((w[ties].imag, w[ties].real))[-1]]
-        return Curve(np.roll(w, -first))
+        return Curve(begun_farthest(w))
+
+
+def begun_farthest(w: Complex) -> Complex:
+    """A polygon's vertices from the one farthest from 0 on; of several the rightmost, and highest."""
+    distance = np.round(np.abs(w), 9)
+    ties = np.flatnonzero(distance == distance.max())
+    first = ties[np.lexsort((w[ties].imag, w[ties].real))[-1]]
+    return np.roll(w, -first)
 
 
 def frames_of(
@@ -93,7 +98,7 @@ def _upside_down(*loops: Complex) -> bool:
     """Whether most of closed polylines' weight hangs low: mirrors about different lines differ by half a turn."""
     middles, weights = _middles(*loops)
     heavy = complex(np.sum(weights * middles * np.abs(middles) ** 2))
-    return heavy.imag < 0 if abs(heavy.imag) > UNDECIDED else heavy.real < 0
+    return heavy.imag < 0 if abs(heavy.imag) > UNDECIDED else heavy.real < -UNDECIDED
 
 
 def _farthest_angle(frame: UnitFrame, curve: Curve) -> float:

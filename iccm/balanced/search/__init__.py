@@ -12,6 +12,7 @@ partial                 bays filled and holes passed over, and what that costs
 homotopy, grid_paths    ways of constrained points to their goals
 pin_continuation        pins brought to their goals, mesh by mesh
 warm_start              an earlier map gone on from
+rounding                outlines on a grid, so that noise chooses nothing
 similarity, symmetry    similar shapes, and halves of symmetric ones
 final_mesh              the fine mesh and the final one, its worst stretch lowered
 """

@@ -34,6 +34,7 @@ from .final_mesh import (
 from .hole_partners import Partners
 from .levels import Level, Numbers, UnitProblem, initial_maps, relax_stretched
 from .partial import bay_choices, cost, hole_choices, is_good, is_within, with_bays, with_bays_like
+from .rounding import put_back, rounded, rounded_with_pins
 from .similarity import similar_with_holes, similarity
 from .symmetry import Half, half_of, mirror
 from .via_annulus import ring_matches
@@ -71,6 +72,14 @@ def constrained_map(
         NoMapError: none without folds was found.
     """
     upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else UPRIGHT
+    points = np.concatenate([pins.inner, pins.outer]).T
+    given = [
+        [outer.z, *(hole.z for hole in inner), side]
+        for outer, inner, side in zip((source, target), holes.sides, points)
+    ]
+    if start is None:
+        source, target = (with_points(c, side) for c, side in zip((source, target), pins.outer.T))
+        source, target, holes, pins = rounded_with_pins(source, target, holes, pins)
     problem = with_constraints(source, target, holes, pins, settings, upright)
     if start is not None and len(problem.holes[0]) < len(problem.holes[1]):  # it is they that are filled
         back, met = warm_started(problem.inverse(), invert(start), settings, journal)
@@ -86,7 +95,8 @@ def constrained_map(
             if meets_constraints(*other) and cost(*other) < cost(used, found) and is_within(*other, settings):
                 used, found = other
                 journal.add(log)
-    return whole_map(used, found, settings, journal), meets_constraints(used, found)
+    state = whole_map(used, found, settings, journal)
+    return put_back(state, *given), meets_constraints(used, found)
 
 
 def with_constraints(
@@ -128,18 +138,19 @@ def free_map(
     Raises:
         NoMapError: none without folds was found.
     """
-    upright = 0.0 if settings.turn is None else UPRIGHT
-    simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
-    problem = UnitProblem(simple, goal, settings.theta, upright)
-    problem = with_holes(problem, holes, settings)
+    problem = free_problem(source, target, holes, settings)
     same = similarity(source, target, turns=settings.turn is None)
     same = same and similar_with_holes(problem, same)
     if same is not None:
         journal.notes.append("The shapes are similar: the map is the similarity.")
         return similarity_map(problem, same, settings), False, problem.numbers
+    given = [[c.z for c in side] for side in ((source, *holes.source), (target, *holes.target))]
+    source, target, holes = rounded(source, target, holes)
+    problem = free_problem(source, target, holes, settings)
     halves = (half_of(source), half_of(target)) if settings.turn == 0 and not problem.holed else (None, None)
     if halves[0] and halves[1]:
-        return *of_symmetric(problem, (halves[0], halves[1]), settings, journal), problem.numbers
+        state, symmetric = of_symmetric(problem, (halves[0], halves[1]), settings, journal)
+        return put_back(state, *given), symmetric, problem.numbers
     found = (
         coarse_to_fine(problem, journal)
         if settings.fit == "whole"
@@ -147,7 +158,15 @@ def free_map(
     )
     numbers = found[0].numbers
     kept = numbers[::-1] if found[0].inverted else numbers
-    return whole_map(*found, settings, journal), False, (kept[0], kept[1])
+    state = put_back(whole_map(*found, settings, journal), *given)
+    return state, False, (kept[0], kept[1])
+
+
+def free_problem(source: Curve, target: Curve, holes: Holes, settings: Settings) -> UnitProblem:
+    """The problem in unit coordinates, without constraints."""
+    upright = 0.0 if settings.turn is None else UPRIGHT
+    simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
+    return with_holes(UnitProblem(simple, goal, settings.theta, upright), holes, settings)
 
 
 def whole_map(used: UnitProblem, fine_map: Meshed, settings: Settings, journal: SolveLog) -> Meshed:

@@ -1,0 +1,90 @@
+"""Outlines rounded to a grid before a map is looked for, so that noise far below it chooses nothing: neither vertices,
+nor triangles, nor between maps that are about as good. In the end what was rounded is put back where it was given."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Complex, Flags
+from ...curve import Curve, inside_any
+from ..constraints.validate import Pins
+from ..holes.given import Holes
+from ..holes.outlines import are_disjoint
+from ..model.discrete_map import folds
+from ..model.frames import begun_farthest
+from .final_mesh import Meshed
+
+GRID = 2.0**-13  # of the root of the area: 1.2e-4, less than the outlines may be off
+ON_GRID = 1e-9  # of the root of the area: vertices this close to the grid were put there
+
+
+def rounded(source: Curve, target: Curve, holes: Holes) -> tuple[Curve, Curve, Holes]:
+    """Domains in unit coordinates with their outlines on the grid; as they are where these would touch."""
+    loops = [
+        [_loop_on_grid(c.z) for c in (outer, *inner)] for outer, inner in zip((source, target), holes.sides)
+    ]
+    if not all(min(z.size for z in side) > 2 and are_disjoint(side) for side in loops):
+        return source, target, holes
+    (first, *rims), (second, *goals) = ([Curve(z) for z in side] for side in loops)
+    source, target = (Curve(begun_farthest(curve.z)) for curve in (first, second))
+    return source, target, Holes(tuple(rims), tuple(goals), holes.partners)
+
+
+def rounded_with_pins(
+    source: Curve, target: Curve, holes: Holes, pins: Pins
+) -> tuple[Curve, Curve, Holes, Pins]:
+    """The same with pins, those on the outlines being vertices of these; all as they are where one would leave its
+    domain, or meet another."""
+    given = source, target, holes, pins
+    source, target, holes = rounded(source, target, holes)
+    inner, outer = on_grid(pins.inner), on_grid(pins.outer)
+    if source is given[0] or pins.strokes:
+        return given
+    for curve, rims, points in zip((source, target), holes.sides, inner.T):
+        inside = curve.contains(points) & ~inside_any(rims, points)
+        if not inside.all() or np.unique(points).size < points.size:
+            return given
+    return source, target, holes, replace(pins, inner=inner, outer=outer)
+
+
+def on_grid(z: Complex) -> Complex:
+    """The closest points of the grid."""
+    return np.asarray(np.round(z / GRID) * GRID)
+
+
+def _loop_on_grid(z: Complex) -> Complex:
+    z = on_grid(z)
+    return z[z != np.roll(z, 1)]
+
+
+def put_back(state: Meshed, source: Sequence[Complex], target: Sequence[Complex]) -> Meshed:
+    """The map with the vertices of both outlines where they were given, others of its boundary moved along; as it is
+    where a triangle would fold."""
+    loops = [state.outer, *(loop.vertices for loop in (*state.loops, *state.filled))]
+    moved = []
+    for z, points in zip((state.z, state.u), (source, target)):
+        z, at = z.copy(), np.concatenate(points)
+        place = dict(zip(on_grid(at).tolist(), at.tolist()))
+        grid = on_grid(z)
+        known = np.abs(grid - z) < ON_GRID
+        known[known] = [key in place for key in grid[known].tolist()]
+        shift = np.zeros(z.size, np.complex128)
+        shift[known] = [place[key] for key in grid[known].tolist()] - z[known]
+        for loop in loops:
+            shift[loop] = _between(z[loop], shift[loop], known[loop])
+        moved.append(z + shift)
+    if any(folds(state.faces, z) for z in moved):
+        return state
+    return replace(state, z=moved[0], u=moved[1])
+
+
+def _between(z: Complex, shift: Complex, known: Flags) -> Complex:
+    """The shifts of a closed polyline's vertices, those that are not known interpolated in its length."""
+    if not known.any():
+        return shift
+    lengths = np.abs(np.diff(z, append=z[0]))
+    s = np.cumsum(lengths) - lengths
+    parts = (np.interp(s, s[known], part[known], period=lengths.sum()) for part in (shift.real, shift.imag))
+    x, y = parts
+    return x + 1j * y

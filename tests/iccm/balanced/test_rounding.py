@@ -1,0 +1,78 @@
+"""Outlines on a grid while a map is looked for, and maps that hold still under noise."""
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm.balanced.holes.given import NONE, Holes
+from iccm.balanced.model.sketch import Sketch
+from iccm.balanced.search.rounding import GRID, on_grid, put_back, rounded
+from iccm.curve import Curve
+from tests.shapes import arrow, ell
+
+RNG = np.random.default_rng(1)
+SQUARE = np.array([0, 1, 1 + 1j, 1j])
+PINS = np.array([[0.5 + 0.5j, 0.4 + 0.5j], [0.7 + 0.3j, 1.5 + 0.4j]])
+
+
+def shaken(z, size=1e-9):
+    return z + size * np.exp(2j * np.pi * RNG.random(np.shape(z)))
+
+
+def unit(z, size=1.0):
+    curve = Curve.domain(size * z)
+    return Curve(curve.z / np.sqrt(curve.area))
+
+
+def test_noise_is_rounded_away():
+    domains = unit(shaken(arrow())), unit(shaken(ell()))
+    first = rounded(*domains, NONE)
+    again = rounded(*(Curve(shaken(np.roll(c.z, 2))) for c in domains), NONE)
+    for one, other in zip(first[:2], again[:2]):
+        assert np.array_equal(one.z, other.z) and np.array_equal(one.z, on_grid(one.z))
+
+
+def test_outlines_that_would_touch_stay_as_they_are():
+    square = unit(SQUARE)
+    holes = [Curve(0.5 + 0.5j + d + 0.2 * SQUARE[::-1]) for d in (0, 0.2 + 0.05 * GRID)]
+    given = square, square, Holes(tuple(holes), ())
+    assert rounded(*given) == given
+
+
+@pytest.mark.parametrize("pins", [None, PINS[:1], PINS], ids=["free", "pin", "pins"])
+def test_noise_does_not_move_a_map(pins):
+    """Neither with pins, nor where what is rounded are vertices of the drawing: these are met exactly."""
+    shapes = SQUARE, ell()
+    before = iccm.fit(*shapes, pins=pins)
+    after = iccm.fit(*map(shaken, shapes), pins=None if pins is None else shaken(pins))
+    z = before.map.source[before.map.faces].mean(axis=1)
+    assert np.abs(after.map(z) - before.map(z)).max() < 1e-7
+    assert before.report()["boundary"]["hausdorff"] < 1e-9
+    if pins is not None:
+        assert np.abs(before.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
+
+
+def strip(width):
+    """Two triangles on the grid, the middle of the long sides between given vertices."""
+    z = on_grid(np.array([0, 0.5, 1, 1 + 1j * width, 0.5 + 1j * width, 1j * width]))
+    return z, np.array([[0, 1, 5], [1, 4, 5], [1, 2, 4], [2, 3, 4]])
+
+
+def test_a_boundary_is_put_back_vertex_by_vertex():
+    z, faces = strip(0.25)
+    corners = z[[0, 2, 3, 5]]
+    given = corners + 0.4 * GRID * np.array([1, 1j, -1, -1j])
+    state = put_back(Sketch(z, z, faces, 6), [given], [corners])
+    assert np.array_equal(state.z[[0, 2, 3, 5]], given) and np.array_equal(state.u, z)
+    assert state.z[1] == pytest.approx(0.5 * (given[0] + given[1]), abs=1e-12)
+    assert state.z[4] == pytest.approx(0.5 * (given[2] + given[3]), abs=1e-12)
+
+
+def test_what_would_fold_is_not_put_back():
+    """A vertex inside is closer to the boundary than this moves."""
+    for height, put in ((0.5, True), (0.3, False)):
+        z = np.append(SQUARE, 0.5 + height * GRID * 1j)
+        faces = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+        given = SQUARE + 0.4 * GRID * 1j
+        state = Sketch(z, z, faces, 4)
+        assert np.array_equal(put_back(state, [given], [SQUARE]).z[:4], given if put else SQUARE)
