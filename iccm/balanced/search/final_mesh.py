@@ -1,6 +1,7 @@
 """The fine mesh and the last one: a map carried there, and its worst stretch lowered."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from ..errors import Stuck
 from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.discrete_map import DiscreteMap
-from ..model.measures import least_dilatations, stretches
+from ..model.measures import energy_between, least_dilatations, stretches
 from ..model.metric import PLANES, Metrics
 from ..model.outline_split import split_at_vertices
 from ..model.settings import Settings, SolveLog
@@ -26,6 +27,7 @@ LAST_ROUNDS = 4  # of such steps; later ones where a squeezed triangle widens sl
 UNSETTLED = "The map had not settled on its last mesh: its stretch could be smaller."
 BOUND_ROUNDS = 40  # of weighing what exceeds bounds
 BOUND_AIM = 0.99  # of a bound, that is aimed at: it is approached from above
+KNOTTED = 1.1  # times the energy on the mesh before: a finer one, with all kinks, changes a few per cent
 LAST_STEPS, LAST_DECREASE = 50, 2e-4  # of Newton on the last mesh, and the relative decrease that ends them
 
 
@@ -72,14 +74,30 @@ def finish(
 def on_final_mesh(
     problem: UnitProblem, state: Meshed, settings: Settings, journal: SolveLog, share: float = 1.0
 ) -> DiscreteMap:
-    """The map on the mesh that is returned, whose outline holds every vertex of both outlines."""
+    """The map on the mesh that is returned, whose outline holds every vertex of both outlines.
+
+    These are put in after it has slid to rest; where that folds or knots what is beside them, before.
+
+    Raises:
+        Stuck: it folds either way.
+    """
     progress.tell("last map")
-    try:
-        sliding = on_finer(final_level(problem, settings, share, smooth=True), state, problem)
-        return split_at_vertices(meet_bounds(sliding, problem.theta, settings, journal))
-    except Stuck:  # a kink folds what is beside it: every vertex is one of the mesh from the beginning
-        state = on_finer(final_level(problem, settings, share), state, problem)
-        return meet_bounds(state, problem.theta, settings, journal)
+
+    def energy(found: Meshed) -> float:
+        return energy_between(found.z, found.u, found.material, problem.theta, found.metrics)
+
+    found = []
+    for smooth in (True, False):
+        with suppress(Stuck):
+            last = on_finer(final_level(problem, settings, share, smooth=smooth), state, problem)
+            last = descend(last, problem.theta, POWER, journal)
+            found.append(split_at_vertices(last) if smooth else last)
+            if energy(found[-1]) <= KNOTTED * energy(state):
+                break
+    if not found:
+        raise Stuck("the last mesh folds")
+    best = min(found, key=energy)
+    return meet_bounds(best, problem.theta, settings, journal) if settings.bounded else best
 
 
 def final_level(
