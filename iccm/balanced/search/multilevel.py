@@ -77,7 +77,7 @@ def constrained_map(
         [outer.z, *(hole.z for hole in inner), side]
         for outer, inner, side in zip((source, target), holes.sides, points)
     ]
-    if start is None:
+    if start is None and not settings.bounded:
         source, target = (with_points(c, side) for c, side in zip((source, target), pins.outer.T))
         source, target, holes, pins = rounded_with_pins(source, target, holes, pins)
     problem = with_constraints(source, target, holes, pins, settings, upright)
@@ -145,7 +145,8 @@ def free_map(
         journal.notes.append("The shapes are similar: the map is the similarity.")
         return similarity_map(problem, same, settings), False, problem.numbers
     given = [[c.z for c in side] for side in ((source, *holes.source), (target, *holes.target))]
-    source, target, holes = rounded(source, target, holes)
+    if not settings.bounded:  # else what is put back might exceed bounds again
+        source, target, holes = rounded(source, target, holes)
     problem = free_problem(source, target, holes, settings)
     halves = (half_of(source), half_of(target)) if settings.turn == 0 and not problem.holed else (None, None)
     if halves[0] and halves[1]:
