@@ -36,8 +36,8 @@ SIZE = 0.06
 """Mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh."""
 FORWARD, BACKWARD, DECREASE = 8, 3, 1e-3  # Newton steps on the map, then on its inverse
 SQUEEZED = 0.01
-"""Of a triangle of that size: smaller ones are between corners of source and target that want to pass each other on the
-outline, which they can on a new mesh only."""
+"""Of the smallest area on the mesh when it was new: smaller triangles are between corners of source and target that
+want to pass each other on the outline, which they can on a new mesh only."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,12 +88,14 @@ class Live:
         settings: what is asked of the map.
         given: pins and strokes in unit coordinates.
         state: the map in them.
+        least: the smallest area of a triangle, or of its image, when its mesh was new.
     """
 
     pair: "_Pair"
     settings: Settings
     given: Pins
     state: DiscreteMap
+    least: float
 
     @classmethod
     def of(
@@ -119,7 +121,8 @@ class Live:
         frames = frames_of(fit.source, fit.target, settings.turn, holes.sides)
         pair = _Pair(fit.source, fit.target, holes, frames)
         given = pair.checked(pins, strokes)
-        return cls(pair, settings, given, pair.carried(sketch_of(fit.map, frames, own), given, settings))
+        state = pair.carried(sketch_of(fit.map, frames, own), given, settings)
+        return cls(pair, settings, given, state, _least_area(state))
 
     def moved(
         self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = (), theta: float | None = None
@@ -132,18 +135,20 @@ class Live:
         """
         settings = self.settings if theta is None else replace(self.settings, theta=theta)
         given = self.pair.checked(pins, strokes)
-        state = self._pulled(given)
+        state, least = self._pulled(given), self.least
         if state is not None:
             state = _relax(
                 state.forward(settings.theta, 1.0, FORWARD, DECREASE, corners=True), settings.theta
             )
         if state is None or state.miss > 0:
             state = self.pair.carried(state or self.state, given, settings)
-        if _squeezed(state):
+            least = _least_area(state)
+        if not _least_area(state) >= SQUEEZED * least:
             free = state.forward(settings.theta, 1.0, FORWARD, DECREASE, corners=False)
             with suppress(NoMapError):
                 state = min(self.pair.carried(free, given, settings), state, key=lambda each: each.miss)
-        return replace(self, settings=settings, given=given, state=state)
+                least = _least_area(state)
+        return replace(self, settings=settings, given=given, state=state, least=least)
 
     def _pulled(self, given: Pins) -> DiscreteMap | None:
         """The map with new goals for the same vertices; None where other vertices are needed."""
@@ -176,10 +181,9 @@ class Live:
         return replace(map, bulge=bulges(cut.faces, u, z, map.edges, cut.lines))
 
 
-def _squeezed(state: DiscreteMap) -> bool:
-    """Whether corners of source and target press on each other, between which triangles lose their area."""
-    areas = min(triangle_areas(w[state.material]).min() for w in (state.z, state.u))
-    return not areas >= SQUEEZED * 0.5 * SIZE**2
+def _least_area(state: DiscreteMap) -> float:
+    """Of a triangle or its image."""
+    return float(min(triangle_areas(w[state.material]).min() for w in (state.z, state.u)))
 
 
 def _relax(state: DiscreteMap, theta: float) -> DiscreteMap:

@@ -61,7 +61,6 @@ def test_nobody_need_listen():
                 "coarse maps, corners released",
                 "fine map",
                 "last map",
-                "last map, worst stretch lowered",
             ],
         ),
         ({"pins": [(0.5 + 0.5j, 0.5 + 0.6j)]}, ["starts", "pins moved", "fine map", "last map"]),

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from iccm.balanced.interactive import SIZE
 from iccm.io.edit import saving
 from iccm.io.edit.map_choice import same
 from iccm.io.edit.messages import Scene
@@ -212,7 +213,8 @@ def test_maps_with_holes_go_on_from_the_one_before_and_the_file_repeats_them(sha
         assert edited.follow(last).ok
         seen = edited._map
         assert edited.solve(last).ok
-        assert edited.start(last) is not None and apart(edited._map, seen) < 0.025
+        half_an_edge = 0.5 * SIZE  # of the mesh that follows
+        assert edited.start(last) is not None and apart(edited._map, seen) < half_an_edge
     (shapes / "kept.json").write_text(saving.constraints_json(edited, last))
     again = Session(make({"source": "a.svg", "target": "b.svg", "constraints": "kept.json"}))
     assert again.solve(again.first).ok

@@ -82,6 +82,7 @@ def test_every_field_is_an_option_of_the_command_line_and_back():
             "quiet",
             "verbose",
             "threads",
+            "dry_run",
         }
         names = {"source" if name == "shape" else name for name in names}
         assert names == fields - own
@@ -108,7 +109,7 @@ def test_what_is_said_of_an_option_is_what_the_job_checks(name):
 
 def test_defaults_of_the_command_line_are_those_of_the_job():
     given = map.command.make_context("map", ["a.svg", "b.svg"]).params
-    given.pop("threads")
+    given.pop("threads"), given.pop("dry_run")
     job = make(options.values(given))
     assert job == Job(source="a.svg", target="b.svg")
 
@@ -151,15 +152,18 @@ def test_no_picture_by_default_when_something_else_is_asked_for():
         ({"output": ["missing/o.png"]}, "does not exist"),
         ({"output": ["o.png", "./o.png"]}, "two outputs"),
         ({"output": ["there.png"]}, "--force"),
-        ({"output": ["a.png"], "force": True}, "also an input"),
+        ({"output": ["a.svg"], "force": True}, "also an input"),
     ],
 )
 def test_outputs_are_checked_before_anything_runs(tmp_path, monkeypatch, options, what):
     monkeypatch.chdir(tmp_path)
-    for name in ("there.png", "a.png"):
-        (tmp_path / name).write_bytes(b"old")
+    (tmp_path / "there.png").write_bytes(b"old")
+    for name in ("a.svg", "b.svg"):
+        (tmp_path / name).write_text(
+            '<svg xmlns="http://www.w3.org/2000/svg"><rect width="9" height="9"/></svg>'
+        )
     with pytest.raises(InputError, match=what):
-        run(Job(source="a.png", target="b.svg", **options))
+        run(Job(source="a.svg", target="b.svg", **options))
     assert (tmp_path / "there.png").read_bytes() == b"old"
 
 
