@@ -25,7 +25,6 @@ import gc
 import os
 import sys
 from contextlib import suppress
-from difflib import get_close_matches
 from importlib import import_module
 from typing import Any, NoReturn
 
@@ -67,8 +66,11 @@ class Commands(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """The command that is named first; of a misspelt one what was probably meant is said."""
         name = args[0]
-        if name not in COMMANDS and (near := get_close_matches(name, COMMANDS, 1)):
-            raise click.UsageError(f"No such command {name!r}; did you mean {near[0]!r}?", ctx)
+        if name not in COMMANDS:
+            from difflib import get_close_matches
+
+            if near := get_close_matches(name, COMMANDS, 1):
+                raise click.UsageError(f"No such command {name!r}; did you mean {near[0]!r}?", ctx)
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:

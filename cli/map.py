@@ -48,6 +48,8 @@ def execute(given: dict[str, Any]) -> int:
         logs.log.info(f"{'would write' if dry else 'wrote'} {name}")
     if dry:
         return 0
-    said = ": ".join(filter(None, [in_short(outcome.report), outcome.message]))
-    (logs.log.info if outcome.ok else logs.log.error)(said if outcome.ok else outcome.message)
-    return 0 if outcome.ok else 1
+    if not outcome.ok:
+        logs.log.error(outcome.message)
+        return 1
+    logs.log.info(": ".join(filter(None, [in_short(outcome.report), outcome.message])))
+    return 0

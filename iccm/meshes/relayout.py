@@ -23,9 +23,8 @@ from .surface import texels
 SAME = 1e-6  # of the diagonal: corners this close are the same
 SEARCHED = 5_000  # points that are looked for at a time: 0.8 s on a busy machine, 82k triangles (measured)
 PROBED = 128  # texels across a layout by which the size of pictures is chosen (by hand)
-COLOURS = (
-    1024  # texels across a picture of charts of less than two texels, which say nothing of its size (by hand)
-)
+COLOURS = 1024
+"""Texels across a picture of charts of less than two texels, which say nothing of its size (by hand)."""
 LARGEST = 4096  # texels across that are made unasked, but where the old texture has more
 ROWS = 64  # of the layout that are filtered at a time (by hand)
 

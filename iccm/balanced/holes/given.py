@@ -59,9 +59,8 @@ class Holes:
 
 NONE = Holes()
 ON_RIM = 1e-3  # of the diagonal: what is this close to a hole touches its outline
-FOLLOWED = (
-    0.05  # of its diagonal: so close to a hole is its outline in a map, which follows small ones less closely
-)
+FOLLOWED = 0.05
+"""Of its diagonal: so close to a hole is its outline in a map, which follows small ones less closely."""
 
 
 def named_partners(

@@ -49,13 +49,19 @@ def _moment(upright, u):
 
 
 @in_place
+def turn_cost(weight, cosine):
+    """What a turn of this cosine multiplies the energy by, at q = 1."""
+    return 1 + 0.5 * weight * (1 - cosine)
+
+
+@in_place
 def turn_factor(upright, u, q):
     """What the energy of images u (n,) is multiplied by; infinite where they have no turn."""
     if upright.weight == 0:
         return 1.0
     moment = _moment(upright, u)
     size = abs(moment)
-    return (1 + 0.5 * upright.weight * (1 - moment.real / size)) ** q if size > 0 else np.inf
+    return turn_cost(upright.weight, moment.real / size) ** q if size > 0 else np.inf
 
 
 @in_place
@@ -77,7 +83,7 @@ def turn_derivatives(upright, u, q, turning):
         share = upright.moments[v] * inverse
         turning[v] = complex(share.imag, share.real)
     cosine, half = moment.real / abs(moment), 0.5 * upright.weight
-    factor = 1 + half * (1 - cosine)
+    factor = turn_cost(upright.weight, cosine)
     slope = half * moment.imag / abs(moment) / factor
     return q * slope, q * max(half * cosine / factor - slope * slope, 0.0)
 

@@ -138,9 +138,10 @@ def free_map(
     Raises:
         NoMapError: none without folds was found.
     """
-    problem = free_problem(source, target, holes, settings)
     same = similarity(source, target, turns=settings.turn is None)
-    same = same and similar_with_holes(problem, same)
+    if same is not None:
+        problem = free_problem(source, target, holes, settings)
+        same = similar_with_holes(problem, same)
     if same is not None:
         journal.notes.append("The shapes are similar: the map is the similarity.")
         return similarity_map(problem, same, settings), False, problem.numbers

@@ -14,6 +14,7 @@ from ...plane import triangle_areas
 from ..holes.bays import fill_half_hull, fill_hull
 from ..holes.given import Holes
 from ..minimise.energy import LOST
+from ..minimise.upright import turn_cost
 from ..model.discrete_map import DiscreteMap
 from ..model.measures import energy_between, stretch_quantile
 from ..model.outline import Outline
@@ -120,7 +121,7 @@ def cost(problem: UnitProblem, state: DiscreteMap) -> float:
     turned."""
     lost = 0.5 * sum(lost_shares(problem, state))
     energy = energy_between(state.z, state.u, state.material, problem.theta, state.metrics)
-    turned = 1 + 0.5 * problem.upright * (1 - np.cos(state.turn))
+    turned = turn_cost(problem.upright, np.cos(state.turn))
     return float(((1 - lost) * energy + lost * LOST) * turned)
 
 
