@@ -28,8 +28,8 @@ from .model.settings import Settings
 from .model.sketch import Sketch
 from .search.final_mesh import FINE_EXACTNESS
 from .search.homotopy import brought
-from .search.levels import Level, refine
-from .search.multilevel import STEEPEST, with_constraints
+from .search.levels import POWER, Level, refine
+from .search.multilevel import STEEPEST, cost_of_turning, with_constraints
 from .search.pin_continuation import move_on_new_meshes
 
 SIZE = 0.06
@@ -65,7 +65,8 @@ class _Pair:
             NoMapError: it folds there.
         """
         source, target = self.frames[0].curve(self.source), self.frames[1].curve(self.target)
-        problem = with_constraints(source, target, self.holes.unit(self.frames), given, settings, 0.0)
+        upright = cost_of_turning(given, settings)
+        problem = with_constraints(source, target, self.holes.unit(self.frames), given, settings, upright)
         if isinstance(state, DiscreteMap):  # its constraints are others, of other vertices
             state = Sketch(state.z, state.u, state.faces, state.border, loops=state.loops)
         try:
@@ -137,14 +138,12 @@ class Live:
         given = self.pair.checked(pins, strokes)
         state, least = self._pulled(given), self.least
         if state is not None:
-            state = _relax(
-                state.forward(settings.theta, 1.0, FORWARD, DECREASE, corners=True), settings.theta
-            )
+            state = _relax(_towards(state, settings.theta), settings.theta)
         if state is None or state.miss > 0:
             state = self.pair.carried(state or self.state, given, settings)
             least = _least_area(state)
         if not _least_area(state) >= SQUEEZED * least:
-            free = state.forward(settings.theta, 1.0, FORWARD, DECREASE, corners=False)
+            free = state.forward(settings.theta, POWER, FORWARD, DECREASE, corners=False)
             with suppress(NoMapError):
                 state = min(self.pair.carried(free, given, settings), state, key=lambda each: each.miss)
                 least = _least_area(state)
@@ -162,7 +161,7 @@ class Live:
         if self.state.miss > 0 or not np.array_equal(goals, before.inner[:, 1]):
             return None
         pulled = replace(self.state, inside=inside._replace(z=sources))
-        pulled = pulled.backward(self.settings.theta, 1.0, FORWARD, DECREASE)
+        pulled = pulled.backward(self.settings.theta, POWER, FORWARD, DECREASE)
         near = np.abs(pulled.z[pulled.border : pulled.constrained] - sources)
         return pulled if near.max(initial=0.0) < 1e-9 else None
 
@@ -186,6 +185,12 @@ def _least_area(state: DiscreteMap) -> float:
     return float(min(triangle_areas(w[state.material]).min() for w in (state.z, state.u)))
 
 
+def _towards(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map after some Newton steps, at POWER as the map at rest; where that does not reach the goals, at 1."""
+    found = state.forward(theta, POWER, FORWARD, DECREASE, corners=True)
+    return found if found.miss == 0 else state.forward(theta, 1.0, FORWARD, DECREASE, corners=True)
+
+
 def _relax(state: DiscreteMap, theta: float) -> DiscreteMap:
     """The map after some Newton steps on its inverse, if it has reached its goals."""
-    return state if state.miss > 0 else state.backward(theta, 1.0, BACKWARD, DECREASE)
+    return state if state.miss > 0 else state.backward(theta, POWER, BACKWARD, DECREASE)

@@ -71,7 +71,7 @@ def constrained_map(
     Raises:
         NoMapError: none without folds was found.
     """
-    upright = 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else UPRIGHT
+    upright = cost_of_turning(pins, settings)
     points = np.concatenate([pins.inner, pins.outer]).T
     given = [
         [outer.z, *(hole.z for hole in inner), side]
@@ -97,6 +97,11 @@ def constrained_map(
                 journal.add(log)
     state = whole_map(used, found, settings, journal)
     return put_back(state, *given), meets_constraints(used, found)
+
+
+def cost_of_turning(pins: Pins, settings: Settings) -> float:
+    """What turning the picture upside down costs beside these pins: nothing where they say how it is turned."""
+    return 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else UPRIGHT
 
 
 def with_constraints(
