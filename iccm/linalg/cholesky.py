@@ -17,7 +17,8 @@ from ..jit import NUMPY, in_place, kept
 from .fronts import Fronts, fronts_of
 from .ordering import minimum_degree
 
-DENSE = NUMPY | {"fastmath": {"contract", "reassoc"}, "_nrt": False}
+DENSE = NUMPY | {"_nrt": False}
+"""No `fastmath`: sums in an order of the processor's would lead some partial maps elsewhere, and save no time."""
 
 
 class BlockPattern(NamedTuple):

@@ -78,7 +78,8 @@ def differences(faces: Index, image: Complex, source: Complex, p: Complex, q: Co
     own_p, own_q = (each[:, None] for each in gradients(faces, image, source))
     dp, dq = (each[faces] - each[np.roll(faces, 1, axis=1)] for each in (p, q))
     size = np.abs(dp * own_p.conj() - dq * own_q.conj()) + np.abs(dq * own_p - dp * own_q)
-    return size.max(axis=1) / np.maximum(np.abs(np.abs(own_p) ** 2 - np.abs(own_q) ** 2)[:, 0], 1e-300)
+    with np.errstate(over="ignore"):  # infinite where a triangle has all but no area
+        return size.max(axis=1) / np.maximum(np.abs(np.abs(own_p) ** 2 - np.abs(own_q) ** 2)[:, 0], 1e-300)
 
 
 def keys(ends: Index, count: int) -> Index:
