@@ -5,6 +5,7 @@ map_choice    a map gone on with, or found anew
 scene         what the page draws of them
 own_drawing   what the shapes' own files show
 surface_view  a mesh in space
+suggest       pins that both drawings suggest
 shown         a map in the page, or why there is none
 saving        constraints, the command line, exports
 drawn         pins and strokes in copies of the drawings

@@ -14,7 +14,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from ...errors import InputError
 from ..files import check_output
 from . import messages, saving
-from .messages import Draw, Export, Follow, Forget, Place, Save, Scene, Solve
+from .messages import Draw, Export, Follow, Forget, Place, Save, Scene, Solve, Suggest
 from .scene import frame
 from .session import Session, Shown
 
@@ -84,7 +84,7 @@ class _Link:
         if isinstance(message, Follow | Solve):
             self._session.scene = message.scene  # here, where they come one after another, not in the threads
             return self._put(message.type, message)
-        pool = "follow" if isinstance(message, Place) else "files"
+        pool = "follow" if isinstance(message, Place | Suggest) else "files"
         answer = await self._done(pool, self._answer, message)
         return await self._say({"type": "answer", "id": message.id, **answer})
 
@@ -149,7 +149,7 @@ class _Link:
         except Exception as error:  # a mistake of iccm must not end the page, and what is on it
             return {"error": MISTAKE.format(type(error).__name__, " ".join(str(error).split()))}
 
-    def _answer(self, message: Place | Save | Draw | Export | Forget) -> dict[str, Any]:
+    def _answer(self, message: Place | Suggest | Save | Draw | Export | Forget) -> dict[str, Any]:
         session = self._session
         if isinstance(message, Forget):
             session.left = None
@@ -157,6 +157,10 @@ class _Link:
             return {}
         if isinstance(message, Place):
             return {"points": session.transfer(message.side, message.points)}
+        if isinstance(message, Suggest):
+            return {"pins": session.suggest(message.scene)}
+        if isinstance(message, Export) and not message.write:
+            return {"command": saving.command(session, message.scene, None, message.name, message.size)}
         names = saving.copy_names(session, message.name) if isinstance(message, Draw) else [message.name]
         if not message.replace and (existing := [name for name in names if self._asks(name)]):
             return {"exists": existing}

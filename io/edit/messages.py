@@ -101,14 +101,25 @@ class Forget(_Message):
     id: int
 
 
+class Suggest(_Message):
+    """Pins that both drawings suggest."""
+
+    type: Literal["suggest"]
+    id: int
+    scene: Scene
+
+
 class Export(_File):
-    """What `iccm map` writes."""
+    """What `iccm map` writes; or, unless `write`, the command that writes it."""
 
     type: Literal["export"]
     size: int = Field(default=1024, ge=1, le=limits.SIDE)
+    write: bool = True
 
 
-Message = Annotated[Follow | Solve | Place | Save | Draw | Export | Forget, Field(discriminator="type")]
+Message = Annotated[
+    Follow | Solve | Place | Suggest | Save | Draw | Export | Forget, Field(discriminator="type")
+]
 _READ: TypeAdapter[Message] = TypeAdapter(Message)
 
 

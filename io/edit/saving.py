@@ -182,20 +182,24 @@ def job_of(session: Session, scene: Scene, **more: Any) -> Job:
     return make({**given, "balance": scene.balance, "turn": scene.turn, **more})
 
 
-def command(session: Session, scene: Scene, fields: dict[str, str] | None = None) -> str:
+def command(
+    session: Session, scene: Scene, fields: dict[str, str] | None = None, output: str = "", size: int = 0
+) -> str:
     """The command line that repeats the result.
 
     Args:
         session: the pair.
         scene: what is shown.
         fields: of the job that name what was saved; by default what Save will write.
+        output: the file that it writes; by default after both inputs.
+        size: pixels of the picture's longer side; by default those of the session's job.
     """
     job = job_of(session, scene)
     named = {"source": job.source, "target": job.target or ""} | (fields or _fields_to_save(session, scene))
     words = ["iccm", "map", named.pop("source"), named.pop("target")]
     given = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
-    if session.job.size:
-        given["size"] = session.job.size
+    if size or session.job.size:
+        given["size"] = size or session.job.size
     for name, (_, option) in options_of().items():
         if name in given and "map" in option.commands:
             value = given[name]
@@ -203,7 +207,7 @@ def command(session: Session, scene: Scene, fields: dict[str, str] | None = None
             words += [f"--{name.replace('_', '-')}", *([] if value is True else [text])]
     for name, value in named.items():
         words += [f"--{name}", value]
-    words += ["-o", stem(session.job) + session.suffix]
+    words += ["--stmap" if _is_stmap(output) else "-o", output or stem(session.job) + session.suffix]
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
 
 
@@ -217,6 +221,10 @@ def _fields_to_save(session: Session, scene: Scene) -> dict[str, str]:
     return specs | ({"constraints": names[2]} if session.start(scene) else {})
 
 
+def _is_stmap(name: str) -> bool:
+    return name.lower().endswith("stmap.exr")
+
+
 def export(session: Session, scene: Scene, name: str, size: int, *, replace: bool) -> Outcome:
     """Write a picture, an STMap, artwork or a mesh by the code of `iccm map`.
 
@@ -224,8 +232,7 @@ def export(session: Session, scene: Scene, name: str, size: int, *, replace: boo
         InputError: as that.
     """
     local(name)
-    stmap = formats.suffix_of(name) == ".exr" and Path(name).stem.lower().endswith("stmap")
-    output: dict[str, Any] = {"stmap": name} if stmap else {"output": (name,)}
+    output: dict[str, Any] = {"stmap": name} if _is_stmap(name) else {"output": (name,)}
     with _written_constraints(session, scene) as given:
         job = job_of(session, scene, **{"size": (size,), "force": replace, **output, **given})
         outcome = run(job)

@@ -49,6 +49,10 @@ class PageHalf:
         w = (np.asarray(z, np.complex128) - self.centre) / self.scale
         return np.stack([w.real, -w.imag], axis=-1).astype(np.float32)
 
+    def points(self, z: Complex) -> list[list[float]]:
+        """(n, 2) of points, rounded, for JSON."""
+        return np.round(self(z).astype(float), 6).tolist()
+
     def vectors(self, d: Complex) -> NDArray[np.float32]:
         """The same for differences of points."""
         return PageHalf(0j, self.scale)(d)
@@ -66,15 +70,11 @@ class PageHalf:
             "origin": origin.tolist(),
             "scale": self.scale,
             "signs": [1, 1 if shape.flip else -1],
-            "outline": _rounded(self(shape.curve.z)),
-            "holes": [_rounded(self(hole)) for hole in shape.holes],
+            "outline": self.points(shape.curve.z),
+            "holes": [self.points(hole) for hole in shape.holes],
             "box": self.box(box),
             "bounds": self.box(shape.curve.box),
         }
-
-
-def _rounded(points: NDArray) -> list:
-    return np.round(points.astype(float), 6).tolist()
 
 
 def patches(map: TriangulatedMap, source: PageHalf, target: PageHalf) -> NDArray[np.float32]:

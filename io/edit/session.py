@@ -38,6 +38,7 @@ from .messages import Scene, scene_of
 from .own_drawing import own_drawing
 from .scene import PageHalf, patches, png
 from .shown import MISSED, Shown, figures, missed_constraints, refusal, verdict
+from .suggest import axis, corners, suggested
 from .surface_view import SurfaceView, lay_out
 
 ON_OUTLINE = 2e-3
@@ -116,6 +117,11 @@ class Session:
             (self.source, self.target), self.views, self.surfaces, self._boxes
         ):
             side = view.describe(shape, box) | {"mesh": surface is not None, "canvas": view.box(shape.box)}
+            side |= (
+                {}
+                if surface
+                else {"corners": view.points(corners(shape.curve)[0]), "axis": _axis(view, shape)}
+            )
             sides.append(side | (surface.describe() if surface else {}))
         scenes = {name: _dumped(getattr(self, name)) for name in ("scene", "saved", "left")}
         how: dict[str, Any] = {
@@ -313,6 +319,17 @@ class Session:
         digits = DIGITS - int(np.floor(np.log10(other.curve.diagonal)))
         return [[round(value, digits) for value in place] for place in other.to_file(w).tolist()]
 
+    def suggest(self, scene: Scene) -> list[dict[str, Any]]:
+        """Pins that both drawings suggest beside those of a scene.
+
+        Raises:
+            InputError: there is no map yet.
+        """
+        if self._map is None:
+            raise InputError("there is no map yet")
+        pins = suggested(self._map, self.source, self.target, self.core(scene)[0])
+        return [pin.model_dump(mode="json") for pin in pins]
+
     def core(self, scene: Scene) -> tuple[Complex, list[tuple[Curve, Curve]]]:
         """Pins (k, 2) and strokes in the core plane.
 
@@ -326,6 +343,12 @@ class Session:
             for number, stroke in enumerate(strokes):
                 check_inside(shape, f"stroke {number + 1}: point", list(stroke[side].z))
         return pins, strokes
+
+
+def _axis(view: PageHalf, shape: Shape) -> float | None:
+    """The abscissa of a mirror axis in the page's coordinates."""
+    found = axis(shape.curve)
+    return None if found is None else float(view(np.array(found))[0])
 
 
 def _dumped(scene: Scene | None) -> dict[str, Any] | None:

@@ -4,6 +4,7 @@ import {Link} from './link.js';
 import {finer, simplified} from './geometry.js';
 import {DRAWN, Pane} from './pane.js';
 import {figures, list} from './panel.js';
+import {past} from './past.js';
 
 const $ = (id) => document.getElementById(id);
 const copy = (value) => JSON.parse(JSON.stringify(value));
@@ -11,6 +12,8 @@ const panes = {};
 let scene = null, saved = '', names = {}, chosen = null, wrong = {};
 let history = [], present = 0;
 let kept = '', letter = 'B';
+let suggested = [];
+const selected = new Set(), locks = new Set();  // numbers of pins; places of those that stay
 let seq = 0, shown = 0, kind = '', blinking = 0;
 const BLINK = 700;  // milliseconds of each
 
@@ -34,14 +37,18 @@ function commit(solve = true) {
 function travel(steps) {
   if (present + steps < 0 || present + steps >= history.length) return;
   present += steps;
+  selected.clear();
   remember();
   scene = JSON.parse(history[present]);
   ask('solve');
   refresh();
 }
 
+const showPast = () => past($('past'), history, present, (number) => travel(number - present));
+
 /** The history outlasts a page that is loaded again. */
 function remember() {
+  showPast();
   try {
     sessionStorage.setItem(location.pathname, JSON.stringify({history, present}));
   } catch {
@@ -53,6 +60,7 @@ function remembered() {
   const kept = JSON.parse(sessionStorage.getItem(location.pathname));
   const same = kept && content(JSON.parse(kept.history[kept.present])) === content(scene);
   ({history, present} = same ? kept : {history: [JSON.stringify(scene)], present: 0});
+  showPast();
 }
 
 // ---------------------------------------------------------------- the server
@@ -72,6 +80,7 @@ function hear(message, floats) {
   kind = message.kind;
   wrong = message.wrong;
   if (kind !== 'coarse') document.body.classList.remove('busy');
+  panes.target.hurry(kind === 'coarse');
   if (floats) {
     panes.target.painter.map(floats);
     panes.target.redraw();
@@ -161,10 +170,11 @@ async function look(hello) {
 function refresh() {
   if (!panes.target) return;
   for (const pane of Object.values(panes)) {
-    pane.scene = {...scene, wrong};
+    pane.scene = {...scene, wrong, suggested, selected, locked};
     pane.redraw(false);
   }
-  list($('list'), scene, wrong, does);
+  list($('list'), {...scene, locked}, wrong, does);
+  $('accept').hidden = $('dismiss').hidden = suggested.length === 0;
   $('none').hidden = scene.pins.length + scene.strokes.length > 0;
   $('undo').disabled = present === 0;
   $('redo').disabled = present === history.length - 1;
@@ -187,7 +197,27 @@ const hints = {
 
 // ---------------------------------------------------------------- what happens on the shapes and in the list
 
+const ends = ({source, target}) => JSON.stringify([source, target]);
+const locked = (entry) => locks.has(ends(entry));
+
+/** The pins that go with one: all that are selected, if it is; none that are locked. */
+const together = (number) => (selected.has(number) ? [...selected] : [number]).filter((k) => !locked(scene.pins[k]));
+
 const does = {
+  select({number}) {
+    if (!selected.delete(number)) selected.add(number);
+    refresh();
+  },
+  lock({number}) {
+    const key = ends(scene.pins[number]);
+    if (!locks.delete(key)) locks.add(key);
+    refresh();
+  },
+  accept(...numbers) {
+    scene.pins.push(...suggested.filter((_, k) => numbers.includes(k)));
+    suggested = suggested.filter((_, k) => !numbers.includes(k));
+    commit();
+  },
   async place(side, point) {
     const answer = await link.ask({type: 'place', side, points: [point]});
     if (answer.error) return say(answer.error, true);
@@ -206,19 +236,28 @@ const does = {
     return commit();
   },
   drag(side, {kind: group, number, point}, place) {
-    const entry = scene[group][number];
-    if (group === 'pins') entry[side] = place;
-    else entry[side][point] = place;
+    const entry = scene[group][number], pane = panes[side];
+    if (locked(entry)) return false;
+    if (group === 'strokes') entry[side][point] = place;
+    else if (pane.surface) entry[side] = place;
+    else {
+      const from = pane.page(entry[side]), by = pane.page(place).map((value, k) => value - from[k]);
+      for (const k of together(number)) scene.pins[k][side] = k === number ? place : pane.moved(scene.pins[k][side], by);
+    }
     ask('follow');
     refresh();
+    return true;
   },
   drop: () => commit(),
   remove({kind: group, number, point}, whole = false) {
     const entry = scene[group][number];
     if (!entry) return;
+    if (locked(entry)) return say('It is locked: press L on it, or Lock in the list, to move or remove it.', true);
     const few = group === 'strokes' && Math.min(entry.source.length, entry.target.length) <= 2;
-    if (group === 'pins' || whole || few) scene[group].splice(number, 1);
+    if (group === 'pins' && !whole) for (const k of together(number).sort((a, b) => b - a)) scene.pins.splice(k, 1);
+    else if (whole || few) scene[group].splice(number, 1);
     else for (const side of ['source', 'target']) if (entry[side].length > point) entry[side].splice(point, 1);
+    selected.clear();
     const {activeElement: from} = document, pane = from.closest('.pane') ?? $('source');
     commit();
     requestAnimationFrame(() => { if (!from.isConnected) pane.focus(); });
@@ -230,6 +269,7 @@ const does = {
   /** Places that were typed: of the source, then of the target. */
   move({kind: group, number}, typed) {
     const {source, target} = scene[group][number];
+    if (locked(scene[group][number])) return refresh();
     if (typed.length !== source.length + target.length) return say('write as many numbers as before', true);
     Object.assign(scene[group][number], {source: typed.slice(0, source.length), target: typed.slice(source.length)});
     commit();
@@ -290,6 +330,15 @@ function blink() {
   blinking = setInterval(() => own(drawing = 1 - drawing), BLINK);
 }
 
+$('suggest').onclick = async () => {
+  const answer = await link.ask({type: 'suggest', scene});
+  if (answer.error) return say(answer.error, true);
+  suggested = answer.pins;
+  say(suggested.length ? `${suggested.length} suggested: click those you want.` : 'No corners or names that both drawings have.');
+  refresh();
+};
+$('accept').onclick = () => does.accept(...suggested.keys());
+$('dismiss').onclick = () => { suggested = []; refresh(); };
 $('ab').onclick = swap;
 for (const button of document.querySelectorAll('[data-balance]')) {
   button.onclick = () => { scene.balance = Number(button.dataset.balance); commit(); };
@@ -331,7 +380,21 @@ async function write(message) {
 const draw = () => write({type: 'draw', name: $('ending').value});
 const save = () => (names.drawn ? draw() : write({type: 'save', name: $('file').value}));
 $('save').onclick = save;
-$('more').onclick = () => $('export').showModal();
+$('more').onclick = () => { $('export').showModal(); told(); };
+/** The command that writes what the dialog would. */
+async function told() {
+  const name = $('picture').value, size = Math.round(Number($('size').value)) || 1024;
+  const format = [...$('format').options].find(({value}) => value && name.toLowerCase().endsWith(value));
+  $('format').value = format?.value ?? '';
+  if (!name) return;
+  const answer = await link.ask({type: 'export', scene, name, size, write: false});
+  $('export-command').textContent = answer.command ?? answer.error;
+}
+$('picture').oninput = $('size').oninput = told;
+$('format').onchange = () => {
+  $('picture').value = $('picture').value.replace(/(\.stmap)?\.[^.]*$/, '') + $('format').value;
+  told();
+};
 $('help').onclick = () => $('keys').showModal();
 $('export').onclose = () => {
   const does = {
@@ -355,7 +418,8 @@ addEventListener('keydown', (event) => {
   if (document.querySelector('dialog[open]')) return;
   const typing = event.target.matches('input[type=text], input[type=number]');
   const keys = control
-    ? {z: () => travel(event.shiftKey ? 1 : -1), y: () => travel(1), s: save}
+    ? {z: () => travel(event.shiftKey ? 1 : -1), y: () => travel(1), s: save,
+      a: () => { scene.pins.forEach((_, k) => selected.add(k)); refresh(); }}
     : typing ? {} : {
       s: () => pen(!panes.source.pen), escape: () => pen(false), g: () => overlay('grid', !$('grid').checked),
       h: () => overlay('stretch', !$('stretch').checked), b: blink, a: swap,

@@ -86,6 +86,7 @@ const SHADERS = {
     }`],
 };
 const FLOATS = 18;
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;  // what paints where there is no graphics card
 
 export class Painter {
   #gl; #programs = {}; #texture = null; #drawing = null; #shape; #count = 0; #buffers = {}; #arrays = {}; #fans = [];
@@ -96,6 +97,8 @@ export class Painter {
     if (!gl) throw new Error('This browser, or its graphics, has no WebGL 2.');
     this.#gl = gl;
     this.most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    const told = gl.getExtension('WEBGL_debug_renderer_info');
+    this.software = SOFTWARE.test(gl.getParameter(told ? told.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
     this.#shape = shape;
     for (const [name, sources] of Object.entries(SHADERS)) this.#programs[name] = program(gl, ...sources);
     this.#fans = [shape.outline, ...shape.holes].map((ring) => this.#points(ring.flat()));
@@ -184,11 +187,15 @@ export class Painter {
     this.#count = this.faces ?? floats.length / FLOATS;
   }
 
-  /** @param view {x, y, zoom, width, height, turn}: the middle, pixels by unit, pixels, of meshes a rotation
+  /** @param view {x, y, zoom, width, height, turn, left, bottom}: the middle, pixels by unit, pixels, of meshes a rotation;
+   *  where it is a part of the canvas, from where
    *  @param overlay {grid, stretch, step, mean, own, plain} */
   draw(view, overlay) {
     const gl = this.#gl;
-    gl.viewport(0, 0, view.width, view.height);
+    const part = [view.left ?? 0, view.bottom ?? 0, view.width, view.height];
+    gl.viewport(...part);
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(...part);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.STENCIL_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     if (!this.#texture) return;

@@ -12,6 +12,9 @@ const NUDGE = 0.005, FINE = 0.1;      // of the view: what an arrow key moves, a
 const LEAST = 0.2, MOST = 2000;       // zoom, times that at which all is seen
 const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
 const SNAP = 4;                       // pixels: a pin let go of so near to a vertex of a mesh is on it
+const CORNER = 8, IMAGE = 6;          // pixels: so near a corner, or a mirror image or axis, attracts a pin
+const LOUPE = 150, LARGER = 4;        // pixels of the loupe's sides, and how many times larger it shows what is dragged
+const ROUGH = 0.5;                    // of the pixels of a side, while the map follows without a graphics card
 const STEP = 40, TURN = 0.008;        // pixels that an arrow key moves the view, and radians a pixel turns a mesh
 
 export class Pane {
@@ -22,6 +25,9 @@ export class Pane {
     this.canvas.setAttribute('aria-hidden', 'true');
     this.lines = element.appendChild(document.createElementNS(SVG, 'svg'));
     this.lines.setAttribute('aria-hidden', 'true');
+    this.lines.innerHTML = `<g id="lines-${side}"></g><svg class="loupe" width="${LOUPE}" height="${LOUPE}">
+      <use href="#lines-${side}"></use><rect width="100%" height="100%"></rect><path d="M${LOUPE / 2 - 9} ${LOUPE / 2}h18m-9 -9v18"></path></svg>`;
+    [this.paths, this.glass] = this.lines.children;
     this.handles = element.appendChild(document.createElement('div'));
     this.handles.className = 'handles';
     this.caption = element.appendChild(document.createElement('p'));
@@ -31,7 +37,7 @@ export class Pane {
     this.painter = new Painter(this.canvas, shape);
     this.view = {x: 0, y: 0, zoom: 1, width: 1, height: 1};
     this.overlay = {grid: false, stretch: false, own: 0, mapped: side === 'target', holes: hello.holes, mean: hello.mean, step: 0.1};
-    this.scene = {pins: [], strokes: [], wrong: {}};
+    this.scene = {pins: [], strokes: [], wrong: {}, suggested: [], selected: new Set(), locked: () => false};
     this.#listen();
   }
 
@@ -54,13 +60,20 @@ export class Pane {
   }
 
   resized() {
-    const {clientWidth, clientHeight} = this.element, ratio = devicePixelRatio || 1;
+    const {clientWidth, clientHeight} = this.element, ratio = (devicePixelRatio || 1) * (this.rough ? ROUGH : 1);
     const first = this.view.width === 1;
     Object.assign(this.view, {width: clientWidth, height: clientHeight});
     this.canvas.width = Math.round(clientWidth * ratio);
     this.canvas.height = Math.round(clientHeight * ratio);
     if (first || this.whole) this.showAll();
     this.redraw();
+  }
+
+  /** Whether fewer pixels do, since the map is about to change: where there is no graphics card. */
+  hurry(on) {
+    if (!this.painter.software || Boolean(this.rough) === on) return;
+    this.rough = on;
+    this.resized();
   }
 
   /** The whole shape and its canvas in view. */
@@ -147,6 +160,16 @@ export class Pane {
     const {x, y, zoom} = this.view, turn = this.surface?.axes;
     const view = {x, y, zoom: zoom * ratio, width: this.canvas.width, height: this.canvas.height, turn};
     this.painter.draw(view, this.overlay);
+    if (!this.loupe) return;
+    const [left, top] = this.#corner(), [around, above] = this.at(this.loupe), side = LOUPE * ratio;
+    const part = {left: left * ratio, bottom: (this.view.height - top - LOUPE) * ratio, width: side, height: side};
+    this.painter.draw({x: around, y: above, zoom: LARGER * zoom * ratio, turn, ...part}, this.overlay);
+  }
+
+  /** Where the loupe is: on the right above, or on the left where that hides what is dragged. */
+  #corner() {
+    const {width} = this.view, [x, y] = this.loupe, right = width - LOUPE - 8;
+    return [x > right - 40 && y < LOUPE + 76 ? 8 : right, 36];
   }
 
   /** What the canvas paints of the canvas of the file, or of a mesh, as a PNG's address: `width` x `height` pixels. */
@@ -174,10 +197,20 @@ export class Pane {
       drawn.push({d: path(stroke[this.side].map((p) => this.page(p))), class: `stroke${wrong}`, hue: hue(k + 3)});
     });
     if (this.drawing) drawn.push({d: path(this.drawing), class: 'stroke drawing'});
-    while (this.lines.childElementCount > drawn.length) this.lines.lastChild.remove();
-    while (this.lines.childElementCount < drawn.length) this.lines.append(document.createElementNS(SVG, 'path'));
+    if (this.guide) {
+      const [x, y] = this.pixel(this.guide);
+      drawn.push({d: `M${x - 14} ${y}h28M${x} ${y - 14}v28`, class: 'guide'});
+    }
+    while (this.paths.childElementCount > drawn.length) this.paths.lastChild.remove();
+    while (this.paths.childElementCount < drawn.length) this.paths.append(document.createElementNS(SVG, 'path'));
+    this.glass.style.display = this.loupe ? '' : 'none';
+    if (this.loupe) {
+      const [x, y] = this.loupe.map((v) => LOUPE / 2 - LARGER * v);
+      this.glass.firstElementChild.setAttribute('transform', `translate(${x} ${y}) scale(${LARGER})`);
+      this.#corner().forEach((value, k) => this.glass.setAttribute('xy'[k], value));
+    }
     drawn.forEach((line, k) => {
-      const element = this.lines.children[k];
+      const element = this.paths.children[k];
       element.setAttribute('d', line.d);
       element.setAttribute('class', line.class);
       element.style.setProperty('--hue', line.hue ?? 0);
@@ -189,6 +222,11 @@ export class Pane {
     this.scene.pins.forEach((pin, k) => wanted.push({
       key: `pin ${k}`, item: {kind: 'pins', number: k}, place: pin[this.side], text: pin.name || `${k + 1}`,
       wrong: this.scene.wrong.pins?.includes(k), hue: hue(k), class: 'pin',
+      selected: this.scene.selected.has(k), locked: this.scene.locked(pin),
+    }));
+    this.scene.suggested.forEach((pin, k) => wanted.push({
+      key: `ghost ${pin.source} ${pin.target}`, item: {kind: 'suggested', number: k}, place: pin[this.side], text: pin.name || '+',
+      name: `suggested pin ${pin.name || k + 1}`, hue: 0, class: 'ghost',
     }));
     this.scene.strokes.forEach((stroke, k) => stroke[this.side].forEach((place, j) => wanted.push({
       key: `stroke ${k} ${j}`, item: {kind: 'strokes', number: k, point: j}, place, text: '',
@@ -204,8 +242,11 @@ export class Pane {
       element.style.transform = `translate(${x}px, ${y}px)`;
       element.style.setProperty('--hue', handle.hue);
       element.classList.toggle('wrong', Boolean(handle.wrong));
+      element.classList.toggle('locked', Boolean(handle.locked));
+      if (handle.class === 'pin') element.setAttribute('aria-pressed', Boolean(handle.selected));
+      if (handle.class === 'ghost') element.onclick = () => this.does.accept(handle.item.number);
       element.dataset.text = handle.text;
-      const said = `${handle.name ?? `pin ${handle.text}`}, ${this.side}, at ${[handle.place].flat().join(', ')}`;
+      const said = `${handle.name ?? `${handle.locked ? 'locked ' : ''}pin ${handle.text}`}, ${this.side}, at ${[handle.place].flat().join(', ')}`;
       element.setAttribute('aria-label', handle.wrong ? `${said}: not met` : said);
     }
     for (const element of there.values()) element.remove();
@@ -215,6 +256,8 @@ export class Pane {
     const element = this.handles.appendChild(document.createElement('button'));
     element.dataset.key = key;
     element.className = `handle ${kind}`;
+    if (kind === 'ghost') element.onpointerdown = (event) => event.stopPropagation();
+    if (kind === 'ghost') return element;
     element.onpointerdown = (event) => this.#grab(event, element, item);
     element.ondblclick = (event) => { event.stopPropagation(); this.does.remove(item); };
     element.onkeydown = (event) => this.#key(event, item);
@@ -227,17 +270,23 @@ export class Pane {
   #grab(event, element, item) {
     if (event.button) return;
     event.stopPropagation();
+    if (event.shiftKey && item.kind === 'pins') return this.does.select(item);
     element.setPointerCapture(event.pointerId);
     const start = this.#event(event), from = this.pixel(this.page(this.#place(item)));
     let to = null;
     const {width, height} = this.view, within = (value, most) => Math.min(Math.max(value, 0), most);
     element.onpointermove = (next) => {
       const here = this.#event(next), [x, y] = [0, 1].map((k) => from[k] + here[k] - start[k]);
-      if (to || distance(here, start) > CLICK) this.#drag(item, to = [within(x, width), within(y, height)]);
+      if (!to && distance(here, start) <= CLICK) return;
+      to = [within(x, width), within(y, height)];
+      this.loupe = this.#drag(item, to, false, !next.altKey);
+      this.redraw(Boolean(this.loupe));
     };
     element.onpointerup = element.onpointercancel = () => {
       element.onpointermove = element.onpointerup = element.onpointercancel = null;
       if (to && this.surface) this.#drag(item, to, true);
+      if (to) this.redraw();
+      this.loupe = this.guide = null;
       if (to) this.does.drop();
     };
   }
@@ -252,13 +301,37 @@ export class Pane {
     return item.kind === 'pins' && closest(this.shape.outline, this.page(this.#place(item))).away < ON_RIM;
   }
 
-  #drag(item, pixel, last = false) {
-    const rim = this.#onRim(item), point = rim ? this.rim(pixel, Infinity) : this.surface ? this.hit(pixel) : this.at(pixel);
-    if (point) this.does.drag(this.side, item, last && !rim ? this.file(point) : this.units.file(point));
+  /** Gives the pixel where it came to, null where it cannot be. */
+  #drag(item, pixel, last = false, attracted = false) {
+    const rim = this.#onRim(item), free = rim ? this.rim(pixel, Infinity) : this.surface ? this.hit(pixel) : this.at(pixel);
+    this.guide = attracted && free && item.kind === 'pins' ? this.#attraction(this.pixel(free), rim, item.number) : null;
+    const point = this.guide ?? free;
+    if (!point || !this.does.drag(this.side, item, last && !rim ? this.file(point) : this.units.file(point))) return null;
+    return this.pixel(point);
+  }
+
+  /** What attracts pin `number` at a pixel: on the outline a corner, else mirror images of other pins and the axis. */
+  #attraction(pixel, rim, number = -1) {
+    const {corners = [], axis, outline} = this.shape, mirrored = typeof axis === 'number';
+    const near = (points, most) => points.map((p) => ({p, away: distance(this.pixel(p), pixel)}))
+      .reduce((best, each) => (each.away < best.away ? each : best), {p: null, away: most}).p;
+    const others = mirrored ? this.scene.pins.filter((_, k) => k !== number) : [];
+    const images = others.map((pin) => this.page(pin[this.side])).map(([x, y]) => [2 * axis - x, y]);
+    const there = rim ? images.map((p) => closest(outline, p)).map(({point}) => point) : images;
+    const found = (rim && near(corners, CORNER)) || near(there, IMAGE);
+    return found ?? (mirrored && !rim ? near([[axis, this.at(pixel)[1]]], IMAGE) : null);
+  }
+
+  /** A place of the file moved by [x, y] of the page; on the outline it stays there. */
+  moved(place, by) {
+    const from = this.page(place), to = from.map((value, k) => value + by[k]), {outline} = this.shape;
+    return this.units.file(closest(outline, from).away < ON_RIM ? closest(outline, to).point : to);
   }
 
   #key(event, item) {
     if (event.key === 'Delete' || event.key === 'Backspace') this.does.remove(item, event.shiftKey);
+    else if (event.key === ' ' && item.kind === 'pins') this.does.select(item);
+    else if (event.key.toLowerCase() === 'l' && !event.ctrlKey && !event.metaKey && item.kind === 'pins') this.does.lock(item);
     else if (ARROWS[event.key] && !event.ctrlKey && !event.altKey && !event.metaKey) {
       const step = NUDGE * (event.shiftKey ? FINE : 1) * this.view.width;
       const from = this.pixel(this.page(this.#place(item)));
@@ -328,10 +401,11 @@ export class Pane {
 
   /** A pin at a pixel, if the shape is there; with the pen a point of a stroke. */
   click(pixel = [this.view.width / 2, this.view.height / 2]) {
-    const rim = this.pen ? null : this.rim(pixel), point = rim ?? this.hit(pixel);
+    const rim = this.pen ? null : this.rim(pixel), free = rim ?? this.hit(pixel);
+    const point = (!this.pen && free && this.#attraction(this.pixel(free), Boolean(rim))) || free;
     if (!point) return;
     if (this.pen) (this.drawing ??= []).push(point);
-    else this.does.place(this.side, rim ? this.units.file(rim) : this.file(point));
+    else this.does.place(this.side, rim ? this.units.file(point) : this.file(point));
     this.redraw();
   }
 }

@@ -14,7 +14,7 @@ export function list(element, scene, wrong, does) {
     scene[kind].forEach((entry, k) => {
       const row = element.children[rows.length] ?? element.appendChild(blank());
       const word = kind === 'pins' ? 'pin' : 'stroke', item = {kind, number: k};
-      const [mark, name, place, remove] = row.children;
+      const [mark, name, place, lock, remove] = row.children;
       row.style.setProperty('--hue', hue(kind === 'pins' ? k : k + 3));
       row.className = wrong[kind]?.includes(k) ? `${word} wrong` : word;
       mark.textContent = row.classList.contains('wrong') ? '!' : kind === 'pins' ? '●' : '∿';
@@ -30,6 +30,10 @@ export function list(element, scene, wrong, does) {
       place.setAttribute('aria-label', `places of ${word} ${k + 1}`);
       place.onchange = () => does.move(item, (place.value.match(NUMBER) ?? []).map(Number));
       place.onblur = () => { place.value = text; };
+      lock.hidden = kind !== 'pins';
+      lock.setAttribute('aria-pressed', scene.locked(entry));
+      lock.setAttribute('aria-label', `lock ${word} ${entry.name || k + 1}`);
+      lock.onclick = () => does.lock(item);
       remove.setAttribute('aria-label', `remove ${word} ${entry.name || k + 1}`);
       remove.onclick = () => does.remove(item, true);
       row.onpointerenter = () => does.hover(item);
@@ -45,10 +49,12 @@ const written = (place) => [place].flat().join(', ');
 function blank() {
   const row = document.createElement('li');
   const mark = document.createElement('span'), name = document.createElement('input');
-  const place = document.createElement('input'), remove = document.createElement('button');
+  const place = document.createElement('input'), [lock, remove] = [0, 1].map(() => document.createElement('button'));
   for (const input of [name, place]) Object.assign(input, {type: 'text', maxLength: 60, spellcheck: false});
+  lock.textContent = 'Lock';
+  lock.title = 'It stays where it is (L)';
   remove.textContent = '×';
-  row.append(mark, name, place, remove);
+  row.append(mark, name, place, lock, remove);
   return row;
 }
 

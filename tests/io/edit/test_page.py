@@ -93,8 +93,9 @@ class Page:
         left, top = self.js(f"[{corner}.left, {corner}.top]", side)
         return left + px, top + py
 
-    def mouse(self, kind, place, buttons=0):
+    def mouse(self, kind, place, buttons=0, modifiers=0):
         event = {"type": kind, "x": place[0], "y": place[1], "buttons": buttons, "clickCount": 1}
+        event["modifiers"] = modifiers
         event["button"] = "none" if kind == "mouseMoved" and not buttons else "left"
         self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
 
@@ -469,7 +470,7 @@ def test_what_is_drawn_or_dragged_too_far_stays_in_reach(page):
     edited.key("z", ctrl=True)
     edited.settled()
     edited.click("source", 259, 156)
-    edited.drag("target", edited.scene["pins"][0]["target"], (259, -3000))
+    edited.drag("target", edited.scene["pins"][0]["target"], (259, -3000), steps=60)  # some within the window
     edited.wait("document.body.classList.contains('bad')")
     edited.settled()
     low, high = edited.js(
@@ -500,6 +501,108 @@ def test_places_are_typed_and_two_states_compared(page):
         assert edited.settled() == "full" and edited.scene == wanted
     edited.js("document.getElementById('how').value = 'cover', document.getElementById('how').onchange()")
     assert edited.settled() == "full" and edited.scene["fit"] == "cover"
+
+
+def test_pins_are_suggested_selected_locked_and_undone_from_a_list(page, tmp_path):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.js("document.getElementById('suggest').click()")
+    edited.wait("document.querySelector('#source .ghost')")
+    edited.js("document.querySelector('#source .ghost').click()")
+    edited.wait("iccm.scene.pins.length === 1")
+    assert edited.settled() == "full"
+    edited.js("document.getElementById('dismiss').click()")
+    edited.wait("!document.querySelector('.ghost')")
+    for place in ((259, 156), (167, 340)):
+        assert edited.click("source", *place) == "full"
+    before = [pin["target"] for pin in edited.scene["pins"]]
+    for place in before[1:]:
+        for kind in ("mousePressed", "mouseReleased"):
+            edited.mouse(kind, edited.at("target", *place), 1, modifiers=8)
+    edited.wait("document.querySelectorAll('#target .handle[aria-pressed=true]').length === 2")
+    x, y = before[1]
+    edited.drag("target", (x, y), (x + 10, y + 12))
+    assert edited.settled() == "full"
+    moved = np.subtract([pin["target"] for pin in edited.scene["pins"]], before)
+    assert np.allclose(moved, [[0, 0], [10, 12], [10, 12]], atol=0.1)
+    edited.js("document.querySelector('#target .handle:last-child').focus()")
+    edited.key("l")
+    edited.wait("document.querySelector('#target .handle.locked')")
+    x, y = edited.scene["pins"][2]["target"]
+    edited.drag("target", (x, y), (x + 30, y), steps=4)
+    assert edited.settled() == "full" and edited.scene["pins"][2]["target"] == [x, y]
+    assert edited.js("document.querySelector('#past button').textContent") == "2 pins moved"
+    edited.js("document.querySelectorAll('#past button')[1].click()")
+    assert edited.settled() == "full"
+    assert [pin["target"] for pin in edited.scene["pins"]] == before
+    edited.js("document.getElementById('more').click()")
+    edited.js(
+        "document.getElementById('format').value = '.jpg', document.getElementById('format').onchange()"
+    )
+    ending = "--size 1024 --constraints rose-leaf.json -o rose-leaf.jpg"
+    edited.wait(f"document.getElementById('export-command').textContent.endsWith('{ending}')")
+
+
+def test_mirror_images_and_corners_attract_and_only_what_changes_is_painted(page):
+    edited = page("pins", "cat.svg", "round.svg", "--texture", "face.png")
+    edited.drag("target", edited.scene["pins"][0]["target"], (165, 235))
+    assert edited.settled() == "full"
+    (left, top), (x, y) = (pin["target"] for pin in edited.scene["pins"][:2])
+    axis = edited.js("iccm.panes.target.units.file([iccm.panes.target.shape.axis, 0])")[0]
+    edited.js("""(() => { window.painted = {source: 0, target: 0};
+      for (const [side, {painter}] of Object.entries(iccm.panes)) {
+        const draw = painter.draw.bind(painter);
+        painter.draw = (...how) => { painted[side] += 1; draw(...how); };
+      } })()""")
+    edited.drag("target", (x, y), (2 * axis - left + 1, top + 1), release=False)
+    edited.wait("iccm.kind === 'coarse' && document.querySelector('#target .guide')")
+    assert edited.js("painted.target") > 0 and edited.js("painted.source") == 0
+    share = "iccm.panes.target.canvas.width / iccm.panes.target.canvas.clientWidth"
+    assert edited.js(share) == pytest.approx(0.5, abs=0.01)  # there is no graphics card here
+    edited.mouse("mouseReleased", edited.at("target", 2 * axis - left + 1, top + 1))
+    assert edited.settled() == "full" and edited.js(share) == 1
+    assert np.allclose(edited.scene["pins"][1]["target"], [2 * axis - left, top], atol=1e-4)
+    corner = edited.js("iccm.panes.source.units.file(iccm.panes.source.shape.corners[0])")
+    px, py = edited.at("source", *corner)
+    edited.mouse("mousePressed", (px + 2, py + 3), 1)
+    edited.mouse("mouseReleased", (px + 2, py + 3))
+    edited.wait("iccm.scene.pins.length === 5")
+    assert np.allclose(edited.scene["pins"][4]["source"], corner, atol=1e-4)
+    edited.settled()
+
+
+@pytest.fixture(scope="module")
+def axe(tmp_path_factory):
+    """The rules of accessibility that machines can check: axe-core, fetched from npm."""
+    folder = tmp_path_factory.mktemp("axe")
+    try:
+        subprocess.run(["npm", "pack", "axe-core@4"], cwd=folder, check=True, timeout=60, capture_output=True)
+    except (OSError, subprocess.SubprocessError) as error:
+        pytest.skip(f"NO TESTS OF ACCESSIBILITY: axe-core cannot be fetched from npm ({error})")
+    shutil.unpack_archive(next(folder.glob("*.tgz")), folder)
+    return (folder / "package" / "axe.min.js").read_text(encoding="utf-8")
+
+
+FINDINGS = """const done = arguments[0];
+  axe.run({runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice']})
+    .then(({violations}) => done(violations.map(({id, nodes}) => `${id}: ${nodes[0].html}`)))"""
+
+
+def test_axe_finds_nothing_at_any_width(page, axe):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.click("source", 259, 156)
+    edited.js("document.querySelectorAll('details').forEach((e) => { e.open = true; })")
+    edited.js("document.getElementById('suggest').click()")
+    edited.wait("document.querySelector('#source .ghost')")
+    edited.driver.set_script_timeout(PATIENCE)
+    edited.driver.execute_script(axe)
+    for width in (1400, 1280, 1024, 900, 390):
+        for scheme in ("light", "dark"):
+            edited.screen(1, width, 700, scheme)
+            assert edited.driver.execute_async_script(FINDINGS) == [], (width, scheme)
+    for dialog in ("export", "keys"):
+        edited.js(f"document.getElementById('{dialog}').showModal()")
+        assert edited.driver.execute_async_script(FINDINGS) == [], dialog
+        edited.js(f"document.getElementById('{dialog}').close()")
 
 
 def test_closing_with_changes_asks_first(page):

@@ -287,3 +287,26 @@ def test_parts_may_be_left_out_and_the_command_says_so(shapes, shell, fit, pair,
     pins = scene({"source": [50, 60], "target": [50, 65]}, fit=fit)
     assert edited.follow(pins).kind == "coarse"
     assert edited.solve(pins).kind == "full" and not edited.solve(pins).wrong["pins"]
+
+
+FACE = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">
+  <path id="head" d="M20 20H80V{bottom}H20Z"/><circle id="eye" cx="{x}" cy="45" r="6"/></svg>"""
+
+
+def test_corners_and_what_both_drawings_name_are_suggested(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, x, bottom in (("a", 40, 80), ("b", 55, 90)):
+        (tmp_path / f"{name}.svg").write_text(FACE.format(x=x, bottom=bottom))
+    edited = Session(make({"source": "a.svg#head", "target": "b.svg#head"}))
+    edited.solve(scene())
+    found = edited.suggest(scene())
+    assert [pin["name"] for pin in found] == ["eye", "", "", "", ""]
+    assert np.allclose([found[0]["source"], found[0]["target"]], [[40, 45], [55, 45]], atol=0.1)
+    ends = sorted((*pin["source"], *pin["target"]) for pin in found[1:])
+    assert np.allclose(
+        ends, [[20, 20, 20, 20], [20, 80, 20, 90], [80, 20, 80, 20], [80, 80, 80, 90]], atol=1e-6
+    )
+    assert edited.solve(scene(*found)).kind == "full"
+    assert edited.suggest(scene(*found)) == []
+    sides = edited.describe()
+    assert len(sides["source"]["corners"]) == 4 and sides["source"]["axis"] == pytest.approx(0, abs=1e-6)

@@ -1,0 +1,114 @@
+"""Pins that two drawings suggest: where both have a corner, and what both call by the same name."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...arrays import Complex, Real
+from ...balanced.model.outline import kept_vertices
+from ...balanced.search.symmetry import SYMMETRIC, asymmetry
+from ...curve import Curve
+from ...errors import InputError
+from ...maps.triangulated.map import TriangulatedMap
+from ...plane import polygon_area
+from ..shapes import shape as shapes
+from ..shapes.listing import Pin
+from ..shapes.parts import words_of
+from ..shapes.shape import Shape
+
+ROUGHLY, SHARP = (
+    0.01,
+    np.pi / 4,
+)  # an outline simplified so far, of its diagonal, turns by so much at a corner
+NEAR = 0.05  # of the diagonal: corners that are farther apart, once carried, are no pair
+APART = 0.1  # of the diagonal: closer to another, handles would cover each other in a small window
+MOST = 12  # pins that are suggested
+
+
+def corners(curve: Curve) -> tuple[Complex, Real]:
+    """The vertices at which an outline turns sharply, and which way: 1 to the left, -1 to the right."""
+    rough = Curve(curve.z[kept_vertices(curve, ROUGHLY)])
+    turns = np.angle(rough.edges / np.roll(rough.edges, 1))
+    sharp = np.abs(turns) > SHARP
+    return rough.z[sharp], np.sign(turns[sharp])
+
+
+def axis(curve: Curve) -> float | None:
+    """The abscissa of the vertical line about which a shape is its own mirror image; None where it is not."""
+    low, high = curve.box
+    middle = 0.5 * (low.real + high.real)
+    return middle if asymmetry(curve, middle) <= SYMMETRIC else None
+
+
+def suggested(map: TriangulatedMap, source: Shape, target: Shape, taken: Complex) -> list[Pin]:
+    """Pins between plane shapes, in their files' units: those with names first, then corners, the closest first.
+
+    Args:
+        map: between the shapes: what it carries a corner close to is its partner.
+        source, target: the shapes.
+        taken: (k, 2) pins that there are: nothing is suggested beside them.
+    """
+    if source.is_mesh or target.is_mesh:
+        return []
+    found: list[Pin] = []
+    for name, z, w in (*_named(source, target), *_corners(map, source, target)):
+        beside = np.abs(taken - [z, w]) < APART * np.array([source.curve.diagonal, target.curve.diagonal])
+        if not beside.any():
+            taken = np.append(taken, [[z, w]], axis=0)
+            ends = (tuple(shape.to_file(x).tolist()) for shape, x in ((source, z), (target, w)))
+            found.append(Pin(name=name, source=next(ends), target=next(ends)))
+    return found[:MOST]
+
+
+def _corners(map: TriangulatedMap, source: Shape, target: Shape) -> list[tuple[str, complex, complex]]:
+    """Corners that turn the same way, and are each other's closest ones."""
+    (here, ways), (there, turns) = corners(source.curve), corners(target.curve)
+    if not here.size or not there.size:
+        return []
+    carried = map.image[map.loops[0]][_closest(here, map.source[map.loops[0]])]
+    away = np.where(ways[:, None] == turns, np.abs(carried[:, None] - there), np.inf)
+    nearest, back = away.argmin(axis=1), away.argmin(axis=0)
+    order = np.argsort(away.min(axis=1), kind="stable")
+    order = [k for k in order if back[nearest[k]] == k and away[k, nearest[k]] < NEAR * target.curve.diagonal]
+    s, tau = source.curve.closest(here), target.curve.closest(there)[nearest]
+    kept: list[int] = []
+    for k in order:
+        if _turning_once(s[[*kept, k]], tau[[*kept, k]]):
+            kept.append(k)
+    return [("", complex(here[k]), complex(there[nearest[k]])) for k in kept]
+
+
+def _turning_once(s: Real, tau: Real) -> bool:
+    """Whether points follow each other on a second outline as they do on the first."""
+    tau = tau[np.argsort(s)]
+    return np.count_nonzero(np.diff(tau, append=tau[0]) < 0) <= 1
+
+
+def _closest(z: Complex, among: Complex) -> np.ndarray:
+    return np.abs(z[:, None] - among).argmin(axis=1)
+
+
+def _named(source: Shape, target: Shape) -> list[tuple[str, complex, complex]]:
+    """The middles of what is drawn inside both shapes under one name."""
+    ours, theirs = (_middles(shape) for shape in (source, target))
+    return [(name, ours[name], theirs[name]) for name in ours if name in theirs]
+
+
+def _middles(shape: Shape) -> dict[str, complex]:
+    """The centroids of the parts of a drawing inside a shape, by name; parts of one name are one."""
+    parts: dict[str, list[Curve]] = {}
+    try:
+        for each in shapes.read_all(str(shape.path)):
+            for name in sorted(words_of(each.names) - words_of(shape.names)):
+                parts.setdefault(name, []).append(each.curve)
+    except InputError:
+        return {}
+    middles = {name: _middle(curves) for name, curves in parts.items()}
+    inside = shape.curve.contains(np.array(list(middles.values()), complex))
+    return {name: z for (name, z), within in zip(middles.items(), inside) if within}
+
+
+def _middle(curves: list[Curve]) -> complex:
+    areas = [abs(polygon_area(curve.z)) for curve in curves]
+    low, high = zip(*(curve.box for curve in curves))
+    return complex(np.average(0.5 * (np.array(low) + np.array(high)), weights=areas))
