@@ -69,10 +69,10 @@ def _corners(map: TriangulatedMap, source: Shape, target: Shape) -> list[tuple[s
     away = np.where(ways[:, None] == turns, np.abs(carried[:, None] - there), np.inf)
     nearest, back = away.argmin(axis=1), away.argmin(axis=0)
     order = np.argsort(away.min(axis=1), kind="stable")
-    order = [k for k in order if back[nearest[k]] == k and away[k, nearest[k]] < NEAR * target.curve.diagonal]
+    near = [k for k in order if back[nearest[k]] == k and away[k, nearest[k]] < NEAR * target.curve.diagonal]
     s, tau = source.curve.closest(here), target.curve.closest(there)[nearest]
     kept: list[int] = []
-    for k in order:
+    for k in near:
         if _turning_once(s[[*kept, k]], tau[[*kept, k]]):
             kept.append(k)
     return [("", complex(here[k]), complex(there[nearest[k]])) for k in kept]
@@ -81,7 +81,7 @@ def _corners(map: TriangulatedMap, source: Shape, target: Shape) -> list[tuple[s
 def _turning_once(s: Real, tau: Real) -> bool:
     """Whether points follow each other on a second outline as they do on the first."""
     tau = tau[np.argsort(s)]
-    return np.count_nonzero(np.diff(tau, append=tau[0]) < 0) <= 1
+    return bool(np.count_nonzero(np.diff(tau, append=tau[0]) < 0) <= 1)
 
 
 def _closest(z: Complex, among: Complex) -> np.ndarray:
