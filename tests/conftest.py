@@ -35,14 +35,22 @@ def validator(name):
 @pytest.fixture(autouse=True)
 def reports_are_valid(monkeypatch):
     """Every report that a test makes is as its published schema says."""
-    from iccm.io.run import report
+    from iccm.io.run import flatten, relayout, report
 
-    def build(run, made=report.build):
-        found = made(run)
-        validator("report-1").validate(found)
-        return found
+    def checked(make, schema):
+        def made(*given, **named):
+            found = make(*given, **named)
+            validator(schema).validate(report.as_json(found))
+            return found
 
-    monkeypatch.setattr(report, "build", build)
+        return made
+
+    for home, name, schema in (
+        (report, "build", "report-1"),
+        (flatten, "write_all", "flatten-1"),
+        (relayout, "run", "relayout-1"),
+    ):
+        monkeypatch.setattr(home, name, checked(getattr(home, name), schema))
 
 
 @pytest.fixture

@@ -57,6 +57,21 @@ def test_a_mesh_adds_keys_that_the_schema_knows(shapes, iccm, output):
     assert described(json.loads(typed.out), schema, schema) == []
 
 
+def test_layouts_are_as_their_schemas(shapes, iccm):
+    mesh = SAMPLES / "hexagon-surface" / "sail.obj"
+    given = ("--uv", "disk.obj", "--report", "-", "-q")
+    flat = json.loads(iccm("flatten", mesh, "--method", "disk.svg", *given).out)
+    texture = SAMPLES / "hexagon-surface" / "tiles.png"
+    iccm("flatten", mesh, "--uv", "old.obj")
+    out = ("--texture", texture, "-o", "out.png", "--size", "32", "--report", "-", "-q")
+    relaid = json.loads(iccm("relayout", "old.obj", "disk.obj", *out).out)
+    for name, found in (("flatten-1", flat), ("relayout-1", relaid)):
+        schema = validator(name).schema
+        validator(name).validate(found)
+        assert described(found, schema, schema) == []
+        assert not validator(name).is_valid(found | {"status": "wrong"})
+
+
 def test_results_and_verdicts_are_as_their_schemas(shapes, iccm):
     (shapes / "empty.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"/>')
     job = '{{"source": "{}", "target": "disk.svg", "size": 32, "output": "{}.png", "report": "{}.json"}}\n'
