@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
+PAGES  := $(VENV)/.docs
 
 .PHONY: demo test test-slow lint docs bench gallery clean
 
@@ -35,9 +36,12 @@ lint: $(READY)
 	cp -R iccm build/typecheck/iccm && cp -R cli io build/typecheck/iccm
 	cd build/typecheck && ../../$(BIN)/mypy --config-file ../../pyproject.toml -p iccm
 
-# The site, into build/site: broken links and warnings fail, nothing is fetched.
-docs: $(READY)
+$(PAGES): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	touch $@
+
+# The site, into build/site: broken links and warnings fail, nothing is fetched.
+docs: $(PAGES)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 bench: $(READY)
