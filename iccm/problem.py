@@ -15,6 +15,7 @@ from .errors import InputError
 from .maps.harmonic import HarmonicMap
 from .plane import bounding_box
 
+MOST_STARTS = 16  # times as many as usual
 MOST_VERTICES = 4000  # of a map's polygon: its equations are a dense matrix
 METHODS = ("balanced", "conformal", "paper")
 NEAR = 1e-6  # of the diagonal: rounding
@@ -36,7 +37,17 @@ OTHERS = dict.fromkeys(
 )
 """Options that the balanced method does not have, and whose they are."""
 FREE = ("vertices", "consistency")  # that `literal` does not leave
-OWN = ("balance", "turn", "fit", "holes", "max_left_out", "max_uncovered", "max_dilatation", "max_stretch")
+OWN = (
+    "balance",
+    "turn",
+    "fit",
+    "holes",
+    "max_left_out",
+    "max_uncovered",
+    "starts",
+    "max_dilatation",
+    "max_stretch",
+)
 """Options that it alone has."""
 FITS, HOLES = ("auto", "whole", "contain", "cover"), ("auto", "keep")
 
@@ -51,6 +62,7 @@ class OptionValues(TypedDict, total=False):
     holes: str
     max_left_out: float
     max_uncovered: float
+    starts: int
     max_dilatation: float | None
     max_stretch: float | None
     order: int | None
@@ -87,6 +99,7 @@ class Options:
             costs less.
         max_left_out: the largest share of the source's area that may be left out.
         max_uncovered: the largest share of the target's area that may stay uncovered.
+        starts: times as many correspondences of the outlines are tried as usual, 1 to 16.
         max_dilatation: the largest s1/s2 wished of the balanced method.
         max_stretch: the largest max(s1, 1/s2) wished of the balanced method, relative to the mean scale.
         order: 0 for the distance to closest points, 1 for the first-order distance of §3.4.
@@ -117,6 +130,7 @@ class Options:
     holes: str = "auto"
     max_left_out: float = 1.0
     max_uncovered: float = 1.0
+    starts: int = 1
     max_dilatation: float | None = None
     max_stretch: float | None = None
     order: int | None = None
@@ -156,6 +170,8 @@ class Options:
                 raise InputError(f"{name}: {getattr(self, name)!r} is not one of {', '.join(words)}")
         if max(self.max_left_out, self.max_uncovered) > 1:
             raise InputError("max_left_out, max_uncovered: are shares of the area, at most 1")
+        if not 1 <= self.starts <= MOST_STARTS:
+            raise InputError(f"starts: {self.starts} is not between 1 and {MOST_STARTS}")
         if isinstance(self.vertices, str):
             if self.vertices != "source":
                 raise InputError(f"vertices: {self.vertices!r} is neither a number nor 'source'")

@@ -399,6 +399,10 @@ class JobOptions:
         "Largest share of the target that may stay uncovered.  [default: no limit]", "SHARE",
         least=0, most=1, solver=True, commands=("map",),
     )  # fmt: skip
+    starts: int | None = _option(
+        "Try N times as many starts: slower, and sometimes a better map.  [default: 1]", "N",
+        least=1, most=16, solver=True, commands=("map",),
+    )  # fmt: skip
     max_dilatation: float | None = _option(
         "Largest dilatation allowed (balanced).",
         "K",

@@ -142,6 +142,7 @@ def settings_of(options: Options) -> Settings:
         keep_holes=options.holes == "keep",
         max_left_out=options.max_left_out,
         max_uncovered=options.max_uncovered,
+        starts=options.starts,
     )
 
 

@@ -22,6 +22,7 @@ class Settings:
         keep_holes: whether partial maps pass over no holes.
         max_left_out: the largest share of the source that may be left out.
         max_uncovered: the largest share of the target that may stay uncovered.
+        starts: times as many correspondences are tried as usual.
         triangles: about how many the last mesh has.
     """
 
@@ -34,6 +35,7 @@ class Settings:
     keep_holes: bool = False
     max_left_out: float = 1.0
     max_uncovered: float = 1.0
+    starts: int = 1
     triangles: int = 6000
 
     @property

@@ -32,7 +32,7 @@ def screen(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMap]
     for steps, keep in SCREENING:
         tried = progress.counted(f"coarse maps, {steps} steps", states)
         states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
-        states = sorted(states, key=lambda s: s.energy)[:keep]
+        states = sorted(states, key=lambda s: s.energy)[: keep * problem.starts]
     return [s for s in states if s.energy <= PROMISING * states[0].energy]
 
 
@@ -64,7 +64,9 @@ def best_of(level: Level, states: list[DiscreteMap], problem: UnitProblem) -> Di
     if not settled:
         raise Stuck("no start")
     settled.sort(key=lambda s: s.energy)
-    finalists = [state for state in settled[:FINALISTS] if state.energy <= CLOSE * settled[0].energy]
+    finalists = [
+        state for state in settled[: FINALISTS * problem.starts] if state.energy <= CLOSE * settled[0].energy
+    ]
     counted = progress.counted("coarse maps, corners released", finalists)
     return min((release_corners(level, s, problem) for s in counted), key=lambda s: s.energy)
 

@@ -106,9 +106,9 @@ def elastic_matches(source: Curve, target: Curve, turn: float) -> Iterator[Match
         yield Match(rows / SAMPLES * source.length, (columns + shift) / SAMPLES * target.length)
 
 
-def arclength_matches(source: Curve, target: Curve) -> list[Match]:
+def arclength_matches(source: Curve, target: Curve, count: int = ARCLENGTHS) -> list[Match]:
     """Equal shares of the arclength, with evenly spaced shifts."""
-    shifts = target.length * np.arange(ARCLENGTHS) / ARCLENGTHS
+    shifts = target.length * np.arange(count) / count
     ends = np.array([0.0, 1.0])
     return [Match(ends * source.length, shift + ends * target.length) for shift in shifts]
 
@@ -131,12 +131,14 @@ class Different:
         return True
 
 
-def candidates(source: Curve, target: Curve, turns: tuple[tuple[float, int], ...]) -> list[Match]:
-    """Elastic matches at several turns, and shifts of the arclength."""
+def candidates(
+    source: Curve, target: Curve, turns: tuple[tuple[float, int], ...], times: int = 1
+) -> list[Match]:
+    """Elastic matches at several turns, and shifts of the arclength; `times` as many as usual."""
     found = Different(source, target)
     for turn, count in turns:
-        first_new(found, elastic_matches(source, target, turn), count)
-    return found.matches + arclength_matches(source, target)
+        first_new(found, elastic_matches(source, target, turn), times * count)
+    return found.matches + arclength_matches(source, target, times * ARCLENGTHS)
 
 
 def first_new(found: Different, matches: Iterator[Match], count: int) -> None:

@@ -73,6 +73,7 @@ class UnitProblem(NamedTuple):
         numbers: which of the given holes `holes` are.
         metrics: of the surfaces that the two planes stand for.
         bays: of the source, as of `holes.bays.Filled`.
+        starts: times as many correspondences are tried as usual.
         inverted: whether this is the inverse of what was given, so that the target's area is that of `source`.
     """
 
@@ -90,6 +91,7 @@ class UnitProblem(NamedTuple):
     numbers: Numbers = ((), ())
     metrics: Metrics = PLANES
     bays: tuple[Complex, ...] = ()
+    starts: int = 1
     inverted: bool = False
 
     @property

@@ -112,7 +112,7 @@ def with_constraints(
     curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
     curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
     ends = anchors[0], anchors[1]
-    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, ends)
+    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, ends, starts=settings.starts)
     return with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
 
 
@@ -173,7 +173,8 @@ def free_problem(source: Curve, target: Curve, holes: Holes, settings: Settings)
     """The problem in unit coordinates, without constraints."""
     upright = 0.0 if settings.turn is None else UPRIGHT
     simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
-    return with_holes(UnitProblem(simple, goal, settings.theta, upright), holes, settings)
+    problem = UnitProblem(simple, goal, settings.theta, upright, starts=settings.starts)
+    return with_holes(problem, holes, settings)
 
 
 def whole_map(used: UnitProblem, fine_map: Meshed, settings: Settings, journal: SolveLog) -> Meshed:
@@ -359,7 +360,8 @@ def half_problem(problem: UnitProblem, halves: tuple[Half, Half], settings: Sett
     curves = [Curve(half.curve.z / np.sqrt(half.curve.area)) for half in halves]
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, halves)]
     simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
-    return UnitProblem(simple, goal, problem.theta, 0.0, (anchors[0], anchors[1]), halved=True)
+    ends = anchors[0], anchors[1]
+    return UnitProblem(simple, goal, problem.theta, 0.0, ends, halved=True, starts=settings.starts)
 
 
 def mirrored_half_map(
@@ -416,11 +418,12 @@ def correspondences(level: Level, problem: UnitProblem) -> list[Match]:
     """The correspondences of the outlines to start from."""
     curves = level.source.curve, level.target.curve
     free = problem.upright == 0 and level.anchors is None
-    matches = initial_matches.candidates(*curves, initial_matches.ANY_TURN if free else initial_matches.TURNS)
+    turns = initial_matches.ANY_TURN if free else initial_matches.TURNS
+    matches = initial_matches.candidates(*curves, turns, problem.starts)
     if problem.holed:
         return with_partners(level, matches, problem)
     if problem.halved:  # whose ends leave arclengths no shift
-        return matches[: 1 - initial_matches.ARCLENGTHS]
+        return matches[: 1 - problem.starts * initial_matches.ARCLENGTHS]
     if problem.upright > 0 and not problem.constrained:
         return initial_matches.without_upside_down(matches, *curves) or matches
     return matches

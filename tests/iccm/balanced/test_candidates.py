@@ -7,6 +7,7 @@ import pytest
 
 from iccm.balanced.errors import Stuck
 from iccm.balanced.model.discrete_map import folds
+from iccm.balanced.model.settings import SolveLog
 from iccm.balanced.search import candidates, initial_matches, multilevel
 from iccm.balanced.search.levels import Level, UnitProblem, initial_maps
 from iccm.curve import Curve
@@ -52,3 +53,11 @@ def test_the_winner_is_about_as_good_as_any_map_released_to_the_end(screened):
 def test_without_maps_there_is_no_winner():
     with pytest.raises(Stuck):
         candidates.best_of(LEVEL, [], PROBLEM)
+
+
+def test_more_starts_are_tried_where_asked():
+    level, problem = LEVEL, PROBLEM._replace(starts=3)
+    few, many = (multilevel.correspondences(level, given) for given in (PROBLEM, problem))
+    assert len(many) >= len(few) + 2 * initial_matches.ARCLENGTHS
+    found = [multilevel.coarse_map(given, 0.15, SolveLog()).energy for given in (PROBLEM, problem)]
+    assert found[1] <= found[0]

@@ -66,7 +66,7 @@ def test_a_pin_may_be_a_point_in_space():
     assert Job(source="a", pin=["1,2:3,4,5"]).pin == (((1, 2), (3, 4, 5)),)
 
 
-MAP_ALONE = "turn", "fit", "max_left_out", "max_uncovered"
+MAP_ALONE = "turn", "fit", "max_left_out", "max_uncovered", "starts"
 
 
 def test_every_field_is_an_option_of_the_command_line_and_back():
