@@ -239,9 +239,10 @@ class RelayoutOptions:
         "WxH|N",
         parse=size,
     )
-    match: Literal["auto", "index", "position"] = _option(
-        "Triangles go to each other where their corners are in one place, or by their order (index); auto: by place if "
-        "half of them do, else by order, if the same vertices have the same faces, else by place after a similarity.",
+    match: Literal["auto", "index", "topology", "position"] = _option(
+        "Triangles go to each other where their corners are in one place (position), by their order (index), or by how "
+        "they are connected (topology); auto: by place if half of them do, else by order, if the same vertices have "
+        "the same faces, else by connectivity, if it is the same, else by place after a similarity.",
         default="auto",
     )
     limit: float = _option(

@@ -1,6 +1,7 @@
 """Two meshes with the same triangles, but of other shapes or in other places, brought together for their textures.
 
-By the order of their faces, or by the similarity that takes the vertices of one to those of the other.
+By the order of their faces, by their connectivity, or by the similarity that takes the vertices of one to those of the
+other.
 """
 
 from dataclasses import replace
@@ -12,8 +13,7 @@ from ..errors import InputError
 from ..meshes.charted import Charted
 from ..meshes.mesh import Mesh
 from ..meshes.relayout import SAME, partners
-
-MATCHES = ("auto", "index", "position")
+from .isomorphism import Polygons, isomorphism
 
 
 def matched(old: Charted, new: Charted, match: str = "auto") -> Charted:
@@ -21,53 +21,79 @@ def matched(old: Charted, new: Charted, match: str = "auto") -> Charted:
 
     Args:
         old, new: the meshes.
-        match: "index": face by face, in their order; "position": where it is, or the best similarity takes it if no
-            triangle is the same there; "auto": where it is if half of the triangles are the same there, else by index,
-            else by similarity.
+        match: "index": face by face, in their order; "topology": by connectivity, in whatever order; "position": where
+            it is, or the best similarity takes it if no triangle is the same there; "auto": where it is if half of the
+            triangles are the same there, else by index, by topology, or by similarity.
 
     Raises:
-        InputError: by index, and their faces are not the same in the same order.
+        InputError: by index, and their faces are not the same in the same order; by topology, and their connectivity
+            is not the same.
     """
-    same = float((partners(old, new)[0] >= 0).mean()) if match != "index" else 0.0
+    same = float((partners(old, new)[0] >= 0).mean()) if match in ("auto", "position") else 0.0
     if match != "position" and same < 0.5:
-        vertex = _by_index(old.points, old.faces.ravel(), new.points, new.faces.ravel())
-        if vertex is not None:
-            normals = old.normals, old.normal_faces
-            shape = replace(new, points=old.points[vertex], normals=normals[0], normal_faces=normals[1])
-            return replace(shape, stated=None)
+        corner = None
+        if match != "topology" and _by_index(old.points, old.faces.ravel(), new.points, new.faces.ravel()):
+            corner = np.arange(new.faces.size)
+        elif match != "index":
+            corner = isomorphism(*(Polygons.triangles(each.points, each.faces) for each in (old, new)))
+        if corner is not None:
+            return _laid_on(old, new, corner)
         if match == "index":
             raise InputError(
                 f"{new.name}: its faces are not those of {old.name} in the same order (--match index)"
+            )
+        if match == "topology":
+            raise InputError(
+                f"{new.name}: its faces are not connected as those of {old.name} (--match topology)"
             )
     if same == 0 and (moved := _by_similarity(old, new)) is not None:
         return moved
     return new
 
 
+def _laid_on(old: Charted, new: Charted, corner: Index) -> Charted:
+    """The new mesh on the old one's surface, by the old corner (3m,) of each of its corners."""
+    normal_faces = None if old.normal_faces is None else old.normal_faces.ravel()[corner].reshape(-1, 3)
+    points = _moved(old.points, old.faces.ravel()[corner], new.points, new.faces.ravel())
+    return replace(new, points=points, normals=old.normals, normal_faces=normal_faces, stated=None)
+
+
+def _moved(points: Real, corners: Index, new_points: Real, new_corners: Index) -> Real:
+    """(n, 3) the new mesh's vertices, those of its corners where their partners are."""
+    found = np.zeros_like(new_points)
+    found[new_corners] = points[corners]
+    return found
+
+
 def cut_alike(old: Mesh, new: Mesh) -> Mesh:
-    """The new mesh, its polygons cut into triangles as the old one's are where they are the same in the same order."""
-    if not np.array_equal(old.starts, new.starts):
+    """The new mesh, its polygons cut into triangles as the old one's are, where they are the same in the same order or
+    are connected in the same way."""
+    if (np.diff(new.starts) == 3).all() or old.corners.size != new.corners.size:
         return new
-    vertex = _by_index(old.points, old.corners, new.points, new.corners)
-    return new if vertex is None else replace(new, cut_like=old.points[vertex])
+    corners = old.corners
+    ordered = np.array_equal(old.starts, new.starts)
+    if not (ordered and _by_index(old.points, corners, new.points, new.corners)):
+        corner = isomorphism(*(Polygons(each.points, each.corners, each.starts) for each in (old, new)))
+        if corner is None:
+            return new
+        corners = corners[corner]
+    return replace(new, cut_like=_moved(old.points, corners, new.points, new.corners))
 
 
-def _by_index(points: Real, corners: Index, new_points: Real, new_corners: Index) -> Index | None:
-    """(n,) the old vertex for each new one where corners go to each other in their order; None where that would tear or
-    join any. Vertices of the same place count as one."""
+def _by_index(points: Real, corners: Index, new_points: Real, new_corners: Index) -> bool:
+    """Whether corners go to each other in their order, and that tears and joins no vertices. Vertices of the same place
+    count as one."""
     if corners.size != new_corners.size or min(corners.min(), new_corners.min()) < 0:
-        return None
+        return False
     place, new_place = (
         distinct_rows(each)[1][at] for each, at in ((points, corners), (new_points, new_corners))
     )
-    there = np.zeros(len(new_points), np.int64)
-    there[new_corners] = corners
     for one, other in ((place, new_place), (new_place, place)):
         partner = np.zeros(int(one.max()) + 1, np.int64)
         partner[one] = other
         if (partner[one] != other).any():
-            return None
-    return there
+            return False
+    return True
 
 
 def _by_similarity(old: Charted, new: Charted) -> Charted | None:

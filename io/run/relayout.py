@@ -252,8 +252,9 @@ def _demand_partners(origins: Sequence[Origin], old: str, new: str, how: How) ->
     """
     covered = any(origin.grid.owners.owner.max() >= 0 for origin in origins)
     if covered and not any(origin.reached(how.limit).any() for origin in origins):
-        tried = {"index": "face by face", "position": "by place, as it is and after a similarity"}
-        tried["auto"] = "by place, face by face, and after a similarity"
+        tried = {"index": "face by face", "topology": "by connectivity"}
+        tried["position"] = "by place, as it is and after a similarity"
+        tried["auto"] = "by place, face by face, by connectivity, and after a similarity"
         raise InputError(f"{new}: nothing of it lies on {old}; tried {tried[how.match]}")
 
 

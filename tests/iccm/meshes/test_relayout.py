@@ -130,7 +130,9 @@ def test_a_texture_in_another_layout_is_what_a_brute_force_bake_makes(there, icc
     [
         (False, lambda x, y, z: (3 * x, y + 2, np.sin(9 * x)), "auto"),  # another shape, by index
         (False, lambda x, y, z: (3 * x, y + 2, np.sin(9 * x)), "index"),
-        (True, lambda x, y, z: (100 * y, 100 * z + 7, 100 * x), "auto"),  # by the best similarity
+        (True, lambda x, y, z: (100 * y, 100 * z + 7, 100 * x), "auto"),  # in another place and order
+        (True, lambda x, y, z: (100 * y, 100 * z + 7, 100 * x), "position"),  # by the best similarity
+        (True, lambda x, y, z: ((x + 2) ** 2, y + 2, z), "auto"),  # another shape and order, by connectivity
     ],
 )
 def test_the_same_faces_in_another_shape_or_place_are_found(there, iccm, shuffled, place, match):
@@ -151,7 +153,10 @@ def test_the_same_faces_in_another_shape_or_place_are_found(there, iccm, shuffle
 
 def test_what_lies_nowhere_near_is_refused(there, iccm):
     write(there / "new.obj", turned(0.4), 9, height=lambda x, y: hill(x, y) + 50)
-    for match, tried in (("auto", "by place, face by face"), ("index", "in the same order (--match index)")):
+    for match, tried in (
+        ("auto", "by place, face by face, by connectivity"),
+        ("index", "in the same order (--match index)"),
+    ):
         done = iccm("relayout", "old.obj", "new.obj", "--texture", "old.png", "-o", "o.png", "--match", match)
         assert done.code == 2 and tried in done.err
         assert not (there / "o.png").exists()
