@@ -37,7 +37,7 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     """
     from ..io import files, formats
     from ..io.memory import Bounded
-    from ..io.pictures import image_files
+    from ..io.pictures import image_files, tiles
     from ..io.pictures import stmap_files as maps
     from ..memory import Memory
     from ..pixels.texture import check_kind
@@ -47,7 +47,8 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     limits = {"max_pixels": given["max_pixels"], "colorspace": given["colorspace"], "room": room}
     pairs = _tiles(stmap, output)
     made = [name for _, name in pairs if name != "-"]
-    files.check_outputs(made, [image, *(name for name, _ in pairs)], force=given["force"])
+    images = tiles.files_of(image) if tiles.is_pattern(image) else [image]
+    files.check_outputs(made, [*images, *(name for name, _ in pairs)], force=given["force"])
     with ExitStack() as stack:
         stack.enter_context(status.show_phases("read"))
         for source, name in pairs:

@@ -46,6 +46,7 @@ def command(
 
     Exit code: 0 done, 1 what was written is not one-to-one, 2 an input is wrong.
     """
+    from ..flattening import METHODS
     from ..io import files, formats, references
     from ..io.meshes import size_limits
     from ..io.meshes.mesh_files import check_output
@@ -63,7 +64,8 @@ def command(
         formats.check(plot, "plot", "--plot")
     formats.check_report(report)
     outputs = [name for name in (*output, uv, plot, None if report == "-" else report) if name]
-    files.check_outputs(outputs, [Spec.of(mesh).path], force=force)
+    inputs = [Spec.of(name).path for name in ((mesh,) if method in METHODS else (mesh, method))]
+    files.check_outputs(outputs, inputs, force=force)
     size_limits.faces(Spec.of(mesh).path, max_faces)
     with ExitStack() as stack:
         stack.enter_context(status.show_phases("flatten"))

@@ -35,7 +35,7 @@ def describe(path: Path, *, max_faces: int = limits.FACES) -> dict[str, Any]:
     for what, facts in kinds.items():
         if getattr(formats.of(path), what):
             return {"file": str(path), "bytes": path.stat().st_size, **facts(path)}
-    known = sorted(suffix for what in kinds for suffix in formats.holding(what))
+    known = sorted({suffix for what in kinds for suffix in formats.holding(what)})
     raise InputError(f"{path}: no kind of file that iccm reads; it reads {' '.join(known)}")
 
 
@@ -69,7 +69,7 @@ def _outline(number: int, outline: Any) -> dict[str, Any]:
 
 
 def _picture(path: Path) -> dict[str, Any]:
-    from .pictures import image_files
+    from .pictures import image_files, stmap_files
 
     image = image_files.read(path)
     height, width, channels = image.pixels.shape
@@ -81,6 +81,8 @@ def _picture(path: Path) -> dict[str, Any]:
         "alpha": None if image.alpha < 0 else "associated" if image.associated else "straight",
         "colorspace": image.colorspace,
     }
+    if stmap_files.is_own(image):
+        return facts | {"kind": "STMap"}
     try:
         silhouette = _shape(path)
     except InputError as error:
@@ -188,7 +190,7 @@ def _own(path: Path) -> dict[str, Any]:
 
     try:
         found = json.loads(files.read_bytes(path, max_bytes=limits.COMPARED_BYTES))
-    except ValueError:
+    except (ValueError, RecursionError):
         return {}
     schema = found.get("schema") if isinstance(found, dict) else None
     if not isinstance(schema, str) or not schema.startswith("iccm."):
@@ -198,9 +200,31 @@ def _own(path: Path) -> dict[str, Any]:
     return {"kind": schema, **{key: found[key] for key in kept if key in found}, "inputs": inputs}
 
 
+def _lines_of_own(path: Path) -> dict[str, Any]:
+    """Results of a batch, verdicts of a check, or a batch's journal, a line each; nothing where a line is none."""
+    import json
+    from collections import Counter
+
+    ended: Counter[str] = Counter()
+    kind = ""
+    for line in filter(bytes.strip, files.read_bytes(path, max_bytes=limits.COMPARED_BYTES).splitlines()):
+        try:
+            found = json.loads(line)
+        except (ValueError, RecursionError):
+            return {}
+        said = found if isinstance(found, dict) else {}
+        kind = "journal of a batch" if "event" in said else str(said.get("schema"))
+        if "event" not in said and not kind.startswith("iccm."):
+            return {}
+        ended[str(said.get("status") or said.get("state") or said.get("event"))] += 1
+    return {"kind": kind, "lines": ended.total(), "ended": dict(ended)} if ended else {}
+
+
 def _manifest(path: Path) -> dict[str, Any]:
     from .batch import manifest
 
+    if own := _lines_of_own(path):
+        return own
     tasks = manifest.read(manifest.load(str(path)), str(path), root=path.parent)
     names = [task.name for task in tasks[:MOST]]
     return {"kind": "manifest", "jobs": len(tasks), "names": names}

@@ -127,17 +127,27 @@ def check_outputs(
 ) -> None:
     """Check that all outputs may be written, that none is an input, and none another one or `taken` by others.
 
+    That one exists is said last, after what is wrong with the others and with files that are read.
+
     Raises:
         InputError: as `check_output`, or naming the one.
     """
+    names, inputs = list(names), list(inputs)
     read, seen = ({Path(name).resolve() for name in given} for given in (inputs, taken))
     for name in names:
-        real = check_output(name, force=force)
+        real = check_output(name, force=True)
         if real in read:
             raise InputError(f"{name}: is also an input; name another output")
         if real in seen:
             raise InputError(f"{name}: is named for two outputs; give each its own")
         seen.add(real)
+    for name in names:
+        try:
+            check_output(name, force=force)
+        except InputError:
+            for path in inputs:
+                open_input(path)
+            raise
 
 
 def as_text(path: str | os.PathLike) -> str:

@@ -105,10 +105,14 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
     file = oiio.ImageInput.open(as_text(path), config)
     if file is None:
         said = error_of(oiio)
-        if formats.of(path).drawing:
+        form = formats.of(path)
+        if form.drawing and not form.mesh:
             raise InputError(
-                f"{path}: is a drawing, no picture; -o out.svg carries what the source file draws"
+                f"{path}: is a drawing, no picture; export it as one, or let iccm map -o out.svg carry what the source "
+                "itself draws"
             )
+        if not form.picture:
+            raise InputError(f"{path}: is no picture; use one of {' '.join(formats.holding('picture'))}")
         raise InputError(f"{path}: cannot be read as a picture: {said}")
     try:
         spec = file.spec()

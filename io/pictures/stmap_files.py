@@ -58,6 +58,11 @@ def write_whole(path: str | Path, st: NDArray[np.float32]) -> None:
     image_files.write_bands(path, _like(), height, width, [st])
 
 
+def is_own(image: image_files.Image) -> bool:
+    """Whether a picture says that it is an STMap that iccm wrote."""
+    return image.metadata.get("ImageDescription") == ("string", _SAID)
+
+
 def _like() -> image_files.Image:
     said = {"ImageDescription": ("string", _SAID)}
     return image_files.Image(np.zeros((1, 1, 4), np.float32), 3, True, "data", said)

@@ -78,7 +78,7 @@ def plan(given: dict[str, Sequence[str]], outputs: Sequence[str], meshes: Sequen
     pictures = _pictures(given, rest) if rest else []
     inputs = [str(Spec.of(mesh).path) for mesh in meshes]
     inputs += [path for paths in given.values() for path in paths]
-    files.check_outputs([*whole, *(each.output for each in pictures)], inputs, force=force)
+    files.check_outputs([*whole, *(each.output for each in pictures)], expand_tiles(inputs), force=force)
     return Plan(given, pictures, whole[0] if whole else None)
 
 

@@ -58,10 +58,21 @@ def test_an_existing_output_hides_no_other_mistake(shapes, iccm):
         (("map", "folder", "disk.svg"), "folder: is a folder"),
         (("map", "square.xyz", "disk.svg"), ".glb"),
         (("map", "square.svg", "disk.svg", "--texture", "square.svg"), "-o out.svg"),
+        (("map", "square.svg", "disk.svg", "--texture", "square.xyz"), "is no picture; use one of .png"),
+        (("map", "square.svg", "disk.svg", "-o", "folder"), "folder: is a folder"),
+        (("map", "square.svg", "disk.svg", "-o", "out.xyz"), ".svg .svgz .obj .glb"),
+        (("flatten", "none.obj", "-o", "old.svg"), "none.obj: no such file"),
+        (
+            ("relayout", "none.obj", "none.obj", "--texture", "none.png", "-o", "old.png"),
+            "none.obj: no such file",
+        ),
+        (("apply", "none.exr", "none.png", "-o", "old.png"), "none.png: no such file"),
     ],
 )
 def test_a_wrong_file_is_called_what_it_is(shapes, iccm, given, said):
     (shapes / "folder").mkdir()
+    for name in ("old.svg", "old.png"):
+        (shapes / name).touch()
     shutil.copy("square.svg", "square.xyz")
     typed = iccm(*given)
     assert typed.code == 2 and said in typed.err and "OpenImageIO" not in typed.err
@@ -72,3 +83,13 @@ def test_info_knows_reports(shapes, iccm):
     facts = json.loads(iccm("info", "out.json", "--json").out)
     assert facts["kind"] == "iccm.report/1" and facts["inputs"] == ["square.svg", "disk.svg"]
     assert facts["status"] == json.loads((shapes / "out.json").read_text())["status"]
+
+
+def test_info_knows_stmaps_and_results(shapes, iccm):
+    iccm("map", "square.svg", "disk.svg", "--size", "32", "--stmap", "map.exr")
+    assert json.loads(iccm("info", "map.exr", "--json").out)["kind"] == "STMap"
+    (shapes / "empty.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"/>')
+    (shapes / "jobs.jsonl").write_text('{"source": "square.svg", "target": "empty.svg"}\n')
+    (shapes / "results.jsonl").write_text(iccm("batch", "jobs.jsonl", "-j", "1").out)
+    facts = json.loads(iccm("info", "results.jsonl", "--json").out)
+    assert facts["kind"] == "iccm.result/1" and facts["ended"] == {"failed": 1}
