@@ -39,10 +39,15 @@ def outlines_of(
         outer = Outline.of(curve, fineness, corner_fineness, always, spacing)
         shares = fineness, corner_fineness, spacing
         found = [outer, *(_of_hole(hole, curve.diagonal, *shares) for hole in holes)]
-        if spacing < np.inf or are_disjoint([outline.curve.at(outline.corners) for outline in found]):
+        if spacing < np.inf or are_disjoint([_polygon(outline) for outline in found]):
             return found
         fineness, corner_fineness = FINER * fineness, FINER * corner_fineness
     return [Outline.of(each, 0.0, 0.0, always * (each is curve)) for each in (curve, *holes)]
+
+
+def _polygon(outline: Outline) -> Complex:
+    """Its corners; of a round one, which has fewer than three, all vertices."""
+    return outline.curve.at(outline.corners) if outline.corners.size > 2 else outline.curve.z
 
 
 def _of_hole(

@@ -9,7 +9,7 @@ import iccm
 from iccm.balanced import Settings, solve
 from iccm.balanced.errors import Stuck
 from iccm.balanced.holes.given import Holes, which
-from iccm.balanced.holes.outlines import are_disjoint
+from iccm.balanced.holes.outlines import are_disjoint, outlines_of
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise.energy import energy_of, geometry
 from iccm.balanced.model.frames import frames_of
@@ -84,6 +84,14 @@ def test_every_outline_goes_to_its_partner_without_folds(name):
     more = len(source[1]) - len(target[1])
     assert len(solution.notes) == (1 if more else 0)
     assert not more or ("shrunk" if more > 0 else "opened") in solution.notes[0]
+
+
+def test_a_hole_may_have_two_corners():
+    x = np.linspace(-0.2, 0.2, 40)
+    arc = 1.5j * (0.04 - x**2)
+    lens = Curve(np.append(x + arc, (x - arc)[-2:0:-1])[::-1])
+    square = Curve(0.5 * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j]))
+    assert [outline.corners.size for outline in outlines_of(square, [lens], 5e-4, 6e-3)] == [4, 2]
 
 
 def test_the_inverse_has_the_same_energy():
