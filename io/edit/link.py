@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any
 
+import numpy as np
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ...errors import InputError
@@ -21,6 +22,11 @@ from .session import Session, Shown
 KINDS = ("follow", "solve", "compare")
 Keep = Callable[[Scene], None]
 IDLE = 0.5  # seconds without a change after which a map is compared with that from scratch
+STILL = 0.05  # seconds without a change after which the map that follows comes to rest
+ROUNDS, RESTED = (
+    40,
+    1e-3,
+)  # of that at most, and how far a last one moves a point of the page's unit: half a pixel of 500
 GRACE = 3.0  # seconds in which a page that is loaded again must be back
 TAKEN = 4001  # close code: the page was opened elsewhere
 MISTAKE = "internal error, please report it ({}: {})"
@@ -105,6 +111,22 @@ class _Link:
                 await self._kept(message.scene)
             if shown.kind == "full":
                 self._put("compare", message)
+            if shown.kind == "coarse" and shown.ok:
+                await asyncio.sleep(STILL)
+                await self._rest(message, shown)
+
+    async def _rest(self, message: Follow | Solve, shown: Shown) -> None:
+        """Bring the map that follows to rest while nothing moves: it jumps less when it is let go of."""
+        for _ in range(ROUNDS):
+            if self._session.scene is not message.scene or not self._newest["follow"].empty():
+                return
+            new: Any = await self._done("follow", self._session.follow, message.scene)
+            if self._session.scene is not message.scene or not isinstance(new, Shown) or not new.ok:
+                return
+            if _moved(shown, new) <= RESTED:
+                return
+            await self._show(message, new)
+            shown = new
 
     async def _kept(self, scene: Scene) -> None:
         """Keep what is not saved; tell, once, that it cannot be."""
@@ -201,3 +223,10 @@ class _Link:
         with suppress(WebSocketDisconnect, RuntimeError):  # the page has left
             async with self._sending:
                 await sending
+
+
+def _moved(before: Shown, now: Shown) -> float:
+    """How far what is drawn has moved, in the page's unit; infinite on another mesh."""
+    if before.drawn is None or now.drawn is None or before.drawn.shape != now.drawn.shape:
+        return np.inf if now.drawn is not None else 0.0
+    return float(np.abs(now.drawn - before.drawn).max(initial=0.0))

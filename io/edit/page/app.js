@@ -74,7 +74,7 @@ function ask(type, way) {
 function hear(message, floats) {
   if (message.type === 'hello') return begin(message);
   if (message.type === 'error') return say(message.message, true);
-  if (message.kind === 'coarse' && message.seq <= shown) return;
+  if (message.kind === 'coarse' && message.seq < shown) return;
   if (message.kind !== 'coarse' && message.seq !== seq) return;
   shown = message.seq;
   kind = message.kind;

@@ -13,7 +13,7 @@ import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from iccm.io.edit import server
+from iccm.io.edit import link, server
 from iccm.io.edit.session import Session
 from iccm.io.run.job import make
 
@@ -50,7 +50,10 @@ def map_of(socket):
 
 def asked(socket, **message):
     socket.send_json({"id": 7, **message})
-    answer = socket.receive_json()
+    message = socket.receive()
+    while "bytes" in message:  # of a map that comes to rest
+        message = socket.receive()
+    answer = json.loads(message["text"])
     assert answer["type"] == "answer" and answer["id"] == 7
     return answer
 
@@ -130,6 +133,23 @@ def test_a_map_is_made_followed_and_placed_on(client):
         )
         head = socket.receive_json()
         assert (head["type"], head["kind"], head["wrong"]["pins"]) == ("map", "error", [0])
+
+
+def test_a_map_that_follows_comes_to_rest_while_nothing_moves(client, monkeypatch):
+    monkeypatch.setattr(link, "RESTED", 1e-5)
+    with linked(client) as socket:
+        socket.receive_json()
+        socket.send_json({"type": "solve", "seq": 1, "scene": {}})
+        map_of(socket)
+        far = {"pins": [{"source": [40, 45], "target": [55, 60]}]}
+        socket.send_json({"type": "follow", "seq": 2, "scene": far})
+        frames = [map_of(socket) for _ in range(3)]
+        assert {(head["kind"], head["seq"]) for head, _ in frames} == {("coarse", 2)}
+        first, second = (np.abs(b - a).max() for (_, a), (_, b) in zip(frames, frames[1:]))
+        assert 0 < second < first
+        socket.send_json({"type": "solve", "seq": 3, "scene": far})
+        while map_of(socket)[0]["kind"] != "full":
+            pass
 
 
 def test_bad_messages_are_answered_and_change_nothing(client):
