@@ -37,7 +37,12 @@ def drawn(path):
     return re.split(r"[-\d.e]+", text), np.array(re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", text), float)
 
 
-@pytest.mark.parametrize("page", RECIPES.pages(), ids=name_of)
+def marked(page):
+    """A page as a parameter: all but the README take long together."""
+    return pytest.param(page, marks=() if page.name == "README.md" else pytest.mark.slow, id=name_of(page))
+
+
+@pytest.mark.parametrize("page", map(marked, RECIPES.pages()))
 def test_the_commands_of_a_page_make_its_pictures(page, tmp_path):
     RECIPES.run(page, tmp_path)
     made = RECIPES.made(page, tmp_path)
