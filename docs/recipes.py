@@ -99,7 +99,7 @@ def keep(made: Path, kept: Path) -> None:
 def main(arguments: list[str]) -> int:
     """0 when the commands of all pages ran and made the pictures shown, else 1."""
     wrong = 0
-    names = [name for name in arguments if name != "--update"]
+    names = [Path(name).stem for name in arguments if name != "--update"]
     for page in pages():
         if names and page.stem not in names:
             continue

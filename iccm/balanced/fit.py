@@ -1,22 +1,30 @@
 """The balanced method as one of the methods: a problem and options in, a fit out."""
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from ..arrays import Complex, Index
+from ..curve import Curve
 from ..maps import bounds
 from ..maps.distortion import Distortion
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
+from . import rings
 from .constraints.validate import check_free
+from .errors import NoMapError
 from .holes.given import Holes, named_partners, open_holes
 from .method import solve as solved
+from .minimise.upright import turn_cost
+from .model.measures import energy_between, turn_of
 from .model.settings import Settings, Solution
-from .search.partial import TURNED
+from .search.multilevel import UPRIGHT
+from .search.partial import GOOD, TURNED, price
 
+SEAM = "The ring of the {} is opened by a seam, where the picture meets itself (holes)."
 LAYERED = "Where the shape overlaps itself pictures show what is farther from the {}."
 
 EVEN = 1.0  # the balance at which angles and areas count alike
@@ -49,6 +57,10 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     drawn = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
     free = not (len(pins) or len(strokes))
+    if free and settings.fit == "auto" and not settings.keep_holes:
+        opened = opened_ring(problem, fit, options, settings)
+        if opened is not None:
+            return opened
     if free:
         fit.notes.extend(strain(fit.distortion, options.fit))
     if free or settings.turn:  # by default pins say how the picture is turned
@@ -61,6 +73,41 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
 def _plane_map(fit: Fit) -> TriangulatedMap:
     assert isinstance(fit.map, TriangulatedMap)
     return fit.map
+
+
+def opened_ring(problem: Problem, closed: Fit, options: Options, settings: Settings) -> Fit | None:
+    """The map of a ring opened by a seam, where one shape is a ring, the other has no hole, and it costs less than
+    the one found."""
+    sides = problem.given
+    holes = problem.source_holes, problem.target_holes
+    if sorted(map(len, holes)) != [0, 1] or not (
+        closed.is_partial or closed.distortion.quantile(closed.distortion.stretches, 0.95) > GOOD
+    ):
+        return None
+    k = 0 if holes[0] else 1
+
+    def pair(ring: Curve) -> tuple[Curve, Curve]:
+        return (ring, sides[1]) if k == 0 else (sides[0], ring)
+
+    ring = rings.best_seam(sides[k], holes[k][0], lambda opened: rings.coarse_cost(*pair(opened), settings))
+    if ring is None:
+        return None
+    with suppress(NoMapError):
+        found = solve(Problem.of(*pair(ring), first=False), replace(options, fit="whole"))
+        if found.status.ok and price_of(found, settings) < price_of(closed, settings):
+            found.notes.insert(0, SEAM.format(("source", "target")[k]))
+            return found
+    return None
+
+
+def price_of(fit: Fit, settings: Settings) -> float:
+    """What a map costs; see `partial.price`."""
+    map = _plane_map(fit)
+    turned = 1.0
+    if settings.turn is not None:
+        turned = turn_cost(UPRIGHT, np.cos(turn_of(map.source, map.image, map.faces) - settings.turn))
+    energy = energy_between(map.source, map.image, map.faces, settings.theta)
+    return price(energy, (fit.left_out, fit.uncovered), turned)
 
 
 def result_of(

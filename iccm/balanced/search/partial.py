@@ -119,10 +119,14 @@ def is_good(problem: UnitProblem, state: DiscreteMap) -> bool:
 def cost(problem: UnitProblem, state: DiscreteMap) -> float:
     """The mean energy at q = 1 over source and target, without the outline's term, made larger the more the picture is
     turned."""
-    lost = 0.5 * sum(lost_shares(problem, state))
     energy = energy_between(state.z, state.u, state.material, problem.theta, state.metrics)
-    turned = turn_cost(problem.upright, np.cos(state.turn))
-    return float(((1 - lost) * energy + lost * LOST) * turned)
+    return price(energy, lost_shares(problem, state), turn_cost(problem.upright, np.cos(state.turn)))
+
+
+def price(energy: float, lost: tuple[float, float], turned: float) -> float:
+    """The mean energy of a map that leaves out, and uncovered, these shares, times what its turn costs."""
+    share = 0.5 * sum(lost)
+    return float(((1 - share) * energy + share * LOST) * turned)
 
 
 def is_within(problem: UnitProblem, state: DiscreteMap, settings: Settings) -> bool:

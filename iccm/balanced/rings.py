@@ -1,0 +1,77 @@
+"""A ring opened by a seam, where the other shape is none: the picture meets itself there.
+
+The seam goes straight from the outer outline to the closest point of the hole, a gap far thinner than a pixel, and
+leaves a simple polygon. It lies where a coarse map costs the least: of places all around, then of those halfway to
+the neighbours of the best.
+"""
+
+from collections.abc import Callable
+from contextlib import suppress
+
+import numpy as np
+import shapely
+
+from ..arrays import complex_of, xy_of
+from ..curve import Curve
+from ..errors import InputError
+from .errors import Stuck
+from .holes.given import NONE
+from .model.frames import frames_of
+from .model.settings import Settings, SolveLog
+from .search import multilevel
+from .search.partial import cost
+
+THIN = 1e-6  # of the diagonal, the width of a seam: a thousandth of a pixel of 1024
+OVERLAP = 10  # widths by which it is longer than the ring is wide, so that it cuts slanting outlines
+SEAMS, HALVINGS = (
+    8,
+    2,
+)  # places tried all around, and how often the two halfway to the neighbours of the best are
+
+
+def open_ring(outer: Curve, hole: Curve, s: float) -> Curve | None:
+    """The outline of a ring cut from arclength s of its outer one to its hole; None where the cut leaves the ring."""
+    ring = shapely.Polygon(xy_of(outer.z), [xy_of(hole.z)])
+    start = complex(outer.at(np.array([s]))[0])
+    line = shapely.shortest_line(shapely.Point(start.real, start.imag), ring.interiors[0])
+    a, b = complex_of(shapely.get_coordinates(line))
+    width = THIN * outer.diagonal
+    if not abs(b - a) > OVERLAP * width or not ring.buffer(width).contains(line):
+        return None
+    more = OVERLAP * width * (b - a) / abs(b - a)
+    cut = shapely.LineString(xy_of(np.array([a - more, b + more]))).buffer(0.5 * width, cap_style="flat")
+    left = ring.difference(cut)
+    if left.geom_type != "Polygon" or left.interiors:
+        return None
+    return Curve.domain(complex_of(shapely.get_coordinates(left.exterior)[:-1]))
+
+
+def best_seam(outer: Curve, hole: Curve, price: Callable[[Curve], float]) -> Curve | None:
+    """The ring opened where a map costs the least by `price`, which is infinite where there is none; None if there is
+    none at all."""
+    found: dict[float, tuple[float, Curve]] = {}
+
+    def attempt(share: float) -> None:
+        opened = None if share in found else open_ring(outer, hole, share * outer.length)
+        if opened is not None:
+            found[share] = price(opened), opened
+
+    for k in range(SEAMS):
+        attempt(k / SEAMS)
+    for halving in range(1, HALVINGS + 1):
+        if found:
+            best = min(found, key=lambda share: found[share][0])
+            for step in (-1, 1):
+                attempt((best + step / (SEAMS * 2**halving)) % 1.0)
+    least, ring = min(found.values(), key=lambda each: each[0], default=(np.inf, None))
+    return ring if least < np.inf else None
+
+
+def coarse_cost(source: Curve, target: Curve, settings: Settings) -> float:
+    """What the best coarse map of two whole outlines costs; infinite where there is none."""
+    frames = frames_of(source, target, settings.turn, ((), ()))
+    problem = multilevel.free_problem(frames[0].curve(source), frames[1].curve(target), NONE, settings)
+    used = multilevel.directions(problem)[0]
+    with suppress(Stuck, InputError):
+        return cost(used, multilevel.coarse_map(used, multilevel.coarse_size(used), SolveLog()))
+    return np.inf
