@@ -113,6 +113,7 @@ def test_the_names_a_type_checker_sees_are_those_that_are_there(module):
     seen = [alias for node in checked for alias in node.names]
     assert sorted(alias.asname for alias in seen) == module.__all__
     assert {*module.__all__, "__name__"} <= set(dir(module))
+    assert "import_module" not in dir(module)  # which is how, not what
     for node in checked:
         for alias in node.names:
             home = importlib.import_module("." * node.level + node.module, module.__name__)

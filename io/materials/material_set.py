@@ -129,6 +129,7 @@ def check_pictures(material_set: MaterialSet, name: str) -> None:
         InputError: there is none.
     """
     if not material_set.maps:
+        why = "".join(f" ({note})" for note in material_set.notes[:1])
         raise InputError(
-            f"{name}: its materials show no pictures; name some with --texture, --normal or --data"
+            f"{name}: its materials show no pictures; name some with --texture, --normal or --data{why}"
         )

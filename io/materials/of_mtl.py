@@ -46,6 +46,7 @@ def material_set(file: MeshFile, max_pixels: int = limits.READ_PIXELS) -> Materi
     used = list(dict.fromkeys(names[k] for k in which[file.faces]))
     number = np.array([used.index(name) if name in used else -1 for name in names])
     library, notes = obj_materials.library_of(file.obj)
+    notes += [f"{file.path}: {note}" for note in obj_materials.outside_of(file.obj)]
     materials = [_material(file.path, library, name, sheet, notes, max_pixels) for name in used]
     return MaterialSet(sheet, tuple(materials), number[which[file.faces]][face], "mtl", tuple(notes))
 

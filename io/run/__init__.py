@@ -44,4 +44,4 @@ if not TYPE_CHECKING:  # a type checker takes a module with __getattr__ to have 
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*(name for name in globals() if name.startswith("__")), *__all__})

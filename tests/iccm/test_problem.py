@@ -70,5 +70,6 @@ def test_a_result_is_told_in_a_line():
     z = np.array([0, 2, 2 + 1j, 1j])
     fit = iccm.deform(z, pins=[(0.5 + 0.5j, 0.6 + 0.5j), (1.5 + 0.5j, 1.5 + 0.5j)])
     assert repr(fit).startswith("<Fit: met, TriangulatedMap with ") and repr(fit).endswith(", 2 pins>")
+    assert "\n" not in repr(fit.transform) and "TriangulatedMap: " in repr(fit.transform)
     shown = repr(iccm.warp(fit, iccm.checkerboard(), size=16))
     assert shown.startswith("<Transfer: ") and repr(fit) in shown and "\n" not in shown

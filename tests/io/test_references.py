@@ -56,6 +56,13 @@ def test_a_library_outside_of_the_folder_is_not_read(meshes, iccm, name):
     assert not written(meshes)  # of a library that is taken only statements are
 
 
+def test_a_mesh_whose_only_library_is_outside_is_refused_with_the_reason(meshes, iccm):
+    (meshes / "x.obj").write_text("mtllib link.txt\n" + CORNERS + FACES)
+    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
+    assert done.code == 2 and "show no pictures" in done.err and "link.txt, which is not in its folder" in done.err
+    assert len(done.err.splitlines()) == 1
+
+
 @pytest.mark.parametrize("name", ["../canary/secret.png", "inner/../../canary/secret.png", "link.png"])
 def test_a_picture_outside_of_the_folder_is_not_carried(meshes, iccm, name):
     (meshes / "x.mtl").write_text(f"newmtl skin\nmap_Kd {name}\nmap_Ks inner/own.png\n")

@@ -43,6 +43,10 @@ class TriangulatedMap:
     bulge: Complex | None = None
     seen: int | None = None
 
+    def __repr__(self) -> str:
+        """A line: its size."""
+        return f"<TriangulatedMap: {self.source.size} vertices, {len(self.faces)} triangles>"
+
     def __getstate__(self) -> dict:
         """The attributes, without what was worked out from them."""
         return {each.name: getattr(self, each.name) for each in fields(self)}
