@@ -179,7 +179,17 @@ def texels_across(
     extent = 1 + 1j if tiles is None else tiles[1] - tiles[0]
     spots = _extents(probe.old)[probe.triangles[rows, columns]] * size < (2 * extent.real, 2 * extent.imag)
     most[spots.all(axis=1)] = COLOURS**2
-    return min(int(np.ceil(np.sqrt(most.mean()) - 1e-6)), max(LARGEST, *size))
+    return int(np.ceil(np.sqrt(most.mean()) - 1e-6))
+
+
+def limited(across: int, size: tuple[int, int]) -> int:
+    """So many texels across, or as many as are made unasked of a texture of this size."""
+    return min(across, max(LARGEST, *size))
+
+
+def too_small(across: int, made: int) -> str:
+    """A remark where pictures are not as many texels wide as `texels_across` says."""
+    return f"{across} texels across would keep all that textures show; pictures have {made}, --size makes more"
 
 
 def _extents(old: Charted) -> Real:

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Complex
+from ..arrays import Complex, Real
 from ..curve import Curve, boundary_samples
-from ..maps.distortion import Distortion
+from ..maps.distortion import Distortion, weighted_quantile
 from ..meshes.flatten import Flattening
 from ..meshes.mesh import face_areas
 from ..meshes.stretch import laid_flat, linear
@@ -26,31 +26,43 @@ class Written:
         distortion: from the plane of the picture to the surface, a sample a triangle.
         boundary: `rms` and two-sided `hausdorff` distance of the chords between its vertices to the picture's outline,
             relative to that.
+        log10_area: quantiles of the logarithm of the area scale, over the picture's area.
     """
 
     distortion: Distortion
     boundary: dict[str, float]
+    log10_area: dict[str, float]
 
     @classmethod
     def of(cls, z: Complex, layout: Flattening, outline: Curve) -> "Written":
         """Of a layout's vertices (n,) in the plane of a picture with this outline."""
-        return cls(_distortion(z, layout), _boundary(z[layout.loop], outline))
+        corners, space = z[layout.patch.faces], layout.patch.points[layout.patch.faces]
+        before, after = np.abs(triangle_areas(corners)), face_areas(space)
+        return cls(
+            _distortion(corners, space, float(np.sqrt(after.sum() / before.sum()))),
+            _boundary(z[layout.loop], outline),
+            _scales(before, after),
+        )
 
     def report(self) -> dict[str, Any]:
         """As in the JSON report."""
         found = self.distortion.report()
         found.pop("turn")  # triangles in space have no upright
-        return {**found, "boundary": self.boundary}
+        return {**found, "boundary": self.boundary, "log10_area": self.log10_area}
 
 
-def _distortion(z: Complex, layout: Flattening) -> Distortion:
-    corners, space = z[layout.patch.faces], layout.patch.points[layout.patch.faces]
-    area, before = face_areas(space), np.abs(triangle_areas(corners))
+def _scales(before: Real, after: Real) -> dict[str, float]:
+    scales = np.log10(np.maximum(after, 1e-300) / np.maximum(before, 1e-300))
+    shares = {"p05": 0.05, "median": 0.5, "p95": 0.95}
+    return {name: weighted_quantile(scales, before, share) for name, share in shares.items()}
+
+
+def _distortion(corners: Complex, space: Real, scale: float) -> Distortion:
     with np.errstate(all="ignore"):
         f_z, f_zbar = linear(corners, laid_flat(space))
     known = np.isfinite(f_z) & np.isfinite(f_zbar)
     f_z, f_zbar = (np.where(known, part, 1.0) for part in (f_z, f_zbar))  # without area: folded
-    return Distortion(area, f_z, f_zbar, float(np.sqrt(area.sum() / before.sum())))
+    return Distortion(face_areas(space), f_z, f_zbar, scale)
 
 
 def _boundary(z: Complex, outline: Curve) -> dict[str, float]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Flags, Index
 from ...meshes.charted import Charted
-from ...meshes.relayout import COLOURS, PROBED, Origin, carry, paint, spread, texels_across
+from ...meshes.relayout import COLOURS, PROBED, Origin, carry, limited, paint, spread, texels_across, too_small
 from ...pixels import colour
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
@@ -67,6 +67,7 @@ class Carrier:
         self.origins: dict[tuple[int, int], Origin] = {}
         self._sides: dict[int, int] = {}
         self._images: dict[Path | bytes, Image] = {}
+        self.notes: list[str] = []
 
     @cached_property
     def materials(self) -> list[int]:
@@ -150,7 +151,10 @@ class Carrier:
             probe = self.origin((PROBED, PROBED))
             shown = probe.reached(self.how.limit) & (self.material_set.owner[probe.triangles] == material)
             size = self._read(map).pixels.shape[1::-1] if shown.any() else (1, 1)
-            self._sides[id(map)] = texels_across(self._shown(probe, map), shown, size, wrap=map.wrap)
+            wanted = texels_across(self._shown(probe, map), shown, size, wrap=map.wrap)
+            self._sides[id(map)] = limited(wanted, size)
+            if wanted > self._sides[id(map)]:
+                self.notes.append(too_small(wanted, self._sides[id(map)]))
         return self._sides[id(map)]
 
     def _read(self, map: MaterialMap) -> Image:

@@ -139,6 +139,7 @@ class Relaid:
         found = []
         for carrier in self.carriers:
             found.append({slot: carrier.image(slot) for slot in carrier.slots})
+            self.told(carrier.notes)
             if len({self._mode(carrier, k) for k in carrier.materials}) > 1:
                 self.told(["materials of several kinds of transparency become one"])
         return found

@@ -13,7 +13,7 @@ from ...arrays import Box
 from ...errors import InputError
 from ...meshes.charted import Charted
 from ...meshes.mesh import check
-from ...meshes.relayout import COLOURS, PROBED, Origin, carry, partners, texels_across
+from ...meshes.relayout import COLOURS, PROBED, Origin, carry, limited, partners, texels_across, too_small
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
 from ...surfaces.matching import cut_alike, matched
@@ -137,6 +137,7 @@ class _Pictures:
         self.pairs = partners(self.before, self.after)
         self.files = [_outputs(each.output, self.after, force) for each in wanted]
         self.tiles = list(dict.fromkeys(tile for names in self.files for tile in names))
+        self.cut = list[str]()
         self.size = how.size or self._square()
         width, height = self.size
         for each, (image, _) in zip(wanted, self.read):
@@ -149,7 +150,11 @@ class _Pictures:
             probe = self._origin(PROBED, PROBED, tile)
             shown = probe.reached(self.how.limit)
             for image, box in self.read:
-                sides.append(texels_across(probe, shown, image.pixels.shape[1::-1], box))
+                size = image.pixels.shape[1::-1]
+                wanted = texels_across(probe, shown, size, box)
+                sides.append(limited(wanted, size))
+                if wanted > sides[-1]:
+                    self.cut.append(too_small(wanted, sides[-1]))
         return (max(sides) or COLOURS,) * 2
 
     def _origin(self, width: int, height: int, tile: complex | None) -> Origin:
@@ -158,7 +163,7 @@ class _Pictures:
     @property
     def notes(self) -> list[str]:
         """On the textures."""
-        return [
+        return self.cut + [
             _with_path(each.path, note)
             for each, (image, _) in zip(self.wanted, self.read)
             for note in image.notes

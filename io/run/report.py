@@ -116,7 +116,7 @@ def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
         if wanted is not None and not share >= wanted:
             found = f"{share:.4g} of the source's area are certified injective, less than {wanted:g}"
             return False, label(pair, f"{found} (--require-injective)")
-    return not has_flips(report), (Status.FLIPPED if has_flips(report) else run.fit.status).value
+    return not has_flips(report), report["message"]
 
 
 def has_flips(figures: dict[str, Any]) -> bool:

@@ -19,6 +19,7 @@ from ....meshes import layout
 from ....meshes.locate import barycentric
 from ....pixels.stmap import point_of, st_of
 from ....pixels.texture import Texture
+from ....result import Status
 from ....surfaces.as_written import Written
 from ....surfaces.boundary_slivers import with_room
 from ... import formats
@@ -108,6 +109,10 @@ def _measure(run: Run, measured: list[Written]) -> None:
         found |= {key: found[key] | value for key, value in figures.items() if key in found}
     for figures in own[:1]:
         whole |= {key: whole[key] | value for key, value in figures.items()}
+    widest = max((each.boundary["hausdorff"] for each in measured), default=0.0)
+    if widest > run.job.tolerance and run.fit.status is Status.REACHED:
+        at_most = f"at most {widest:.2%} of the picture's diagonal off (boundary)"
+        whole["message"] = f"The mesh's vertices are on the outline; the edges between them are {at_most}."
     for pair, fit, each in zip(run.pairs, run.fits, measured):
         if (gap := each.boundary["hausdorff"]) > COARSE * run.job.tolerance:
             said = f"between vertices of the mesh the outline is missed by {gap:.1%} of its diagonal"

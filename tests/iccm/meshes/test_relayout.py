@@ -223,6 +223,19 @@ def test_pictures_are_as_dense_on_the_surface_as_the_old_ones(there, iccm, layou
     assert json.loads((there / "r.json").read_text())["size"] == [made[1], made[0]]
 
 
+def test_pictures_that_would_need_more_texels_than_are_made_unasked_are_told(there, iccm, monkeypatch):
+    monkeypatch.setattr("iccm.meshes.relayout.LARGEST", 8)
+    image_files.write("t.png", image_files.Image(np.zeros((16, 16, 3), np.uint8)))
+    write(there / "new.obj", lambda x, y: upright(x, y) / 2, 4)
+    write(there / "old.obj", upright, 4)
+    (there / "old.obj").write_text("mtllib m.mtl\nusemtl a\n" + (there / "old.obj").read_text())
+    (there / "m.mtl").write_text("newmtl a\nmap_Kd t.png\n")
+    for words in (["--texture", "t.png", "-o", "o.png"], ["-o", "o.obj"]):
+        done = iccm("relayout", "old.obj", "new.obj", *words)
+        assert "32 texels across would keep all that textures show; pictures have 16, --size" in done.err
+        assert "texels across would" not in iccm("relayout", "old.obj", "new.obj", *words, "--size", "16", "--force").err
+
+
 def test_a_palette_becomes_a_picture_with_room_for_its_colours(there, iccm):
     """Of charts that are points, each on a colour of its own, the old picture's size says nothing."""
     x, y, quads = grid(4)

@@ -56,6 +56,10 @@ def test_figures_are_those_of_the_file(shapes, iccm):
     assert report["stretch"]["p95"] == pytest.approx(quantile(stretch, area, 0.95), rel=1e-6)
     near = np.sqrt(major * minor) / scale
     assert report["scale"]["within2"] == pytest.approx(area[(near < 2) & (near > 0.5)].sum() / area.sum())
+    scales = np.log10(area / (np.abs(np.linalg.det(d)) / 2))
+    for name, share in (("p05", 0.05), ("median", 0.5), ("p95", 0.95)):
+        wanted = quantile(scales, np.abs(np.linalg.det(d)), share)
+        assert report["log10_area"][name] == pytest.approx(wanted, abs=1e-6)
     circle = shapely.Point(50, 50).buffer(40, quad_segs=256).exterior
     chords = shapely.LinearRing(100 * rim)
     gap = max(
@@ -65,6 +69,8 @@ def test_figures_are_those_of_the_file(shapes, iccm):
     assert report["boundary"]["hausdorff"] == pytest.approx(gap, rel=0.02)
     assert gap > 0.01
     assert "the mesh is too coarse for it (boundary)" in done.err
+    assert report["message"].startswith("The mesh's vertices are on the outline; the edges between them are at most")
+    assert report["message"] in done.err
     assert done.code == 0
 
 
