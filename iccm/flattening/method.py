@@ -33,7 +33,13 @@ SOFTER = 0.1, 0.01
 
 
 def flatten(
-    patch: Patch, *, loop: int = 1, grow: bool = False, method: str = "conformal", chart: bool = False
+    patch: Patch,
+    *,
+    loop: int = 1,
+    grow: bool = False,
+    method: str = "conformal",
+    chart: bool = False,
+    joins: bool = False,
 ) -> Flattening:
     """Lay a patch out in the plane.
 
@@ -44,8 +50,9 @@ def flatten(
         method: one of METHODS: "conformal", one-to-one: least squares (LSCM) where the patch is open and they are
             one-to-one, else the conformal limit of "balanced"; "lscm", least squares as they come; "balanced", of least
             symmetric Dirichlet energy and one-to-one.
-        chart: whether the layout is only to carry textures: then a seam that may be lengthened runs into holes where
-            that helps, which joins them to the outline, and goes on until angles are kept.
+        chart: whether the layout is only to carry textures: then a seam that may be lengthened `joins` holes, and goes
+            on until angles are kept.
+        joins: whether a seam that may be lengthened runs into holes where that helps, and makes them the outline's.
 
     Raises:
         InputError: there is no such loop, least squares have no solution, or nothing gave a flattening without overlap.
@@ -66,13 +73,13 @@ def flatten(
     fault = overlap(plain)
     # a cut leaves a choice of many layouts without distortion of angles: one is taken whose areas are even
     growing = grow and (len(patch.seam) > 0 or fault is not None or _spread(plain) > EVEN)
-    joins = growing and chart
+    joins = growing and (chart or joins)
     if method == "balanced":
         return _check(_even_with_seam(plain, growing, joins)[0])
     if fault is None and not growing:
         return plain
     found = _conformal(*_even_with_seam(plain, growing, joins))
-    found = _check(_lengthen_seam(found) if joins else found)
+    found = _check(_lengthen_seam(found) if growing and chart else found)
     return replace(found, notes=() if fault is None else (f"LSCM gave {fault}: laid out without",))
 
 

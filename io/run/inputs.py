@@ -109,8 +109,13 @@ class Inputs:
 
         return self.is_mesh(text) and (self.job.plane == "uv" or names_layout(text))
 
-    def shape(self, text: str, *, target: bool = False) -> Shape:
-        """A shape from a drawing, a picture or a mesh; `target` says which of the two, for a mesh's proportions.
+    def shape(self, text: str, *, target: bool = False, source: Shape | None = None) -> Shape:
+        """A shape from a drawing, a picture or a mesh.
+
+        Args:
+            text: its spec.
+            target: which of the two, for a mesh's proportions.
+            source: of a target what goes onto it: holes are kept for those of the source alone where a mesh is cut.
 
         Raises:
             InputError: it cannot be read, is no domain, or is larger than --max-faces or --max-pixels allow.
@@ -125,10 +130,12 @@ class Inputs:
             pins=self._seam(target),
             split=not target,
             opening=None if target else self._seams[1],
-            **self._lying(target),
+            **self._lying(target, source),
         )
 
-    def shapes(self, text: str, most: int, *, target: bool = False) -> tuple[Sequence[Shape], list[str]]:
+    def shapes(
+        self, text: str, most: int, *, target: bool = False, source: Shape | None = None
+    ) -> tuple[Sequence[Shape], list[str]]:
         """All shapes of a file for --parts all, the `most` largest first, and what is to be said of the others.
 
         Raises:
@@ -140,7 +147,7 @@ class Inputs:
         else:
             from ..shapes import mesh_parts
 
-            found, beyond = mesh_parts.read_all(text, most, whole=self._whole(text), **self._lying(target))
+            found, beyond = mesh_parts.read_all(text, most, whole=self._whole(text), **self._lying(target, source))
         notes = [f"{text}: left out {beyond} shapes beyond the {most} largest"] if beyond else []
         return found[:most], notes
 
@@ -157,7 +164,7 @@ class Inputs:
         size_limits.refuse(path, self._obj(path).faces, self.job.max_faces)
         return self._obj(path).obj
 
-    def _lying(self, target: bool) -> dict[str, Any]:
+    def _lying(self, target: bool, source: Shape | None) -> dict[str, Any]:
         """How meshes are laid out: cut or not, flat or by their coordinates, and the proportions of pictures there."""
         job = self.job
         aspect: Any = None
@@ -167,7 +174,8 @@ class Inputs:
             aspect = _first_proportions
         else:
             aspect = _first_proportions([Path(job.texture)])
-        return {"cut": job.cut, "layout": job.plane == "uv", "aspect": aspect}
+        joins = source is not None and not source.holes
+        return {"cut": job.cut, "layout": job.plane == "uv", "aspect": aspect, "joins": joins}
 
     @cached_property
     def named(self) -> tuple[str, ...]:

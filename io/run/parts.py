@@ -38,10 +38,8 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
     if job.pin or job.constraints:
         raise InputError(f"--parts {job.parts}: pins and strokes are for one shape; name it with #id")
     if job.parts == "each":
-        source, (targets, more) = (
-            inputs.shape(job.source),
-            inputs.shapes(job.target or "", limits.PARTS, target=True),
-        )
+        source = inputs.shape(job.source)
+        targets, more = inputs.shapes(job.target or "", limits.PARTS, target=True, source=source)
         empty_ones: list[str] = [Doubt(f"{note}: they stay empty") for note in more]
         return _with_overlap([(source, target) for target in targets], empty_ones, {})
     (sources, notes), (targets, more) = (

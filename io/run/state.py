@@ -85,7 +85,8 @@ class Run:
             pairs, notes, figures = parts.read(job, inputs)
         else:
             source = inputs.shape(job.source)
-            pairs, notes = [(source, inputs.shape(job.target, target=True) if job.target else source)], []
+            target = inputs.shape(job.target, target=True, source=source) if job.target else source
+            pairs, notes = [(source, target)], []
         if job.holes == "auto" and job.holed and job.target and not (job.pin or job.constraints):
             from ..shapes.holes import without_holes
 

@@ -32,6 +32,7 @@ def read_all(
     whole: Obj | None = None,
     layout: bool = False,
     aspect: Aspect | None = None,
+    joins: bool = False,
 ) -> tuple[list[MeshShape], int]:
     """The charts, or the pieces, of a mesh, the largest first, and how many there are beyond `most`.
 
@@ -43,9 +44,9 @@ def read_all(
     """
     parts = mesh_files.read_all(spec, whole)
     if parts[0].numbered:
-        return [read(spec, cut=cut, whole=whole, layout=layout, aspect=aspect)], 0
+        return [read(spec, cut=cut, whole=whole, layout=layout, aspect=aspect, joins=joins)], 0
     charts = bool(parts[0].chart) or layout
-    found = _charts(spec, parts, aspect) if charts else _pieces(spec, parts, cut)
+    found = _charts(spec, parts, aspect) if charts else _pieces(spec, parts, cut, joins)
     found = sorted(found, key=lambda each: -each.area)
     made, faults = _pick(found[:most])
     if not made:
@@ -104,18 +105,18 @@ def _charts(spec: str, parts: Sequence[mesh_files.MeshFile], aspect: Aspect | No
     return found
 
 
-def _pieces(spec: str, parts: Sequence[mesh_files.MeshFile], cut: bool) -> list[_Found]:
+def _pieces(spec: str, parts: Sequence[mesh_files.MeshFile], cut: bool, joins: bool) -> list[_Found]:
     """The pieces of all geometries; errors as for `_charts`."""
 
-    def made(file: mesh_files.MeshFile, joined: Joined, number: int) -> MeshShape:
-        return flatten_patch(spec, file, disk_patch(joined, cut=cut, piece=number), cut, "conformal")
+    def made(file: mesh_files.MeshFile, connected: Joined, number: int) -> MeshShape:
+        return flatten_patch(spec, file, disk_patch(connected, cut=cut, piece=number), cut, "conformal", joins=joins)
 
     found = []
     for file in parts:
-        joined = Joined.of(file.mesh)
-        areas = joined.areas[joined.order]
+        connected = Joined.of(file.mesh)
+        areas = connected.areas[connected.order]
         found += [
-            _Found(float(area), _named(file, "piece", k), partial(made, file, joined, k))
+            _Found(float(area), _named(file, "piece", k), partial(made, file, connected, k))
             for k, area in enumerate(areas, 1)
         ]
     return found

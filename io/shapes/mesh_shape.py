@@ -286,6 +286,7 @@ def read(
     pins: Sequence[Place] = (),
     split: bool = False,
     chart: bool = False,
+    joins: bool = False,
     opening: Opening | None = None,
 ) -> MeshShape:
     """The mesh in a plane that `file`, `file#part`, `file#loop` or `file#part#loop` names.
@@ -303,6 +304,7 @@ def read(
             least two.
         split: whether faces may be split, so that it is cut through the pins themselves, not the vertices beside them.
         chart: whether the plane is only to carry textures; see `flattening.flatten`.
+        joins: whether a cut may run into holes; likewise.
         opening: split where the mesh is cut, in the place of the ways between pins.
 
     Raises:
@@ -319,7 +321,7 @@ def read(
         file = split_at(file, through)
     piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
     grow = cut and through is None  # between two meshes seams that are lengthened would differ
-    return flatten_patch(spec, file, piece, grow, method, _start_of(piece, through), chart)
+    return flatten_patch(spec, file, piece, grow, method, _start_of(piece, through), chart=chart, joins=joins)
 
 
 def flatten_patch(
@@ -329,13 +331,13 @@ def flatten_patch(
     grow: bool,
     method: str,
     start: int = -1,
-    chart: bool = False,
+    **how: bool,
 ) -> MeshShape:
-    """A piece of a mesh in the plane of its flattening; arguments as for `read` and `flatten`, `start` as of
-    `MeshShape`."""
+    """A piece of a mesh in the plane of its flattening; arguments as for `read`, `start` as of `MeshShape`, `how` as for
+    `flatten`."""
     file, piece = _of_patch(file, piece)
-    flat = flatten(piece, loop=file.loop, grow=grow, method=method, chart=chart)
-    if chart and method != "lscm":
+    flat = flatten(piece, loop=file.loop, grow=grow, method=method, **how)
+    if how.get("chart") and method != "lscm":
         flat = convex(flat)
     curve = (
         Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary

@@ -85,7 +85,7 @@ def _tell_share(run: Run) -> None:
     file = as_mesh(run.whole(1)).file
     own, every = int(file.faces.sum()), file.total or file.faces.size
     run.figures["mapped"] = own / every
-    if own < every and not (file.part or file.numbered or file.piece or file.chart):
+    if own < every and not Spec.of(run.job.target).chosen:
         cure = "" if run.job.parts == "each" else "; --parts each maps the source onto every part"
         run.note(f"{run.target.spec}: {own} of {every} faces are mapped ({own / every:.0%}){cure}")
 

@@ -1,0 +1,270 @@
+"""GLB files as people have them: a drawing onto every part, and `iccm relayout` to another unwrap, by the file's own
+numbers.
+
+For each textured file of a folder: how much of it `iccm map --parts each --cut` covers, and whether what is left out is
+told; then its parts are unwrapped anew by xatlas (`pip install xatlas`), its materials carried there, and the colours
+of 20,000 places of its surface compared between both files. Reading and sampling of colours share no code with iccm.
+
+python -m tests.bench.assets FOLDER [NAME …]
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pygltflib as gl
+from numpy.typing import NDArray
+from PIL import Image
+
+COMMAND = str(Path(sys.executable).with_name("iccm"))
+DRAWING = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="M10 40C10 10 40 5 60 12S98 40 90 60 60 95 '
+    '40 90 10 70 10 40Z"/></svg>'
+)
+PLACES, SHARE, OFF, LIMIT = 20_000, 0.95, 4.0, 400  # of a surface, of triangles, of 255, seconds
+WRAPS = {33071: lambda x: np.clip(x, 0, 1), 33648: lambda x: 1 - np.abs(x % 2 - 1), 10497: lambda x: x % 1}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+
+
+class File:
+    """A GLB file as pygltflib reads it."""
+
+    def __init__(self, path: Path) -> None:
+        """Its tree and its bytes."""
+        self.tree = gl.GLTF2().load_binary(str(path))
+        self.blob = self.tree.binary_blob() or b""
+
+    def values(self, number: int) -> NDArray:
+        """(n, k) of an accessor; numbers that stand for 0 … 1 as these."""
+        said = self.tree.accessors[number]
+        view, kind, width = self.tree.bufferViews[said.bufferView], TYPES[said.componentType], WIDTHS[said.type]
+        at, size = (view.byteOffset or 0) + (said.byteOffset or 0), np.dtype(kind).itemsize
+        strides = (view.byteStride or size * width, size)
+        found = np.ndarray((said.count, width), kind, self.blob, at, strides)
+        return found / np.iinfo(kind).max if said.normalized else found.copy()
+
+    @property
+    def primitives(self) -> list[gl.Primitive]:
+        """Those of triangles with coordinates."""
+        every = [p for mesh in self.tree.meshes for p in mesh.primitives]
+        return [p for p in every if p.mode in (None, 4) and p.attributes.TEXCOORD_0 is not None]
+
+    def faces(self, primitive: gl.Primitive) -> NDArray:
+        """(m, 3) vertices."""
+        if primitive.indices is None:
+            return np.arange(self.tree.accessors[primitive.attributes.POSITION].count).reshape(-1, 3)
+        return self.values(primitive.indices).reshape(-1, 3).astype(np.int64)
+
+    def colours(self, primitive: gl.Primitive, which: NDArray, weights: NDArray) -> NDArray:
+        """(p, 3) base colours, 0 … 255, at places of triangles."""
+        material = None if primitive.material is None else self.tree.materials[primitive.material]
+        physical = material and material.pbrMetallicRoughness
+        if not physical:
+            return np.full((which.size, 3), 255.0)
+        factor = np.array(physical.baseColorFactor or (1, 1, 1, 1))[:3]
+        shown = physical.baseColorTexture
+        texels = np.full((which.size, 3), 1.0)
+        if shown is not None:
+            texels = _linear(self._texels(primitive, shown, which, weights))
+        return 255 * _srgb(texels * factor)
+
+    def _texels(self, primitive: gl.Primitive, shown: gl.TextureInfo, which: NDArray, weights: NDArray) -> NDArray:
+        texture = self.tree.textures[shown.index]
+        sampler = None if texture.sampler is None else self.tree.samplers[texture.sampler]
+        view = self.tree.bufferViews[self.tree.images[texture.source].bufferView]
+        data = self.blob[view.byteOffset or 0 :][: view.byteLength]
+        pixels = np.asarray(Image.open(io.BytesIO(data)).convert("RGB"), float) / 255
+        uv = self.values(getattr(primitive.attributes, f"TEXCOORD_{shown.texCoord or 0}"))
+        at = np.einsum("pk,pkc->pc", weights, uv[self.faces(primitive)[which]])
+        said = (shown.extensions or {}).get("KHR_texture_transform", {})
+        c, s = np.cos(said.get("rotation", 0)), np.sin(said.get("rotation", 0))
+        at = (at * said.get("scale", (1, 1))) @ np.array([[c, -s], [s, c]]) + said.get("offset", (0, 0))
+        return _bilinear(pixels, at, [getattr(sampler, name, None) or 10497 for name in ("wrapS", "wrapT")])
+
+
+def _bilinear(pixels: NDArray, uv: NDArray, wraps: list[int]) -> NDArray:
+    height, width, _ = pixels.shape
+    found = np.zeros((len(uv), 3))
+    x, y = uv[:, 0] * width - 0.5, uv[:, 1] * height - 0.5
+    for dx in (0, 1):
+        for dy in (0, 1):
+            columns, rows = np.floor(x) + dx, np.floor(y) + dy
+            weight = np.abs(1 - dx - (x - np.floor(x))) * np.abs(1 - dy - (y - np.floor(y)))
+            u, v = (WRAPS[w]((k + 0.5) / n) for k, n, w in ((columns, width, wraps[0]), (rows, height, wraps[1])))
+            texel = np.minimum((v * height).astype(int), height - 1), np.minimum((u * width).astype(int), width - 1)
+            found += weight[:, None] * pixels[texel]
+    return found
+
+
+def _linear(values: NDArray) -> NDArray:
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def _srgb(values: NDArray) -> NDArray:
+    values = np.clip(values, 0, 1)
+    return np.where(values <= 0.0031308, values * 12.92, 1.055 * values ** (1 / 2.4) - 0.055)
+
+
+class Done(NamedTuple):
+    """How a command ended.
+
+    Attributes:
+        code: its exit code; 124: it took too long.
+        said: its last line, or what it said.
+        seconds: of processors.
+    """
+
+    code: int
+    said: str
+    seconds: float
+
+
+def command(*words: object) -> Done:
+    """Run iccm."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    try:
+        done = subprocess.run([COMMAND, *map(str, words)], capture_output=True, text=True, timeout=LIMIT)
+        code, said = done.returncode, done.stderr
+    except subprocess.TimeoutExpired:
+        code, said = 124, f"over {LIMIT} s"
+    return Done(code, said, resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
+
+
+def unwrapped(path: Path, out: Path) -> None:
+    """The file with a layout of all its parts by xatlas, without textures."""
+    import xatlas
+
+    file, made, blob = File(path), gl.GLTF2(), bytearray()
+    atlas, parts = xatlas.Atlas(), file.primitives
+    for part in parts:
+        atlas.add_mesh(file.values(part.attributes.POSITION).astype(np.float32), file.faces(part).astype(np.uint32))
+    atlas.generate()
+    made.buffers, made.scenes, made.scene = [gl.Buffer()], [gl.Scene(nodes=list(range(len(parts))))], 0
+
+    def put(values: NDArray, kind: str, component: int) -> int:
+        made.bufferViews.append(gl.BufferView(buffer=0, byteOffset=len(blob), byteLength=values.nbytes))
+        blob.extend(values.tobytes() + bytes(-values.nbytes % 4))
+        extent = {"min": values.min(0).tolist(), "max": values.max(0).tolist()} if kind == "VEC3" else {}
+        view = len(made.bufferViews) - 1
+        made.accessors.append(
+            gl.Accessor(bufferView=view, componentType=component, count=len(values), type=kind, **extent)
+        )
+        return len(made.accessors) - 1
+
+    owners = {id(p): mesh for mesh in range(len(file.tree.meshes)) for p in file.tree.meshes[mesh].primitives}
+    places = _places(file.tree)
+    for k, part in enumerate(parts):
+        vertex, faces, uv = atlas[k]
+        points = file.values(part.attributes.POSITION).astype(float)[vertex]
+        matrix = places.get(owners[id(part)], np.eye(4))
+        points = (points @ matrix[:3, :3].T + matrix[:3, 3]).astype("<f4")
+        attributes = gl.Attributes(POSITION=put(points, "VEC3", 5126), TEXCOORD_0=put(uv.astype("<f4"), "VEC2", 5126))
+        flat = faces.astype("<u4").reshape(-1, 1)
+        primitive = gl.Primitive(attributes=attributes, indices=put(flat, "SCALAR", 5125))
+        made.meshes.append(gl.Mesh(primitives=[primitive], name=f"part {k}"))
+        made.nodes.append(gl.Node(mesh=k))
+    made.buffers[0].byteLength = len(blob)
+    made.set_binary_blob(bytes(blob))
+    made.save_binary(str(out))
+
+
+def _places(tree: gl.GLTF2) -> dict[int, NDArray]:
+    """(4, 4) of the first node that shows each mesh."""
+    found: dict[int, NDArray] = {}
+    waiting = [(root, np.eye(4)) for root in reversed(tree.scenes[tree.scene or 0].nodes)]
+    while waiting:
+        number, above = waiting.pop()
+        node = tree.nodes[number]
+        if node.matrix:
+            own = np.array(node.matrix).reshape(4, 4).T
+        else:
+            x, y, z, w = node.rotation or (0, 0, 0, 1)
+            own = np.eye(4)
+            own[:3, :3] = [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+            ]
+            own[:3, :3] *= np.array(node.scale or (1, 1, 1))
+            own[:3, 3] = node.translation or (0, 0, 0)
+        if node.mesh is not None:
+            found.setdefault(node.mesh, above @ own)
+        waiting += [(child, above @ own) for child in reversed(node.children or [])]
+    return found
+
+
+def differences(old: Path, new: Path) -> NDArray:
+    """(p,) of colours at the same places of all parts, whose triangles are in the same order."""
+    before, after = File(old), File(new)
+    rng, found = np.random.default_rng(0), []
+    for a, b in zip(before.primitives, after.primitives, strict=True):
+        corners = before.values(a.attributes.POSITION).astype(float)[before.faces(a)]
+        area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        if not area.sum() > 0:
+            continue
+        which = rng.choice(len(area), PLACES // len(before.primitives) + 1, p=area / area.sum())
+        weights = rng.dirichlet((1, 1, 1), which.size)
+        found.append(np.abs(before.colours(a, which, weights) - after.colours(b, which, weights)).mean(axis=1))
+    return np.concatenate(found)
+
+
+def measured(path: Path, folder: Path) -> dict[str, Any]:
+    """A file's row."""
+    (folder / "drawing.svg").write_text(DRAWING)
+    out, report = folder / "out.glb", folder / "report.json"
+    report.unlink(missing_ok=True)
+    words = (folder / "drawing.svg", path, "--parts", "each", "--cut", "-o", out, "--report", report, "--force")
+    mapping = command("map", *words)
+    share = json.loads(report.read_text())["mapped"] if report.exists() else 0.0
+    told = "faces are mapped" in mapping.said or mapping.code != 0
+    row: dict[str, Any] = {"name": path.name, "map": mapping, "share": share, "told": told or share >= SHARE}
+    try:
+        unwrapped(path, folder / "new.glb")
+    except Exception as error:
+        return row | {"relayout": Done(-1, f"no unwrap: {error}", 0.0), "mean": np.nan}
+    carrying = command("relayout", path, folder / "new.glb", "-o", folder / "carried.glb", "--force")
+    mean = float(differences(path, folder / "carried.glb").mean()) if carrying.code == 0 else np.nan
+    return row | {"relayout": carrying, "mean": mean}
+
+
+def textured(path: Path) -> bool:
+    """Whether a GLB file has pictures and coordinates for them."""
+    tree = gl.GLTF2().load_binary(str(path))
+    return bool(tree.images) and any(
+        p.attributes.TEXCOORD_0 is not None for mesh in tree.meshes for p in mesh.primitives
+    )
+
+
+def main() -> None:
+    """Every textured GLB file of a folder, or those named; the sums at the end."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("names", nargs="*")
+    given = parser.parse_args()
+    paths = [path for path in sorted(given.folder.rglob("*.glb")) if not given.names or path.name in given.names]
+    rows = []
+    print(f"{'file':50} map  share  CPU-s   relayout  mean   CPU-s")
+    with tempfile.TemporaryDirectory() as folder:
+        for path in filter(textured, paths):
+            rows.append(row := measured(path, Path(folder)))
+            one, two = row["map"], row["relayout"]
+            figures = f"{one.code:4} {row['share']:6.1%} {one.seconds:6.1f} {two.code:10} {row['mean']:6.2f} {two.seconds:6.1f}"
+            faults = [done.said.strip().splitlines()[-1][:120] for done in (one, two) if done.code]
+            print(f"{path.name[:50]:50}{figures}", *faults, "" if row["told"] else "UNTOLD", flush=True)
+    good = [row["mean"] < OFF for row in rows if row["relayout"].code == 0]
+    print(f"{sum(row['told'] for row in rows)} of {len(rows)} mapped by {SHARE:.0%} or told")
+    print(f"{sum(good)} of {len(good)} relayouts at exit 0 within {OFF:g} of 255, of {len(rows)}")
+
+
+if __name__ == "__main__":
+    main()
