@@ -189,7 +189,9 @@ def limited(across: int, size: tuple[int, int]) -> int:
 
 def too_small(across: int, made: int) -> str:
     """A remark where pictures are not as many texels wide as `texels_across` says."""
-    return f"{across} texels across would keep all that textures show; pictures have {made}, --size makes more"
+    return (
+        f"{across} texels across would keep all that textures show; pictures have {made}, --size makes more"
+    )
 
 
 def _extents(old: Charted) -> Real:

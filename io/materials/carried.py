@@ -10,11 +10,22 @@ from numpy.typing import NDArray
 
 from ...arrays import Flags, Index
 from ...meshes.charted import Charted
-from ...meshes.relayout import COLOURS, PROBED, Origin, carry, limited, paint, spread, texels_across, too_small
+from ...meshes.relayout import (
+    COLOURS,
+    PROBED,
+    Origin,
+    carry,
+    limited,
+    paint,
+    spread,
+    texels_across,
+    too_small,
+)
 from ...pixels import colour
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
 from .. import files, formats, limits
+from ..meshes.gltf_materials import kind_of
 from ..pictures import image_files
 from ..pictures.image import Image, prepare
 from .material_set import Material, MaterialMap, MaterialSet
@@ -172,7 +183,7 @@ class Carrier:
         """One picture of what several materials show, with or without pictures; factors that differ go into it."""
         read = [None if each is None else without_profile(self._read(each)) for each in maps]
         materials = [self.material_set.materials[k] for k in self.materials]
-        kind = next((each.kind for each in maps if each is not None), "data" if "Rough" in slot else "colour")
+        kind = next((each.kind for each in maps if each is not None), kind_of(slot))
         factors = [
             material.factors.get(slot, ()) if slot in self.multiplied else () for material in materials
         ]

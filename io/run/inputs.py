@@ -147,7 +147,9 @@ class Inputs:
         else:
             from ..shapes import mesh_parts
 
-            found, beyond = mesh_parts.read_all(text, most, whole=self._whole(text), **self._lying(target, source))
+            found, beyond = mesh_parts.read_all(
+                text, most, whole=self._whole(text), **self._lying(target, source)
+            )
         notes = [f"{text}: left out {beyond} shapes beyond the {most} largest"] if beyond else []
         return found[:most], notes
 

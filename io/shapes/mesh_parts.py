@@ -109,7 +109,9 @@ def _pieces(spec: str, parts: Sequence[mesh_files.MeshFile], cut: bool, joins: b
     """The pieces of all geometries; errors as for `_charts`."""
 
     def made(file: mesh_files.MeshFile, connected: Joined, number: int) -> MeshShape:
-        return flatten_patch(spec, file, disk_patch(connected, cut=cut, piece=number), cut, "conformal", joins=joins)
+        return flatten_patch(
+            spec, file, disk_patch(connected, cut=cut, piece=number), cut, "conformal", joins=joins
+        )
 
     found = []
     for file in parts:

@@ -333,8 +333,8 @@ def flatten_patch(
     start: int = -1,
     **how: bool,
 ) -> MeshShape:
-    """A piece of a mesh in the plane of its flattening; arguments as for `read`, `start` as of `MeshShape`, `how` as for
-    `flatten`."""
+    """A piece of a mesh in the plane of its flattening; arguments as for `read` and `flatten` (`how`), `start` as of
+    `MeshShape`."""
     file, piece = _of_patch(file, piece)
     flat = flatten(piece, loop=file.loop, grow=grow, method=method, **how)
     if how.get("chart") and method != "lscm":

@@ -5,7 +5,7 @@ For each textured file of a folder: how much of it `iccm map --parts each --cut`
 told; then its parts are unwrapped anew by xatlas (`pip install xatlas`), its materials carried there, and the colours
 of 20,000 places of its surface compared between both files. Reading and sampling of colours share no code with iccm.
 
-python -m tests.bench.assets FOLDER [NAME …]
+python -m tests.bench.assets FOLDER [NAME …] [--only map | relayout]
 """
 
 from __future__ import annotations
@@ -47,7 +47,11 @@ class File:
     def values(self, number: int) -> NDArray:
         """(n, k) of an accessor; numbers that stand for 0 … 1 as these."""
         said = self.tree.accessors[number]
-        view, kind, width = self.tree.bufferViews[said.bufferView], TYPES[said.componentType], WIDTHS[said.type]
+        view, kind, width = (
+            self.tree.bufferViews[said.bufferView],
+            TYPES[said.componentType],
+            WIDTHS[said.type],
+        )
         at, size = (view.byteOffset or 0) + (said.byteOffset or 0), np.dtype(kind).itemsize
         strides = (view.byteStride or size * width, size)
         found = np.ndarray((said.count, width), kind, self.blob, at, strides)
@@ -78,7 +82,9 @@ class File:
             texels = _linear(self._texels(primitive, shown, which, weights))
         return 255 * _srgb(texels * factor)
 
-    def _texels(self, primitive: gl.Primitive, shown: gl.TextureInfo, which: NDArray, weights: NDArray) -> NDArray:
+    def _texels(
+        self, primitive: gl.Primitive, shown: gl.TextureInfo, which: NDArray, weights: NDArray
+    ) -> NDArray:
         texture = self.tree.textures[shown.index]
         sampler = None if texture.sampler is None else self.tree.samplers[texture.sampler]
         view = self.tree.bufferViews[self.tree.images[texture.source].bufferView]
@@ -100,8 +106,13 @@ def _bilinear(pixels: NDArray, uv: NDArray, wraps: list[int]) -> NDArray:
         for dy in (0, 1):
             columns, rows = np.floor(x) + dx, np.floor(y) + dy
             weight = np.abs(1 - dx - (x - np.floor(x))) * np.abs(1 - dy - (y - np.floor(y)))
-            u, v = (WRAPS[w]((k + 0.5) / n) for k, n, w in ((columns, width, wraps[0]), (rows, height, wraps[1])))
-            texel = np.minimum((v * height).astype(int), height - 1), np.minimum((u * width).astype(int), width - 1)
+            u, v = (
+                WRAPS[w]((k + 0.5) / n) for k, n, w in ((columns, width, wraps[0]), (rows, height, wraps[1]))
+            )
+            texel = (
+                np.minimum((v * height).astype(int), height - 1),
+                np.minimum((u * width).astype(int), width - 1),
+            )
             found += weight[:, None] * pixels[texel]
     return found
 
@@ -147,7 +158,9 @@ def unwrapped(path: Path, out: Path) -> None:
     file, made, blob = File(path), gl.GLTF2(), bytearray()
     atlas, parts = xatlas.Atlas(), file.primitives
     for part in parts:
-        atlas.add_mesh(file.values(part.attributes.POSITION).astype(np.float32), file.faces(part).astype(np.uint32))
+        atlas.add_mesh(
+            file.values(part.attributes.POSITION).astype(np.float32), file.faces(part).astype(np.uint32)
+        )
     atlas.generate()
     made.buffers, made.scenes, made.scene = [gl.Buffer()], [gl.Scene(nodes=list(range(len(parts))))], 0
 
@@ -168,7 +181,9 @@ def unwrapped(path: Path, out: Path) -> None:
         points = file.values(part.attributes.POSITION).astype(float)[vertex]
         matrix = places.get(owners[id(part)], np.eye(4))
         points = (points @ matrix[:3, :3].T + matrix[:3, 3]).astype("<f4")
-        attributes = gl.Attributes(POSITION=put(points, "VEC3", 5126), TEXCOORD_0=put(uv.astype("<f4"), "VEC2", 5126))
+        attributes = gl.Attributes(
+            POSITION=put(points, "VEC3", 5126), TEXCOORD_0=put(uv.astype("<f4"), "VEC2", 5126)
+        )
         flat = faces.astype("<u4").reshape(-1, 1)
         primitive = gl.Primitive(attributes=attributes, indices=put(flat, "SCALAR", 5125))
         made.meshes.append(gl.Mesh(primitives=[primitive], name=f"part {k}"))
@@ -214,27 +229,44 @@ def differences(old: Path, new: Path) -> NDArray:
             continue
         which = rng.choice(len(area), PLACES // len(before.primitives) + 1, p=area / area.sum())
         weights = rng.dirichlet((1, 1, 1), which.size)
-        found.append(np.abs(before.colours(a, which, weights) - after.colours(b, which, weights)).mean(axis=1))
+        found.append(
+            np.abs(before.colours(a, which, weights) - after.colours(b, which, weights)).mean(axis=1)
+        )
     return np.concatenate(found)
 
 
-def measured(path: Path, folder: Path) -> dict[str, Any]:
-    """A file's row."""
+def mapped(path: Path, folder: Path) -> dict[str, Any]:
+    """What of a file a drawing is mapped onto."""
     (folder / "drawing.svg").write_text(DRAWING)
     out, report = folder / "out.glb", folder / "report.json"
     report.unlink(missing_ok=True)
-    words = (folder / "drawing.svg", path, "--parts", "each", "--cut", "-o", out, "--report", report, "--force")
+    words = (
+        folder / "drawing.svg",
+        path,
+        "--parts",
+        "each",
+        "--cut",
+        "-o",
+        out,
+        "--report",
+        report,
+        "--force",
+    )
     mapping = command("map", *words)
     share = json.loads(report.read_text())["mapped"] if report.exists() else 0.0
     told = "faces are mapped" in mapping.said or mapping.code != 0
-    row: dict[str, Any] = {"name": path.name, "map": mapping, "share": share, "told": told or share >= SHARE}
+    return {"map": mapping, "share": share, "told": told or share >= SHARE}
+
+
+def carried(path: Path, folder: Path) -> dict[str, Any]:
+    """How far colours are off after a relayout."""
     try:
         unwrapped(path, folder / "new.glb")
     except Exception as error:
-        return row | {"relayout": Done(-1, f"no unwrap: {error}", 0.0), "mean": np.nan}
+        return {"relayout": Done(-1, f"no unwrap: {error}", 0.0), "mean": np.nan}
     carrying = command("relayout", path, folder / "new.glb", "-o", folder / "carried.glb", "--force")
     mean = float(differences(path, folder / "carried.glb").mean()) if carrying.code == 0 else np.nan
-    return row | {"relayout": carrying, "mean": mean}
+    return {"relayout": carrying, "mean": mean}
 
 
 def textured(path: Path) -> bool:
@@ -247,24 +279,42 @@ def textured(path: Path) -> bool:
 
 def main() -> None:
     """Every textured GLB file of a folder, or those named; the sums at the end."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*")
+    parser.add_argument("--only", choices=PARTS)
     given = parser.parse_args()
-    paths = [path for path in sorted(given.folder.rglob("*.glb")) if not given.names or path.name in given.names]
+    paths = [
+        path for path in sorted(given.folder.rglob("*.glb")) if not given.names or path.name in given.names
+    ]
     rows = []
-    print(f"{'file':50} map  share  CPU-s   relayout  mean   CPU-s")
     with tempfile.TemporaryDirectory() as folder:
         for path in filter(textured, paths):
-            rows.append(row := measured(path, Path(folder)))
-            one, two = row["map"], row["relayout"]
-            figures = f"{one.code:4} {row['share']:6.1%} {one.seconds:6.1f} {two.code:10} {row['mean']:6.2f} {two.seconds:6.1f}"
-            faults = [done.said.strip().splitlines()[-1][:120] for done in (one, two) if done.code]
-            print(f"{path.name[:50]:50}{figures}", *faults, "" if row["told"] else "UNTOLD", flush=True)
-    good = [row["mean"] < OFF for row in rows if row["relayout"].code == 0]
-    print(f"{sum(row['told'] for row in rows)} of {len(rows)} mapped by {SHARE:.0%} or told")
-    print(f"{sum(good)} of {len(good)} relayouts at exit 0 within {OFF:g} of 255, of {len(rows)}")
+            found = [make(path, Path(folder)) for name, make in PARTS.items() if given.only in (None, name)]
+            rows.append(row := {key: value for each in found for key, value in each.items()})
+            line = [f"{path.name[:50]:50}"]
+            if "map" in row:
+                said = "" if row["told"] else " UNTOLD"
+                line.append(
+                    f"map {row['map'].code} {row['share']:6.1%}{said} {row['map'].seconds:6.1f} CPU-s"
+                )
+            if "relayout" in row:
+                line.append(
+                    f"relayout {row['relayout'].code} {row['mean']:6.2f} {row['relayout'].seconds:6.1f} CPU-s"
+                )
+            ended = [row[name] for name in PARTS if name in row]
+            line += [done.said.strip().splitlines()[-1][:120] for done in ended if done.code]
+            print("  ".join(line), flush=True)
+    if given.only != "relayout":
+        print(f"{sum(row['told'] for row in rows)} of {len(rows)} mapped by {SHARE:.0%} or told")
+    if given.only != "map":
+        good = [row["mean"] < OFF for row in rows if row["relayout"].code == 0]
+        print(f"{sum(good)} of {len(good)} relayouts at exit 0 within {OFF:g} of 255, of {len(rows)}")
 
+
+PARTS = {"map": mapped, "relayout": carried}
 
 if __name__ == "__main__":
     main()

@@ -233,7 +233,10 @@ def test_pictures_that_would_need_more_texels_than_are_made_unasked_are_told(the
     for words in (["--texture", "t.png", "-o", "o.png"], ["-o", "o.obj"]):
         done = iccm("relayout", "old.obj", "new.obj", *words)
         assert "32 texels across would keep all that textures show; pictures have 16, --size" in done.err
-        assert "texels across would" not in iccm("relayout", "old.obj", "new.obj", *words, "--size", "16", "--force").err
+        assert (
+            "texels across would"
+            not in iccm("relayout", "old.obj", "new.obj", *words, "--size", "16", "--force").err
+        )
 
 
 def test_a_palette_becomes_a_picture_with_room_for_its_colours(there, iccm):

@@ -141,3 +141,16 @@ def test_vertices_of_a_skin_are_where_its_joints_put_them(tmp_path):
     found = mesh_files.read(f"{path}#body").mesh
     assert found.points == pytest.approx(wanted, abs=1e-6)
     assert np.linalg.norm(found.normals, axis=1) == pytest.approx(1)
+
+
+def test_the_share_of_each_part_that_can_be_mapped_is_told(shapes, iccm):
+    """A closed box beside a square is left out without --cut."""
+    import trimesh
+
+    sheet = trimesh.Trimesh([[3, 0, 0], [4, 0, 0], [4, 1, 0], [3, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    trimesh.Scene({"box": trimesh.creation.box(), "sheet": sheet}).export("both.glb")
+    done = iccm("map", "square.svg", "both.glb", "--parts", "each", "-o", "o.glb", "--report", "r.json")
+    assert done.code == 0
+    assert "2 of 14 faces are mapped (14%)" in done.err
+    assert "left out: both.glb#box" in done.err
+    assert json.loads((shapes / "r.json").read_text())["mapped"] == pytest.approx(1 / 7)

@@ -69,7 +69,9 @@ def test_figures_are_those_of_the_file(shapes, iccm):
     assert report["boundary"]["hausdorff"] == pytest.approx(gap, rel=0.02)
     assert gap > 0.01
     assert "the mesh is too coarse for it (boundary)" in done.err
-    assert report["message"].startswith("The mesh's vertices are on the outline; the edges between them are at most")
+    assert report["message"].startswith(
+        "The mesh's vertices are on the outline; the edges between them are at most"
+    )
     assert report["message"] in done.err
     assert done.code == 0
 
@@ -82,3 +84,18 @@ def test_one_quad_is_a_mesh_where_its_coordinates_are_wanted(shapes, iccm):
     assert json.loads((shapes / "r.json").read_text())["mapped"] == 1
     assert iccm("map", "square.svg", "quad.obj", "-o", "o.png", "--report", "r.json", "--force").code == 0
     assert "mapped" not in json.loads((shapes / "r.json").read_text())
+
+
+@pytest.mark.parametrize(("source", "holes"), [("disk.svg", 0), ("ring.svg", 1)])
+def test_a_cut_runs_into_the_holes_of_a_tube_that_the_source_has_none_for(shapes, iccm, source, holes):
+    (shapes / "ring.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9">'
+        '<path fill-rule="evenodd" d="M1 1h7v7h-7zM3 3h3v3h-3z"/></svg>'
+    )
+    t = 2 * np.pi * np.arange(8) / 8
+    rows = [f"v {np.cos(a)} {np.sin(a)} {z}" for z in range(5) for a in t]
+    k = np.arange(40).reshape(5, 8) + 1
+    quads = np.stack([k[:-1], np.roll(k[:-1], -1, 1), np.roll(k[1:], -1, 1), k[1:]], -1).reshape(-1, 4)
+    (shapes / "tube.obj").write_text("\n".join([*rows, *("f {} {} {} {}".format(*q) for q in quads), ""]))
+    iccm("map", source, "tube.obj", "--cut", "-o", "o.obj", "--report", "r.json")
+    assert json.loads((shapes / "r.json").read_text())["flattening"]["holes"] == holes
