@@ -9,15 +9,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Box, Flags, Index, Real, distinct_rows
+from ..arrays import Box, Flags, Index, Real, complex_of, distinct_rows
 from ..parallel import over_slices
 from ..pixels.padding import pad
 from ..pixels.sampler import Sampler, put
 from ..pixels.texture import REPEAT, Places, Wrap, wrapped
+from ..plane import triangle_areas
 from ..progress import counted
 from .charted import Charted
 from .layout import Layout, charts, check_layout, layout
 from .locate import along, barycentric
+from .mesh import face_areas
 from .surface import texels
 
 SAME = 1e-6  # of the diagonal: corners this close are the same
@@ -95,6 +97,13 @@ class Origin:
     def reached(self, limit: float) -> Flags:
         """(h, w) texels that lie on the old mesh, or no farther from it than a distance."""
         return (self.grid.owners.owner >= 0) & ~self.far(limit)
+
+    @property
+    def blank(self) -> tuple[float, float]:
+        """The area in space of triangles whose new texture coordinates have none, and of all triangles."""
+        areas = face_areas(self.new.points[self.new.faces])
+        flat = triangle_areas(complex_of(self.new.uv[self.new.uv_faces])) == 0
+        return float(areas[flat].sum()), float(areas.sum())
 
     def over(self, old: Charted) -> "Origin":
         """The same places for other texture coordinates of the old mesh."""

@@ -13,7 +13,17 @@ from ...arrays import Box
 from ...errors import InputError
 from ...meshes.charted import Charted
 from ...meshes.mesh import check
-from ...meshes.relayout import COLOURS, PROBED, Origin, carry, limited, partners, texels_across, too_small
+from ...meshes.relayout import (
+    COLOURS,
+    PROBED,
+    SAME,
+    Origin,
+    carry,
+    limited,
+    partners,
+    texels_across,
+    too_small,
+)
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
 from ...surfaces.matching import cut_alike, matched
@@ -243,6 +253,7 @@ def run(
         inputs = [str(Spec.of(name).path) for name in (old, new)]
         inputs += [path for paths in wanted.given.values() for path in paths]
         figures = _figures(origins, limit, diagonal, expand_tiles(inputs))
+        notes += _blank(origins, new)
         figures |= {"notes": list(dict.fromkeys(notes)), "written": names}
         if report_to:
             report.write(figures, report_to, stack, force=force)
@@ -261,6 +272,18 @@ def _demand_partners(origins: Sequence[Origin], old: str, new: str, how: How) ->
         tried["position"] = "by place, as it is and after a similarity"
         tried["auto"] = "by place, face by face, by connectivity, and after a similarity"
         raise InputError(f"{new}: nothing of it lies on {old}; tried {tried[how.match]}")
+
+
+def _blank(origins: Sequence[Origin], new: str) -> list[str]:
+    """What is told of triangles that show nothing, as their new coordinates have no area."""
+    own, every = np.sum(
+        [origin.blank for origin in {id(each.partner): each for each in origins}.values()], axis=0
+    )
+    if own <= SAME * every:
+        return []
+    return [
+        f"{new}: texture coordinates have no area on {own / every:.1%} of the surface, which shows no texture"
+    ]
 
 
 def _diagonal(meshes: _Read) -> float:

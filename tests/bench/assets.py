@@ -89,7 +89,9 @@ class File:
         sampler = None if texture.sampler is None else self.tree.samplers[texture.sampler]
         view = self.tree.bufferViews[self.tree.images[texture.source].bufferView]
         data = self.blob[view.byteOffset or 0 :][: view.byteLength]
-        pixels = np.asarray(Image.open(io.BytesIO(data)).convert("RGB"), float) / 255
+        pixels = np.asarray(Image.open(io.BytesIO(data)).convert("RGBA"), float) / 255
+        mode = self.tree.materials[primitive.material].alphaMode
+        pixels = pixels[..., :3] * (1.0 if mode in (None, "OPAQUE") else pixels[..., 3:])  # over black
         uv = self.values(getattr(primitive.attributes, f"TEXCOORD_{shown.texCoord or 0}"))
         at = np.einsum("pk,pkc->pc", weights, uv[self.faces(primitive)[which]])
         said = (shown.extensions or {}).get("KHR_texture_transform", {})
@@ -158,9 +160,9 @@ def unwrapped(path: Path, out: Path) -> None:
     file, made, blob = File(path), gl.GLTF2(), bytearray()
     atlas, parts = xatlas.Atlas(), file.primitives
     for part in parts:
-        atlas.add_mesh(
-            file.values(part.attributes.POSITION).astype(np.float32), file.faces(part).astype(np.uint32)
-        )
+        points = file.values(part.attributes.POSITION).astype(np.float32)
+        size = max(float(np.ptp(points, axis=0).max()), 1e-30)  # xatlas takes small triangles for points
+        atlas.add_mesh(1000 / size * points, file.faces(part).astype(np.uint32))
     atlas.generate()
     made.buffers, made.scenes, made.scene = [gl.Buffer()], [gl.Scene(nodes=list(range(len(parts))))], 0
 

@@ -258,6 +258,16 @@ def test_a_palette_becomes_a_picture_with_room_for_its_colours(there, iccm):
         assert np.abs(tile - palette[0, k]).max() <= 1
 
 
+def test_triangles_without_area_in_the_new_layout_are_told(there, iccm):
+    """The right half of its faces is a line there."""
+    write(there / "old.obj", upright, 4, plane)
+    write(there / "new.obj", lambda x, y: np.column_stack([np.minimum(x, 0.5), y]), 4, plane)
+    image_files.write("t.png", image_files.Image(np.full((8, 8, 3), 200, np.uint8)))
+    done = iccm("relayout", "old.obj", "new.obj", "--texture", "t.png", "-o", "o.png")
+    assert done.code == 0
+    assert "new.obj: texture coordinates have no area on 50.0% of the surface" in done.err
+
+
 def test_a_layout_without_area_is_not_done(there, iccm):
     write(there / "new.obj", lambda x, y: 0 * upright(x, y), 4)
     words = ("--texture", "old.png", "-o", "o.png", "--report", "r.json")
