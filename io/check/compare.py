@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import InputError
@@ -24,6 +25,13 @@ class Pictures(BaseModel):
     max: float = Field(2 / 255, ge=0)
     rms: float = Field(0.001, ge=0)
     ssim: float = Field(0.999, ge=-1, le=1)
+
+
+class Meshes(BaseModel):
+    """How far texture coordinates may be apart, in widths of a picture; the rest of a mesh's file may not differ."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    uv: float = Field(1e-4, ge=0)
 
 
 class Figure(BaseModel):
@@ -44,10 +52,12 @@ REPORT = {
 
 
 class Tolerances(BaseModel):
-    """`tolerances.toml`: one table for pictures, one of key patterns for reports; the last pattern that fits counts."""
+    """`tolerances.toml`: a table for pictures, one for meshes, one of key patterns for reports, of which the last that
+    fits counts."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
     pictures: Pictures = Pictures()
+    meshes: Meshes = Meshes()
     report: dict[str, Figure] = {}
 
     def figure(self, key: str) -> Figure:
@@ -122,7 +132,11 @@ def compare(name: str, run: Path, baseline: Path, allowed: Tolerances) -> Verdic
         _pictures(run, baseline, allowed.pictures, verdict)
     elif baseline.suffix.lower() == ".json":
         _reports(run, baseline, allowed, verdict)
-    elif files.sha256(run) != files.sha256(baseline):
+    elif files.sha256(run) == files.sha256(baseline):
+        pass
+    elif baseline.suffix.lower() in UNLAID:
+        _meshes(run, baseline, allowed.meshes, verdict)
+    else:
         verdict.problems.append("the bytes differ")
     verdict.state = "differs" if verdict.problems else "same"
     return verdict
@@ -194,6 +208,55 @@ def similarity(x: np.ndarray, y: np.ndarray) -> float:
         return float(np.array_equal(x, y))
     span = max(1.0, float(max(x.max(), y.max()) - min(x.min(), y.min())))
     return float(structural_similarity(x, y, channel_axis=2, data_range=span))
+
+
+def _meshes(run: Path, baseline: Path, allowed: Meshes, verdict: Verdict) -> None:
+    """Texture coordinates by a limit, the rest exactly."""
+    (uv, rest), (goal, own) = (UNLAID[baseline.suffix.lower()](path) for path in (run, baseline))
+    if rest != own or uv.shape != goal.shape:
+        verdict.problems.append("the bytes differ, and not in texture coordinates alone")
+        return
+    gap = verdict.figures["uv"] = float(np.abs(uv - goal).max(initial=0.0))
+    if not gap <= allowed.uv:
+        verdict.moved.append(Moved("uv difference", f"{gap:.4g}", "", f"{allowed.uv:.4g}"))
+        verdict.problems.append(f"uv difference {gap:.4g} is more than {allowed.uv:.4g}")
+
+
+def _obj(path: Path) -> tuple[NDArray[np.float64], Any]:
+    """(t, 2) texture coordinates of an OBJ, and its other lines."""
+    lines = files.read_bytes(path, max_bytes=limits.COMPARED_BYTES).splitlines()
+    try:
+        uv = np.array([line.split()[1:3] for line in lines if line.startswith(b"vt ")], float)
+    except ValueError:
+        return np.zeros((0, 2)), lines
+    return uv, [line for line in lines if not line.startswith(b"vt ")]
+
+
+def _glb(path: Path) -> tuple[NDArray[np.float64], Any]:
+    """(t, 2) texture coordinates of a GLB file, and its tree and other bytes."""
+    from ..meshes import gltf
+
+    try:
+        file = gltf.read(path)
+    except InputError:
+        raise
+    except Exception as error:  # whatever a parser stumbles over: the file is at fault
+        raise InputError(f"{path}: is no readable GLB file: {error}") from None
+    names = [p["attributes"] for mesh in file.tree.get("meshes", []) for p in mesh["primitives"]]
+    found = {number for each in names for name, number in each.items() if name.startswith("TEXCOORD_")}
+    accessors, views = file.tree.get("accessors", []), list(file.views)
+    shared = {said.get("bufferView") for n, said in enumerate(accessors) if n not in found} | {None}
+    alone = [n for n in sorted(found) if accessors[n].get("bufferView") not in shared]
+    uv = np.concatenate([file.floats(n)[:, :2] for n in alone] or [np.zeros((0, 2))])
+    for number in alone:
+        views[accessors[number]["bufferView"]] = b""
+        accessors[number] = {
+            key: value for key, value in accessors[number].items() if key not in ("min", "max")
+        }
+    return uv, (file.tree, views)
+
+
+UNLAID = {".obj": _obj, ".glb": _glb}
 
 
 def _reports(run: Path, baseline: Path, allowed: Tolerances, verdict: Verdict) -> None:

@@ -227,3 +227,33 @@ def test_the_whole_loop_on_real_results(shapes, iccm):
     typed = iccm("check", "out", "base")
     assert typed.code == 1 and "o.png" in typed.err and "o.json: status" in typed.err
     shutil.rmtree("base")
+
+
+def test_texture_coordinates_may_move_a_little_and_nothing_else_of_a_mesh(folders, iccm):
+    import trimesh
+
+    run, base = folders
+
+    def written(name, *, by=0.0, up=0.0):
+        uv = np.array([[0, 0], [1, 0], [0, 1]]) + by
+        mesh = trimesh.Trimesh([[0, 0, up], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], process=False)
+        mesh.visual = trimesh.visual.TextureVisuals(uv)
+        if name.endswith(".glb"):
+            mesh.export(run / name)
+        else:
+            rows = [f"v {x} {y} {z}" for x, y, z in mesh.vertices] + [f"vt {u} {v}" for u, v in uv]
+            (run / name).write_text("\n".join([*rows, "f 1/1 2/2 3/3", ""]))
+
+    for name in ("m.obj", "m.glb"):
+        written(name)
+        assert iccm("check", run, base, "--update").code == 0
+        written(name, by=5e-5)
+        assert (run / name).read_bytes() != (base / name).read_bytes()
+        assert iccm("check", run, base).code == 0
+        written(name, by=1e-3)
+        assert f"{name}: uv difference 0.001 is more than 0.0001" in iccm("check", run, base).err
+        written(name, up=1e-3)
+        assert (
+            f"{name}: the bytes differ, and not in texture coordinates alone" in iccm("check", run, base).err
+        )
+        written(name)
