@@ -10,8 +10,8 @@ batch     `iccm batch`
 check     `iccm check`
 info      `iccm info`
 doctor    `iccm doctor`
-options   options of a command, made from `iccm.io.options`
-paths     arguments that are files
+completion  `iccm completion`
+options   arguments and options of a command, made from `iccm.io.options`
 logs      messages on stderr
 status    the line that tells what is under way
 failures  failures as one line and an exit code
@@ -45,6 +45,7 @@ COMMANDS = {
     "check": "Compare results with stored baselines, for CI.",
     "info": "Tell what iccm sees in a file.",
     "doctor": "Tell whether iccm is installed and set up well.",
+    "completion": "Let the shell complete commands, options and files.",
 }
 
 

@@ -10,7 +10,7 @@ import click
 
 from ..errors import InputError
 from . import logs, options, status
-from .paths import FILE
+from .options import FILE
 
 
 @click.command(cls=options.Command)

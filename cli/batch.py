@@ -19,7 +19,7 @@ import click
 
 from ..errors import InputError
 from . import logs, options, status, stopping, streams
-from .paths import FILE
+from .options import FILE
 
 
 @click.command(cls=options.Command)

@@ -11,7 +11,7 @@ import click
 
 from ..progress import tell
 from . import logs, options, status
-from .paths import FILE
+from .options import FILE
 
 SHOWN = 5
 

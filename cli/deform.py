@@ -8,7 +8,7 @@ import click
 
 from . import logs, options
 from .map import execute
-from .paths import FILE
+from .options import FILE
 
 
 @click.command(cls=options.Command)

@@ -9,7 +9,7 @@ import click
 
 from ..errors import InputError
 from . import logs, options, stopping
-from .paths import FILE
+from .options import FILE
 
 EXTRA = "iccm edit needs a server: pip install 'iccm[edit]'"
 

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 import click
 
 from . import logs, options, status
-from .paths import FILE
+from .options import FILE
 
 # NumPy, which is imported later, asks Linux for huge pages: its arrays are short-lived here, and finding room for such
 # pages took 5.1 s of the 15 of a million faces, small ones 2.2 (and no longer in the program).

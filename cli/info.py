@@ -8,7 +8,7 @@ import click
 
 from ..progress import tell
 from . import logs, options, status
-from .paths import FILE
+from .options import FILE
 
 
 @click.command(cls=options.Command)

@@ -8,8 +8,9 @@ from typing import Any, Literal, get_args, get_origin
 import click
 
 from ..io.options import Option, of_command
-from .paths import FILE
 
+FILE = click.Path(readable=False)
+"""An argument that is a file: shells complete its name; whether it is there is told by what reads it."""
 FILES = ("FILE", "IMAGE", "DIR", "OUTLINE")  # in what stands for a value: shells complete it
 
 Decorator = Callable[[Callable], Callable]

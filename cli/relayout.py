@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from . import logs, options, status
-from .paths import FILE
+from .options import FILE
 
 KINDS = {"texture": "colour", "normal": "normal", "normal-down": "normal-down", "data": "data"}
 

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from .texture_transfer import warp as warp
     from .transform import Transform as Transform
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 _HOME = {
     "Curve": "curve",

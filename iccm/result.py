@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
-from .arrays import Complex, Flags, Real, complex_of, xy_of
+from .arrays import Box, Complex, Flags, Real, complex_of, xy_of
 from .blas import on_one_thread
 from .buckets import nearest_segments
 from .curve import Curve, boundary_samples, inside_any
@@ -28,6 +29,7 @@ from .transform import Transform
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+PLOTTED = 480  # pixels of the picture in a plot, on its longer side
 INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
 CERTAIN = 0.99
 """Of the source's area: of a map that is certain to be one-to-one on less, the inverse is looked at."""
@@ -175,16 +177,21 @@ class Fit:
         return self.transform.then(other.transform if isinstance(other, Fit) else other)
 
     def plot(
-        self, report: dict[str, Any] | None = None, names: tuple[str, str] = ("source", "its image")
+        self,
+        report: dict[str, Any] | None = None,
+        names: tuple[str, str] = ("source", "its image"),
+        carried: tuple[NDArray, Box] | None = None,
     ) -> "Figure":
         """A figure of the map as matplotlib has figures: `fit.plot().savefig("fit.png")`.
 
-        It shows a grid in the source and in the image, the energy against the iteration, area scale and dilatation
-        over the source, and the report in words.
+        It shows a grid in the source and in the image, the picture carried, area scale and dilatation over the source,
+        and the report with its notes in words.
 
         Args:
             report: that of the map, if it is there already.
             names: titles of the source and of its image.
+            carried: a picture seen through the map, 8 bits a channel in sRGB, and its box in the target's plane; by
+                default a numbered checkerboard.
         """
         from .maps.figure import figure
 
@@ -193,10 +200,21 @@ class Fit:
             openings=self.openings,
             pins=self.pins,
             strokes=self.strokes,
-            energies=self.energies,
+            carried=carried or self._checkerboard(),
             report=report or self.report(),
             names=names,
         )
+
+    def _checkerboard(self) -> tuple[NDArray, Box]:
+        """A numbered checkerboard on the source's bounding box, seen through the map, and where."""
+        from .pixels.canvas import Canvas, proportional
+        from .pixels.checkerboard import checkerboard
+        from .pixels.texture import Texture
+        from .pixels.warp import warp
+
+        box = (self.target or Curve(self.image)).box
+        canvas = Canvas.about(*proportional(PLOTTED, box[1] - box[0]), box)
+        return warp(self.map, Texture(checkerboard(), self.source.box), canvas).pixels, canvas.box
 
     @cached_property
     def image(self) -> Complex:

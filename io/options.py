@@ -308,6 +308,15 @@ class DoctorOptions:
     json: bool = _option("One JSON object per finding, each on its line.", default=False)
 
 
+@_table("completion")
+class CompletionOptions:
+    """Those of `iccm completion`."""
+
+    shell: Literal["bash", "zsh", "fish"] | None = _option(
+        "The shell.  [default: the login shell, by $SHELL]"
+    )
+
+
 @_table("map", "deform")
 class JobOptions:
     """What can be said about a run, in the order in which help shows it."""
@@ -330,7 +339,9 @@ class JobOptions:
         "SHAPE-deformed.png here]", "FILE", default=(), parse=many, short="-o",
     )  # fmt: skip
     report: str | None = _option("Figures of the run as JSON; - for stdout.", "FILE.json")
-    plot: str | None = _option("A figure: grids, energy, distortion (.png .svg .pdf).", "FILE.png")
+    plot: str | None = _option(
+        "A figure: grids, the picture carried, distortion, notes (.png .svg .pdf).", "FILE.png"
+    )
     stmap: str | None = _option("The map itself, for `iccm apply` and compositors.", "FILE.exr")
     force: bool = _option(
         "Replace files that exist.", default=False, commands=(*EVERY, "flatten", "relayout", "batch")
@@ -546,7 +557,16 @@ class EditOptions:
 
 
 TABLE: tuple[type, ...] = (
-    *(ApplyOptions, FlattenOptions, RelayoutOptions, BatchOptions, CheckOptions, InfoOptions, DoctorOptions),
+    *(
+        ApplyOptions,
+        FlattenOptions,
+        RelayoutOptions,
+        BatchOptions,
+        CheckOptions,
+        InfoOptions,
+        DoctorOptions,
+        CompletionOptions,
+    ),
     *(JobOptions, CommonOptions, EditOptions),
 )
 """Every option of every command, in the order of help."""

@@ -1,5 +1,5 @@
-"""The figure of a map: grids, energy, distortion, figures in words. matplotlib objects, never pyplot: no display, no
-state."""
+"""The figure of a map: grids, the picture carried, distortion, figures and notes in words. matplotlib objects, never
+pyplot: no display, no state."""
 
 import textwrap
 from collections.abc import Sequence
@@ -12,15 +12,17 @@ from matplotlib.colors import Normalize, TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter
+from numpy.typing import NDArray
 
-from ..arrays import Complex, xy_of
+from ..arrays import Box, Complex, xy_of
 from ..curve import Curve
 from ..plane import bounding_box, longer_side
 from .approximation import AnyMap
 from .harmonic import area_scale, dilatation
-from .summary import summary
+from .summary import in_words
 
 LINES, PER_LINE, PIXELS = 24, 400, 220
+WIDE, MOST_LINES = 50, 24  # of the words, in letters and lines that the panel holds
 INK, SOFT, ACROSS, UP, MARK = "#22262b", "#8a929b", "#2a78b8", "#d1662b", "#b0122f"
 
 
@@ -33,12 +35,12 @@ def figure(
     openings: tuple[list[Complex], list[Complex]] = ([], []),
     pins: Complex,
     strokes: Sequence[tuple[Curve, Curve]] = (),
-    energies: list[dict[str, float]],
+    carried: tuple[NDArray, Box],
     report: dict[str, Any],
     names: tuple[str, str],
 ) -> Figure:
-    """Six panels: the source with a grid and its pins, the grid's image over the target, the energy against the
-    iteration, the logarithm of the area scale and the dilatation over the source, and the report in words.
+    """Six panels: the source with a grid and its pins, the grid's image over the target, the picture carried, the
+    logarithm of the area scale and the dilatation over the source, and the report with its notes in words.
 
     Args:
         map: source → target.
@@ -48,12 +50,12 @@ def figure(
         openings: outlines of the holes that the map leaves out, in the source and in the image.
         pins: (k, 2) source and target of each.
         strokes: of each.
-        energies: one dict an iteration.
-        report: of the map, with its message.
+        carried: a picture seen through the map, 8 bits a channel in sRGB, and its box in the target's plane.
+        report: of the map, with its message and notes.
         names: titles of the source and of its image.
     """
     made = Figure(figsize=(15, 9.4), layout=ConstrainedLayoutEngine(w_pad=0.15, h_pad=0.12))
-    (left, right, curves), (area, shear, words) = made.subplots(2, 3)
+    (left, right, picture), (area, shear, words) = made.subplots(2, 3)
     for lines, colour in zip(grid(map.polygon, holes=openings[0]), (ACROSS, UP)):
         _strands(left, lines, colour)
         _strands(right, _apply(map, lines), colour)
@@ -74,10 +76,27 @@ def figure(
             axes.plot(stroke.z.real, stroke.z.imag, color=MARK, lw=1.6)
     for axes, name in zip((left, right), names):
         _frame(axes, name)
-    _energy(energies, curves)
+    pixels, (low, high) = carried
+    picture.imshow(pixels, extent=(low.real, high.real, low.imag, high.imag), interpolation="none")
+    _frame(picture, "the picture carried")
     _distortion(map, source, openings[0], area, shear)
-    _words([report["message"], "", *summary(report)], words)
+    write_words(in_words(report), words)
     return made
+
+
+def write_words(lines: Sequence[str], axes: Any) -> None:
+    """Lines as the text of a panel, as many as it holds."""
+    axes.set_axis_off()
+    wrapped = [
+        part
+        for line in lines
+        for part in textwrap.wrap(line, WIDE, subsequent_indent=" " * (12 if line[10:12] == "  " else 0))
+        or [""]
+    ]
+    if len(wrapped) > MOST_LINES:
+        wrapped[MOST_LINES - 1 :] = ["… and more, in the report"]
+    style = {"va": "top", "family": "monospace", "fontsize": 10, "color": INK}
+    axes.text(0, 1, "\n".join(wrapped), transform=axes.transAxes, **style)
 
 
 def grid(
@@ -131,28 +150,6 @@ def _clipped(text: str, width: int = 52) -> str:
     return text if len(text) <= width else text[: width - 1] + "…"
 
 
-def _energy(energies: list[dict[str, float]], axes: Any) -> None:
-    """Energy of each term against the iteration, both logarithmic."""
-    names = [name for name in (energies[0] if energies else {}) if name != "total"]
-    for name in names if len(names) > 1 else []:
-        _curve(axes, [step.get(name, np.nan) for step in energies], name, lw=1.0, alpha=0.8)
-    _curve(axes, [step["total"] for step in energies], "total", lw=2.0, color=INK)
-    axes.set_xlabel("iteration")
-    axes.set_title("energy", fontsize=11, color=INK)
-    axes.grid(True, which="both", color="#e3e6ea", lw=0.6)
-    axes.spines[["top", "right"]].set_visible(False)
-    if len(names) > 1:
-        axes.legend(frameon=False, fontsize=9)
-
-
-def _curve(axes: Any, values: list[float], name: str, **style: Any) -> None:
-    y = np.array(values, dtype=float)
-    marker = "o" if y.size < 20 else None  # a line of few points would not be seen
-    axes.loglog(
-        np.arange(1, y.size + 1), np.where(y > 0, y, np.nan), label=name, marker=marker, ms=4, **style
-    )
-
-
 def _distortion(map: AnyMap, source: Curve, holes: list[Complex], left: Any, right: Any) -> None:
     """log10 of the area scale (relative to its median) and the dilatation, over the source."""
     low, high = source.box
@@ -197,22 +194,3 @@ def _folded(axes: Any, area: np.ndarray, extent: tuple) -> None:
     red = np.zeros((*area.shape, 4))
     red[area <= 0] = (0.85, 0, 0.1, 1)
     axes.imshow(red, origin="lower", extent=extent)
-
-
-def _words(lines: Sequence[str], axes: Any) -> None:
-    axes.set_axis_off()
-    wrapped = [
-        part
-        for number, line in enumerate(lines)
-        for part in textwrap.wrap(line, 50, subsequent_indent=" " * (12 if number else 0)) or [""]
-    ]
-    axes.text(
-        0,
-        1,
-        "\n".join(wrapped),
-        va="top",
-        family="monospace",
-        fontsize=10,
-        color=INK,
-        transform=axes.transAxes,
-    )

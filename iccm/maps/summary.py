@@ -36,6 +36,11 @@ def summary(report: dict[str, Any]) -> list[str]:
     return lines
 
 
+def in_words(report: dict[str, Any]) -> list[str]:
+    """The report's message, figures and notes, a line each."""
+    return [report["message"], "", *summary(report), "", *(f"note: {note}" for note in report["notes"])]
+
+
 def in_short(report: dict[str, Any]) -> str:
     """What a glance wants to know: whether sizes are even, whether anything folds, how long it took."""
     even, injective = report["scale"]["within2"], report["injective"]

@@ -138,7 +138,8 @@ def write_all(
     if plot:
         from . import plots
 
-        plots.draw(shape, stack.enter_context(files.replacing(plot, force=force)))
+        words = [*summary(found), "", *(f"note: {note}" for note in found["notes"])]
+        plots.draw(shape, stack.enter_context(files.replacing(plot, force=force)), words)
     if to:
         report.write(found, to, stack, force=force)
     return found

@@ -1,5 +1,6 @@
-"""Figures as files, and that of a mesh: its flattening with a grid, and the textured surface from a good angle."""
+"""Figures as files, and that of a mesh: its flattening with a grid, the textured surface from a good angle, words."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib as mpl
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from ...arrays import Complex, xy_of
 from ...maps.approximation import AnyMap
 from ...maps.extended_inverse import ExtendedInverse
-from ...maps.figure import grid
+from ...maps.figure import grid, write_words
 from ...meshes.render import render
 from ...pixels.checkerboard import checkerboard
 from ...pixels.sampler import Sampler
@@ -29,6 +30,7 @@ PIXELS = 900
 def draw(
     target: MeshShape,
     path: Path,
+    words: Sequence[str],
     *,
     map: AnyMap | None = None,
     source: Shape | None = None,
@@ -40,13 +42,14 @@ def draw(
     Args:
         target: the mesh.
         path: the file.
+        words: lines to write beside it.
         map: from the source's plane to the target's; without one the flattening itself shows a checkerboard.
         source: the map's source.
         texture: placed in the source's plane; with a mesh as source, that mesh's texture.
         pins: (k, 2) places in the source's and the target's plane.
     """
-    figure = Figure(figsize=(13, 6.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure = Figure(figsize=(18, 6.4), layout="constrained")
+    left, right, told = figure.subplots(1, 3)
     _flat(left, target, map)
     if pins is not None and len(pins):
         _pins(left, map, np.reshape(pins, (-1, 2)))
@@ -55,6 +58,7 @@ def draw(
         axes.set_aspect("equal")
         axes.set_axis_off()
         axes.set_title(title, fontsize=11, color=INK)
+    write_words(words, told)
     save(figure, path)
 
 

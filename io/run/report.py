@@ -30,13 +30,7 @@ def build(run: Run) -> dict[str, Any]:
     What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
     job then gives the same bytes.
     """
-    weighed = not run.job.exact
-    each = run.fit_report.get("parts", [run.fit_report])
-    for pair, part in zip(run.pairs, each):
-        doubted = doubts(run.fit_report | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
-        for note in [*part["notes"], *doubted]:
-            if label(pair, note) not in run.notes:
-                run.note(label(pair, note))
+    note_doubts(run)
     report = {"schema": SCHEMA, "version": __version__, **run.fit_report, **run.figures}
     if run.fit.status.ok and has_flips(run.figures):
         report |= {"status": Status.FLIPPED.name.lower(), "message": Status.FLIPPED.value}
@@ -46,6 +40,15 @@ def build(run: Run) -> dict[str, Any]:
     report["inputs"] = [{"path": name, "sha256": run.inputs.sha256(name)} for name in run.inputs.named]
     report["job"] = run.job.model_dump(mode="json", exclude_defaults=True, exclude={"force"})
     return as_json(report)
+
+
+def note_doubts(run: Run) -> None:
+    """Note, once, what the solver has to say and what puts the picture in doubt."""
+    weighed = not run.job.exact
+    for pair, part in zip(run.pairs, run.fit_report.get("parts", [run.fit_report])):
+        doubted = doubts(run.fit_report | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
+        for note in [*part["notes"], *doubted]:
+            run.note(label(pair, note))
 
 
 def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: bool = True) -> list[str]:

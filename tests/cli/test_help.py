@@ -26,6 +26,27 @@ def test_a_misspelt_command_names_the_nearest(iccm):
     assert "did you mean" not in iccm("xyzzy").err
 
 
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_is_installed_once_and_nothing_else_changes(tmp_path, monkeypatch, iccm, shell):
+    for name in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "ZDOTDIR", "BASH_COMPLETION_USER_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    mine = b"alias ll='ls -l' # \xff, and no newline"
+    (tmp_path / ".zshrc").write_bytes(mine)
+    first = iccm("completion", "install", "--shell", shell)
+    found = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    assert first.code == 0 and len(found) == 2 and any(b"_ICCM_COMPLETE" in text for text in found.values())
+    assert found[tmp_path / ".zshrc"].startswith(mine)
+    assert (found[tmp_path / ".zshrc"] == mine) == (shell != "zsh")
+    assert "is there already" in iccm("completion", "install", "--shell", shell).err
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == found
+    monkeypatch.setenv("SHELL", "/bin/sh")
+    typed = iccm("completion", "install")
+    assert typed.code == 2 and typed.lines == [
+        "error: sh: no shell that iccm knows; name one: --shell bash|zsh|fish"
+    ]
+
+
 def test_a_run_is_told_in_two_lines(shapes, iccm):
     typed = iccm("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png")
     assert typed.lines[0] == "wrote out.png" and len(typed.lines) == 2

@@ -1,19 +1,29 @@
-"""The figure of a run; for a mesh its flattening and its textured surface."""
+"""The figure of a run, with the picture carried; for a mesh its flattening and its textured surface."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from numpy.typing import NDArray
+
+from ....arrays import Box
+from ....maps.summary import in_words
+from ....pixels.canvas import Canvas, proportional
+from ....pixels.warp import Warp, whole
 from ... import formats
+from ...pictures.image import prepare
+from .. import report
 from ..job import Job
 from ..state import Run
 from .output import Output
+
+PIXELS = 900  # of the picture, on its longer side
 
 
 class Plot(Output):
     """A figure."""
 
-    shows = True  # on a mesh
+    shows = True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """A suffix of figures."""
@@ -24,15 +34,27 @@ class Plot(Output):
         from .. import plots
 
         with run.phases.timed("plot"):
+            report.note_doubts(run)
             if not run.target.is_mesh:
                 if len(run.fits) > 1:
-                    run.note(f"{self.name}: shows the largest part alone")
-                plots.save(run.fit.plot(run.fit_report, _names(run.job)), path)
+                    run.note(f"{self.name}: the grids and figures are those of the largest part alone")
+                told = run.fit_report | {"notes": run.notes}
+                plots.save(run.fit.plot(told, _names(run.job), _carried(run)), path)
                 return
             from ...shapes.mesh_shape import as_mesh
 
             placed, target = run.image.texture(run.box, kind=run.job.kind), as_mesh(run.target)
-            plots.draw(target, path, map=run.fit.map, source=run.source, texture=placed, pins=run.fit.pins)
+            given = {"map": run.fit.map, "source": run.source, "texture": placed, "pins": run.fit.pins}
+            plots.draw(target, path, in_words(run.fit_report | {"notes": run.notes}), **given)
+
+
+def _carried(run: Run) -> tuple[NDArray, Box]:
+    """The picture as screens show it, and its box in the target's plane."""
+    canvas = run.canvas_of(None)
+    canvas = Canvas.about(*proportional(PIXELS, canvas.box[1] - canvas.box[0]), canvas.box)
+    warped = whole(Warp(run.mapping, run.sampler, canvas, placing=run.placing), threads=run.threads)
+    shown = prepare(run.image.with_pixels(warped.pixels, warped.alpha), formats.picture(".webp"))
+    return shown.pixels, canvas.box
 
 
 def _names(job: Job) -> tuple[str, str]:

@@ -255,7 +255,7 @@ def test_a_figure_is_drawn_the_same_every_time(tmp_path, with_map):
     shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=6)))
     more = {"map": identity(shape), "source": target_plane(shape)} if with_map else {}
     for name in ("1.png", "2.png"):
-        plots.draw(shape, tmp_path / name, **more)
+        plots.draw(shape, tmp_path / name, ["said"], **more)
     assert (tmp_path / "1.png").read_bytes() == (tmp_path / "2.png").read_bytes()
 
 
