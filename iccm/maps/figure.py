@@ -84,17 +84,17 @@ def figure(
     return made
 
 
-def write_words(lines: Sequence[str], axes: Any) -> None:
-    """Lines as the text of a panel, as many as it holds."""
+def write_words(lines: Sequence[str], axes: Any, wide: int = WIDE, most: int = MOST_LINES) -> None:
+    """Lines as the text of a panel, as wide and as many as it holds."""
     axes.set_axis_off()
     wrapped = [
         part
         for line in lines
-        for part in textwrap.wrap(line, WIDE, subsequent_indent=" " * (12 if line[10:12] == "  " else 0))
+        for part in textwrap.wrap(line, wide, subsequent_indent=" " * (12 if line[10:12] == "  " else 0))
         or [""]
     ]
-    if len(wrapped) > MOST_LINES:
-        wrapped[MOST_LINES - 1 :] = ["… and more, in the report"]
+    if len(wrapped) > most:
+        wrapped[most - 1 :] = ["… and more, in the report"]
     style = {"va": "top", "family": "monospace", "fontsize": 10, "color": INK}
     axes.text(0, 1, "\n".join(wrapped), transform=axes.transAxes, **style)
 

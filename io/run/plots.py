@@ -25,6 +25,7 @@ from .framing import square
 INK, ACROSS, UP, EDGE, MARK = "#22262b", "#2a78b8", "#d1662b", "#c6ccd2", "#b0122f"
 MOST_EDGES = 20000
 PIXELS = 900
+WIDE, MOST_LINES = 150, 10  # of the words, in letters and lines that the panel holds
 
 
 def draw(
@@ -48,8 +49,10 @@ def draw(
         texture: placed in the source's plane; with a mesh as source, that mesh's texture.
         pins: (k, 2) places in the source's and the target's plane.
     """
-    figure = Figure(figsize=(18, 6.4), layout="constrained")
-    left, right, told = figure.subplots(1, 3)
+    figure = Figure(figsize=(13, 8.2), layout="constrained")
+    places = [["flat", "surface"], ["words", "words"]]
+    panels = figure.subplot_mosaic(places, height_ratios=(4, 1))  # type: ignore[arg-type]
+    left, right = panels["flat"], panels["surface"]
     _flat(left, target, map)
     if pins is not None and len(pins):
         _pins(left, map, np.reshape(pins, (-1, 2)))
@@ -58,7 +61,7 @@ def draw(
         axes.set_aspect("equal")
         axes.set_axis_off()
         axes.set_title(title, fontsize=11, color=INK)
-    write_words(words, told)
+    write_words(words, panels["words"], WIDE, MOST_LINES)
     save(figure, path)
 
 
