@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from numpy.typing import NDArray
 
@@ -38,14 +39,15 @@ class Plot(Output):
             if not run.target.is_mesh:
                 if len(run.fits) > 1:
                     run.note(f"{self.name}: the grids and figures are those of the largest part alone")
-                told = run.fit_report | {"notes": run.notes}
-                plots.save(run.fit.plot(told, _names(run.job), _carried(run)), path)
+                found = run.fit_report | {"notes": run.notes}
+                plots.save(run.fit.plot(found, _names(run.job), _carried(run)), path)
                 return
             from ...shapes.mesh_shape import as_mesh
 
             placed, target = run.image.texture(run.box, kind=run.job.kind), as_mesh(run.target)
-            given = {"map": run.fit.map, "source": run.source, "texture": placed, "pins": run.fit.pins}
-            plots.draw(target, path, in_words(run.fit_report | {"notes": run.notes}), **given)
+            words = in_words(run.fit_report | {"notes": run.notes})
+            given: dict[str, Any] = {"map": run.fit.map, "source": run.source, "pins": run.fit.pins}
+            plots.draw(target, path, words, texture=placed, **given)
 
 
 def _carried(run: Run) -> tuple[NDArray, Box]:
