@@ -154,7 +154,6 @@ def _report(results: Iterator[dict[str, Any]], count: int, kept: list[dict[str, 
             extra = {"fields": {key: result[key] for key in ("job", "name", "status", "seconds")}}
             said = f"{result['place']}: {result['name']}: {result['status']}: {result['message']}"
             logs.log.log(tell, said, extra=extra)
-            progress.tell("jobs", counts.total(), count)
     return counts
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from ..errors import InputError
 from ..progress import tell
 from . import logs, options, status
 from .options import FILE
@@ -15,16 +16,35 @@ from .options import FILE
 @click.argument("file", type=FILE, nargs=-1, required=True)
 @options.of("info")
 @logs.options
-def command(file: tuple[str, ...], json: bool, max_faces: int) -> int:
-    """Tell what iccm sees in each FILE: outlines and ids, pins and strokes, pictures, meshes, constraints, jobs."""
+def command(file: tuple[str, ...], json: bool, plot: str | None, force: bool, max_faces: int) -> int:
+    """Tell what iccm sees in each FILE: outlines and ids, pins and strokes, pictures, meshes, constraints, jobs.
+
+    \b
+    iccm info body.obj
+    iccm info sheet.svg --plot parts.png
+
+    Exit code: 0 done, 2 an input is wrong.
+    """
     from json import dumps
 
+    from ..io import files, formats
     from ..io.describe import describe, lines
     from ..io.run.report import as_json
 
+    if plot:
+        formats.check(plot, "plot", "--plot")
+        if len(file) > 1:
+            raise InputError(f"--plot: a sheet shows one file; {len(file)} are named")
+        files.check_outputs([plot], file, force=force)
     for name in file:
         with status.show_status():
             tell(f"read {name}")
             facts = describe(Path(name), max_faces=max_faces)
         click.echo(dumps(as_json(facts), ensure_ascii=False) if json else "\n".join(lines(facts)))
+    if plot:
+        from ..io import sheet
+
+        with status.show_phases(f"draw {plot}"), files.replacing(plot, force=force) as path:
+            sheet.draw(Path(file[0]), path, max_faces=max_faces)
+        logs.log.info(f"wrote {plot}")
     return 0

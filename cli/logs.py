@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import signal
 import sys
 import threading
@@ -32,14 +33,18 @@ class _Text(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         """One record, one line."""
-        label = (
-            "error: "
-            if record.levelno >= logging.ERROR
-            else "note: "
-            if record.levelno in (logging.WARNING, POOR)
-            else ""
-        )
+        label = ""
+        if record.levelno >= logging.ERROR:
+            label = styled("error:", sys.stderr, fg="red", bold=True) + " "
+        elif record.levelno in (logging.WARNING, POOR):
+            label = styled("note:", sys.stderr, fg="yellow") + " "
         return label + " ".join(record.getMessage().split("\n"))
+
+
+def styled(text: str, stream: Any, **style: Any) -> str:
+    """Text as `click.style` makes it, on a terminal that takes colours and where NO_COLOR (no-color.org) is not set."""
+    plain = os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or not stream.isatty()
+    return text if plain else click.style(text, **style)
 
 
 class _Json(logging.Formatter):

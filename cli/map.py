@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import gc
+import os
+import sys
+import time
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import click
 
+from ..errors import IccmError, InputError
 from . import logs, options, status
+from .failures import explain
 from .options import FILE
+
+EVERY = 0.3  # seconds from one look at the inputs to the next
+Stamps = dict[str, tuple[int, int] | None]
 
 
 @click.command(cls=options.Command)
@@ -33,23 +43,83 @@ def command(**given: Any) -> int:
 
 
 def execute(given: dict[str, Any]) -> int:
-    """Run the job of these options, tell about it on stderr, and give the exit code."""
+    """Run the job of these options, tell about it on stderr, and give the exit code; with --watch again and again."""
+    own = {name: given.pop(name) for name in ("threads", "dry_run", "watch", "open")}
+    if not own["watch"]:
+        return _run(given, own)[0]
+    if given.get("constraints") == "-":
+        raise InputError("--watch: stdin can be read only once; name a file with --constraints")
+    gc.enable()  # it runs long
+    code, seen = _run(given, own)
+    given["force"], own["open"] = True, False  # its own files are replaced, and viewers show that themselves
+    logs.log.info(f"watching {', '.join(seen)}; Ctrl-C ends it")
+    try:
+        while True:
+            time.sleep(EVERY)
+            now = _stamps(seen)
+            if now == seen:
+                continue
+            while (later := _wait(now)) != now:  # it is still being written
+                now = later
+            try:
+                code, seen = _run(given, own)
+            except (IccmError, OSError) as error:
+                code, seen = explain(error), now
+    except KeyboardInterrupt:
+        return code
+
+
+def _run(given: dict[str, Any], own: dict[str, Any]) -> tuple[int, Stamps]:
+    """The exit code of one run, and the files that it read as they were before it."""
     with status.show_status() as listener:
         from ..io.run.execute import run
         from ..io.run.job import make
         from ..maps.summary import in_short, summary
 
-        threads, dry = given.pop("threads"), given.pop("dry_run")
-        job = make(options.values(given))
-        outcome = run(job, threads=threads, tell=logs.tell, listener=listener, dry=dry)
+        job, dry = make(options.values(given)), own["dry_run"]
+        before = _stamps(job.inputs)
+        outcome = run(job, threads=own["threads"], tell=logs.tell, listener=listener, dry=dry)
+    read = _stamps(each["path"] for each in outcome.report.get("inputs", [])) | before
     for line in summary(outcome.report):
         logs.log.debug(line)
     for name in outcome.written:
         logs.log.info(f"{'would write' if dry else 'wrote'} {name}")
     if dry:
-        return 0
+        return 0, read
+    if own["open"]:
+        _show(outcome.written)
     if not outcome.ok:
         logs.log.error(outcome.message)
-        return 1
+        return 1, read
     logs.log.info(": ".join(filter(None, [in_short(outcome.report), outcome.message])))
-    return 0
+    return 0, read
+
+
+def _stamps(paths: Iterable[str]) -> Stamps:
+    """When each file changed last, and its size; None of one that is not there."""
+    found = Stamps()
+    for path in paths:
+        try:
+            state = os.stat(path)
+            found[path] = state.st_mtime_ns, state.st_size
+        except OSError:
+            found[path] = None
+    return found
+
+
+def _wait(seen: Stamps) -> Stamps:
+    time.sleep(EVERY)
+    return _stamps(seen)
+
+
+def _show(written: Sequence[str]) -> None:
+    """Open the first file in the system's viewer, or say why not."""
+    if not written:
+        logs.log.warning("--open: there is no file to show")
+        return
+    display = (
+        sys.platform in ("darwin", "win32") or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
+    )
+    if not display or click.launch(written[0]):
+        lacks = "no program for it was found" if display else "there is no display here"
+        logs.log.warning(f"--open: {written[0]} is not shown: {lacks}")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any, Literal, get_args, get_origin
 
 import click
 
 from ..io.options import Option, of_command
+from .logs import styled
 
 FILE = click.Path(readable=False)
 """An argument that is a file: shells complete its name; whether it is there is told by what reads it."""
@@ -28,7 +30,8 @@ class Command(click.Command):
             max(each.opts, key=len)[2:].replace("-", "_"): each.get_help_record(ctx) for each in parameters
         }
         for title, example, names in grouped(rows):
-            with formatter.section(f"{title}, such as {example}" if example else title):
+            heading = styled(title, sys.stdout, bold=True) + (f", such as {example}" if example else "")
+            with formatter.section(heading):
                 formatter.write_dl([row for name in names if (row := rows[name])])
 
 

@@ -15,6 +15,7 @@ from . import logs
 
 QUIET = 1.0  # seconds of work before the line appears
 EVERY = 0.5  # seconds from one to the next
+WIDE = 16  # letters of the bar
 
 
 @contextmanager
@@ -47,19 +48,37 @@ class Line:
 
     def __init__(self) -> None:
         self._start, self._said = time.monotonic(), ("start", 0, 0)
-        self._over = threading.Event()
+        self._began = self._start, 0  # when what is counted began, and at which number
+        self._hidden, self._over = False, threading.Event()
         self._bar: Any = None  # tqdm's
 
     def __call__(self, what: str, done: int, of: int) -> None:
         """As `iccm.progress.Listener`; nothing under way takes the line away, at once."""
-        self._said = what, done, of
+        _, before, count = self._said
+        if what:
+            if of != count or done < before:
+                self._began = time.monotonic(), done
+            self._said = what, done, of
+        self._hidden = not what
         if not what and self._bar is not None:
             self._bar.clear()
 
     def __str__(self) -> str:
         what, done, of = self._said
-        count = f" {done}/{of}" if of else ""
-        return f"{what}{count}, {time.monotonic() - self._start:.0f} s"
+        now, (began, first) = time.monotonic(), self._began
+        what = "".join(c if c.isprintable() else repr(c)[1:-1] for c in what)
+        if not of:
+            return f"{what}, {now - self._start:.0f} s"
+        left = f", about {(now - began) / (done - first) * (of - done):.0f} s left" if done > first else ""
+        return f"{self._drawn(done / of)} {done}/{of}, {now - self._start:.0f} s{left}: {what}"
+
+    @staticmethod
+    def _drawn(share: float) -> str:
+        """A bar, of blocks where the terminal's encoding has them."""
+        from tqdm.std import Bar
+        from tqdm.utils import _supports_unicode
+
+        return f"{Bar(min(1.0, share), WIDE, Bar.UTF if _supports_unicode(sys.stderr) else Bar.ASCII)}"
 
     @contextmanager
     def ticking(self) -> Iterator[None]:
@@ -82,5 +101,5 @@ class Line:
         shape = {"ncols": size.columns - 1, "nrows": size.lines, "bar_format": "{desc}", "leave": False}
         with logging_redirect_tqdm([logs.log]), tqdm(desc=str(self), file=sys.stderr, **shape) as self._bar:
             while not self._over.wait(EVERY):
-                if self._said[0]:
+                if not self._hidden:
                     self._bar.set_description_str(str(self))

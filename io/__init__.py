@@ -23,5 +23,6 @@ batch/         many jobs
 check/         results compared with baselines
 edit/          the page of `iccm edit`
 describe       what `iccm info` tells
+sheet          the sheet of numbered parts that it draws
 doctor         what `iccm doctor` examines
 """

@@ -10,7 +10,8 @@ GROUPS: dict[str, tuple[str, str]] = {
     ),
     "What to write": (
         "-o out.png --size 2048 --report out.json",
-        "output size target_box padding fill stmap report plot junit diff html summary json uv dry_run force",
+        "output size target_box padding fill stmap report plot junit diff html summary json uv dry_run watch open "
+        "force",
     ),
     "Which shapes": (
         "--parts all --holes keep",

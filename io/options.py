@@ -299,6 +299,7 @@ class InfoOptions:
     """Those of `iccm info`."""
 
     json: bool = _option("One JSON object per file, each on its line.", default=False)
+    plot: str | None = _option("A sheet of one file's numbered parts (.png .svg .pdf).", "FILE.png")
 
 
 @_table("doctor")
@@ -344,7 +345,7 @@ class JobOptions:
     )
     stmap: str | None = _option("The map itself, for `iccm apply` and compositors.", "FILE.exr")
     force: bool = _option(
-        "Replace files that exist.", default=False, commands=(*EVERY, "flatten", "relayout", "batch")
+        "Replace files that exist.", default=False, commands=(*EVERY, "flatten", "relayout", "batch", "info")
     )
 
     parts: Literal["largest", "all", "each"] = _option(
@@ -544,6 +545,14 @@ class CommonOptions:
     threads: int | None = _option("Never changes the result.  [default: all cores]", "N", least=1)
     dry_run: bool = _option(
         "Read and check everything, say what would be written, and write nothing.", default=False,
+        commands=("map", "deform"),
+    )  # fmt: skip
+    watch: bool = _option(
+        "Run again whenever an input changes, until Ctrl-C; what the first run wrote is replaced.", default=False,
+        commands=("map", "deform"),
+    )  # fmt: skip
+    open: bool = _option(
+        "Show what was written, its first file, in the program that the system opens such files with.", default=False,
         commands=("map", "deform"),
     )  # fmt: skip
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
+from ... import progress
 from ...errors import InputError
 from .. import files
 from . import journal
@@ -20,6 +21,7 @@ from .pools import Pool
 
 SCHEMA = "iccm.result/1"
 POLL = 0.2  # seconds within which a signal or an expired job is noticed
+NAMED = 3  # jobs under way whose names are shown
 GOOD = ("done",)
 
 
@@ -129,6 +131,7 @@ def execute(
             if items:
                 running[pool.submit([_payload(item, pool, policy) for item in items])] = items
                 items[0].began = time.monotonic()
+        _tell(running, len(pending), len(tasks))
         if known is not None:
             failed |= known["status"] not in GOOD
             yield known
@@ -145,6 +148,13 @@ def execute(
                 yield record
     if pool.runs_again:  # nobody told which workers were lost
         files.sweep(path for task in tasks for path in task.job.outputs)
+
+
+def _tell(running: dict[Future, list[_Running]], pending: int, count: int) -> None:
+    """Tell which jobs are under way, and how many are over."""
+    names = [item.task.name for items in running.values() for item in items]
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    progress.tell(", ".join(names[:NAMED]) + more or "jobs", count - pending - len(names), count)
 
 
 def _capacity(pool: Pool, running: dict[Future, list[_Running]], pending: deque[_Running]) -> int:

@@ -2,6 +2,9 @@
 
 import json
 import shutil
+import signal
+import subprocess
+import sys
 
 import pytest
 
@@ -65,6 +68,57 @@ def test_a_dry_run_checks_and_writes_nothing(shapes, iccm):
     (shapes / "out.png").touch()
     typed = iccm(*given)
     assert typed.code == 2 and "out.png: the file exists" in typed.err
+
+
+def test_an_input_that_changes_is_mapped_again_until_ctrl_c(shapes):
+    command = [sys.executable, "-c", "from iccm.cli import main; main()", "map", "square.svg", "disk.svg"]
+    command += ["--size", "32", "-o", "out.png", "--watch"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as running:
+
+        def told(until):
+            lines = []
+            while not lines or until not in lines[-1]:
+                lines.append(running.stderr.readline())
+                assert lines[-1], "it ended"
+            return lines
+
+        try:
+            told("Ctrl-C ends it")
+            first = (shapes / "out.png").read_bytes()
+            (shapes / "disk.svg").write_text("<svg")
+            told("error: disk.svg")
+            shutil.copy("blob.svg", "disk.svg")
+            told("sizes even")
+            assert (shapes / "out.png").read_bytes() != first
+            running.send_signal(signal.SIGINT)
+            assert running.wait(30) == 0
+        finally:
+            running.kill()
+
+
+def test_what_no_viewer_shows_is_told(shapes, iccm, monkeypatch):
+    given = ("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png", "--open", "--force")
+    monkeypatch.setattr(sys, "platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    typed = iccm(*given)
+    assert typed.code == 0 and "note: --open: out.png is not shown: there is no display here" in typed.lines
+    shown = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr("click.launch", lambda name: shown.append(name) or 0)
+    assert iccm(*given).code == 0 and shown == ["out.png"]
+
+
+@pytest.mark.parametrize(("name", "code"), [("blob.svg", 0), ("m.obj", 0), ("jobs.toml", 2)])
+def test_a_sheet_shows_numbered_parts(shapes, iccm, name, code):
+    (shapes / "jobs.toml").write_text('[[job]]\nsource = "disk.svg"\ntarget = "blob.svg"')
+    (shapes / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nf 1 2 3\nf 1 3 4\n")
+    typed = iccm("info", name, "--plot", "sheet.svg")
+    assert typed.code == code and (shapes / "sheet.svg").exists() == (code == 0)
+    if not code:
+        text = (shapes / "sheet.svg").read_text()
+        assert {"blob.svg": "#1 ", "m.obj": "#piece-1"}[name] in text
+    assert iccm("info", name, name, "--plot", "two.svg").code == 2
 
 
 def test_an_existing_output_hides_no_other_mistake(shapes, iccm):

@@ -39,6 +39,7 @@ def read(end):
         return b""
 
 
+MAIN = "from iccm.cli import main; main()"
 SCRIPT = """
 import sys, time
 from iccm.cli import logs, status
@@ -62,16 +63,36 @@ def script(verbosity=0, form="text", silent=False):
     return typed([sys.executable, "-c", text])
 
 
-def test_work_is_shown_with_its_seconds_between_messages():
+def test_work_is_shown_with_its_seconds_between_messages(monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
     shown, code = script()
     assert code == 0, shown
     frames = re.split(r"[\r\n]+", shown)
-    seconds = [int(m[1]) for f in frames if (m := re.fullmatch(r"solve, starts 3/44, (\d+) s *", f))]
+    seconds = [
+        int(m[1]) for f in frames if (m := re.fullmatch(r"\S+ *\|? 3/44, (\d+) s: solve, starts *", f))
+    ]
     assert {1, 2, 3} <= set(seconds)
     assert "note: a note" in frames  # on a line of its own
     after = frames[frames.index("note: a note") + 1 :]
-    assert after[0].startswith("solve, starts 3/44")  # and the line is back
+    assert "3/44" in after[0]  # and the line is back
     assert [f.strip() for f in after if f.strip()][-2:] == ["result", "the end"]
+
+
+def test_what_is_left_is_told_from_what_was_done(monkeypatch):
+    now = iter(range(0, 100, 10))
+    monkeypatch.setattr(status.time, "monotonic", lambda: next(now))
+    line = status.Line()
+    line("a.svg", 0, 4)  # at 10
+    line("b.svg, \x1b[2J", 1, 4)
+    assert str(line).endswith(" 1/4, 20 s, about 30 s left: b.svg, \\x1b[2J")
+
+
+@pytest.mark.parametrize(
+    ("given", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)]
+)
+def test_a_terminal_that_takes_colours_gets_them(given, coloured):
+    shown, code = typed([sys.executable, "-c", MAIN, "info", "none.svg"], **{"TERM": "xterm", **given})
+    assert code == 2 and ("\x1b[" in shown) == coloured and "none.svg" in shown
 
 
 @pytest.mark.parametrize("given", [{"verbosity": -1}, {"form": "json"}])
