@@ -59,7 +59,11 @@ def test_a_library_outside_of_the_folder_is_not_read(meshes, iccm, name):
 def test_a_mesh_whose_only_library_is_outside_is_refused_with_the_reason(meshes, iccm):
     (meshes / "x.obj").write_text("mtllib link.txt\n" + CORNERS + FACES)
     done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
-    assert done.code == 2 and "show no pictures" in done.err and "link.txt, which is not in its folder" in done.err
+    assert (
+        done.code == 2
+        and "show no pictures" in done.err
+        and "link.txt, which is not in its folder" in done.err
+    )
     assert len(done.err.splitlines()) == 1
 
 

@@ -1,5 +1,6 @@
 """The server: who is answered, what with, and when it ends."""
 
+import itertools
 import json
 import struct
 import subprocess
@@ -145,7 +146,7 @@ def test_a_map_that_follows_comes_to_rest_while_nothing_moves(client, monkeypatc
         socket.send_json({"type": "follow", "seq": 2, "scene": far})
         frames = [map_of(socket) for _ in range(3)]
         assert {(head["kind"], head["seq"]) for head, _ in frames} == {("coarse", 2)}
-        first, second = (np.abs(b - a).max() for (_, a), (_, b) in zip(frames, frames[1:]))
+        first, second = (np.abs(b - a).max() for (_, a), (_, b) in itertools.pairwise(frames))
         assert 0 < second < first
         socket.send_json({"type": "solve", "seq": 3, "scene": far})
         while map_of(socket)[0]["kind"] != "full":
