@@ -15,17 +15,18 @@ EXTRA = "iccm edit needs a server: pip install 'iccm[edit]'"
 
 
 @click.command(cls=options.Command)
-@click.argument("source", type=FILE)
-@click.argument("target", type=FILE)
+@click.argument("source", type=FILE, required=False)
+@click.argument("target", type=FILE, required=False)
 @options.of("edit")
 @logs.options
 def command(**given: Any) -> int:
     """Place pins and strokes on SOURCE and TARGET in the browser, and see the map follow.
 
     The page's address is written to stdout; nobody but this machine reaches it. Files change only by Save. Ends with
-    Ctrl-C, or when the page is closed.
+    Ctrl-C, or when the page is closed. Without SOURCE and TARGET they are chosen on the page.
 
     \b
+    iccm edit
     iccm edit rose.svg leaf.svg --texture petals.jpg
     iccm edit cat.svg round.svg --constraints pairs.json
 
@@ -39,17 +40,16 @@ def command(**given: Any) -> int:
         if error.name not in ("starlette", "uvicorn", "websockets"):
             raise
         raise InputError(EXTRA) from None
-    from ..io.edit.session import Session
-    from ..io.run.job import make
+    from ..io.edit.desk import Desk
 
     port, browser = given.pop("port") or 0, not given.pop("no_browser")
     given.pop("threads")
     stopping.leave_signals()
     gc.enable()  # it runs long
-    session = Session(make(options.values(given)))
-    for note in session.notes:
+    desk = Desk(**options.values(given))
+    for note in desk.session.notes if desk.session else ():
         logs.tell(note)
-    server.serve(session, port=port, browser=browser, show=click.echo)
-    if session.scene != session.saved:
+    server.serve(desk, port=port, browser=browser, show=click.echo)
+    if desk.session and desk.session.scene != desk.session.saved:
         logs.tell("not saved, but kept: the same command offers it again")
     return 0

@@ -110,5 +110,7 @@ PAGE_PINS, PAGE_STROKES, PAGE_POINTS = 500, 100, 2000
 """Pins, strokes, and points of a stroke, that the page of `iccm edit` may place."""
 PAGE_MESSAGE_BYTES = 1 << 22
 """Bytes of one message of that page."""
+PAGE_FILE_BYTES = 1 << 28
+"""Bytes of a file that is chosen on that page."""
 PAGE_TEXELS = 8192
 """Texels of one side of a texture that the page shows: what nearly every WebGL 2 takes."""

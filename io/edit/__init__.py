@@ -9,6 +9,7 @@ suggest       pins that both drawings suggest
 shown         a map in the page, or why there is none
 saving        constraints, the command line, exports
 drawn         pins and strokes in copies of the drawings
+desk          what is edited, and the files to choose from
 autosave      what was not saved, for the next start
 link          the conversation with the page
 messages      what the page may say

@@ -7,36 +7,32 @@ import asyncio
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
-import numpy as np
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ...errors import InputError
 from ..files import check_output
 from . import messages, saving
+from .desk import Desk
 from .messages import Draw, Export, Follow, Forget, Place, Save, Scene, Solve, Suggest
 from .scene import frame
 from .session import Session, Shown
 
 KINDS = ("follow", "solve", "compare")
-Keep = Callable[[Scene], None]
+Keep = Callable[[Session, Scene], None]
 IDLE = 0.5  # seconds without a change after which a map is compared with that from scratch
-STILL = 0.05  # seconds without a change after which the map that follows comes to rest
-ROUNDS, RESTED = (
-    40,
-    1e-3,
-)  # of that at most, and how far a last one moves a point of the page's unit: half a pixel of 500
 GRACE = 3.0  # seconds in which a page that is loaded again must be back
 TAKEN = 4001  # close code: the page was opened elsewhere
 MISTAKE = "internal error, please report it ({}: {})"
 
 
 class Links:
-    """The pages that are open on a session: the newest is served, and when there is none any more, `gone` is called."""
+    """The pages that are open on a desk: the newest is served, and when there is none any more, `gone` is called."""
 
-    def __init__(self, session: Session, gone: Callable[[], None], keep: Keep, grace: float = GRACE) -> None:
-        self.session, self._gone, self._keep, self._grace = session, gone, keep, grace
+    def __init__(self, desk: Desk, gone: Callable[[], None], keep: Keep, grace: float = GRACE) -> None:
+        self._desk, self._gone, self._keep, self._grace = desk, gone, keep, grace
         self._current: WebSocket | None = None
         self._leaving: asyncio.TimerHandle | None = None
         self._pools = {kind: ThreadPoolExecutor(1, f"iccm-{kind}") for kind in (*KINDS, "files")}
@@ -50,20 +46,35 @@ class Links:
         if before is not None:
             with suppress(RuntimeError, WebSocketDisconnect):
                 await before.close(TAKEN)
-        link = _Link(self.session, socket, self._pools, self._keep)
+        session = self._desk.session
         try:
-            await link.run()
+            if session is None:
+                await _choosing(socket, self._desk)
+            else:
+                await _Link(session, socket, self._pools, partial(self._keep, session)).run()
         finally:
             if self._current is socket:
                 self._current = None
                 self._leaving = asyncio.get_running_loop().call_later(self._grace, self._gone)
 
 
+async def _choosing(socket: WebSocket, desk: Desk) -> None:
+    """A page on which nothing is edited yet, until it leaves."""
+    with suppress(WebSocketDisconnect, RuntimeError):
+        await socket.send_json({"type": "hello", "empty": True, **desk.describe()})
+        while True:
+            await socket.receive_text()
+
+
 class _Link:
     """One page."""
 
     def __init__(
-        self, session: Session, socket: WebSocket, pools: dict[str, ThreadPoolExecutor], keep: Keep
+        self,
+        session: Session,
+        socket: WebSocket,
+        pools: dict[str, ThreadPoolExecutor],
+        keep: Callable[[Scene], None],
     ) -> None:
         self._session, self._socket, self._pools, self._keep = session, socket, pools, keep
         self._newest: dict[str, asyncio.Queue[Any]] = {kind: asyncio.Queue(1) for kind in KINDS}
@@ -111,22 +122,6 @@ class _Link:
                 await self._kept(message.scene)
             if shown.kind == "full":
                 self._put("compare", message)
-            if shown.kind == "coarse" and shown.ok:
-                await asyncio.sleep(STILL)
-                await self._rest(message, shown)
-
-    async def _rest(self, message: Follow | Solve, shown: Shown) -> None:
-        """Bring the map that follows to rest while nothing moves: it jumps less when it is let go of."""
-        for _ in range(ROUNDS):
-            if self._session.scene is not message.scene or not self._newest["follow"].empty():
-                return
-            new: Any = await self._done("follow", self._session.follow, message.scene)
-            if self._session.scene is not message.scene or not isinstance(new, Shown) or not new.ok:
-                return
-            if _moved(shown, new) <= RESTED:
-                return
-            await self._show(message, new)
-            shown = new
 
     async def _kept(self, scene: Scene) -> None:
         """Keep what is not saved; tell, once, that it cannot be."""
@@ -223,10 +218,3 @@ class _Link:
         with suppress(WebSocketDisconnect, RuntimeError):  # the page has left
             async with self._sending:
                 await sending
-
-
-def _moved(before: Shown, now: Shown) -> float:
-    """How far what is drawn has moved, in the page's unit; infinite on another mesh."""
-    if before.drawn is None or now.drawn is None or before.drawn.shape != now.drawn.shape:
-        return np.inf if now.drawn is not None else 0.0
-    return float(np.abs(now.drawn - before.drawn).max(initial=0.0))

@@ -13,14 +13,16 @@ from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from ...errors import InputError
 from .. import limits
 from . import autosave
+from .desk import Desk, parts_of
 from .guard import Guard
 from .link import Keep, Links
 from .session import Session
@@ -40,27 +42,31 @@ def page_files() -> dict[str, tuple[bytes, str]]:
 
 
 def app(
-    session: Session,
+    desk: Desk,
     token: str,
     port: int,
     gone: Callable[[], None],
-    keep: Keep = lambda _: None,
+    keep: Keep = lambda *_: None,
     **options: Any,
 ) -> Guard:
-    """What answers requests: the page's files, the texture and the conversation; nothing is read from the disk."""
-    links = Links(session, gone, keep, **options)
+    """What answers requests: the page's files, the texture, the conversation, and files that are chosen on the page;
+    of the disk nothing is read that was not named on the command line or chosen."""
+    links = Links(desk, gone, keep, **options)
 
     def serving(content: bytes, kind: str) -> Callable[..., Any]:
         return lambda _: Response(content, media_type=kind)
 
-    def texture(request: Request) -> Response:
+    def of_session(make: Callable[[Session, Request], Response]) -> Callable[..., Any]:
+        return lambda request: make(desk.session, request) if desk.session else Response(status_code=404)
+
+    def texture(session: Session, request: Request) -> Response:
         side = request.query_params.get("side", "")
         most = int(side) if side.isdecimal() and len(side) < 6 else LEAST_TEXELS
         return Response(
             session.texture(min(max(most, LEAST_TEXELS), limits.PAGE_TEXELS)), media_type="image/png"
         )
 
-    def triangles(request: Request) -> Response:
+    def triangles(session: Session, request: Request) -> Response:
         try:
             return Response(
                 session.triangles(request.path_params["side"]), media_type="application/octet-stream"
@@ -68,9 +74,46 @@ def app(
         except KeyError:
             return Response(status_code=404)
 
-    def drawing(request: Request) -> Response:
+    def drawing(session: Session, request: Request) -> Response:
         found = session.drawing(request.path_params["side"])
         return Response(found[0], media_type=found[1]) if found else Response(status_code=204)
+
+    async def put(request: Request) -> Response:
+        content = bytearray()
+        async for part in request.stream():
+            content += part
+            if len(content) > limits.PAGE_FILE_BYTES:
+                return JSONResponse({"error": f"the file has more than {limits.PAGE_FILE_BYTES >> 20} MB"})
+        name, shaped = request.path_params["name"], request.query_params.get("role") != "texture"
+
+        def kept() -> dict[str, Any]:
+            path = desk.put(name, bytes(content))
+            return {"path": path, "parts": parts_of(path) if shaped else []}
+
+        return await _told(kept)
+
+    async def lying(request: Request) -> Response:
+        parts = {side: (lambda side=side: desk.parts(side)) for side in ("source", "target")}
+        side = request.query_params.get("side", "")
+        return await _told(lambda: {"parts": parts[side]()} if side in parts else desk.describe())
+
+    async def choose(request: Request) -> Response:
+        try:
+            chosen = await request.json()
+        except ValueError:
+            chosen = None
+        if not isinstance(chosen, dict) or not all(isinstance(each, str) for each in chosen.values()):
+            return JSONResponse({"error": "not understood"}, 400)
+        sample = chosen.pop("sample", None)
+
+        def opened() -> dict[str, Any]:
+            if sample:
+                desk.open_sample(sample)
+            else:
+                desk.open(chosen)
+            return {}
+
+        return await _told(opened)
 
     async def talk(page: WebSocket) -> None:
         await links.serve(page)
@@ -79,20 +122,31 @@ def app(
         Route(f"/{token}/{name}", serving(data, kind), methods=["GET"])
         for name, (data, kind) in page_files().items()
     ]
-    routes.append(Route(f"/{token}/texture.png", texture, methods=["GET"]))
-    routes.append(Route(f"/{token}/{{side}}.drawing", drawing, methods=["GET"]))
-    routes.append(Route(f"/{token}/{{side}}.triangles", triangles, methods=["GET"]))
+    routes.append(Route(f"/{token}/texture.png", of_session(texture), methods=["GET"]))
+    routes.append(Route(f"/{token}/{{side}}.drawing", of_session(drawing), methods=["GET"]))
+    routes.append(Route(f"/{token}/{{side}}.triangles", of_session(triangles), methods=["GET"]))
+    routes.append(Route(f"/{token}/files/{{name}}", put, methods=["PUT"]))
+    routes.append(Route(f"/{token}/desk", lying, methods=["GET"]))
+    routes.append(Route(f"/{token}/desk", choose, methods=["POST"]))
     routes.append(WebSocketRoute(f"/{token}/link", talk))
     served = Starlette(routes=routes)
     served.router.redirect_slashes = False
     return Guard(served, token, port)
 
 
-def serve(session: Session, *, port: int, browser: bool, show: Callable[[str], None]) -> None:
-    """Serve a session until its page is closed.
+async def _told(call: Callable[[], dict[str, Any]]) -> Response:
+    """What a call in another thread gives, or {"error": …}."""
+    try:
+        return JSONResponse(await run_in_threadpool(call))
+    except InputError as error:
+        return JSONResponse({"error": str(error)})
+
+
+def serve(desk: Desk, *, port: int, browser: bool, show: Callable[[str], None]) -> None:
+    """Serve a desk until its page is closed.
 
     Args:
-        session: what is edited.
+        desk: what is edited.
         port: 0 for any that is free.
         browser: whether to open the page.
         show: is given the page's address.
@@ -101,8 +155,9 @@ def serve(session: Session, *, port: int, browser: bool, show: Callable[[str], N
         InputError: the port is taken.
         KeyboardInterrupt: Ctrl-C.
     """
-    left = autosave.read(session.job)
-    autosave.offer(session, left)
+    left = autosave.read(desk.session.job) if desk.session else None
+    if desk.session:
+        autosave.offer(desk.session, left)
     with listen(port or (left.port if left else 0), otherwise=not port) as listener:
         port = listener.getsockname()[1]
         token = left.token if left else secrets.token_urlsafe(24)
@@ -112,7 +167,9 @@ def serve(session: Session, *, port: int, browser: bool, show: Callable[[str], N
 
         server = uvicorn.Server(
             uvicorn.Config(
-                app(session, token, port, gone, lambda scene: autosave.keep(session, scene, port, token)),
+                app(
+                    desk, token, port, gone, lambda session, scene: autosave.keep(session, scene, port, token)
+                ),
                 lifespan="off",
                 log_config=None,
                 access_log=False,

@@ -75,6 +75,11 @@ class Session:
         if listed.start:
             self.begin(self.first, listed.start.map(self.source, self.target))
 
+    def go_on_from(self, before: Session) -> None:
+        """Take over what was edited of the same shapes with another texture."""
+        self.scene, self.saved, self.left = before.scene, before.saved, before.left
+        self.written, self._ways = before.written, before._ways
+
     @cached_property
     def views(self) -> tuple[PageHalf, PageHalf]:
         """The coordinates of both halves of the page."""

@@ -3,6 +3,7 @@
 import {Link} from './link.js';
 import {finer, simplified} from './geometry.js';
 import {DRAWN, Pane} from './pane.js';
+import {choose} from './open.js';
 import {figures, list} from './panel.js';
 import {past} from './past.js';
 
@@ -15,7 +16,9 @@ let kept = '', letter = 'B';
 let suggested = [];
 const selected = new Set(), locks = new Set();  // numbers of pins; places of those that stay
 let seq = 0, shown = 0, kind = '', blinking = 0;
+let resting = 0, solving = 0;
 const BLINK = 700;  // milliseconds of each
+const REST = 250;   // milliseconds after which what is held still is solved for as if it were let go of
 
 // ---------------------------------------------------------------- history
 
@@ -68,13 +71,16 @@ function remembered() {
 function ask(type, way) {
   seq += 1;
   link.say({type, seq, scene, way});
-  if (type === 'solve') document.body.classList.add('busy');
+  clearTimeout(resting);
+  if (type === 'follow') return;
+  solving = seq;
+  document.body.classList.add('busy');
 }
 
 function hear(message, floats) {
   if (message.type === 'hello') return begin(message);
   if (message.type === 'error') return say(message.message, true);
-  if (message.kind === 'coarse' && message.seq < shown) return;
+  if (message.kind === 'coarse' && message.seq <= shown) return;
   if (message.kind !== 'coarse' && message.seq !== seq) return;
   shown = message.seq;
   kind = message.kind;
@@ -117,6 +123,7 @@ const link = new Link(hear, (reason) => {
 // ---------------------------------------------------------------- begin
 
 async function begin(hello) {
+  if (hello.empty) return choose(true);
   names = hello;
   const first = scene === null;
   if (first) {
@@ -245,10 +252,11 @@ const does = {
       for (const k of together(number)) scene.pins[k][side] = k === number ? place : pane.moved(scene.pins[k][side], by);
     }
     ask('follow');
+    resting = setTimeout(() => { if (!document.body.classList.contains('bad')) ask('solve'); }, REST);
     refresh();
     return true;
   },
-  drop: () => commit(),
+  drop: () => commit(seq !== solving),
   remove({kind: group, number, point}, whole = false) {
     const entry = scene[group][number];
     if (!entry) return;
@@ -409,6 +417,7 @@ $('copy').onclick = async () => {
   await navigator.clipboard.writeText($('command').textContent);
   say(dirty() ? 'Copied. It reads what Save writes: save first.' : 'Copied.');
 };
+$('choose').onclick = () => choose(false, () => { saved = content(scene); });  // the server keeps what is not saved
 addEventListener('beforeunload', (event) => { if (dirty()) event.preventDefault(); });
 
 // ---------------------------------------------------------------- keys

@@ -55,8 +55,9 @@ class Page:
         options.set_capability("unhandledPromptBehavior", "ignore")
         self.driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
         self.driver.get(self.address)
-        self.wait("globalThis.iccm")
-        self.settled()
+        self.wait("globalThis.iccm || document.querySelector('#files[open]')")
+        if arguments:
+            self.settled()
 
     def start(self):
         """The server."""
@@ -635,3 +636,82 @@ def test_the_keyboard_does_it_all_and_the_server_ends_with_the_page(page, tmp_pa
     assert edited.settled() == "full"
     edited.driver.get("about:blank")
     assert edited.process.wait(timeout=60) == 0
+
+
+def chosen(page, role, *files):
+    """Files chosen in the dialog."""
+    page.driver.find_element("css selector", f"[data-role={role}] input").send_keys(
+        "\n".join(map(str, files))
+    )
+    page.wait(f"document.querySelector('[data-role={role}] .name').textContent.includes({files[0].name!r})")
+
+
+TWO = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="M5 5H60V60H5Z"/>{}</svg>'
+
+
+def test_files_are_chosen_on_the_page_and_parts_by_their_pictures(page, tmp_path):
+    """From an empty page to a map; then another part, another texture, and one of the samples."""
+    edited = page("rose-leaf")
+    away = tmp_path / "elsewhere"
+    away.mkdir()
+    (away / "two.svg").write_text(TWO.format('<circle id="dot" cx="80" cy="80" r="15"/>'))
+    chosen(edited, "source", away / "two.svg")
+    chosen(edited, "target", tmp_path / "leaf.svg")
+    edited.js("document.getElementById('files-open').click()")
+    edited.wait("globalThis.iccm")
+    assert edited.settled() == "full"
+    line = edited.js("document.getElementById('command').textContent")
+    assert re.search(r"iccm map \S+/two.svg leaf.svg ", line)  # that in this folder is named as it is there
+    edited.js("document.getElementById('choose').click()")
+    edited.wait("document.querySelectorAll('[data-role=source] .parts button').length === 3")
+    names = "[...document.querySelectorAll('[data-role=source] .parts button')].map((e) => e.title)"
+    assert edited.js(names) == ["part 1", "dot", "silhouette"]
+    edited.js("document.querySelectorAll('[data-role=source] .parts button')[1].click()")
+    edited.js("document.getElementById('files-open').click()")
+    edited.wait(
+        "!document.querySelector('#files[open]') && globalThis.iccm?.panes.source.shape.name.endsWith('#2')"
+    )
+    edited.settled()
+    edited.click("source", 80, 80)
+    pins = edited.scene["pins"]
+    edited.js("document.getElementById('choose').click()")
+    chosen(edited, "texture", tmp_path / "petals.jpg")
+    edited.js("document.getElementById('files-open').click()")
+    edited.wait("!document.querySelector('#files[open]')")
+    edited.wait("document.getElementById('command')?.textContent.includes('petals.jpg')")
+    assert edited.settled() == "full" and edited.scene["pins"] == pins
+    edited.js("document.getElementById('choose').click()")
+    edited.wait("document.querySelector('#samples button')")
+    edited.js("document.querySelector('#samples button').click()")
+    edited.wait("globalThis.iccm?.panes.target.shape.name.endsWith('round.svg')")
+    assert edited.settled() == "full"
+
+
+def test_files_are_dropped_on_the_page_and_wrong_ones_told(page, tmp_path):
+    edited = page("rose-leaf")
+    drop = """((names) => { const data = new DataTransfer();
+      for (const [name, text] of names) data.items.add(new File([text], name));
+      document.body.dispatchEvent(new DragEvent('drop', {dataTransfer: data, bubbles: true})); })(arguments[0])"""
+    edited.js(drop, [["broken.svg", "<svg"]])
+    edited.wait("document.getElementById('files-said').textContent.includes('broken.svg')")
+    edited.js(drop, [[name, (tmp_path / name).read_text()] for name in ("rose.svg", "leaf.svg")])
+    edited.wait("!document.getElementById('files-open').disabled")
+    edited.js("document.getElementById('files-open').click()")
+    edited.wait("globalThis.iccm")
+    assert edited.settled() == "full" and edited.js("iccm.panes.source.shape.name") == "rose.svg"
+
+
+def test_what_is_held_still_settles_and_nothing_moves_when_it_is_let_go_of(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.click("source", 259, 156)
+    (x, y), history = edited.scene["pins"][0]["target"], "document.getElementById('undo').disabled"
+    edited.drag("target", (x, y), (x + 20, y), release=False)
+    assert edited.settled() == "full"
+    seen, number = edited.picture(200, 200), edited.js("iccm.seq[1]")
+    edited.mouse("mouseReleased", edited.at("target", x + 20, y))
+    time.sleep(0.3)
+    assert edited.js("iccm.seq[1]") == number and np.array_equal(edited.picture(200, 200), seen)
+    edited.key("z", ctrl=True)
+    assert (
+        edited.settled() == "full" and edited.scene["pins"][0]["target"] == [x, y] and not edited.js(history)
+    )

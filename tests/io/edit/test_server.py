@@ -1,6 +1,5 @@
 """The server: who is answered, what with, and when it ends."""
 
-import itertools
 import json
 import struct
 import subprocess
@@ -14,9 +13,8 @@ import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from iccm.io.edit import link, server
-from iccm.io.edit.session import Session
-from iccm.io.run.job import make
+from iccm.io.edit import server
+from iccm.io.edit.desk import Desk
 
 PORT, TOKEN = 4321, "a-token"
 HERE = {"origin": f"http://127.0.0.1:{PORT}"}
@@ -30,10 +28,10 @@ def gone():
 
 @pytest.fixture
 def client(shapes, gone):
-    edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
-    made = server.app(edited, TOKEN, PORT, gone.set, grace=0.05)
+    desk = Desk(source="square.svg", target="blob.svg")
+    made = server.app(desk, TOKEN, PORT, gone.set, grace=0.05)
     with TestClient(made, base_url=f"http://127.0.0.1:{PORT}") as found:
-        found.session = edited
+        found.session = desk.session
         yield found
 
 
@@ -52,7 +50,7 @@ def map_of(socket):
 def asked(socket, **message):
     socket.send_json({"id": 7, **message})
     message = socket.receive()
-    while "bytes" in message:  # of a map that comes to rest
+    while "bytes" in message:  # of a map
         message = socket.receive()
     answer = json.loads(message["text"])
     assert answer["type"] == "answer" and answer["id"] == 7
@@ -134,23 +132,6 @@ def test_a_map_is_made_followed_and_placed_on(client):
         )
         head = socket.receive_json()
         assert (head["type"], head["kind"], head["wrong"]["pins"]) == ("map", "error", [0])
-
-
-def test_a_map_that_follows_comes_to_rest_while_nothing_moves(client, monkeypatch):
-    monkeypatch.setattr(link, "RESTED", 1e-5)
-    with linked(client) as socket:
-        socket.receive_json()
-        socket.send_json({"type": "solve", "seq": 1, "scene": {}})
-        map_of(socket)
-        far = {"pins": [{"source": [40, 45], "target": [55, 60]}]}
-        socket.send_json({"type": "follow", "seq": 2, "scene": far})
-        frames = [map_of(socket) for _ in range(3)]
-        assert {(head["kind"], head["seq"]) for head, _ in frames} == {("coarse", 2)}
-        first, second = (np.abs(b - a).max() for (_, a), (_, b) in itertools.pairwise(frames))
-        assert 0 < second < first
-        socket.send_json({"type": "solve", "seq": 3, "scene": far})
-        while map_of(socket)[0]["kind"] != "full":
-            pass
 
 
 def test_bad_messages_are_answered_and_change_nothing(client):
@@ -278,3 +259,38 @@ def test_what_was_let_go_of_is_solved_however_many_drags_came_before(client):
             while heads[-1]["kind"] != "full":
                 heads.append(map_of(socket)[0])
             assert heads[-1]["seq"] == 100 * k + 9 and heads[-1]["ok"]
+
+
+def test_files_that_were_chosen_are_opened_and_no_others(shapes, state):
+    desk = Desk()
+    with TestClient(
+        server.app(desk, TOKEN, PORT, lambda: None), base_url=f"http://127.0.0.1:{PORT}"
+    ) as client:
+        with linked(client) as socket:
+            assert socket.receive_json()["empty"] and client.get(f"/{TOKEN}/texture.png").status_code == 404
+        names = {}
+        for role, name in (("source", "square.svg"), ("target", "other.svg")):
+            content = (shapes / "square.svg").read_bytes() + b"\n" * (role == "target")
+            found = client.put(f"/{TOKEN}/files/{name}?role={role}", content=content).json()
+            assert len(found["parts"]) == 1
+            names[role] = found["path"]
+        assert (
+            names["source"] == "square.svg" and str(state) in names["target"]
+        )  # the one in this folder as it is
+        opened = client.post(f"/{TOKEN}/desk", json=names | {"target": str(shapes / "blob.svg")}).json()
+        assert "choose the file once more" in opened["error"] and desk.session is None
+        assert "too" in client.post(f"/{TOKEN}/desk", json={"source": "square.svg"}).json()["error"]
+        assert client.post(f"/{TOKEN}/desk", json=names).json() == {}
+        with linked(client) as socket:
+            assert socket.receive_json()["source"]["name"] == "square.svg"
+        assert client.post(f"/{TOKEN}/desk", json=[1]).status_code == 400
+        for name in (".hidden.svg", "-x.svg", "a%0Ab.svg"):
+            assert "error" in client.put(f"/{TOKEN}/files/{name}", content=b"x").json()
+        wrong = client.put(f"/{TOKEN}/files/broken.svg?role=source", content=b"<svg").json()
+        assert "broken.svg" in wrong["error"]
+        assert (
+            client.put(
+                f"/{TOKEN}/files/a.svg", content=b"", headers={"origin": "http://evil.example"}
+            ).status_code
+            == 403
+        )

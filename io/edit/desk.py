@@ -1,0 +1,160 @@
+"""What lies on the page: a pair that is edited, or nothing yet; and the files that may be opened on it."""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...arrays import xy_of
+from ...errors import InputError
+from .. import files, formats
+from ..run.job import make
+from ..shapes import shape
+from ..shapes.shape import Shape
+from ..spec import path_of
+from ..svg.reader import SILHOUETTE
+from . import autosave
+from .saving import local
+from .session import Session
+
+SAMPLES = {
+    "A face, by pins": ("pins", "cat.svg", "round.svg", "face.png"),
+    "Limbs": ("limbs", "gingerbread.svg", "starfish.svg", "icing.png"),
+    "A feather, by strokes": ("strokes", "straight.svg", "bent.svg", "barbs.jpg"),
+}
+"""Pairs to try: folder, source, target and texture."""
+PARTS = 30  # of a drawing, from the largest, that are shown as thumbnails
+POINTS = 300  # about, of a thumbnail's outlines
+ROLES = ("source", "target", "texture")
+
+
+class Desk:
+    """The session that is being edited, if any, and how another is opened.
+
+    Attributes:
+        session: what is edited; None until files have been chosen.
+        chosen: the files by their role, as far as they are known.
+    """
+
+    def __init__(self, **given: Any) -> None:
+        """Opens the pair if both shapes are given, among the options of a job.
+
+        Raises:
+            InputError: as `Session`.
+        """
+        self._given = given
+        self.chosen = {role: given[role] for role in ROLES if given.get(role)}
+        self._known = {path_of(spec) for spec in self.chosen.values()}
+        self.session = Session(make(given)) if {"source", "target"} <= self.chosen.keys() else None
+
+    def describe(self) -> dict[str, Any]:
+        """What the page must know to offer files."""
+        return {"chosen": self.chosen, "samples": [name for name in SAMPLES if samples_of(name)]}
+
+    def put(self, name: str, content: bytes) -> str:
+        """The path of a file of the browser: the same one in this folder, else a copy in the user's state folder.
+
+        Raises:
+            InputError: its name is none, or it cannot be written.
+        """
+        local(name)
+        path = Path(name)
+        if not (path.is_file() and path.stat().st_size == len(content) and path.read_bytes() == content):
+            folder = autosave.folder() / "files" / sha256(content).hexdigest()[:16]
+            path = folder / name
+            try:
+                folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            except OSError as error:
+                raise InputError(f"{folder}: cannot be made: {error.strerror}") from error
+            if not path.exists():
+                with files.replacing(str(path)) as written:
+                    written.write_bytes(content)
+        self._known.add(str(path))
+        return str(path)
+
+    def open(self, chosen: dict[str, str]) -> None:
+        """Edit other files, or the same shapes with another texture: then with the same pins and strokes.
+
+        Args:
+            chosen: specs by their role, of files that were put here or given before.
+
+        Raises:
+            InputError: a file is none of these, or as `Session`.
+        """
+        for spec in filter(None, chosen.values()):
+            if path_of(spec) not in self._known:
+                raise InputError(f"{spec}: choose the file once more")
+        now = {role: spec for role, spec in (self.chosen | chosen).items() if role in ROLES and spec}
+        for role, what in (("source", "shape to map from"), ("target", "shape to map onto")):
+            if role not in now:
+                raise InputError(f"choose the {what}, too")
+        before, same = self.session, all(now[side] == self.chosen.get(side) for side in ("source", "target"))
+        given = self._given | now
+        if not same:  # they belong to other shapes
+            given = {name: value for name, value in given.items() if name not in ("constraints", "pin")}
+        session = Session(make(given))
+        if before is not None and same:
+            session.go_on_from(before)
+        else:
+            autosave.offer(session, autosave.read(session.job))
+        self._given, self.chosen, self.session = given, now, session
+
+    def open_sample(self, name: str) -> None:
+        """Edit one of `SAMPLES`.
+
+        Raises:
+            InputError: there is none of this name.
+        """
+        found = samples_of(name)
+        if not found:
+            raise InputError(f"{name}: no such sample")
+        self._known.update(found)
+        self.open(dict(zip(ROLES, found)))
+
+    def parts(self, role: str) -> list[dict[str, Any]]:
+        """The shapes that the file of a side draws, the largest first, to choose from; see `parts_of`.
+
+        Raises:
+            InputError: the file is wrong.
+        """
+        return parts_of(path_of(self.chosen[role])) if role in self.chosen else []
+
+
+def samples_of(name: str) -> list[str]:
+    """The files of one of `SAMPLES`; none where it was not installed."""
+    folder, *names = SAMPLES.get(name, ("",))
+    root = Path(__file__).parents[2] / "samples" / folder
+    return [str(root / each) for each in names] if names and (root / names[0]).is_file() else []
+
+
+def parts_of(path: str) -> list[dict[str, Any]]:
+    """The shapes that a drawing or picture can be read as: what picks each, its names, and its outline as SVG's `d`.
+
+    The silhouette of an SVG is the last. Meshes have none.
+
+    Raises:
+        InputError: the file is wrong, or draws nothing.
+    """
+    if formats.of(Path(path)).mesh:
+        return []
+    found = shape.read_all(path)
+    parts = [_part(each, f"{path}#{each.part}", ", ".join(each.names[:1])) for each in found[:PARTS]]
+    if len(found) > 1 and formats.suffix_of(path) in (".svg", ".svgz"):
+        whole = shape.read(f"{path}#{SILHOUETTE}")
+        parts.append(_part(whole, whole.spec, SILHOUETTE))
+    return parts
+
+
+def _part(part: Shape, spec: str, name: str) -> dict[str, Any]:
+    """One of them, its picture in a unit square, y down."""
+    low, high = part.box
+    size = max((high - low).real, (high - low).imag)
+
+    def ring(z: np.ndarray) -> str:
+        points = xy_of((np.asarray(z)[:: max(1, len(z) // POINTS)] - low) / size)
+        return "M" + "L".join(f"{x:.3f} {1 - y:.3f}" for x, y in points) + "Z"
+
+    return {"spec": spec, "name": name, "d": "".join(map(ring, (part.curve.z, *part.holes)))}
