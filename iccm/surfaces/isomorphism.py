@@ -16,7 +16,10 @@ from ..arrays import Flags, Index, Real, distinct_rows
 from ..meshes.topology import labels
 
 ROUNDS = 32  # steps along the surface up to which surroundings are compared (by hand)
-SEEDS = 64  # partners that are tried for a half-edge (by hand)
+SEEDS = (
+    64  # partners that are tried for a half-edge; of more pieces of one connectivity the nearest (by hand)
+)
+PIECES = 1000  # meshes of more are soups, in which looking for each piece's partner takes too long (by hand)
 ALIKE = 2.0  # times the least residual: partners that fit so well are told apart by how little they turn (by hand)
 EXACT = 1e-12  # residual that is nothing but rounding
 
@@ -92,8 +95,8 @@ def _mixed(x: NDArray[np.uint64]) -> NDArray[np.uint64]:
 
 
 def isomorphism(old: Polygons, new: Polygons) -> Index | None:
-    """(c,) the corner of the old mesh for each of the new one; None where the connectivity is not the same, or too
-    regular to find a seed.
+    """(c,) the corner of the old mesh for each of the new one; None where the connectivity is not the same, too
+    regular to find a seed, or that of too many pieces.
 
     Example:
         >>> import numpy as np
@@ -113,6 +116,8 @@ def isomorphism(old: Polygons, new: Polygons) -> Index | None:
     by_kind, begins = np.argsort(kind_new, kind="stable"), np.concatenate([[0], np.cumsum(count)])
     rarest = np.lexsort([count[kind], old.component])
     seeds = rarest[np.flatnonzero(np.diff(old.component[rarest], prepend=-1))]
+    if seeds.size > PIECES:
+        return None
     sizes = np.bincount(old.component)
     there, fit = np.full(old.corners.size, -1), _Fit()
     known, trial = np.zeros(there.size, bool), np.empty_like(there)
@@ -120,7 +125,10 @@ def isomorphism(old: Polygons, new: Polygons) -> Index | None:
         tried = by_kind[begins[kind[seed]] : begins[kind[seed] + 1]]
         tried = tried[there[tried] < 0]
         if tried.size > SEEDS:
-            return None
+            if not fit.count:
+                return None
+            away = fit.of(old.points[old.corners[seed]]) - new.points[new.corners[tried]]
+            tried = tried[np.argpartition(np.sum(away * away, axis=1), SEEDS)[:SEEDS]]
         steps, fits = _steps(old, int(seed), known), list[tuple[_Fit, Index, Index]]()
         for other in tried:
             if (found := _followed(old, new, steps, int(seed), int(other), trial)) is None:
@@ -204,6 +212,15 @@ class _Fit:
         if np.linalg.det(covariance) < 0:
             values[-1] *= -1
         return float(1 - values.sum() ** 2 / spread)
+
+    def of(self, points: Real) -> Real:
+        """Points (…, 3) by the best similarity."""
+        covariance, _ = self._moments
+        left, values, right = np.linalg.svd(covariance)
+        signs = np.array([1, 1, np.sign(np.linalg.det(left @ right)) or 1.0])
+        a, b = self.sums / self.count
+        scale = (values * signs).sum() / max(self.squares[0] - self.count * (a @ a), 1e-300)
+        return scale * (points - a) @ (left * signs) @ right + b
 
     @property
     def upright(self) -> float:
