@@ -57,7 +57,7 @@ class OptionValues(TypedDict, total=False):
 
     method: str | None
     balance: float
-    turn: float | Literal["any"]
+    turn: float | Literal["any"] | None
     fit: str
     holes: str
     max_left_out: float
@@ -90,7 +90,7 @@ class Options:
             "conformal" (angles kept exactly) or "paper" (Algorithm 1 as published).
         balance: θ of the balanced method: 0 keeps angles only (the conformal method), 1 is even, more keeps areas.
         turn: degrees counter-clockwise by which the balanced method should turn the picture; "any" lets
-            the shapes say.
+            the shapes say; None is 0, or what two pins or strokes say. A note tells where another is asked for.
         fit: "whole", the outlines go onto each other, limbs, bays and all; "contain", all of the source is shown, and
             the target may stay uncovered where bays of the source open; "cover", the target is covered, and what of the
             source lies beyond bays of the target is left out; "auto", the one of these that costs the least (whole
@@ -125,7 +125,7 @@ class Options:
 
     method: str | None = None
     balance: float = 1.0
-    turn: float | Literal["any"] = 0.0
+    turn: float | Literal["any"] | None = None
     fit: str = "auto"
     holes: str = "auto"
     max_left_out: float = 1.0

@@ -182,7 +182,7 @@ def deform(
     if settings.is_balanced:
         from .balanced import fit as balanced
 
-        if settings.turn:
+        if settings.turn is not None:
             raise InputError("turn: a shape that is deformed turns as its pins and strokes do")
         return balanced.deform(problem, settings, _map_of(start))
     if start is not None:

@@ -394,9 +394,9 @@ class JobOptions:
         "0 keeps angles only, 1 is even, more keeps areas (balanced).", "THETA",
         default=1.0, least=0, most=limits.BALANCE, solver=True, commands=EDITED,
     )  # fmt: skip
-    turn: float | Literal["any"] = _option(
-        "Degrees by which to turn the picture; any: as suits the shapes best (balanced).  [default: 0]",
-        "DEGREES|any", default=0.0, parse=turn, solver=True, commands=("map", "edit"),
+    turn: float | Literal["any"] | None = _option(
+        "Degrees by which to turn the picture; any: as suits the shapes best (balanced).  [default: 0, or as pins say]",
+        "DEGREES|any", parse=turn, solver=True, commands=("map", "edit"),
     )  # fmt: skip
     fit: Literal["auto", "whole", "contain", "cover"] | None = _option(
         "whole: limbs, bays and all onto each other; contain: all of the source is shown, and the target stays "

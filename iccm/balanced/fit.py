@@ -63,7 +63,7 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
             return opened
     if free:
         fit.notes.extend(strain(fit.distortion, options.fit))
-    if free or settings.turn:  # by default pins say how the picture is turned
+    if free or options.turn is not None:  # by default pins say how the picture is turned
         fit.notes.extend(unasked_turn(found.turn, settings.turn))
     fit.notes.extend(bounds.told(map, settings.max_dilatation, settings.max_stretch))
     fit.notes.extend(parts_lost(fit))
@@ -181,7 +181,7 @@ def settings_of(options: Options) -> Settings:
     """What is asked of a map, of the options."""
     return Settings(
         theta=options.balance,
-        turn=None if options.turn == "any" else float(np.radians(options.turn)),
+        turn=None if options.turn == "any" else float(np.radians(options.turn or 0.0)),
         tolerance=options.tolerance,
         max_dilatation=options.max_dilatation,
         max_stretch=options.max_stretch,

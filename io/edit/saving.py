@@ -179,7 +179,7 @@ def job_of(session: Session, scene: Scene, **more: Any) -> Job:
     given = session.job.model_dump(exclude_defaults=True, exclude=set(ANSWERED))
     plain = scene.fit == "auto" or (scene.constrained and scene.fit == "whole")  # as it is without the option
     given |= {} if plain else {"fit": scene.fit}
-    return make({**given, "balance": scene.balance, "turn": scene.turn, **more})
+    return make({**given, "balance": scene.balance, "turn": scene.turn or None, **more})
 
 
 def command(

@@ -246,7 +246,7 @@ class Session:
     def _fit_scene(self, scene: Scene, start: TriangulatedMap | None) -> tuple[Fit, dict[str, Any]]:
         """The fit, as `iccm map` makes it, and its report."""
         pins, strokes = self.core(scene)
-        given = self.job.solver | {"balance": scene.balance, "turn": scene.turn, "fit": scene.fit}
+        given = self.job.solver | {"balance": scene.balance, "turn": scene.turn or None, "fit": scene.fit}
         given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
         said: list[str] = []
         given |= {} if start is None else {"start": start}
@@ -379,7 +379,7 @@ def _scene(job: Job, source: Shape, target: Shape, listed: Listed) -> Scene:
     typed = [Pin(source=start, target=end) for start, end in job.pin]
     pins += [_on_surface(pin, source, target) for pin in [*listed.all_pins, *typed]]
     strokes += [_on_surface(stroke, source, target) for stroke in listed.strokes]
-    return scene_of(pins, strokes, balance=job.balance, turn=job.turn)
+    return scene_of(pins, strokes, balance=job.balance, turn=job.turn or 0.0)
 
 
 def _on_surface(entry: Any, source: Shape, target: Shape) -> Any:

@@ -171,10 +171,15 @@ def test_a_turn_asked_for_is_kept_or_told(fit, turn):
     assert turn < 90 or away < 1e-3
 
 
-def test_pins_that_turn_a_picture_otherwise_than_asked_are_told():
+@pytest.mark.parametrize("asked", [None, "any", 0, 90])
+def test_pins_that_turn_a_picture_otherwise_than_asked_are_told(asked):
+    """A flag turned by 40 degrees, with pins that turn with it."""
     pins = np.array([0.6 + 1j, 2 + 1j])
-    found = iccm.fit(FLAG, FLAG, pins=np.stack([pins, pins], axis=1), turn=60)
-    assert abs(found.distortion.turn) < 5 and "though 60 were asked for" in found.notes[-1]
+    turned = np.exp(1j * np.radians(40))
+    found = iccm.fit(FLAG, FLAG.z * turned, pins=np.stack([pins, pins * turned], axis=1), turn=asked)
+    assert found.distortion.turn == pytest.approx(40, abs=5)
+    told = [note for note in found.notes if "asked for (turn)" in note]
+    assert bool(told) == (asked in (0, 90)) and all(f"though {asked} were" in note for note in told)
 
 
 def test_a_finer_tolerance_is_met():

@@ -1,10 +1,13 @@
 """`--literal`: Algorithm 1 as the paper writes it, beside an implementation of its equations that shares no code."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 import iccm
 from iccm.errors import InputError
+from iccm.paper.algorithm1 import STROKE_SAMPLES
 from iccm.problem import Problem
 from tests.shapes import arrow, blob, ell, inside, pear, refined, square
 
@@ -44,9 +47,11 @@ def inner_log(ratio):
     return found + 2j * np.pi if found.imag < 1e-9 - np.pi else found
 
 
-def closest(polygon, w):
+def closest(polygon, w, closed=True):
     """Closest points of a polygon to points w (p,), and unit vectors along the offsets there, or across the edge."""
     start, along = polygon, np.roll(polygon, -1) - polygon
+    if not closed:
+        start, along = start[:-1], along[:-1]
     t = np.clip(((w[:, None] - start) * along.conj()).real / np.abs(along) ** 2, 0, 1)
     foot = start + t * along
     edge = np.abs(w[:, None] - foot).argmin(axis=1)
@@ -78,17 +83,23 @@ def published(source, samples, target, order, quasi):
         right = [np.zeros(2 * samples.size)]
     w, normal, found = by_arclength(source, samples, target), None, []
     for _ in range(STEPS + 1):
-        system, aim = [both, *rows], [apart(w), *right]
-        if order and normal is not None:
-            onto = np.hstack([np.diag(normal.real), np.diag(normal.imag)])  # Re(conj(N) ·)
-            system = [onto @ both, np.sqrt(LAMBDA) * both, *rows]
-            aim = [onto @ apart(w), np.sqrt(LAMBDA) * apart(w), *right]
-        elif order:
-            system[0], aim[0] = np.sqrt(LAMBDA) * both, np.sqrt(LAMBDA) * apart(w)
-        found.append(np.linalg.lstsq(np.vstack(system), np.concatenate(aim), rcond=1e-13)[0])
-        image = both @ found[-1]
-        w, normal = closest(target, image[: samples.size] + 1j * image[samples.size :])
+        system, aim = distance(both, w, order, normal)
+        found.append(least([system, *rows], [aim, *right]))
+        w, normal = closest(target, together(both @ found[-1]))
     return found
+
+
+def distance(matrix, w, order, normal):
+    """The rows and the right side of ‖M x - w‖², or of Eq. 13; without normals of its second part."""
+    share = np.sqrt(LAMBDA) if order else 1
+    if not order or normal is None:
+        return share * matrix, share * apart(w)
+    onto = np.hstack([np.diag(normal.real), np.diag(normal.imag)])  # Re(conj(N) ·)
+    return np.vstack([onto @ matrix, share * matrix]), np.append(onto @ apart(w), share * apart(w))
+
+
+def least(system, aim):
+    return np.linalg.lstsq(np.vstack(system), np.concatenate(aim), rcond=1e-13)[0]
 
 
 def values(source, z, quasi):
@@ -105,6 +116,10 @@ def apart(w):
     return np.concatenate([w.real, w.imag])
 
 
+def together(parts):
+    return parts[: parts.size // 2] + 1j * parts[parts.size // 2 :]
+
+
 @pytest.mark.parametrize("quasi", [False, True])
 @pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize("name", PAIRS)
@@ -119,8 +134,7 @@ def test_each_step_is_that_of_the_equations(name, order, quasi, per_edge):
     at = values(source, np.append(samples, z), quasi)
     for steps in range(1, STEPS + 1):
         fit = iccm.fit(source, target, method="paper", literal=True, max_iterations=steps, **options)
-        w = at @ expected[fit.iterations]
-        w = w[: at.shape[0] // 2] + 1j * w[at.shape[0] // 2 :]
+        w = together(at @ expected[fit.iterations])
         assert np.abs(fit.map(np.append(samples, z)) - w).max() <= 1e-12 * np.ptp(target.real)
         away = np.abs(closest(target, w[: samples.size])[0] - w[: samples.size])
         radius = abs(Problem.of(source, target).target_frame.radius)
@@ -128,6 +142,39 @@ def test_each_step_is_that_of_the_equations(name, order, quasi, per_edge):
             np.sum(away**2), rel=1e-9, abs=1e-20
         )
     assert per_edge == 1 or fit.iterations == STEPS
+
+
+@pytest.mark.parametrize("quasi", [False, True])
+@pytest.mark.parametrize("order", [0, 1])
+def test_pins_and_strokes_are_those_of_the_equations(order, quasi):
+    """β‖C_P f̂ - v̂‖² (§3.1) and γ‖C_sk f̂ - t̂‖² (§3.3, the first order as Eq. 13): each step from the map before it.
+    Of the first, by the constraints alone, the paper leaves open which of many it is."""
+    source, target = PAIRS["smooth"]
+    pins = np.array([[0.3 + 0.2j, 7.9 + 0.5j], [-0.4j, 7 - 1j]])
+    drawn = np.array([-0.6 + 0.1j, -0.2 + 0.3j]), np.array([5.2, 5.8 + 0.9j, 6.4 + 1j])
+    options = {"pin_weight": 4.0, "stroke_weight": 0.5, "order": order, "quasi": QUASI if quasi else None}
+    options |= {"method": "paper", "literal": True, "pins": pins, "strokes": [drawn]}
+    along = np.linspace(*drawn[0], STROKE_SAMPLES)
+    places = (source, along, pins[:, 0])
+    boundary, stroke, points = (values(source, z, quasi) for z in places)
+    rest = [(2 * points, 2 * apart(pins[:, 1]))]  # the root of β
+    if quasi:
+        steps = np.roll(source, -1) - source
+        d = coordinates(source, source + 0.5 * steps, 1).conj() * np.sqrt(QUASI)
+        rest.append(
+            (
+                np.hstack([np.zeros((2 * source.size, 2 * source.size)), real_rows(d)]),
+                np.zeros(2 * source.size),
+            )
+        )
+    z = inside(source)
+    maps = [iccm.fit(source, target, max_iterations=k, **options).map for k in (1, 2, 3)]
+    for before, after in pairwise(maps):
+        w, t = closest(target, before(source)), closest(drawn[1], before(along), closed=False)
+        rows, aim = distance(stroke, t[0], order, t[1])
+        parts = [distance(boundary, w[0], order, w[1]), (np.sqrt(0.5) * rows, np.sqrt(0.5) * aim), *rest]
+        x = least(*zip(*parts))
+        assert np.abs(together(values(source, z, quasi) @ x) - after(z)).max() <= 1e-12 * np.ptp(target.real)
 
 
 def test_what_literal_means_leaves_no_choice():
