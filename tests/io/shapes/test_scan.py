@@ -1,5 +1,7 @@
 """Scans and photographs: uneven light, pencil, gaps, noise."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import shapely
@@ -21,11 +23,11 @@ def paper(uneven, noise=3):
     return light + np.random.default_rng(0).normal(0, noise, (H, W))
 
 
-def line(width, gap=0.0):
-    """How much of each pixel a line along the outline covers, but for a gap of so many pixels."""
+def line(width, gap=0.0, places=(37,)):
+    """How much of each pixel a line along the outline covers, but for gaps of so many pixels at some of its points."""
     away = shapely.distance(shapely.points(X, Y), INSIDE.exterior)
     cover = np.clip(width / 2 + 0.5 - away, 0, 1)
-    return cover * (np.abs(X + 1j * Y - TRUE[37]) > gap / 2)
+    return cover * np.all([np.abs(X + 1j * Y - TRUE[k]) > gap / 2 for k in places], axis=0)
 
 
 def filled():
@@ -50,6 +52,26 @@ def test_a_closed_line_is_its_inside_whatever_the_light(tmp_path, uneven, ink, g
     found = traced(tmp_path, paper(uneven) * (1 - cover) + ink * cover * (1 - uneven / 3))
     assert gap_to_truth(found) < 5 and not found.holes
     assert "the inside of its line is taken; --trace dark takes the line itself" in found.notes
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_line_in_pieces_is_its_inside(tmp_path, beside):
+    """None of which spans most of it, and with a dark table beside the paper."""
+    cover = line(4, 14, (0, 70, 160, 220, 310))
+    pixels = paper(0.5) * (1 - cover) + 40 * cover
+    found = traced(tmp_path, np.where(beside & (X > 360), 30, pixels))
+    assert gap_to_truth(found) < 6 and not found.holes
+    assert "the inside of its line is taken; --trace dark takes the line itself" in found.notes
+
+
+def test_coins_in_a_photograph():
+    """Of the Roman period, from Pompeii, under uneven light: scikit-image's picture, 24 coins."""
+    import skimage
+
+    found = shapes.read_all(f"{Path(skimage.__file__).parent / 'data' / 'coins.png'}")
+    coins = [each.curve for each in found if each.curve.area > 1000]
+    assert len(coins) == 24
+    assert np.median([4 * np.pi * coin.area / coin.length**2 for coin in coins]) > 0.95  # a circle's is 1
 
 
 def test_the_line_itself_and_its_inside_by_name(tmp_path):
