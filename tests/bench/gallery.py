@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import cv2
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -19,7 +20,7 @@ import iccm
 from iccm import Curve, Fit, cli
 from iccm.io.pictures import image_files
 from iccm.io.shapes import constraints
-from iccm.maps.harmonic import area_scale, dilatation
+from iccm.maps.harmonic import HarmonicMap, area_scale, dilatation
 from iccm.pixels.sampler import Sampler
 from iccm.pixels.texture import Texture
 from iccm.pixels.warp import Warp, whole
@@ -427,6 +428,56 @@ def sticker() -> list[Row]:
     return rows
 
 
+def ringing() -> list[Row]:
+    """A picture of 48 texels, ten times as large: the cubic filter as it was, and clamped to the texels it reads."""
+    side, size = 48, 480
+    drawn = Image.new("RGB", (16 * side, 16 * side), (250, 240, 215))
+    pen = ImageDraw.Draw(drawn)
+    for box in ((4, 4, 44, 44), (20, 12, 28, 20)):
+        pen.ellipse([16 * x for x in box], (46, 42, 50))
+    pen.ellipse([16 * x for x in (9, 9, 39, 39)], (250, 240, 215))
+    for x in (18, 30):
+        pen.ellipse([16 * (x - 3), 16 * 17, 16 * (x + 3), 16 * 24], (46, 42, 50))
+    pixels = np.asarray(drawn.resize((side, side), Image.Resampling.BOX))
+    box = (0j, side * (1 + 1j))
+    square = np.array([0, side, side * (1 + 1j), side * 1j])
+    same, canvas = HarmonicMap(square, square, 0 * square), pictures.canvas(box, size)
+    samplers = {name: Sampler(Texture(pixels, box), name) for name in ("cubic", "linear")}
+    unclamped = Sampler(Texture(pixels, box), "cubic")
+    unclamped.clamped = False
+    made = {
+        "before: cubic, unbounded": unclamped, "cubic (the default)": samplers["cubic"], "linear": samplers["linear"],
+    }  # fmt: skip
+    found = {name: whole(Warp(same, sampler, canvas)).pixels for name, sampler in made.items()}
+    found["OpenCV, cubic"] = cv2.resize(pixels, (size, size), interpolation=cv2.INTER_CUBIC)
+    figure, panels = sheet(4, 1, 2.6)
+    rows, near = list[Row](), (slice(150, 270), slice(130, 250))
+    for axes, (name, image) in zip(panels.ravel(), found.items()):
+        pictures.shown(axes, image[near][..., :3], box)
+        title(axes, name)
+        colours = image[..., :3]
+        darker = (colours < pixels.min(axis=(0, 1))).all(axis=2)
+        least = ",".join(str(c) for c in colours.reshape(-1, 3)[colours.sum(axis=2).argmin()])
+        edge = f"MTF50 {mtf50(colours):.3f} per texel"
+        rows.append((name, f"{darker.sum()} pixels darker than all texels, the darkest {least}, {edge}"))
+    pictures.save(figure, "ringing")
+    return rows
+
+
+def mtf50(image: np.ndarray) -> float:
+    """Cycles per texel at which the contrast of the outer circle's edge falls to a half, in linear light."""
+    row, column = np.indices(image.shape[:2]) + 0.5
+    radius = np.hypot(row - image.shape[0] / 2, column - image.shape[1] / 2) / 10
+    light = (image[..., 1] / 255.0) ** 2.2
+    step = 0.1
+    bins = ((radius - 17) / step).astype(int)
+    kept = (radius >= 17) & (bins < 60)
+    edge = np.bincount(bins[kept], light[kept]) / np.bincount(bins[kept])
+    spread = np.diff(edge) * np.hanning(59)
+    contrast = np.abs(np.fft.rfft(spread, 4096))
+    return float(np.fft.rfftfreq(4096, step)[np.argmax(contrast < contrast[0] / 2)])
+
+
 FIGURES: dict[str, Callable[[], list[Row]]] = {
     "methods": methods.methods,
     "fits": methods.fits,
@@ -442,6 +493,7 @@ FIGURES: dict[str, Callable[[], list[Row]]] = {
     "constrained": constrained,
     "surface": transfer,
     "sticker": sticker,
+    "ringing": ringing,
 }
 
 
