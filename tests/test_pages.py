@@ -24,7 +24,7 @@ def loaded(name):
     return module
 
 
-RECIPES, SITE, MAN = loaded("recipes"), loaded("site"), loaded("man")
+RECIPES, SITE = loaded("recipes"), loaded("site")
 
 
 def name_of(page):
@@ -109,8 +109,3 @@ def test_every_name_in_a_group_is_an_option():
     listed = [name for _, members in GROUPS.values() for name in members.split()]
     assert len(listed) == len(set(listed)) and set(listed) <= known
     assert set(of_command("map")) <= set(listed)
-
-
-def test_the_man_pages_are_those_of_the_options():
-    kept = {path.name: path.read_text(encoding="utf-8") for path in MAN.FOLDER.iterdir()}
-    assert kept == MAN.pages(), "run docs/man.py"

@@ -168,3 +168,10 @@ def test_nothing_large_is_tracked():
         name: (ROOT / name).stat().st_size for name in listed.stdout.split("\0") if (ROOT / name).is_file()
     }
     assert sizes and max(sizes.values()) <= 2_000_000
+
+
+def test_the_man_pages_are_those_of_the_options(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    man = importlib.import_module("man")
+    kept = {path.name: path.read_text(encoding="utf-8") for path in man.FOLDER.iterdir()}
+    assert kept == man.pages(), "run docs/man.py"

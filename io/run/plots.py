@@ -49,7 +49,7 @@ def draw(
         texture: placed in the source's plane; with a mesh as source, that mesh's texture.
         pins: (k, 2) places in the source's and the target's plane.
     """
-    figure = Figure(figsize=(13, 8.2), layout="constrained")
+    figure = Figure(figsize=(13, 7.4), layout="constrained")
     places = [["flat", "surface"], ["words", "words"]]
     panels = figure.subplot_mosaic(places, height_ratios=(4, 1))  # type: ignore[arg-type]
     left, right = panels["flat"], panels["surface"]
