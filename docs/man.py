@@ -35,7 +35,7 @@ def _overview() -> str:
 
 
 def _page(name: str, command: click.Command) -> str:
-    context = click.Context(command, info_name=f"iccm {name}")
+    context = click.Context(command, click.Context(iccm, **iccm.context_settings), f"iccm {name}")
     words = " ".join(command.collect_usage_pieces(context))
     text = [_head(f"iccm-{name}", COMMANDS[name], _plain(words)), ".SH DESCRIPTION\n"]
     for part in inspect.cleandoc(command.help or "").split("\n\n"):
