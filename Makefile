@@ -26,7 +26,7 @@ test: $(READY)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" -n auto --maxprocesses 4
 
 test-slow: $(READY)
-	$(BIN)/python -m pytest -m slow
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow -n auto --maxprocesses 4
 
 # mypy must see the package as it is installed, not the folders of the repository: stage it.
 lint: $(READY)

@@ -12,7 +12,7 @@ from tests import fuzz
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of processes")
 @pytest.mark.parametrize("kind", fuzz.SEEDS)
 def test_mutated_inputs_are_read_or_refused_in_one_line(kind):
-    assert fuzz.hunt(kind, 0, 40 // fuzz.SLOW.get(kind, 1)) == []
+    assert fuzz.hunt(kind, 0, 20 // fuzz.SLOW.get(kind, 1)) == []
 
 
 @pytest.mark.parametrize("kind", fuzz.SEEDS)

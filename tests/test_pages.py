@@ -42,7 +42,7 @@ def marked(page):
     return pytest.param(page, marks=() if page.name == "README.md" else pytest.mark.slow, id=name_of(page))
 
 
-@pytest.mark.parametrize("page", map(marked, RECIPES.pages()))
+@pytest.mark.parametrize("page", [marked(page) for page in RECIPES.pages()])
 def test_the_commands_of_a_page_make_its_pictures(page, tmp_path):
     RECIPES.run(page, tmp_path)
     made = RECIPES.made(page, tmp_path)

@@ -82,6 +82,7 @@ MISTAKES = {
 }
 
 
+@pytest.mark.slow
 def test_a_users_type_checker_sees_the_signatures(tmp_path):
     """mypy reads no import hooks, by which the package is installed while it is worked on: it gets a copy."""
     for name in ("iccm", "iccm.io", "iccm.cli"):

@@ -64,6 +64,7 @@ def test_the_pages_know_every_command_and_option():
         assert f"--{field.replace('_', '-')}" in detail, field
 
 
+@pytest.mark.slow
 def test_the_ci_sample_is_as_its_baselines(shell, tmp_path):
     sample = Path(__file__).parents[1] / "samples" / "ci"
     shutil.copytree(sample, tmp_path / "ci", ignore=shutil.ignore_patterns("out"))

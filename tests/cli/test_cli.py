@@ -441,6 +441,7 @@ def test_info_tells_about_meshes_pictures_and_constraints(shapes, iccm):
     assert "size: 7 5" in iccm("info", "p.png").out
 
 
+@pytest.mark.slow
 def test_file_names_that_are_no_text_are_refused_in_one_line(shapes, shell):
     name = r"""name=$(printf 'caf\351'); cp square.svg "$name.svg"; """
     shell(

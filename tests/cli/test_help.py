@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -90,6 +91,7 @@ def test_an_input_that_changes_is_mapped_again_until_ctrl_c(shapes):
             shutil.copy("blob.svg", "disk.svg")
             told("sizes even")
             assert (shapes / "out.png").read_bytes() != first
+            time.sleep(0.5)  # so that the run has returned its exit code, too
             running.send_signal(signal.SIGINT)
             assert running.wait(30) == 0
         finally:

@@ -15,6 +15,7 @@ def test_streams_may_be_closed(shapes, shell, closed):
     assert json.loads((shapes / "r.json").read_text())["status"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
 def test_a_batch_runs_without_streams(shapes, shell, closed):
     (shapes / "j.jsonl").write_text(

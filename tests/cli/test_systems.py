@@ -47,6 +47,7 @@ COMMON = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", COMMON)
 def test_the_common_path_needs_no_posix(shapes, arguments):
     job = {"source": "square.svg", "target": "blob.svg", "size": 16, "method": "paper", "vertices": 40}

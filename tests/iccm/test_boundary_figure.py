@@ -38,6 +38,7 @@ def test_an_outline_with_more_vertices_is_no_farther():
     assert hausdorff(a, b) < 1e-12 and hausdorff(a, Curve(b.z + 0.25j)) == pytest.approx(0.25, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["paper", "conformal", "balanced"])
 def test_the_figure_of_a_map_is_that_of_its_whole_boundary(method):
     fit = iccm.fit(arrow(), 2 * pear(), method=method, **({"fit": "whole"} if method == "balanced" else {}))

@@ -54,6 +54,7 @@ def test_a_bar_bent_by_90_degrees_is_as_rigid_as_possible():
     assert abs(Curve(fit.image).area) == pytest.approx(LENGTH, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [60, 72])
 def test_a_bar_closes_to_a_ring_in_five_edits(step):
     fit = None

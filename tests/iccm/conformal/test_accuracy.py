@@ -27,6 +27,7 @@ def test_the_square_onto_the_disc():
     assert order(errors, ns) > 2.5, errors
 
 
+@pytest.mark.slow
 def test_the_ell_onto_the_square():
     ns = (60, 120, 240)
     errors, rims = zip(*(ell_error(n) for n in ns))

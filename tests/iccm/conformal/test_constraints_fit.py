@@ -182,6 +182,7 @@ STROKE_JOBS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("job", STROKE_JOBS)
 def test_strokes_distort_areas_less_than_the_same_points_pinned(job):
     """Fig. 5 of the paper: points may slide along a stroke, so a conformal map meets it with less distortion."""

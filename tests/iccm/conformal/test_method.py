@@ -44,6 +44,7 @@ def test_the_target_is_reached_one_to_one(name):
     assert report["boundary"]["rms"] < report["boundary"]["hausdorff"]
 
 
+@pytest.mark.slow
 def test_the_paper_misses_what_the_robust_method_reaches():
     paper = conformal_fit(*PAIRS["comb"], method="paper")
     assert paper.report()["boundary"]["hausdorff"] > 20 * fitted("comb").report()["boundary"]["hausdorff"]
@@ -88,6 +89,7 @@ def test_crowding_is_told_and_never_nan():
     assert fit.status is Status.CROWDED and fit.notes[0].startswith("crowding: ")
 
 
+@pytest.mark.slow
 def test_a_limb_too_crowded_to_map_is_still_part_of_the_domain():
     """All its vertices are kept, though their images coincide: without them the source would be another shape."""
     hall = np.array([-2 - 2j, 2 - 2j, 2 - 0.5j, 24 - 0.5j, 24 + 0.5j, 2 + 0.5j, 2 + 2j, -2 + 2j])
@@ -333,6 +335,7 @@ def test_the_images_that_newton_found_are_the_next_correspondence():
         assert apart(after, state) < 2 / 3 * apart(before, state)  # there are fewer knots than vertices
 
 
+@pytest.mark.slow
 def test_the_first_example_of_the_readme_is_met():
     """A leaf with forty teeth: their corners are met too."""
     from iccm.io.shapes import shape as shapes

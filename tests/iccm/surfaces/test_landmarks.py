@@ -94,6 +94,7 @@ def written(mesh, path):
     return str(path)
 
 
+@pytest.mark.slow
 def test_meshes_of_few_triangles_go_onto_each_other_by_landmarks(tmp_path):
     meshes = limbed(160), limbed(320)
     source, target = (written(mesh, tmp_path / f"{k}.obj") for k, mesh in enumerate(meshes))
@@ -263,6 +264,7 @@ def test_a_fold_is_undone_and_the_rest_stays(shaken):
     np.testing.assert_array_equal(found[: state.border], state.u[: state.border])
 
 
+@pytest.mark.slow
 def test_seams_take_an_order_in_which_they_are_the_same_on_both():
     fine, coarse = capsule(1600), capsule(900)
     turn = np.array([0, np.pi, 0.3, np.pi / 2])
@@ -326,6 +328,7 @@ def test_a_surface_that_is_squeezed_onto_another_is_not_reached(width, status):
     assert any("stretched strongly" in note for note in fit.notes) == (status == "TWISTED")
 
 
+@pytest.mark.slow
 def test_where_a_map_between_surfaces_all_but_folds_a_note_says_so():
     here, there = (flatten(disk_patch(sheet(each))) for each in (1, 400))
     corners = [layout.flat[np.abs(layout.patch.points).sum(axis=1).argmin()] for layout in (here, there)]

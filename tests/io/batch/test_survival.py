@@ -134,6 +134,7 @@ def test_a_killed_worker_loses_only_its_own_job(folder, start):
     assert "its worker died; running it again" in err
 
 
+@pytest.mark.slow
 def test_a_killed_parent_leaves_no_orphan_and_resumes(folder, start):
     (folder / "jobs.jsonl").write_text(manifest(size=1500))
     process = start("-j", "2")
@@ -213,6 +214,7 @@ def test_a_full_disk(folder, start):
     assert resumed(start, folder) == 0
 
 
+@pytest.mark.slow
 def test_a_read_only_folder_is_told_before_anything_runs(folder, start):
     """As root permission bits mean nothing: then the folder is made immutable by a read-only mount of itself."""
     out = folder / "out"

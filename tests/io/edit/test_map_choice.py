@@ -98,6 +98,7 @@ def test_maps_that_agree_need_no_start_and_others_are_told(dragged):
     assert same(kept, kept)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [4, 7, 8])
 def test_what_a_long_drag_met_is_met_when_it_is_let_go_of(seed):
     """Corners of the outlines pass each other on the way; the map goes on from what is seen all the same."""

@@ -84,6 +84,7 @@ def test_pins_are_places_of_the_surface_and_vertices(onto):
         onto.transfer("source", ["v5"])
 
 
+@pytest.mark.slow
 def test_pins_on_a_mesh_are_saved_and_repeat_the_map(onto, shapes, shell):
     onto.solve(scene())
     [place] = onto.transfer("source", [[40, 45]])

@@ -263,6 +263,7 @@ def test_what_is_no_message_is_refused(text):
 LIMB = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="M10 40H45V2H55V40H90V90H10Z"/></svg>'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fit", "pair", "lost"),
     [

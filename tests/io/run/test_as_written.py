@@ -86,6 +86,7 @@ def test_one_quad_is_a_mesh_where_its_coordinates_are_wanted(shapes, iccm):
     assert "mapped" not in json.loads((shapes / "r.json").read_text())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("source", "holes"), [("disk.svg", 0), ("ring.svg", 1)])
 def test_a_cut_runs_into_the_holes_of_a_tube_that_the_source_has_none_for(shapes, iccm, source, holes):
     (shapes / "ring.svg").write_text(

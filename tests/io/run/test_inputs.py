@@ -23,6 +23,7 @@ MESH = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 .1\nv 0 1 0\n"
 MESH += "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "more", ["{}", '{"plot": "p.pdf", "output": ["x.obj", "x.ply"]}', '{"bake": true, "size": 9}']
 )

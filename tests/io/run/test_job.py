@@ -66,6 +66,7 @@ def test_a_pin_may_be_a_point_in_space():
     assert Job(source="a", pin=["1,2:3,4,5"]).pin == (((1, 2), (3, 4, 5)),)
 
 
+OF_THE_COMMAND = "dry_run", "watch", "open"  # of no job
 MAP_ALONE = "turn", "fit", "max_left_out", "max_uncovered", "starts"
 
 
@@ -82,7 +83,7 @@ def test_every_field_is_an_option_of_the_command_line_and_back():
             "quiet",
             "verbose",
             "threads",
-            "dry_run",
+            *OF_THE_COMMAND,
         }
         names = {"source" if name == "shape" else name for name in names}
         assert names == fields - own
@@ -109,7 +110,8 @@ def test_what_is_said_of_an_option_is_what_the_job_checks(name):
 
 def test_defaults_of_the_command_line_are_those_of_the_job():
     given = map.command.make_context("map", ["a.svg", "b.svg"]).params
-    given.pop("threads"), given.pop("dry_run")
+    for name in ("threads", *OF_THE_COMMAND):
+        given.pop(name)
     job = make(options.values(given))
     assert job == Job(source="a.svg", target="b.svg")
 

@@ -33,6 +33,7 @@ def options(name, word):
     return [f"--{word}", name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words", [["blob.svg"], ["tiles.obj#left", "--bake"], ["tiles.obj", "--plane", "uv"]]
 )

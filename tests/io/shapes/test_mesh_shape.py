@@ -250,6 +250,7 @@ def test_the_picture_of_a_surface_shows_its_texture(tmp_path):
     assert np.corrcoef(-y, green)[0, 1] > 0.8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("with_map", [False, True])
 def test_a_figure_is_drawn_the_same_every_time(tmp_path, with_map):
     shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=6)))
@@ -262,6 +263,7 @@ def test_a_figure_is_drawn_the_same_every_time(tmp_path, with_map):
 # ---- the command line
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words", [("a.obj", "blob.svg"), ("square.svg", "a.obj", "--bake"), ("a.obj", "a.obj", "--bake")]
 )

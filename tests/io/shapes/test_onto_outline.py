@@ -114,6 +114,7 @@ def test_landmarks_open_closed_meshes_alike(folder):
     assert away.max() < 0.15
 
 
+@pytest.mark.slow
 def test_landmarks_in_any_order_are_met_in_the_midst_of_faces(folder):
     write(folder / "fine.obj", *ball(900))
     points, faces = ball(300)

@@ -122,6 +122,7 @@ def test_a_circle_of_a_million_segments_is_simplified_first(tmp_path):
     assert any("1000000 points simplified to" in note for note in read.notes)
 
 
+@pytest.mark.slow
 def test_many_rules_for_many_elements_are_looked_up_once(tmp_path):
     rules = "".join(f".a{{fill:#{k % 1000:03d}}}" for k in range(20_000))
     path = tmp_path / "rules.svg"
