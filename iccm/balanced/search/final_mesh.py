@@ -91,13 +91,18 @@ def on_final_mesh(
         with suppress(Stuck):
             last = on_finer(final_level(problem, settings, share, smooth=smooth), state, problem)
             last = descend(last, problem.theta, POWER, journal)
-            found.append(split_at_vertices(last) if smooth else last)
-            if energy(found[-1]) <= KNOTTED * energy(state):
+            found.append((split_at_vertices(last) if smooth else last, last))
+            if energy(found[-1][0]) <= KNOTTED * energy(state):
                 break
     if not found:
         raise Stuck("the last mesh folds")
-    best = min(found, key=energy)
-    return meet_bounds(best, problem.theta, settings, journal) if settings.bounded else best
+    best, sliding = min(found, key=lambda pair: energy(pair[0]))
+    if not settings.bounded:
+        return best
+    if sliding is not best:  # once all vertices are in, the outlines hardly slide
+        with suppress(Stuck):
+            best = split_at_vertices(meet_bounds(sliding, problem.theta, settings, journal))
+    return meet_bounds(best, problem.theta, settings, journal)
 
 
 def final_level(

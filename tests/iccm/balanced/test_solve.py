@@ -195,6 +195,13 @@ def test_bounds_are_met_or_it_is_said_how_nearly():
     assert not tight.reached and 1.05 < tight.limits["dilatation"] <= loose.limits["dilatation"] + 1e-9
 
 
+def test_a_bound_at_corners_is_met_where_the_outlines_slide():
+    """Beside a corner of a pentagon, on a circle of sixty short edges."""
+    pentagon = Curve.domain(np.array([0.24 - 1.4j, 1.1 - 1.84j, 1.8 - 1.2j, 1.6 - 0.3j, 0.4 - 0.2j]))
+    free, held = (solve(pentagon, DISC, replace(SMALL, max_stretch=most)) for most in (None, 1.75))
+    assert free.limits["stretch"] > 2 and held.reached and held.limits["stretch"] <= 1.75
+
+
 def test_bounds_hold_for_what_is_drawn():
     for options in ({"max_dilatation": 6.0}, {"max_stretch": 4.0}):
         fit = iccm.fit(BLOB, FLAG, **options)
