@@ -158,7 +158,8 @@ class Fit:
         return max(0, len(self.energies) - 1)
 
     def inverse(self, w: Complex) -> Complex:
-        """Points z with map(z) = w; NaN where w has none. Any shape in, the same shape out."""
+        """Points z with map(z) = w; NaN where w has none (of balanced maps more than 1e-3 of the diagonal outside). Any
+        shape in, the same shape out."""
         if isinstance(self.map, TriangulatedMap):
             return self.map.inverse(w)
         return inverse.inverse(self.map, w)
