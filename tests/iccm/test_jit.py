@@ -170,10 +170,9 @@ def test_a_kernel_from_the_cache_works_without_what_compiling_needs(tmp_path):
     (package / "work.py").write_text(KEPT)
     copy_the_compiler(package)
     line = [sys.executable, "-m", "package.work"]
-    run = [
-        subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=True).stdout.rsplit(" ", 2)
-        for _ in range(2)
-    ]
+    done = [subprocess.run(line, cwd=tmp_path, capture_output=True, text=True) for _ in range(2)]
+    assert [each.returncode for each in done] == [0, 0], done[0].stderr + done[1].stderr
+    run = [each.stdout.rsplit(" ", 2) for each in done]
     assert run[0][0] == run[1][0] and "negative dimensions" in run[0][0] and "more than" in run[0][0]
     assert [hits for _, hits, _ in run] == ["0", "1"]
     if jit.KNOWS:
