@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from packaging.specifiers import SpecifierSet
 
 MODULES = {"libigl": "igl", "opencv-python-headless": "cv2", "pillow": "PIL", "scikit-image": "skimage"}
-MODULES |= {"fonttools": "fontTools"}
 """What is imported of a requirement, where that is not its name."""
 EXTRAS = {"dask": "iccm batch --dask", "edit": "iccm edit"}
 """What the requirements of an extra are needed for."""

@@ -4,17 +4,17 @@ reader     a drawing's outlines and drawn constraints
 document   its bytes, compressed or not, XML read safely, and the size of the drawing
 tree       what it renders: `use`, symbols, views, styles and clips resolved
 stylesheet  rules and their selectors
-lettering  text as the outlines of its letters
+lettering  a <text>, where the fonts that it asks for are found
+fonts      lines of letters as path data
 css        declarations
 affine     `transform` lists and viewports
 path_data  path data as polylines
-curves     pieces of curves, and their polylines
+curves     pieces of curves, their polylines, and those with fewer vertices
 batches    many pieces at once
 fill       the regions that a fill paints
 strokes    the regions that lines paint, and silhouettes
 clips      what clip paths and masks leave
 crossings  crossing lines, counted up to a limit
-thinning   polylines with fewer vertices
 drawing    `Drawing`: outlines, canvas, constraints, of any format
 budget     the work that a drawing may ask for
 """

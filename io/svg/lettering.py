@@ -1,20 +1,20 @@
 """Text as the outlines of its letters, where the font that it asks for is found (fontconfig) and it is set plainly.
 
-Letters stand side by side by their widths, without kerning. What needs more than that, such as text along a path or a
-script whose letters join, stays text.
+What needs more than a line of letters, such as text along a path or scripts that run both ways, stays text.
 """
 
 import re
 import shutil
 import subprocess
 from collections.abc import Callable, Mapping
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from xml.etree.ElementTree import Element
 
 from ...errors import InputError
 from .. import limits
 from .budget import Quota
 from .document import length, local
+from .fonts import Font
 
 SECONDS = 5  # that fontconfig may take
 INHERITED = ("font", "font-family", "font-size", "font-style", "font-weight", "text-anchor", "direction")
@@ -31,50 +31,10 @@ _PLAIN = {
     "direction": ("ltr",),
     **dict.fromkeys(("font", "rotate", "textLength", "inline-size", "shape-inside"), ()),
 }
-# Scripts whose letters stand by themselves: Latin, Greek, Cyrillic; signs; Chinese, Japanese, Korean.
-_JOINED = re.compile(
-    "[^\x00-\u02ff\u0370-\u058f\u1e00-\u200a\u2010-\u2027\u2030-\u2bff\u2e80-\ud7af\uff00-\uffef]"
-)
 
 
 class _NotPlainError(Exception):
     """Text that is not outlined."""
-
-
-class Font:
-    """A font file opened: letters as path data, and their widths, in ems."""
-
-    def __init__(self, path: str, number: int, weight: int):
-        from fontTools.ttLib import TTFont
-
-        self._font = TTFont(path, fontNumber=number, lazy=True)
-        axes = {axis.axisTag for axis in self._font["fvar"].axes} if "fvar" in self._font else set()
-        self._glyphs = self._font.getGlyphSet(location={"wght": weight} if "wght" in axes else None)
-        self._em = self._font["head"].unitsPerEm
-
-    @cached_property
-    def _names(self) -> dict[int, str]:
-        return self._font.getBestCmap() or {}
-
-    def has(self, text: str) -> bool:
-        """Whether it has all of the letters."""
-        return all(ord(letter) in self._names for letter in text)
-
-    def width(self, text: str) -> float:
-        """Of letters side by side."""
-        return sum(self._glyphs[self._names[ord(letter)]].width for letter in text) / self._em
-
-    def draw(self, text: str, x: float, y: float, size: float) -> str:
-        """Path data of letters from a place on, y down."""
-        from fontTools.pens.svgPathPen import SVGPathPen
-        from fontTools.pens.transformPen import TransformPen
-
-        scale, pen = size / self._em, SVGPathPen(self._glyphs, ntos=repr)
-        for letter in text:
-            glyph = self._glyphs[self._names[ord(letter)]]
-            glyph.draw(TransformPen(pen, (scale, 0, 0, -scale, x, y)))
-            x += scale * glyph.width
-        return pen.getCommands()
 
 
 @lru_cache(maxsize=64)
@@ -91,7 +51,7 @@ def _matched(family: str, weight: int, slant: int) -> Font | None:
         names, path, number = said.split("\n")[:3]
         if family not in _GENERIC and family not in names.casefold().split(","):
             return None
-        return Font(path, int(number) & 0xFFFF if path.lower().endswith((".ttc", ".otc")) else -1, weight)
+        return Font(path, int(number) & 0xFFFF if path.lower().endswith((".ttc", ".otc")) else 0, weight)
     except Exception:  # fontconfig or a font file that is broken is one that is not there
         return None
 
@@ -169,6 +129,8 @@ class Lettering:
                 continue
             font, size = self._font(said, text)
             line.append((text, font, size, x, y))
+            if len(line) > 1 and any(font.runs_leftward(part[0]) for part in line):
+                raise _NotPlainError
             x, before = x + size * font.width(text), text
         return drawn + end()
 
@@ -185,7 +147,7 @@ class Lettering:
             key = (name.strip().strip("'\"").casefold(), heavy, slant)
             self._families.add(key)
             font = _matched(*key) if key[0] and len(self._families) <= limits.SVG_FONTS else None
-            if font and font.has(text) and not _JOINED.search(text) and size > 0:
+            if font and font.sets(text) and size > 0:
                 return font, size
             if font:
                 break

@@ -17,12 +17,12 @@ from . import tree
 from .budget import Budget
 from .clips import Clips
 from .crossings import TooMuch
+from .curves import thinned
 from .document import drawing_bytes
 from .drawing import Drawing
 from .fill import FilledOutline, Refused, outlines, outlines_of
 from .path_data import Subpath, least, numbers, subpaths
 from .strokes import silhouette, width_of
-from .thinning import thinned
 from .tree import Node
 
 PIN, STROKE = "pin-", "stroke-"

@@ -13,8 +13,8 @@ from iccm.io import artwork, limits
 from iccm.io.shapes import shape
 from iccm.io.svg import crossings, path_data, reader
 from iccm.io.svg.affine import Affine
+from iccm.io.svg.curves import thinned
 from iccm.io.svg.stylesheet import Stylesheet
-from iccm.io.svg.thinning import thinned
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
 SECONDS = 2.0  # of this process: from the call to the refusal

@@ -58,6 +58,20 @@ def test_letters_are_where_matplotlib_has_them(tmp_path, more, how):
     assert len(found[1].holes) + len(found[0].holes) + len(found[2].holes) + len(found[3].holes) == 2
 
 
+def test_letters_are_kerned_as_matplotlib_kerns_them(tmp_path):
+    _, box = drawn(tmp_path, TEXT.format(x=30, more="", text="AVAT"))
+    apart = sum(drawn(tmp_path, TEXT.format(x=30, more="", text=letter))[1][2] - 30 for letter in "AVAT")
+    assert box == pytest.approx(box_of("AVAT", 30), abs=0.8) and box[2] - 30 < apart - 5
+
+
+def test_letters_that_join_are_one_shape(tmp_path):
+    found, box = drawn(tmp_path, TEXT.format(x=30, more="", text="\u0633\u0644"))  # seen, lam
+    alone, _ = drawn(tmp_path, TEXT.format(x=30, more="", text="\u0633"))
+    assert len(found) == len(alone) == 1 and found[0].curve.area > 1.3 * alone[0].curve.area
+    points = found[0].curve.z  # the lam, which rises, is read last: it stands on the left
+    assert points[np.argmin(points.imag if found[0].flip else -points.imag)].real < (box[0] + box[2]) / 2
+
+
 def test_anchors_and_places_of_parts(tmp_path):
     _, left = drawn(tmp_path, TEXT.format(x=10, more="", text=" h<tspan>on</tspan>g\n"))
     _, middle = drawn(tmp_path, TEXT.format(x=100, more='text-anchor="middle"', text="hong"))
@@ -74,7 +88,8 @@ def test_anchors_and_places_of_parts(tmp_path):
         TEXT.format(x=9, more="", text="h").replace("DejaVu Sans", "Other"),
         TEXT.format(x="9 30", more="", text="ho"),
         TEXT.format(x=9, more='letter-spacing="3"', text="ho"),
-        TEXT.format(x=9, more="", text="\u0633\u0644"),
+        TEXT.format(x=9, more="", text="\u0633\u0644 h"),
+        TEXT.format(x=9, more="", text="\u0633\u0644<tspan>\u0633</tspan>"),
         TEXT.format(x=9, more="", text='h<tspan fill="red">o</tspan>'),
         TEXT.format(x=9, more="", text='<textPath href="#p">h</textPath>'),
         TEXT.format(x=9, more="", text="h").replace("40", "larger"),
