@@ -22,7 +22,7 @@ from .maps.injectivity import Certificate
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
-from .plane import polygon_area
+from .plane import polygon_area, triangle_areas
 from .problem import ON_OUTLINE
 from .transform import Transform
 
@@ -283,25 +283,27 @@ class Fit:
         """The share of the source's area that the map leaves out, or takes into holes of the target."""
         image = Curve(self.image)
         lost = [self.inverse(image.pulled_in(ring)) for ring in rings_within(self.passed_holes[1], image)]
-        lost += self._void_corners(lambda map: map.source)
-        return self._missing(self.map.polygon, [*self.openings[0], *lost], self.source, self.source_holes)
+        void = self._void_area(lambda map: map.source)
+        return self._missing(
+            self.map.polygon, [*self.openings[0], *lost], void, self.source, self.source_holes
+        )
 
     @cached_property
     def uncovered(self) -> float:
         """The share of the target's area that the map does not cover, or takes holes of the source to."""
         assert self.target is not None
         lost = [self._image_of(ring) for ring in rings_within(self.passed_holes[0], Curve(self.map.polygon))]
-        lost += self._void_corners(lambda map: map.image)
-        return self._missing(self.image, [*self.openings[1], *lost], self.target, self.target_holes)
+        void = self._void_area(lambda map: map.image)
+        return self._missing(self.image, [*self.openings[1], *lost], void, self.target, self.target_holes)
 
     def _missing(
-        self, outline: Complex, openings: list[Complex], goal: Curve, holes: Sequence[Curve]
+        self, outline: Complex, openings: list[Complex], void: float, goal: Curve, holes: Sequence[Curve]
     ) -> float:
-        """The share of a domain's area that is not in an outline with openings; 0 for maps of whole outlines."""
+        """The share of a domain's area not in an outline less openings and a void area; 0 for maps of all of it."""
         if not self.is_partial:
             return 0.0
         whole = goal.area + sum(hole.area for hole in holes)
-        shown = abs(polygon_area(outline)) - sum(abs(polygon_area(hole)) for hole in openings)
+        shown = abs(polygon_area(outline)) - sum(abs(polygon_area(hole)) for hole in openings) - void
         return float(max(0.0, 1 - shown / abs(whole)))
 
     @property
@@ -367,11 +369,11 @@ class Fit:
             return self._samples
         return distortion.of_triangles(self.map, np.flatnonzero(~self._voids))
 
-    def _void_corners(self, plane: Callable[[TriangulatedMap], Complex]) -> list[Complex]:
-        """The corners of the triangles that fill holes of the source without a partner, in one of the planes."""
+    def _void_area(self, plane: Callable[[TriangulatedMap], Complex]) -> float:
+        """Of the triangles that fill holes of the source without a partner, in one of the planes."""
         if not isinstance(self.map, TriangulatedMap):
-            return []
-        return list(plane(self.map)[self.map.faces[self._voids]])
+            return 0.0
+        return float(np.abs(triangle_areas(plane(self.map)[self.map.faces[self._voids]])).sum())
 
     @cached_property
     def _voids(self) -> Flags:
