@@ -1,5 +1,7 @@
 """Partial maps: bays filled, holes passed over, and what is said of them."""
 
+import re
+
 import numpy as np
 import pytest
 import shapely
@@ -121,6 +123,21 @@ def test_auto_takes_what_costs_the_least_and_whole_is_as_it_was():
     assert not plain.is_partial and "left_out" not in plain.report()
     assert np.array_equal(plain.map.image, iccm.fit(SQUARE, DISC, fit="whole").map.image)
     assert plain.report()["stretch"]["p95"] < GOOD
+
+
+def test_whole_outlines_name_the_partial_map_that_is_much_better():
+    bend = np.exp(1j * np.linspace(0.3, 6, 30))
+    arc = Curve.domain(np.concatenate([2 * bend, 1.4 * bend[::-1]]))
+    (said,) = [
+        note for note in iccm.fit(arc, DISC, fit="whole").notes if note.startswith("With fit of auto")
+    ]
+    fit = iccm.fit(arc, DISC)
+    figures = fit.report()["dilatation"]["p95"], 100 * fit.left_out, 100 * fit.uncovered
+    told = re.search(
+        r"and ([\d.]+) times as much .*; ([\d.]+)% of the source is left out, ([\d.]+)% of", said
+    )
+    assert [float(each) for each in told.groups()] == pytest.approx(figures, abs=0.06)
+    assert not any("of auto" in note for note in fit.notes + iccm.fit(SQUARE, DISC, fit="whole").notes)
 
 
 def test_symmetric_pairs_stay_symmetric():
