@@ -128,9 +128,7 @@ def test_auto_takes_what_costs_the_least_and_whole_is_as_it_was():
 def test_whole_outlines_name_the_partial_map_that_is_much_better():
     bend = np.exp(1j * np.linspace(0.3, 6, 30))
     arc = Curve.domain(np.concatenate([2 * bend, 1.4 * bend[::-1]]))
-    (said,) = [
-        note for note in iccm.fit(arc, DISC, fit="whole").notes if note.startswith("With fit of auto")
-    ]
+    (said,) = [note for note in iccm.fit(arc, DISC, fit="whole").notes if note.startswith("With fit of auto")]
     fit = iccm.fit(arc, DISC)
     figures = fit.report()["dilatation"]["p95"], 100 * fit.left_out, 100 * fit.uncovered
     told = re.search(
