@@ -11,12 +11,12 @@ check     `iccm check`
 info      `iccm info`
 doctor    `iccm doctor`
 completion  `iccm completion`
+plugins   `iccm plugins`
 options   arguments and options of a command, made from `iccm.io.options`
 logs      messages on stderr
 status    the line that tells what is under way
 failures  failures as one line and an exit code
-stopping  stopping within two seconds of a signal
-streams   standard streams, closed or not
+process   streams it is started with; stopping within two seconds of a signal
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from typing import Any, NoReturn
 import click
 
 from .. import __version__
-from . import logs, stopping, streams
+from . import logs, process
 from .failures import INPUT, Unread, explain
 
 COMMANDS = {
@@ -46,6 +46,7 @@ COMMANDS = {
     "info": "Tell what iccm sees in a file.",
     "doctor": "Tell whether iccm is installed and set up well.",
     "completion": "Let the shell complete commands, options and files.",
+    "plugins": "Put iccm into the menus of Inkscape.",
 }
 
 
@@ -118,9 +119,9 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     # Linear algebra takes one thread anyway (`iccm.blas`); others would be made, and wait awake for a while.
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    streams.mend()
+    process.mend()
     logs.reset()
-    if streams.lacks_memory():
+    if process.lacks_memory():
         sys.exit(explain(MemoryError()))
     logs.silence_others()
     code = run(arguments)
@@ -136,7 +137,7 @@ def run(arguments: list[str] | None = None) -> int:
     """The exit code of a command line; whatever goes wrong is one line on stderr."""
     logs.reset()
     try:
-        with stopping.watch_signals(), logs.raise_on_signals():
+        with process.watch_signals(), logs.raise_on_signals():
             code = iccm.main(arguments, prog_name="iccm", standalone_mode=False)
             sys.stdout.flush()
         return code if isinstance(code, int) else 0

@@ -18,7 +18,7 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from . import logs, options, status, stopping, streams
+from . import logs, options, process, status
 from .options import FILE
 
 
@@ -59,7 +59,7 @@ def command(jobs: str, root: str | None, check: bool, **given: Any) -> int:
     start = time.perf_counter()
     with _signals() as caught, _pool(len(tasks), given) as pool:
         watch = {"resume": given["resume"], "warn": logs.log.warning}
-        watch["stopping"] = lambda: bool(caught) or streams.unread()
+        watch["stopping"] = lambda: bool(caught) or process.unread()
         results: list[dict[str, Any]] | None = [] if given["html"] else None
         counts = _report(dispatch.execute(tasks, pool, book, policy, **watch), len(tasks), results)
     if results is not None:
@@ -105,7 +105,7 @@ def _pool(count: int, given: dict[str, Any]) -> Iterator[Any]:
 def _signals() -> Iterator[list[int]]:
     """The signals that asked to stop, while the block runs; a second Ctrl-C stops at once."""
     caught: list[int] = []
-    stopping.leave_signals()
+    process.leave_signals()
 
     def note(number: int, frame: object) -> None:
         if caught and number == signal.SIGINT:

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from . import logs, options, stopping
+from . import logs, options, process
 from .options import FILE
 
 EXTRA = "iccm edit needs a server: pip install 'iccm[edit]'"
@@ -44,7 +44,7 @@ def command(**given: Any) -> int:
 
     port, browser = given.pop("port") or 0, not given.pop("no_browser")
     given.pop("threads")
-    stopping.leave_signals()
+    process.leave_signals()
     gc.enable()  # it runs long
     desk = Desk(**options.values(given))
     for note in desk.session.notes if desk.session else ():

@@ -34,7 +34,7 @@ def staged(folder: Path) -> Path:
         home = package if part == "iccm" else package / part
         home.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, home / file)
-    for name in ("logs.py", "failures.py", "stopping.py", "streams.py"):
+    for name in ("logs.py", "failures.py", "process.py"):
         shutil.copy(ROOT / "cli" / name, package / "cli" / name)
     return package
 
@@ -141,7 +141,9 @@ def test_packages_are_mapped_to_the_folders():
     folders = {path.parent.relative_to(ROOT).as_posix() for path in code}
     mapping = {"iccm." + f.replace("/", ".").removeprefix("iccm.") if f != "iccm" else f: f for f in folders}
     packages = PROJECT["tool"]["setuptools"]["packages"]
-    assert sorted(name for name in packages if not name.startswith("iccm.samples.")) == sorted(mapping)
+    assert sorted(
+        name for name in packages if not name.startswith(("iccm.samples.", "iccm.plugins"))
+    ) == sorted(mapping)
     for name, folder in mapping.items():
         module = __import__(name, fromlist=["x"])
         assert Path(module.__file__).parent == ROOT / folder
