@@ -25,4 +25,5 @@ edit/          the page of `iccm edit`
 describe       what `iccm info` tells
 sheet          the sheet of numbered parts that it draws
 doctor         what `iccm doctor` examines
+plugins        plug-ins for other programs, put into their folders
 """

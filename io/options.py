@@ -318,6 +318,16 @@ class CompletionOptions:
     )
 
 
+@_table("plugins")
+class PluginsOptions:
+    """Those of `iccm plugins`."""
+
+    to: str | None = _option(
+        "The folder of extensions to use.  [default: the program's own]",
+        "DIR",
+    )
+
+
 @_table("map", "deform")
 class JobOptions:
     """What can be said about a run, in the order in which help shows it."""
@@ -575,6 +585,7 @@ TABLE: tuple[type, ...] = (
         InfoOptions,
         DoctorOptions,
         CompletionOptions,
+        PluginsOptions,
     ),
     *(JobOptions, CommonOptions, EditOptions),
 )

@@ -17,7 +17,7 @@ from iccm import jit
 ROOT = Path(__file__).parents[1]
 ORDER = (
     "cli",
-    "io.describe io.doctor io.sheet",
+    "io.describe io.doctor io.sheet io.plugins",
     "io.edit",
     "io.check",
     "io.batch",

@@ -1,0 +1,144 @@
+"""Plug-ins for Inkscape and Blender, put into their folders: files of `iccm.plugins`, and the path of this Python."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from importlib.resources import files as resources
+from pathlib import Path
+
+from ..errors import InputError
+from . import files
+
+PROGRAMS = ("inkscape",)
+OWN = "iccm"  # the folder of a plug-in
+SHARED, PYTHON = "iccm_process.py", "iccm_python.txt"
+OLDEST = (4, 2)  # of Blender, with extensions
+PATIENCE = 60  # seconds for a program to name its folder
+
+
+def contents(program: str) -> dict[str, bytes]:
+    """The files of a plug-in by name, and the one that names the Python which runs now."""
+    home = resources("iccm.plugins")
+    found = {each.name: each.read_bytes() for each in (home / program).iterdir() if each.is_file()}
+    return found | {
+        SHARED: (home / SHARED).read_bytes(),
+        PYTHON: f"{sys.executable}\n".encode(),
+    }
+
+
+def install(program: str, to: str | None = None) -> list[Path]:
+    """Put a program's plug-in into its folders, or into `to`, a folder or for Blender a .zip.
+
+    Returns:
+        The folders, or the file, that it is in now.
+
+    Raises:
+        InputError: no folder of the program's is found, or one cannot be written.
+    """
+    if to and Path(to).suffix == ".zip":
+        return [_zipped(program, Path(to))]
+    homes = [Path(to)] if to else folders(program)
+    if not homes:
+        raise InputError(_NOT_FOUND[program])
+    given = contents(program)
+    for home in homes:
+        try:
+            (home / OWN).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{home / OWN}: {error.strerror}") from error
+        for name, content in given.items():
+            with files.replacing(home / OWN / name, force=True) as path:
+                path.write_bytes(content)
+    return [home / OWN for home in homes]
+
+
+def uninstall(program: str, to: str | None = None) -> list[Path]:
+    """Remove what `install` put there, and nothing else; returns the folders that it was in."""
+    found = installed(program, to)
+    for folder in found:
+        for name in contents(program):
+            (folder / name).unlink(missing_ok=True)
+        shutil.rmtree(folder / "__pycache__", ignore_errors=True)
+        if not any(folder.iterdir()):
+            folder.rmdir()
+    return found
+
+
+def installed(program: str, to: str | None = None) -> list[Path]:
+    """The folders that a program's plug-in is in."""
+    homes = [Path(to)] if to else folders(program)
+    return [home / OWN for home in homes if (home / OWN / PYTHON).is_file()]
+
+
+def interpreter(folder: Path) -> str:
+    """The Python that an installed plug-in runs iccm by."""
+    return (folder / PYTHON).read_text(encoding="utf-8").strip()
+
+
+def folders(program: str) -> list[Path]:
+    """Where a program looks for a user's extensions, as it, its environment variables or its defaults say."""
+    return _of_inkscape() if program == "inkscape" else _of_blender()
+
+
+def _of_inkscape() -> list[Path]:
+    home, command = Path.home(), shutil.which(os.environ.get("INKSCAPE_COMMAND") or "inkscape")
+    if profile := os.environ.get("INKSCAPE_PROFILE_DIR"):
+        found = [Path(profile)]
+    elif command and (said := _asked([command, "--user-data-directory"])):
+        found = [Path(said)]
+    else:
+        found = [path for path in [_settings("inkscape", "inkscape")] if path.is_dir()]
+        mac = home / "Library/Application Support/org.inkscape.Inkscape/config/inkscape"
+        found = [mac] if sys.platform == "darwin" and mac.is_dir() else found
+    flatpak = home / ".var/app/org.inkscape.Inkscape/config/inkscape"
+    return [path / "extensions" for path in [*found, *([flatpak] if flatpak.is_dir() else [])]]
+
+
+def _of_blender() -> list[Path]:
+    if given := os.environ.get("BLENDER_USER_EXTENSIONS"):
+        return [Path(given) / "user_default"]
+    if given := os.environ.get("BLENDER_USER_RESOURCES"):
+        return [Path(given) / "extensions" / "user_default"]
+    home = _settings("blender", "Blender Foundation/Blender")
+    if sys.platform == "darwin":
+        home = Path.home() / "Library/Application Support/Blender"
+    versions = {path: re.fullmatch(r"(\d+)\.(\d+)", path.name) for path in home.glob("*")}
+    known = {path: (int(found[1]), int(found[2])) for path, found in versions.items() if found}
+    ordered = sorted((number, path) for path, number in known.items() if number >= OLDEST)
+    return [path / "extensions" / "user_default" for _, path in ordered]
+
+
+def _settings(plain: str, windows: str) -> Path:
+    """A program's settings: by XDG, or in Windows' roaming data."""
+    if sys.platform == "win32":
+        return Path(os.environ.get("APPDATA") or Path.home() / "AppData/Roaming") / windows
+    return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / plain
+
+
+def _asked(command: list[str]) -> str:
+    """The last line that a program says, or nothing."""
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return done.stdout.strip().splitlines()[-1] if done.returncode == 0 and done.stdout.strip() else ""
+
+
+def _zipped(program: str, path: Path) -> Path:
+    if program != "blender":
+        raise InputError(f"{path}: {program.capitalize()} installs from no .zip; name a folder")
+    with files.replacing(path, force=True) as temporary, zipfile.ZipFile(temporary, "w") as archive:
+        for name, content in sorted(contents(program).items()):
+            archive.writestr(name, content)
+    return path
+
+
+_NOT_FOUND = {
+    "inkscape": "Inkscape is not found; name its folder of extensions (there: Edit > Preferences > System > User "
+    "extensions): --to DIR",
+    "blender": "no settings of Blender 4.2 or later are found; start it once, or write a file for its Preferences > "
+    "Get Extensions > Install from Disk: --to iccm-blender.zip",
+}

@@ -1,0 +1,394 @@
+"""Inkscape's Extensions > Texture: "Fit into shape" and "Deform by pins" by `iccm map` and `iccm deform`.
+
+The document is copied for iccm, once with nothing but the artwork drawn and once with nothing but the target, so that
+transforms, styles and definitions are what they are; user units of the document are those of all files. What iccm
+writes is put into the target's layer, in one group.
+"""
+
+import base64
+import copy
+import json
+import re
+import tempfile
+from pathlib import Path
+
+import inkex
+from iccm_process import Failed, messages, python, start
+from inkex import bezier
+from inkex.command import inkscape
+from lxml import etree
+
+KINDS = ("pin-", "stroke-")
+FLATNESS = 1e-4  # of a stroke's size: as far may its polyline be from it
+MARGIN = 0.02  # of the artwork's or target's size, around what pictures show
+SIDE = 8192  # pixels: no artwork is rendered larger
+NOT_DRAWN = {"defs", "style", "metadata", "namedview", "title", "desc", "script"}
+OF_ROOT = {"id", "width", "height", "viewBox", "version", "preserveAspectRatio", "x", "y"}
+LABEL, HREFS = inkex.addNS("label", "inkscape"), ("href", inkex.addNS("href", "xlink"))
+
+
+class Texture(inkex.EffectExtension):
+    """Both entries of the menu; `--job` says which."""
+
+    def add_arguments(self, pars):
+        """The parameters of both .inx files."""
+        pars.add_argument("--job", default="fit")
+        pars.add_argument("--result", default="paths")
+        pars.add_argument("--size", type=int, default=1024)
+        pars.add_argument("--outline", default="largest")
+        pars.add_argument("--parts", default="largest")
+        pars.add_argument("--fit", default="auto")
+        pars.add_argument("--holes", default="auto")
+        pars.add_argument("--turn", default="")
+        pars.add_argument("--balance", type=float, default=1.0)
+        pars.add_argument("--pins", type=inkex.Boolean, default=True)
+        pars.add_argument("--replace", type=inkex.Boolean, default=False)
+
+    def effect(self):
+        """Run iccm on what is selected, and add what it makes to the document."""
+        with tempfile.TemporaryDirectory(prefix="iccm-") as folder:
+            try:
+                self.carry(Path(folder))
+            except Failed as error:
+                raise inkex.AbortExtension(str(error)) from None
+
+    def carry(self, folder):
+        """Write iccm's inputs into a folder, run it there, and insert what it writes."""
+        interpreter = python("inkscape")
+        fits = self.options.job == "fit"
+        marks = self.marks() if self.options.pins else {kind: {} for kind in KINDS}
+        marked = {element for found in marks.values() for pair in found.values() for element in pair}
+        chosen = [each for each in self.svg.selection.values() if each not in marked]
+        if len(chosen) < 1 + fits:
+            raise Failed(
+                "Select the artwork, then with Shift the shape that it goes into."
+                if fits
+                else "Select the artwork that is to be deformed."
+            )
+        artwork, target = (chosen[:-1], chosen[-1]) if fits else (chosen, chosen[0])
+        if any(target in each.iterdescendants() or each in target.iterdescendants() for each in artwork):
+            raise Failed("The target is a part of the artwork, or the other way round; ungroup them.")
+        source = self.only(artwork, marked)
+        picture = fits and self.options.result == "picture"
+        if picture or self.options.outline == "box":
+            framed(source, drawn_box(source, folder), MARGIN if self.options.outline != "box" else 0)
+        write(source, folder / "artwork.svg")
+        pairs = marks if fits else {k: {n: (p * 2)[:2] for n, p in v.items()} for k, v in marks.items()}
+        command = ["map" if fits else "deform", "artwork.svg" + self.part(artwork)]
+        result = folder / ("result.png" if picture else "result.svg")
+        box = None
+        if fits:
+            onto = self.only([target], marked)
+            if picture:
+                box = framed(onto, drawn_box(onto, folder), MARGIN)
+            write(onto, folder / "target.svg")
+            command += ["target.svg", "--target-box", "viewbox", *self.said()]
+        if picture:
+            render(folder / "artwork.svg", folder / "texture.png", min(SIDE, 2 * self.options.size))
+            command += ["--texture", "texture.png", "--texture-box", "viewbox"]
+            command += ["--size", str(self.options.size)]
+        if any(pairs.values()):
+            listed = self.listed(pairs, artwork, target if fits else None)
+            (folder / "pairs.json").write_text(json.dumps(listed), encoding="utf-8")
+            command += ["--constraints", "pairs.json"]
+        elif not fits:
+            raise Failed(
+                "There are no pins. Draw a small circle on the artwork, label it pin-NAME (Object Properties), "
+                "duplicate it, and move the duplicate to where the pin goes."
+            )
+        command += ["-o", result.name, "--report", "report.json", "--log-format", "json", "-q"]
+        log = str(folder / "messages")
+        code = start(interpreter, command, str(folder), log).wait()
+        errors, doubts = messages(log)
+        if code not in (0, 1) or not result.is_file():
+            raise Failed(readable("\n".join(errors) or f"iccm ended with exit code {code}"))
+        name = f"{title(artwork[0])} in {title(target)}" if fits else f"{title(artwork[0])} deformed"
+        self.insert(image(result, box) if picture else drawing(result, self.svg), target, name)
+        if self.options.replace:
+            for each in artwork:
+                self.remove(each)
+        report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+        left_out = [note for note in report["notes"] if " × " in note]
+        if said := [*errors, *doubts, *(note for note in left_out if note not in doubts)]:
+            inkex.errormsg(readable("\n".join(said)))
+
+    def part(self, artwork):
+        """What of the artwork's file is its outline: the end of `file#part`."""
+        parts = {"silhouette": "#silhouette", "box": "#canvas", "first": f"#{artwork[0].get('id')}"}
+        return parts.get(self.options.outline, "")
+
+    def said(self):
+        """What was chosen otherwise than by default."""
+        found = []
+        for name, default in (("fit", "auto"), ("holes", "auto"), ("parts", "largest"), ("balance", 1.0)):
+            value = getattr(self.options, name)
+            found += [f"--{name}", str(value)] if value != default else []
+        turn = self.options.turn.strip()
+        return found + ([f"--turn={turn}"] if turn else [])
+
+    def marks(self):
+        """Pins and strokes that are seen: for each kind by name the elements, in the order of drawing."""
+        found = {kind: {} for kind in KINDS}
+        for element in self.svg.iterdescendants():
+            if not isinstance(element, inkex.ShapeElement):
+                continue
+            name = element.get(LABEL) or element.get("id") or ""
+            for kind in KINDS:
+                if name.startswith(kind) and shown(element):
+                    found[kind].setdefault(name, []).append(element)
+        return found
+
+    def listed(self, pairs, artwork, target):
+        """Pins and strokes for `--constraints`; each pair's first is the artwork's.
+
+        With a target, that is the one nearer to the artwork's bounding box than to the target's, or drawn first.
+        """
+        for kind in pairs.values():
+            for name, pair in kind.items():
+                if len(pair) != 2:
+                    where = (
+                        "once on the artwork and once on the target"
+                        if target is not None
+                        else "at most twice"
+                    )
+                    raise Failed(f"{name} is drawn {len(pair)} times; draw it {where}, or hide it.")
+        if target is not None:
+            start_box, end_box = boxed(artwork), boxed([target])
+            for kind in pairs.values():
+                for name, (a, b) in kind.items():
+                    as_drawn = distance(start_box, a) + distance(end_box, b)
+                    swapped = distance(start_box, b) + distance(end_box, a)
+                    kind[name] = (b, a) if swapped < as_drawn else (a, b)
+        pins, strokes = pairs["pin-"], pairs["stroke-"]
+        return {
+            "pins": [{"name": n, "source": middle(a), "target": middle(b)} for n, (a, b) in pins.items()],
+            "strokes": [
+                {"name": n, "source": polyline(a, n), "target": polyline(b, n)}
+                for n, (a, b) in strokes.items()
+            ],
+        }
+
+    def only(self, kept, left_out):
+        """A copy of the document that draws some elements only; others are definitions there, for clones to find."""
+        root = copy.deepcopy(self.svg)
+        kept = {each.get("id") for each in kept}
+        left_out = {each.get("id") for each in left_out}
+        rest = etree.SubElement(root, inkex.addNS("defs", "svg"))
+
+        def prune(parent, inside):
+            for child in list(parent):
+                if not isinstance(child.tag, str) or etree.QName(child).localname in NOT_DRAWN:
+                    continue
+                taken = inside or child.get("id") in kept
+                holds = any(each.get("id") in kept for each in child.iterdescendants())
+                if child.get("id") in left_out or not (taken or holds):
+                    rest.append(child)
+                else:
+                    if (child.get("id") or "").startswith(KINDS):  # would be read as a pin or a stroke
+                        child.set("id", f"kept-{child.get('id')}")
+                    if (child.get(LABEL) or "").startswith(KINDS):
+                        child.attrib.pop(LABEL)
+                    prune(child, taken)
+
+        prune(root, False)
+        for element in root.iter(inkex.addNS("image", "svg")):
+            for name in HREFS:
+                link = element.attrib.get(name, "")
+                if link and not re.match(r"[a-zA-Z][a-zA-Z0-9+.-]+:|#|/", link):
+                    element.set(name, (Path(self.document_path()).resolve().parent / link).as_uri())
+        return root
+
+    def remove(self, element):
+        """Take an element out of the drawing; clones of it keep what they show."""
+        links = {each.attrib.get(name, "")[1:] for each in self.svg.iter() for name in HREFS}
+        element.getparent().remove(element)
+        if links & {each.attrib.get("id") for each in element.iter()}:
+            self.svg.defs.append(element)
+
+    def insert(self, made, target, name):
+        """Put a group above the target, in its layer: its coordinates are the document's user units."""
+        above = target
+        while not is_layer(above.getparent()) and above.getparent() is not self.svg:
+            above = above.getparent()
+        layer = above.getparent()
+        made.set("id", self.svg.get_unique_id("texture"))
+        made.set(LABEL, name)
+        made.transform = -layer.composed_transform() @ made.transform
+        layer.insert(layer.index(above) + 1, made)
+
+
+def is_layer(element):
+    """Whether an element is a layer of Inkscape's."""
+    return element.get(inkex.addNS("groupmode", "inkscape")) == "layer"
+
+
+def shown(element):
+    """Whether an element is drawn: not hidden, and in nothing that is hidden or a definition."""
+    while element is not None:
+        style = element.attrib.get("style", "").replace(" ", "")
+        if (
+            "display:none" in style
+            or element.attrib.get("display") == "none"
+            or element.tag.endswith("}defs")
+        ):
+            return False
+        element = element.getparent()
+    return True
+
+
+def title(element):
+    """What the user calls an element."""
+    return element.get(LABEL) or element.get("id")
+
+
+def boxed(elements):
+    """The bounding box of elements in user units."""
+    found = None
+    for each in elements:
+        box = each.bounding_box(each.getparent().composed_transform())
+        found = box if found is None else found + box
+    return found
+
+
+def middle(element):
+    """The centre of an element in user units."""
+    box = boxed([element])
+    return [box.center.x, box.center.y]
+
+
+def distance(box, element):
+    """How far the centre of an element is outside a bounding box."""
+    x, y = middle(element)
+    across = max(box.left - x, 0, x - box.right)
+    return (across**2 + max(box.top - y, 0, y - box.bottom) ** 2) ** 0.5
+
+
+def polyline(element, name):
+    """A stroke as points in user units."""
+    curve = element.path.transform(element.composed_transform()).to_superpath()
+    if len(curve) != 1:
+        raise Failed(f"{name} has {len(curve)} parts; draw it as one line.")
+    box = curve.to_path().bounding_box()
+    bezier.cspsubdiv(curve, FLATNESS * max(box.width, box.height))
+    return [list(node[1]) for node in curve[0]]
+
+
+def write(root, path):
+    """A document as a file."""
+    path.write_bytes(etree.tostring(root))
+
+
+def drawn_box(root, folder):
+    """Left, top, width and height in user units of all that a document draws, as Inkscape finds it."""
+    bare = copy.deepcopy(root)
+    for name in ("viewBox", "width", "height"):
+        bare.attrib.pop(name, None)
+    write(bare, folder / "measured.svg")
+    lines = inkscape(str(folder / "measured.svg"), "--query-all").splitlines()
+    try:
+        x, y, width, height = map(float, lines[0].split(",")[1:])
+    except (IndexError, ValueError):
+        raise Failed("Nothing that is drawn is selected.") from None
+    if not width > 0 or not height > 0:
+        raise Failed("What is selected has no area.")
+    return x, y, width, height
+
+
+def framed(root, box, margin):
+    """Make a box, with a margin of its larger side, the canvas of a document; returns it."""
+    x, y, width, height = box
+    by = margin * max(width, height)
+    box = (x - by, y - by, width + 2 * by, height + 2 * by)
+    root.set("viewBox", " ".join(f"{value:.12g}" for value in box))
+    root.set("width", f"{box[2]:.12g}")
+    root.set("height", f"{box[3]:.12g}")
+    root.attrib.pop("preserveAspectRatio", None)
+    return box
+
+
+def render(drawing_path, path, side):
+    """A picture of a drawing's canvas by Inkscape."""
+    root = etree.parse(str(drawing_path)).getroot()
+    width, height = float(root.get("width")), float(root.get("height"))
+    longer = {"export_width": side} if width >= height else {"export_height": side}
+    inkscape(
+        str(drawing_path),
+        "--export-area-page",
+        export_type="png",
+        export_filename=str(path),
+        **longer,
+    )
+    if not path.is_file():
+        raise Failed("Inkscape could not render the artwork.")
+
+
+def image(path, box):
+    """An embedded picture that covers a box."""
+    group, element = inkex.Group(), inkex.Image()
+    for name, value in zip(("x", "y", "width", "height"), box):
+        element.set(name, f"{value:.12g}")
+    element.set("preserveAspectRatio", "none")
+    data = base64.b64encode(path.read_bytes()).decode("ascii")
+    element.set(HREFS[1], f"data:image/png;base64,{data}")
+    group.append(element)
+    return group
+
+
+def drawing(path, svg):
+    """What a drawing draws as a group, with names that the document does not have; its definitions go there."""
+    root = inkex.load_svg(str(path)).getroot()
+    taken = set(svg.get_ids())
+    new = {}
+    for element in root.iter():
+        old = element.get("id") if isinstance(element.tag, str) else None
+        if old:
+            number = 1
+            while (name := f"{old}-{number}") in taken:
+                number += 1
+            new[old] = name
+            taken.add(name)
+    for element in root.iter():
+        for key, value in element.attrib.items():
+            element.set(key, renamed(value, new, key))
+        if isinstance(element.tag, str) and element.tag.endswith("}style"):
+            element.text = renamed(element.text or "", new)
+    group = inkex.Group()
+    for key, value in root.attrib.items():
+        if key not in OF_ROOT and not key.startswith("{"):
+            group.set(key, value)
+    styles = {each.text for each in svg.iter(inkex.addNS("style", "svg"))}
+    for child in list(root):
+        tag = etree.QName(child).localname if isinstance(child.tag, str) else ""
+        if tag == "defs":
+            for each in list(child):
+                svg.defs.append(each)
+        elif tag == "style":
+            if child.text not in styles:
+                svg.defs.append(child)
+        elif tag not in NOT_DRAWN:
+            group.append(child)
+    if not len(group):
+        raise Failed("Nothing of the artwork lies inside its outline.")
+    return group
+
+
+def renamed(text, new, key=""):
+    """An attribute, or a style sheet, that refers to elements by their new names."""
+    if key == "id":
+        return new.get(text, text)
+    if key in HREFS and text.startswith("#"):
+        return f"#{new.get(text[1:], text[1:])}"
+
+    def refer(found):
+        return f"url(#{new.get(found[1], found[1])})"
+
+    return re.sub(r"url\(\s*[\"']?#([^\"')]+)[\"']?\s*\)", refer, text)
+
+
+def readable(text):
+    """iccm's messages in terms of the document."""
+    return text.replace("artwork.svg", "the artwork").replace("target.svg", "the target")
+
+
+if __name__ == "__main__":
+    Texture().run()

@@ -1,0 +1,87 @@
+"""Plug-ins are installed where programs look for them, whole, and taken away again."""
+
+import sys
+
+import pytest
+
+from iccm.io import plugins
+
+
+@pytest.fixture
+def home(tmp_path, monkeypatch):
+    """A user who has neither program."""
+    for name in (
+        "INKSCAPE_PROFILE_DIR",
+        "INKSCAPE_COMMAND",
+        "BLENDER_USER_RESOURCES",
+        "BLENDER_USER_EXTENSIONS",
+    ):
+        monkeypatch.delenv(name, raising=False)
+    for name in ("HOME", "USERPROFILE"):
+        monkeypatch.setenv(name, str(tmp_path))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / ".config"))
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"))
+    return tmp_path
+
+
+def files(folder):
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()
+    }
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="settings by XDG")
+@pytest.mark.parametrize(
+    ("program", "settings", "extensions"),
+    [
+        ("inkscape", [".config/inkscape"], [".config/inkscape/extensions"]),
+    ],
+)
+def test_a_plug_in_is_installed_and_removed(home, iccm, program, settings, extensions):
+    assert iccm("plugins", "install", program).code == 2
+    for name in settings:
+        (home / name).mkdir(parents=True)
+    typed = iccm("plugins", "install", program)
+    places = [home / name / "iccm" for name in extensions]
+    assert typed.code == 0 and typed.lines[:-1] == [f"wrote {place}" for place in places]
+    for place in places:
+        found = files(place)
+        assert (
+            found == plugins.contents(program) and found["iccm_python.txt"].decode().strip() == sys.executable
+        )
+    assert iccm("plugins", "install", program).code == 0  # over itself
+    assert iccm("plugins", "list").out == "".join(
+        f"{program}\t{place}\t{sys.executable}\n" for place in places
+    )
+    (places[0] / "mine.txt").write_text("kept")
+    typed = iccm("plugins", "uninstall", program)
+    assert typed.lines == [f"removed {place}" for place in places]
+    assert files(home) == {(places[0] / "mine.txt").relative_to(home).as_posix(): b"kept"}
+    assert "no plug-in" in iccm("plugins", "uninstall", program).err and not iccm("plugins", "list").out
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell script as Inkscape")
+def test_inkscape_is_asked_for_its_folder(home, iccm):
+    (home / "bin").mkdir()
+    program = home / "bin" / "inkscape"
+    program.write_text('#!/bin/sh\n[ "$1" = --user-data-directory ] && echo "$HOME/my settings"\n')
+    program.chmod(0o755)
+    typed = iccm("plugins", "install", "inkscape")
+    assert typed.lines[0] == f"wrote {home / 'my settings' / 'extensions' / 'iccm'}"
+
+
+def test_a_folder_is_named(home, iccm, monkeypatch):
+    monkeypatch.chdir(home)
+    assert iccm("plugins", "install", "inkscape", "--to", "here").lines[0] == "wrote here/iccm"
+    assert files(home / "here" / "iccm") == plugins.contents("inkscape")
+    before = files(home)
+    for wrong, said in (
+        (("install", "inkscape", "--to", "a.zip"), "name a folder"),
+        (("install",), "name a program"),
+        (("uninstall",), "name a program"),
+        (("install", "gimp"), "'gimp' is not"),
+        (("install", "inkscape", "--to", "here/iccm/iccm_fit.inx"), "iccm_fit.inx"),
+    ):
+        typed = iccm("plugins", *wrong)
+        assert typed.code == 2 and said in typed.err and len(typed.lines) == 1, typed.err
+    assert files(home) == before

@@ -1,0 +1,243 @@
+"""The extension in a real Inkscape without a screen: what it draws is rendered and compared. Skipped, loudly, where
+there is no Inkscape."""
+
+import os
+import re
+import shutil
+import subprocess
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from iccm.io import plugins
+
+NEEDED = ("inkscape", "xvfb-run", "dbus-run-session")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(300),
+    pytest.mark.skipif(
+        not all(map(shutil.which, NEEDED)), reason=f"NO INKSCAPE TESTS: install {', '.join(NEEDED)}"
+    ),
+]
+SVG, LABEL = "{http://www.w3.org/2000/svg}", "{http://www.inkscape.org/namespaces/inkscape}label"
+FIT, DEFORM = "org.iccm.fit", "org.iccm.deform"
+HEART = (
+    "M60 104C20 76 6 56 6 34C6 16 20 6 34 6C46 6 55 12 60 22C65 12 74 6 86 6"
+    "C100 6 114 16 114 34C114 56 100 76 60 104Z"
+)
+FACE = f"""<path d="{HEART}" fill="url(#g)"/>
+<path d="M24 34C24 26 30 22 36 22" fill="none" stroke="#fff" stroke-width="6" stroke-linecap="round"/>
+<circle cx="40" cy="48" r="9" class="eye"/>
+<path d="M48 66C54 74 68 74 74 66" fill="none" stroke="#226" stroke-width="5"/>
+<g transform="rotate(30 84 50)"><rect x="76" y="44" width="18" height="8" opacity=".6" fill="#060"/></g>"""
+NEAR = 0.02 + 2e-4 * 80 * 2**0.5  # the radius of an eye, and what paths may err on a target of 80 units
+PLACED = "matrix(.45,.12,-.12,.45,80,10)"  # the target's layer, then the target
+ONTO = "translate(30,20) scale(1.2)"
+MILLIMETRES = 'width="210mm" height="148mm" viewBox="0 -5 210 148"'
+PAGE = f"""<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"
+ xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" {MILLIMETRES}><style>.eye {{{{ fill: #226 }}}}</style>
+<defs><linearGradient id="g" x2="1"><stop stop-color="#ffd166"/><stop offset="1" stop-color="#ef476f"/>
+</linearGradient></defs>
+{{}}</svg>"""
+
+
+def page(extra="", target=f'<path id="target" d="{HEART}" transform="{ONTO}" fill="#eee"/>'):
+    """A heart with a face in a layer, and another heart, turned and larger, in another."""
+    return PAGE.format(f"""<g inkscape:groupmode="layer" id="below" transform="translate(5,3)">
+<g id="art" inkscape:label="face" transform="matrix(.45,.12,-.12,.45,20,10)">{FACE}{extra}</g></g>
+<g inkscape:groupmode="layer" id="above" transform="{PLACED}"><g id="inner">{target}</g></g>""")
+
+
+@pytest.fixture
+def profile(tmp_path, monkeypatch):
+    """A user's settings with the extension, and a folder, made current, for documents."""
+    home = tmp_path / "profile"
+    monkeypatch.setenv("INKSCAPE_PROFILE_DIR", str(home))
+    monkeypatch.setenv("PATH", f"/usr/bin{os.pathsep}/bin{os.pathsep}{os.environ['PATH']}")
+    assert plugins.install("inkscape") == [home / "extensions" / "iccm"]
+    monkeypatch.chdir(tmp_path)
+    return home
+
+
+def act(document, actions, ids):
+    """What Inkscape, in batch, makes of a document whose objects are selected one after the other."""
+    Path("in.svg").write_text(document)
+    chosen = [f"select-by-id:{each}" for each in ids]
+    said = ";".join([*chosen, *actions, "export-filename:out.svg", "export-do"])
+    command = [
+        "xvfb-run",
+        "-a",
+        "dbus-run-session",
+        "--",
+        "inkscape",
+        "--batch-process",
+        f"--actions={said}",
+        "in.svg",
+    ]
+    subprocess.run(command, check=True, capture_output=True, timeout=120)
+    return Path("out.svg").read_text()
+
+
+def run(document, profile, *arguments):
+    """What the extension, called as Inkscape calls it, makes of a document, its message and its exit code."""
+    Path("in.svg").write_text(document)
+    asked = ["inkscape", "--system-data-directory"]
+    data = subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
+    script = profile / "extensions" / "iccm" / "iccm_inkscape.py"
+    command = ["/usr/bin/python3", str(script), *arguments, "--output=out.svg", "in.svg"]
+    environment = os.environ | {"PYTHONPATH": f"{data}/extensions"}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
+    return (Path("out.svg").read_text() if done.returncode == 0 else ""), done.stderr, done.returncode
+
+
+def rendered(document):
+    """A document's pixels (height, width, 3) on white, 0 to 1."""
+    Path("shown.svg").write_text(document)
+    command = ["inkscape", "--export-type=png", "--export-filename=shown.png", "-w", "1050", "shown.svg"]
+    subprocess.run(command, check=True, capture_output=True)
+    shown = Image.open("shown.png").convert("RGBA")
+    return np.asarray(Image.alpha_composite(Image.new("RGBA", shown.size, "white"), shown))[..., :3] / 255
+
+
+def differing(a, b):
+    """The share of pixels of the target's layer that differ visibly."""
+    x = a.shape[1] // 3
+    return (np.abs(a[:, x:] - b[:, x:]).max(axis=-1) > 0.15).mean()
+
+
+def names(document):
+    return [each.get("id") for each in ElementTree.fromstring(document).iter() if each.get("id")]
+
+
+def expected(extra=""):
+    """The page with the face itself in the target's place: the map between like shapes is the similarity."""
+    return page(extra, f'<g transform="{ONTO}">{FACE}{extra}</g>')
+
+
+def test_artwork_is_carried_through_all_transforms(profile):
+    made = act(page(), [f"{FIT}.noprefs"], ["art", "target"])
+    shown = rendered(made)
+    assert differing(shown, rendered(expected())) < 1e-3 < differing(shown, rendered(page()))
+    assert len(names(made)) == len(set(names(made)))
+    group = next(
+        each for each in ElementTree.fromstring(made).iter(f"{SVG}g") if each.get(LABEL) == "face in target"
+    )
+    assert not list(group.iter(f"{SVG}image")) and len(list(group.iter(f"{SVG}path"))) == 5
+
+
+def test_a_picture_carries_what_paths_cannot_and_undo_takes_it_back_at_once(profile):
+    blur = '<filter id="soft"><feGaussianBlur stdDeviation="3"/></filter>'
+    blur += '<circle cx="70" cy="84" r="7" filter="url(#soft)"/>'
+    (profile / "preferences.xml").write_text(
+        '<inkscape version="1"><group id="extensions" org.iccm.fit.result="picture"/></inkscape>'
+    )
+    made = act(page(blur), [f"{FIT}.noprefs"], ["art", "target"])
+    assert len(list(ElementTree.fromstring(made).iter(f"{SVG}image"))) == 1
+    assert (
+        differing(rendered(made), rendered(expected(blur)))
+        < 4e-3
+        < differing(rendered(made), rendered(page(blur)))
+    )
+    undone = act(page(blur), [f"{FIT}.noprefs", "undo"], ["art", "target"])
+    assert "image" not in undone and not np.abs(rendered(undone) - rendered(page(blur))).any()
+
+
+def mark(name, x, y, number):
+    return f'<circle id="m{number}" inkscape:label="{name}" cx="{x}" cy="{y}" r="1"/>'
+
+
+def eyes(document):
+    """The centres of what is of the class `eye`, in the coordinates of its layer."""
+    found = []
+    for each in ElementTree.fromstring(document).iter(f"{SVG}path"):
+        if "eye" in each.get("class", ""):
+            numbers = np.array(re.findall(r"-?[\d.]+(?:e-?\d+)?", each.get("d")), float).reshape(-1, 2)
+            found.append((numbers.min(axis=0) + numbers.max(axis=0)) / 2)
+    return found
+
+
+def plain(marks, extra=""):
+    """A square with a small eye, and a disc, in the user units of the page."""
+    drawn = '<g id="art"><path d="M10 10H70V70H10Z" fill="#dd8"/><circle class="eye" cx="30" cy="30" r=".02"/></g>'
+    return PAGE.format(
+        f'{drawn}<circle id="target" cx="140" cy="60" r="40" fill="#eee"/>{extra}{"".join(marks)}'
+    )
+
+
+def test_pins_that_are_drawn_are_met_however_they_are_ordered(profile):
+    there, back = mark("pin-eye", 30, 30, 1), mark("pin-eye", 130, 50, 2)
+    for marks in ([there, back], [back, there]):
+        made, said, code = run(plain(marks), profile, "--id=art", "--id=target")
+        assert (said, code) == ("", 0)
+        assert np.allclose(eyes(made), [[130, 50]], atol=NEAR)
+    free = run(plain([there, back]), profile, "--id=art", "--id=target", "--pins=false")[0]
+    assert np.hypot(*(eyes(free)[0] - [130, 50])) > 2
+
+
+def test_artwork_is_deformed_by_pins(profile):
+    marks = [mark("pin-eye", 30, 30, 1), mark("pin-eye", 40, 20, 2), mark("pin-corner", 65, 65, 3)]
+    made = act(plain(marks), [f"{DEFORM}.noprefs"], ["art"])
+    assert np.allclose(eyes(made), [[40, 20]], atol=NEAR)
+    assert "art" not in names(made) and "target" in names(made)
+
+
+def test_strokes_that_are_drawn_are_met(profile):
+    line = '<path inkscape:label="stroke-brow" id="{}" d="{}" fill="none" stroke="red"/>'
+    lines = line.format("s1", "M20 30H40") + line.format("s2", "m 125,40 q 10,-15 30,0")
+    made, said, code = run(
+        plain([], lines), profile, "--id=art", "--id=target", "--result=picture", "--size=512"
+    )
+    assert (said, code) == ("", 0) and "data:image/png" in made
+    made = run(plain([], lines), profile, "--id=art", "--id=target")[0]
+    t = np.linspace(0, 1, 400)[:, None]
+    curve = (1 - t) ** 2 * [125, 40] + 2 * t * (1 - t) * [135, 25] + t**2 * [155, 40]
+    assert np.hypot(*(curve - eyes(made)[0]).T).min() < 0.1
+
+
+def test_each_letter_gets_the_artwork_and_removed_originals_stay_for_their_clones(profile):
+    word = '<g id="word"><path d="M90 10h30v50h-30z"/><path d="M130 10h40l-20 60z"/></g>'
+    clone = '<use id="twin" xlink:href="#art" y="70"/>'
+    given = ("--id=art", "--id=word", "--parts=each", "--replace=true", "--outline=box")
+    made, said, code = run(plain([], word + clone), profile, *given)
+    assert (said, code) == ("", 0)
+    (left, _), (right, _) = sorted(map(tuple, eyes(made)))
+    assert 90 < left < 120 and 130 < right < 170
+    shown = rendered(made)
+    scale = shown.shape[1] / 210
+    assert (shown[int(45 * scale), int(50 * scale)] > 0.99).all()  # the artwork is gone, its clone is not
+    assert np.allclose(
+        shown[int(115 * scale), int(50 * scale)], [0xDD / 255, 0xDD / 255, 0x88 / 255], atol=0.01
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "marks", "said"),
+    [
+        (["--id=art"], [], "Select the artwork, then with Shift"),
+        (
+            ["--id=art", "--id=target"],
+            [mark("pin-a", 30, 30, 1)],
+            "pin-a is drawn 1 times; draw it once on the artwork",
+        ),
+        (["--id=art", "--id=target"], [mark("pin-a", 30, 30, 1), mark("pin-a", 5, 120, 2)], "pin"),
+        (["--id=art", "--id=target", "--turn=left"], [], "'left' is no angle in degrees"),
+        (["--id=art", "--job=deform"], [], "There are no pins."),
+        (["--id=line", "--id=target"], [], "the artwork"),
+        (["--id=line", "--id=target", "--result=picture"], [], "What is selected has no area."),
+    ],
+)
+def test_what_cannot_be_done_is_said_and_nothing_changes(profile, arguments, marks, said):
+    line = '<path id="line" d="M10 120H60"/>'
+    made, message, code = run(plain(marks, line), profile, *arguments)
+    assert said in message and "Traceback" not in message and code not in (0, 1) and not made
+
+
+def test_a_moved_python_is_said(profile):
+    (profile / "extensions" / "iccm" / "iccm_python.txt").write_text("/nowhere/python\n")
+    _, message, code = run(plain([]), profile, "--id=art", "--id=target")
+    assert code and message.strip() == (
+        "iccm is not found at /nowhere/python; run `iccm plugins install inkscape` again"
+    )
