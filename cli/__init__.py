@@ -37,7 +37,7 @@ from .failures import INPUT, Unread, explain
 COMMANDS = {
     "map": "Map one shape onto another and carry a texture through the map.",
     "deform": "Deform a shape and its texture by pins and strokes alone.",
-    "apply": "Warp more images through a map that was saved with --stmap.",
+    "apply": "Carry pictures, drawings, points, lines and polygons through a saved map.",
     "edit": "Place pins and strokes in the browser, and see the map follow.",
     "flatten": "Flatten a mesh patch into the plane.",
     "relayout": "Carry textures from one UV layout of a mesh to another.",

@@ -1,4 +1,4 @@
-"""`iccm apply`."""
+"""`iccm apply`: pictures through STMaps, and whatever has places through maps that were saved."""
 
 from __future__ import annotations
 
@@ -12,29 +12,76 @@ from ..errors import InputError
 from . import logs, options, status
 from .options import FILE
 
+SAVED = ("inverse", "columns", "tolerance", "report", "size", "texture_box", "target_box")
+"""Options that an STMap knows nothing of."""
+
 
 @click.command(cls=options.Command)
-@click.argument("stmap", type=FILE)
-@click.argument("image", type=FILE)
+@click.argument("map", type=FILE)
+@click.argument("input", type=FILE)
 @options.of("apply")
 @logs.options
-def command(stmap: str, image: str, output: str, **given: Any) -> int:
-    """Warp IMAGE through STMAP, a map that `iccm map --stmap` or another program wrote.
+def command(map: str, input: str, output: str, **given: Any) -> int:
+    """Carry INPUT through MAP, a map that was saved: a picture, a drawing, or a file of points, lines and polygons.
 
-    An STMap is a picture of floats: red is where in the image a pixel comes from, from 0 at its left edge to 1 at its
-    right edge, green the same from its bottom to its top edge; alpha is the coverage. The map is solved once, and the
-    pictures of a whole material go through it.
+    MAP is a file that `iccm map -o map.npz` wrote, the map itself: through it go pictures, drawings (.svg), points in
+    tables (.csv .tsv), GeoJSON, lists of landmarks (.json .tps) and lines (.obj), each in its file's own units, there
+    and with --inverse back. The output has the format of the input.
+
+    Or MAP is an STMap, which `iccm map --stmap` or another program wrote: a picture of floats, red is where in the
+    image a pixel comes from, from 0 at its left edge to 1 at its right edge, green the same from its bottom to its top
+    edge; alpha is the coverage. Pictures go through it.
 
     \b
-    iccm map rose.svg leaf.svg --stmap leaf.exr
-    iccm apply leaf.exr albedo.png -o leaf-albedo.png
+    iccm map rose.svg leaf.svg -o leaf.npz
+    iccm apply leaf.npz petals.jpg -o petals-on-leaf.png
+    iccm apply leaf.npz landmarks.csv -o on-leaf.csv
+    iccm apply leaf.npz cells.geojson --inverse -o on-rose.geojson
     iccm apply leaf.exr normal.png --kind normal -o leaf-normal.png
-    iccm apply leaf.exr roughness.tif --kind data -o leaf-roughness.tif
 
     Names with <UDIM> in them stand for the tiles of texture coordinates: 'leaf.<UDIM>.exr' for all that there are.
 
     Exit code: 0 done, 2 an input is wrong.
     """
+    from ..io import formats
+
+    with status.show_phases("read"):
+        made = (_saved if formats.of(map).map else _stmap)(map, input, output, given)
+    for name in made:
+        logs.log.info(f"wrote {name}")
+    return 0
+
+
+def _saved(map: str, input: str, output: str, given: dict[str, Any]) -> list[str]:
+    """Carry a file through a map, and name what was written."""
+    from ..io import formats
+    from ..io.apply import Saved
+    from ..io.geometry.document import READERS
+
+    name = formats.suffix_of(input)
+    saved = Saved.read(map, inverse=given["inverse"])
+    own = {key: given[key] for key in ("columns", "tolerance", "outside", "report")}
+    if name in READERS:
+        counts = saved.carry_geometry(input, output, force=given["force"], tell=logs.log.warning, **own)
+        said = ", ".join(f"{count} {what.replace('_', ' ')}" for what, count in counts.items() if count)
+        logs.log.info(f"carried {said}")
+        return [each for each in (output, own["report"]) if each not in ("-", None)]
+    if used := [key for key, value in own.items() if value not in (None, "drop")]:
+        raise InputError(f"--{used[0]}: for points, lines and polygons, and {input} holds none")
+    if name not in (".svg", ".svgz") and name not in formats.holding("picture"):
+        known = [*formats.holding("picture"), ".svg", ".svgz", *READERS]
+        raise InputError(
+            f"{input}: nothing is carried from a file of this kind; use one of {' '.join(known)}"
+        )
+    job = {key: value for key, value in given.items() if value is not None and key not in ("inverse", *own)}
+    threads = job.pop("threads", None)
+    job |= {"output": [output]} | ({"source": input} if name in (".svg", ".svgz") else {"texture": input})
+    saved.carry(job, threads=threads, tell=logs.log.warning)
+    return [output] if output != "-" else []
+
+
+def _stmap(stmap: str, image: str, output: str, given: dict[str, Any]) -> list[str]:
+    """Warp a picture through an STMap, or its tiles, and name what was written."""
     from ..io import files, formats
     from ..io.memory import Bounded
     from ..io.pictures import image_files, tiles
@@ -42,6 +89,8 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     from ..memory import Memory
     from ..pixels.texture import check_kind
 
+    if used := [name for name in SAVED if given[name]] + ["outside"] * (given["outside"] != "drop"):
+        raise InputError(f"--{used[0].replace('_', '-')}: for maps in .npz files, and {stmap} is an STMap")
     room = Bounded(given["memory"], Path(output).resolve().parent) if given["memory"] else Memory()
     sampling = {name: given[name] for name in ("filter", "kind", "edge", "threads")} | {"room": room}
     limits = {"max_pixels": given["max_pixels"], "colorspace": given["colorspace"], "room": room}
@@ -50,7 +99,6 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
     images = tiles.files_of(image) if tiles.is_pattern(image) else [image]
     files.check_outputs(made, [*images, *(name for name, _ in pairs)], force=given["force"])
     with ExitStack() as stack:
-        stack.enter_context(status.show_phases("read"))
         for source, name in pairs:
             st = maps.read(source, max_pixels=given["max_pixels"], room=room)
             picture, box = _picture(image, st, limits)
@@ -60,9 +108,7 @@ def command(stmap: str, image: str, output: str, **given: Any) -> int:
                 logs.log.warning(note)
             path = stack.enter_context(files.writing(name, force=given["force"]))
             maps.apply(st, picture, path, tiles=box, **sampling)
-    for name in made:
-        logs.log.info(f"wrote {name}")
-    return 0
+    return made
 
 
 def _tiles(stmap: str, output: str) -> list[tuple[str, str]]:

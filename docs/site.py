@@ -18,6 +18,7 @@ HOLDS = {
     "flat": "flattenings",
     "plot": "figures",
     "stmap": "STMaps",
+    "map": "saved maps",
     "manifest": "jobs",
     "constraints": "pins and strokes",
 }

@@ -19,6 +19,7 @@ flattening/       patches of meshes laid out in the plane
 meshes/           triangle meshes, their topology, layouts and textures
 maps/             what a map is: evaluation, inverse, injectivity, distortion
 pixels/           pictures: sampling, filtering, coverage
+saved/            maps in files, and points, lines and polygons through maps
 linalg/           sparse factorisations
 curve             polylines in the plane, closed or open
 plane             areas, boxes, similarities and exact orientation of points of the plane
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from .pixels.checkerboard import checkerboard as checkerboard
     from .result import Fit as Fit
     from .result import Status as Status
+    from .result import load as load
     from .solve import deform as deform
     from .solve import fit as fit
     from .texture_transfer import Transfer as Transfer
@@ -74,6 +76,7 @@ _HOME = {
     "deform": "solve",
     "fit": "solve",
     "from_stmap": "texture_transfer",
+    "load": "result",
     "stmap": "texture_transfer",
     "transfer": "texture_transfer",
     "warp": "texture_transfer",

@@ -1,9 +1,10 @@
 """The result of solving: a map, how the solver ended, and figures that judge it."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from .arrays import Box, Complex, Flags, Real, complex_of, xy_of
 from .blas import on_one_thread
 from .buckets import nearest_segments
 from .curve import Curve, boundary_samples, inside_any
+from .errors import InputError
 from .maps import distortion, harmonic, injectivity, inverse
 from .maps.approximation import AnyMap, triangulated
 from .maps.boundary_image import outline
@@ -24,6 +26,7 @@ from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
 from .plane import polygon_area, triangle_areas
 from .problem import ON_OUTLINE
+from .saved.map_file import RINGS, MapFile, Plane, read
 from .transform import Transform
 
 if TYPE_CHECKING:
@@ -176,6 +179,68 @@ class Fit:
     def then(self, other: "Fit | Transform") -> Transform:
         """This map, then another from its target on."""
         return self.transform.then(other.transform if isinstance(other, Fit) else other)
+
+    def save(self, path: str | PathLike, planes: tuple[Plane, Plane] | None = None, **about: Any) -> None:
+        """Write the map into a file that `iccm.load` reads: the same map, bit for bit. The name should end in .npz.
+
+        Args:
+            path: the file; it is replaced.
+            planes: the files' frames and canvases, which go into it; by default y up and bounding boxes.
+            **about: what JSON can hold and `MapFile.about` should.
+
+        Raises:
+            InputError: the map is between flattened surfaces.
+        """
+        if any(self.layouts):
+            raise InputError("maps of meshes are not saved; those between planar shapes are")
+        own = Plane.of(self.source.z, self.source_holes), Plane.of(self.image, self.target_holes)
+        outlines = self.source.z, self.target.z if self.target else None
+        both = [replace(plane, outline=z) for plane, z in zip(planes or own, outlines)]
+        sides = zip(*self.strokes) if self.strokes else ((), ())
+        curves = (*sides, self.source_holes, self.target_holes, *self.passed_holes)
+        rings = {name: [curve.z for curve in each] for name, each in zip(RINGS, curves)}
+        said = {"ended": self.ended.name, "notes": self.notes, "energies": self.energies, **about}
+        arrays = {"pins": self.pins, "hole_partners": self.hole_partners}
+        held = MapFile(self.map, (both[0], both[1]), arrays, rings | {"filled": self.filled or ()}, said)
+        held.write(path)
+
+    @classmethod
+    def of(cls, held: MapFile) -> "Fit":
+        """The result that was saved.
+
+        Raises:
+            InputError: what goes with its map is not what a result has.
+        """
+        about, (source, target) = held.about, held.planes
+        ended: str = about.get("ended", "")
+        notes: list[str] = about.get("notes", [])
+        energies: list[dict[str, float]] = about.get("energies", [])
+        if source.outline is None or not _understood(ended, notes, energies):
+            raise InputError("about: what it says of the solving is not understood")
+        begins, ends, *holes = (
+            [Curve(z, not name.startswith("stroke")) for z in held.rings[name]] for name in RINGS[:-1]
+        )
+        partners = [(int(i), int(j)) for i, j in held.arrays["hole_partners"]]
+        fits = all(-1 <= i < len(holes[0]) and -1 <= j < len(holes[1]) for i, j in partners)
+        fits &= target.outline is None or len(partners) == len(held.map.rims) - 1
+        filled = held.rings["filled"]
+        if len(begins) != len(ends) or not fits or len(filled) not in (0, 2):
+            raise InputError("hole_partners, strokes, filled: they do not fit each other")
+        return cls(
+            map=held.map,
+            ended=Status[ended],
+            energies=energies,
+            source=Curve(source.outline),
+            target=None if target.outline is None else Curve(target.outline),
+            pins=held.arrays["pins"],
+            strokes=list(zip(begins, ends)),
+            notes=notes,
+            source_holes=holes[0],
+            target_holes=holes[1],
+            hole_partners=partners,
+            passed_holes=(holes[2], holes[3]),
+            filled=(filled[0], filled[1]) if filled else None,
+        )
 
     def plot(
         self,
@@ -461,6 +526,33 @@ class Fit:
         """Root mean square distance of a stroke's image to its target, relative."""
         image = self._image_of(source.at(np.linspace(0, source.length, 50)))
         return float(np.sqrt(np.mean(np.abs(target.at(target.closest(image)) - image) ** 2))) / self.diagonal
+
+
+def load(path: str | PathLike) -> Fit:
+    """The result that `Fit.save`, or `iccm map -o map.npz`, wrote: it evaluates as that one does, bit for bit.
+
+    Raises:
+        InputError: no such file, or what it holds is no sound map.
+
+    >>> import tempfile, pathlib, iccm
+    >>> square = np.array([0, 1, 1 + 1j, 1j])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     iccm.fit(square, 3 * square).save(path := pathlib.Path(folder) / "map.npz")
+    ...     complex(np.round(iccm.load(path).map(0.5 + 0.5j), 6))
+    (1.5+1.5j)
+    """
+    try:
+        return Fit.of(read(path))
+    except InputError as error:
+        raise InputError(str(error) if str(error).startswith(str(path)) else f"{path}: {error}") from error
+
+
+def _understood(ended: Any, notes: Any, energies: Any) -> bool:
+    """Whether what a file says of the solving is a status, sentences, and numbers by name."""
+    if ended not in Status.__members__ or not isinstance(notes, list) or not isinstance(energies, list):
+        return False
+    steps = [value for step in energies for value in (step.values() if isinstance(step, dict) else [None])]
+    return all(isinstance(note, str) for note in notes) and all(isinstance(v, float | int) for v in steps)
 
 
 def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:

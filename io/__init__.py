@@ -17,8 +17,10 @@ pictures/      pictures in files
 meshes/        meshes in files
 shapes/        files of every format as shapes
 materials/     materials of meshes, carried to new coordinates
+geometry/      points, lines and polygons in files
 artwork/       drawings carried through a map as drawings
 run/           one job
+apply          `iccm apply` with a saved map
 batch/         many jobs
 check/         results compared with baselines
 edit/          the page of `iccm edit`

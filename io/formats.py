@@ -49,6 +49,7 @@ class Format:
         stmap: a map, as floats.
         manifest: jobs.
         constraints: pins and strokes.
+        map: a map, exactly.
     """
 
     picture: PictureFormat | None = None
@@ -60,6 +61,7 @@ class Format:
     stmap: bool = False
     manifest: bool = False
     constraints: bool = False
+    map: bool = False
 
 
 _JPEG = Format(PictureFormat("display", (8,), alpha=False, hidden=False, encoder="jpeg:95"))
@@ -91,6 +93,7 @@ FORMATS = {
     ".jsonl": Format(manifest=True),
     ".ndjson": Format(manifest=True),
     ".json": Format(constraints=True),
+    ".npz": Format(map=True),
 }
 
 

@@ -91,6 +91,8 @@ ITEMS_PER_FACE = 12
 LIBRARY_BYTES = 16 << 20
 """Bytes of a material library that is read."""
 
+GEOMETRY_BYTES = 1 << 30
+"""Bytes of a file of points, lines and polygons."""
 CONSTRAINTS_BYTES = 16 << 20
 """Bytes of a file of pins and strokes."""
 START_ENTRIES = 200_000

@@ -191,7 +191,25 @@ EDITED = ("map", "deform", "edit")  # what is seen on the page
 class ApplyOptions:
     """Those of `iccm apply`."""
 
-    output: str = _option("The picture to write; - for a PNG on stdout.", "FILE", required=True, short="-o")
+    output: str = _option(
+        "What to write, in the format of INPUT; - for stdout.", "FILE", required=True, short="-o"
+    )
+    inverse: bool = _option("From the target back to the source (of a map in .npz).", default=False)
+    outside: Literal["drop", "keep", "refuse"] = _option(
+        "Points, lines and polygons outside the map's domain: left out; kept, without a place; or nothing is written. "
+        "What reaches out is cut off, or refused.",
+        default="drop",
+    )
+    columns: str | None = _option(
+        "Columns of x and y in a table, by name or number.  [default: those called x and y, else the first two]",
+        "X,Y",
+    )
+    tolerance: float | None = _option(
+        "How far lines may be from their true images, in the units of the output.  [default: 2e-4 of its diagonal]",
+        "DISTANCE",
+        above=0,
+    )
+    report: str | None = _option("What was carried and what lay outside, as JSON; - for stdout.", "FILE.json")
 
 
 @_table("flatten")
@@ -345,9 +363,9 @@ class JobOptions:
         "A picture of numbers: roughness, height, masks.", "IMAGE", default=(), parse=many
     )
     output: tuple[str, ...] = _option(
-        "What to write, by suffix: a picture (.png .jpg .tif .exr .webp .hdr), a mesh (.obj), artwork (.svg); "
-        "- for a PNG on stdout. May be repeated.  [default, when nothing else is written: SOURCE-TARGET.png or "
-        "SHAPE-deformed.png here]", "FILE", default=(), parse=many, short="-o",
+        "What to write, by suffix: a picture (.png .jpg .tif .exr .webp .hdr), a mesh (.obj), artwork (.svg), "
+        "the map itself (.npz); - for a PNG on stdout. May be repeated.  [default, when nothing else is "
+        "written: SOURCE-TARGET.png or SHAPE-deformed.png here]", "FILE", default=(), parse=many, short="-o",
     )  # fmt: skip
     report: str | None = _option("Figures of the run as JSON; - for stdout.", "FILE.json")
     plot: str | None = _option(
@@ -471,17 +489,17 @@ class JobOptions:
     )  # fmt: skip
 
     size: tuple[int] | tuple[int, int] | None = _option(
-        "Pixels of the picture, or its longer side.  [default: 1024]", "WxH|N", parse=size
+        "Pixels of the picture, or its longer side.  [default: 1024]", "WxH|N", parse=size, commands=EVERY
     )
     texture_box: Literal["viewbox", "bbox"] | None = _option(
         "What of the source the texture covers: its canvas, or its outline's bounding box.  "
         "[default: viewbox; of the checkerboard bbox]",
-        commands=EDITED,
+        commands=(*EDITED, "apply"),
     )
     target_box: Literal["viewbox", "bbox"] | None = _option(
         "What pictures show: the target's canvas, or its outline's bounding box.  "
         "[default: viewbox; bbox of a shape that takes little of its canvas]",
-        commands=EDITED,
+        commands=(*EDITED, "apply"),
     )
     filter: Literal["auto", "nearest", "linear", "cubic", "lanczos", "spline"] = _option(
         "Sampling of the texture; nearest for label maps and masks.",

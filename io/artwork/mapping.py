@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -14,6 +14,7 @@ from ...arrays import Complex
 from ...curve import Curve
 from ...maps.approximation import AnyMap, triangulated
 from ...maps.bezier_fit import refit
+from ...maps.harmonic import HarmonicMap
 from ..shapes.shape import Shape
 from ..svg.affine import Affine
 from ..svg.path_data import PenPath
@@ -48,7 +49,8 @@ class Region:
     """
 
     def __init__(self, source: Shape, map: AnyMap, tolerance: float):
-        self.map = triangulated(map, image_error=EXACTER * tolerance)
+        exact = isinstance(map, HarmonicMap)
+        self.map: Any = triangulated(map, image_error=EXACTER * tolerance) if exact else map
         self.rims = [Curve(rim) for rim in map.rims]
         outline, rim = source.curve.z, self.rims[0]
         gap = float(np.abs(rim.at(rim.closest(outline)) - outline).max())

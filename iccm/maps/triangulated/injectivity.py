@@ -30,7 +30,7 @@ def certify(
 
     `zeros` of the answer is the number of triangles that are folded in either plane, or whose patch may be.
     """
-    why = _unfit(source, image, faces, loops, bulge)
+    why = unfit(source, image, faces, loops, bulge)
     if why:
         return Certificate(False, 0.0, beltrami=np.inf, obstacle=why)
     folded = (_turns(source, faces) <= 0) | (_turns(image, faces) <= 0)
@@ -53,7 +53,7 @@ def _counts(folded: int, bent: int, late: int) -> list[tuple[int, str]]:
     ]
 
 
-def _unfit(source: Complex, image: Complex, faces: Index, loops: tuple[Index, ...], bulge: Complex) -> str:
+def unfit(source: Complex, image: Complex, faces: Index, loops: tuple[Index, ...], bulge: Complex) -> str:
     """Why this is no triangulation with these loops as its boundary; empty if it is."""
     if not all(np.isfinite(values).all() for values in (source, image, bulge)):
         return "some vertices are not finite numbers"

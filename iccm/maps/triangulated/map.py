@@ -140,6 +140,16 @@ class TriangulatedMap:
             triangle[lost], place[lost] = self.image_rim.places(edge, part)
         return self.jet_at(triangle, place, threads)[0], away
 
+    def extended_jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
+        """f, f_z and f_z̄ at the nearest points of the source to z (p,), however far."""
+        triangle, place = self._source_locator(z, threads)
+        lost = np.flatnonzero((triangle < 0) & np.isfinite(z))
+        if lost.size:
+            edge, part, _ = self._source_rim.closest(z[lost])
+            triangle[lost], place[lost] = self._source_rim.places(edge, unslid(part, self._slides[edge]))
+        _, w, p, q = self._jets(triangle, place, threads)
+        return w, *inverted(p, q)
+
     def place(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
         """(p,) triangle, -1 outside, and (p, 3) barycentric coordinates in the image, of source points z (p,)."""
         triangle, place = self._source_locator(z, threads)

@@ -7,6 +7,7 @@ artwork        the drawing as SVG
 textured_mesh  the mesh with new texture coordinates
 baked          the texture in the mesh's own layout
 stmap          the map as a picture
+saved_map      the map itself, exactly
 plot           the figure
 """
 
@@ -127,6 +128,8 @@ def _kind(name: str, job: Job) -> str:
     format = formats.of(name)
     if format.mesh:
         return "textured_mesh.TexturedMesh"
+    if format.map:
+        return "saved_map.SavedMap"
     if format.drawing:
         return "artwork.Artwork"
     return "baked.Baked" if job.bake else "picture.Picture"

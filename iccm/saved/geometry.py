@@ -1,0 +1,194 @@
+"""Points, lines and polygons through a map: lines are refined until they are near their true image, polygons simple.
+
+What lies outside the domain by more than the map takes for its outline is cut off, and counted.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import islice
+from typing import Any, TypeVar
+
+import numpy as np
+import shapely
+
+from ..arrays import Complex, Real, complex_of, xy_of
+
+DEPTH = 30  # halvings of a segment: to the 1e-9th of it
+PIECE = 1 / 16  # of the domain's size: longer pieces of a segment are looked at by themselves
+FINER = 8  # times the tolerance is halved for polygons whose images are not simple
+SAMPLES = np.array([0.25, 0.5, 0.75])  # of a piece: where its image is held against its chord
+
+Rings = list[Complex]
+Item = TypeVar("Item")
+
+
+@dataclass(eq=False)
+class Carrier:
+    """A map ready to carry points, lines and polygons.
+
+    Attributes:
+        map: complex points (p,) to complex points, NaN where there is none.
+        rims: the boundaries of its domain, the outer one first.
+        near: how far outside points count as on the boundary.
+        tolerance: how far the image of a line may be from the true one, in units of the image.
+        counts: what was outside, cut, or repaired, by kind.
+    """
+
+    map: Callable[[Complex], Complex]
+    rims: Sequence[Complex]
+    near: float
+    tolerance: float
+    counts: Counter[str] = field(default_factory=Counter)
+
+    def __post_init__(self) -> None:
+        self._domain = shapely.Polygon(xy_of(self.rims[0]), [xy_of(rim) for rim in self.rims[1:]])
+        self._reach = self._domain.buffer(self.near)
+        self._piece = PIECE * abs(complex(np.ptp(self.rims[0].real), np.ptp(self.rims[0].imag)))
+        shapely.prepare(self._reach)
+
+    def points(self, z: Complex) -> Complex:
+        """(p,) images, NaN outside."""
+        w = self.map(z)
+        self.counts["points outside"] += int(np.isnan(w[np.isfinite(z)]).sum())
+        return w
+
+    def lines(self, lines: Sequence[Complex]) -> list[list[Complex]]:
+        """For each polyline (k,) the images of its pieces inside, none where all of it is outside."""
+        parts = []
+        for line in lines:
+            shape = shapely.LineString(xy_of(line))
+            whole = self._reach.covers(shape)
+            parts.append(
+                [line] if whole else [_z(part) for part in _parts(self._reach & shape, "LineString")]
+            )
+            self.counts["lines cut" if parts[-1] else "lines outside"] += not whole
+        return _grouped(self._images(_flat(parts), self.tolerance), parts)
+
+    def polygons(self, polygons: Sequence[Rings]) -> list[list[Rings]]:
+        """For each polygon, an outer ring (k,) and those of its holes, the images of its parts inside, all simple."""
+        parts = []
+        for polygon in map(_polygon, polygons):
+            self.counts["polygons repaired"] += not polygon.is_valid
+            sound = polygon if polygon.is_valid else shapely.make_valid(polygon)
+            whole = self._reach.covers(sound)
+            parts.append(_parts(sound if whole else self._domain & sound, "Polygon"))
+            self.counts["polygons cut" if parts[-1] else "polygons outside"] += not whole
+        images = self._simple([_rings(part) for part in _flat(parts)])
+        return [_flat(group) for group in _grouped(images, parts)]
+
+    def _simple(self, polygons: Sequence[Rings]) -> list[list[Rings]]:
+        """The image of each polygon inside, refined further where it is not simple; what still is not falls apart."""
+        found: dict[int, Any] = {}
+        tolerance, todo = self.tolerance, list(range(len(polygons)))
+        for _ in range(FINER):
+            rings = [[np.append(ring, ring[0]) for ring in polygons[k]] for k in todo]
+            images = map(_polygon, _grouped(self._images(_flat(rings), tolerance), rings))
+            found |= dict(zip(todo, images))
+            todo, tolerance = [k for k in todo if not found[k].is_valid], tolerance / 2
+        for k in todo:
+            found[k] = shapely.make_valid(found[k])
+        return [[_rings(part) for part in _parts(found[k], "Polygon")] for k in range(len(polygons))]
+
+    def _images(self, lines: Sequence[Complex], tolerance: float) -> list[Complex]:
+        """The images of polylines inside: those of their vertices, and as many points between as are needed."""
+        if not lines:
+            return []
+        last = np.cumsum([line.size for line in lines]) - 1
+        z = np.concatenate(lines)
+        w = self.map(z)
+        heads = np.delete(np.arange(z.size), last)  # of the segments
+        owner, low, points = self._refined(z, w, heads, tolerance / 2)
+        owner, low = np.append(owner, np.arange(heads.size)), np.append(low, np.full(heads.size, 2.0))
+        order = np.lexsort([low, owner])
+        owner, points = _thinned(owner[order], np.append(points, w[heads + 1])[order], tolerance / 2)
+        starts = np.append(True, owner[1:] != owner[:-1])
+        ends = np.append(starts[1:], True) & ~np.isin(
+            heads[owner] + 1, last
+        )  # which the next segment begins with
+        line = np.searchsorted(last, heads[owner])
+        kept = ~ends & ~np.isnan(points)
+        return np.split(points[kept], np.searchsorted(line[kept], np.arange(1, len(lines))))
+
+    def _refined(self, z: Complex, w: Complex, heads: Any, tolerance: float) -> tuple[Any, Real, Complex]:
+        """Pieces of segments whose images are straight to a tolerance: segment, parameter and image of each one's
+        beginning."""
+        begin, step = z[heads], z[heads + 1] - z[heads]
+        count = np.maximum(1, np.ceil(np.abs(step) / self._piece)).astype(int)
+        owner = np.repeat(np.arange(heads.size), count)
+        low = (np.arange(owner.size) - np.repeat(np.cumsum(count) - count, count)) / count[owner]
+        high = low + 1 / count[owner]
+        inner = low > 0
+        a = w[heads[owner]]
+        a[inner] = self.map((begin[owner] + low * step[owner])[inner])
+        b = np.where(np.append(inner[1:], False), np.roll(a, -1), w[heads[owner] + 1])
+        done = []
+        for depth in range(DEPTH):
+            t = low[:, None] + (high - low)[:, None] * SAMPLES
+            between = self.map((begin[owner, None] + t * step[owner, None]).ravel()).reshape(t.shape)
+            bent = (_off(between, a, b) > tolerance) & (depth < DEPTH - 1)
+            done.append((owner[~bent], low[~bent], a[~bent]))
+            if not bent.any():
+                break
+            middle, at = between[bent, 1], t[bent, 1]
+            a, b = np.append(a[bent], middle), np.append(middle, b[bent])
+            low, high = np.append(low[bent], at), np.append(at, high[bent])
+            owner = np.tile(owner[bent], 2)
+        found = [np.concatenate(part) for part in zip(*done)]
+        return found[0], found[1], found[2]
+
+
+def _off(points: Complex, a: Complex, b: Complex) -> Real:
+    """(p,) the largest distance of points (p, k) from the segments a to b (p,)."""
+    step = (b - a)[:, None]
+    away = points - a[:, None]
+    part = np.clip((away * step.conj()).real / np.maximum(np.abs(step) ** 2, 1e-300), 0, 1)
+    return np.abs(away - part * step).max(axis=1)
+
+
+def _thinned(owner: Any, points: Complex, tolerance: float) -> tuple[Any, Complex]:
+    """The polylines of segments, points by owner, without points that a tolerance does not need."""
+    counts = np.bincount(owner)
+    many = counts[owner] > 2
+    many &= ~np.isin(owner, owner[np.isnan(points)])
+    if not many.any():
+        return owner, points
+    names, index = np.unique(owner[many], return_inverse=True)
+    lines = shapely.simplify(
+        shapely.linestrings(xy_of(points[many]), indices=index), tolerance, preserve_topology=False
+    )
+    xy, which = shapely.get_coordinates(lines, return_index=True)
+    joined = np.append(owner[~many], names[which])
+    order = np.argsort(joined, kind="stable")
+    return joined[order], np.append(points[~many], complex_of(xy))[order]
+
+
+def _polygon(rings: Sequence[Complex]) -> shapely.Polygon:
+    outer, *holes = (xy_of(ring) if ring.size > 2 else None for ring in rings)
+    return shapely.Polygon(outer, [hole for hole in holes if hole is not None])
+
+
+def _rings(polygon: shapely.Polygon) -> Rings:
+    """The rings of a polygon, the outer one first; none repeats its first point."""
+    return [_z(ring)[:-1] for ring in (polygon.exterior, *polygon.interiors)]
+
+
+def _z(line: Any) -> Complex:
+    return complex_of(shapely.get_coordinates(line))
+
+
+def _parts(shape: Any, kind: str) -> list[Any]:
+    """The parts of a geometry that are of a kind, and not empty."""
+    found = shapely.get_parts(shapely.line_merge(shape) if kind == "LineString" else shape)
+    nested = [part for each in found for part in shapely.get_parts(each)]
+    return [part for part in nested if part.geom_type == kind and not part.is_empty]
+
+
+def _flat(groups: Iterable[Iterable[Item]]) -> list[Item]:
+    return [item for group in groups for item in group]
+
+
+def _grouped(items: Sequence[Item], groups: Sequence[Sequence[Any]]) -> list[list[Item]]:
+    """Items in groups of the same sizes as others."""
+    rest = iter(items)
+    return [list(islice(rest, len(group))) for group in groups]

@@ -1,0 +1,78 @@
+"""The inverse of a map in the place of a map: pictures and drawings from the target back to the source."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..arrays import Complex
+from ..maps.triangulated.map import TriangulatedMap
+from ..pixels.canvas import BAND, Band, Canvas, Diagnostics
+from ..pixels.coverage import coverage
+
+
+@dataclass(frozen=True, eq=False)
+class Inverted:
+    """The inverse of a triangulated map.
+
+    Attributes:
+        map: source → target.
+    """
+
+    map: TriangulatedMap
+
+    def __call__(self, w: Complex) -> Complex:
+        """f⁻¹ at points of any shape, NaN where there is none."""
+        return self.map.inverse(w)
+
+    def jet(self, w: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
+        """f⁻¹ and its derivatives by w and w̄ at points of any shape."""
+        return self.map.inverse_jet(w, threads)
+
+    @property
+    def rims(self) -> list[Complex]:
+        """Vertices of the boundaries of what it maps, the outer one first."""
+        return [self.map.image[loop] for loop in self.map.loops]
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the diagonal of the bounding box of what it maps."""
+        return self.map.image_diagonal
+
+    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> "InvertedPreimages":
+        """As `preimages.Mapping` has it: exact, whatever the tolerance."""
+        return InvertedPreimages(self.map, canvas)
+
+
+@dataclass(frozen=True, eq=False)
+class InvertedPreimages:
+    """Where the pixels of a canvas come from under the inverse: where the map itself takes their centres.
+
+    Attributes:
+        map: source → target.
+        canvas: the pixels, in the source's plane.
+    """
+
+    map: TriangulatedMap
+    canvas: Canvas
+
+    @cached_property
+    def loops(self) -> list[Complex]:
+        """The boundaries of the source in pixels."""
+        return [self.canvas.pixels(rim) for rim in self.map.rims]
+
+    def band(self, row: int) -> Band:
+        """The band that starts at the given row; of what is only touched the nearest boundary point counts."""
+        rows = min(BAND, self.canvas.height - row)
+        area, inside = coverage(self.loops[0], row, rows, self.canvas.width)
+        for loop in self.loops[1:]:
+            hole, within = coverage(loop, row, rows, self.canvas.width)
+            area, inside = np.maximum(area - hole, 0), inside & ~within
+        z = np.full(area.shape, complex(np.nan, np.nan))
+        right, down = (np.full(area.shape, complex(np.nan, np.nan), np.complex64) for _ in range(2))
+        seen = area > 0
+        dx, dy = self.canvas.step
+        z[seen], by_z, by_conj = self.map.extended_jet(self.canvas.centres(row, rows)[seen])
+        right[seen], down[seen] = (by_z + by_conj) * dx, -1j * (by_z - by_conj) * dy
+        count = int((seen & inside).sum())
+        return Band(row, area, z, right, down, Diagnostics(count, int(seen.sum()) - count))

@@ -1,0 +1,267 @@
+"""Maps in files: an archive of NumPy arrays (.npz), described in docs/reference/map-file.md.
+
+What is read is not trusted: nothing is unpickled, and every array is held against what the map needs of it.
+"""
+
+import json
+import zipfile
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Box, Complex, Index
+from ..curve import Curve
+from ..errors import InputError
+from ..maps.approximation import AnyMap
+from ..maps.harmonic import HarmonicMap
+from ..maps.triangulated.adjacency import edges_of
+from ..maps.triangulated.injectivity import unfit
+from ..maps.triangulated.map import TriangulatedMap
+from ..plane import bounding_box, triangle_areas
+
+FORMAT = "iccm.map/1"
+MOST_BYTES = 1 << 30
+"""Of what an archive holds: maps have about 100 bytes a vertex."""
+ARRAYS = {"pins": ("complex128", 2, 2), "hole_partners": ("int32", 2, 2)}
+RINGS = (
+    *("stroke_sources", "stroke_targets", "source_holes", "target_holes"),
+    *("passed_source_holes", "passed_target_holes", "filled"),
+)
+"""What a result holds beside the map: type, dimensions and columns of arrays, and lists of points (see `Fit`)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """What is known of one of the two planes beside the outline.
+
+    Attributes:
+        outline: (p,) vertices of the shape's outline, y up; None where there is none.
+        box: lower left and upper right corner of its canvas.
+        down: whether the file that it was read from has y down: its points are then x - iy.
+        holes: the outlines of the shape's holes.
+        name: of the file, as it was given.
+    """
+
+    outline: Complex | None
+    box: Box
+    down: bool = False
+    holes: Sequence[Complex] = ()
+    name: str = ""
+
+    @classmethod
+    def of(cls, outline: Complex, holes: Sequence[Curve]) -> "Plane":
+        """That of an outline given as an array: y up, its box the canvas."""
+        return cls(outline, bounding_box(outline), holes=[hole.z for hole in holes])
+
+    def turned(self, z: Complex) -> Complex:
+        """Points x + iy in the file's units as points of the plane, and the other way round."""
+        return z.conj() if self.down else z
+
+
+@dataclass(frozen=True, eq=False)
+class MapFile:
+    """What a file of a map holds.
+
+    Attributes:
+        map: source → target.
+        planes: those of source and target.
+        arrays: those of ARRAYS, by name.
+        rings: those of RINGS, by name.
+        about: what JSON can hold, by name.
+    """
+
+    map: AnyMap
+    planes: tuple[Plane, Plane]
+    arrays: Mapping[str, Any]
+    rings: Mapping[str, Sequence[Complex]]
+    about: Mapping[str, Any]
+
+    def write(self, path: str | PathLike) -> None:
+        """Write the archive; the same map gives the same bytes."""
+        found: dict[str, Any] = {"format": FORMAT}
+        names = {"names": [plane.name for plane in self.planes]}
+        found["about"] = json.dumps({**self.about, **names}, ensure_ascii=False)
+        found |= _triangles(self.map) if isinstance(self.map, TriangulatedMap) else _harmonic(self.map)
+        for side, plane in zip(("source", "target"), self.planes):
+            found[side] = np.empty(0, complex) if plane.outline is None else plane.outline
+            found[f"{side}_box"] = np.array(plane.box)
+            found[f"{side}_y"] = np.int32(-1 if plane.down else 1)
+            found |= _joined(f"{side}_rings", plane.holes)
+        for name, rings in self.rings.items():
+            found |= _joined(name, rings)
+        for name, (dtype, _, columns) in ARRAYS.items():
+            found[name] = np.asarray(self.arrays[name], dtype).reshape(-1, columns)
+        with open(path, "wb") as file:  # by its name NumPy would add a suffix
+            np.savez_compressed(file, **found)
+
+
+def _triangles(map: TriangulatedMap) -> dict[str, Any]:
+    ends = np.cumsum([loop.size for loop in map.loops])
+    return {
+        "vertices": map.source,
+        "images": map.image,
+        "faces": map.faces.astype(np.int32),
+        "sides": map.edges.sides.astype(np.int32),
+        "bulges": map.bulges,
+        "loops": np.concatenate(map.loops).astype(np.int32),
+        "loops_ends": ends.astype(np.int32),
+        "near": np.float64(map.near),
+    }
+
+
+def _harmonic(map: HarmonicMap) -> dict[str, Any]:
+    return {"polygon": map.polygon, "phi": map.phi, "psi": map.psi, "slack": np.float64(map.slack)}
+
+
+def _joined(name: str, rings: Sequence[Complex]) -> dict[str, Any]:
+    """Rings as one array, and where each ends in it."""
+    ends = np.cumsum([ring.size for ring in rings], dtype=np.int32)
+    return {name: np.concatenate([np.empty(0, complex), *rings]), f"{name}_ends": ends}
+
+
+def read(path: str | PathLike) -> MapFile:
+    """What a file holds that `MapFile.write` wrote.
+
+    Raises:
+        InputError: it is missing, no such file, of another version, or what it holds is no map.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+        if size > MOST_BYTES:
+            raise InputError(f"it holds {size} bytes; at most {MOST_BYTES} are read")
+        with np.load(path, allow_pickle=False) as archive:
+            return _Archive(archive).map_file()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except zipfile.BadZipFile as error:
+        raise InputError(f"{path}: is no map that iccm wrote (no archive of arrays)") from error
+    except (
+        ValueError,
+        KeyError,
+        EOFError,
+        TypeError,
+        NotImplementedError,
+        RuntimeError,
+        zlib.error,
+    ) as error:
+        said = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"{path}: is no sound map: {said}") from error
+
+
+class _Archive:
+    """The arrays of an archive, each checked as it is asked for."""
+
+    def __init__(self, arrays: Mapping[str, Any]):
+        self.arrays = arrays
+
+    def map_file(self) -> MapFile:
+        said = self.text("format")
+        if said != FORMAT:
+            raise InputError(f"its format is {said!r}; this version of iccm reads {FORMAT!r}")
+        about = json.loads(self.text("about"))
+        names = about.get("names") if isinstance(about, dict) else None
+        if not (isinstance(names, list) and len(names) == 2 and all(isinstance(name, str) for name in names)):
+            raise InputError("about: two names are needed")
+        map = self.harmonic() if "polygon" in self.arrays else self.triangulated()
+        planes = tuple(self.plane(side, name) for side, name in zip(("source", "target"), names))
+        if planes[0].outline is None:
+            raise InputError("source: it has no vertices")
+        arrays = {name: self.array(name, *form) for name, form in ARRAYS.items()}
+        return MapFile(map, (planes[0], planes[1]), arrays, {name: self.rings(name) for name in RINGS}, about)
+
+    def triangulated(self) -> TriangulatedMap:
+        source, image = (self.array(name, "complex128") for name in ("vertices", "images"))
+        if source.size != image.size or source.size < 3:
+            raise InputError(f"images: {image.size} for {source.size} vertices")
+        faces, sides = (self.indices(name, 3) for name in ("faces", "sides"))
+        _within("faces", faces, source.size)
+        loops = tuple(self.split("loops", self.indices("loops")))
+        for loop in loops:
+            _within("loops", loop, source.size)
+        if not loops or any(loop.size < 3 for loop in loops):
+            raise InputError("loops: none, or one of fewer than three vertices")
+        edges = edges_of(faces)
+        bulge = self.array("bulges", "complex128")
+        if not np.array_equal(edges.sides, sides) or len(edges.ends) != bulge.size:
+            raise InputError("sides: they are not the edges of the faces, or have not a bulge each")
+        if why := unfit(source, image, faces, loops, bulge):
+            raise InputError(f"faces: {why}")
+        for name, plane in (("vertices", source), ("images", image)):
+            if (triangle_areas(plane[faces]) < 0).any():
+                raise InputError(f"{name}: some triangles are turned over")
+        near = float(self.array("near", "float64", 0))
+        if not 0 <= near <= 1:
+            raise InputError(f"near: {near:g} is no share of the diagonal")
+        return TriangulatedMap(source, image, faces, loops, near, bulge)
+
+    def harmonic(self) -> HarmonicMap:
+        polygon, phi, psi = (self.array(name, "complex128") for name in ("polygon", "phi", "psi"))
+        if not polygon.size == phi.size == psi.size:
+            raise InputError(f"phi, psi: {phi.size} and {psi.size} for {polygon.size} vertices")
+        slack = float(self.array("slack", "float64", 0))
+        if not np.array_equal(Curve.domain(polygon, "polygon").z, polygon) or slack < 0:
+            raise InputError("polygon: it is clockwise, or has vertices twice, or a slack below 0")
+        return HarmonicMap(polygon, phi, psi, slack)
+
+    def plane(self, side: str, name: str) -> Plane:
+        outline = self.array(side, "complex128")
+        if outline.size:
+            Curve.domain(outline, side)
+        low, high = (complex(corner) for corner in self.pair(f"{side}_box"))
+        if not (low.real < high.real and low.imag < high.imag):
+            raise InputError(f"{side}_box: no lower left and upper right corner")
+        y = int(self.array(f"{side}_y", "int32", 0))
+        if y not in (1, -1):
+            raise InputError(f"{side}_y: {y} is neither 1 nor -1")
+        return Plane(outline if outline.size else None, (low, high), y < 0, self.rings(f"{side}_rings"), name)
+
+    def pair(self, name: str) -> Complex:
+        found = self.array(name, "complex128")
+        if found.size != 2:
+            raise InputError(f"{name}: {found.size} points; 2 are needed")
+        return found
+
+    def rings(self, name: str) -> list[Complex]:
+        """Lists of points, by their ends in one array."""
+        found = self.split(name, self.array(name, "complex128"))
+        least = 2 if name.startswith("stroke") else 3
+        if any(ring.size < least for ring in found):
+            raise InputError(f"{name}: one has fewer than {least} points")
+        return found
+
+    def split(self, name: str, joined: Any) -> list[Any]:
+        ends = self.indices(f"{name}_ends")
+        if np.any(np.diff(ends, prepend=0) <= 0) or (ends[-1] if ends.size else 0) != joined.size:
+            raise InputError(f"{name}_ends: they do not rise to {joined.size}")
+        return np.split(joined, ends[:-1]) if ends.size else []
+
+    def indices(self, name: str, columns: int = 0) -> Index:
+        return self.array(name, "int32", 2 if columns else 1, columns).astype(np.int64)
+
+    def array(self, name: str, dtype: str, dimensions: int = 1, columns: int = 0) -> Any:
+        """An array of a kind and shape, all of it finite."""
+        if name not in self.arrays:
+            raise InputError(f"{name}: it is missing")
+        found = self.arrays[name]
+        fits = found.dtype == dtype and found.ndim == dimensions
+        if not fits or (columns and found.shape[1] != columns):
+            raise InputError(f"{name}: {found.dtype} of shape {found.shape}; {dtype} are needed")
+        if not np.isfinite(found).all():
+            raise InputError(f"{name}: some are not finite numbers")
+        return found
+
+    def text(self, name: str) -> str:
+        found = self.arrays.get(name)
+        if found is None or found.dtype.kind != "U" or found.ndim:
+            raise InputError(f"{name}: no text")
+        return str(found)
+
+
+def _within(name: str, values: Index, count: int) -> None:
+    if values.size and not 0 <= values.min() <= values.max() < count:
+        raise InputError(f"{name}: {values.min()} to {values.max()} of {count} vertices")

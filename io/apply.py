@@ -1,0 +1,240 @@
+"""Pictures and drawings through a map that was saved: a job whose map is there already."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ..arrays import Complex
+from ..curve import Curve
+from ..errors import InputError, JobError
+from ..maps.approximation import triangulated
+from ..maps.harmonic import ROUNDING
+from ..maps.triangulated.map import TriangulatedMap
+from ..memory import Memory
+from ..plane import diagonal
+from ..result import Fit
+from ..saved.geometry import Carrier
+from ..saved.inverted import Inverted
+from ..saved.map_file import MapFile, Plane
+from ..saved.map_file import read as read_file
+from . import files, formats
+from .artwork import TOLERANCE
+from .geometry import document
+from .memory import Bounded
+from .run import outputs
+from .run.inputs import Inputs
+from .run.job import Job
+from .run.phases import Phases
+from .run.report import write as write_report
+from .run.state import Run
+from .shapes.shape import Shape
+
+SCHEMA = "iccm.apply/1"
+INSIDE = 0.999  # of how far outside points count as on the outline: to there lines are cut, so that they have images
+
+
+@dataclass(frozen=True, eq=False)
+class Saved:
+    """A saved map, or its inverse.
+
+    Attributes:
+        name: of its file.
+        fit: the map.
+        planes: of source and target.
+        job: what the job that made it said of pictures.
+        function: what takes points of the source to the target.
+        near: how far outside points count as on the outline.
+    """
+
+    name: str
+    fit: Fit
+    planes: tuple[Plane, Plane]
+    job: dict[str, Any]
+    function: Callable[[Complex], Complex]
+    near: float
+
+    @classmethod
+    def read(cls, name: str, *, inverse: bool = False) -> Saved:
+        """What a file holds.
+
+        Raises:
+            InputError: it is no sound map.
+        """
+        held = read_file(files.open_input(name))
+        try:
+            fit = Fit.of(held)
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from error
+        map = fit.map
+        near = (map.near if isinstance(map, TriangulatedMap) else ROUNDING) * map.diagonal
+        found = cls(name, fit, held.planes, _job(held), lambda z: map.jet(z)[0], near)
+        return found._turned() if inverse else found
+
+    def _turned(self) -> Saved:
+        """The inverse; what is asked of pictures of the target is not asked of the source."""
+        fit, (source, target) = self.fit, self.planes
+        if fit.target is None:
+            target = replace(target, outline=fit.image)
+        about = triangulated(fit.map)
+        back: Any = Inverted(about)
+        swapped = replace(
+            fit,
+            map=back,
+            source=fit.target or Curve(fit.image),
+            target=fit.source,
+            source_holes=fit.target_holes,
+            target_holes=fit.source_holes,
+            passed_holes=fit.passed_holes[::-1],
+        )
+        job = {name: value for name, value in self.job.items() if name != "target_box"}
+        near = about.near * about.image_diagonal if about is fit.map else 0.0
+        return Saved(self.name, swapped, (target, source), job, fit.inverse, near)
+
+    @property
+    def shapes(self) -> tuple[Shape, Shape]:
+        """Source and target; for a deformation both are the source."""
+        source = _shape(self.name, self.planes[0])
+        return source, source if self.fit.target is None else _shape(self.name, self.planes[1])
+
+    def carry(
+        self,
+        job: dict[str, Any],
+        *,
+        threads: int | None = None,
+        tell: Callable[[str], None] = lambda note: None,
+    ) -> None:
+        """Write a picture, or a drawing, carried through the map.
+
+        Args:
+            job: `output`, and `texture` for a picture or `source` for a drawing; options of `Job`.
+            threads: for the pixels.
+            tell: is given each remark.
+
+        Raises:
+            InputError: as for a job.
+        """
+        source, target = self.shapes
+        given = (
+            {"source": self.name, "target": None if self.fit.target is None else self.name} | self.job | job
+        )
+        try:
+            made = Job(**given)
+        except JobError as error:
+            raise InputError(str(error)) from None
+        if made.source != self.name:
+            source = replace(source, spec=made.source, path=Path(made.source))
+        inputs = Inputs(made)
+        wanted = outputs.of(made, inputs)
+        files.check_outputs(made.outputs, [*made.inputs, self.name], force=made.force)
+        with Phases.of(tell, None) as phases:
+            room = Bounded(made.memory, Path(made.outputs[0]).resolve().parent) if made.memory else Memory()
+            run = Run(made, inputs, [(source, target)], room, tell, phases, threads, fits=[self.fit])
+            for output in outputs.check(run, wanted):
+                with files.writing(output.name, force=made.force) as path:
+                    output.write(run, path)
+
+    def carry_geometry(
+        self,
+        path: str,
+        output: str,
+        *,
+        columns: str | None = None,
+        tolerance: float | None = None,
+        outside: str = "drop",
+        report: str | None = None,
+        force: bool = False,
+        tell: Callable[[str], None] = lambda note: None,
+    ) -> dict[str, int]:
+        """Write the points, lines and polygons of a file carried through the map, as they were read.
+
+        Args:
+            path: what to read.
+            output: what to write, of the same format.
+            columns, tolerance, outside, report: see `options.ApplyOptions`.
+            force: whether an existing file may be replaced.
+            tell: is given each remark.
+
+        Returns:
+            How many points, lines and polygons there were, and how many of them lay outside or were cut.
+
+        Raises:
+            InputError: a file is wrong, or something lies outside and `outside` is "refuse".
+        """
+        suffix = formats.suffix_of(path)
+        if output != "-" and document.READERS.get(formats.suffix_of(output)) != document.READERS[suffix]:
+            raise InputError(f"{output}: is written as it was read; give it a name that ends in {suffix}")
+        formats.check_report(report)
+        named = [name for name in (output, report) if name not in (None, "-")]
+        files.check_outputs(named, [path, self.name], force=force)
+        if output == report == "-":
+            raise InputError("only one output can be `-`: stdout is one stream")
+        given = document.read(path, columns)
+        if outside == "keep" and not given.keeps:
+            raise InputError(f"--outside keep: {suffix} holds nothing without a place; use drop or refuse")
+        (source, into), (found, rims) = self.planes, (given.geometry, self.fit.map.rims)
+        reach = tolerance or TOLERANCE * diagonal(self.fit.image if into.outline is None else into.outline)
+        carrier = Carrier(self.function, rims, INSIDE * self.near, reach)
+
+        def core(z: Complex) -> Complex:
+            return z + _foot(source) if given.upward else source.turned(z)
+
+        def back(w: Complex) -> Complex:
+            return w - _foot(into) if given.upward else into.turned(w)
+
+        points = back(carrier.points(core(found.points)))
+        lines = [[back(w) for w in pieces] for pieces in carrier.lines([core(line) for line in found.lines])]
+        polygons = [
+            [[back(ring) for ring in rings] for rings in parts]
+            for parts in carrier.polygons([[core(ring) for ring in rings] for rings in found.polygons])
+        ]
+        away = {name: count for name, count in carrier.counts.items() if count}
+        lost = ", ".join(f"{count} {name}" for name, count in away.items() if "repaired" not in name)
+        if lost and outside == "refuse":
+            raise InputError(
+                f"{path}: {lost} of the map's domain; --outside drop leaves out what is beyond it"
+            )
+        for note in (*given.notes, *(f"{count} {name}" for name, count in away.items())):
+            tell(f"{path}: {note}")
+        images = document.Images(points, lines, polygons, outside == "keep", into.name)
+        counts = {"points": len(found.points), "lines": len(found.lines), "polygons": len(found.polygons)}
+        counts |= {name.replace(" ", "_"): count for name, count in carrier.counts.items()}
+        with ExitStack() as stack:
+            written = stack.enter_context(files.writing(output, force=force, suffix=suffix))
+            written.write_text(given.text(images), encoding="utf-8", newline="")
+            if report:
+                write_report(
+                    {"schema": SCHEMA, "input": path, "map": self.name, **counts}, report, stack, force=force
+                )
+        return counts
+
+
+def _foot(plane: Plane) -> complex:
+    """Where y counts from in files that have it upwards, whatever the shape's file does: its canvas' lower edge."""
+    return complex(0, plane.box[0].imag) if plane.down else 0
+
+
+def _shape(name: str, plane: Plane) -> Shape:
+    assert plane.outline is not None
+    holes = tuple(plane.holes)
+    outline = Curve(plane.outline)
+    return Shape(plane.name or name, Path(name), outline, plane.box, plane.down, {}, {}, holes=holes)
+
+
+def _job(held: MapFile) -> dict[str, Any]:
+    """What the file says of the job; nothing where Python wrote it.
+
+    Raises:
+        InputError: that is none.
+    """
+    job = held.about.get("job", {})
+    if not isinstance(job, dict) or {"source", "target", "output", "texture"} & job.keys():
+        raise InputError("about: its job is none")
+    try:
+        Job(source="-", target="-", **job)
+    except (JobError, TypeError) as error:
+        raise InputError(f"about: its job is none ({error})") from None
+    return job

@@ -1,0 +1,228 @@
+"""GeoJSON (RFC 7946), in whatever plane its coordinates are, and lists of landmarks in JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Complex
+from ...errors import InputError
+from .document import Document, Geometry, Images, number
+
+SIMPLE = {"Point": 0, "MultiPoint": 1, "LineString": 1, "MultiLineString": 2, "Polygon": 2, "MultiPolygon": 3}
+"""Lists around a position in the coordinates of each."""
+TYPES = {*SIMPLE, "GeometryCollection", "Feature", "FeatureCollection"}
+DEEPEST = 50  # collections in each other
+
+
+@dataclass
+class GeoJson(Document):
+    """GeoJSON, or any list or object of points as pairs or with members x and y."""
+
+    content: Any
+    geometry: Geometry
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def parse(cls, data: bytes, columns: str | None) -> GeoJson:
+        """By what the content is."""
+        try:
+            content = json.loads(data.decode("utf-8-sig"))
+        except (json.JSONDecodeError, RecursionError) as error:
+            raise InputError(f"is no JSON: {error}") from None
+        found = _Found()
+        if isinstance(content, dict) and content.get("type") in TYPES:
+            _each(content, found.take)
+        else:
+            for holder, key in _landmarks(content):
+                found.points.append(_pair(holder[key]))
+        if not (found.points or found.lines or found.polygons):
+            raise InputError("holds no points, lines or polygons")
+        notes = ("lines and polygons lose their heights",) if found.heights else ()
+        return cls(content, Geometry(np.array(found.points, complex), found.lines, found.polygons), notes)
+
+    def text(self, images: Images) -> str:
+        """The same with coordinates of the images."""
+        points = iter(images.points.tolist())
+        if isinstance(self.content, dict) and self.content.get("type") in TYPES:
+            given = _Given(points, iter(images.lines), iter(images.polygons))
+            _each(self.content, given.give)
+            content = self.content if images.keep else _dropped(self.content)
+        else:
+            content = self.content
+            gone: list[tuple[Any, Any]] = []
+            for holder, key in list(_landmarks(content)):
+                z = next(points)
+                if z == z:
+                    holder[key] = _moved(holder[key], z)
+                elif images.keep:
+                    holder[key] = _moved(holder[key], None)
+                else:
+                    gone.append((holder, key))
+            for holder, key in reversed(gone):
+                del holder[key]
+        return json.dumps(content, ensure_ascii=False, indent=None if len(images.points) > 1000 else 1) + "\n"
+
+
+class _Found:
+    """What a document holds, in order."""
+
+    def __init__(self) -> None:
+        self.points: list[complex] = []
+        self.lines: list[Complex] = []
+        self.polygons: list[list[Complex]] = []
+        self.heights = False
+
+    def take(self, geometry: dict[str, Any]) -> None:
+        kind, at = geometry["type"], geometry.get("coordinates")
+        if at is None or at == []:
+            return
+        parts = at if kind.startswith("Multi") else [at]
+        if not isinstance(parts, list):
+            raise InputError(f"{kind}: its coordinates are no list")
+        if kind.endswith("Point"):
+            self.points += [_pair(part) for part in parts]
+        elif kind.endswith("LineString"):
+            self.lines += [self._line(part, 2, kind) for part in parts]
+        else:
+            self.polygons += [[self._ring(ring, kind) for ring in self._rings(part, kind)] for part in parts]
+
+    def _rings(self, part: Any, kind: str) -> list[Any]:
+        if not isinstance(part, list) or not part:
+            raise InputError(f"{kind}: a polygon without rings")
+        return part
+
+    def _ring(self, ring: Any, kind: str) -> Complex:
+        z = self._line(ring, 4, kind)
+        if z[0] != z[-1]:
+            raise InputError(f"{kind}: a ring does not end where it begins")
+        return z[:-1]
+
+    def _line(self, line: Any, least: int, kind: str) -> Complex:
+        if not isinstance(line, list) or len(line) < least:
+            raise InputError(f"{kind}: fewer than {least} positions in a row")
+        self.heights |= any(isinstance(position, list) and len(position) > 2 for position in line)
+        return np.array([_pair(position) for position in line], complex)
+
+
+@dataclass
+class _Given:
+    """Images, in the same order."""
+
+    points: Iterator[complex]
+    lines: Iterator[list[Complex]]
+    polygons: Iterator[list[list[Complex]]]
+
+    def give(self, geometry: dict[str, Any]) -> None:
+        kind, at = geometry["type"], geometry.get("coordinates")
+        if at is None or at == []:
+            return
+        parts = at if kind.startswith("Multi") else [at]
+        if kind.endswith("Point"):
+            moved = [_moved(part, z) for part in parts if (z := next(self.points)) == z]
+        elif kind.endswith("LineString"):
+            moved = [_positions(z) for _ in parts for z in next(self.lines) if z.size > 1]
+        else:
+            moved = [
+                [_positions(np.append(ring, ring[0])) for ring in rings]
+                for _ in parts
+                for rings in next(self.polygons)
+            ]
+        single = kind.removeprefix("Multi")
+        many = kind.startswith("Multi") or len(moved) > 1
+        geometry["type"] = f"Multi{single}" if many else single
+        geometry["coordinates"] = moved if many else moved[0] if moved else []
+
+
+def _each(item: Any, visit: Callable[[dict[str, Any]], None], depth: int = 0) -> None:
+    """Visit every geometry with coordinates, in order; bounding boxes, which no longer hold, go."""
+    if item is None:
+        return
+    if not isinstance(item, dict) or item.get("type") not in TYPES or depth > DEEPEST:
+        raise InputError("is no GeoJSON: something in it is neither a feature nor a geometry")
+    item.pop("bbox", None)
+    kind = item["type"]
+    if kind in SIMPLE:
+        visit(item)
+    elif kind == "Feature":
+        _each(item.get("geometry"), visit, depth + 1)
+    else:
+        members = item.get("features" if kind == "FeatureCollection" else "geometries")
+        if not isinstance(members, list):
+            raise InputError(f"is no GeoJSON: a {kind} without members")
+        for member in members:
+            _each(member, visit, depth + 1)
+
+
+def _dropped(item: Any) -> Any:
+    """The content without geometries that are empty, and features without any."""
+    kind = item["type"]
+    if kind == "FeatureCollection":
+        item["features"] = [each for each in item["features"] if _holds(each.get("geometry"))]
+    return item
+
+
+def _holds(geometry: Any) -> bool:
+    if geometry is None:
+        return True  # it never had a place
+    if geometry["type"] == "GeometryCollection":
+        geometry["geometries"] = [each for each in geometry["geometries"] if _holds(each)]
+        return bool(geometry["geometries"])
+    return geometry["coordinates"] != []
+
+
+def _landmarks(content: Any) -> list[tuple[Any, Any]]:
+    """Where the points of a list or an object stand: itself, or its only member that holds points."""
+    found = _members(content)
+    if found is None and isinstance(content, dict):
+        inner = [each for value in content.values() if (each := _members(value))]
+        found = inner[0] if len(inner) == 1 else None
+    if found is None:
+        raise InputError('is neither GeoJSON nor a list of points ([x, y] or {"x": …, "y": …})')
+    return found
+
+
+def _members(content: Any) -> list[tuple[Any, Any]] | None:
+    """The places of a list or object of points only; None where it is something else."""
+    if isinstance(content, list):
+        keys: list[Any] = list(range(len(content)))
+    elif isinstance(content, dict):
+        keys = list(content)
+    else:
+        return None
+    return [(content, key) for key in keys] if keys and all(_is_point(content[key]) for key in keys) else None
+
+
+def _is_point(item: Any) -> bool:
+    if isinstance(item, dict):
+        return {"x", "y"} <= item.keys() and all(_is_coordinate(item[name]) for name in "xy")
+    return isinstance(item, list) and len(item) in (2, 3) and all(map(_is_coordinate, item))
+
+
+def _is_coordinate(item: Any) -> bool:
+    return item is None or (isinstance(item, int | float) and not isinstance(item, bool))
+
+
+def _pair(position: Any) -> complex:
+    """A position as x + iy; NaN where it says null."""
+    if isinstance(position, dict):
+        position = [position["x"], position["y"]]
+    if not isinstance(position, list) or len(position) < 2 or not all(map(_is_coordinate, position[:2])):
+        raise InputError(f"{json.dumps(position)[:60]} is no position")
+    if None in position[:2]:
+        return complex(np.nan, np.nan)
+    x, y = (number(str(value), "a position") for value in position[:2])
+    return complex(x, y)
+
+
+def _moved(position: Any, z: complex | None) -> Any:
+    x, y = (None, None) if z is None else (z.real, z.imag)
+    return position | {"x": x, "y": y} if isinstance(position, dict) else [x, y, *position[2:]]
+
+
+def _positions(z: Complex) -> list[list[float]]:
+    return np.column_stack([z.real, z.imag]).tolist()

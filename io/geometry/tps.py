@@ -1,0 +1,78 @@
+"""TPS files of landmarks, as tpsDig and geomorph have them: y counts upwards from the lower edge of the image."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import InputError
+from .document import NOWHERE, Document, Geometry, Images, number
+
+MISSING = "NA NA"
+_COUNT = re.compile(r"\s*(LM|POINTS)\s*=\s*(\d+)\s*", re.IGNORECASE)
+_KEY = re.compile(r"\s*(\w+)\s*=(.*)", re.DOTALL)
+
+
+@dataclass
+class Tps(Document):
+    """Lines of text, and which of them are places."""
+
+    upward = True
+
+    lines: list[str]
+    places: list[int]
+    geometry: Geometry
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def parse(cls, data: bytes, columns: str | None) -> Tps:
+        """LM=n and POINTS=n are followed by so many places; everything else stays as it is."""
+        lines = data.decode("utf-8-sig").splitlines()
+        places: list[int] = []
+        z: list[complex] = []
+        left = 0
+        for k, line in enumerate(lines):
+            said = _COUNT.fullmatch(line)
+            if left and not said and line.strip():
+                z.append(_place(line, k + 1))
+                places.append(k)
+                left -= 1
+            elif left and (said or line.strip()):
+                raise InputError(f"line {k + 1}: {left} places are missing before it")
+            elif said:
+                left = int(said[2])
+            elif re.match(r"\s*LM3", line, re.IGNORECASE):
+                raise InputError(f"line {k + 1}: landmarks in space (LM3); two coordinates are needed")
+            elif line.strip() and not _KEY.fullmatch(line):
+                raise InputError(f"line {k + 1}: {line.strip()[:40]!r} is not KEY=VALUE")
+        if left:
+            raise InputError(f"it ends {left} places early")
+        if not places:
+            raise InputError("holds no landmarks (LM=…)")
+        scaled = any(re.match(r"\s*SCALE\s*=", line, re.IGNORECASE) for line in lines)
+        notes = ("SCALE is left out: it is of the image that the landmarks were on",) if scaled else ()
+        return cls(lines, places, Geometry(np.array(z)), notes)
+
+    def text(self, images: Images) -> str:
+        """The lines with the images of places; landmarks keep their numbers, so that those without are NA."""
+        out = list(self.lines)
+        for k, z in zip(self.places, images.points.tolist()):
+            out[k] = f"{z.real!r} {z.imag!r}" if z == z else MISSING
+        kept = [line for line in out if not re.match(r"\s*SCALE\s*=", line, re.IGNORECASE)]
+        said = [
+            f"IMAGE={images.name}" if re.match(r"\s*IMAGE\s*=", line, re.IGNORECASE) else line
+            for line in kept
+        ]
+        return "\n".join(said) + "\n"
+
+
+def _place(line: str, at: int) -> complex:
+    words = line.split()
+    if [word.upper() for word in words] == ["NA", "NA"]:
+        return NOWHERE
+    if len(words) != 2:
+        raise InputError(f"line {at}: {line.strip()[:40]!r} is no place x y")
+    x, y = (number(word, f"line {at}") for word in words)
+    return complex(x, y)

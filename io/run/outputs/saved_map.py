@@ -1,0 +1,53 @@
+"""The map itself, exactly, for `iccm apply` and `iccm.load`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ....errors import InputError
+from ....saved.map_file import Plane
+from ..job import Job
+from ..state import Run
+from .output import Output
+
+if TYPE_CHECKING:
+    from ...shapes.shape import Shape
+
+
+class SavedMap(Output):
+    """A map between planar shapes as a file of arrays."""
+
+    def suit(self, job: Job, onto_mesh: bool) -> None:
+        """One map, and none onto a mesh."""
+        if job.parts != "largest":
+            raise InputError(f"{self.name}: a file holds one map; name one part (file#id) instead of --parts")
+        if onto_mesh:
+            raise self._refusal(job.target or job.source)
+
+    def check(self, run: Run) -> None:
+        """Planar shapes."""
+        for shape in (run.source, run.target):
+            if shape.is_mesh:
+                raise self._refusal(shape.spec)
+
+    def write(self, run: Run, path: Path) -> None:
+        """The map, and what of the job says how pictures are made with it."""
+        with run.phases.timed("write"):
+            job = {name: value for name, value in run.job.solver.items() if _plain(value)}
+            planes = plane_of(run.source), plane_of(run.target)
+            run.fit.save(path, planes, job=job | {"holes": run.job.holes, "target_box": run.job.target_box})
+
+    def _refusal(self, spec: str) -> InputError:
+        return InputError(
+            f"{self.name}: maps between planar shapes are saved, and {spec} is a mesh; --stmap keeps its map"
+        )
+
+
+def plane_of(shape: Shape) -> Plane:
+    """What a file of a map says of a shape."""
+    return Plane(shape.curve.z, shape.box, shape.flip, shape.holes, Path(shape.spec).name)
+
+
+def _plain(value: object) -> bool:
+    return isinstance(value, str | int | float)

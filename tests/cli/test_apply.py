@@ -1,0 +1,243 @@
+"""`iccm apply` with saved maps: files of every kind, there and back."""
+
+import functools
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import iccm as core
+from iccm.io.pictures import image_files
+from iccm.io.run import Job, run
+
+QUICK = ("--method", "paper", "--order", "0", "--vertices", "60")
+
+
+@functools.cache
+def content():
+    """What a file of the map of a square onto a blob holds, both in files with y down."""
+    run(Job(source="square.svg", target="blob.svg", output=["map.npz"]))
+    return Path("map.npz").read_bytes()
+
+
+@pytest.fixture
+def saved(shapes):
+    """map.npz"""
+    made = content()
+    (shapes / "map.npz").write_bytes(made)
+
+
+def there(points):
+    """Points of a file with y down, as the saved map takes them."""
+    w = core.load("map.npz").map(np.array(points) @ [1, -1j])
+    return np.column_stack([w.real, -w.imag])
+
+
+def test_pictures_and_drawings_are_those_of_the_map_itself(shapes, iccm):
+    texture = core.checkerboard(64)
+    image_files.write("t.png", image_files.Image(texture))
+    given = ("--texture", "t.png", "--size", "64")
+    (shapes / "ring.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path fill-rule="evenodd" '
+        'd="M10 10H90V90H10ZM40 40H60V60H40Z"/></svg>'
+    )
+    for source, target, options in (
+        ("square.svg", "blob.svg", ()),
+        ("square.svg", "blob.svg", QUICK),
+        ("ring.svg", "ring.svg", ("--holes", "cut")),
+        ("square.svg", None, ("--pin", "30,30:30,30", "--pin", "70,70:80,70")),
+    ):
+        command = ("map", source, target) if target else ("deform", source)
+        made = iccm(*command, *given, *options, "-o", "map.npz", "-o", "a.png", "-o", "a.svg", "--force")
+        assert made.code == 0, made.err
+        typed = iccm("apply", "map.npz", "t.png", "-o", "b.png", "--size", "64", "--force")
+        assert typed.code == 0, typed.err
+        assert iccm("apply", "map.npz", source, "-o", "b.svg", "--force").code == 0
+        for suffix in ("png", "svg"):
+            assert (shapes / f"a.{suffix}").read_bytes() == (shapes / f"b.{suffix}").read_bytes(), (
+                options,
+                suffix,
+            )
+
+
+def test_pictures_come_back_through_the_inverse(saved, shapes, iccm):
+    x = np.linspace(0, 255, 128)
+    smooth = np.stack(
+        [np.broadcast_to(x, (128, 128)), np.broadcast_to(x[:, None], (128, 128))]
+        + 2 * [np.full((128, 128), 255)]
+    )
+    image_files.write("t.png", image_files.Image(np.moveaxis(smooth, 0, 2).astype(np.uint8), 3))
+    assert iccm("apply", "map.npz", "t.png", "-o", "there.png", "--size", "256").code == 0
+    assert iccm("apply", "map.npz", "there.png", "--inverse", "-o", "back.png", "--size", "128").code == 0
+    first, back = (
+        image_files.read(name).pixels[20:-20, 20:-20].astype(int) for name in ("t.png", "back.png")
+    )
+    assert np.abs(first - back).max() <= 3
+
+
+def test_tables_go_there_and_back(saved, shapes, iccm):
+    rng = np.random.default_rng(1)
+    points = rng.uniform(12, 88, (500, 2))
+    rows = "".join(f'"cell, {k}",{x!r},{y!r}\r\n' for k, (x, y) in enumerate(points.tolist()))
+    (shapes / "p.csv").write_text(f"name,X,Y\r\n{rows}out,1,1\r\nnone,,\r\n", newline="")
+    typed = iccm("apply", "map.npz", "p.csv", "-o", "q.csv", "--report", "q.json")
+    assert typed.code == 0 and "note: p.csv: 1 points outside" in typed.lines
+    lines = (shapes / "q.csv").read_bytes().decode().split("\r\n")
+    assert lines[0] == "name,X,Y" and len(lines) == 502 and lines[8].startswith('"cell, 7",')
+    made = np.array([line.rsplit(",", 2)[1:] for line in lines[1:-1]], float)
+    assert np.array_equal(made, there(points))
+    report = json.loads((shapes / "q.json").read_text())
+    assert report["points"] == 502 and report["points_outside"] == 1
+    assert iccm("apply", "map.npz", "q.csv", "--inverse", "-o", "r.csv").code == 0
+    back = np.array(
+        [line.rsplit(",", 2)[1:] for line in (shapes / "r.csv").read_text().splitlines()[1:]], float
+    )
+    assert np.abs(back - points).max() < 1e-9 * 113
+    assert iccm("apply", "map.npz", "p.csv", "-o", "k.csv", "--outside", "keep").code == 0
+    assert (shapes / "k.csv").read_text().splitlines()[-2:] == ["out,,", "none,,"]
+    typed = iccm("apply", "map.npz", "p.csv", "-o", "no.csv", "--outside", "refuse")
+    assert typed.code == 2 and "1 points outside of the map's domain" in typed.lines[-1]
+    assert not (shapes / "no.csv").exists()
+
+
+def test_columns_are_named_or_numbered(saved, shapes, iccm):
+    (shapes / "t.tsv").write_text("50\ta\t40\n60\tb\t30\n")
+    (shapes / "n.csv").write_text("u;v;x;y\n50;40;0;0\n60;30;0;0\n")
+    assert iccm("apply", "map.npz", "t.tsv", "-o", "t2.tsv", "--columns", "1,3").code == 0
+    assert iccm("apply", "map.npz", "n.csv", "-o", "n2.csv", "--columns", "u,v").code == 0
+    wanted = there([(50, 40), (60, 30)])
+    rows = [line.split("\t") for line in (shapes / "t2.tsv").read_text().splitlines()]
+    assert np.array_equal(np.array([[row[0], row[2]] for row in rows], float), wanted) and rows[1][1] == "b"
+    rows = [line.split(";") for line in (shapes / "n2.csv").read_text().splitlines()[1:]]
+    assert np.array_equal(np.array([row[:2] for row in rows], float), wanted)
+
+
+def test_geojson_keeps_what_it_says(saved, shapes, iccm):
+    square = [[30, 30], [70, 30], [70, 70], [30, 70], [30, 30]]
+    hole = [[45, 45], [45, 55], [55, 55], [45, 45]]
+    geometries = [
+        {"type": "Point", "coordinates": [50, 40, 7]},
+        {"type": "Polygon", "coordinates": [square, hole]},
+        {"type": "LineString", "coordinates": [[50, 50], [50, 200]]},
+        {"type": "Point", "coordinates": [1, 1]},
+        {
+            "type": "GeometryCollection",
+            "geometries": [{"type": "MultiPoint", "coordinates": [[50, 40], [2, 2]]}],
+        },
+        None,
+    ]
+    features = [{"type": "Feature", "properties": {"n": k}, "geometry": g} for k, g in enumerate(geometries)]
+    given = {"type": "FeatureCollection", "bbox": [1, 2, 3, 4], "name": "Grüße", "features": features}
+    (shapes / "g.geojson").write_text(json.dumps(given))
+    for outside, numbers in (("drop", [0, 1, 2, 4, 5]), ("keep", range(6))):
+        typed = iccm("apply", "map.npz", "g.geojson", "-o", "h.geojson", "--outside", outside, "--force")
+        assert typed.code == 0, typed.err
+        assert (
+            "note: g.geojson: 2 points outside" in typed.lines
+            and "note: g.geojson: 1 lines cut" in typed.lines
+        )
+        made = json.loads((shapes / "h.geojson").read_text(encoding="utf-8"))
+        assert made["name"] == "Grüße" and "bbox" not in made
+        assert [feature["properties"]["n"] for feature in made["features"]] == list(numbers)
+    point, polygon, line, lost = (feature["geometry"] for feature in made["features"][:4])
+    assert point == {"type": "Point", "coordinates": [*there([(50, 40)])[0].tolist(), 7]}
+    rings = polygon["coordinates"]
+    assert len(rings) == 2 and all(ring[0] == ring[-1] for ring in rings) and len(rings[0]) > 8
+    assert line["type"] == "LineString" and lost == {"type": "Point", "coordinates": []}
+    assert made["features"][4]["geometry"]["geometries"][0]["coordinates"] == there([(50, 40)]).tolist()
+
+
+def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
+    wanted = there([(50, 40), (60, 30)])
+    for content in (
+        [[50, 40], [60, 30]],
+        {"left": [50, 40], "right": [60, 30]},
+        {"image": "a.png", "landmarks": [{"x": 50, "y": 40, "name": "a"}, {"x": 60, "y": 30}]},
+    ):
+        (shapes / "l.json").write_text(json.dumps(content))
+        assert iccm("apply", "map.npz", "l.json", "-o", "m.json", "--force").code == 0
+        numbers = json.loads((shapes / "m.json").read_text())
+        numbers = numbers.get("landmarks", numbers) if isinstance(numbers, dict) else numbers
+        values = [
+            list(v.values())[:2] if isinstance(v, dict) else v
+            for v in (numbers.values() if isinstance(numbers, dict) else numbers)
+        ]
+        assert np.array_equal(values, wanted)
+    # y up from the canvas' lower edge, which is at 100
+    (shapes / "l.tps").write_text(
+        "LM=3\n50 60\n60 70\n1 1\nIMAGE=a.jpg\nID=5\nSCALE=0.1\nLM=1\nNA NA\nID=6\n"
+    )
+    assert iccm("apply", "map.npz", "l.tps", "-o", "m.tps").code == 0
+    lines = (shapes / "m.tps").read_text().splitlines()
+    made = np.array([line.split() for line in lines[1:3]], float)
+    assert np.abs(made - [[x, 100 - y] for x, y in wanted]).max() < 1e-12
+    assert lines[0] == "LM=3" and lines[3:] == ["NA NA", "IMAGE=blob.svg", "ID=5", "LM=1", "NA NA", "ID=6"]
+    (shapes / "l.obj").write_text("o path\nv 50 40 2\nv 60 30 2\nv 300 30 2\nl 1 2\nl 2 3\np 1 3\n")
+    assert iccm("apply", "map.npz", "l.obj", "-o", "m.obj").code == 0
+    lines = (shapes / "m.obj").read_text().splitlines()
+    v = np.array([line.split()[1:] for line in lines if line[0] == "v"], float)
+    assert lines[0] == "o path" and [line[0] for line in lines].count("l") == 2 and (v[:, 2] == 2).all()
+    assert (
+        np.array_equal(v[0, :2], wanted[0])
+        and np.array_equal(v[-1, :2], wanted[0])
+        and lines[-1] == f"p {len(v)}"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "options", "said"),
+    [
+        ("a.csv", "x,y\n1,2\n3,four\n", (), "row 3: 'four' is no coordinate"),
+        ("a.csv", "x,y\n1,inf\n", (), "are no finite numbers"),
+        ("a.csv", "x\n1\n", (), "two columns are needed"),
+        ("a.csv", "x,y\n1\n", (), "row 2: has 1 cells"),
+        ("a.csv", "", (), "the file is empty"),
+        ("a.csv", "a,b\n1,2\n", ("--columns", "a,c"), "no 'c' in it; it has a, b"),
+        ("a.csv", "\xff\xfe", (), "two columns are needed"),
+        ("a.geojson", "{", (), "is no JSON"),
+        (
+            "a.geojson",
+            '{"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 2]]]}',
+            (),
+            "a ring does not end",
+        ),
+        ("a.geojson", '{"type": "LineString", "coordinates": [[0, 0]]}', (), "fewer than 2 positions"),
+        ("a.geojson", '{"type": "FeatureCollection", "features": [3]}', (), "is no GeoJSON"),
+        ("a.geojson", '{"type": "Point", "coordinates": ["a", 2]}', (), "is no position"),
+        ("a.json", '{"size": 3}', (), "is neither GeoJSON nor a list of points"),
+        ("a.tps", "LM=2\n1 2\nID=1\n", (), "line 3: 'ID=1' is no place"),
+        ("a.tps", "LM3=1\n1 2 3\n", (), "landmarks in space"),
+        ("a.obj", "v 0 0 0\nl 1 2\n", (), "no vertex 2"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", (), "has faces"),
+        ("a.obj", "v 0 0 0\nv 1 0 1\nl 1 2\n", (), "in no plane"),
+        ("a.obj", "v 0 0 0\np 1\n", ("--outside", "keep"), "holds nothing without a place"),
+        ("a.json", "[[1, 2]]", ("--columns", "x,y"), "--columns: for tables"),
+        ("a.txt", "hello", (), "a.txt: nothing is carried from a file of this kind"),
+    ],
+)
+def test_bad_files_get_one_line(saved, shapes, iccm, name, content, options, said):
+    (shapes / name).write_text(content)
+    typed = iccm("apply", "map.npz", name, "-o", f"out{name[1:]}", *options)
+    errors = [line for line in typed.lines if line.startswith("error: ")]
+    assert typed.code == 2 and len(errors) == 1 and said in errors[0], typed.err
+    assert not (shapes / f"out{name[1:]}").exists()
+
+
+def test_options_that_do_not_fit_are_refused(saved, shapes, iccm):
+    image_files.write("t.png", image_files.Image(core.checkerboard(8)))
+    (shapes / "a.csv").write_text("x,y\n50,50\n")
+    for arguments, said in (
+        (("map.npz", "a.csv", "-o", "a.json"), "give it a name that ends in .csv"),
+        (
+            ("map.npz", "t.png", "-o", "b.png", "--columns", "1,2"),
+            "--columns: for points, lines and polygons",
+        ),
+        (("t.png", "t.png", "-o", "b.png", "--inverse"), "--inverse: for maps in .npz files"),
+        (("map.npz", "square.svg", "-o", "square.svg", "--force"), "is also an input"),
+        (("missing.npz", "a.csv", "-o", "b.csv"), "missing.npz: no such file"),
+    ):
+        typed = iccm("apply", *arguments)
+        assert typed.code == 2 and said in typed.lines[-1], typed.err
+    typed = iccm("map", "square.svg", "blob.svg", "--parts", "all", "-o", "all.npz")
+    assert typed.code == 2 and "a file holds one map" in typed.lines[-1]

@@ -1,0 +1,120 @@
+"""Saved maps: what comes back is what was saved, bit for bit, and what is no sound map is refused in a line."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm.errors import InputError
+
+PAGE = Path(__file__).parents[3] / "docs" / "reference" / "map-file.md"
+SQUARE = np.array([0, 1, 1 + 1j, 1j])
+T = np.exp(2j * np.pi * np.arange(60) / 60)
+FLOWER = T * (2 + 0.3 * np.cos(5 * np.angle(T)))
+RING = {"source_holes": [0.5 + 0.5j + 0.2 * T], "target_holes": [0.5 * T]}
+
+
+@pytest.fixture(scope="module")
+def fits(bent):
+    return {
+        "deformed": bent,
+        "balanced": iccm.fit(SQUARE, FLOWER, pins=[(0.5 + 0.5j, 0.1j)]),
+        "with a hole": iccm.fit(SQUARE, FLOWER, fit="whole", **RING),
+        "partial": iccm.fit(SQUARE, np.array([0, 4, 4 + 3j, 2.2 + 3j, 2.1 + 1j, 1.9 + 3j, 3j]), fit="cover"),
+        "quasi-conformal": iccm.fit(SQUARE, FLOWER, method="paper", quasi=0.1, vertices=40),
+    }
+
+
+@pytest.fixture(scope="module")
+def bent():
+    return iccm.deform(SQUARE, pins=[(0.2 + 0.2j, 0.2 + 0.2j), (0.8 + 0.8j, 1 + 1.2j)])
+
+
+@pytest.fixture
+def saved(bent, tmp_path):
+    bent.save(tmp_path / "map.npz")
+    return tmp_path / "map.npz"
+
+
+def test_what_is_loaded_is_what_was_saved_bit_for_bit(fits, tmp_path):
+    assert fits["partial"].is_partial and len(fits["with a hole"].map.loops) == 2
+    for name, fit in fits.items():
+        fit.save(path := tmp_path / "map.npz")
+        loaded = iccm.load(path)
+        z = fit.interior
+        w = fit.map(z)
+        assert loaded.map(z).tobytes() == w.tobytes(), name
+        assert loaded.inverse(w).tobytes() == fit.inverse(w).tobytes(), name
+        assert loaded.report() == fit.report() and loaded.status is fit.status, name
+        pixels = [iccm.warp(each, iccm.checkerboard(64), size=64).pixels for each in (fit, loaded)]
+        assert pixels[0].tobytes() == pixels[1].tobytes(), name
+        loaded.save(tmp_path / "again.npz")
+        assert (tmp_path / "again.npz").read_bytes() == path.read_bytes(), name
+
+
+def test_the_reader_of_the_page_evaluates_the_map(bent, saved, monkeypatch, capsys):
+    monkeypatch.chdir(saved.parent)
+    (code,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    assert len([line for line in code.splitlines() if line.strip()]) <= 30
+    reader: dict = {}
+    exec(code.partition("print(")[0], reader)
+    z = bent.interior[::97]
+    w = bent.map(z)
+    assert np.abs([reader["forward"](point) for point in z] - w).max() < 1e-12
+    assert np.abs([reader["inverse"](point) for point in w] - z).max() < 1e-12
+
+
+def changed(path, **arrays):
+    """The file with other arrays; None takes one out."""
+    with np.load(path) as held:
+        found = {**held, **arrays}
+    np.savez(path, **{name: values for name, values in found.items() if values is not None})
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("format", lambda a: np.array("iccm.map/2")),
+        ("about", lambda a: np.array('{"names": ["a", "b"]}')),
+        ("vertices", lambda a: np.where(np.arange(a.size) == 3, np.nan, a)),
+        ("vertices", lambda a: a[:-1]),
+        ("images", lambda a: a.conj()),
+        ("images", lambda a: a.astype(np.complex64)),
+        ("faces", lambda a: np.where(a == 7, a.max() + 1, a)),
+        ("faces", lambda a: a - 1),
+        ("faces", lambda a: a[:, ::-1]),
+        ("faces", lambda a: None),
+        ("sides", lambda a: a[::-1]),
+        ("bulges", lambda a: a[:-1]),
+        ("loops", lambda a: a[::-1]),
+        ("loops_ends", lambda a: a + 1),
+        ("near", lambda a: np.float64(7)),
+        ("source", lambda a: a[[0, 2, 1, 3]]),
+        ("source", lambda a: a[:0]),
+        ("source_box", lambda a: a[::-1]),
+        ("target_y", lambda a: np.int32(0)),
+        ("hole_partners", lambda a: np.array([[5, 5]], np.int32)),
+        ("pins", lambda a: np.array([[object(), None]])),
+    ],
+)
+def test_what_is_no_sound_map_is_refused_in_a_line(saved, name, change):
+    with np.load(saved) as held:
+        given = held[name]
+    changed(saved, **{name: change(given)})
+    with pytest.raises(InputError, match=r"map\.npz") as error:
+        iccm.load(saved)
+    assert "\n" not in str(error.value)
+
+
+def test_other_files_are_no_maps(saved, tmp_path):
+    whole = saved.read_bytes()
+    for content in (b"", b"PK\x03\x04", whole[: len(whole) // 2], whole[:-40]):
+        (tmp_path / "torn.npz").write_bytes(content)
+        with pytest.raises(InputError, match=r"torn\.npz"):
+            iccm.load(tmp_path / "torn.npz")
+    np.save(tmp_path / "array.npy", np.arange(3))
+    for name in ("array.npy", "missing.npz"):
+        with pytest.raises(InputError, match=re.escape(name)):
+            iccm.load(tmp_path / name)
