@@ -34,11 +34,12 @@ class Filled(NamedTuple):
     bays: tuple[Complex, ...]
 
 
-def fill_hull(curve: Curve) -> Filled:
-    """A shape, counter-clockwise, with the bays filled that its convex hull has beyond it."""
+def fill_hull(curve: Curve, kept: Sequence[complex] = ()) -> Filled:
+    """A shape, counter-clockwise, with the bays filled that its convex hull has beyond it, but for those that vertices
+    to be kept on the outline are in."""
     ends = np.flatnonzero(_on_hull(curve.z))
     rolled = np.roll(curve.z, -ends[0])
-    outline, bays = _mouths(np.append(rolled, rolled[0]), np.append(ends - ends[0], curve.z.size))
+    outline, bays = _mouths(np.append(rolled, rolled[0]), np.append(ends - ends[0], curve.z.size), kept)
     return Filled(Curve(outline[:-1]), bays)
 
 
@@ -65,12 +66,13 @@ def _on_hull(z: Complex) -> Flags:
     return away <= SHALLOW * np.sqrt(polygon.area)
 
 
-def _mouths(path: Complex, ends: Index) -> tuple[Complex, tuple[Complex, ...]]:
-    """A polyline that skips the bays between vertices `ends` (k,), all ends among them, and the bays."""
+def _mouths(path: Complex, ends: Index, kept: Sequence[complex] = ()) -> tuple[Complex, tuple[Complex, ...]]:
+    """A polyline that skips the bays between vertices `ends` (k,), all ends among them, and the bays; those with
+    vertices inside that are kept stay part of it."""
     outline, bays = [path[:1]], []
     for start, stop in pairwise(ends.tolist()):
         bay = path[start : stop + 1]
-        if bay.size > 2 and -polygon_area(bay) > LEAST:
+        if bay.size > 2 and -polygon_area(bay) > LEAST and not np.isin(bay[1:-1], kept).any():
             bays.append(bay)
             bay = bay[[0, -1]]
         outline.append(bay[1:])

@@ -61,8 +61,6 @@ def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
     """The problem with the bays of one side filled, for each side that may have them filled; the inverse problem for
     those of the target."""
     found: list[UnitProblem] = []
-    if problem.anchors[0] and not problem.halved:
-        return found  # pins of outlines may be on bays
     for side in SIDES[settings.fit]:
         given = with_bays(problem if side == "source" else problem.inverse())
         if given.bays and can_fill(given):
@@ -84,9 +82,9 @@ def can_fill(problem: UnitProblem) -> bool:
 
 
 def with_bays(problem: UnitProblem) -> UnitProblem:
-    """The problem with the bays of its source filled."""
+    """The problem with the bays of its source filled, but for those where the outline is pinned."""
     if not problem.halved:
-        filled = fill_hull(problem.source)
+        filled = fill_hull(problem.source, problem.anchors[0])
         return problem._replace(source=filled.outline, bays=filled.bays)
     ends, goals = problem.anchors
     top = int(np.flatnonzero(problem.source.z == ends[1])[0])

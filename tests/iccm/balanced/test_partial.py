@@ -163,6 +163,15 @@ def test_pins_are_met_by_partial_maps():
     assert np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
 
 
+@pytest.mark.parametrize("pins, partial", [([[-3, 0], [3, 4]], True), ([[-3, 0], [1j, 2 + 4j]], False)])
+def test_bays_are_filled_but_for_those_where_the_outline_is_pinned(pins, partial):
+    fit = iccm.fit(U, SQUARE, pins=pins, fit="contain")
+    here, there = np.array(pins, complex).T
+    assert fit.is_partial == partial and fit.status.ok and fit.certificate.certified
+    assert np.abs(fit.map(here) - there).max() < 1e-9
+    assert (fit.report()["stretch"]["p95"] < GOOD) == partial
+
+
 def test_holes_are_passed_over_where_that_costs_less():
     """A hole at the left end of a block does not go to one at the right end of another."""
     block = Curve.domain(np.array([-4 - 1j, 4 - 1j, 4 + 1j, -4 + 1j]))
