@@ -1,6 +1,6 @@
 """The result of solving: a map, how the solver ended, and figures that judge it."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
@@ -264,6 +264,7 @@ class Fit:
         return figure(
             *(self.map, self.source, self.target, self.image),
             openings=self.openings,
+            lost=self.without_partner,
             pins=self.pins,
             strokes=self.strokes,
             carried=carried or self._checkerboard(),
@@ -346,20 +347,45 @@ class Fit:
     @cached_property
     def left_out(self) -> float:
         """The share of the source's area that the map leaves out, or takes into holes of the target."""
-        image = Curve(self.image)
-        lost = [self.inverse(image.pulled_in(ring)) for ring in rings_within(self.passed_holes[1], image)]
         void = self._void_area(lambda map: map.source)
-        return self._missing(
-            self.map.polygon, [*self.openings[0], *lost], void, self.source, self.source_holes
-        )
+        openings = [*self.openings[0], *self._rings_passed[0]]
+        return self._missing(self.map.polygon, openings, void, self.source, self.source_holes)
 
     @cached_property
     def uncovered(self) -> float:
         """The share of the target's area that the map does not cover, or takes holes of the source to."""
         assert self.target is not None
-        lost = [self._image_of(ring) for ring in rings_within(self.passed_holes[0], Curve(self.map.polygon))]
         void = self._void_area(lambda map: map.image)
-        return self._missing(self.image, [*self.openings[1], *lost], void, self.target, self.target_holes)
+        openings = [*self.openings[1], *self._rings_passed[1]]
+        return self._missing(self.image, openings, void, self.target, self.target_holes)
+
+    @cached_property
+    def _rings_passed(self) -> tuple[list[Complex], list[Complex]]:
+        """The holes of the target that the map passes over, in the source, and those of the source, in the target."""
+        image = Curve(self.image)
+        return (
+            [self.inverse(image.pulled_in(ring)) for ring in rings_within(self.passed_holes[1], image)],
+            [self._image_of(ring) for ring in rings_within(self.passed_holes[0], Curve(self.map.polygon))],
+        )
+
+    @cached_property
+    def without_partner(self) -> tuple[shapely.Geometry, shapely.Geometry]:
+        """What of the source is left out, and what of the target stays uncovered, as shapely has regions."""
+        if not self.is_partial:
+            return shapely.Polygon(), shapely.Polygon()
+        assert self.target is not None and isinstance(self.map, TriangulatedMap)
+        source = self.source, self.source_holes, self.map.polygon, self.map.source
+        target = self.target, self.target_holes, self.image, self.map.image
+        found = []
+        for side, (goal, holes, outer, points) in enumerate((source, target)):
+            without = [*points[self.map.faces[self._voids]], *self._rings_passed[side]]
+            shown = region(outer, self.openings[side]).difference(
+                shapely.union_all([region(ring) for ring in without])
+            )
+            parts = shapely.get_parts(region(goal.z, [hole.z for hole in holes]).difference(shown))
+            wide = shapely.area(parts) > ROUNDED * goal.diagonal * shapely.length(parts)
+            found.append(shapely.union_all(parts[wide]))
+        return found[0], found[1]
 
     def _missing(
         self, outline: Complex, openings: list[Complex], void: float, goal: Curve, holes: Sequence[Curve]
@@ -563,6 +589,11 @@ def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
         part.exterior for each in parts for part in shapely.get_parts(each) if part.geom_type == "Polygon"
     ]
     return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings]
+
+
+def region(outline: Complex, holes: Iterable[Complex] = ()) -> shapely.Geometry:
+    """A domain as shapely has it, mended where rounding lets its outlines touch."""
+    return shapely.make_valid(shapely.Polygon(xy_of(outline), [xy_of(hole) for hole in holes]))
 
 
 def distances(w: Complex, curve: Curve) -> np.ndarray:

@@ -11,6 +11,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize, TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
@@ -33,6 +35,7 @@ def figure(
     image: Complex,
     *,
     openings: tuple[list[Complex], list[Complex]] = ([], []),
+    lost: Sequence[shapely.Geometry] = (),
     pins: Complex,
     strokes: Sequence[tuple[Curve, Curve]] = (),
     carried: tuple[NDArray, Box],
@@ -48,6 +51,7 @@ def figure(
         target: the outline aimed at, if there is one.
         image: that of the source's outline.
         openings: outlines of the holes that the map leaves out, in the source and in the image.
+        lost: what of the source a partial map leaves out, and what of the target it does not cover; they are hatched.
         pins: (k, 2) source and target of each.
         strokes: of each.
         carried: a picture seen through the map, 8 bits a channel in sRGB, and its box in the target's plane.
@@ -66,6 +70,8 @@ def figure(
     for axes, holes in zip((left, right), openings):
         for hole in holes:
             _outline(axes, hole, INK, 1.0)
+    for axes, region in zip((left, right), lost):
+        _hatched(axes, region)
     if pins.size:
         met = map(pins[:, 0])
         left.plot(pins[:, 0].real, pins[:, 0].imag, "o", color=MARK, ms=5)
@@ -138,6 +144,14 @@ def _strands(axes: Any, lines: np.ndarray, colour: str) -> None:
 def _outline(axes: Any, z: np.ndarray, colour: str, width: float, alpha: float = 1.0) -> None:
     closed = np.append(z, z[:1])
     axes.plot(closed.real, closed.imag, color=colour, lw=width, alpha=alpha, solid_joinstyle="round")
+
+
+def _hatched(axes: Any, region: shapely.Geometry) -> None:
+    for part in shapely.get_parts(region):
+        if isinstance(part, shapely.Polygon):
+            rings = [Path(ring.coords) for ring in (part.exterior, *part.interiors)]
+            path = Path.make_compound_path(*rings)
+            axes.add_patch(PathPatch(path, facecolor="none", edgecolor=SOFT, hatch="/////", lw=0))
 
 
 def _frame(axes: Any, title: str) -> None:

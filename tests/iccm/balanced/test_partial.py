@@ -163,6 +163,15 @@ def test_pins_are_met_by_partial_maps():
     assert np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
 
 
+@pytest.mark.parametrize("pair", [(U, SQUARE), (SQUARE, HOOK)])
+def test_what_is_lost_has_the_area_that_is_told_and_is_hatched(pair):
+    fit = iccm.fit(*pair)
+    shares = [region.area / curve.area for region, curve in zip(fit.without_partner, pair)]
+    assert shares == pytest.approx([fit.left_out, fit.uncovered], abs=1e-5) and max(shares) > 0.01
+    hatched = [sum(bool(patch.get_hatch()) for patch in axes.patches) for axes in fit.plot().axes[:2]]
+    assert [count > 0 for count in hatched] == [share > 1e-9 for share in shares]
+
+
 @pytest.mark.parametrize("pins, partial", [([[-3, 0], [3, 4]], True), ([[-3, 0], [1j, 2 + 4j]], False)])
 def test_bays_are_filled_but_for_those_where_the_outline_is_pinned(pins, partial):
     fit = iccm.fit(U, SQUARE, pins=pins, fit="contain")
