@@ -47,6 +47,7 @@ OWN = (
     "starts",
     "max_dilatation",
     "max_stretch",
+    "rigid_size",
 )
 """Options that it alone has."""
 FITS, HOLES = ("auto", "whole", "contain", "cover"), ("auto", "keep")
@@ -65,6 +66,7 @@ class OptionValues(TypedDict, total=False):
     starts: int
     max_dilatation: float | None
     max_stretch: float | None
+    rigid_size: float | Literal["free"] | None
     order: int | None
     quasi: float | None
     pin_weight: float
@@ -102,6 +104,8 @@ class Options:
         starts: times as many correspondences of the outlines are tried as usual, 1 to 16.
         max_dilatation: the largest s1/s2 wished of the balanced method.
         max_stretch: the largest max(s1, 1/s2) wished of the balanced method, relative to the mean scale.
+        rigid_size: how large rigid regions are to be, relative to the mean scale; "free" for the size that suits the
+            map best; None for the mean scale, or as large as there is room.
         order: 0 for the distance to closest points, 1 for the first-order distance of §3.4.
         quasi: None for a conformal map, else the weight of E_q.
         pin_weight: β of §3.1.
@@ -133,6 +137,7 @@ class Options:
     starts: int = 1
     max_dilatation: float | None = None
     max_stretch: float | None = None
+    rigid_size: float | Literal["free"] | None = None
     order: int | None = None
     quasi: float | None = None
     pin_weight: float = 1.0
@@ -172,6 +177,10 @@ class Options:
             raise InputError("max_left_out, max_uncovered: are shares of the area, at most 1")
         if not 1 <= self.starts <= MOST_STARTS:
             raise InputError(f"starts: {self.starts} is not between 1 and {MOST_STARTS}")
+        if isinstance(self.rigid_size, str) and self.rigid_size != "free":
+            raise InputError(f"rigid_size: {self.rigid_size!r} is no factor, nor free")
+        if self.rigid_size == 0:
+            raise InputError("rigid_size: is a factor above 0")
         if isinstance(self.vertices, str):
             if self.vertices != "source":
                 raise InputError(f"vertices: {self.vertices!r} is neither a number nor 'source'")
@@ -250,7 +259,7 @@ class Frame:
 class Problem:
     """Source, target and constraints in their unit frames; `target` is None for a deformation.
 
-    Holes run clockwise, in the user's coordinates.
+    Holes run clockwise, in the user's coordinates; in these are rigid regions, too.
     """
 
     source: Curve
@@ -262,11 +271,12 @@ class Problem:
     source_holes: tuple[Curve, ...] = ()
     target_holes: tuple[Curve, ...] = ()
     hole_partners: tuple[tuple[int, int], ...] = ()
+    rigid: tuple[Complex, ...] = ()
 
     @classmethod
     def of(
         cls, source, target, pins=None, strokes=None, *, first: bool = True, holes=((), ()), partners=(),
-        reach: float = NEAR
+        reach: float = NEAR, rigid=()
     ) -> "Problem":  # fmt: skip
         """Check and normalise what the user gave (see `iccm.fit`); `first` says whether it matters which vertices are
         the first, as for a start by arclength, `reach` how far outside constraints may be, of the diagonal."""
@@ -287,7 +297,8 @@ class Problem:
         unit_strokes = [(s.curve(a), t.curve(b)) for a, b in pairs]
         unit, goal = s.curve(source), target and t.curve(target)
         known = _partners(partners, inner)
-        return cls(unit, goal, unit_pins, unit_strokes, s, t, inner[0], inner[1], known)
+        regions = tuple(as_domain(region, f"rigid region {k + 1}").z for k, region in enumerate(rigid))
+        return cls(unit, goal, unit_pins, unit_strokes, s, t, inner[0], inner[1], known, regions)
 
     def mirrored(self) -> "Problem":
         """The same problem seen in a mirror."""

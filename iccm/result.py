@@ -21,6 +21,7 @@ from .maps.approximation import AnyMap, triangulated
 from .maps.boundary_image import outline
 from .maps.distortion import Distortion
 from .maps.injectivity import Certificate
+from .maps.regions import Region
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
@@ -65,6 +66,7 @@ class Status(Enum):
     )
     MET = "Pins and strokes are met."
     OVERLAP = "Pins and strokes are met and nothing folds, but the outline overlaps itself."
+    BENT = "Not all rigid regions could be kept: the closest map without folds is given (regions)."
     PINS = "Not all pins and strokes could be met: the closest map without folds is given."
     FLIPPED = (
         "The texture coordinates that were written turn triangles over, or leave them without area (uv)."
@@ -98,6 +100,7 @@ class Fit:
         filled: where bays of one shape are filled, the map's outline with these in the source and in the image; None
             for the map of whole outlines.
         layouts: of the surfaces that source and target stand for; None for domains of the plane.
+        rigid: the rigid regions, and how they came out.
 
     >>> import iccm
     >>> square = np.array([0, 1, 1 + 1j, 1j])
@@ -120,6 +123,7 @@ class Fit:
     passed_holes: tuple[Sequence[Curve], Sequence[Curve]] = ((), ())
     filled: tuple[Complex, Complex] | None = None
     layouts: tuple[Flattening | None, Flattening | None] = (None, None)
+    rigid: Sequence[Region] = ()
 
     def __repr__(self) -> str:
         given = [("pin", len(self.pins)), ("stroke", len(self.strokes)), ("hole", len(self.source_holes))]
@@ -267,6 +271,7 @@ class Fit:
             lost=self.without_partner,
             pins=self.pins,
             strokes=self.strokes,
+            regions=[region.rings[0] for region in self.rigid],
             carried=carried or self._checkerboard(),
             report=report or self.report(),
             names=names,
@@ -503,6 +508,7 @@ class Fit:
             "boundary": self.boundary if self.target is not None else None,
             **({"holes": self._holes_report} if self._has_pairs else {}),
             **({"left_out": self.left_out, "uncovered": self.uncovered} if self.is_partial else {}),
+            **({"regions": [region.report() for region in self.rigid]} if self.rigid else {}),
             **self._distortion_report,
             **self._apart,
             "log10_area": {

@@ -29,6 +29,7 @@ def fit(
     source_holes: Sequence[ArrayLike | Curve] = (),
     target_holes: Sequence[ArrayLike | Curve] = (),
     hole_partners: Sequence[tuple[int, int]] = (),
+    rigid: Sequence[ArrayLike | Curve] = (),
     start: Fit | TriangulatedMap | None = None,
     **options: Unpack[OptionValues],
 ) -> Fit:
@@ -48,6 +49,8 @@ def fit(
             onto one of the target's. Where one shape has more, what is too much shrinks to a slit in the other.
         target_holes: those of the target's.
         hole_partners: (i, j) for holes that must go together, counted from 0; the others go by place and size.
+        rigid: outlines of regions of the source that keep their form, (p,) complex: each connected one moves as a
+            whole, by a similarity, upright if the map is. Of the balanced method; see also `rigid_size`.
         start: an earlier balanced map of these domains, to go on from where only the constraints have moved: no other
             starts are looked at, and with inner pins at the same points of the source the mesh stays. Maps of
             flattened surfaces with holes are solved for anew.
@@ -77,10 +80,15 @@ def fit(
         first=settings.method == "paper",
         holes=holes,
         partners=hole_partners,
+        rigid=rigid,
         reach=ON_OUTLINE if settings.is_balanced else NEAR,
     )
     if any(holes) and not settings.is_balanced:
         raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
+    if problem.rigid and (not settings.is_balanced or any(layouts)):
+        raise InputError("rigid: regions are kept by the balanced method, between outlines of the plane")
+    if problem.rigid and settings.fit in ("contain", "cover"):
+        raise InputError("rigid: goes with fit whole, or auto, which is whole then")
     before = _map_of(start)
     if before is not None and not settings.is_balanced:
         raise InputError("start: an option of --method balanced")

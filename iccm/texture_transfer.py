@@ -36,6 +36,7 @@ class FitOptions(OptionValues, total=False):
     source_holes: Sequence[ArrayLike | Curve]
     target_holes: Sequence[ArrayLike | Curve]
     hole_partners: Sequence[tuple[int, int]]
+    rigid: Sequence[ArrayLike | Curve]
     start: Fit | TriangulatedMap | None
 
 

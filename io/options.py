@@ -147,6 +147,17 @@ def turn(value: Any) -> Any:
         raise ValueError(f"{value!r} is no angle in degrees, such as 90, nor any") from None
 
 
+def rigid_size(value: Any) -> Any:
+    """A factor above 0, or `free`."""
+    try:
+        found = value if value == "free" or not isinstance(value, str) else float(value)
+    except ValueError:
+        raise ValueError(f"{value!r} is no factor, such as 1.2, nor free") from None
+    if isinstance(found, float | int) and not 0 < found < math.inf:
+        raise ValueError(f"{found:g} is no factor above 0")
+    return found
+
+
 def vertices(value: Any) -> Any:
     """A number of vertices, or `source`."""
     if value == "source":
@@ -401,6 +412,15 @@ class JobOptions:
     constraints: str | None = _option(
         "Pins and strokes from a file; - for stdin.", "FILE.json", commands=EDITED
     )
+    rigid: tuple[str, ...] = _option(
+        "A region of the source that keeps its form and moves as a whole: #id, an element of its drawing, or a mask, "
+        "white where it is rigid. May be repeated.", "REGION", default=(), parse=many, commands=("map",),
+    )  # fmt: skip
+    rigid_size: float | Literal["free"] | None = _option(
+        "Size of rigid regions, by the mean scale of the map; free: as suits it.  "
+        "[default: 1, or as large as there is room]",
+        "FACTOR|free", parse=rigid_size, solver=True, commands=("map",),
+    )  # fmt: skip
     pin_weight: float | None = _option(
         "Weight of the pins against the outline (conformal, paper); balanced meets them exactly.  [default: 1]",
         "W",

@@ -5,6 +5,7 @@ method        `solve`: unit coordinates, the search, checks in the numbers that 
 rings         a ring opened by a seam, where the other shape is none
 interactive   a coarse map that follows its pins while they are moved
 deform/       shapes moved by pins and strokes alone
+rigid/        regions that a map moves as wholes
 search/       how a good map is found, from candidates to the final mesh
 holes/        holes of both domains
 constraints/  pins and strokes

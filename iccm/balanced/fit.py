@@ -1,5 +1,6 @@
 """The balanced method as one of the methods: a problem and options in, a fit out."""
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -7,10 +8,12 @@ import numpy as np
 
 from ..arrays import Complex, Index
 from ..curve import Curve
+from ..errors import InputError
 from ..maps import bounds
 from ..maps.distortion import Distortion
+from ..maps.regions import SIZE_OFF, Region, Rings, triangles_in
 from ..maps.triangulated.map import TriangulatedMap
-from ..maps.triangulated.patches import bulges
+from ..maps.triangulated.patches import NO_FACES, bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
 from . import rings
@@ -41,7 +44,7 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
         InputError: pins or strokes that no one-to-one map meets.
     """
     fit = map_of(problem, options, start)
-    free = not (len(problem.given_pins) or problem.given_strokes) and start is None
+    free = not (len(problem.given_pins) or problem.given_strokes or problem.rigid) and start is None
     if free and fit.distortion.strain is not None and {"whole", "keep"} & {options.fit, options.holes}:
         fit.notes.extend(better_partial(problem, options, fit))
     return fit
@@ -77,19 +80,24 @@ def map_of(problem: Problem, options: Options, start: TriangulatedMap | None = N
     """
     if start is None and options.balance > EVEN and options.fit not in ("contain", "cover"):
         options = replace(options, fit="whole")
-        start = _plane_map(map_of(problem, replace(options, balance=max(EVEN, options.balance / 2))))
+        before = replace(options, balance=max(EVEN, options.balance / 2), rigid_size=None)
+        start = _plane_map(map_of(replace(problem, rigid=()), before))
     source, target = problem.given
     strokes = problem.given_strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
     holes, pins, numbers = named_partners(given, source, target, problem.given_pins, strokes)
     settings = settings_of(options)
-    if settings.fit == "auto" and (len(pins) or strokes or start is not None or settings.bounded):
+    constrained = len(pins) or strokes or problem.rigid
+    if settings.fit == "auto" and (constrained or start is not None or settings.bounded):
         settings = replace(settings, fit="whole")
-    found = solved(source, target, settings, pins, strokes, holes, numbers, start)
-    map = straighten_lines(TriangulatedMap(found.source, found.image, found.faces, found.loops), found.lines)
+    found = solved(source, target, settings, pins, strokes, holes, numbers, start, problem.rigid)
+    map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
+    map = straighten_lines(map, found.lines, in_regions(map, found.rigid))
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
     drawn = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
+    if problem.rigid:
+        check_sizes(fit, options.rigid_size)
     free = not (len(pins) or len(strokes))
     if free and settings.fit == "auto" and not settings.keep_holes:
         opened = opened_ring(problem, fit, options, settings)
@@ -167,6 +175,9 @@ def result_of(
     holes = all_holes if found.holes is None else all_holes.only(found.holes)
     passed = ((), ()) if found.holes is None else all_holes.others(found.holes)
     status = _status(found, drawn, settings)
+    rigid = [Region.of(map, rings) for rings in found.rigid]
+    if status.ok and not all(region.is_rigid for region in rigid):
+        status = Status.BENT
     energies = [{"total": float(level["energy"])} for level in found.energies]
     return Fit(
         *(map, status, energies, source, target, pins, strokes, list(found.notes)),
@@ -175,6 +186,7 @@ def result_of(
         hole_partners=found.partners,
         passed_holes=passed,
         filled=found.filled,
+        rigid=rigid,
     )
 
 
@@ -224,14 +236,38 @@ def settings_of(options: Options) -> Settings:
         max_left_out=options.max_left_out,
         max_uncovered=options.max_uncovered,
         starts=options.starts,
+        rigid_size=None if options.rigid_size == "free" else float(options.rigid_size or 1.0),
     )
 
 
-def straighten_lines(map: TriangulatedMap, lines: Index) -> TriangulatedMap:
-    """The map with the edges of strokes going straight to straight lines."""
-    if not len(lines):
+def straighten_lines(map: TriangulatedMap, lines: Index, linear: Index = NO_FACES) -> TriangulatedMap:
+    """The map with the edges of strokes going straight to straight lines, and linear on triangles `linear` (k,)."""
+    if not len(lines) and not linear.size:
         return map
-    return replace(map, bulge=bulges(map.faces, map.image, map.source, map.edges, lines))
+    return replace(map, bulge=bulges(map.faces, map.image, map.source, map.edges, lines, linear))
+
+
+def in_regions(map: TriangulatedMap, regions: Sequence[Rings]) -> Index:
+    """(k,) the triangles in rigid regions."""
+    return np.concatenate([NO_FACES, *(triangles_in(map, rings) for rings in regions)])
+
+
+def check_sizes(fit: Fit, asked: float | str | None) -> None:
+    """A note where rigid regions had to be smaller than usual.
+
+    Raises:
+        InputError: they had to be smaller than they were asked to be.
+    """
+    for k, region in enumerate(fit.rigid):
+        wanted = asked if isinstance(asked, float | int) else 1.0
+        if asked == "free" or region.scale > (1 - SIZE_OFF) * wanted:
+            continue
+        told = f"{region.scale:.2f} of the mean scale"
+        if asked is not None:
+            raise InputError(
+                f"rigid_size: region {k + 1} finds room up to {told}, not {wanted:g}; ask for less"
+            )
+        fit.notes.append(f"Rigid region {k + 1} finds room up to {told} (regions).")
 
 
 def _status(found: Solution, drawn: bool, settings: Settings) -> Status:

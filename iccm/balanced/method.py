@@ -23,10 +23,13 @@ from .model.frames import UnitFrame, frames_of
 from .model.measures import energy_between, stretches, turn_of
 from .model.settings import Settings, Solution, SolveLog
 from .model.sketch import Sketch
+from .rigid.given import Regions, aims_of, regions_of
+from .rigid.solve import Rigid, keep_rigid
 from .search import multilevel
 from .search.final_mesh import Meshed, excesses
 
 NO_PINS = np.empty((0, 2), np.complex128)
+UNPINNED, NO_REGIONS = Pins(NO_PINS, NO_PINS), Regions(())
 
 
 def solve(
@@ -38,6 +41,7 @@ def solve(
     holes: Holes = NONE,
     numbers: Index | None = None,
     start: TriangulatedMap | None = None,
+    rigid: Sequence[Complex] = (),
 ) -> Solution:
     """The balanced map of two domains.
 
@@ -51,6 +55,7 @@ def solve(
             slit, and what is too much in the target opens from one.
         numbers: (k,) of the pins, for messages; in order unless given.
         start: an earlier map of these domains to go on from.
+        rigid: polygons in the source that are to move as wholes.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -65,6 +70,10 @@ def solve(
         journal.notes += [*unequal(holes), *given.notes]
         before = None if start is None else sketch_of(start, frames, holes_of(start, holes))
         state, met = multilevel.constrained_map(*curves, given.unit(frames), settings, journal, before)
+        regions = NO_REGIONS
+        if rigid:
+            regions = regions_of(rigid, source, holes.source, pins, strokes)
+            state = _with_rigid(state, regions, curves, frames, given, settings, journal)
         found = solution_of(
             state,
             *_world(state, frames),
@@ -75,13 +84,46 @@ def solve(
             False,
             given,
         )
-        return replace(found, met=met)
+        return replace(found, met=met, rigid=regions.polygons)
     state, symmetric, kept = multilevel.free_map(*curves, settings, journal)
     used = holes.only(kept)
     journal.notes += unequal(used)
     domains = _domains(source, target, used)
+    regions = NO_REGIONS
+    if rigid:
+        regions, symmetric = regions_of(rigid, source, used.source), False
+        curves = (*curves[:2], used.unit(frames))
+        state = _with_rigid(state, regions, curves, frames, UNPINNED, settings, journal)
     found = solution_of(state, *_world(state, frames), frames, domains, settings, journal, symmetric)
-    return replace(found, holes=kept)
+    return replace(found, holes=kept, rigid=regions.polygons)
+
+
+def _with_rigid(
+    state: Meshed,
+    regions: Regions,
+    curves: tuple[Curve, Curve, Holes],
+    frames: tuple[UnitFrame, UnitFrame],
+    pins: Pins,
+    settings: Settings,
+    journal: SolveLog,
+) -> Meshed:
+    """The map with rigid regions.
+
+    Raises:
+        InputError: the target has holes that the source has not; pins in a region that no similarity takes along.
+        NoMapError: no map without folds follows the regions' outlines.
+    """
+    source, target, holes = curves
+    if len(holes.target) > len(holes.source):
+        raise InputError("rigid: the target has more holes than the source; fill or cut them")
+    journal.notes += regions.notes
+    upright = multilevel.cost_of_turning(pins, settings)
+    unit = Regions(tuple(tuple(map(frames[0].unit_ring, rings)) for rings in regions.polygons))
+    aims, said = aims_of(unit, pins.unit(frames), settings.rigid_size or 1.0)
+    free = ~said & (settings.rigid_size is None)
+    wanted = Rigid(unit.polygons, aims, ~said & (upright == 0), free)
+    problem = multilevel.with_constraints(source, target, holes, pins.unit(frames), settings, upright)
+    return keep_rigid(problem, state, wanted, settings, journal)
 
 
 def _domains(source: Curve, target: Curve, holes: Holes) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:

@@ -38,6 +38,7 @@ def figure(
     lost: Sequence[shapely.Geometry] = (),
     pins: Complex,
     strokes: Sequence[tuple[Curve, Curve]] = (),
+    regions: Sequence[Complex] = (),
     carried: tuple[NDArray, Box],
     report: dict[str, Any],
     names: tuple[str, str],
@@ -54,6 +55,7 @@ def figure(
         lost: what of the source a partial map leaves out, and what of the target it does not cover; they are hatched.
         pins: (k, 2) source and target of each.
         strokes: of each.
+        regions: outlines of rigid regions, which are shaded.
         carried: a picture seen through the map, 8 bits a channel in sRGB, and its box in the target's plane.
         report: of the map, with its message and notes.
         names: titles of the source and of its image.
@@ -80,6 +82,9 @@ def figure(
     for pair in strokes:
         for axes, stroke in zip((left, right), pair):
             axes.plot(stroke.z.real, stroke.z.imag, color=MARK, lw=1.6)
+    for ring in regions:
+        for axes, z in ((left, ring), (right, map(ring))):
+            axes.fill(z.real, z.imag, color=MARK, alpha=0.25, lw=0)
     for axes, name in zip((left, right), names):
         _frame(axes, name)
     pixels, (low, high) = carried

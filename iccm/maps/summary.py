@@ -30,6 +30,12 @@ def summary(report: dict[str, Any]) -> list[str]:
         lines.append(f"parts       {len(found)}, the largest above; {worst_of}")
     if report.get("pins"):
         lines.append(f"pins        largest error {_figure(max(pin['error'] for pin in report['pins']))}")
+    if found := report.get("regions"):
+        worst, sizes = max(each["dilatation"] for each in found), [each["scale"] for each in found]
+        told = _figure(min(sizes)) + (f" to {_figure(max(sizes))}" if len(sizes) > 1 else "")
+        lines.append(
+            f"regions     {len(found)} rigid, dilatation up to {worst:.4g}, size {told} of the mean scale"
+        )
     if "seconds" in report:
         parts = {k: v for k, v in report["seconds"].items() if v >= 0.005}
         lines.append("seconds     " + ", ".join(f"{name} {value:.2f}" for name, value in parts.items()))

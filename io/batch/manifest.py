@@ -269,6 +269,11 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
             filled[key] = [
                 os.path.join(base, each) if isinstance(each, str) else each for each in many(given)
             ]
+    if isinstance(regions := filled.get("rigid"), str | list):
+        filled["rigid"] = [
+            each if not isinstance(each, str) or each.startswith("#") else os.path.join(base, each)
+            for each in many(regions)
+        ]
     if isinstance(filled.get("constraints"), str) and filled["constraints"] != "-":
         filled["constraints"] = os.path.join(base, filled["constraints"])
     label = _fill(name or "{source.stem}-{target.stem}", fields, f"{entry.at('name')}: name", wrong)

@@ -123,7 +123,8 @@ class Job(JobOptions):
     def inputs(self) -> tuple[str, ...]:
         """Every file that the job reads, as a path without its `#id`; stdin is not a file."""
         textures = [path for path, _ in self.maps]
-        specs = [path_of(self.source), path_of(self.target or ""), *textures, self.constraints]
+        masks = [each for each in self.rigid if not each.startswith("#")]
+        specs = [path_of(self.source), path_of(self.target or ""), *textures, self.constraints, *masks]
         return tuple(dict.fromkeys(name for name in specs if name and name != "-"))
 
 

@@ -12,6 +12,7 @@ parts           which shapes of two files go together
 holes           which holes go together, and the maps between them
 mappable_holes  holes that leave room for a map
 constraints     pins and strokes, drawn or listed
+regions         rigid regions: elements, masks, polygons
 listing         those listed in a JSON file
 starts          an earlier map to go on from
 seam_order      the order of seams through pins

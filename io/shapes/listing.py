@@ -20,6 +20,8 @@ another size are refused then. `name` (for messages), `weight` (relative to the 
 optional. A stroke with ends "free" slides along its target; with "stick" its first and last points also are pinned to
 those of the target.
 
+"rigid" may list regions of the source that keep their form: "#id" of an element, the name of a mask, or polygons.
+
 "start" may hold an earlier map to go on from, see `starts`.
 
 A place has the forms of `iccm.io.point_syntax`; on a mesh a stroke of vertices follows the edges from each to the next.
@@ -46,6 +48,7 @@ MESSAGES = {
 }
 SAME_SIZE = 1e-3  # relative
 Size = Annotated[float, Field(gt=0, le=limits.COORDINATE, strict=True)]
+Polygon = Annotated[list[Place], Field(min_length=3)]
 Weight = Annotated[float, Field(gt=0, le=1e12, strict=True)]
 
 
@@ -101,6 +104,7 @@ class Listed(BaseModel):
     files: ConstrainedFiles = ConstrainedFiles()
     pins: list[Pin] = []
     strokes: list[Stroke] = []
+    rigid: list[str | Polygon] = []
     start: StartingMap | None = None
     landmarks: Landmarks = Landmarks()
 

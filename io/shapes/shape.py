@@ -43,6 +43,7 @@ class Shape:
         flip: whether the file's y axis points down.
         pins: places of pins drawn in the file, by name, core plane.
         strokes: strokes drawn in the file, by name, core plane.
+        rigid: outlines of rigid regions drawn in the file, core plane.
         notes: sentences about what was left out or changed.
         part: how `#` picks it from the file, where it is one of several that were read.
         names: ids and labels of what it comes from and of all that this is in.
@@ -66,6 +67,7 @@ class Shape:
     holes: tuple[Complex, ...] = ()
     hole_names: tuple[tuple[str, ...], ...] = ()
     aspect: float = 1.0
+    rigid: tuple[Complex, ...] = ()
 
     @property
     def bounds(self) -> Box:
@@ -212,6 +214,7 @@ def read(
         strokes,
         tuple(notes),
         names=outline.names,
+        rigid=tuple(_core(z, drawing.flip) for z in drawing.rigid),
         **_holes(drawing, outline),
     )
 
@@ -231,8 +234,9 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
         _choose(drawing, text, chosen)
     curves: dict[int, Curve] = {}
     notes = [*drawing.notes, *(f"left out: {error}" for _, error in drawing.refused)]
-    if drawing.pins or drawing.strokes:
-        notes.append("left out the pins and strokes drawn in it, which are for one shape; #id picks it")
+    if drawing.pins or drawing.strokes or drawing.rigid:
+        what = "pins, strokes and rigid regions" if drawing.rigid else "pins and strokes"
+        notes.append(f"left out the {what} drawn in it, which are for one shape; #id picks it")
     for number, outline in enumerate(drawing.outlines):
         try:
             curves[number] = Curve.domain(_core(outline.z, drawing.flip), f"{text}#{number + 1}")

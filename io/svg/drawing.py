@@ -18,6 +18,7 @@ class Drawing:
         flip: whether the file's y axis points down.
         pins: places of pins by name.
         strokes: polylines of strokes by name.
+        rigid: outlines of rigid regions.
         notes: what was left out or changed on the way.
         refused: (enclosed area, message) of what looks like a domain but is not one.
         ids: the names that select something, in order; a dictionary, for drawings of many.
@@ -28,6 +29,7 @@ class Drawing:
     flip: bool
     pins: dict[str, complex] = field(default_factory=dict)
     strokes: dict[str, Complex] = field(default_factory=dict)
+    rigid: list[Complex] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     refused: list[Refused] = field(default_factory=list)
     ids: dict[str, None] = field(default_factory=dict)

@@ -25,7 +25,7 @@ from .path_data import Subpath, least, numbers, subpaths
 from .strokes import silhouette, width_of
 from .tree import Node
 
-PIN, STROKE = "pin-", "stroke-"
+PIN, STROKE, RIGID = "pin-", "stroke-", "rigid"
 CANVAS, SILHOUETTE = "canvas", "silhouette"
 # An unfilled run counts as closed when its ends are nearer than its line is wide, or than this part of its size.
 GAP = 0.01
@@ -67,7 +67,7 @@ def read(
     _affordable(path, shapes, max_segments)
     for drawn in shapes:
         try:
-            if not _constraint(drawn, drawing, detail):
+            if not (_constraint(drawn, drawing, detail) or _rigid(drawn, chosen, drawing, detail)):
                 shown.append(drawn)
                 _candidate(drawn, chosen, drawing, detail)
         except InputError as error:
@@ -235,6 +235,23 @@ def _constraint(drawn: Node, drawing: Drawing, detail: Detail) -> bool:
     if np.ptp(z.real) == np.ptp(z.imag) == 0:
         raise InputError("a stroke needs at least 2 distinct points")
     drawing.strokes[name] = z
+    return True
+
+
+def _rigid(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> bool:
+    """Whether the shape is, or is in, a rigid region, which is not chosen; if so, adds its outlines to the drawing."""
+    names = (*drawn.groups, *drawn.names)
+    name = next((n for n in names if n.startswith(RIGID)), None)
+    if name is None or chosen in names:
+        return False
+    found = Drawing([], None, flip=True)
+    _candidate(drawn, name, found, detail)
+    if not found.outlines:
+        raise (
+            found.refused[0][1] if found.refused else InputError("a rigid region is a closed path; draw one")
+        )
+    drawing.ids.update(found.ids)
+    drawing.rigid.extend(outline.z for outline in found.outlines)
     return True
 
 

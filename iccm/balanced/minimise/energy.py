@@ -29,6 +29,7 @@ LOST = 5.05
 VOID = 1e-3  # weight of a void's angles beside the area of its image: at rest a slit is 2 % of what was there
 UNTANGLING_AREA = 0.5  # weight of the area part while untangling
 NO_SLOTS = np.empty((0, 6), np.int64)
+NO_AIMS = np.empty(0, np.complex128)
 
 
 class Objective(NamedTuple):
@@ -67,17 +68,22 @@ class RestShapes(NamedTuple):
         gradients: (m, 3) Wirtinger gradients of the hat functions at rest.
         weights: (m,) areas at rest, times weights if there are any; negative for voids, of whose images the area alone
             counts.
+        aims: (m,) for triangles of rigid regions the derivative c of the similarity c z that they are to follow, whose
+            density is |f_z - c|² + |f_z̄|²; 0 for all others. (0,) where there are no such regions.
     """
 
     corners: Index
     slots: Index
     gradients: Complex
     weights: Real
+    aims: Complex = NO_AIMS
 
     @classmethod
-    def of(cls, pattern: BlockPattern, gradients: Complex, weights: Real) -> "RestShapes":
+    def of(
+        cls, pattern: BlockPattern, gradients: Complex, weights: Real, aims: Complex = NO_AIMS
+    ) -> "RestShapes":
         """For the triangles of a mesh, gradients at its corners in the pattern's order."""
-        return cls(pattern.corners, pattern.slots, gradients, weights)
+        return cls(pattern.corners, pattern.slots, gradients, weights, aims)
 
     def energy(self, u: Complex, objective: Objective) -> float:
         """Of images (n,); infinite where a triangle is folded."""
@@ -209,6 +215,9 @@ def total(rest, u, objective):
         aa, bb = dot(a, a), dot(b, b)
         if epsilon > 0:
             energy += abs(weights[t]) * untangling_derivatives(aa + bb, aa - bb, epsilon)[0]
+        elif aa > bb and rest.aims.size > 0 and rest.aims[t] != 0:
+            a -= rest.aims[t]
+            energy += weights[t] * (dot(a, a) + bb)
         elif aa > bb and weights[t] < 0:
             energy -= weights[t] * void_derivatives(aa + bb, aa - bb, objective.forward)[0]
         elif aa > bb:
@@ -270,8 +279,13 @@ def assemble(rest, u, objective, matrix, gradient):
     energy = 0.0
     for t in range(corners.shape[0]):
         a, b = wirtinger(corners, gradients, u, t)
+        aimed = epsilon == 0 and rest.aims.size > 0 and rest.aims[t] != 0
+        if aimed:  # quadratic: its derivatives by a - c and b are those of p
+            a -= rest.aims[t]
         aa, bb, weight = dot(a, a), dot(b, b), abs(weights[t])
-        if epsilon > 0:
+        if aimed:
+            w, w_p, w_d, w_pp, w_pd, w_dd = aa + bb, 1.0, 0.0, 0.0, 0.0, 0.0
+        elif epsilon > 0:
             w, w_p, w_d, w_pp, w_pd, w_dd = untangling_derivatives(aa + bb, aa - bb, epsilon)
         elif weights[t] < 0:
             w, w_p, w_d, w_pp, w_pd, w_dd = void_derivatives(aa + bb, aa - bb, objective.forward)

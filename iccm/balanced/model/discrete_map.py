@@ -5,13 +5,14 @@ Planes, deformations and surfaces differ in what holds the boundary (`boundary`)
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+import shapely
 
-from ...arrays import Complex, Flags, Index, Real
+from ...arrays import Complex, Flags, Index, Real, xy_of
 from ...curve import Curve, inside_any
 from ...jit import kernel
 from ...linalg.cholesky import BlockPattern, system_of
@@ -21,7 +22,7 @@ from ..errors import Tangled
 from ..kernels import twice_area
 from ..meshing.mesh import Sizes, closed_links, triangulate
 from ..minimise import newton
-from ..minimise.energy import LOST, Objective, RestShapes, geometry
+from ..minimise.energy import LOST, NO_AIMS, Objective, RestShapes, geometry
 from ..minimise.in_space import Ground, SurfaceMap, separate
 from ..minimise.sliding import HELD, SLIDING, Border, Constraints, Rails
 from ..minimise.untangle import STEPS, springs, untangle
@@ -62,6 +63,9 @@ class DiscreteMap:
         metrics: of surfaces that the planes of source and target stand for.
         upright: what turning the picture costs: upside down 1 + this times as much.
         ground: the target in space, whose metric changes as vertices move; None for the one that `metrics` has.
+        rigid: (m,) the rigid region that each triangle is in, -1 for none; None where there are none.
+        aims: (k,) complex, the derivative that each region is to have.
+        stiffness: weight of the regions' triangles.
     """
 
     faces: Index
@@ -78,6 +82,9 @@ class DiscreteMap:
     metrics: Metrics = PLANES
     upright: float = 0.0
     ground: Ground | None = None
+    rigid: Index | None = None
+    aims: Complex = field(default_factory=lambda: NO_AIMS)
+    stiffness: float = 1.0
 
     @classmethod
     def on(
@@ -89,15 +96,21 @@ class DiscreteMap:
         metrics: Metrics = PLANES,
         bays: Sequence[Complex] = (),
         upright: float = 0.0,
+        regions: Sequence[Sequence[Complex]] = (),
     ) -> "DiscreteMap":
         """A mesh for a boundary; the image is given there and zero inside. `filled` are the polygons of holes that are
-        covered, `bays` polylines from the outline to the outline beyond which it is as in these."""
+        covered, `bays` polylines from the outline to the outline beyond which it is as in these, `regions` the polygons
+        of rigid regions, the outer one first, all of whose edges are in the mesh."""
         pairs = boundary.pairs
         outer, *inner = (loop.source.curve.at(pairs.s[loop.vertices]) for loop in boundary.loops)
         around = closed_links([rim.size for rim in filled])
         soft = np.append(around, linked_on([bay.size - 2 for bay in bays], around.size))
+        rings_rigid = [ring for region in regions for ring in region]
+        soft = np.append(soft, soft.size + closed_links([ring.size for ring in rings_rigid]))
+        seeds = np.array([middle_of(region) for region in regions], np.complex128)
+        soft = np.append(soft, np.full(seeds.size, -1))
         links = np.append(inside.links, np.where(soft < 0, -1, inside.z.size + soft))
-        points = np.concatenate([inside.z, *filled, *(bay[1:-1] for bay in bays)])
+        points = np.concatenate([inside.z, *filled, *(bay[1:-1] for bay in bays), *rings_rigid, seeds])
         mouths = [mouth_of(outer, bay) for bay in bays]
         rays = np.concatenate([inside.rays(outer), bay_rays(bays, mouths, inside.z.size + around.size)])
         z, faces = triangulate(outer, sizes, points, links, inner, rays)
@@ -109,7 +122,8 @@ class DiscreteMap:
         pattern = system_of(faces, following, z.size)
         rings = [np.append(bay, outer[mouth[-2:0:-1]]) for bay, mouth in zip(bays, mouths)]
         weights = weights_of(z, faces, filled, rings) if filled or bays else None
-        state = cls(faces, pattern, z, u, boundary, inside=inside, weights=weights)
+        rigid = regions_of(z[faces].mean(axis=1), regions) if regions else None
+        state = cls(faces, pattern, z, u, boundary, inside=inside, weights=weights, rigid=rigid)
         return replace(state, metrics=metrics, upright=upright)
 
     @property
@@ -313,7 +327,7 @@ class DiscreteMap:
             rest, surface = self._in_space(self.ground, objective.theta)
         u, (tau, constraints) = moving.copy(), self.constraints(forward, corners, stay)
         counts = self.upright > 0 and surface is None  # where what is moved lies in a plane
-        upright = Upright.of(rest, u.size, self.upright) if counts else ANY_TURN
+        upright = Upright.of(self._counted(rest), u.size, self.upright) if counts else ANY_TURN
         system = newton.System.of(self.pattern, self.faces, rest, constraints, upright)
         energy, done, _ = newton.descend(system, objective, surface, u, tau, steps, tolerance)
         return u, tau, {"energy": float(energy), "settled": bool(done < steps)}
@@ -327,7 +341,17 @@ class DiscreteMap:
             areas = areas * self.multipliers
         if self.weights is not None:
             areas = np.where(self.weights <= FILLED, -0.5 * LOST**q, self.weights) * areas
-        return RestShapes.of(self.pattern, gradients, areas)
+        if self.rigid is None or not forward or not self.aims.size:
+            return RestShapes.of(self.pattern, gradients, areas)
+        inside = self.rigid >= 0
+        areas = np.where(inside, self.stiffness, 1.0) * areas
+        return RestShapes.of(self.pattern, gradients, areas, np.where(inside, self.aims[self.rigid], 0))
+
+    def _counted(self, rest: RestShapes) -> RestShapes:
+        """The same with rigid regions weighing no more in the turn than others."""
+        if not rest.aims.size:
+            return rest
+        return rest._replace(weights=np.where(rest.aims != 0, 1 / self.stiffness, 1.0) * rest.weights)
 
     def _in_space(self, ground: Ground, theta: float) -> tuple[RestShapes, SurfaceMap]:
         """The triangles at rest, each by itself, and what their energy on the ground needs."""
@@ -395,6 +419,21 @@ def weights_of(z: Complex, faces: Index, filled: Sequence[Complex], bays: Sequen
     for polygons, weight in ((filled, FILLED), (bays, BAY)):
         weights[inside_any(map(Curve, polygons), middles)] = weight
     return weights
+
+
+def middle_of(region: Sequence[Complex]) -> complex:
+    """A point inside a region, outer polygon first: a mesh refines a round one from there, whose vertices alone have
+    one circumcentre."""
+    point = shapely.Polygon(*(xy_of(region[0]), [xy_of(hole) for hole in region[1:]])).representative_point()
+    return complex(point.x, point.y)
+
+
+def regions_of(places: Complex, regions: Sequence[Sequence[Complex]]) -> Index:
+    """(p,) the region that each place is in, -1 for none; regions are apart, and may have holes."""
+    found = np.full(places.size, -1)
+    for k, (outer, *holes) in enumerate(regions):
+        found[Curve(outer).contains(places) & ~inside_any(map(Curve, holes), places)] = k
+    return found
 
 
 @kernel

@@ -54,6 +54,11 @@ class UnitFrame:
         """Points of unit coordinates back in the given plane."""
         return (w.conj() if self.mirrored else w) / self.factor + self.centre
 
+    def unit_ring(self, ring: Complex) -> Complex:
+        """A polygon in unit coordinates, turning as before in a mirror too."""
+        w = self.unit(ring)
+        return w[::-1].copy() if self.mirrored else w
+
     def curve(self, curve: Curve) -> Curve:
         """The curve on the grid of unit coordinates, from its farthest vertex on, turning as before in a mirror too."""
         w = self.unit(curve.z)

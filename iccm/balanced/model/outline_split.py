@@ -50,6 +50,7 @@ def split_at_vertices(state: DiscreteMap) -> DiscreteMap:
         u=u,
         boundary=boundary,
         weights=None if state.weights is None else state.weights[parents],
+        rigid=None if state.rigid is None else state.rigid[parents],
     )
     return split.unfolded(harmonic=False) if folds(faces, u) else split
 

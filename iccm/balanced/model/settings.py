@@ -24,6 +24,7 @@ class Settings:
         max_uncovered: the largest share of the target that may stay uncovered.
         starts: times as many correspondences are tried as usual.
         triangles: about how many the last mesh has.
+        rigid_size: of rigid regions, relative to the mean scale; None where it is free.
     """
 
     theta: float = 1.0
@@ -37,6 +38,7 @@ class Settings:
     max_uncovered: float = 1.0
     starts: int = 1
     triangles: int = 6000
+    rigid_size: float | None = 1.0
 
     @property
     def bounded(self) -> bool:
@@ -89,6 +91,7 @@ class Solution:
     partners: tuple[tuple[int, int], ...] = ()
     holes: tuple[tuple[int, ...], tuple[int, ...]] | None = None
     filled: tuple[Complex, Complex] | None = None
+    rigid: tuple[tuple[Complex, ...], ...] = ()
 
 
 @dataclass

@@ -26,6 +26,7 @@ from ..model.boundary_pairs import (
     boundary_pairs,
     limit_slope,
     loops_of,
+    subdivide,
     through,
 )
 from ..model.discrete_map import DiscreteMap
@@ -75,6 +76,7 @@ class UnitProblem(NamedTuple):
         bays: of the source, as of `holes.bays.Filled`.
         starts: times as many correspondences are tried as usual.
         inverted: whether this is the inverse of what was given, so that the target's area is that of `source`.
+        regions: of the source that are to be rigid, polygons each, the outer one first.
     """
 
     source: Curve
@@ -93,6 +95,7 @@ class UnitProblem(NamedTuple):
     bays: tuple[Complex, ...] = ()
     starts: int = 1
     inverted: bool = False
+    regions: tuple[tuple[Complex, ...], ...] = ()
 
     @property
     def holed(self) -> bool:
@@ -160,6 +163,7 @@ class Level:
     metrics: Metrics = PLANES
     bays: tuple[Complex, ...] = ()
     upright: float = 0.0
+    regions: tuple[tuple[Complex, ...], ...] = ()
 
     @classmethod
     def of(
@@ -191,6 +195,7 @@ class Level:
             metrics=problem.metrics,
             bays=bays_within(source, problem.bays, fineness if smooth else corner_fineness, SPACING * size),
             upright=problem.upright,
+            regions=problem.regions,
         )
 
     def mapped(
@@ -208,7 +213,8 @@ class Level:
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         sizes_of_filled += [(-1, -1, bay.size - 2) for bay in self.bays]
         boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + kept.z.size))
-        return DiscreteMap.on(boundary, sizes, kept, filled, self.metrics, self.bays, self.upright)
+        rings = [[_spaced(ring, spacing) for ring in region] for region in self.regions]
+        return DiscreteMap.on(boundary, sizes, kept, filled, self.metrics, self.bays, self.upright, rings)
 
     def boundary(self, match: Match, fewest: int = FEWEST) -> MatchedBoundary:
         """The boundary of a mesh for a match of the outlines, with at least `fewest` vertices on each hole."""
@@ -266,6 +272,13 @@ class Level:
     def pinned(self) -> bool:
         """Whether there are pins or strokes inside."""
         return bool(self.strokes) or bool(len(self.pins))
+
+
+def _spaced(ring: Complex, spacing: float) -> Complex:
+    """A polygon with edges no longer than the spacing."""
+    curve = Curve(ring)
+    own, share = subdivide(curve.lengths, spacing)
+    return curve.at(curve.knots[own] + share * curve.lengths[own])
 
 
 def initial_maps(level: Level, matches: list[Match]) -> list[DiscreteMap]:

@@ -44,7 +44,7 @@ def continue_from(level: Level, start: Sketch, problem: UnitProblem) -> Discrete
 
 def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
     """The earlier map itself, if its outlines are the level's and all pins are among its vertices; None if not."""
-    if level.strokes or len(start.loops) < max(map(len, level.holes)):
+    if level.strokes or level.regions or len(start.loops) < max(map(len, level.holes)):
         return None
     vertices = [start.outer, *(loop.vertices for loop in start.loops)]
     outlines = list(zip(*level.outlines(start.loops)))

@@ -53,15 +53,22 @@ def vertex_gradients(faces: Index, image: Complex, source: Complex) -> tuple[Com
 
 
 NO_LINES = np.empty((0, 2), np.int64)
+NO_FACES = np.empty(0, np.int64)
 
 
 def bulges(
-    faces: Index, image: Complex, source: Complex, edges: Edges, straight: Index = NO_LINES
+    faces: Index,
+    image: Complex,
+    source: Complex,
+    edges: Edges,
+    straight: Index = NO_LINES,
+    linear: Index = NO_FACES,
 ) -> Complex:
     """(e,) bulge of each edge, shrunk until no patch's derivative is farther from the linear one's than the means at
     its corners are from each other, nor than DEVIATION.
 
-    Those between the pairs of vertices `straight` (l, 2) go straight, as those of the rim do.
+    Those between the pairs of vertices `straight` (l, 2) go straight, as those of the rim do; triangles `linear` (k,)
+    have none.
     """
     p, q = vertex_gradients(faces, image, source)
     i, j = edges.ends.T
@@ -70,6 +77,7 @@ def bulges(
     lines = np.flatnonzero(np.isin(keys(edges.ends, image.size), keys(straight, image.size)))
     cut = np.concatenate([edges.rim, lines])
     given = tangential(free, source, edges, cut)
+    given[edges.sides[linear]] = 0
     return shrunk(faces, image, source, edges, given, differences(faces, image, source, p, q))
 
 

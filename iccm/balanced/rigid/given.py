@@ -1,0 +1,145 @@
+"""Rigid regions as given, made fit for a mesh: joined where they meet, kept off the outlines, simplified."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex, Flags, complex_of, xy_of
+from ...curve import Curve
+from ...errors import InputError
+from ...plane import Similarity
+from ..constraints.validate import Pins
+
+# Of the root of the area, of which an edge of the last mesh is 0.02 long.
+MARGIN = 0.01  # how far regions keep off the outlines, which slide
+DETAIL = 3e-3  # how far their own outlines may be off those given, and half the gap over which they join
+LEAST = 1e-5  # area of a region
+LOST = 0.02  # of a region's area: less that is too close to an outline is not worth a word
+SAME = 0.01  # of a region's scale: how far pins in it may be off a similarity
+MOST = 200  # regions: what is drawn by hand has fewer, noise in a mask more
+
+NO_PINS = np.empty((0, 2), np.complex128)
+
+Rings = tuple[Complex, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Regions:
+    """Regions apart from each other and from the outlines.
+
+    Attributes:
+        polygons: of each the outer ring, counter-clockwise, and those of holes in it, clockwise.
+        notes: sentences on what became of those given.
+    """
+
+    polygons: tuple[Rings, ...]
+    notes: tuple[str, ...] = ()
+
+    def holding(self, z: Complex) -> np.ndarray:
+        """(p,) the region that each point is in; -1 for none."""
+        found = np.full(z.size, -1)
+        for k, rings in enumerate(self.polygons):
+            found[shapely.contains_xy(_polygon(rings), z.real, z.imag)] = k
+        return found
+
+
+def regions_of(
+    given: Sequence[Complex],
+    source: Curve,
+    holes: Sequence[Curve] = (),
+    pins: Complex = NO_PINS,
+    strokes: Sequence[tuple[Curve, Curve]] = (),
+) -> Regions:
+    """The regions of a domain with holes.
+
+    Args:
+        given: (p,) vertices of simple polygons.
+        source: the outline.
+        holes: those of holes.
+        pins: (k, 2) points of the source and where they go; one beside a region's outline is taken into it.
+        strokes: likewise.
+
+    Raises:
+        InputError: one is outside the domain, or too thin; too many; a stroke through one.
+    """
+    domain = shapely.Polygon(xy_of(source.z), [xy_of(hole.z) for hole in holes])
+    unit = np.sqrt(domain.area)
+    room, detail = domain.buffer(-MARGIN * unit), DETAIL * unit
+    shapes = [shapely.Polygon(xy_of(z)) for z in given]
+    for k, shape in enumerate(shapes):
+        if not shape.intersects(domain):
+            raise InputError(f"rigid region {k + 1}: is outside the source shape; draw it inside")
+    whole = shapely.union_all(shapes)
+    for k, pair in enumerate(strokes):
+        if whole.intersects(shapely.LineString(xy_of(pair[0].z))):
+            raise InputError(
+                f"stroke {k + 1}: runs through a rigid region; end it before, or pin the region instead"
+            )
+    near = shapely.points(pins[:, 0].real, pins[:, 0].imag)
+    near = near[whole.dwithin(near, detail)] if near.size else near
+    joined = shapely.union_all([whole, *shapely.buffer(near, 3 * detail)])
+    joined = joined.buffer(detail, join_style="mitre").buffer(-detail, join_style="mitre").simplify(detail)
+    parts = [_without_small_holes(part, holes) for part in _parts(joined)]
+    kept = [
+        part for part in _parts(shapely.union_all(parts).intersection(room)) if part.area > LEAST * unit**2
+    ]
+    if not kept:
+        raise InputError("rigid: nothing of it is inside the source shape and large enough to be kept")
+    if len(kept) > MOST:
+        raise InputError(f"rigid: {len(kept)} regions; at most {MOST} can be kept")
+    notes = []
+    inside = whole.intersection(domain).area
+    if 1 - shapely.union_all(kept).intersection(whole).area / inside > LOST:
+        notes.append(
+            "A rigid region reaches the outline, which slides: it is rigid up to 1 % of the shape's size from there."
+        )
+    ordered = [shapely.geometry.polygon.orient(part) for part in kept]
+    rings = [(part.exterior, *part.interiors) for part in ordered]
+    polygons = tuple(tuple(complex_of(shapely.get_coordinates(r)[:-1]) for r in each) for each in rings)
+    return Regions(polygons, tuple(notes))
+
+
+def aims_of(regions: Regions, pins: Pins, size: float) -> tuple[Complex, Flags]:
+    """(k,) derivatives that regions are to have, and which ones their pins say; in unit coordinates.
+
+    Raises:
+        InputError: the pins in a region are moved by no similarity.
+    """
+    aims, said = np.full(len(regions.polygons), size, complex), np.zeros(len(regions.polygons), bool)
+    own = regions.holding(pins.inner[:, 0])
+    for k in np.unique(own[own >= 0]):
+        here, there = pins.inner[own == k].T
+        if here.size < 2:
+            continue
+        found = Similarity.fit(here, there)
+        off = np.abs(found(here) - there).max() / (abs(found.factor) * np.abs(here - here.mean()).max())
+        if off > SAME:
+            raise InputError(
+                f"rigid region {k + 1}: its {here.size} pins are moved by no similarity; leave two of them, or one"
+            )
+        aims[k], said[k] = found.factor, True
+    return aims, said
+
+
+def _polygon(rings: Rings) -> shapely.Polygon:
+    return shapely.Polygon(xy_of(rings[0]), [xy_of(hole) for hole in rings[1:]])
+
+
+def _parts(found: shapely.Geometry) -> list[shapely.Polygon]:
+    """The polygons of a geometry, from the top left on."""
+    parts = [part for part in shapely.get_parts(found) if part.geom_type == "Polygon" and not part.is_empty]
+    return sorted(parts, key=lambda part: (-part.bounds[3], part.bounds[0]))
+
+
+def _without_small_holes(part: shapely.Polygon, holes: Sequence[Curve]) -> shapely.Polygon:
+    """A region without its holes, which move with it, but for those that hold a hole of the domain."""
+    kept = [
+        ring for ring in part.interiors if any(shapely.Polygon(ring).contains(_inner(hole)) for hole in holes)
+    ]
+    return shapely.Polygon(part.exterior, kept)
+
+
+def _inner(hole: Curve) -> shapely.Point:
+    return shapely.Polygon(xy_of(hole.z)).representative_point()

@@ -1,0 +1,75 @@
+"""Rigid regions of a map, and the figures that judge them."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+
+from ..arrays import Complex, Index, xy_of
+from ..plane import triangle_areas
+from .distortion import weighted_quantile
+from .triangulated.map import TriangulatedMap, inverted
+from .triangulated.patches import gradients
+
+BENT = 1.02  # dilatation on 5 % of a region's area from which it is not rigid
+SIZE_OFF = (
+    0.02  # of its scale: how far sizes in a rigid region may be from each other, and from what was asked
+)
+
+Rings = tuple[Complex, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """A region of the source that is to move as a whole.
+
+    Attributes:
+        rings: its outline, counter-clockwise, then those of holes in it.
+        dilatation: s1/s2 that 95 % of its area keep to.
+        sizes: linear scale relative to the mean scale of the map, which 5 %, half and 95 % of its area keep below.
+        turn: degrees counter-clockwise by which it is turned.
+    """
+
+    rings: Rings
+    dilatation: float
+    sizes: tuple[float, float, float]
+    turn: float
+
+    @classmethod
+    def of(cls, map: TriangulatedMap, rings: Rings) -> "Region":
+        """The region of a map whose mesh follows its outline."""
+        areas = triangle_areas(map.source[map.faces])
+        mean = np.sqrt(triangle_areas(map.image[map.faces]).sum() / areas.sum())
+        inside = triangles_in(map, rings)
+        areas = areas[inside]
+        a, b = inverted(*gradients(map.faces[inside], map.image, map.source))
+        dilatations = (np.abs(a) + np.abs(b)) / np.maximum(np.abs(a) - np.abs(b), 1e-300)
+        sizes = np.sqrt(np.maximum(np.abs(a) ** 2 - np.abs(b) ** 2, 0)) / mean
+        least, middle, most = (weighted_quantile(sizes, areas, q) for q in (0.05, 0.5, 0.95))
+        turn = float(np.degrees(np.angle(np.sum(areas * a))))
+        return cls(rings, weighted_quantile(dilatations, areas, 0.95), (least, middle, most), turn)
+
+    @property
+    def scale(self) -> float:
+        """Its size relative to the mean scale of the map."""
+        return self.sizes[1]
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether no eye can tell it from a similar one."""
+        least, middle, most = self.sizes
+        return self.dilatation <= BENT and max(most - middle, middle - least) <= SIZE_OFF * middle
+
+    def report(self) -> dict[str, Any]:
+        """The figures."""
+        size = dict(zip(("p05", "p50", "p95"), self.sizes))
+        return {"dilatation": self.dilatation, "size": size, "scale": self.scale, "turn": self.turn}
+
+
+def triangles_in(map: TriangulatedMap, rings: Rings) -> Index:
+    """(k,) the triangles of a map whose middles are in a region."""
+    polygon = shapely.Polygon(xy_of(rings[0]), [xy_of(hole) for hole in rings[1:]])
+    shapely.prepare(polygon)
+    middles = map.source[map.faces].mean(axis=1)
+    return np.flatnonzero(shapely.contains_xy(polygon, middles.real, middles.imag))

@@ -1,0 +1,95 @@
+"""Rigid regions of a source: elements of its drawing, masks on its canvas, polygons of a constraints file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Complex
+from ...curve import Curve
+from ...errors import InputError
+from .. import formats, limits
+from ..spec import Spec
+from . import silhouette
+from .shape import Shape, drawn
+
+if TYPE_CHECKING:
+    from ..point_syntax import Place
+
+MARK = "#"  # what an element of the source's drawing begins with
+WHITE = 0.5  # brightness from which a mask says rigid
+
+
+def read(source: Shape, given: Sequence[str], listed: Sequence[str | list[Place]] = ()) -> list[Complex]:
+    """The outlines of all rigid regions in the core plane: those drawn in the source, those given, those listed.
+
+    Args:
+        source: a shape of the plane.
+        given: `#id`, an element or group of the source's drawing; or a picture, white where it is rigid, which covers
+            the source's canvas.
+        listed: likewise, or polygons in the source's units.
+
+    Raises:
+        InputError: an element that the drawing does not have, a picture without white, a source that is a mesh.
+    """
+    if source.is_mesh and (given or listed):
+        raise InputError(f"--rigid: {source.spec} is a mesh; rigid regions are for drawings and pictures")
+    found = list(source.rigid)
+    for each in (*given, *listed):
+        if not isinstance(each, str):
+            found.append(Curve.domain([source.at(place) for place in each], "rigid: a polygon").z)
+        elif each.startswith(MARK):
+            found += _element(source, each)
+        else:
+            found += _mask(source, Path(each))
+    return found
+
+
+def _element(source: Shape, name: str) -> list[Complex]:
+    """The outlines of an element of the source's drawing."""
+    spec = Spec(source.path, name[len(MARK) :] or None)
+    if formats.suffix_of(source.path) not in (".svg", ".svgz"):
+        raise InputError(
+            f"--rigid {name}: is an element of a drawing, and {source.path} is none; name a mask"
+        )
+    drawing = drawn(spec)
+    if spec.part not in drawing.ids:
+        raise InputError(f"--rigid {name}: no such element in {source.path}")
+    if not drawing.outlines:
+        why = str(drawing.refused[0][1]) if drawing.refused else "it has no outline"
+        raise InputError(f"--rigid {name}: {why}")
+    return [outline.z.conjugate() if drawing.flip else outline.z for outline in drawing.outlines]
+
+
+def _mask(source: Shape, path: Path) -> list[Complex]:
+    """The outlines of what is white in a picture."""
+    from ..pictures import image_files
+
+    image = image_files.read(path, max_pixels=limits.SILHOUETTE_PIXELS)
+    bright = brightness(image.pixels, image.alpha)
+    if not (bright >= WHITE).any():
+        raise InputError(f"--rigid {path}: nothing in it is white; paint white what is rigid")
+    try:
+        outlines, _ = silhouette.traced(bright)
+    except InputError as error:
+        raise InputError(f"--rigid {path}: {error}") from error
+    (low, high), (height, width) = source.box, bright.shape
+    size = high - low
+    return [
+        low + outline.z.real / width * size.real + 1j * (1 - outline.z.imag / height) * size.imag
+        for outline in outlines
+    ]
+
+
+def brightness(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
+    """(h, w) from black or transparent, 0, to white, 1, as the picture is encoded."""
+    if pixels.dtype.kind == "f" and not np.isfinite(pixels).all():
+        raise InputError("some pixels are not finite numbers")
+    scale = np.float32(np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1)
+    colours = np.delete(pixels, alpha, axis=2) if alpha >= 0 else pixels
+    bright = colours.astype(np.float32).mean(axis=2) / scale
+    return np.clip(bright * (pixels[..., alpha] / scale if alpha >= 0 else 1), 0, 1).astype(np.float32)

@@ -1,0 +1,67 @@
+"""Rigid regions from the command line: elements, drawn ones, masks, lists; what is wrong with them."""
+
+import json
+
+import numpy as np
+import pytest
+
+from iccm.io.pictures import image_files
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
+LOGO = '<path d="M10 10H90V90H10Z"/><rect id="{}" x="25" y="40" width="30" height="20"/><path id="open" fill="none" d="M30 30L50 50L20 60"/>'
+
+
+@pytest.fixture
+def drawn(shapes):
+    for name in ("logo", "rigid-logo"):
+        (shapes / f"{name}.svg").write_text(SVG.format(LOGO.format(name)))
+    mask = np.zeros((200, 200, 3), np.uint8)
+    mask[80:120, 50:110] = 255
+    image_files.write("mask.png", image_files.Image(mask))
+    image_files.write("black.png", image_files.Image(0 * mask))
+    polygon = [[25, 40], [55, 40], [55, 60], [25, 60]]
+    (shapes / "listed.json").write_text(json.dumps({"rigid": [polygon]}))
+    return shapes
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        ("logo.svg", "--rigid", "#logo"),
+        ("rigid-logo.svg",),
+        ("square.svg", "--rigid", "mask.png"),
+        ("square.svg", "--constraints", "listed.json"),
+    ],
+)
+def test_a_region_is_given_in_four_ways(drawn, iccm, typed):
+    source, *more = typed
+    done = iccm("map", source, "blob.svg", *more, "--report", "r.json", "--stmap", "o.tif", "--size", "100")
+    report = json.loads((drawn / "r.json").read_text())
+    assert done.code == 0 and len(report["regions"]) == 1
+    (region,) = report["regions"]
+    assert region["dilatation"] <= 1.02 and region["scale"] == pytest.approx(1, abs=0.02)
+    st = image_files.read("o.tif").pixels[..., :2].astype(float)
+    s, t = st[..., 0], 1 - st[..., 1]  # of the source's canvas, from its upper left corner
+    inside = (s > 0.3) & (s < 0.5) & (t > 0.44) & (t < 0.56) & (image_files.read("o.tif").pixels[..., 3] == 1)
+    step = np.diff(s, axis=1)[inside[:, 1:] & inside[:, :-1]]
+    assert step.size > 50 and np.ptp(step) <= 0.02 * step.mean()  # squares stay squares of one size, upright
+    across = np.diff(t, axis=1)[inside[:, 1:] & inside[:, :-1]]
+    assert np.abs(across).max() <= 0.02 * step.mean()
+
+
+@pytest.mark.parametrize(
+    ("typed", "told"),
+    [
+        (("logo.svg", "--rigid", "#nothing"), "--rigid #nothing: no such element in logo.svg"),
+        (("logo.svg", "--rigid", "#open"), "--rigid #open: "),
+        (("square.svg", "--rigid", "black.png"), "nothing in it is white"),
+        (("square.svg", "--rigid", "none.png"), "none.png"),
+        (("square.svg", "--rigid", "mask.png", "--rigid-size", "tiny"), "'tiny' is no factor"),
+        (("square.svg", "--rigid", "mask.png", "--rigid-size", "3"), "finds room up to"),
+        (("square.svg", "--rigid", "mask.png", "--parts", "all"), "--rigid is for one shape"),
+    ],
+)
+def test_what_is_wrong_is_one_line(drawn, iccm, typed, told):
+    done = iccm("map", typed[0], "blob.svg", *typed[1:], "-o", "o.png", "--size", "50")
+    assert done.code == 2 and told in done.err and not (drawn / "o.png").exists()
+    assert len(done.err.strip().splitlines()) <= 2

@@ -1,0 +1,134 @@
+"""Rigid regions: moved by similarities, whatever surrounds them; the density that makes them so; what is refused."""
+
+import numpy as np
+import pytest
+import shapely
+
+import iccm
+from iccm.arrays import xy_of
+from iccm.balanced.meshing.mesh import Sizes, triangulate
+from iccm.balanced.minimise import energy
+from iccm.balanced.minimise.energy import Objective, RestShapes
+from iccm.balanced.rigid.given import regions_of
+from iccm.curve import Curve
+from iccm.linalg.cholesky import system_of
+from iccm.plane import Similarity
+from iccm.result import Status
+
+SQUARE = np.array([-2 - 2j, 2 - 2j, 2 + 2j, -2 + 2j])
+STAR = 1j * np.tile([3, 1.8], 5) * np.exp(2j * np.pi * np.arange(10) / 10)
+LETTER = np.array([-0.8 - 1j, 0.6 - 1j, 0.6 - 0.5j, -0.3 - 0.5j, -0.3 + 1j, -0.8 + 1j]) * 0.9 + 0.3
+MEAN = np.sqrt(Curve(STAR).area / Curve(SQUARE).area)
+INSIDE = np.array([-0.3 - 0.7j, 0.7 - 0.7j, -0.2 + 0.7j, -0.2 - 0.2j, 0.3 - 0.65j])
+
+
+def similarity_of(fit, z=INSIDE):
+    """The similarity that the map is on points, which it is to 1 % of how far these are apart."""
+    w = fit.map(z)
+    found = Similarity.fit(z, w)
+    assert np.abs(found(z) - w).max() <= 0.01 * abs(found.factor) * np.abs(z - z.mean()).max()
+    return found
+
+
+@pytest.fixture(scope="module")
+def kept():
+    return iccm.fit(SQUARE, STAR, rigid=[LETTER])
+
+
+def test_a_region_moves_by_an_upright_similarity_of_the_mean_scale(kept):
+    found = similarity_of(kept)
+    assert kept.status is Status.REACHED and found.factor == pytest.approx(MEAN, rel=0.02)
+    (region,) = kept.report()["regions"]
+    assert 1 <= region["dilatation"] <= 1.02 and region["scale"] == pytest.approx(1, abs=0.02)
+    assert abs(region["turn"]) < 1
+    free = iccm.fit(SQUARE, STAR)
+    away = np.abs(Similarity.fit(INSIDE, free.map(INSIDE))(INSIDE) - free.map(INSIDE)).max()
+    assert away > 0.05 and "regions" not in free.report()  # it is the region that makes it so
+
+
+def test_nothing_folds_and_the_outline_is_met(kept):
+    assert kept.certificate.share == 1 and kept.boundary["hausdorff"] <= 1e-3
+    back = kept.inverse(kept.map(INSIDE))
+    assert np.abs(back - INSIDE).max() < 1e-9
+
+
+def test_it_has_the_size_asked_for():
+    fit = iccm.fit(SQUARE, STAR, rigid=[LETTER], rigid_size=0.7)
+    assert similarity_of(fit).factor == pytest.approx(0.7 * MEAN, rel=0.02)
+    assert fit.report()["regions"][0]["scale"] == pytest.approx(0.7, rel=0.02)
+
+
+def test_it_turns_where_the_map_may():
+    fit = iccm.fit(SQUARE, 1j * SQUARE * np.array([1, 1, 1.3, 1]), rigid=[LETTER], turn="any")
+    assert abs(similarity_of(fit).factor) == pytest.approx(np.sqrt(fit.target.area) / 4, rel=0.02)
+
+
+def test_two_pins_in_it_say_where_it_goes():
+    pins = np.array([[-0.3 - 0.7j, -0.5 - 0.6j], [0.5 - 0.7j, 0.3 - 0.3j]])
+    fit = iccm.fit(SQUARE, STAR, rigid=[LETTER], pins=pins)
+    wanted = (pins[1, 1] - pins[0, 1]) / (pins[1, 0] - pins[0, 0])
+    assert fit.status.ok and similarity_of(fit).factor == pytest.approx(wanted, rel=0.02)
+    assert np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
+
+
+def test_what_finds_no_room_is_smaller_and_told():
+    bar = np.array([0, 12, 12 + 1j, 1j])
+    region = 0.9 * np.exp(2j * np.pi * np.arange(24) / 24)
+    fit = iccm.fit(SQUARE, bar, rigid=[region])  # which is 1.8 wide, and the bar 1
+    assert fit.status.ok and any("finds room up to" in note for note in fit.notes)
+    factor = similarity_of(fit, 0.8 * region[::3]).factor
+    assert 0.1 < factor.real < 1 / 1.8
+
+
+def test_what_reaches_the_outline_is_kept_off_it():
+    domain = shapely.Polygon(xy_of(SQUARE))
+    corner = np.array([1 + 1j, 2 + 1j, 2 + 2j, 1 + 2j])
+    found = regions_of([corner], Curve(SQUARE))
+    polygon = shapely.Polygon(xy_of(found.polygons[0][0]))
+    assert domain.exterior.distance(polygon) == pytest.approx(0.01 * 4, rel=1e-6) and found.notes
+    assert polygon.area > 0.85
+
+
+def test_regions_that_meet_are_one_and_what_they_surround_moves_along():
+    boxes = [np.array([0, 1, 1 + 1j, 1j]) + shift for shift in (0, 0.8, -1.5 - 1.5j)]
+    found = regions_of(boxes, Curve(SQUARE))
+    areas = sorted(abs(Curve(rings[0]).area) for rings in found.polygons)
+    assert areas == pytest.approx([1, 1.8], rel=0.01)
+    frame = [np.array([-1 - 1j, 1 - 1j, 1 - 0.8j, -1 - 0.8j]) * turn for turn in (1, 1j, -1, -1j)]
+    assert [len(rings) for rings in regions_of(frame, Curve(SQUARE)).polygons] == [1]
+    hole = Curve(0.3 * np.exp(-2j * np.pi * np.arange(12) / 12))
+    assert [len(rings) for rings in regions_of(frame, Curve(SQUARE), [hole]).polygons] == [2]
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"rigid": [LETTER + 9]}, "rigid region 1: is outside"),
+        ({"strokes": [([-1.5, 1.5], [-1, 1])]}, "stroke 1: runs through a rigid region"),
+        ({"pins": [[z, z * np.exp(abs(z) * 1j)] for z in INSIDE[:3]]}, "3 pins are moved by no similarity"),
+        ({"method": "conformal"}, "rigid: .*balanced"),
+        ({"fit": "contain"}, "fit whole"),
+        ({"rigid_size": 0.0}, "rigid_size"),
+        ({"rigid": [[0, 1, 1j + 1, 1j, 0.5 - 0.1j]]}, "rigid region 1: .*not simple"),
+    ],
+)
+def test_what_is_refused(given, told):
+    with pytest.raises(iccm.InputError, match=told):
+        iccm.fit(SQUARE, STAR, **({"rigid": [LETTER]} | given))
+
+
+def test_the_density_of_regions_has_these_derivatives():
+    z, faces = triangulate(np.exp(2j * np.pi * np.arange(16) / 16) / np.sqrt(np.pi), Sizes.even(0.05))
+    pattern = system_of(faces, (np.arange(16) + 1) % 16, z.size)
+    aims = np.where(np.arange(len(faces)) % 3 == 0, 1.1 + 0.2j, 0)
+    rest = RestShapes.of(pattern, *energy.geometry(z, pattern.corners), aims)
+    u, objective = z + 0.15 * z**2 + 0.1 * z.conj(), Objective.of(1.0, 3.0)
+    matrix, gradient = np.empty((pattern.columns.size, 4)), np.empty(z.size, complex)
+    value = energy.assemble(rest, u, objective, matrix, gradient)
+    assert value == pytest.approx(rest.energy(u, objective), rel=1e-12)
+    way = np.exp(1j * np.arange(z.size))
+    ahead, behind = (rest.energy(u + h * way, objective) for h in (1e-6, -1e-6))
+    assert (ahead - behind) / 2e-6 == pytest.approx(np.vdot(gradient, way).real, rel=1e-6)
+    alone = rest._replace(weights=rest.weights * (aims != 0))
+    assert alone.energy((1.1 + 0.2j) * z + 5, objective) == pytest.approx(0, abs=1e-20)
+    assert rest.energy(z.conj(), objective) == np.inf
