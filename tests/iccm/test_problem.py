@@ -13,7 +13,14 @@ from iccm.problem import OTHERS, OWN, Options, OptionValues
 from iccm.texture_transfer import FitOptions
 
 GIVEN = {"balance": 2.0, "turn": "any", "max_dilatation": 3.0, "max_stretch": 3.0}
-GIVEN |= {"fit": "cover", "holes": "keep", "max_left_out": 0.5, "max_uncovered": 0.5, "starts": 3}
+GIVEN |= {
+    "fit": "cover",
+    "holes": "keep",
+    "max_left_out": 0.5,
+    "max_uncovered": 0.5,
+    "starts": 3,
+    "rigid_size": 1.2,
+}
 CONFORMAL = {
     "method": {"method": "conformal"},
     "paper": {"method": "paper"},
