@@ -8,7 +8,10 @@ import pytest
 from iccm.io.pictures import image_files
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
-LOGO = '<path d="M10 10H90V90H10Z"/><rect id="{}" x="25" y="40" width="30" height="20"/><path id="open" fill="none" d="M30 30L50 50L20 60"/>'
+LOGO = (
+    '<path d="M10 10H90V90H10Z"/><rect id="{}" x="25" y="40" width="30" height="20"/>'
+    '<path id="open" fill="none" d="M30 30L50 50L20 60"/>'
+)
 
 
 @pytest.fixture
