@@ -46,7 +46,7 @@ COMMANDS = {
     "info": "Tell what iccm sees in a file.",
     "doctor": "Tell whether iccm is installed and set up well.",
     "completion": "Let the shell complete commands, options and files.",
-    "plugins": "Put iccm into the menus of Inkscape.",
+    "plugins": "Put iccm into the menus of Inkscape and Blender.",
 }
 
 

@@ -352,7 +352,7 @@ class PluginsOptions:
     """Those of `iccm plugins`."""
 
     to: str | None = _option(
-        "The folder of extensions to use.  [default: the program's own]",
+        "The folder of extensions to use; for blender also a .zip to install from.  [default: the program's own]",
         "DIR",
     )
 

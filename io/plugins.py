@@ -12,7 +12,7 @@ from pathlib import Path
 from ..errors import InputError
 from . import files
 
-PROGRAMS = ("inkscape",)
+PROGRAMS = ("inkscape", "blender")
 OWN = "iccm"  # the folder of a plug-in
 SHARED, PYTHON = "iccm_process.py", "iccm_python.txt"
 OLDEST = (4, 2)  # of Blender, with extensions

@@ -1,9 +1,12 @@
 """Plug-ins are installed where programs look for them, whole, and taken away again."""
 
 import sys
+import tomllib
+import zipfile
 
 import pytest
 
+import iccm as library
 from iccm.io import plugins
 
 
@@ -35,6 +38,11 @@ def files(folder):
     ("program", "settings", "extensions"),
     [
         ("inkscape", [".config/inkscape"], [".config/inkscape/extensions"]),
+        (
+            "blender",
+            [".config/blender/4.1", ".config/blender/4.2", ".config/blender/5.0", ".config/blender/notes"],
+            [".config/blender/4.2/extensions/user_default", ".config/blender/5.0/extensions/user_default"],
+        ),
     ],
 )
 def test_a_plug_in_is_installed_and_removed(home, iccm, program, settings, extensions):
@@ -70,18 +78,26 @@ def test_inkscape_is_asked_for_its_folder(home, iccm):
     assert typed.lines[0] == f"wrote {home / 'my settings' / 'extensions' / 'iccm'}"
 
 
-def test_a_folder_is_named(home, iccm, monkeypatch):
+def test_a_folder_or_an_archive_is_named(home, iccm, monkeypatch):
     monkeypatch.chdir(home)
     assert iccm("plugins", "install", "inkscape", "--to", "here").lines[0] == "wrote here/iccm"
     assert files(home / "here" / "iccm") == plugins.contents("inkscape")
+    assert iccm("plugins", "install", "blender", "--to", "addon.zip").lines[0] == "wrote addon.zip"
+    with zipfile.ZipFile("addon.zip") as archive:
+        assert {name: archive.read(name) for name in archive.namelist()} == plugins.contents("blender")
     before = files(home)
     for wrong, said in (
         (("install", "inkscape", "--to", "a.zip"), "name a folder"),
         (("install",), "name a program"),
         (("uninstall",), "name a program"),
-        (("install", "gimp"), "'gimp' is not"),
-        (("install", "inkscape", "--to", "here/iccm/iccm_fit.inx"), "iccm_fit.inx"),
+        (("install", "gimp"), "'gimp' is not one of"),
+        (("install", "inkscape", "--to", "addon.zip/x"), "addon.zip"),
     ):
         typed = iccm("plugins", *wrong)
         assert typed.code == 2 and said in typed.err and len(typed.lines) == 1, typed.err
     assert files(home) == before
+
+
+def test_the_manifest_is_that_of_this_version():
+    manifest = tomllib.loads(plugins.contents("blender")["blender_manifest.toml"].decode())
+    assert manifest["version"] == library.__version__ and manifest["id"] == plugins.OWN

@@ -1,0 +1,344 @@
+"""iccm in Blender's UV editor: islands into outlines, textures onto faces, textures to another layout.
+
+Each operator writes meshes and pictures into a temporary folder, runs `iccm` there as a process, and takes back what it
+made. While that runs Blender stays responsive, and Esc ends it; without a window, as in scripts, the operator waits.
+"""
+
+import tempfile
+import time
+from pathlib import Path
+
+import bpy
+from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
+
+from . import exchange
+from .iccm_process import Failed, messages, python, start
+
+EVERY = 0.2  # seconds from one look at the process to the next
+FITS = [
+    ("auto", "Automatic", "The fit that costs the least"),
+    ("whole", "Whole Outlines", "All of one outline onto all of the other"),
+    ("contain", "Show All", "All of the source is shown"),
+    ("cover", "Cover All", "All of the target is covered"),
+]
+
+
+class Preferences(bpy.types.AddonPreferences):
+    """Where iccm is."""
+
+    bl_idname = __package__
+    python: StringProperty(
+        name="Python of iccm",
+        description="The Python that iccm is installed for. Empty: the one that `iccm plugins install blender` wrote",
+        subtype="FILE_PATH",
+    )
+
+    def draw(self, _context):
+        """One field."""
+        self.layout.prop(self, "python")
+
+
+class Run:
+    """An operator that runs iccm: `prepare` gives the commands, `take` what they made."""
+
+    bl_options = {"UNDO"}  # noqa: RUF012 - as Blender wants it
+
+    @classmethod
+    def poll(cls, context):
+        """A mesh with texture coordinates is active."""
+        found = context.object
+        return found is not None and found.type == "MESH" and bool(found.data.uv_layers)
+
+    def invoke(self, context, _event):
+        """Ask for options first."""
+        return context.window_manager.invoke_props_dialog(self, width=400)
+
+    def waits(self):
+        """Whether there is no window to stay responsive."""
+        return bpy.app.background
+
+    def execute(self, context):
+        """Begin; without a window, wait for the end."""
+        self._folder = tempfile.TemporaryDirectory(prefix="iccm-")
+        self._timer = None
+        try:
+            entry = context.preferences.addons.get(__package__)
+            interpreter = bpy.path.abspath(entry.preferences.python) if entry else ""
+            self._interpreter = interpreter or python("blender")
+            self._log = str(Path(self._folder.name) / "messages")
+            self._commands = iter(self.prepare(context, Path(self._folder.name)))
+            self._next()
+        except (Failed, exchange.Unfit, OSError, RuntimeError) as error:
+            return self._failed(str(error))
+        self._began = time.monotonic()
+        if self.waits():
+            while (done := self._advance(context)) is None:
+                self._process.wait()
+            return done
+        self._timer = context.window_manager.event_timer_add(EVERY, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        """Look at the process; Esc ends it. Other events wait, so that the mesh stays as iccm has it."""
+        if event.type == "ESC":
+            self._process.kill()
+            self._process.wait()
+            self._close(context)
+            self.report({"INFO"}, "iccm was cancelled; nothing has changed")
+            return {"CANCELLED"}
+        if event.type == "TIMER" and (done := self._advance(context)) is not None:
+            return done
+        context.workspace.status_text_set(
+            f"iccm: {self.bl_label}, {time.monotonic() - self._began:.0f} s. Esc cancels"
+        )
+        return {"RUNNING_MODAL"}
+
+    def _next(self):
+        """Start the next command, if there is one."""
+        command = next(self._commands, None)
+        if command is not None:
+            command = [*command, "--log-format", "json", "-q"]
+            self._process = start(self._interpreter, command, self._folder.name, self._log)
+        return command
+
+    def _advance(self, context):
+        """None while there is something to wait for; else how the operator ended."""
+        code = self._process.poll()
+        if code is None:
+            return None
+        errors, doubts = messages(self._log)
+        if code not in (0, 1):
+            return self._failed("\n".join(errors) or f"iccm ended with exit code {code}", context)
+        for line in [*errors, *doubts]:
+            self.report({"WARNING"}, line)
+        try:
+            if self._next() is not None:
+                return None
+            self.take(context, Path(self._folder.name))
+        except (Failed, exchange.Unfit, OSError, RuntimeError) as error:
+            return self._failed(str(error), context)
+        self._close(context)
+        return {"FINISHED"}
+
+    def _failed(self, message, context=None):
+        self._close(context)
+        self.report({"ERROR"}, message)
+        return {"CANCELLED"}
+
+    def _close(self, context):
+        if self._timer is not None and context is not None:
+            context.window_manager.event_timer_remove(self._timer)
+            context.workspace.status_text_set(None)
+        self._folder.cleanup()
+
+
+class ICCM_OT_fit_island(Run, bpy.types.Operator):
+    """Fit the selected UV islands into an outline, evenly and without folds"""
+
+    bl_idname = "iccm.fit_island"
+    bl_label = "Fit Island into Outline"
+    outline: EnumProperty(
+        name="Outline",
+        items=[
+            ("island", "Active Island", "The island of the active face; the other selected ones go into it"),
+            ("file", "SVG or Picture", "The largest shape of a file, whose canvas is the unit square"),
+            ("curve", "Curve Object", "A curve, seen from above, as large as the unit square takes it"),
+        ],
+    )
+    filepath: StringProperty(name="File", subtype="FILE_PATH", description="file.svg or file.svg#id")
+    curve: StringProperty(name="Curve")
+    fit: EnumProperty(name="Fit", items=FITS, default="whole")
+    turn: StringProperty(
+        name="Turn", description="Degrees counter-clockwise, or any; empty: as the island lies"
+    )
+    balance: FloatProperty(
+        name="Balance", default=1, min=0, max=10, description="0: angles, 1: even, more: areas"
+    )
+
+    def draw(self, context):
+        """The outline's own field, and how to fit."""
+        self.layout.prop(self, "outline")
+        if self.outline == "file":
+            self.layout.prop(self, "filepath")
+        elif self.outline == "curve":
+            self.layout.prop_search(self, "curve", context.scene, "objects")
+        for name in ("fit", "turn", "balance"):
+            self.layout.prop(self, name)
+
+    def prepare(self, context, folder):
+        """The islands and the outline as files."""
+        mesh = exchange.Layout(context.object, context.tool_settings.use_uv_select_sync)
+        faces = mesh.islands_of(mesh.selected)
+        if self.outline == "island":
+            if mesh.active is None:
+                raise exchange.Unfit(
+                    "no face is active: in Edit Mode, click one of the island that the others go into"
+                )
+            onto = mesh.islands_of([mesh.active])
+            faces = [face for face in faces if face not in set(onto)]
+            if not faces:
+                raise exchange.Unfit(
+                    "select the islands to fit and, last, a face of the island that they go into"
+                )
+            mesh.write(folder / "outline.obj", onto, mesh.mirrored())
+            outline = "outline.obj"
+        elif self.outline == "file":
+            outline = bpy.path.abspath(self.filepath)
+            if not outline:
+                raise exchange.Unfit("name the file of the outline")
+        else:
+            exchange.write_curve(context, self.curve, folder / "outline.svg")
+            outline = "outline.svg"
+        if not faces:
+            raise exchange.Unfit("select faces of the islands to fit")
+        self._faces, self._layer, self._mirrored = faces, mesh.layer, mesh.mirrored()
+        mesh.write(folder / "islands.obj", faces, self._mirrored)
+        parts = ["--parts", "each"] if mesh.count(faces) > 1 else []
+        turn = [f"--turn={self.turn.strip()}"] if self.turn.strip() else []
+        fit = ["--fit", self.fit, "--balance", f"{self.balance:g}", *turn]
+        return [["map", outline, "islands.obj", "--plane", "uv", *parts, *fit, "-o", "fitted.obj"]]
+
+    def take(self, context, folder):
+        """The islands' new coordinates."""
+        made = folder / "fitted.obj"
+        exchange.set_coordinates(context.object, self._layer, self._faces, self._mirrored, made)
+
+
+class ICCM_OT_transfer(Run, bpy.types.Operator):
+    """Carry a picture onto the selected faces' islands, outline onto outline, over the picture in the editor"""
+
+    bl_idname = "iccm.transfer"
+    bl_label = "Transfer Texture onto Selected Faces"
+    picture: StringProperty(name="Picture", description="A picture of this file")
+    source: EnumProperty(
+        name="Its Shape",
+        items=[
+            ("canvas", "All of the Picture", "Its rectangle"),
+            ("shape", "What it Shows", "The outline of what is opaque or stands out"),
+            ("file", "SVG", "The largest shape of a drawing with the same canvas"),
+        ],
+    )
+    filepath: StringProperty(name="File", subtype="FILE_PATH", description="file.svg or file.svg#id")
+    fit: EnumProperty(name="Fit", items=FITS)
+    turn: StringProperty(name="Turn", description="Degrees counter-clockwise, or any")
+    size: IntProperty(
+        name="Size", default=1024, min=16, max=16384, description="Pixels, where the editor shows none"
+    )
+
+    def draw(self, context):
+        """The picture and its shape, then how to fit."""
+        self.layout.prop_search(self, "picture", bpy.data, "images")
+        self.layout.prop(self, "source")
+        if self.source == "file":
+            self.layout.prop(self, "filepath")
+        for name in ("fit", "turn", "size"):
+            self.layout.prop(self, name)
+
+    def prepare(self, context, folder):
+        """The islands, the picture and its shape as files."""
+        mesh = exchange.Layout(context.object, context.tool_settings.use_uv_select_sync)
+        faces = mesh.islands_of(mesh.selected)
+        if not faces:
+            raise exchange.Unfit("select faces of the islands that the picture goes onto")
+        image = bpy.data.images.get(self.picture)
+        if image is None:
+            raise exchange.Unfit("choose the picture")
+        mesh.write(folder / "islands.obj", faces)
+        texture = exchange.save(image, folder / "picture")
+        self._under = exchange.shown_image(context, image)
+        source = texture
+        if self.source == "canvas":
+            exchange.write_canvas(image, folder / "canvas.svg")
+            source = "canvas.svg"
+        elif self.source == "file":
+            source = bpy.path.abspath(self.filepath)
+        width, height = self._under.size if self._under else (self.size, self.size)
+        parts = ["--parts", "each"] if mesh.count(faces) > 1 else []
+        turn = [f"--turn={self.turn.strip()}"] if self.turn.strip() else []
+        fit = [*(["--fit", self.fit] if self.fit != "auto" else []), *turn]
+        made = ["--texture", texture, "--size", f"{width}x{height}", "--padding", "16", "-o", "layer.png"]
+        return [["map", source, "islands.obj", "--plane", "uv", *parts, *fit, *made]]
+
+    def take(self, context, folder):
+        """A new picture, shown in the editor and by the material; Object Mode, where Undo knows of both."""
+        made = exchange.over(folder / "layer.png", self._under)
+        exchange.leave_edit_mode(context)
+        exchange.show(context, made, self._under)
+
+
+class ICCM_OT_relayout(Run, bpy.types.Operator):
+    """Carry the materials' pictures from the UV map that is rendered to the active one, and render by that"""
+
+    bl_idname = "iccm.relayout"
+    bl_label = "Relayout Textures to the Active UV Map"
+    size: IntProperty(
+        name="Size", min=0, max=16384, description="Pixels; 0: as dense on the surface as before"
+    )
+
+    def prepare(self, context, folder):
+        """Both layouts of what shows the same pictures, and those, as files; a command for each."""
+        owner = context.object
+        layers = owner.data.uv_layers
+        self._old, self._new = next(each.name for each in layers if each.active_render), layers.active.name
+        if self._old == self._new:
+            raise exchange.Unfit(
+                f"{self._new} is rendered already; make the UV map active that textures go to"
+            )
+        self._made, commands = {}, []
+        old, new = exchange.Layout(owner, layer=self._old), exchange.Layout(owner, layer=self._new)
+        for group, (materials, pictures) in enumerate(exchange.pictures(owner, self._old).items()):
+            faces = old.with_materials(materials)
+            if not faces:
+                continue
+            old.write(folder / f"old-{group}.obj", faces)
+            new.write(folder / f"new-{group}.obj", faces)
+            command = ["relayout", f"old-{group}.obj", f"new-{group}.obj", "--match", "index"]
+            command += ["--size", str(self.size)] if self.size else []
+            outputs = []
+            for image, kind in pictures.items():
+                texture = exchange.save(image, folder / f"picture-{len(self._made)}")
+                self._made[image] = f"new-{texture}"
+                command += [f"--{kind}", texture]
+                outputs += ["-o", self._made[image]]
+            commands.append(command + outputs)
+        if not commands:
+            raise exchange.Unfit(f"no material of the faces shows a picture by the UV map {self._old}")
+        return commands
+
+    def take(self, context, folder):
+        """New pictures in the places of the old ones, and the active UV map rendered."""
+        exchange.leave_edit_mode(context)
+        made = {
+            image: exchange.load(folder / name, f"{image.name} {self._new}", image)
+            for image, name in self._made.items()
+        }
+        exchange.replace(context.object, made, self._old, self._new)
+
+
+class ICCM_PT_texture(bpy.types.Panel):
+    """The operators."""
+
+    bl_label, bl_category = "Texture Transfer", "iccm"
+    bl_space_type, bl_region_type = "IMAGE_EDITOR", "UI"
+
+    def draw(self, _context):
+        """A button each."""
+        for each in OPERATORS:
+            self.layout.operator(each.bl_idname)
+
+
+OPERATORS = (ICCM_OT_fit_island, ICCM_OT_transfer, ICCM_OT_relayout)
+CLASSES = (Preferences, *OPERATORS, ICCM_PT_texture)
+
+
+def register():
+    """Called by Blender when the add-on is switched on."""
+    for each in CLASSES:
+        bpy.utils.register_class(each)
+
+
+def unregister():
+    """Called by Blender when the add-on is switched off."""
+    for each in reversed(CLASSES):
+        bpy.utils.unregister_class(each)

@@ -1,0 +1,282 @@
+"""The add-on in a real Blender (the module bpy, in a virtual environment of its own). Skipped, loudly, without one."""
+
+import functools
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from iccm.io import plugins
+
+BPY = Path(os.environ.get("BPY_PYTHON") or Path(__file__).parents[2] / "build" / "bpy" / "bin" / "python")
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+HERE = Path(__file__).parent
+
+
+@functools.cache
+def lacking():
+    """Why there is no Blender; empty where there is one."""
+    if not BPY.is_file():
+        return f"there is no Python {BPY}"
+    done = subprocess.run([str(BPY), "-c", "import bpy"], capture_output=True, text=True)
+    return done.stderr.strip().splitlines()[-1] if done.returncode else ""
+
+
+@pytest.fixture
+def blender(tmp_path, monkeypatch):
+    """`blender(code)` runs code in Blender, with the add-on from its archive; what it puts in `found` comes back."""
+    if why := lacking():
+        pytest.skip(f"NO BLENDER TESTS: pip install bpy in a virtual environment build/bpy: {why}")
+    monkeypatch.setenv("BLENDER_USER_RESOURCES", str(tmp_path / "settings"))
+    monkeypatch.chdir(tmp_path)
+    plugins.install("blender", "addon.zip")
+    Path("settings").mkdir()
+
+    def run(code):
+        Path("code.py").write_text(f"{(HERE / 'in_blender.py').read_text()}\n{code}\nwrite(found)\n")
+        done = subprocess.run([str(BPY), "code.py"], capture_output=True, text=True, timeout=200)
+        assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
+        return json.loads(Path("found.json").read_text())
+
+    return run
+
+
+def areas(faces):
+    """Signed areas of polygons (f, n, 2)."""
+    x, y = np.moveaxis(np.asarray(faces), -1, 0)
+    return (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1) / 2
+
+
+def border(faces):
+    """The corners of a grid's faces that one or two of them have, and only these: those of its border."""
+    places, counts = np.unique(np.round(np.reshape(faces, (-1, 2)), 6), axis=0, return_counts=True)
+    return places[counts < 4]
+
+
+DISC = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><circle id="a" cx="50" cy="40" r="30"/></svg>'
+
+
+def test_islands_are_fitted_into_a_drawing_and_undone(blender):
+    Path("disc.svg").write_text(DISC)
+    found = blender("""
+grid("a", 12, turned(.4, .2, .1, .5)); select(lambda face: True)
+undo_point("before")
+found["before"] = coordinates()
+found["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
+found["after"] = coordinates()
+undo_point("after")
+bpy.ops.ed.undo()
+found["undone"] = coordinates()
+""")
+    before, after = (np.array(found[name]) for name in ("before", "after"))
+    assert found["said"] == ["FINISHED"] and found["undone"] == found["before"]
+    assert (areas(after) > 0).all()
+    assert np.allclose(np.hypot(*(border(after) - [0.5, 0.6]).T), 0.3, atol=2e-3)
+    turn = [np.angle((faces[-1].mean(0) - faces[0].mean(0)) @ [1, 1j]) for faces in (before, after)]
+    assert abs(turn[1] - turn[0]) < 0.1
+
+
+def test_islands_stay_as_mirrored_as_they_are(blender):
+    Path("disc.svg").write_text(DISC)
+    found = blender("""
+grid("a", 8, lambda x, y: (.9 - .4 * x, .1 + .4 * y), lambda x, y: (.1 + .3 * x, .6 + .3 * y))
+select(lambda face: True)
+found["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
+found["after"] = coordinates()
+""")
+    mirrored, plain = np.split(np.array(found["after"]), 2)
+    assert (areas(mirrored) < 0).all() and (areas(plain) > 0).all()
+    assert mirrored[0].mean(axis=0)[0] > 0.6 and plain[0].mean(axis=0)[0] < 0.4
+
+
+def test_an_island_is_fitted_into_a_like_one_by_the_similarity(blender):
+    found = blender("""
+grid("a", 6, lambda x, y: (.5 * x, .3 * y), lambda x, y: (.6 + .25 * x, .5 + .15 * y), lambda x, y: (.9 + .1 * x, y))
+select(lambda face: face.index < 72, active=40)
+found["said"] = operator("fit_island", outline="island", fit="whole")
+found["after"] = coordinates()
+""")
+    faces = np.array(found["after"])
+    assert found["said"] == ["FINISHED"]
+    assert np.allclose(faces[:36], faces[36:72], atol=1e-4)
+    assert np.allclose(faces[36:72].reshape(-1, 2).min(axis=0), [0.6, 0.5])
+    assert np.allclose(faces[72:].reshape(-1, 2).min(axis=0), [0.9, 0])
+
+
+def test_islands_are_fitted_into_a_curve(blender):
+    found = blender("""
+bpy.ops.curve.primitive_bezier_circle_add(radius=3, location=(4, 5, 6)); bpy.context.object.name = "round"
+grid("a", 8, lambda x, y: (.4 * x, .4 * y), lambda x, y: (.5 + .4 * x, .5 + .4 * y)); select(lambda face: True)
+found["said"] = operator("fit_island", outline="curve", curve="round")
+found["after"] = coordinates()
+""")
+    assert found["said"] == ["FINISHED"]
+    for faces in np.split(np.array(found["after"]), 2):
+        assert (areas(faces) > 0).all()
+        assert np.allclose(np.hypot(*(border(faces) - 0.5).T), 0.5, atol=4e-3)
+
+
+QUARTERS = {(0.25, 0.25): "red", (0.75, 0.25): "green", (0.25, 0.75): "blue", (0.75, 0.75): "white"}
+
+
+@pytest.mark.parametrize("base", [True, False])
+def test_a_picture_is_carried_onto_selected_faces_and_undone(blender, base):
+    found = blender(f"""
+quarters = picture("quarters", 64, 64, QUARTERS)
+grid("a", 8, lambda x, y: (.25 + .5 * x, .25 + .5 * y), lambda x, y: (.05 + .1 * x, .05 + .1 * y))
+select(lambda face: face.index < 64)
+if {base}:
+    material(picture("base", 128, 128, dict.fromkeys(QUARTERS, (0, .5, .5, 1))))
+undo_point("before")
+found["said"] = operator("transfer", picture="quarters", size=128)
+shown = nodes()[0].image
+found["name"], found["packed"], found["size"] = shown.name, shown.packed_file is not None, list(shown.size)
+found["at"] = [list(at(shown, .25 + .5 * x, .25 + .5 * y)) for x, y in QUARTERS]
+found["aside"] = list(at(shown, .1, .1))
+found["mode"] = bpy.context.object.mode
+undo_point("after")
+bpy.ops.ed.undo()
+found["undone"] = [node.image.name for node in nodes()]
+""")
+    assert found["said"] == ["FINISHED"] and found["packed"] and found["size"] == [128, 128]
+    assert np.allclose(found["at"], [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1], [1, 1, 1, 1]], atol=0.01)
+    assert np.allclose(found["aside"][3 - 3 * base :], [0, 0.5, 0.5, 1] if base else [0], atol=0.01)
+    assert found["undone"] == (["base"] if base else [])
+
+
+def test_textures_follow_to_the_active_uv_map(blender):
+    found = blender("""
+grid("a", 8, lambda x, y: (x, y), maps={"new": turned(1.2, .5, .1, .4)})
+quarters, rough = picture("quarters", 64, 64, QUARTERS), picture("rough", 64, 64, GREYS, data=True)
+material(quarters, rough); material(picture("other", 64, 64, {place: QUARTERS[.25, .25] for place in QUARTERS}))
+mesh = bpy.context.object.data
+for face in mesh.polygons: face.material_index = int(face.index >= 48)
+mesh.uv_layers.active = mesh.uv_layers["new"]
+twin = bpy.data.objects.new("twin", mesh.copy()); bpy.context.collection.objects.link(twin)
+undo_point("before")
+found["said"] = operator("relayout")
+found["rendered"] = [layer.name for layer in mesh.uv_layers if layer.active_render]
+images = [node.image for node in nodes()]
+found["names"] = [image.name for image in images]
+found["spaces"] = [image.colorspace_settings.name for image in images]
+old, new = coordinates("UVMap"), coordinates("new")
+pairs = [(0, quarters), (1, rough)]
+found["far"] = 0.0
+for number, face in enumerate(new):
+    if mesh.polygons[number].material_index == 0 and inner(old[number]):
+        for k, before in pairs:
+            a, b = at(images[k], *middle(face)), at(before, *middle(old[number]))
+            found["far"] = max(found["far"], float(np.abs(np.subtract(a, b)).max()))
+found["other"] = [list(at(images[2], *middle(new[60])))]
+found["twin"] = [node.image.name for slot in twin.material_slots for node in slot.material.node_tree.nodes
+                 if node.type == "TEX_IMAGE"]
+undo_point("after")
+bpy.ops.ed.undo()
+found["undone"] = [node.image.name for node in nodes()]
+found["again"] = operator("relayout")
+""")
+    assert found["said"] == ["FINISHED"] and found["rendered"] == ["new"]
+    assert found["names"] == ["quarters new", "rough new", "other new"]
+    assert found["spaces"] == ["sRGB", "Non-Color", "sRGB"]
+    assert found["far"] < 0.02 and np.allclose(found["other"], [[1, 0, 0, 1]], atol=0.01)
+    assert found["twin"] == found["undone"] == ["quarters", "rough", "other"]
+    assert found["again"] == ["FINISHED"]
+
+
+def test_what_cannot_be_done_is_said_and_nothing_changes(blender):
+    found = blender("""
+grid("a", 4, lambda x, y: (x, y)); select(lambda face: True)
+picture("quarters", 64, 64, QUARTERS)
+before = coordinates()
+found["said"] = [
+    refused("fit_island", outline="file", filepath="/nowhere/disc.svg"),
+    refused("fit_island", outline="file"),
+    refused("fit_island", outline="island"),
+    refused("fit_island", outline="curve", curve="none"),
+    refused("transfer", picture="none"),
+    refused("transfer", picture="quarters", turn="left"),
+    refused("relayout"),
+]
+bpy.ops.mesh.select_all(action="DESELECT")
+found["said"] += [refused("transfer", picture="quarters")]
+preferences().python = "/nowhere/python"
+select(lambda face: True)
+found["said"] += [refused("transfer", picture="quarters")]
+found["same"] = before == coordinates() and len(bpy.data.images) == 1
+""")
+    parts = [
+        "/nowhere/disc.svg",
+        "name the file",
+        "no face is active",
+        "choose a curve object",
+        "choose the picture",
+        "'left' is no angle",
+        "is rendered already",
+        "select faces",
+        "/nowhere/python",
+    ]
+    assert found["same"] and len(found["said"]) == len(parts)
+    for said, part in zip(found["said"], parts):
+        assert part in said and "Traceback" not in said, said
+
+
+def test_escape_ends_the_process_and_changes_nothing(blender):
+    found = blender(
+        """
+import sys, time, types
+addon = sys.modules["bl_ext.user_default.iccm"]
+grid("a", 40, lambda x, y: (x, y)); select(lambda face: True)
+Path("disc.svg").write_text(DISC)
+before = coordinates()
+
+
+class Job(addon.Run):
+    bl_label, told = "Fit", []
+    outline, filepath, fit, turn, balance = "file", os.path.abspath("disc.svg"), "whole", "", 1
+    prepare, take = addon.ICCM_OT_fit_island.prepare, addon.ICCM_OT_fit_island.take
+    waits = lambda self: False
+    report = lambda self, kind, text: self.told.append(text)
+
+
+texts = []
+manager = types.SimpleNamespace(event_timer_add=lambda *_, **__: "timer", event_timer_remove=texts.append,
+                                modal_handler_add=lambda _: None)
+context = types.SimpleNamespace(window_manager=manager, window=None, object=bpy.context.object,
+    preferences=bpy.context.preferences, tool_settings=bpy.context.tool_settings,
+    workspace=types.SimpleNamespace(status_text_set=texts.append))
+event = lambda kind: types.SimpleNamespace(type=kind)
+job = Job()
+found["begun"] = list(job.execute(context))
+found["waiting"] = list(job.modal(context, event("TIMER")))
+found["text"] = texts[-1]
+folder = Path(job._folder.name)
+found["there"] = folder.is_dir()
+found["ended"] = list(job.modal(context, event("ESC")))
+found["left"] = [folder.exists(), job._process.poll() is None, texts[-2:], job.told]
+found["same"] = before == coordinates()
+job = Job()
+job.execute(context)
+while (state := job.modal(context, event("TIMER"))) == {"RUNNING_MODAL"}:
+    time.sleep(.05)
+found["finished"], found["moved"] = list(state), before != coordinates()
+""".replace("DISC", repr(DISC))
+    )
+    assert found["begun"] == found["waiting"] == ["RUNNING_MODAL"] and found["there"]
+    assert found["text"].startswith("iccm: Fit, ") and found["text"].endswith("Esc cancels")
+    assert found["ended"] == ["CANCELLED"] and found["same"]
+    assert found["left"] == [False, False, ["timer", None], ["iccm was cancelled; nothing has changed"]]
+    assert found["finished"] == ["FINISHED"] and found["moved"]
+
+
+def test_an_installed_folder_is_switched_on(blender):
+    """As `iccm plugins install blender` writes it, beside what was installed from the archive."""
+    plugins.uninstall("blender")
+    assert [each.name for each in plugins.install("blender")] == ["iccm"]
+    found = blender("""
+import addon_utils
+found["on"] = addon_utils.enable("bl_ext.user_default.iccm") is not None and hasattr(bpy.types, "ICCM_PT_texture")
+""")
+    assert found["on"]
