@@ -7,5 +7,6 @@ carried       pictures carried to new coordinates
 carried_maps  `--carry-maps`: a mesh's other pictures
 relaid        a mesh with another mesh's materials
 translate     glTF's materials as MTL's, and back
+gltf_dressed  new materials for a glTF file
 written       the mesh with carried materials as files
 """

@@ -4,11 +4,11 @@ from copy import deepcopy
 from pathlib import Path
 
 from .. import files
-from ..meshes import gltf, gltf_dressed, material_library, obj_materials, obj_write
-from ..meshes.gltf_dressed import Clothes
+from ..meshes import gltf, material_library, obj_materials, obj_write
 from ..meshes.material_library import Library
-from . import of_gltf, translate
+from . import gltf_dressed, of_gltf, translate
 from .carried import Carrier, Pictures, as_png, without_profile
+from .gltf_dressed import Clothes
 from .relaid import Relaid
 
 

@@ -12,9 +12,9 @@ ply               PLY files that keep what they hold
 ply_write         new texture coordinates for one
 gltf              glTF's tree, buffers and accessors, and GLB
 gltf_schema       what readers of glTF rely on, checked
+gltf_draco        what Draco compressed, as it was
 gltf_materials    textures of a glTF material
 gltf_write        new texture coordinates and pictures for a glTF file
-gltf_dressed      new materials for one
 splitting         vertices split where coordinates part
 odd_forms         triangle strips, and OFF files without line breaks
 """

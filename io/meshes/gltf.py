@@ -22,15 +22,15 @@ from ...errors import InputError
 from ...meshes.mesh import Mesh
 from ...pixels.texture import REPEAT, Wrap
 from .. import files, limits, references
-from . import gltf_schema
+from . import gltf_draco, gltf_schema
 from .gltf_materials import base, set_of
+from .gltf_schema import DTYPES, TRIANGLES
 from .odd_forms import strip
 from .size_limits import ITEMS
 
-DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-LINES, TRIANGLES, STRIP, FAN = 1, 4, 5, 6
+LINES, STRIP, FAN = 1, 5, 6
 WRAPS = {33071: "clamp", 33648: "mirror"}
-COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
+COMPRESSED = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 ALIGNED = 8  # bytes that views begin at a multiple of: what the most exacting extension asks for
 
 
@@ -247,16 +247,8 @@ class Primitive:
         return self.document.wrap_of(shown["index"]) if shown else REPEAT
 
     def triangles(self) -> Mesh:
-        """Its triangles, with the coordinates that its material's colours are shown by.
-
-        Raises:
-            InputError: they are compressed.
-        """
+        """Its triangles, with the coordinates that its material's colours are shown by."""
         path, faces = self.document.path, self.faces.ravel()
-        if "KHR_draco_mesh_compression" in self.tree.get("extensions", {}):
-            raise InputError(
-                f"{path}: is compressed (KHR_draco_mesh_compression); save it without compression"
-            )
         uv, normals = self.uv(base(self.material)), self.normals
         return Mesh(
             str(path),
@@ -287,7 +279,8 @@ def read(path: Path) -> Gltf:
     buffers = [
         _content(path, buffer["uri"]) if "uri" in buffer else held for buffer in tree.get("buffers", [])
     ]
-    return Gltf(path, tree, [_view(buffers, view) for view in tree.get("bufferViews", [])])
+    views = [_view(buffers, view) for view in tree.get("bufferViews", [])]
+    return Gltf(path, *gltf_draco.expanded(path, tree, views))
 
 
 def primitives(document: Gltf) -> dict[str, Primitive]:

@@ -5,6 +5,8 @@ Khronos, *glTF 2.0 Specification*, 2021, §5. What a file holds beside this is n
 
 from typing import Any
 
+DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+TRIANGLES = 4
 TRANSFORM = {"offset": (float, 2), "scale": (float, 2), "rotation": float, "texCoord": int}
 INFO = {
     "index": "textures",
@@ -38,7 +40,18 @@ TREE = {
         }
     ],
     "meshes": [
-        {"primitives": [{"attributes": {"*": "accessors"}, "indices": "accessors", "material": "materials"}]}
+        {
+            "primitives": [
+                {
+                    "attributes": {"*": "accessors"},
+                    "indices": "accessors",
+                    "material": "materials",
+                    "extensions": {
+                        "KHR_draco_mesh_compression": {"bufferView": "bufferViews", "attributes": {"*": int}}
+                    },
+                }
+            ]
+        }
     ],
     "accessors": [{"count": int, "bufferView": "bufferViews"}],
     "bufferViews": [{"buffer": "buffers", "byteLength": int}],

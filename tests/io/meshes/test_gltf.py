@@ -3,12 +3,14 @@
 import dataclasses
 import io
 import json
+import sys
 
+import DracoPy
 import numpy as np
 import pytest
 from PIL import Image
 
-from iccm.io.meshes import gltf
+from iccm.io.meshes import gltf, gltf_draco
 from iccm.io.shapes import mesh_shape
 from tests import rich_glb
 
@@ -298,4 +300,71 @@ def test_what_cannot_be_read_is_told_in_a_line(shapes, iccm, change, message):
     tree = {"asset": {"version": "2.0"}, **change}
     (shapes / "a.gltf").write_text(json.dumps(tree))
     done = iccm("flatten", "a.gltf")
+    assert done.code == 2 and len(done.lines) == 1 and message in done.err
+
+
+def squeezed(folder, *, damage=lambda data: data, number=1):
+    """The same sheet plain and as Draco has it, as plain.glb and draco.glb; its points."""
+    points, normal, uv, faces = rich_glb.sheet(4)
+    make = rich_glb.Builder()
+    import pygltflib as gl
+
+    kinds = {"POSITION": (points, "VEC3"), "NORMAL": (normal, "VEC3"), "TEXCOORD_0": (uv, "VEC2")}
+    held = {name: make.accessor(each.astype(np.float32), kind) for name, (each, kind) in kinds.items()}
+    indices = make.accessor(faces.astype(np.uint16).reshape(-1, 1), "SCALAR")
+    primitive = gl.Primitive(attributes=gl.Attributes(**held), indices=indices)
+    make.file.meshes.append(gl.Mesh(name="sheet", primitives=[primitive]))
+    make.file.nodes.append(gl.Node(mesh=0))
+    make.file.scenes.append(gl.Scene(nodes=[0]))
+    plain = make.bytes()
+    (folder / "plain.glb").write_bytes(plain)
+    data = DracoPy.encode(
+        points.astype(np.float32), faces.astype(np.uint32), quantization_bits=16,
+        generic_attributes={1: normal.astype(np.float32), 2: uv.astype(np.float32)},
+    )  # fmt: skip
+    position = next(a["unique_id"] for a in DracoPy.decode(data).attributes if a["attribute_type"] == 0)
+    tree = json.loads(plain[20 : 20 + int.from_bytes(plain[12:16], "little")])
+    numbers = {"POSITION": position, "NORMAL": number, "TEXCOORD_0": 2}
+    said = {"bufferView": 0, "attributes": numbers}
+    tree["meshes"][0]["primitives"][0]["extensions"] = {gltf_draco.NAME: said}
+    tree |= {"extensionsUsed": [gltf_draco.NAME], "extensionsRequired": [gltf_draco.NAME]}
+    for accessor in tree["accessors"]:
+        del accessor["bufferView"]
+    tree["bufferViews"] = [{"buffer": 0}]
+    (folder / "draco.glb").write_bytes(gltf.glb(tree, [damage(data)]))
+
+
+def test_what_draco_compressed_is_the_mesh_it_was(tmp_path, iccm):
+    squeezed(tmp_path)
+    parts = [gltf.primitives(gltf.read(tmp_path / f"{name}.glb"))["sheet"] for name in ("plain", "draco")]
+    corners = []
+    for part in parts:
+        mesh = part.triangles()
+        rows = np.hstack([mesh.points, mesh.normals, mesh.uv])[mesh.corners].reshape(-1, 3, 8)
+        first = np.lexsort(np.moveaxis(rows[..., :3], -1, 0).round(3))[:, :1]
+        order = (first + np.arange(3)) % 3  # a triangle may begin at any corner
+        rows = np.take_along_axis(rows, order[..., None], axis=1).reshape(len(rows), -1)
+        corners.append(rows[np.lexsort(rows.T[::-1].round(3))])
+    assert corners[1] == pytest.approx(corners[0], abs=1e-4)
+    done = iccm("flatten", tmp_path / "draco.glb", "--uv", tmp_path / "out.glb")
+    assert done.code == 0, done.err
+    new = rich_glb.read(tmp_path / "out.glb")
+    assert not new.extensionsUsed and not new.extensionsRequired
+    assert new.accessors[new.meshes[0].primitives[0].attributes.POSITION].count == 25
+
+
+@pytest.mark.parametrize(
+    ("how", "message"),
+    [
+        ({"damage": lambda data: data[: len(data) // 2]}, "is no readable GLB file"),
+        ({"damage": lambda data: b"DRACO" + bytes(40)}, "is no readable GLB file"),
+        ({"number": 9}, "has no attribute 9 for NORMAL"),
+        (None, "pip install 'iccm[draco]' reads it"),
+    ],
+)
+def test_draco_that_cannot_be_read_is_told_in_a_line(shapes, iccm, monkeypatch, how, message):
+    squeezed(shapes, **(how or {}))
+    if how is None:
+        monkeypatch.setitem(sys.modules, "DracoPy", None)
+    done = iccm("flatten", "draco.glb")
     assert done.code == 2 and len(done.lines) == 1 and message in done.err

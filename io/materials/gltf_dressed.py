@@ -9,9 +9,9 @@ import numpy as np
 
 from ...arrays import Index, distinct_rows
 from ...meshes.charted import Charted
-from . import gltf_materials
-from .gltf import Gltf, Primitive
-from .gltf_write import Draft, plain
+from ..meshes import gltf_materials
+from ..meshes.gltf import Gltf, Primitive
+from ..meshes.gltf_write import Draft, plain
 
 
 @dataclass(frozen=True, eq=False)
