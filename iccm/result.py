@@ -346,7 +346,7 @@ class Fit:
     @property
     def is_partial(self) -> bool:
         """Whether bays are filled, holes passed over or without a partner, so that parts may have none."""
-        slits = isinstance(self.map, TriangulatedMap) and bool(self._voids.any())
+        slits = isinstance(self.map, TriangulatedMap) and bool(self.voids.any())
         return slits or self.filled is not None or any(self.passed_holes)
 
     @cached_property
@@ -383,7 +383,7 @@ class Fit:
         target = self.target, self.target_holes, self.image, self.map.image
         found = []
         for side, (goal, holes, outer, points) in enumerate((source, target)):
-            without = [*points[self.map.faces[self._voids]], *self._rings_passed[side]]
+            without = [*points[self.map.faces[self.voids]], *self._rings_passed[side]]
             shown = region(outer, self.openings[side]).difference(
                 shapely.union_all([region(ring) for ring in without])
             )
@@ -463,16 +463,16 @@ class Fit:
             return on_surfaces(self._samples, self.layouts)
         if not isinstance(self.map, TriangulatedMap):
             return self._samples
-        return distortion.of_triangles(self.map, np.flatnonzero(~self._voids))
+        return distortion.of_triangles(self.map, np.flatnonzero(~self.voids))
 
     def _void_area(self, plane: Callable[[TriangulatedMap], Complex]) -> float:
         """Of the triangles that fill holes of the source without a partner, in one of the planes."""
         if not isinstance(self.map, TriangulatedMap):
             return 0.0
-        return float(np.abs(triangle_areas(plane(self.map)[self.map.faces[self._voids]])).sum())
+        return float(np.abs(triangle_areas(plane(self.map)[self.map.faces[self.voids]])).sum())
 
     @cached_property
-    def _voids(self) -> Flags:
+    def voids(self) -> Flags:
         """(m,) the triangles that fill holes of the source without a partner."""
         assert isinstance(self.map, TriangulatedMap)
         met = {i for i, _ in self.hole_partners}

@@ -131,12 +131,15 @@ def opened_ring(problem: Problem, closed: Fit, options: Options, settings: Setti
     def pair(ring: Curve) -> tuple[Curve, Curve]:
         return (ring, sides[1]) if k == 0 else (sides[0], ring)
 
-    ring = rings.best_seam(sides[k], holes[k][0], lambda opened: rings.coarse_cost(*pair(opened), settings))
+    most = price_of(closed, settings)
+    ring = rings.best_seam(
+        sides[k], holes[k][0], lambda opened: rings.coarse_cost(*pair(opened), settings), most
+    )
     if ring is None:
         return None
     with suppress(NoMapError):
         found = map_of(Problem.of(*pair(ring), first=False), replace(options, fit="whole"))
-        if found.status.ok and price_of(found, settings) < price_of(closed, settings):
+        if found.status.ok and price_of(found, settings) < most:
             found.notes.insert(0, SEAM.format(("source", "target")[k]))
             return found
     return None
@@ -148,7 +151,7 @@ def price_of(fit: Fit, settings: Settings) -> float:
     turned = 1.0
     if settings.turn is not None:
         turned = turn_cost(UPRIGHT, np.cos(turn_of(map.source, map.image, map.faces) - settings.turn))
-    energy = energy_between(map.source, map.image, map.faces, settings.theta)
+    energy = energy_between(map.source, map.image, map.faces[~fit.voids], settings.theta)
     return price(energy, (fit.left_out, fit.uncovered), turned)
 
 

@@ -46,9 +46,11 @@ def open_ring(outer: Curve, hole: Curve, s: float) -> Curve | None:
     return Curve.domain(complex_of(shapely.get_coordinates(left.exterior)[:-1]))
 
 
-def best_seam(outer: Curve, hole: Curve, price: Callable[[Curve], float]) -> Curve | None:
-    """The ring opened where a map costs the least by `price`, which is infinite where there is none; None if there is
-    none at all."""
+def best_seam(
+    outer: Curve, hole: Curve, price: Callable[[Curve], float], most: float = np.inf
+) -> Curve | None:
+    """The ring opened where a map costs the least by `price`, which is infinite where there is none; None if none costs
+    less than `most`."""
     found: dict[float, tuple[float, Curve]] = {}
 
     def attempt(share: float) -> None:
@@ -64,7 +66,7 @@ def best_seam(outer: Curve, hole: Curve, price: Callable[[Curve], float]) -> Cur
             for step in (-1, 1):
                 attempt((best + step / (SEAMS * 2**halving)) % 1.0)
     least, ring = min(found.values(), key=lambda each: each[0], default=(np.inf, None))
-    return ring if least < np.inf else None
+    return ring if least < most else None
 
 
 def coarse_cost(source: Curve, target: Curve, settings: Settings) -> float:

@@ -6,6 +6,9 @@ import shapely
 
 import iccm
 from iccm.arrays import xy_of
+from iccm.balanced.fit import price_of
+from iccm.balanced.model.measures import energy_between
+from iccm.balanced.model.settings import Settings
 from iccm.balanced.rings import THIN, best_seam, open_ring
 from iccm.curve import Curve
 
@@ -53,6 +56,16 @@ def test_an_arc_goes_onto_a_ring_that_opens_where_the_arc_does(back):
     assert fit.left_out == fit.uncovered == 0 and report["boundary"]["hausdorff"] < 5e-4
     ends = ring.z[np.abs(np.abs(ring.z) - 2) < 1e-3]
     assert np.abs(ends - 2).min() < 2 * OUTER.length / 32  # the arc is open to the right
+
+
+def test_a_ring_stays_closed_where_its_hole_costs_little():
+    fit = iccm.fit(OUTER, OUTER, source_holes=[0.8 + HOLE.z])
+    assert fit.voids.any() and not any("seam" in note for note in fit.notes)
+    shown = fit.map.faces[~fit.voids]
+    energy = energy_between(
+        fit.map.source, fit.map.image, shown, 1.0
+    )  # what fills the hole has next to no area
+    assert price_of(fit, Settings()) == pytest.approx(energy, rel=0.05) and energy < 1.5
 
 
 def test_rings_stay_rings_where_both_are_or_holes_are_kept():
